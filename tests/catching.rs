@@ -88,14 +88,14 @@ static HARD: LazyLock<Vec<Hard>> = LazyLock::new(|| {
 #[test]
 fn nine_tenths_of_what_the_pendulum_takes_with_one_footstep_is_caught_at_every_heading() {
     for Hard { push: Push { impulse_n_s, heading_deg, .. }, record, .. } in HARD.iter() {
-        let steps = record.footsteps.len();
+        let steps = record.footsteps.taken.len();
         println!("{impulse_n_s:.2} N s at {heading_deg}: {:?}, {steps} footsteps", record.outcome);
     }
     for Hard { push, steps, record, .. } in HARD.iter() {
         assert_eq!(record.outcome, Outcome::Recovered, "{push:?}: {record:?}");
-        assert!(record.unfinished_footstep.is_none(), "{push:?}: {record:?}");
+        assert!(record.footsteps.lifted.is_none(), "{push:?}: {record:?}");
         // Sideways the feet are apart, so standing can take as much.
-        assert_eq!(record.footsteps.is_empty(), !steps, "{push:?}: {record:?}");
+        assert_eq!(record.footsteps.taken.is_empty(), !steps, "{push:?}: {record:?}");
     }
 }
 
@@ -152,7 +152,7 @@ fn where_standing_suffices_no_foot_is_lifted() {
     [(2.0, 0.0), (2.0, 180.0), (3.0, 90.0), (0.0, 0.0)].par_iter().for_each(|&(impulse, heading)| {
         let record = bench.push(push(impulse, heading));
         assert_eq!(record.outcome, Outcome::Recovered, "{impulse} N s at {heading}: {record:?}");
-        assert!(record.footsteps.is_empty(), "{impulse} N s at {heading}: {record:?}");
+        assert!(record.footsteps.taken.is_empty(), "{impulse} N s at {heading}: {record:?}");
     });
 }
 
@@ -162,7 +162,7 @@ fn a_mirrored_push_is_caught_by_the_mirrored_foot() {
     let bench = Bench::with(symmetric_robot(), "catch");
     [(4.2, 45.0), (4.2, 90.0), (4.2, 135.0)].par_iter().for_each(|&(impulse, heading)| {
         let [one, other] = [heading, -heading].map(|heading| bench.push(push(impulse, heading)));
-        let (a, b) = (&one.footsteps[0], &other.footsteps[0]);
+        let (a, b) = (&one.footsteps.taken[0], &other.footsteps.taken[0]);
         let apart = |p: [f64; 3], q: [f64; 3]| (p[0] - q[0]).hypot(p[1] + q[1]);
         let (from, to, land) = (apart(a.from_m, b.from_m), apart(a.to_m, b.to_m), (a.land_s - b.land_s).abs());
         println!("{heading} degrees: {} foot, {from:.1e} m, {to:.1e} m, {land:.1e} s", a.foot.name());
@@ -179,7 +179,7 @@ fn a_mirrored_push_is_caught_by_the_mirrored_foot() {
 fn a_second_push_while_the_foot_is_in_the_air_moves_its_landing_place_along() {
     let bench = Bench::new("catch");
     let first_footstep =
-        |pushes: Vec<Push>| -> Footstep { bench.run(pushes, None, 1.2, Until::Fallen, |_| {}).footsteps[0] };
+        |pushes: Vec<Push>| -> Footstep { bench.run(pushes, None, 1.2, Until::Fallen, |_| {}).footsteps.taken[0] };
     let first = push(3.4, 0.0);
     let alone = first_footstep(vec![first]);
     // From the lift until shortly before the landing place is fixed.

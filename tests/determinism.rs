@@ -79,7 +79,7 @@ fn episodes_that_share_a_robot_are_the_same_bits() {
         );
         outcomes.extend(alone);
     }
-    for word in ["outcome: Fell", "outcome: Recovered", "footsteps: [Footstep"] {
+    for word in ["outcome: Fell", "outcome: Recovered", "taken: [Footstep"] {
         assert!(outcomes.iter().any(|record| record.contains(word)), "{word}");
     }
 }

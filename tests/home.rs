@@ -29,7 +29,7 @@ fn on_a_slope_the_robot_stands_as_at_home() {
                 episode::run(&bench.robot, &bench.factory, &config(2.0), disturbance, Until::Horizon, &mut watch);
             let name = &bench.design().family.gains.last().unwrap().name;
             println!("gain {name}, {slope_deg} degrees towards {heading_deg}: {:?}, margin {least:.2}", record.outcome);
-            assert!(record.outcome == Outcome::Recovered && record.footsteps.is_empty(), "{record:?}");
+            assert!(record.outcome == Outcome::Recovered && record.footsteps.taken.is_empty(), "{record:?}");
             assert!(least > 0.2, "gain {name}, {slope_deg} degrees towards {heading_deg}: margin {least}");
         }
     });
@@ -73,7 +73,7 @@ fn a_robot_at_rest_walks_home_and_takes_the_same_push_again() {
             1e3 * caught_m,
             1e3 * home_m,
             record.outcome,
-            record.footsteps.len()
+            record.footsteps.taken.len()
         );
         assert!(caught_m > 0.03 && phase == "switching", "{impulse} N s at {heading_deg}: {caught_m}");
         assert!(home_m < 0.01 && turned_rad < 0.1, "{impulse} N s at {heading_deg}: {home_m} m, {turned_rad} rad");

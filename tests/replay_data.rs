@@ -76,7 +76,7 @@ fn what_the_page_shows_is_what_the_film_holds() {
         of_kind.map(|mark| mark[1].as_f64().unwrap()).collect()
     };
     assert_eq!(marked("push"), [0.5]);
-    assert_eq!(marked("footstep"), film.record.footsteps.iter().map(|step| step.lift_s).collect::<Vec<_>>());
+    assert_eq!(marked("footstep"), film.record.footsteps.taken.iter().map(|step| step.lift_s).collect::<Vec<_>>());
     assert!(!marked("footstep").is_empty() && !marked("switch").is_empty(), "{marks}");
     assert_eq!(tab.evaluate("document.querySelectorAll('#marks i').length"), marks.as_array().unwrap().len());
     // One moment in the words of the page.

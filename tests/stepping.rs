@@ -64,7 +64,8 @@ fn the_first_footstep_goes_where_the_robot_is_driven() {
     ];
     cases.par_iter().for_each(|&(impulse, heading, foot)| {
         let record = bench.push(push(impulse, heading));
-        let first = record.footsteps.first().unwrap_or_else(|| panic!("no footstep at {heading} degrees: {record:?}"));
+        let first =
+            record.footsteps.taken.first().unwrap_or_else(|| panic!("no footstep at {heading} degrees: {record:?}"));
         let (driven, way, error) = (push(1.0, heading).direction().xy(), way(first), first.zmp_error_m.unwrap());
         let shown =
             format!("at {heading} degrees: {} foot by {:.3?} for {error:.4?}", first.foot.name(), way.as_slice());
@@ -89,12 +90,12 @@ fn a_footstep_takes_pushes_that_standing_cannot() {
     pushes.par_iter().for_each(|&(impulse, heading)| {
         let record = steps.push(push(impulse, heading));
         assert_eq!(record.outcome, Outcome::Recovered, "{impulse} N s at {heading}: {record:?}");
-        assert!(!record.footsteps.is_empty() && record.unfinished_footstep.is_none());
-        assert!(record.footsteps.last().unwrap().in_set_at_landing.unwrap(), "{record:?}");
+        assert!(!record.footsteps.taken.is_empty() && record.footsteps.lifted.is_none());
+        assert!(record.footsteps.taken.last().unwrap().in_set_at_landing.unwrap(), "{record:?}");
         for standing in [&fixed, &switching] {
             let record = standing.push(push(impulse, heading));
             assert_eq!(record.outcome, Outcome::Fell, "{impulse} N s at {heading}, standing");
-            assert!(record.footsteps.is_empty() && record.unfinished_footstep.is_none());
+            assert!(record.footsteps.taken.is_empty() && record.footsteps.lifted.is_none());
         }
     });
 }
@@ -105,7 +106,7 @@ fn where_standing_suffices_there_is_no_footstep() {
     [(2.0, 0.0), (2.0, 180.0), (3.0, 90.0), (2.5, -45.0), (0.0, 0.0)].par_iter().for_each(|&(impulse, heading)| {
         let record = bench.push(push(impulse, heading));
         assert_eq!(record.outcome, Outcome::Recovered);
-        assert!(record.footsteps.is_empty(), "{impulse} N s at {heading}: {record:?}");
+        assert!(record.footsteps.taken.is_empty(), "{impulse} N s at {heading}: {record:?}");
     });
 }
 
@@ -116,18 +117,18 @@ fn mirrored_pushes_have_mirrored_footsteps() {
     let bench = stepping(symmetric_robot());
     [(3.9, 45.0), (3.6, 150.0), (3.7, 135.0), (4.4, 90.0)].par_iter().for_each(|&(impulse, heading)| {
         let [one, other] = [heading, -heading].map(|heading| bench.push(push(impulse, heading)));
-        let (a, b) = (&one.footsteps[0], &other.footsteps[0]);
+        let (a, b) = (&one.footsteps.taken[0], &other.footsteps.taken[0]);
         let apart = |p: [f64; 3], q: [f64; 3]| (p[0] - q[0]).hypot(p[1] + q[1]);
         let (from, to) = (apart(a.from_m, b.from_m), apart(a.to_m, b.to_m));
         let land = (a.land_s - b.land_s).abs();
-        println!("{heading} degrees: {from:.1e} m, {to:.1e} m, {land:.1e} s; {} footsteps", one.footsteps.len());
+        println!("{heading} degrees: {from:.1e} m, {to:.1e} m, {land:.1e} s; {} footsteps", one.footsteps.taken.len());
         assert_eq!(a.foot, b.foot.other());
         assert_eq!(a.lift_s, b.lift_s);
         assert!(from < 1e-4 && to < 1e-3 && land < 0.005, "{heading} degrees: {a:?} {b:?}");
         assert_eq!(one.outcome, other.outcome, "{heading} degrees");
         // The course of a fall is no longer alike.
         if one.outcome == Outcome::Recovered {
-            assert_eq!(one.footsteps.len(), other.footsteps.len(), "{heading} degrees");
+            assert_eq!(one.footsteps.taken.len(), other.footsteps.taken.len(), "{heading} degrees");
         }
     });
 }
@@ -138,7 +139,7 @@ fn a_footstep_waits_for_as_long_as_it_is_told_to() {
     let waits = |patience_s| {
         let bench = with_rules(ut_mu2(), Stepping { patience_s, ..RULES });
         let record = bench.push(push(3.4, 0.0));
-        record.footsteps[0].lift_s - record.totals["left_sets_at_s"]
+        record.footsteps.taken[0].lift_s - record.totals.0["left_sets_at_s"]
     };
     for patience_s in [0.0, 0.01, 0.02] {
         let waited = waits(patience_s);
@@ -151,7 +152,7 @@ fn an_episode_with_footsteps_repeats_to_the_bit() {
     let bench = stepping(ut_mu2());
     let records: Vec<Record> =
         (0..4).into_par_iter().map(|_| bench.run(vec![push(3.4, 170.0)], None, 2.0, Until::Horizon, |_| {})).collect();
-    assert!(!records[0].footsteps.is_empty());
+    assert!(!records[0].footsteps.taken.is_empty());
     // Compared as text, in which NaN equals NaN.
     let texts: Vec<String> = records.iter().map(|record| format!("{record:?}")).collect();
     assert!(texts.iter().all(|text| *text == texts[0]), "{texts:#?}");
@@ -172,16 +173,16 @@ fn footsteps_in_the_record_follow_one_another() {
                 }
                 before = foot;
             });
-            let feet: Vec<_> = record.footsteps.iter().map(|f| (f.foot, f.lift_s)).collect();
+            let feet: Vec<_> = record.footsteps.taken.iter().map(|f| (f.foot, f.lift_s)).collect();
             let seen = in_air.len().min(feet.len());
             assert!(seen > 0 && feet == in_air[..seen], "{feet:?} {in_air:?}");
             // A foot that is still in the air at the end has not landed.
-            assert_eq!(in_air.len() - feet.len(), usize::from(record.unfinished_footstep.is_some()), "{record:?}");
+            assert_eq!(in_air.len() - feet.len(), usize::from(record.footsteps.lifted.is_some()), "{record:?}");
             let longest = RULES.swing_time_s + RULES.late_s + 0.01;
-            for (k, footstep) in record.footsteps.iter().enumerate() {
+            for (k, footstep) in record.footsteps.taken.iter().enumerate() {
                 let duration = footstep.land_s - footstep.lift_s;
                 assert!(duration > 0.5 * RULES.swing_time_s && duration < longest, "{footstep:?}");
-                let stood = record.footsteps[..k].iter().rev().find(|earlier| earlier.foot == footstep.foot);
+                let stood = record.footsteps.taken[..k].iter().rev().find(|earlier| earlier.foot == footstep.foot);
                 if let Some(earlier) = stood {
                     let slip = Point2::new(earlier.to_m[0] - footstep.from_m[0], earlier.to_m[1] - footstep.from_m[1]);
                     println!("{impulse} N s, {heading} degrees: slipped by {:.1e} m", slip.coords.norm());
@@ -189,7 +190,7 @@ fn footsteps_in_the_record_follow_one_another() {
                     assert!(slip.coords.norm() < limit, "{earlier:?} {footstep:?}");
                 }
                 if k > 0 {
-                    let pause = footstep.lift_s - record.footsteps[k - 1].land_s;
+                    let pause = footstep.lift_s - record.footsteps.taken[k - 1].land_s;
                     assert!(pause >= RULES.pause_s - 1e-9, "{record:?}");
                 }
             }
@@ -217,9 +218,9 @@ fn after_the_landing_the_control_frame_is_midway_between_the_soles() {
         before = swings;
     });
     assert_eq!(record.outcome, Outcome::Recovered);
-    assert_eq!(after_landing, record.footsteps.len());
+    assert_eq!(after_landing, record.footsteps.taken.len());
     assert!(after_landing > 0 && worst < 0.01, "{worst} m from the middle");
     // The middle has moved by half of the strides.
-    let moved: f64 = record.footsteps.iter().map(|footstep| 0.5 * way(footstep).x).sum();
+    let moved: f64 = record.footsteps.taken.iter().map(|footstep| 0.5 * way(footstep).x).sum();
     assert!(moved > 0.03, "{record:?}");
 }

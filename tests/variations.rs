@@ -300,7 +300,7 @@ fn a_step_of_the_ground_makes_a_foot_land_early_or_late() {
     let lands_s = |ground_step_m| {
         let variation = Variation { ground_step_m, ..Variation::default() };
         let record = run(&bench, variation, push(3.6, 0.0), 1.5, |_| {});
-        let first = record.footsteps[0];
+        let first = record.footsteps.taken[0];
         println!("{ground_step_m:?}: {first:?}");
         first.land_s - first.lift_s
     };

@@ -230,7 +230,7 @@ impl Plan {
             false => run(sets).unwrap_or_else(|_| sets.iter().map(alone).collect()),
         };
         let row =
-            |(&set, record): (&usize, _)| TrialRow::new(trial, &names[set], &pushes, no_step_n_s, &variation, record);
+            |(&set, record): (&usize, _)| TrialRow::new(trial, &names[set], &pushes, no_step_n_s, variation, record);
         sets.iter().zip(records).map(row).collect()
     }
 
@@ -331,8 +331,8 @@ pub(super) mod tests {
         let factories = plan.factories().unwrap();
         let rows = plan.rows(&factories[..1], None, 3, &[0, 1]);
         assert_eq!(rows[0], plan.rows(&factories, None, 3, &[0])[0]);
-        assert_eq!((&rows[1].set[..], rows[1].outcome), ("fixed", Outcome::Diverged));
-        let cause = rows[1].fall_cause.as_ref().unwrap();
+        assert_eq!((&rows[1].set[..], rows[1].record.outcome), ("fixed", Outcome::Diverged));
+        let cause = rows[1].record.fall_cause.as_ref().unwrap();
         assert!(cause.starts_with("panic: index out of bounds"), "{cause}");
         assert_eq!(rows[1].pushes(), rows[0].pushes());
     }

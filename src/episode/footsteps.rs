@@ -1,7 +1,7 @@
 //! The footsteps of an episode, for its record.
 
 use crate::robot::{Airborne, Foot, PerFoot, Pose, Report};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Footstep {
@@ -27,25 +27,34 @@ pub struct Lifted {
     pub zmp_error_m: Option<[f64; 2]>,
 }
 
-/// The footsteps of an episode up to now.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// The footsteps of an episode up to now. A stored trial has the two fields that are columns, and no details.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct FootstepLog {
+    /// Number of completed footsteps.
+    #[serde(rename = "footsteps")]
+    pub count: u32,
+    /// The foot that is in the air, at the fall or at the end.
+    pub unfinished_footstep: Option<Foot>,
+    /// The completed footsteps in detail.
+    #[serde(skip)]
     pub taken: Vec<Footstep>,
-    pub unfinished: Option<Lifted>,
+    /// The foot in the air in detail.
+    #[serde(skip)]
+    pub lifted: Option<Lifted>,
 }
 
 impl FootstepLog {
     /// Takes note of a tick: the poses of the soles, and the controller's report.
     pub fn watch(&mut self, time_s: f64, soles: &PerFoot<Pose>, report: &Report) {
         let center = |foot: Foot| soles[foot].translation.vector.into();
-        match (report.footstep, self.unfinished) {
+        match (report.footstep, self.lifted) {
             (Some(Airborne { foot, .. }), None) => {
                 let zmp_error_m = report.number("zmp_error_x_m").zip(report.number("zmp_error_y_m"));
                 let zmp_error_m = zmp_error_m.map(|(x, y)| [x, y]);
-                self.unfinished = Some(Lifted { foot, lift_s: time_s, from_m: center(foot), zmp_error_m });
+                self.lifted = Some(Lifted { foot, lift_s: time_s, from_m: center(foot), zmp_error_m });
             }
             (None, Some(Lifted { foot, lift_s, from_m, zmp_error_m })) => {
-                self.unfinished = None;
+                self.lifted = None;
                 self.taken.push(Footstep {
                     foot,
                     lift_s,
@@ -58,5 +67,12 @@ impl FootstepLog {
             }
             _ => {}
         }
+        self.count = self.taken.len() as u32;
+        self.unfinished_footstep = self.lifted.map(|lifted| lifted.foot);
+    }
+
+    /// Whether a foot was lifted.
+    pub fn has_begun(&self) -> bool {
+        self.count > 0 || self.unfinished_footstep.is_some()
     }
 }

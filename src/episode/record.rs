@@ -1,7 +1,7 @@
 //! Outcome and record of an episode.
 
-use super::footsteps::{Footstep, Lifted};
-use serde::{Deserialize, Serialize};
+use super::footsteps::FootstepLog;
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser};
 use std::collections::BTreeMap;
 
 /// How an episode ended.
@@ -59,7 +59,9 @@ impl Membership {
     }
 }
 
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+/// What is kept of an episode. A number has its unit in its name; angles are in degrees, the rest is in the world frame.
+/// The names of the fields are those of the columns of `trials.parquet`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Record {
     pub outcome: Outcome,
     /// Simulated time (s).
@@ -98,9 +100,34 @@ pub struct Record {
     pub promise_margin: Option<f64>,
     /// The same for the estimated state, by which the controller acts.
     pub promise_margin_est: Option<f64>,
+    pub footsteps: FootstepLog,
     /// The last totals of the controller's reports before a fall.
-    pub totals: BTreeMap<String, f64>,
-    pub footsteps: Vec<Footstep>,
-    /// The footstep in the air at the fall or at the end.
-    pub unfinished_footstep: Option<Lifted>,
+    pub totals: Totals,
+}
+
+/// What a controller reports of a whole episode: numbers by their names. A file has them as the text of one JSON object.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Totals(pub BTreeMap<String, f64>);
+
+impl Serialize for Totals {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(&serde_json::to_string(&self.0).map_err(ser::Error::custom)?)
+    }
+}
+
+impl<'de> Deserialize<'de> for Totals {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        Self::read(&String::deserialize(from)?).map_err(de::Error::custom)
+    }
+}
+
+impl Totals {
+    /// From the text in a file. An empty text has none.
+    pub fn read(text: &str) -> serde_json::Result<Self> {
+        if text.is_empty() { Ok(Self::default()) } else { serde_json::from_str(text).map(Self) }
+    }
+
+    pub fn get(&self, name: &str) -> Option<f64> {
+        self.0.get(name).copied()
+    }
 }

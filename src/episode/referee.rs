@@ -1,7 +1,6 @@
 //! The referee: watches every tick of an episode and writes its record.
 
 use super::config::{EpisodeConfig, Judge, Until};
-use super::footsteps::FootstepLog;
 use super::record::{Outcome, Record};
 use super::slip::Slip;
 use super::tick::{Tick, home_distance};
@@ -22,7 +21,6 @@ pub struct Referee<'a> {
     pushed_s: [f64; 2],
     /// Time since which the robot has been standing without a break.
     standing_since_s: Option<f64>,
-    footsteps: FootstepLog,
     slip: Slip<'a>,
     /// The record up to now.
     pub record: Record,
@@ -38,7 +36,6 @@ impl<'a> Referee<'a> {
             home_height: robot.home_com_height(),
             pushed_s: from_first_to_last(pushes),
             standing_since_s: None,
-            footsteps: FootstepLog::default(),
             slip: Slip::new(robot),
             record: Record::default(),
         }
@@ -80,7 +77,7 @@ impl<'a> Referee<'a> {
             self.record.com_speed_at_push_m_s = Some(truth.com_vel.norm());
         }
         self.note_peaks(tick);
-        self.footsteps.watch(truth.time_s, &truth.soles, &tick.report);
+        self.record.footsteps.watch(truth.time_s, &truth.soles, &tick.report);
         if let Some(cause) = self.fall_cause(truth) {
             self.record.outcome = Outcome::Fell;
             self.record.fell_at_s = Some(truth.time_s);
@@ -157,9 +154,9 @@ impl<'a> Referee<'a> {
             record.peak_dcm_outside_m = record.peak_dcm_outside_m.max(tick.dcm_outside_m);
         }
         for (name, total) in &report.totals {
-            match record.totals.get_mut(&**name) {
+            match record.totals.0.get_mut(&**name) {
                 Some(known) => *known = *total,
-                None => _ = record.totals.insert(name.to_string(), *total),
+                None => _ = record.totals.0.insert(name.to_string(), *total),
             }
         }
         if let (Some(promise), None) = (tick.promise(), record.promise_margin)
@@ -179,8 +176,6 @@ impl<'a> Referee<'a> {
                 self.record.outcome = Outcome::Recovered;
             }
         }
-        self.record.footsteps = self.footsteps.taken;
-        self.record.unfinished_footstep = self.footsteps.unfinished;
         self.record
     }
 }

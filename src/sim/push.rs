@@ -14,6 +14,16 @@ pub enum Profile {
     HalfSine,
 }
 
+impl Profile {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rectangular => "rectangular",
+            Self::HalfSine => "half-sine",
+        }
+    }
+}
+
 /// A push: a horizontal force on the trunk, whose line of action passes above or below the COM of the home posture at
 /// the given height. The point where it acts moves with the trunk.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

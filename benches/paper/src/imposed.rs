@@ -103,7 +103,7 @@ pub fn run(
         return Err(Error::Numeric { what: design.family.name, problem: error.to_string() });
     }
     record.footsteps = log.taken;
-    record.unfinished_footstep = log.unfinished;
+    record.unfinished_footstep = log.lifted;
     Ok(record)
 }
 

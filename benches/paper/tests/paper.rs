@@ -151,13 +151,13 @@ fn captions_tell_the_footsteps_that_the_scenarios_take() {
     let bench = Bench::new("paper");
     for (name, number) in [("push-behind", "12"), ("push-diagonal", "13")] {
         let record = bench.push(scenario_push(name));
-        let footstep = record.footsteps[0];
+        let footstep = record.footsteps.taken[0];
         assert_eq!(numbers(number)["footsteps"][0], json!(footstep), "Fig. {number}");
         tells(&format!("The foot goes {}.", in_words(&footstep)));
         assert_eq!(footstep.foot, Foot::Right, "{name}");
         let at = &numbers("5")[name.replace('-', "_")];
         assert_eq!(at["landing_s"], footstep.land_s);
-        assert_eq!(at["left_sets_s"].as_f64(), record.totals.get("left_sets_at_s").copied());
+        assert_eq!(at["left_sets_s"].as_f64(), record.totals.get("left_sets_at_s"));
         for time_s in [footstep.lift_s, footstep.land_s] {
             tells(&format!("t = {time_s:.3} s"));
         }

@@ -458,7 +458,8 @@ pub(crate) mod tests {
     fn a_push_that_cannot_be_is_refused() {
         let (_dir, folder) = written(&[1, 2]);
         for impulse_n_s in [-1.0, f64::INFINITY, f64::NAN, 1e300] {
-            let rows: Vec<_> = rows(&folder, 0).into_iter().map(|row| TrialRow { impulse_n_s, ..row }).collect();
+            let rows: Vec<_> =
+                rows(&folder, 0).into_iter().map(|row| row.with(|row| row.push.impulse_n_s = impulse_n_s)).collect();
             folder.part(0).write(&rows).unwrap();
             let message = count(&folder).unwrap_err();
             assert!(message.contains("part-000000.csv: impulse_n_s = "), "{message}");

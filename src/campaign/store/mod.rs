@@ -3,6 +3,7 @@
 //! programs away from it. A [`shard`] is the share of one machine, and a [`stored_trial`] can be run again.
 
 pub mod claim;
+pub mod fields;
 pub mod folder;
 pub mod manifest;
 pub mod part;

@@ -7,7 +7,7 @@
 //! sets early. Then a part has only the other sets, and its marker names them.
 
 use crate::assets::read;
-use crate::campaign::store::row::TrialRow;
+use crate::campaign::store::row::{TrialRow, read_csv, write_csv};
 use crate::error::{Error, Result};
 use crate::files::{build_id, json, sha256_hex, write_atomic};
 use serde::{Deserialize, Serialize};
@@ -58,13 +58,9 @@ impl PartFile<'_> {
     /// Writes the part, then its marker. `rows` must be sorted by trial, then by set. Each trial of the part must have
     /// rows of the same sets.
     pub fn write(&self, rows: &[TrialRow]) -> Result<()> {
-        let mut csv = csv::Writer::from_writer(Vec::new());
         let path = self.path("csv");
         let fail = |e: csv::Error| Error::Write { path: path.clone(), source: std::io::Error::other(e) };
-        for row in rows {
-            csv.serialize(row).map_err(fail)?;
-        }
-        let bytes = csv.into_inner().map_err(|e| fail(e.into_error().into()))?;
+        let bytes = write_csv(rows).map_err(fail)?;
         write_atomic(&path, &bytes)?;
         write_atomic(&self.path("json"), json(&self.marker(build_id(), &self.held_by(rows), &bytes))?.as_bytes())
     }
@@ -73,8 +69,7 @@ impl PartFile<'_> {
     /// another campaign.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
         let (content, sets) = self.content()?;
-        let rows: Result<Vec<TrialRow>, _> = csv::Reader::from_reader(content.as_slice()).deserialize().collect();
-        let rows = rows.map_err(|e| self.damaged(e.to_string()))?;
+        let rows = read_csv(&content).map_err(|e| self.damaged(e.to_string()))?;
         let expected = self.trials.clone().flat_map(|trial| sets.iter().map(move |&set| (trial, set)));
         if rows.iter().map(|row| (row.trial, &row.set)).eq(expected) {
             Ok(rows)

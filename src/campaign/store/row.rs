@@ -2,79 +2,39 @@
 
 #[cfg(doc)]
 use crate::campaign::ask::no_step::NoStep;
-use crate::columns::{Column, Data, ParquetFile};
+use crate::campaign::store::fields::{Field, columns, fields};
+use crate::columns::ParquetFile;
 use crate::episode::{Membership, Outcome, Record};
 use crate::error::{Error, Result};
 use crate::files::Hashing;
-use crate::robot::Foot;
-use crate::sim::{Profile, Push, Variation};
+use crate::sim::{Push, Variation};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::io::Write;
 
-/// Builds a struct from fields that other structs have by the same name, and from further fields.
-macro_rules! copied {
-    ($into:ident { $(..$source:ident: $($same:ident)+;)* $($field:ident: $value:expr,)* }) => {
-        $into { $($($same: $source.$same,)+)* $($field: $value,)* }
-    };
-}
-
-/// A row of `trials.parquet`. Units are in the names, angles in degrees, quantities in the world frame.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A row of `trials.parquet`. Its columns are the fields of the structs in it, one after the other, by their names; a
+/// field that is added to one of them is a column.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct TrialRow {
-    /// Index of the trial, from 0. A trial has the same pushes, robot, ground and noise for every set.
+    /// Index of the trial, from 0. A trial has the same pushes, robot, ground and noise for every controller.
     pub trial: u64,
     /// Name of the controller.
     pub set: String,
-    pub impulse_n_s: f64,
     /// Impulse of the first push divided by m omega d ([`NoStep`]); None if the COM at home is not above the support.
     pub impulse_over_m_omega_d: Option<f64>,
-    pub heading_deg: f64,
-    pub height_m: f64,
-    pub duration_s: f64,
-    pub start_s: f64,
-    pub profile: Profile,
-    /// Impulse of the second push, which else is as the first; None if there is none.
+    /// The first push.
+    pub push: Push,
+    pub second: SecondPush,
+    /// The variation of robot and ground.
+    pub variation: Variation,
+    pub record: Record,
+}
+
+/// What a second push has of its own; the rest is as in the first one. All are None if there is no second push.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct SecondPush {
     pub second_impulse_n_s: Option<f64>,
     pub second_heading_deg: Option<f64>,
     pub second_start_s: Option<f64>,
-    /// Variation of robot and ground, with fields as in [`Variation`]; None where it is as designed.
-    pub mass_scale: Option<f64>,
-    pub trunk_com_x_m: Option<f64>,
-    pub trunk_com_y_m: Option<f64>,
-    pub friction: Option<f64>,
-    pub slope_deg: Option<f64>,
-    pub slope_heading_deg: Option<f64>,
-    pub ground_step_m: Option<f64>,
-    pub kp_scale: Option<f64>,
-    pub kd_scale: Option<f64>,
-    pub torque_scale: Option<f64>,
-    pub speed_scale: Option<f64>,
-    pub delay_s: Option<f64>,
-    pub outcome: Outcome,
-    /// The other fields are as in [`Record`].
-    pub end_s: f64,
-    pub fell_at_s: Option<f64>,
-    pub fall_cause: Option<String>,
-    pub settled_at_s: Option<f64>,
-    pub home_at_s: Option<f64>,
-    pub com_speed_at_push_m_s: Option<f64>,
-    pub peak_tilt_deg: f64,
-    pub peak_torque_n_m: f64,
-    pub peak_torque_ratio: f64,
-    pub torque_limited_s: f64,
-    pub peak_joint_speed_rad_s: f64,
-    pub peak_dcm_outside_m: f64,
-    pub peak_slip_m: f64,
-    pub legs_met_at_s: Option<f64>,
-    pub legs_met: Option<String>,
-    pub promise_margin: Option<f64>,
-    pub promise_margin_est: Option<f64>,
-    /// Number of completed footsteps.
-    pub footsteps: u32,
-    /// The foot that was in the air at the fall or at the end.
-    pub unfinished_footstep: Option<Foot>,
-    pub totals: Totals,
 }
 
 impl TrialRow {
@@ -84,142 +44,69 @@ impl TrialRow {
         set: &str,
         pushes: &[Push],
         no_step_n_s: Option<f64>,
-        variation: &Variation,
+        variation: Variation,
         record: Record,
     ) -> Self {
-        let (push, second) = (&pushes[0], pushes.get(1));
-        copied! { Self {
-            ..push: impulse_n_s heading_deg height_m duration_s start_s profile;
-            ..variation: mass_scale trunk_com_x_m trunk_com_y_m friction slope_deg slope_heading_deg ground_step_m
-                kp_scale kd_scale torque_scale speed_scale delay_s;
-            ..record: outcome end_s fell_at_s fall_cause settled_at_s home_at_s com_speed_at_push_m_s
-                peak_tilt_deg peak_torque_n_m peak_torque_ratio torque_limited_s peak_joint_speed_rad_s
-                peak_dcm_outside_m peak_slip_m legs_met_at_s legs_met promise_margin
-                promise_margin_est;
-            trial: trial,
-            set: set.into(),
-            impulse_over_m_omega_d: no_step_n_s.map(|bound_n_s| push.impulse_n_s / bound_n_s),
+        let (push, second) = (pushes[0], pushes.get(1));
+        let second = SecondPush {
             second_impulse_n_s: second.map(|push| push.impulse_n_s),
             second_heading_deg: second.map(|push| push.heading_deg),
             second_start_s: second.map(|push| push.start_s),
-            footsteps: record.footsteps.len() as u32,
-            unfinished_footstep: record.unfinished_footstep.map(|lifted| lifted.foot),
-            totals: Totals(record.totals),
-        } }
+        };
+        let impulse_over_m_omega_d = no_step_n_s.map(|bound_n_s| push.impulse_n_s / bound_n_s);
+        Self { trial, set: set.into(), impulse_over_m_omega_d, push, second, variation, record }
     }
 
     /// The pushes, in order of time.
     pub fn pushes(&self) -> Vec<Push> {
-        let first = copied! { Push { ..self: impulse_n_s heading_deg height_m duration_s start_s profile; } };
+        let SecondPush { second_impulse_n_s, second_heading_deg, second_start_s } = self.second;
         let second = || {
-            let (impulse_n_s, heading_deg) = (self.second_impulse_n_s?, self.second_heading_deg?);
-            Some(Push { impulse_n_s, heading_deg, start_s: self.second_start_s?, ..first })
+            let (impulse_n_s, heading_deg) = (second_impulse_n_s?, second_heading_deg?);
+            Some(Push { impulse_n_s, heading_deg, start_s: second_start_s?, ..self.push })
         };
-        std::iter::once(first).chain(second()).collect()
-    }
-
-    /// The variation of robot and ground.
-    pub fn variation(&self) -> Variation {
-        copied! { Variation {
-            ..self: mass_scale trunk_com_x_m trunk_com_y_m friction slope_deg slope_heading_deg ground_step_m
-                kp_scale kd_scale torque_scale speed_scale delay_s;
-        } }
+        std::iter::once(self.push).chain(second()).collect()
     }
 
     /// Where the true state lay at the end of the last push; None without a promise.
     pub fn set_after_push(&self) -> Option<Membership> {
-        self.promise_margin.map(Membership::of_margin)
+        self.record.promise_margin.map(Membership::of_margin)
     }
 
     pub fn has_recovered(&self) -> bool {
-        self.outcome == Outcome::Recovered
+        self.record.outcome == Outcome::Recovered
     }
 
     /// Time from the end of the last push until the robot stands (s); None unless it recovered.
     pub fn settling_s(&self) -> Option<f64> {
-        self.after_last_push_s(self.settled_at_s)
+        self.after_last_push_s(self.record.settled_at_s)
     }
 
     /// Time from the end of the last push until the COM is home to stay (s); None unless the robot recovered.
     pub fn homing_s(&self) -> Option<f64> {
-        self.after_last_push_s(self.home_at_s)
+        self.after_last_push_s(self.record.home_at_s)
     }
 
     fn after_last_push_s(&self, at_s: Option<f64>) -> Option<f64> {
-        let pushed_until_s = self.second_start_s.unwrap_or(self.start_s) + self.duration_s;
+        let pushed_until_s = self.second.second_start_s.unwrap_or(self.push.start_s) + self.push.duration_s;
         at_s.filter(|_| self.has_recovered()).map(|at_s| (at_s - pushed_until_s).max(0.0))
     }
 }
 
-/// A column for each field, by its kind.
-macro_rules! columns {
-    ($($kind:ident $($field:ident)*;)*) => {
-        [$($(|rows| Column::new(stringify!($field), $kind(rows.iter().map(|row| &row.$field)))),*),*]
-    };
+/// The rows as CSV, with the names of the columns in the first line and floats with all their digits.
+pub fn write_csv(rows: &[TrialRow]) -> csv::Result<Vec<u8>> {
+    let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+    csv.write_record(fields::<TrialRow>().iter().map(|field| field.name))?;
+    rows.iter().try_for_each(|row| csv.serialize(row))?;
+    csv.into_inner().map_err(|e| e.into_error().into())
 }
 
-/// The rows as columns, in the order of the fields, the last of them with a column for each of `totals`. Each column is
-/// made when it is due.
-pub fn columns(rows: &[TrialRow], totals: &[String]) -> impl Iterator<Item = Column> {
-    const COLUMNS: &[fn(&[TrialRow]) -> Column] = &columns! {
-        count trial; word set;
-        number impulse_n_s; maybe impulse_over_m_omega_d; number heading_deg height_m duration_s start_s; word profile;
-        maybe second_impulse_n_s second_heading_deg second_start_s;
-        maybe mass_scale trunk_com_x_m trunk_com_y_m friction slope_deg slope_heading_deg ground_step_m;
-        maybe kp_scale kd_scale torque_scale speed_scale delay_s;
-        word outcome; number end_s; maybe fell_at_s; maybe_word fall_cause; maybe settled_at_s home_at_s;
-        maybe com_speed_at_push_m_s;
-        number peak_tilt_deg peak_torque_n_m peak_torque_ratio torque_limited_s peak_joint_speed_rad_s;
-        number peak_dcm_outside_m peak_slip_m; maybe legs_met_at_s; maybe_word legs_met;
-        maybe promise_margin promise_margin_est; count footsteps; maybe_word unfinished_footstep;
-    };
-    let of_controller = |name: &String| {
-        let total = |row: &TrialRow| row.totals.0.get(name).copied();
-        Column::new(name, Data::OptF64(rows.iter().map(total).collect()))
-    };
-    COLUMNS.iter().map(|column| column(rows)).chain(totals.iter().map(of_controller))
-}
-
-/// What a controller reports of a whole episode: numbers by their names. In a part they are one JSON object.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Totals(pub BTreeMap<String, f64>);
-
-impl Serialize for Totals {
-    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        to.serialize_str(&serde_json::to_string(&self.0).map_err(serde::ser::Error::custom)?)
+/// The rows of such a text. Fails if its columns are not those of a row.
+pub fn read_csv(text: &[u8]) -> csv::Result<Vec<TrialRow>> {
+    let mut csv = csv::Reader::from_reader(text);
+    if !csv.headers()?.iter().eq(fields::<TrialRow>().iter().map(|field| field.name)) {
+        return Err(std::io::Error::other("its columns are not those of this build of standfast").into());
     }
-}
-
-impl<'de> Deserialize<'de> for Totals {
-    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        serde_json::from_str(&String::deserialize(from)?).map(Self).map_err(serde::de::Error::custom)
-    }
-}
-
-fn count<'a, T: Copy + TryInto<i64> + 'a>(values: impl Iterator<Item = &'a T>) -> Data {
-    Data::I64(values.map(|&count| count.try_into().unwrap_or(i64::MAX)).collect())
-}
-
-fn number<'a>(values: impl Iterator<Item = &'a f64>) -> Data {
-    Data::F64(values.copied().collect())
-}
-
-fn maybe<'a>(values: impl Iterator<Item = &'a Option<f64>>) -> Data {
-    Data::OptF64(values.copied().collect())
-}
-
-/// Text, or a name out of several, as in a CSV file.
-fn word<'a, T: Serialize + 'a>(values: impl Iterator<Item = &'a T>) -> Data {
-    Data::Text(values.map(as_text).collect())
-}
-
-fn maybe_word<'a, T: Serialize + 'a>(values: impl Iterator<Item = &'a Option<T>>) -> Data {
-    Data::OptText(values.map(|value| value.as_ref().map(as_text)).collect())
-}
-
-/// A name as it is written in files.
-pub fn as_text(value: &impl Serialize) -> String {
-    serde_json::to_value(value).ok().and_then(|value| value.as_str().map(String::from)).unwrap_or_default()
+    csv.records().map(|record| record?.deserialize(None)).collect()
 }
 
 /// Number of rows in a row group of `trials.parquet`; the last one may have fewer. So many wait in memory, about 50 MB.
@@ -231,14 +118,16 @@ pub struct TrialsFile<W: Write + Send> {
     /// Rows of the next row group.
     waiting: Vec<TrialRow>,
     groups: usize,
+    fields: Vec<Field>,
     totals: Vec<String>,
 }
 
 impl<W: Write + Send> TrialsFile<W> {
     /// With columns for these totals of controllers. Fails if nothing can be written there.
     pub fn new(to: W, totals: &[String]) -> Result<Self> {
-        let file = ParquetFile::new(Hashing::new(to), columns(&[], totals)).map_err(not_written)?;
-        Ok(Self { file, waiting: Vec::new(), groups: 0, totals: totals.to_vec() })
+        let (fields, totals) = (fields::<TrialRow>(), totals.to_vec());
+        let file = ParquetFile::new(Hashing::new(to), columns(&fields, &totals, &[])).map_err(not_written)?;
+        Ok(Self { file, waiting: Vec::new(), groups: 0, fields, totals })
     }
 
     /// Adds the next rows.
@@ -262,7 +151,10 @@ impl<W: Write + Send> TrialsFile<W> {
     }
 
     fn write_group(&mut self) -> Result<()> {
-        self.file.group(columns(&self.waiting, &self.totals)).map_err(not_written)?;
+        let text = write_csv(&self.waiting).map_err(not_written)?;
+        let cells: Vec<_> =
+            csv::Reader::from_reader(&text[..]).into_records().collect::<Result<_, _>>().map_err(not_written)?;
+        self.file.group(columns(&self.fields, &self.totals, &cells)).map_err(not_written)?;
         self.waiting.clear();
         self.groups += 1;
         Ok(())
@@ -276,7 +168,10 @@ fn not_written(source: impl std::error::Error + Send + Sync + 'static) -> Error 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::columns::{Column, Data};
+    use crate::episode::Totals;
     use crate::error::TRY_AGAIN;
+    use crate::robot::Foot;
     use parquet::errors::ParquetError;
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::RowAccessor;
@@ -299,14 +194,22 @@ pub(crate) mod tests {
             peak_slip_m: 0.003,
             promise_margin: Some(-0.25),
             promise_margin_est: Some(0.25),
-            totals: [("gain_switches".to_string(), 3.0)].into(),
+            totals: Totals([("gain_switches".to_string(), 3.0)].into()),
             ..Record::default()
         }
     }
 
     pub(crate) fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> TrialRow {
         let push = Push { impulse_n_s, ..Push::default() };
-        TrialRow::new(trial, set, &[push], Some(2.0), &Variation::default(), record(outcome))
+        TrialRow::new(trial, set, &[push], Some(2.0), Variation::default(), record(outcome))
+    }
+
+    impl TrialRow {
+        /// The row after a change.
+        pub(crate) fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+            change(&mut self);
+            self
+        }
     }
 
     /// A trial for each pair of outcomes of the sets "a" and "b".
@@ -315,19 +218,50 @@ pub(crate) mod tests {
         outcomes.iter().enumerate().flat_map(trial).collect()
     }
 
-    #[test]
-    fn columns_are_the_fields_of_a_row() {
-        let mut csv = csv::Writer::from_writer(Vec::new());
-        csv.serialize(row(0, "hold", 2.0, Outcome::Fell)).unwrap();
-        let text = String::from_utf8(csv.into_inner().unwrap()).unwrap();
-        let names: Vec<String> = columns(&[], &["totals".into()]).map(|c| c.name).collect();
-        assert_eq!(text.lines().next().unwrap(), names.join(","));
+    /// The rows as columns, with these totals.
+    fn as_columns(rows: &[TrialRow], totals: &[&str]) -> Vec<Column> {
+        let (text, totals) = (write_csv(rows).unwrap(), totals.iter().map(|name| name.to_string()).collect::<Vec<_>>());
+        let cells: Vec<_> = csv::Reader::from_reader(&text[..]).into_records().map(Result::unwrap).collect();
+        columns(&fields::<TrialRow>(), &totals, &cells).collect()
     }
 
     #[test]
-    fn words_are_those_of_a_csv_file() {
-        let rows = [row(0, "hold", 2.0, Outcome::TimedOut)];
-        let found: Vec<Column> = columns(&rows, &["gain_switches".into(), "left_sets_at_s".into()]).collect();
+    fn a_row_reads_back_to_the_bit() {
+        let mut odd = row(1, "hold", 1.0 / 3.0, Outcome::Fell);
+        odd.variation.friction = Some(0.7);
+        odd.second.second_start_s = Some(f64::MIN_POSITIVE);
+        odd.record.promise_margin = Some(f64::NEG_INFINITY);
+        (odd.record.footsteps.count, odd.record.footsteps.unfinished_footstep) = (3, Some(Foot::Left));
+        let rows = [row(0, "a, \"b\"", 2.0, Outcome::TimedOut), odd];
+        let text = write_csv(&rows).unwrap();
+        // Compared as text, since NaN is not equal to itself.
+        assert_eq!(format!("{:?}", read_csv(&text).unwrap()), format!("{rows:?}"));
+    }
+
+    #[test]
+    fn rows_with_other_columns_are_not_read() {
+        let text = String::from_utf8(write_csv(&[row(0, "a", 1.0, Outcome::Fell)]).unwrap()).unwrap();
+        let swapped = text.replacen("height_m,duration_s", "duration_s,height_m", 1);
+        assert_ne!(text, swapped);
+        assert!(read_csv(swapped.as_bytes()).unwrap_err().to_string().contains("not those of this build"));
+    }
+
+    /// A part lists its columns in the order in which it writes their values.
+    #[test]
+    fn names_and_values_are_in_the_same_order() {
+        let row = row(7, "hold", 2.5, Outcome::Recovered);
+        let of =
+            |name: &str| as_columns(&[row.clone()], &[]).into_iter().find(|column| column.name == name).unwrap().data;
+        assert_eq!(of("trial"), Data::I64(vec![7]));
+        assert_eq!(of("start_s"), Data::F64(vec![row.push.start_s]));
+        assert_eq!(of("delay_s"), Data::OptF64(vec![None]));
+        assert_eq!(of("peak_slip_m"), Data::F64(vec![row.record.peak_slip_m]));
+        assert_eq!(of("footsteps"), Data::I64(vec![0]));
+    }
+
+    #[test]
+    fn words_and_totals_are_columns() {
+        let found = as_columns(&[row(0, "hold", 2.0, Outcome::TimedOut)], &["gain_switches", "left_sets_at_s"]);
         let column = |name: &str| found.iter().find(|column| column.name == name).map(|column| column.data.clone());
         for (name, expected) in [("set", "hold"), ("profile", "rectangular"), ("outcome", "TimedOut")] {
             assert_eq!(column(name), Some(Data::Text(vec![expected.into()])), "{name}");
@@ -336,6 +270,7 @@ pub(crate) mod tests {
         assert_eq!(column("gain_switches"), Some(Data::OptF64(vec![Some(3.0)])));
         assert_eq!(column("left_sets_at_s"), Some(Data::OptF64(vec![None])));
         assert_eq!(column("unfinished_footstep"), Some(Data::OptText(vec![None])));
+        assert_eq!(column("totals"), None);
     }
 
     /// Also if they come a few at a time.
@@ -354,7 +289,7 @@ pub(crate) mod tests {
         assert_eq!(reader.num_row_groups(), 2);
         let mut found = 0;
         for (row, i) in reader.get_row_iter(None).unwrap().map(Result::unwrap).zip(0..) {
-            assert_eq!((row.get_long(0).unwrap(), row.get_double(2).unwrap()), (i, i as f64 / 7.0));
+            assert_eq!((row.get_long(0).unwrap(), row.get_double(3).unwrap()), (i, i as f64 / 7.0));
             found += 1;
         }
         assert_eq!(found, trials);

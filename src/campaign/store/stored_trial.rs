@@ -39,7 +39,7 @@ impl StoredTrial {
         let block = (0..found.blocks()).find(|&block| found.range(block).1 > trial);
         let mut rows = block.and_then(|block| found.part(block).rows().ok()).unwrap_or_default();
         rows.retain(|row| row.trial == trial);
-        let lost = sets.iter().find(|set| rows.iter().any(|r| r.set == **set && r.outcome != Outcome::Recovered));
+        let lost = sets.iter().find(|set| rows.iter().any(|r| r.set == **set && !r.has_recovered()));
         let first = rows.first().map_or(&sets[0], |row| &row.set);
         let set = set.unwrap_or_else(|| lost.unwrap_or(first)).to_string();
         let campaign = found.campaign();
@@ -71,11 +71,11 @@ impl StoredTrial {
     pub fn difference(&self, record: &Record) -> Option<String> {
         let row = self.row.as_ref()?;
         let bits = |time_s: Option<f64>| time_s.map(f64::to_bits);
-        let same = (row.outcome, row.end_s.to_bits()) == (record.outcome, record.end_s.to_bits())
-            && bits(record.fell_at_s) == bits(row.fell_at_s)
-            && bits(record.settled_at_s) == bits(row.settled_at_s);
+        let same = (row.record.outcome, row.record.end_s.to_bits()) == (record.outcome, record.end_s.to_bits())
+            && bits(record.fell_at_s) == bits(row.record.fell_at_s)
+            && bits(record.settled_at_s) == bits(row.record.settled_at_s);
         let told = |outcome: Outcome, end_s: f64| format!("{} at {end_s:.3} s", outcome.name());
-        let [now, then] = [told(record.outcome, record.end_s), told(row.outcome, row.end_s)];
+        let [now, then] = [told(record.outcome, record.end_s), told(row.record.outcome, row.record.end_s)];
         (!same).then(|| {
             format!(
                 "trial {} of {} is not as it was: {now}, but {then} in the result. The result was made by another build \

@@ -195,7 +195,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::campaign::ask::spec::Overrides;
     use crate::campaign::store::folder::tests::manifest;
-    use crate::campaign::store::row::{TrialRow, tests::row};
+    use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::gates::Gates;
     use crate::campaign::verdict::summary::Summary;
     use crate::episode::Outcome::{Fell, Recovered};
@@ -206,9 +206,9 @@ pub(crate) mod tests {
         let sets = ["hold", "catch"];
         let names: Vec<String> =
             Engine::ALL.iter().flat_map(|e| sets.map(|set| format!("{set} ({})", e.name()))).collect();
-        let row = |trial: usize, set: &str, has_recovered: bool| TrialRow {
-            heading_deg: 45.0 * (trial % 8) as f64,
-            ..row(trial as u64, set, 2.0, if has_recovered { Recovered } else { Fell })
+        let row = |trial: usize, set: &str, has_recovered: bool| {
+            let row = row(trial as u64, set, 2.0, if has_recovered { Recovered } else { Fell });
+            row.with(|row| row.push.heading_deg = 45.0 * (trial % 8) as f64)
         };
         let rows = |sets: &[String], first: usize| {
             let of_trial = |(i, of): (usize, &[bool; 4])| {

@@ -44,7 +44,7 @@ impl Baseline {
             let part = part?;
             for row in &part {
                 let (pushes, variation) = (trial::pushes(campaign, row.trial), trial::variation(campaign, row.trial));
-                if row.pushes() != pushes || row.variation() != variation {
+                if row.pushes() != pushes || row.variation != variation {
                     return Err(other_push(path, row.trial));
                 }
             }

@@ -105,7 +105,7 @@ fn paired<W: Write + Send>([a, b]: [&Folder; 2], sets: &[String], to: W) -> Resu
     for (of_a, of_b) in trials(a)?.zip(trials(b)?) {
         let (of_a, of_b) = (of_a?, of_b?);
         let (ours, theirs) = (&of_a[0], &of_b[0]);
-        if ours.pushes() != theirs.pushes() || ours.variation() != theirs.variation() {
+        if ours.pushes() != theirs.pushes() || ours.variation != theirs.variation {
             return Err(other_push(&b.path, ours.trial));
         }
         let rows: Vec<TrialRow> = of_a.into_iter().map(&renamed_a).chain(of_b.into_iter().map(&renamed_b)).collect();

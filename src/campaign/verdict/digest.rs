@@ -105,7 +105,7 @@ impl Digest {
             }
             let OfSet { ended, counted } = &mut self.sets[set];
             ended.push(Ended::of(row));
-            let is_moving = row.com_speed_at_push_m_s.is_some_and(|speed| speed > self.standing_com_speed_m_s);
+            let is_moving = row.record.com_speed_at_push_m_s.is_some_and(|speed| speed > self.standing_com_speed_m_s);
             counted.moving_at_push += u64::from(is_moving);
             counted.failures.add(row);
             FallCause::add(&mut counted.fall_causes, row);
@@ -153,12 +153,12 @@ impl Ended {
             impulse_over_m_omega_d: or_nan(row.impulse_over_m_omega_d),
             settling_s: or_nan(row.settling_s()),
             homing_s: or_nan(row.homing_s()),
-            promise_margin: or_nan(row.promise_margin.filter(|margin| margin.is_finite())),
-            footsteps: row.footsteps,
-            outcome: row.outcome,
+            promise_margin: or_nan(row.record.promise_margin.filter(|margin| margin.is_finite())),
+            footsteps: row.record.footsteps.count,
+            outcome: row.record.outcome,
             set_after_push: row.set_after_push(),
-            is_inside_est: row.promise_margin_est.is_some_and(|margin| margin >= 0.0),
-            in_swing: row.unfinished_footstep.is_some(),
+            is_inside_est: row.record.promise_margin_est.is_some_and(|margin| margin >= 0.0),
+            in_swing: row.record.footsteps.unfinished_footstep.is_some(),
         }
     }
 
@@ -191,12 +191,12 @@ impl Drawn {
     }
 
     fn push(&mut self, row: &TrialRow) {
-        self.impulse_n_s.push(Some(row.impulse_n_s));
-        self.heading_deg.push(Some(row.heading_deg));
-        self.duration_s.push(Some(row.duration_s));
-        self.height_m.push(Some(row.height_m));
-        self.second_impulse_n_s.push(row.second_impulse_n_s);
-        let varied = row.variation().list();
+        self.impulse_n_s.push(Some(row.push.impulse_n_s));
+        self.heading_deg.push(Some(row.push.heading_deg));
+        self.duration_s.push(Some(row.push.duration_s));
+        self.height_m.push(Some(row.push.height_m));
+        self.second_impulse_n_s.push(row.second.second_impulse_n_s);
+        let varied = row.variation.list();
         if self.variation.is_empty() {
             self.variation = varied.iter().map(|(name, _)| (*name, Values::default())).collect();
         }
@@ -290,17 +290,15 @@ mod tests {
             let i = trial as usize + set.len();
             let not_each = |nth: usize| !i.is_multiple_of(nth);
             let per_set = (set == "a").then_some(2.0);
-            let row = TrialRow::new(trial, set, &pushes, per_set, &variation, record(outcomes[i % 3]));
-            TrialRow {
-                settled_at_s: row.settled_at_s.map(|at_s| at_s + trial as f64),
-                home_at_s: row.home_at_s.filter(|_| not_each(2)),
-                promise_margin: not_each(4).then_some(i as f64 - 5.5),
-                promise_margin_est: not_each(5).then_some(i as f64 - 7.5),
-                com_speed_at_push_m_s: not_each(6).then_some(0.01 * i as f64),
-                footsteps: i as u32,
-                unfinished_footstep: (i % 3 == 1).then_some(Foot::Left),
-                ..row
-            }
+            let mut record = record(outcomes[i % 3]);
+            record.settled_at_s = record.settled_at_s.map(|at_s| at_s + trial as f64);
+            record.home_at_s = record.home_at_s.filter(|_| not_each(2));
+            record.promise_margin = not_each(4).then_some(i as f64 - 5.5);
+            record.promise_margin_est = not_each(5).then_some(i as f64 - 7.5);
+            record.com_speed_at_push_m_s = not_each(6).then_some(0.01 * i as f64);
+            record.footsteps.count = i as u32;
+            record.footsteps.unfinished_footstep = (i % 3 == 1).then_some(Foot::Left);
+            TrialRow::new(trial, set, &pushes, per_set, variation, record)
         };
         let with_each = |trial: u64| [(trial, "a"), (trial, "b")];
         (0..20).flat_map(with_each).filter(|(trial, set)| *set == "a" || *trial < 12).map(row).collect()
@@ -319,30 +317,36 @@ mod tests {
             let found = digest.of(set)[trial];
             // Compared as Debug text, because NaN is not equal to itself.
             assert_eq!(format!("{found:?}"), format!("{:?}", Ended::of(row)));
-            assert_eq!((found.outcome, found.has_recovered()), (row.outcome, row.has_recovered()));
+            assert_eq!((found.outcome, found.has_recovered()), (row.record.outcome, row.has_recovered()));
             assert_eq!([found.settling_s(), found.homing_s()], [row.settling_s(), row.homing_s()]);
             assert_eq!(found.impulse_over_m_omega_d(), row.impulse_over_m_omega_d);
-            assert_eq!(digest.hardness(set, trial), row.impulse_over_m_omega_d.unwrap_or(row.impulse_n_s));
-            assert_eq!(found.promise_margin(), row.promise_margin);
-            assert_eq!(found.is_inside_est, row.promise_margin_est.is_some_and(|margin| margin >= 0.0));
-            assert_eq!((found.set_after_push, found.footsteps), (row.set_after_push(), row.footsteps));
-            assert_eq!(found.in_swing, row.unfinished_footstep.is_some());
-            assert_eq!((digest.impulse_n_s(trial), digest.heading_deg(trial)), (row.impulse_n_s, row.heading_deg));
+            assert_eq!(digest.hardness(set, trial), row.impulse_over_m_omega_d.unwrap_or(row.push.impulse_n_s));
+            assert_eq!(found.promise_margin(), row.record.promise_margin);
+            assert_eq!(found.is_inside_est, row.record.promise_margin_est.is_some_and(|margin| margin >= 0.0));
+            assert_eq!((found.set_after_push, found.footsteps), (row.set_after_push(), row.record.footsteps.count));
+            assert_eq!(found.in_swing, row.record.footsteps.unfinished_footstep.is_some());
+            assert_eq!(
+                (digest.impulse_n_s(trial), digest.heading_deg(trial)),
+                (row.push.impulse_n_s, row.push.heading_deg)
+            );
             let Drawn { duration_s, height_m, second_impulse_n_s, variation, .. } = &digest.drawn;
-            assert_eq!([duration_s, height_m].map(|of| of.at(trial)), [row.duration_s, row.height_m].map(Some));
-            assert_eq!(second_impulse_n_s.at(trial), row.second_impulse_n_s);
+            assert_eq!(
+                [duration_s, height_m].map(|of| of.at(trial)),
+                [row.push.duration_s, row.push.height_m].map(Some)
+            );
+            assert_eq!(second_impulse_n_s.at(trial), row.second.second_impulse_n_s);
             let varied: Vec<_> = variation.iter().map(|(name, values)| (*name, values.at(trial))).collect();
-            assert_eq!(varied, row.variation().list());
+            assert_eq!(varied, row.variation.list());
         }
         for (set, name) in ["a", "b"].into_iter().enumerate() {
             let count =
                 |such: &dyn Fn(&TrialRow) -> bool| rows.iter().filter(|row| row.set == name && such(row)).count();
             let Counted { failures: of, fall_causes, moving_at_push } = digest.counted(set);
             let fell = of.fell_before_any_footstep + of.fell_in_swing + of.fell_after_landing;
-            let lost = count(&|row| row.outcome == Outcome::Fell) as u64;
+            let lost = count(&|row| row.record.outcome == Outcome::Fell) as u64;
             assert_eq!((fell, fall_causes.iter().map(|cause| cause.trials).sum()), (lost, lost));
             let is_moving =
-                |row: &TrialRow| row.com_speed_at_push_m_s.is_some_and(|v| v > digest.standing_com_speed_m_s);
+                |row: &TrialRow| row.record.com_speed_at_push_m_s.is_some_and(|v| v > digest.standing_com_speed_m_s);
             assert_eq!(*moving_at_push, count(&is_moving) as u64);
         }
     }

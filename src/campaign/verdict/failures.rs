@@ -43,7 +43,7 @@ pub struct Failures {
 impl Failures {
     /// Counts one more trial.
     pub fn add(&mut self, row: &TrialRow) {
-        match row.outcome {
+        match row.record.outcome {
             Outcome::Recovered => {}
             Outcome::TimedOut => self.timed_out += 1,
             Outcome::Diverged => self.diverged += 1,
@@ -52,16 +52,16 @@ impl Failures {
     }
 
     fn count_fall(&mut self, row: &TrialRow) {
-        *match (row.unfinished_footstep, row.footsteps) {
+        *match (row.record.footsteps.unfinished_footstep, row.record.footsteps.count) {
             (Some(_), _) => &mut self.fell_in_swing,
             (None, 0) => &mut self.fell_before_any_footstep,
             (None, _) => &mut self.fell_after_landing,
         } += 1;
-        let slipped = row.peak_slip_m > SLIPPED_M;
-        let torque_limited = row.torque_limited_s > TORQUE_LIMITED_S;
+        let slipped = row.record.peak_slip_m > SLIPPED_M;
+        let torque_limited = row.record.torque_limited_s > TORQUE_LIMITED_S;
         self.fell_slipped += u64::from(slipped);
         self.fell_torque_limited += u64::from(torque_limited);
-        let legs_met = row.legs_met_at_s.is_some();
+        let legs_met = row.record.legs_met_at_s.is_some();
         self.fell_legs_met += u64::from(legs_met);
         self.fell_otherwise += u64::from(!slipped && !torque_limited && !legs_met);
     }
@@ -78,7 +78,7 @@ pub struct FallCause {
 impl FallCause {
     /// Counts one more trial among `causes`, which are in the order of their names.
     pub fn add(causes: &mut Vec<Self>, row: &TrialRow) {
-        let cause = match (row.outcome, &row.fall_cause) {
+        let cause = match (row.record.outcome, &row.record.fall_cause) {
             (Outcome::Fell, Some(cause)) => cause.clone(),
             (Outcome::Diverged, Some(cause)) => format!("diverged, {cause}"),
             _ => return,
@@ -108,14 +108,12 @@ mod tests {
     fn each_failure_is_of_one_time_and_a_fall_may_have_several_flags() {
         let with =
             |(outcome, footsteps, foot, slip_mm, limited_ms, legs_met): (_, u32, Option<Foot>, f64, f64, bool)| {
-                TrialRow {
-                    footsteps,
-                    unfinished_footstep: foot,
-                    peak_slip_m: 1e-3 * slip_mm,
-                    torque_limited_s: 1e-3 * limited_ms,
-                    legs_met_at_s: legs_met.then_some(1.0),
-                    ..row(0, "paper", 3.0, outcome)
-                }
+                row(0, "paper", 3.0, outcome).with(|row| {
+                    let record = &mut row.record;
+                    (record.footsteps.count, record.footsteps.unfinished_footstep) = (footsteps, foot);
+                    (record.peak_slip_m, record.torque_limited_s) = (1e-3 * slip_mm, 1e-3 * limited_ms);
+                    record.legs_met_at_s = legs_met.then_some(1.0);
+                })
             };
         let mut failures = Failures::default();
         for trial in [
@@ -152,7 +150,7 @@ mod tests {
     fn causes_of_falls_and_of_what_diverged_are_counted_and_the_most_frequent_is_first() {
         let mut causes = Vec::new();
         for (cause, outcome) in [("b", Fell), ("c", Fell), ("a", Fell), ("c", Fell), ("b", Diverged)] {
-            let row = TrialRow { fall_cause: Some(cause.into()), ..row(0, "a", 1.0, outcome) };
+            let row = row(0, "a", 1.0, outcome).with(|row| row.record.fall_cause = Some(cause.into()));
             FallCause::add(&mut causes, &row);
         }
         let causes = FallCause::most_frequent_first(&causes);

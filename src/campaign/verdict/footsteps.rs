@@ -25,7 +25,7 @@ impl ByFootsteps {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::row::{TrialRow, tests::row};
+    use crate::campaign::store::row::tests::row;
     use crate::episode::Outcome::{Fell, Recovered};
     use crate::robot::Foot::{Left, Right};
 
@@ -39,8 +39,11 @@ mod tests {
             (Fell, 2, None),
             (Fell, 4, Some(Right)),
         ];
-        let rows = rows.map(|(outcome, footsteps, unfinished_footstep)| {
-            Ended::of(&TrialRow { footsteps, unfinished_footstep, ..row(0, "paper", 3.0, outcome) })
+        let rows = rows.map(|(outcome, footsteps, in_the_air)| {
+            Ended::of(&row(0, "paper", 3.0, outcome).with(|row| {
+                row.record.footsteps.count = footsteps;
+                row.record.footsteps.unfinished_footstep = in_the_air;
+            }))
         });
         let counts = ByFootsteps::new(&rows).unwrap().by_footsteps.map(|count| (count.recovered, count.trials));
         assert_eq!(counts, [(1, 2), (1, 2), (0, 1), (0, 1)]);

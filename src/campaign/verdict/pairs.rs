@@ -421,8 +421,8 @@ mod tests {
     fn times_are_compared_trial_by_trial_where_both_recover() {
         let mut rows = rows(&[vec![[Recovered; 2]; 12], vec![[Recovered, Fell]]].concat());
         for row in rows.iter_mut().filter(|row| row.set == "b") {
-            row.settled_at_s = row.settled_at_s.map(|s| s + 0.1 + 0.001 * row.trial as f64);
-            row.footsteps = 1;
+            row.record.settled_at_s = row.record.settled_at_s.map(|s| s + 0.1 + 0.001 * row.trial as f64);
+            row.record.footsteps.count = 1;
         }
         let pair = Pair::all(&Digest::of_rows(&rows, &["a", "b"]), &[(0, 1)], &[], AT_ONCE).remove(0);
         let (settling, footsteps) = (pair.settling_s.unwrap(), pair.footsteps.unwrap());

@@ -67,13 +67,13 @@ impl Prediction {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::row::{TrialRow, tests::row};
+    use crate::campaign::store::row::tests::row;
     use crate::episode::Membership::{Empty, Inside, Outside};
     use crate::episode::Outcome::{self, Fell, Recovered};
 
     fn ended((side, margin, outcome): (Option<Membership>, Option<f64>, Outcome)) -> Ended {
         let promise_margin = side.map(|_| margin.unwrap_or(f64::NEG_INFINITY));
-        Ended::of(&TrialRow { promise_margin, ..row(0, "a", 1.0, outcome) })
+        Ended::of(&row(0, "a", 1.0, outcome).with(|row| row.record.promise_margin = promise_margin))
     }
 
     #[test]

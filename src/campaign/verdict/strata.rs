@@ -155,7 +155,7 @@ mod tests {
         let campaign = campaign(name, set);
         of_rows((0..trials).map(|trial| {
             let (pushes, variation) = (trial::pushes(&campaign, trial), trial::variation(&campaign, trial));
-            TrialRow::new(trial, "a", &pushes, None, &variation, record(Recovered))
+            TrialRow::new(trial, "a", &pushes, None, variation, record(Recovered))
         }))
     }
 
@@ -216,12 +216,14 @@ mod tests {
 
     #[test]
     fn labels_tell_the_edges_and_their_unit() {
-        let strata = of_rows((0..30).map(|i| TrialRow {
-            duration_s: 0.02 + 0.001 * i as f64,
-            friction: Some(0.5 + 0.01 * i as f64),
-            trunk_com_x_m: Some(-0.01501 + 0.001 * i as f64),
-            height_m: 0.1 + 0.002 * i as f64,
-            ..row(i, "a", 1.0 + 0.1 * i as f64, Fell)
+        let strata = of_rows((0..30).map(|i| {
+            let share = i as f64;
+            row(i, "a", 1.0 + 0.1 * share, Fell).with(|row| {
+                row.push.duration_s = 0.02 + 0.001 * share;
+                row.push.height_m = 0.1 + 0.002 * share;
+                row.variation.friction = Some(0.5 + 0.01 * share);
+                row.variation.trunk_com_x_m = Some(-0.01501 + 0.001 * share);
+            })
         }));
         for (by, expected) in [
             ("impulse", &["below 2.0 N s", "2.0 to 3.0 N s", "from 3.0 N s"][..]),
@@ -239,11 +241,12 @@ mod tests {
     fn a_slope_counts_by_its_rise_along_the_push() {
         let slopes =
             [(1.0, 0.0, 10.0), (1.0, 180.0, 10.0), (-1.0, 180.0, 10.0), (-1.0, 0.0, 10.0), (1.0, -90.0, -100.0)];
-        let strata = of_rows((0..).zip(slopes).map(|(i, (slope_deg, towards_deg, heading_deg))| TrialRow {
-            slope_deg: Some(slope_deg),
-            slope_heading_deg: Some(towards_deg),
-            heading_deg,
-            ..row(i, "a", 1.0, Fell)
+        let strata = of_rows((0..).zip(slopes).map(|(i, (slope_deg, towards_deg, heading_deg))| {
+            row(i, "a", 1.0, Fell).with(|row| {
+                row.variation.slope_deg = Some(slope_deg);
+                row.variation.slope_heading_deg = Some(towards_deg);
+                row.push.heading_deg = heading_deg;
+            })
         }));
         assert_eq!((trials(&strata, "uphill"), trials(&strata, "downhill")), (vec![0, 2, 4], vec![1, 3]));
     }

@@ -66,7 +66,7 @@ mod tests {
     fn common_times_leave_out_what_one_set_lost() {
         let mut rows = rows(&[[Recovered, Recovered], [Recovered, Fell], [Recovered, Recovered]]);
         for (row, settled) in rows.iter_mut().zip([1.0, 2.0, 9.0, 9.0, 3.0, 4.0]) {
-            row.settled_at_s = Some(row.start_s + row.duration_s + settled);
+            row.record.settled_at_s = Some(row.push.start_s + row.push.duration_s + settled);
         }
         let rows = Digest::of_rows(&rows, &["a", "b"]);
         let common = CommonSurvivors::new(&rows, true);
@@ -81,10 +81,10 @@ mod tests {
     fn a_trial_that_never_gets_home_is_the_latest() {
         let mut rows = rows(&[[Recovered, Recovered]; 3]);
         let times = |rows: &[TrialRow]| Times::of(Digest::of_rows(rows, &["a"]).of(0).iter(), false);
-        rows[0].home_at_s = None;
+        rows[0].record.home_at_s = None;
         assert_eq!(times(&rows).home, Some(2));
         assert!((times(&rows).median_homing_s.unwrap() - (1.75 - 0.55)).abs() < 1e-12);
-        rows[2].home_at_s = None;
+        rows[2].record.home_at_s = None;
         assert_eq!((times(&rows).home, times(&rows).median_homing_s), (Some(1), None));
     }
 }

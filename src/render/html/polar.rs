@@ -182,7 +182,7 @@ fn ring_part(polar: &Polar, [inner, outer]: At, [from, to]: At) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::row::{TrialRow, tests::row};
+    use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::digest::Digest;
     use crate::episode::Outcome;
 
@@ -190,12 +190,14 @@ mod tests {
     #[test]
     fn headings_are_seen_from_above() {
         let sets = ["hold".to_string()];
-        let turned = |trial, heading_deg| TrialRow { heading_deg, ..row(trial, "hold", 2.0, Outcome::Recovered) };
+        let turned = |trial, heading_deg, outcome| {
+            row(trial, "hold", 2.0, outcome).with(|row| row.push.heading_deg = heading_deg)
+        };
         let rows = [
-            turned(0, 0.0),
-            turned(1, 90.0),
-            turned(2, -270.0),
-            TrialRow { outcome: Outcome::Fell, ..turned(3, 91.0) },
+            turned(0, 0.0, Outcome::Recovered),
+            turned(1, 90.0, Outcome::Recovered),
+            turned(2, -270.0, Outcome::Recovered),
+            turned(3, 91.0, Outcome::Fell),
         ];
         let rows = Digest::of_rows(&rows, &sets);
         let trials = Trials(&rows);

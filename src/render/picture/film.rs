@@ -127,10 +127,10 @@ pub(super) fn moments(film: &Film, count: usize) -> Vec<usize> {
     let end_s = end_s(film);
     let mut times = vec![(pushed_from_s(film) - 2.0 * APART_S).max(0.0)];
     times.extend(film.pushes.iter().map(Push::end_s));
-    for step in &record.footsteps {
+    for step in &record.footsteps.taken {
         times.extend([step.lift_s, (step.lift_s + step.land_s) / 2.0, step.land_s]);
     }
-    times.extend(record.unfinished_footstep.map(|step| step.lift_s));
+    times.extend(record.footsteps.lifted.map(|step| step.lift_s));
     times.extend(record.fell_at_s);
     times.retain(|&time| time < end_s - APART_S);
     times.push(end_s);

@@ -84,7 +84,7 @@ mod tests {
         let push = Push { impulse_n_s: 1.0, heading_deg: 180.0, start_s: 0.3, ..Push::default() };
         let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
         let mut film = Film::take(&robot, &factory, &config, disturbance, (config.until(), 0.5), &mut |_| {});
-        film.record.footsteps = vec![Footstep {
+        film.record.footsteps.taken = vec![Footstep {
             foot: Foot::Left,
             lift_s: 0.4,
             land_s: 0.5,
@@ -118,7 +118,7 @@ mod tests {
         assert_eq!((fewer.len(), fewer[0], fewer[2]), (3, 0.276, 1.0));
         let fallen = {
             let mut film = film.clone();
-            film.record.footsteps.clear();
+            film.record.footsteps.taken.clear();
             film.record.fell_at_s = Some(0.7);
             moments(&film, 4)
         };

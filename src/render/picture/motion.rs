@@ -35,7 +35,7 @@ fn stretches(film: &Film, slow_motion: f64) -> [(f64, f64, f64); 3] {
     let (record, end_s) = (&film.record, end_s(film));
     let from_s = (pushed_from_s(film) - LEAD_S).max(0.0);
     let slow_from_s = (pushed_from_s(film) - SLOW_LEAD_S).max(from_s);
-    let landed_s = record.footsteps.iter().map(|step| step.land_s).fold(pushed_until_s(film), f64::max);
+    let landed_s = record.footsteps.taken.iter().map(|step| step.land_s).fold(pushed_until_s(film), f64::max);
     let slow_to_s = landed_s.max(record.fell_at_s.unwrap_or(0.0)) + SLOW_TAIL_S;
     let slow_to_s = slow_to_s.min(slow_from_s + LONGEST_SLOW_S).min(end_s).max(slow_from_s);
     [(from_s, slow_from_s, 1.0), (slow_from_s, slow_to_s, slow_motion), (slow_to_s, end_s, 1.0)]

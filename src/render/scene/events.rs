@@ -52,7 +52,7 @@ pub fn events(film: &Film, ticks: &[Snapshot], ghost: Option<&Film>) -> Vec<Even
             add(EventKind::Switch, pair[1].time_s, pair[1].time_s, text);
         }
     }
-    for step in &record.footsteps {
+    for step in &record.footsteps.taken {
         let held = match step.in_set_at_landing {
             Some(true) => "; at its landing the new sets hold the state",
             Some(false) => "; at its landing no new set holds the state",
@@ -61,7 +61,7 @@ pub fn events(film: &Film, ticks: &[Snapshot], ghost: Option<&Film>) -> Vec<Even
         let text = format!("{} footstep{held}", step.foot.name());
         add(EventKind::Footstep, step.lift_s, step.land_s, text);
     }
-    if let Some(lifted) = &record.unfinished_footstep {
+    if let Some(lifted) = &record.footsteps.lifted {
         let text = format!("{} footstep, which did not land", lifted.foot.name());
         add(EventKind::Footstep, lifted.lift_s, record.fell_at_s.unwrap_or(last_s), text);
     }

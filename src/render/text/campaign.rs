@@ -85,7 +85,7 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
             push.height_m,
             push.duration_s,
             push.start_s,
-            crate::campaign::store::row::as_text(&push.profile)
+            push.profile.name()
         );
     }
     head.extend([("campaign ", asked), ("engine: ", summary.engine.clone()), ("push:   ", pushed)]);

@@ -140,7 +140,11 @@ impl Told<'_> {
         }
         let varied = self.variation.varied().into_iter();
         head["variation"] = varied.map(|(name, value)| (name.to_string(), json!(value))).collect();
-        with_fields_of(head, &self.record)
+        let mut told = with_fields_of(head, &self.record);
+        told["footsteps"] = json!(self.record.footsteps.taken);
+        told["unfinished_footstep"] = json!(self.record.footsteps.lifted);
+        told["totals"] = json!(self.record.totals.0);
+        told
     }
 
     /// A few lines on what happened and why.
@@ -176,7 +180,7 @@ impl Told<'_> {
         if let Some(told) = self.sets() {
             line("sets", told);
         }
-        for text in footsteps(&record.footsteps, record.unfinished_footstep.as_ref()) {
+        for text in footsteps(&record.footsteps.taken, record.footsteps.lifted.as_ref()) {
             line("footstep", text);
         }
         match (record.outcome, self.witness.dcm_outside_since_s) {
@@ -197,7 +201,7 @@ impl Told<'_> {
             "peaks",
             format!("tilt {:.1} degrees, joint speed {:.1} rad/s", record.peak_tilt_deg, record.peak_joint_speed_rad_s),
         );
-        if let (Some(&switches), true) = (record.totals.get("gain_switches"), factory.regions.len() > 1) {
+        if let (Some(switches), true) = (record.totals.get("gain_switches"), factory.regions.len() > 1) {
             let told = match switches as u64 {
                 0 => "none: the fastest gain acted all the time".into(),
                 1 => "the controller switched or restarted its gain once".into(),
@@ -255,7 +259,7 @@ impl Told<'_> {
         let margin = |m: Option<f64>| m.filter(|m| m.is_finite()).map_or("none".into(), |m| format!("{m:.2}"));
         let [margin, margin_est] = [record.promise_margin, record.promise_margin_est].map(margin);
         let margins = format!("(margin {margin}; of the estimated state {margin_est})");
-        let stepped = !record.footsteps.is_empty() || record.unfinished_footstep.is_some();
+        let stepped = record.footsteps.has_begun();
         let recovered = record.outcome == Outcome::Recovered;
         Some(match side {
             Membership::Empty => format!("{end} there was no CPI set, for there was nothing to stand on"),

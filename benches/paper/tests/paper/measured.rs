@@ -62,7 +62,7 @@ fn seen() -> &'static [Seen; 2] {
 fn see(bench: &Bench, name: &str) -> Seen {
     let push = scenario_push(name);
     let record = bench.push(push);
-    let (swing, land_s) = (record.footsteps[0].foot, record.footsteps[0].land_s);
+    let (swing, land_s) = (record.footsteps.taken[0].foot, record.footsteps.taken[0].land_s);
     let (mut squares, mut count, mut most_yaw_deg) = ([0.0; 2], 0, 0.0_f64);
     let (mut regions, mut at_lift_rad) = ([None; 2], None);
     let (mut tip_turn_deg, mut unloaded_s) = ([0.0_f64; 2], PerFoot::<Vec<f64>>::default());
@@ -98,7 +98,7 @@ fn see(bench: &Bench, name: &str) -> Seen {
         take_larger(&mut most_yaw_deg, truth.posture.base.rotation.euler_angles().2.to_degrees());
         let estimate = account.estimate;
         if account.stands() && estimate.in_contact.left && estimate.in_contact.right {
-            if truth.time_s < record.footsteps[0].lift_s {
+            if truth.time_s < record.footsteps.taken[0].lift_s {
                 regions[0] = account.support().polygon;
             } else if regions[1].is_none() {
                 regions[1] = account.support().polygon;
@@ -223,12 +223,12 @@ fn the_table_tells_what_other_pushes_lead_to() {
     for (told, push) in tried.iter().zip(turned.into_iter().chain(like)) {
         let record = bench.push(push);
         assert_eq!((&told["push"], &told["outcome"]), (&json!(push), &json!(record.outcome)));
-        assert_eq!(told["footsteps"], json!(record.footsteps));
+        assert_eq!(told["footsteps"], json!(record.footsteps.taken));
         tells(&match record.fell_at_s {
             Some(at) => format!("<td>falls at {at:.2} s</td>"),
             None => format!("<td>stands still from {:.2} s</td>", record.settled_at_s.unwrap()),
         });
-        off_deg.push(record.footsteps.first().map(|footstep| {
+        off_deg.push(record.footsteps.taken.first().map(|footstep| {
             tells(&format!("<td>{}: {}</td>", footstep.foot.name(), in_words(footstep)));
             let (sin, cos) = push.heading_deg.to_radians().sin_cos();
             let way = [0, 1].map(|axis| footstep.to_m[axis] - footstep.from_m[axis]);

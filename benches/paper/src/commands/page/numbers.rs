@@ -208,7 +208,7 @@ fn decision(study: &Study) -> Value {
         json!({ "direction_deg": deg, "foot": foot, "reach_left_right_m": [choice.reach.left, choice.reach.right] })
     });
     let imposed = study.errors.iter().map(|run| &run.record).chain(&study.moving).flat_map(|record| &record.footsteps);
-    let footsteps: Vec<_> = study.records().flat_map(|(_, record)| &record.footsteps).chain(imposed).collect();
+    let footsteps: Vec<_> = study.records().flat_map(|(_, record)| &record.footsteps.taken).chain(imposed).collect();
     let at_most = footsteps.iter().filter(|footstep| study.is_at_most(footstep.foot, zmp_error(footstep)));
     json!({
         "alpha": study.rules.alpha,
@@ -301,7 +301,7 @@ fn pushed(study: &Study, pushed: &Pushed) -> Value {
     json!({
         "push": push,
         "outcome": film.record.outcome,
-        "footsteps": film.record.footsteps,
+        "footsteps": film.record.footsteps.taken,
         "settled_at_s": film.record.settled_at_s,
         "snapshots_s": pushed.moments().map(|(i, _)| film.snapshots[i].time_s),
         "stride": {
@@ -319,7 +319,7 @@ fn pushed(study: &Study, pushed: &Pushed) -> Value {
 /// Adds to the numbers of Fig. 12 the angle between each push and its footstep.
 fn with_directions(study: &Study, mut numbers: Value) -> Value {
     let off = |(push, record): (&Push, &Record)| {
-        let way = Vector2::from(way(record.footsteps.first()?));
+        let way = Vector2::from(way(record.footsteps.taken.first()?));
         Some(push.direction().xy().angle(&way).to_degrees())
     };
     let runs = study.records().take(study.pushes.len() + HEADINGS_DEG.len());
@@ -336,8 +336,8 @@ fn with_turns(study: &Study, mut numbers: Value) -> Value {
     let plain = study.by_plain_distance(&pushed.lift);
     let plain = plain.map(|(error, foot)| json!({ "zmp_error_m": [error.x, error.y], "foot": foot }));
     let tried = |(push, record): (&Push, &Record)| {
-        let asked = record.footsteps.first().map(|f| f.zmp_error_m);
-        let asked = asked.or(record.unfinished_footstep.map(|f| f.zmp_error_m));
+        let asked = record.footsteps.taken.first().map(|f| f.zmp_error_m);
+        let asked = asked.or(record.footsteps.lifted.map(|f| f.zmp_error_m));
         let end = match (record.outcome, asked.is_none()) {
             (Outcome::Recovered, true) => "recovers without a footstep",
             (Outcome::Recovered, false) => "steps and recovers",
@@ -346,7 +346,7 @@ fn with_turns(study: &Study, mut numbers: Value) -> Value {
         };
         json!({
             "push": push, "outcome": record.outcome, "fell_at_s": record.fell_at_s, "settled_at_s": record.settled_at_s,
-            "asked_m": asked, "footsteps": record.footsteps, "end": end,
+            "asked_m": asked, "footsteps": record.footsteps.taken, "end": end,
         })
     };
     numbers["most_yaw_deg"] = json!(most);

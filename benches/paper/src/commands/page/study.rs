@@ -63,7 +63,8 @@ pub fn run() -> Result<Study> {
         });
         progress.tick();
         let seen = watch.seen;
-        let (Some(lift), Some(landing), Some(&footstep)) = (seen.lift, seen.landing, film.record.footsteps.first())
+        let (Some(lift), Some(landing), Some(&footstep)) =
+            (seen.lift, seen.landing, film.record.footsteps.taken.first())
         else {
             return Err(is_not(name, "one that leads to a footstep"));
         };
