@@ -79,6 +79,8 @@ pub struct Record {
     /// Speed of the COM (m/s) when the first push starts, which should find a robot at rest. None without a push.
     pub com_speed_at_push_m_s: Option<f64>,
     pub peak_tilt_deg: f64,
+    /// The lowest height of the COM above the ground, as a share of that at home; up to a fall, as all peaks are.
+    pub lowest_com_height_ratio: Option<f64>,
     /// Largest joint torque, and the largest share of a joint's torque limit.
     pub peak_torque_n_m: f64,
     pub peak_torque_ratio: f64,

@@ -117,7 +117,7 @@ impl<'a> Referee<'a> {
 
     fn fall_cause(&self, truth: &Truth) -> Option<String> {
         let tilt = truth.tilt_rad().to_degrees();
-        let height = (truth.com.z - truth.ground.height_m(truth.com.xy())) / self.home_height;
+        let height = self.com_height_ratio(truth);
         if let Some(link) = truth.touching {
             Some(format!("{} touched the ground", self.robot.links[link].name))
         } else if tilt > self.judge.fallen_tilt_deg {
@@ -129,10 +129,17 @@ impl<'a> Referee<'a> {
         }
     }
 
+    /// Height of the COM above the ground, as a share of that at home.
+    fn com_height_ratio(&self, truth: &Truth) -> f64 {
+        (truth.com.z - truth.ground.height_m(truth.com.xy())) / self.home_height
+    }
+
     fn note_peaks(&mut self, tick: &Tick) {
-        let (truth, report, record) = (tick.truth, &tick.report, &mut self.record);
+        let (truth, report, height) = (tick.truth, &tick.report, self.com_height_ratio(tick.truth));
+        let record = &mut self.record;
         let tilt_deg = truth.tilt_rad().to_degrees();
         record.peak_tilt_deg = record.peak_tilt_deg.max(tilt_deg);
+        record.lowest_com_height_ratio = Some(record.lowest_com_height_ratio.map_or(height, |least| least.min(height)));
         let mut torque_ratio = 0.0_f64;
         for (i, (tau, servo)) in truth.tau.iter().zip(&self.robot.servos).enumerate() {
             record.peak_torque_n_m = record.peak_torque_n_m.max(tau.abs());
@@ -193,6 +200,11 @@ mod tests {
     use crate::robot::controller::tests::stiff;
 
     fn home_at_s(impulse_n_s: f64, home_radius_m: f64) -> Option<f64> {
+        pushed(impulse_n_s, home_radius_m).home_at_s
+    }
+
+    /// The record of half a second in which stiff joints are pushed.
+    fn pushed(impulse_n_s: f64, home_radius_m: f64) -> Record {
         let robot = Robot::load("ut-mu2").unwrap();
         let factory = stiff();
         let judge = Judge { home_radius_m, ..Judge::of(&crate::robot::Units::of(&robot)) };
@@ -204,7 +216,7 @@ mod tests {
         };
         let push = Push { impulse_n_s, start_s: 0.1, ..Push::default() };
         let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-        run(&robot, &factory, &config, disturbance, config.until(), &mut |_| {}).home_at_s
+        run(&robot, &factory, &config, disturbance, config.until(), &mut |_| {})
     }
 
     /// A push that starts between two ticks does not count as motion before it.
@@ -220,6 +232,12 @@ mod tests {
             let speed_m_s = record.com_speed_at_push_m_s.unwrap();
             assert!(speed_m_s < 0.005, "pushed at {start_s} s, it moved at {speed_m_s} m/s");
         }
+    }
+
+    #[test]
+    fn the_com_is_lowest_on_the_way_to_the_ground() {
+        let [stands, falls] = [0.0, 4.0].map(|n_s| pushed(n_s, 0.005).lowest_com_height_ratio.unwrap());
+        assert!((0.99..=1.0).contains(&stands) && falls < 0.98, "{stands}, {falls}");
     }
 
     #[test]
