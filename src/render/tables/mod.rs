@@ -36,6 +36,7 @@ pub fn of(summary: &Summary) -> Vec<Told> {
         ("engines", Short, pairs::agreement(summary)),
         ("engines", Full, pairs::agreement_by_kind(summary)),
         ("curves", Full, sets::limits(summary)),
+        ("curves", Page, sets::by_impulse(summary)),
         ("strata", Full, sets::by_kind(summary)),
         ("failures", Full, sets::losses(summary)),
         ("failures", Full, sets::causes(summary)),
@@ -91,6 +92,10 @@ mod tests {
         assert!(rows(&summary, "rates", "controller")[2].starts_with("b | 5/25 | 20.0 % |"));
         assert_eq!(rows(&summary, "failures", "lost")[1], "trials | 100 | 25 | 100");
         let kinds = rows(&summary, "strata", "kind of trial");
+        let bins = rows(&summary, "curves", "impulse, N s");
+        let of_b = bins[1..].iter().map(|bin| bin.split(" | ").nth(2).unwrap());
+        let trials = of_b.filter_map(|told| told.split(['/', ' ']).nth(1)?.parse::<u32>().ok()).sum::<u32>();
+        assert_eq!(trials, 25, "{bins:?}");
         assert_eq!(kinds[3], "impulse: from 2.32 N s | 34 | 91.2 % of 34 | - | 88.2 % of 34");
     }
 
@@ -142,7 +147,7 @@ mod tests {
         none.sets = vec![SetSummary { foretold: None, ..none.sets[0].clone() }];
         assert_eq!(
             of(&none).iter().map(|told| told.section).collect::<Vec<_>>(),
-            ["rates", "curves", "strata", "times"]
+            ["rates", "curves", "curves", "strata", "times"]
         );
         all.extend(of(&none));
         for Told { table, .. } in all {

@@ -85,6 +85,17 @@ pub(super) fn by_kind(summary: &Summary) -> Table {
     )
 }
 
+/// How often each recovered, by the impulse of the first push: the figures behind the points of the curves.
+pub(super) fn by_impulse(summary: &Summary) -> Table {
+    let corner = once(words("impulse, N s")).chain(columns(summary.sets.iter().enumerate()));
+    let mut table = Table::new("Recovered, by impulse", corner);
+    for (i, bin) in summary.sets.iter().take(1).flat_map(|set| &set.by_impulse).enumerate() {
+        let range = cell(format!("{:.2} to {:.2}", bin.from_n_s, bin.to_n_s));
+        table.row(once(range).chain(summary.sets.iter().map(|set| rate_of(&set.by_impulse[i].count))));
+    }
+    table
+}
+
 /// A kind of trial in words: the quantity, without its unit, and which of its values.
 pub(super) fn kind(by: &str, label: &str) -> String {
     let name = by.strip_suffix("_m").or(by.strip_suffix("_s")).unwrap_or(by);
