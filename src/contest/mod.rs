@@ -8,46 +8,17 @@
 //!
 //! ```
 //! use standfast::campaign::{Campaign, Overrides, Plan, run::run_all};
-//! use standfast::contest::Settings;
-//! use standfast::error::Result;
-//! use standfast::robot::{Command, Controller, Factory, Report, Robot, Sensed, TickError};
+//! use standfast::contest::Own;
+//! use standfast::robot::{Command, Controller, Factory, Report, Sensed, TickError};
 //!
 //! /// Holds the posture of the start, with an angular velocity of the ankles against that of the trunk.
-//! #[derive(Debug, Clone)]
-//! struct Ankles {
-//!     gain: f64,
-//! }
-//!
-//! impl Settings for Ankles {
-//!     fn name(&self) -> &str {
-//!         "ankles"
-//!     }
-//!     fn check(&self, _file: &str) -> Result<()> {
-//!         Ok(())
-//!     }
-//!     // Whatever the controller depends on: a result with other numbers is another result.
-//!     fn tree(&self) -> toml::Table {
-//!         toml::Table::from_iter([("gain".to_string(), self.gain.into())])
-//!     }
-//!     fn prepare(&self, robot: &Robot, _period_s: f64) -> Result<Factory> {
-//!         let is_ankle = |(i, joint): (usize, &standfast::robot::Joint)| joint.name.contains("ankle_flexion").then_some(i);
-//!         let ankles: Vec<usize> = robot.joints.iter().enumerate().filter_map(is_ankle).collect();
-//!         let (home, gain) = (robot.home_command(), self.gain);
-//!         Ok(Factory::new("ankles", "with damped ankles", move |_seed| Damped { home: home.clone(), ankles: ankles.clone(), gain }))
-//!     }
-//! }
-//!
 //! #[derive(Clone)]
-//! struct Damped {
-//!     home: Command,
-//!     ankles: Vec<usize>,
-//!     gain: f64,
-//! }
+//! struct Damped(Command, Vec<usize>, f64);
 //!
 //! impl Controller for Damped {
-//!     fn tick(&mut self, sensed: &Sensed, command: &mut Command) -> std::result::Result<(), TickError> {
-//!         command.clone_from(&self.home);
-//!         self.ankles.iter().for_each(|&i| command.tau_ff[i] += self.gain * sensed.imu.gyro.y);
+//!     fn tick(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), TickError> {
+//!         command.clone_from(&self.0);
+//!         self.1.iter().for_each(|&ankle| command.tau_ff[ankle] += self.2 * sensed.imu.gyro.y);
 //!         Ok(())
 //!     }
 //!     fn report(&self) -> Report {
@@ -58,16 +29,21 @@
 //!     }
 //! }
 //!
-//! # fn main() -> Result<()> {
+//! # fn main() -> standfast::error::Result<()> {
+//! let gain = 0.5;
+//! let ours = Own::new("ankles", toml::toml! { gain = 0.5 }, move |robot, _period_s| {
+//!     let ankles = (0..robot.joints.len()).filter(|&i| robot.joints[i].name.contains("ankle_flexion"));
+//!     let damped = Damped(robot.home_command(), ankles.collect(), gain);
+//!     Ok(Factory::new("ankles", "with damped ankles", move |_seed| damped.clone()))
+//! });
 //! let overrides = Overrides { gains: vec!["hold".into(), "fixed".into()], ..Overrides::default() };
-//! let plan = Plan::new(&Campaign::load("smoke", &overrides)?)?.and(Box::new(Ankles { gain: 0.5 }))?;
+//! let plan = Plan::new(&Campaign::load("smoke", &overrides)?)?.and(ours)?;
 //! # let folder = tempfile::tempdir().unwrap();
 //! # let out = folder.path().join("result");
-//! let summary = run_all(&plan, &out)?;
-//! for set in &summary.sets {
+//! for set in &run_all(&plan, &out)?.sets {
 //!     println!("{} recovers from {} of {} pushes", set.name, set.count.recovered, set.count.trials);
 //! }
-//! assert_eq!((summary.sets.len(), &summary.sets[2].name[..]), (3, "ankles"));
+//! # assert_eq!(standfast::campaign::Folder::existing(&out)?.manifest.sets[2], "ankles");
 //! # Ok(())
 //! # }
 //! ```
@@ -86,7 +62,7 @@ use std::any::Any;
 use variant::Listed;
 
 pub use kinds::read;
-pub use settings::Settings;
+pub use settings::{Own, Settings};
 
 /// Loads a built-in controller, a file, or a variant of either.
 pub fn load(entry: &str) -> Result<Box<dyn Settings>> {

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::robot::{Factory, Robot};
 use std::any::Any;
-use std::fmt::Debug;
+use std::fmt::{self, Debug};
 use toml::Table;
 
 /// The settings of a controller, read and checked, for any robot.
@@ -24,4 +24,50 @@ pub trait Settings: Any + Debug + Send + Sync {
 
     /// Prepares the controller for a robot and a control period (s). Fails if the settings do not suit the robot.
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory>;
+}
+
+/// A controller of a program of your own, which has no file.
+pub struct Own {
+    name: String,
+    tree: Table,
+    prepare: Box<Prepare>,
+}
+
+/// Makes the factory of a controller for a robot and a control period (s).
+type Prepare = dyn Fn(&Robot, f64) -> Result<Factory> + Send + Sync;
+
+impl Own {
+    /// `tree` is whatever the controller depends on: a result with other numbers is another result. `prepare` makes its
+    /// factory for a robot and a control period (s).
+    pub fn new(
+        name: impl Into<String>,
+        tree: Table,
+        prepare: impl Fn(&Robot, f64) -> Result<Factory> + Send + Sync + 'static,
+    ) -> Box<Self> {
+        Box::new(Self { name: name.into(), tree, prepare: Box::new(prepare) })
+    }
+}
+
+impl Debug for Own {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "Own({}, {:?})", self.name, self.tree)
+    }
+}
+
+impl Settings for Own {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn check(&self, _file: &str) -> Result<()> {
+        Ok(())
+    }
+
+    fn tree(&self) -> Table {
+        self.tree.clone()
+    }
+
+    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory> {
+        (self.prepare)(robot, period_s)
+    }
 }
