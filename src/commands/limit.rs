@@ -57,9 +57,9 @@ pub struct LimitArgs {
     /// End a search after so many trials at the latest, and mark its result
     #[arg(long, value_name = "N", default_value_t = 150)]
     pub max_trials: u64,
-    /// Episodes for each impulse of the search for the first loss, which goes up in steps of the precision; with 1, limit
-    /// takes some 5 times as long as with 0, which leaves this search out
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    /// Pushes at each step of the search for the first loss, which goes up in steps of the precision; with 3, limit takes
+    /// some 12 times as long as with 0, which leaves this search out
+    #[arg(long, value_name = "N", default_value_t = 3)]
     pub replicas: u64,
     /// Number of threads, or 0 for one on each core; the result does not depend on it
     #[arg(long, value_name = "T", default_value_t = 0, value_parser = up_to(MOST_THREADS))]

@@ -25,7 +25,8 @@ use std::sync::atomic::AtomicBool;
 pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, SetLimit};
 pub use yardstick::{Heading, Yardstick};
 
-/// Distance between the first trials of two headings. What a seed yields depends on it.
+/// Distance between the first trials of two headings that are a thousandth of a degree apart. What a seed yields depends
+/// on it.
 const TRIALS_APART: u64 = 1 << 20;
 /// Largest number of headings.
 pub const MOST_HEADINGS: usize = 360;
@@ -140,7 +141,7 @@ impl<'a> Searches<'a> {
                 set: s,
                 heading_deg: heading.heading_deg,
                 bound_one_step_n_s: heading.bound_one_step_n_s,
-                first_trial: h as u64 * TRIALS_APART,
+                first_trial: first_trial(heading.heading_deg),
                 replicas: options.replicas,
                 stop,
                 on_episode,
@@ -169,6 +170,11 @@ impl<'a> Searches<'a> {
             headings,
         })
     }
+}
+
+/// Index of the first trial at a heading. It depends on nothing else, so that neither does what is found there.
+fn first_trial(heading_deg: f64) -> u64 {
+    (1e3 * heading_deg).round() as u64 * TRIALS_APART
 }
 
 /// Rounds a number to two digits.

@@ -27,9 +27,9 @@ pub struct SetLimit {
     pub safe_n_s: Option<f64>,
     /// The loss at which that search ended; None if nothing was lost, or not searched for.
     pub first_loss: Option<FirstLoss>,
-    /// ClosedLoop of that search.
+    /// Number of trials of that search.
     pub safe_trials: u64,
-    /// ClosedLoop of the search for `impulse50_n_s`, and how they ended.
+    /// Number of trials of the search for `impulse50_n_s`, and how they ended.
     pub trials: u64,
     pub recovered: u64,
     pub fell: u64,
@@ -54,6 +54,11 @@ impl SetLimit {
     /// Whether the robot survives harder pushes although it loses an easier one.
     pub fn has_hole(&self) -> bool {
         self.first_loss.is_some() && self.safe_n_s.is_some_and(|safe_n_s| safe_n_s < HOLE * self.impulse50_n_s)
+    }
+
+    /// Number of pushes from which the robot recovered before the first loss.
+    pub fn safe_pushes(&self) -> u64 {
+        self.safe_trials - u64::from(self.first_loss.is_some())
     }
 
     /// Whether the intervals of two limits do not overlap.
@@ -148,8 +153,8 @@ impl Search<'_> {
         })
     }
 
-    /// Goes up from small impulses, a grid of `grid_n_s`, to the first loss. The replicas of an impulse differ from it by
-    /// what means nothing, so that no recovery is a matter of luck.
+    /// Goes up from small impulses, in steps of `grid_n_s`, to the first loss. At each step it tries `replicas` pushes that
+    /// are almost the same, since one of them may recover by luck.
     fn safe(&self, grid_n_s: f64, most_n_s: f64) -> Result<Safe> {
         let mut safe = Safe { up_to_n_s: 0.0, first_loss: None, trials: 0 };
         let points = ((most_n_s / grid_n_s) as u64).min(SAFE_POINTS);
