@@ -95,7 +95,7 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     standfast(dir.path(), &short(&sweep)).success();
     let whole = files(&out);
     let campaign = String::from_utf8(whole["campaign.toml"].clone()).unwrap();
-    let listed = r#"gains = ["hold", "inputs/gains/mine.toml:zmp_margin=0.02", "inputs/gains/mine.toml:zmp_margin=0.4", "fixed:gains.0.x=[0.8,1,5]"]"#;
+    let listed = r#"gains = ["hold", "inputs/gains/mine.toml", "inputs/gains/mine.toml:zmp_margin=0.02", "inputs/gains/mine.toml:zmp_margin=0.4", "fixed", "fixed:gains.0.x=[0.8,1,5]"]"#;
     assert!(campaign.contains(listed), "{campaign}");
     assert_eq!(whole.keys().filter(|name| name.starts_with("inputs/")).collect::<Vec<_>>(), ["inputs/gains/mine.toml"]);
 
@@ -110,16 +110,16 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     fs::remove_file(&mine).unwrap();
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();
     let run = standfast(dir.path(), &["run", "out/campaign.toml", "--out", "out", "--replays=0"]).success();
-    assert!(stderr(&run).contains("goes on, 84 of 104 episodes are there"), "{}", stderr(&run));
+    assert!(stderr(&run).contains("goes on, 126 of 156 episodes are there"), "{}", stderr(&run));
     assert!(files(&out) == whole, "resumed");
 
     let rows = rows(&out.join("parts/part-000005.csv"));
     let sets: Vec<&str> = rows.iter().map(|row| row["set"].as_str().unwrap()).collect();
-    assert_eq!(sets, ["hold", "mine zmp_margin=0.02", "mine zmp_margin=0.4", "fixed x=[0.8,1,5]"]);
-    assert_ne!(rows[1]["promise_margin"], rows[2]["promise_margin"], "a variant is another set");
+    assert_eq!(sets, ["hold", "mine", "mine zmp_margin=0.02", "mine zmp_margin=0.4", "fixed", "fixed x=[0.8,1,5]"]);
+    assert_ne!(rows[2]["promise_margin"], rows[3]["promise_margin"], "a variant is another set");
     // By the name in the results, and as in the list, where the file is called by the name of its set.
-    let asked = [sets[1], sets[2], sets[3], "mine:zmp_margin=0.4", "fixed:gains.0.x=[0.8,1,5]"];
-    for (set, row) in asked.into_iter().zip([1, 2, 3, 2, 3].map(|i| &rows[i])) {
+    let asked = [sets[2], sets[3], sets[5], "mine:zmp_margin=0.4", "fixed:gains.0.x=[0.8,1,5]"];
+    for (set, row) in asked.into_iter().zip([2, 3, 5, 3, 5].map(|i| &rows[i])) {
         let args = ["push", "--json", "--campaign=out/campaign.toml", "--trial=25", "--gains", set];
         let replay: serde_json::Value = serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
         for name in REPLAYED {
@@ -129,7 +129,7 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
 }
 
 #[test]
-fn a_sweep_alone_replaces_the_gain_sets_and_many_sets_stay_within_80_columns() {
+fn a_sweep_alone_replaces_the_gain_sets_begins_with_the_unchanged_one_and_many_sets_stay_within_80_columns() {
     let dir = folder();
     let sweep = "--vary=switching:zmp_margin=0.02,0.04,0.06,0.08,0.1,0.12,0.14,0.16,0.18,0.2,0.22,0.24";
     let args: Vec<&str> =
@@ -143,7 +143,11 @@ fn a_sweep_alone_replaces_the_gain_sets_and_many_sets_stay_within_80_columns() {
     assert!(tables.matches("zmp_margin=0.24").count() >= 4, "{tables}");
     let summary: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(dir.path().join("out/summary.json")).unwrap()).unwrap();
-    assert_eq!(summary["sets"].as_array().unwrap().len(), 12);
+    assert_eq!(summary["sets"].as_array().unwrap().len(), 13);
+    assert_eq!((&summary["reference"], &summary["sets"][0]["name"]), (&"switching".into(), &"switching".into()));
+    let is_of_reference = |pair: &serde_json::Value| [&pair["a"], &pair["b"]].contains(&&summary["reference"]);
+    assert!(summary["pairs"].as_array().unwrap()[..12].iter().all(is_of_reference), "they come first");
+    assert!(text.contains(" headings ") && text.contains("than switching, over all"), "{text}");
     let picture = fs::read_to_string(dir.path().join("out/success.svg")).unwrap();
     assert!(picture.contains("switching zmp_margin=0.24"), "{picture}");
 }

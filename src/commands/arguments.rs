@@ -48,8 +48,9 @@ pub struct ChangeArgs {
     /// Compare variants of a controller: one for each value of a key, such as paper:stepping.alpha=2,5.
     ///
     /// The key names the table and the value in it, and counts in an array from 0: `gains.0.x`. The values are TOML.
-    /// The variants replace the campaign's controllers, or come after those of --controller. If the option is given
-    /// several times, each adds its variants; keys are not combined. --controller takes a single variant, SET:KEY=VALUE.
+    /// The unchanged controller and its variants replace the campaign's controllers, or come after those of --controller.
+    /// If the option is given several times, each adds its variants; keys are not combined. --controller takes a single
+    /// variant, SET:KEY=VALUE.
     #[arg(long, value_name = "SET:KEY=V1,V2,...")]
     pub vary: Vec<String>,
     /// Robot by name or URDF file; its settings are in a .toml file of the same name beside it, or are inferred

@@ -26,7 +26,7 @@ use std::sync::{Mutex, PoisonError};
   standfast run smoke                              a small campaign that takes seconds
   standfast run my.toml --trials 200 --gains switching --gains mine.toml
   standfast run --set push.impulse_n_s=2.5 --set 'push.heading_deg={uniform=[-45, 45]}'
-  standfast run --vary paper:stepping.alpha=2,5,15,60   a sweep: four variants of `paper`
+  standfast run --vary paper:stepping.alpha=2,5,15,60   a sweep: `paper` and four variants
   standfast run --vary 'fixed:gains.0.x=[0.15, 1, 5],[1, 1, 5]' --gains fixed
   standfast run --shard 1/4 --out results          a quarter of the campaign, on this machine
   standfast merge results                          joins the quarters when all four are there

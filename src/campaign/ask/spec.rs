@@ -105,7 +105,8 @@ pub struct Overrides {
     pub seed: Option<u64>,
     /// Replaces the list of controllers unless empty. Paths are relative to the working folder.
     pub gains: Vec<String>,
-    /// Sweeps `SET:KEY=V1,V2,...`. Their variants follow `gains`, and the campaign's own list is dropped.
+    /// Sweeps `SET:KEY=V1,V2,...`. Their variants follow `gains` and what they are variants of; the campaign's own
+    /// list is dropped.
     pub vary: Vec<String>,
     pub robot: Option<String>,
     pub engine: Option<Engine>,
@@ -176,6 +177,11 @@ impl Campaign {
             campaign.gains.clone_from(&overrides.gains);
         }
         for sweep in &overrides.vary {
+            // What is unchanged goes first: each variant is compared with it.
+            let unchanged = Listed::split(sweep).base;
+            if !campaign.gains.iter().any(|listed| listed == unchanged) {
+                campaign.gains.push(unchanged.into());
+            }
             campaign.gains.extend(variant::expand(sweep)?);
         }
         if let Some(robot) = &overrides.robot {

@@ -8,6 +8,7 @@
 use crate::assets;
 use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::ask::spec::{Campaign, MOST_TRIALS};
+use crate::contest::variant::Listed;
 use crate::error::{Error, Result};
 use crate::files::{json_pretty, sha256_hex, write_atomic};
 use crate::sim::PhysicsStep;
@@ -155,6 +156,16 @@ impl Manifest {
         }
         Ok(())
     }
+
+    /// The controller of which all others are variants, in the result of a sweep; None in any other.
+    pub fn reference(&self) -> Option<&str> {
+        let listed: Vec<Listed> = self.campaign.gains.iter().map(|listed| Listed::split(listed)).collect();
+        let mut unchanged = (0..listed.len()).filter(|&i| listed[i].change.is_none());
+        let (Some(only), None) = (unchanged.next(), unchanged.next()) else { return None };
+        let is_sweep = listed.len() > 1 && listed.len() == self.sets.len();
+        let all_its = listed.iter().all(|variant| variant.base == listed[only].base);
+        (is_sweep && all_its).then(|| &self.sets[only][..])
+    }
 }
 
 /// Most trials in a part.
@@ -242,6 +253,21 @@ mod tests {
         write_atomic(&dir.path().join(file), b"name = 'more'").unwrap();
         let message = Manifest::read(dir.path()).unwrap_err().to_string();
         assert!(message.contains(file) && message.contains("restore it"), "{message}");
+    }
+
+    #[test]
+    fn only_a_sweep_of_one_controller_has_a_reference() {
+        let of = |listed: &[&str], sets: usize| {
+            let mut manifest = folder(Path::new("")).manifest;
+            manifest.campaign.gains = listed.iter().map(|name| name.to_string()).collect();
+            manifest.sets = (0..sets).map(|i| format!("set {i}")).collect();
+            manifest.reference().map(String::from)
+        };
+        assert_eq!(of(&["paper:zmp_margin=0", "paper", "paper:zmp_margin=1"], 3), Some("set 1".into()));
+        for other in [&["paper"][..], &["paper", "hold"], &["paper:zmp_margin=0", "hold"], &["paper:zmp_margin=0"]] {
+            assert_eq!(of(other, other.len()), None, "{other:?}");
+        }
+        assert_eq!(of(&["paper", "paper:zmp_margin=0"], 4), None, "a comparison of two results");
     }
 
     #[test]

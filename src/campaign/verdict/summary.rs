@@ -65,6 +65,9 @@ pub struct Summary {
     /// How `ci95` and `adjusted_ci95` are computed.
     pub interval: &'static str,
     pub sets: Vec<SetSummary>,
+    /// The controller of which all others are variants, if there is one. Its pairs come first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
     /// Times over the trials that every set survived, which can be compared between sets.
     pub common_survivors: CommonSurvivors,
     /// Every pair of sets, compared trial by trial, ordered by verdict. In a comparison of two results each pair has
@@ -96,7 +99,9 @@ impl Summary {
         let (trials, strata) = (rows.trials(), strata(&rows.drawn));
         let sets: Vec<SetSummary> =
             (0..manifest.sets.len()).map(|i| SetSummary::new(i, rows, &bins, &strata, deciding.end_early)).collect();
-        let pairs = Pair::all(rows, pairs, &strata, deciding);
+        let mut pairs = Pair::all(rows, pairs, &strata, deciding);
+        let reference = manifest.reference().map(String::from);
+        pairs.sort_by_key(|pair| reference.as_ref().is_some_and(|name| pair.a != *name && pair.b != *name));
         let warnings = [warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, rows)].concat();
         Self {
             name: campaign.name.clone(),
@@ -120,6 +125,7 @@ impl Summary {
             units: campaign.units,
             interval: if deciding.when == When::Once { INTERVAL } else { SEQUENTIAL_INTERVAL },
             sets,
+            reference,
             common_survivors: CommonSurvivors::new(rows, deciding.end_early),
             pairs,
             gates: gates.judged(rows),

@@ -31,6 +31,7 @@ pub fn of(summary: &Summary) -> Vec<Told> {
     let (pair_times, pair_kinds) = (pairs::shifts(summary), pairs::by_kind(summary));
     let each = [
         ("rates", Short, sets::rates(summary)),
+        ("pairs", Full, pairs::effects(summary)),
         ("pairs", Full, pairs::counts(summary)),
         ("", Short, pairs::gates(summary)),
         ("engines", Short, pairs::agreement(summary)),

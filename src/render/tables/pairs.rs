@@ -43,6 +43,38 @@ pub(super) fn counts(summary: &Summary) -> Table {
     table.with_note(format!("{about} {}", about_pairs(summary)))
 }
 
+/// In a sweep, what each change does: over all trials, and by heading.
+pub(super) fn effects(summary: &Summary) -> Table {
+    let Some(reference) = &summary.reference else { return Table::default() };
+    let variants = summary.sets.iter().enumerate().filter_map(|(i, set)| {
+        let with =
+            |pair: &&Pair| [&pair.a, &pair.b] == [&set.name, reference] || [&pair.b, &pair.a] == [&set.name, reference];
+        summary.pairs.iter().find(with).map(|pair| (i, &set.name, pair, if pair.a == set.name { 1.0 } else { -1.0 }))
+    });
+    let variants: Vec<_> = variants.collect();
+    let columns = variants.iter().map(|(i, name, ..)| Column { set: Some(*i), ..number(*name) });
+    let columns = once(words("headings")).chain(columns);
+    let mut table = Table { about_zero: true, ..Table::new(format!("Against {reference}"), columns) };
+    let headings = variants.first().map_or(&[][..], |(_, _, pair, _)| &pair.strata[..]).iter().enumerate();
+    let headings =
+        headings.filter(|(_, stratum)| stratum.by == "heading").map(|(at, of)| (Some(at), of.label.as_str()));
+    for (at, label) in once((None, "all")).chain(headings) {
+        let of_variant = |&(i, _, pair, sign): &(usize, &String, &Pair, f64)| {
+            let whole = (pair.difference, pair.adjusted_ci95);
+            let (seen, ci) = at.map_or(whole, |at| (pair.strata[at].difference, pair.strata[at].ci95));
+            let [seen, least, most] = [seen, ci[0], ci[1]].map(|share| 100.0 * sign * share);
+            Cell {
+                mark: Some(Mark { at: seen, ci: Some([least.min(most), least.max(most)]), set: Some(i) }),
+                ..cell(signed(seen, 1))
+            }
+        };
+        table.row(once(cell(label)).chain(variants.iter().map(of_variant)));
+    }
+    table.with_note(format!(
+        "By how many points more of the trials each recovers than {reference}, over all headings and by heading of the push."
+    ))
+}
+
 /// By kind of trial, how two controllers differ: a table for each pair that is told.
 pub(super) fn by_kind(summary: &Summary) -> Vec<Table> {
     let of_pair = |pair: &Pair| {

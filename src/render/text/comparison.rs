@@ -39,7 +39,8 @@ pub fn about_pairs(summary: &Summary) -> String {
     }
 }
 
-/// The pairs that are shown: all, or those of the set that recovers most if there are too many.
+/// The pairs that are shown: all or, if there are too many, those of one set. It is the unchanged one in a sweep, and else
+/// the one that recovers most.
 pub fn shown(summary: &Summary) -> Vec<&Pair> {
     let (sets, pairs) = (summary.sets.len(), &summary.pairs);
     // In a comparison of two results, each set has its partner, so that the pairs of one set would not tell enough.
@@ -49,9 +50,10 @@ pub fn shown(summary: &Summary) -> Vec<&Pair> {
     pairs.iter().filter(|pair| all || is_worth_a_line(pairs.len(), is_leader, (&pair.a, &pair.b))).collect()
 }
 
-/// The first of the sets that recover most.
+/// The set whose pairs are shown if there are too many.
 fn leader(summary: &Summary) -> &str {
-    leaders(&summary.sets, &summary.pairs).first().map_or("", |set| &set.name)
+    let most = || leaders(&summary.sets, &summary.pairs).first().map_or("", |set| &set.name);
+    summary.reference.as_deref().unwrap_or_else(most)
 }
 
 /// A p-value without "p =".
