@@ -84,6 +84,38 @@ fn a_trial_is_replayed_to_the_bit() {
     }
 }
 
+/// Files, pages and pictures show a trial. They change neither its outcome nor its times.
+#[test]
+fn a_trial_ends_alike_however_it_is_looked_at() {
+    let dir = folder();
+    let gains = ["--gains=hold", "--gains=catch"];
+    let run = [&["run", "smoke", "--trials=1", "--seed=3", "--out=out", "--replays=0"][..], &gains].concat();
+    standfast(dir.path(), &run).success();
+    let rows = rows(&dir.path().join("out/parts/part-000000.csv"));
+    assert_eq!(rows.iter().map(|row| &row["outcome"]).collect::<Vec<_>>(), ["Fell", "Recovered"]);
+    for (row, frames) in rows.iter().zip(["--frames=a", "--frames=b"]) {
+        let set = ["--trial=0", "--json", "--gains", row["set"].as_str().unwrap()];
+        let push = ["push", "--campaign=out/campaign.toml"];
+        let page = ["replay", "out", "--output=page.html"];
+        let looks: [(&[&str], &[&str]); 6] = [
+            (&push, &[]),
+            (&push, &["--trace=t.csv"]),
+            (&push, &["--plot=p.svg", "--replay=r.html"]),
+            (&push, &[frames]),
+            (&page, &[]),
+            (&page, &["--trace=t.csv", "--plot=p.svg"]),
+        ];
+        for (command, look) in looks {
+            let looked = standfast(dir.path(), &[command, &set, look].concat()).success();
+            let seen: serde_json::Value = serde_json::from_str(&stdout(&looked)).unwrap();
+            for name in REPLAYED {
+                assert_eq!(row[name], seen[name], "{name} of {command:?} with {look:?}");
+            }
+            assert!(!stderr(&looked).contains("is not as it was"), "{command:?}: {}", stderr(&looked));
+        }
+    }
+}
+
 #[test]
 fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     let dir = folder();
