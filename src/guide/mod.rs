@@ -7,7 +7,7 @@
 //! 5. [`robots`]: robots that are not as designed, your own robot, and the controller alone as a library
 //! 6. [`gains`]: your own controller, or your own settings of ours
 //! 7. [`paper`]: the paper's scenarios, and where this program departs from the paper
-//! 8. [`measured`]: every figure, with its date and the command that measures it
+//! 8. [`measured`]: what holds now, one table a question; [`history`]: what was measured over time, and what was tried
 //! 9. [`engines`]: what depends on the physics engine, and what does not
 //! 10. [`watching`]: replays, pictures and the window
 //! 11. [`commands`]: every command with examples, and the exit codes
@@ -27,8 +27,10 @@ macro_rules! chapters {
         #[doc = "[gates]: crate::guide::gates"]
         #[doc = "[limits]: crate::guide::limits"]
         #[doc = "[measured]: crate::guide::measured"]
-        #[doc = "[estimate]: crate::guide::measured#the-estimate-in-flight-and-at-landing"]
-        #[doc = "[robust-sets]: crate::guide::measured#robust-sets"]
+        #[doc = "[history]: crate::guide::history"]
+        #[doc = "[figures]: ../../../../../assets/figures.json"]
+        #[doc = "[estimate]: crate::guide::history#the-estimate-in-flight-and-at-landing"]
+        #[doc = "[robust-sets]: crate::guide::history#robust-sets"]
         #[doc = "[paper]: crate::guide::paper"]
         #[doc = "[robots]: crate::guide::robots"]
         #[doc = "[error-backward.svg]: ../../../../../assets/pictures/error-backward.svg"]
@@ -51,4 +53,4 @@ macro_rules! chapters {
     )* };
 }
 
-chapters! { campaigns gates clusters limits robots gains paper measured engines watching commands }
+chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands }

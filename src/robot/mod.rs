@@ -17,6 +17,7 @@ pub mod model;
 mod scaled;
 mod settings;
 pub mod shape;
+mod skeleton;
 pub mod swing_shape;
 pub mod swing_time;
 mod tree;

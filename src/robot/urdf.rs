@@ -144,7 +144,7 @@ impl Robot {
         }
         check_support(file, &robot)?;
         check_inertias(file, &robot)?;
-        Ok(robot)
+        Ok(robot.with_bones())
     }
 }
 

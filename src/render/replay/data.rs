@@ -44,7 +44,7 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     let moments: Vec<&Snapshot> = ticks.iter().step_by(stride).collect();
     let (slices, every) = slices(&moments, film.regions.len(), at_most(MOST_CORNERS));
     let period_s = film.control_period_s * stride as f64;
-    let mut notes = Vec::new();
+    let mut notes: Vec<String> = film.robot.notes.iter().map(|note| format!("The robot: {note}.")).collect();
     if stride > 1 {
         let ms = 1000.0 * period_s;
         notes.push(format!(
