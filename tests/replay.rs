@@ -335,3 +335,39 @@ fn a_trial_is_replayed_in_another_engine_and_in_both() {
     assert_eq!(json(&[])["outcome"], both["outcome"]);
     assert_eq!((&both["ghost"]["end_s"], &both["ghost"]["outcome"]), (&alone["end_s"], &alone["outcome"]));
 }
+
+/// `standfast columns` has every column of trials and of traces, and no other.
+#[test]
+fn every_column_is_explained() {
+    let dir = folder();
+    standfast(dir.path(), &["run", "smoke", "--trials=1", "--gains=catch", "--out=out", "--replays=0"]).success();
+    standfast(dir.path(), &["push", "--impulse=5", "--trace=t.csv", "--horizon=1"]).success();
+    let of_file = |path: &str| {
+        let names = csv::Reader::from_path(dir.path().join(path)).unwrap().headers().unwrap().clone();
+        names.iter().map(String::from).collect::<std::collections::BTreeSet<_>>()
+    };
+    let mut trials = of_file("out/parts/part-000000.csv");
+    assert!(trials.remove("totals"));
+    trials.extend(["gain_switches", "left_sets_at_s"].map(String::from));
+    let told = stdout(&standfast(dir.path(), &["columns"]).success());
+    assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
+    let (of_trials, of_traces) = told.split_once("Traces\n").unwrap();
+    let robot = standfast::robot::Robot::load("ut-mu2").unwrap();
+    // `com_[xyz]_m` stands for three columns, SIDE for two, and JOINT for one of each joint.
+    let each = |name: &str| -> Vec<String> {
+        let joints = robot.joints.iter().map(|joint| name.replace("JOINT", &joint.name));
+        let names = if name.contains("JOINT") { joints.collect() } else { vec![name.to_string()] };
+        let sides = |name: String| ["left", "right"].map(|side| name.replace("SIDE", side));
+        let axes = |name: String| match name.split_once('[').and_then(|(a, rest)| Some((a, rest.split_once(']')?))) {
+            Some((before, (axes, after))) => axes.chars().map(|axis| format!("{before}{axis}{after}")).collect(),
+            None => vec![name],
+        };
+        names.into_iter().flat_map(sides).flat_map(axes).collect()
+    };
+    let listed = |text: &str| {
+        let lines = text.lines().filter(|line| line.starts_with(' ') && !line.starts_with("  "));
+        lines.flat_map(|line| each(line.split_whitespace().next().unwrap())).collect::<std::collections::BTreeSet<_>>()
+    };
+    assert_eq!(listed(of_trials), trials);
+    assert_eq!(listed(of_traces), of_file("t.csv"));
+}

@@ -4,6 +4,7 @@
 //! (`interrupt`), the end of a campaign (`result`), and the simulation of one episode (`episode`).
 
 pub mod arguments;
+mod columns;
 mod compare;
 mod completions;
 mod cpi;
@@ -77,6 +78,8 @@ enum Chosen {
     Init(init::InitArgs),
     /// Show the robot, or a trial of a result, in a 3D window
     View(view::ViewArgs),
+    /// Say what the columns of trials and traces mean
+    Columns,
     /// Print a completion script for a shell
     Completions(completions::CompletionsArgs),
 }
@@ -97,6 +100,7 @@ pub fn run() -> Result<ExitCode> {
         Chosen::Model(args) => model::run(&args),
         Chosen::Init(args) => init::run(&args),
         Chosen::View(args) => view::run(args),
+        Chosen::Columns => columns::run(),
         Chosen::Completions(args) => completions::run(&args, Cli::command()),
     }
 }

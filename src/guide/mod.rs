@@ -11,6 +11,7 @@
 //! 9. [`engines`]: what depends on the physics engine, and what does not
 //! 10. [`watching`]: replays, pictures and the window
 //! 11. [`commands`]: every command with examples, and the exit codes
+//! 12. [`columns`]: what the columns of trials and traces mean
 //!
 //! The chapters are Markdown files beside this one, to be read in the repository or here.
 
@@ -22,6 +23,7 @@ macro_rules! chapters {
         #[doc = "[README]: ../../../../../README.md"]
         #[doc = "[clusters]: crate::guide::clusters"]
         #[doc = "[commands]: crate::guide::commands"]
+        #[doc = "[columns]: crate::guide::columns"]
         #[doc = "[engines]: crate::guide::engines"]
         #[doc = "[gains]: crate::guide::gains"]
         #[doc = "[gates]: crate::guide::gates"]
@@ -53,4 +55,4 @@ macro_rules! chapters {
     )* };
 }
 
-chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands }
+chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands columns }

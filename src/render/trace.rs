@@ -4,13 +4,12 @@
 //! estimates and commands at t (which act after the robot's delay). All values are in the world frame. Estimates and
 //! commands are in the controller's estimate of it, which drifts when feet slip. Before the first physics step, the
 //! forces are half of the weight on each sole. A value that does not exist is empty, such as the ZMP in flight or
-//! what a controller does not say. What it notes beyond has columns of its own; of a gain set, `gain`, `cpi_margin`,
-//! `in_cpi_set`, and the ZMP error of the footstep in the air. Ticks after the verdict have 1 in `after_verdict`. `links_met` names the two links that pressed on each other hardest during the tick,
-//! legs before arms.
+//! what a controller does not say. What it notes beyond has columns of its own. The chapter `columns` of the guide has the
+//! meaning of each column.
 
 use crate::columns::{Column, Data};
 use crate::episode::Tick;
-use crate::robot::{Foot, Note, Robot};
+use crate::robot::{Foot, Note, Pose, Robot};
 use nalgebra::Vector3;
 
 /// Collects the rows of an episode.
@@ -46,7 +45,10 @@ impl Trace {
                 names.push(format!("{side}_sole_{part}"));
             }
         }
-        for prefix in ["q", "q_ref", "tau"] {
+        let base =
+            "x_m y_m z_m qw qx qy qz vel_x_m_s vel_y_m_s vel_z_m_s ang_vel_x_rad_s ang_vel_y_rad_s ang_vel_z_rad_s";
+        names.extend(base.split(' ').map(|part| format!("base_{part}")));
+        for prefix in ["q", "dq", "q_ref", "tau"] {
             names.extend(robot.joints.iter().map(|joint| format!("{prefix}_{}", joint.name)));
         }
         let values = vec![Vec::new(); names.len()];
@@ -58,7 +60,7 @@ impl Trace {
     /// Adds the row of a tick.
     pub fn push(&mut self, tick: &Tick) {
         let (truth, report) = (tick.truth, &tick.report);
-        let mut row: Vec<Option<f64>> = vec![Some(truth.time_s)];
+        let mut row: Vec<Option<f64>> = vec![Some((1e9 * truth.time_s).round() / 1e9)];
         fn add<'a>(row: &mut Vec<Option<f64>>, values: impl IntoIterator<Item = &'a f64>) {
             row.extend(values.into_iter().map(|value| Some(*value)));
         }
@@ -76,15 +78,17 @@ impl Trace {
         row.push(Some(tick.dcm_outside_m).filter(|distance_m| distance_m.is_finite()));
         let mut add = |values: &[f64]| row.extend(values.iter().map(|v| Some(*v)));
         for foot in Foot::BOTH {
-            let (pose, wrench) = (&truth.soles[foot], &truth.sole_wrenches[foot]);
-            let r = pose.rotation;
-            add(pose.translation.vector.as_slice());
-            add(&[r.w, r.i, r.j, r.k]);
+            add(&as_numbers(&truth.soles[foot]));
+            let wrench = &truth.sole_wrenches[foot];
             for v in [wrench.force, wrench.moment] {
                 add(Vector3::as_slice(&v));
             }
         }
+        add(&as_numbers(&truth.posture.base));
+        let (of_base, of_joints) = truth.velocity.as_slice().split_at(6);
+        add(of_base);
         add(&truth.posture.q);
+        add(of_joints);
         add(&tick.command.q_ref);
         add(&truth.tau);
         for (column, value) in self.values.iter_mut().zip(row) {
@@ -122,6 +126,12 @@ impl Trace {
         columns.splice(place..place, noted);
         columns
     }
+}
+
+/// Position and quaternion (w first) of a pose.
+fn as_numbers(pose: &Pose) -> [f64; 7] {
+    let (at, r) = (pose.translation.vector, pose.rotation);
+    [at.x, at.y, at.z, r.w, r.i, r.j, r.k]
 }
 
 /// The column of a note: of numbers or, if any of its values is a word, of words.
