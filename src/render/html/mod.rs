@@ -20,6 +20,7 @@ use crate::render::table::signs;
 use crate::render::tables::{self, Detail};
 use crate::render::text::layout::percent;
 use crate::render::{html_page, replay_parts, text};
+use crate::stats::decision::PairVerdict;
 use minijinja::{Environment, UndefinedBehavior, Value as Cell};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -61,7 +62,8 @@ fn context(summary: &Summary, rows: &Digest, folder: &Path) -> Value {
         // Of two engines, the map of a controller stands where their agreement is told.
         let has_map = i < MOST_PAIRS && summary.agreement.is_none();
         let map = if has_map { maps.pair((a, b), [a, b]) } else { None };
-        json!({ "index": i, "a": a, "b": b, "map": map, "trials": telling::of_pair(sets, pair, (a, b)) })
+        let open = pair.verdict == PairVerdict::Open;
+        json!({ "index": i, "a": a, "b": b, "open": open, "map": map, "trials": telling::of_pair(sets, pair, (a, b)) })
     };
     let lost = summary.gates.iter().map(|gate| Some(telling::point(sets, gate.lost_trial?, &[index(&gate.set)])));
     let commands: Vec<_> = sets.iter().map(|set| replay_parts(&set.origin, Path::new(""))).collect();
@@ -186,7 +188,7 @@ mod tests {
         summary.agreement.as_mut().unwrap().sets[0].set = HOSTILE.into();
         let page = page(&summary, &rows, Path::new("")).unwrap();
         assert!(page.contains("id=\"engines\"") && page.contains("How far the two engines agree"));
-        let (from, to) = (page.find("id=\"engines\"").unwrap(), page.find("id=\"rates\"").unwrap());
+        let (from, to) = (page.find("id=\"engines\"").unwrap(), page.find("id=\"maps\"").unwrap());
         let section = &page[from..to];
         assert_eq!(section.matches("data-sets=").count(), 2, "{section}");
         assert!(section.contains("data-sets=\"0 2\"") && section.contains("data-sets=\"1 3\""), "{section}");
