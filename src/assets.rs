@@ -42,11 +42,32 @@ pub enum Kind {
 
 impl Kind {
     fn what(self) -> &'static str {
+        self.what_and_where()[0]
+    }
+
+    /// What it is, and what takes such a file.
+    fn what_and_where(self) -> [&'static str; 2] {
         match self {
-            Kind::Robot => "robot",
-            Kind::RobotSettings => "robot settings",
-            Kind::Controller => "controller",
-            Kind::Campaign => "campaign",
+            Kind::Robot => ["robot", "--robot takes this file"],
+            Kind::RobotSettings => ["robot settings", "this file is read beside its URDF, which --robot takes"],
+            Kind::Controller => ["controller", "--controller takes this file"],
+            Kind::Campaign => ["campaign", "`standfast run` and --campaign take this file"],
+        }
+    }
+
+    /// The kind of which a file surely is. None if no key tells it.
+    fn of(text: &str) -> Option<Kind> {
+        if text.trim_start().starts_with('<') {
+            return Some(Kind::Robot);
+        }
+        let table: toml::Table = toml::from_str(text).ok()?;
+        let is_there = |keys: &[&str]| keys.iter().any(|key| table.contains_key(*key));
+        let gains = table.get("gains").and_then(|gains| gains.get(0));
+        match () {
+            () if is_there(&["push", "trials"]) => Some(Kind::Campaign),
+            () if is_there(&["soles", "servos"]) => Some(Kind::RobotSettings),
+            () if is_there(&["kind"]) || gains.is_some_and(toml::Value::is_table) => Some(Kind::Controller),
+            () => None,
         }
     }
 
@@ -70,8 +91,19 @@ impl Kind {
 
 /// Opens a built-in input by its name, or a file by its path. A built-in name takes precedence, so a file of the same
 /// name in the working folder must be written as a path, such as `./switching` or `switching.toml`.
+///
+/// # Errors
+/// There is no such input, or the file is surely of another kind.
 pub fn open(kind: Kind, name: &str) -> Result<Source> {
-    open_among(kind.what(), kind.builtin(), name)
+    let source = open_among(kind.what(), kind.builtin(), name)?;
+    match Kind::of(&source.text).filter(|found| *found != kind && !source.is_builtin()) {
+        Some(found) => {
+            let ([what, goes], asked) = (found.what_and_where(), kind.what());
+            let (problem, accepted) = (format!("is no {asked}"), format!("a {asked} here; {goes}"));
+            Err(Error::value(&source.file, "kind of file", what, problem, accepted))
+        }
+        None => Ok(source),
+    }
 }
 
 /// Does the same as [`open`] for inputs that another program has compiled in: `what` they are, and their names and texts
@@ -83,10 +115,21 @@ pub fn open_among(what: &'static str, builtin: &[(&str, &str)], name: &str) -> R
     let path = Path::new(name);
     if !is_path(name) && !path.exists() {
         let names: Vec<&str> = builtin.iter().map(|(name, _)| *name).collect();
-        let accepted = format!("{} or the path of a file", names.join(", "));
+        let beside = format!("{name}.{}", if what == Kind::Robot.what() { "urdf" } else { "toml" });
+        let beside = Path::new(&beside).exists().then_some(beside.as_str());
+        let meant = beside.or_else(|| nearest(name, names.iter().copied()));
+        let meant = meant.map_or(String::new(), |meant| format!("; did you mean {meant}?"));
+        let accepted = format!("{} or the path of a file{meant}", names.join(", "));
         return Err(Error::Unknown { what, name: name.into(), accepted });
     }
     Ok(Source { file: name.into(), ..text(path)? })
+}
+
+/// The name that is meant by a misspelt one, if there is one that is so near.
+pub fn nearest<'a>(misspelt: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let away = |name: &str| strsim::damerau_levenshtein(misspelt, name);
+    let most = (misspelt.chars().count() / 3).max(1);
+    names.into_iter().min_by_key(|name| away(name)).filter(|name| away(name) <= most)
 }
 
 /// The text of a file. Fails as [`read`] does, and if it is not UTF-8.

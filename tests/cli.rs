@@ -25,8 +25,19 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
             &["campaign \"smokey\" not found", "smoke, nominal, standard, harsh or the path of a file"],
         ),
         ("name = 'c\n", &["run", "c.toml"], &["c.toml", "line 1"]),
+        (
+            "zmp_margin = 0.1\n[[gains]]\nname = 'a'\nx = [1, 1, 5]\n",
+            &["cpi", "c.toml"],
+            &["c.toml: missing fields: name, gains.0.y"],
+        ),
         ("names = 'c'\n", &["run", "c.toml"], &["c.toml", "unknown field `names`", "`name`"]),
-        ("name = 'c'\n", &["run", "c.toml"], &["c.toml", "missing field"]),
+        ("name = 'c'\n", &["run", "c.toml"], &["c.toml: missing fields: trials, seed, push.impulse"]),
+        (good, &["push", "--impulse=5Ns"], &["'5Ns' for '--impulse <N_S>': the unit is fixed", "is accepted: 5"]),
+        (good, &["push", "--impulse=5 N s"], &["the unit is fixed, and only the number is accepted: 5"]),
+        (good, &["push", "--heading=-30deg"], &["the unit is fixed, and only the number is accepted: -30"]),
+        (good, &["push", "--impulse=five"], &["is no number; accepted: a number without its unit"]),
+        (good, &["push", "--height=5"], &["--height = 5: is above or below the robot; accepted: -0.31 to 0.23 m"]),
+        (good, &["run", "smoke", "--campaign=smoke"], &["'--campaign <NAME|FILE>'", "cannot be used with"]),
         (&good.replace("s = 1\n", "s = -1\n"), &["run", "c.toml"], &["c.toml: push.impulse_n_s = -1", "0 to 10000"]),
         (good, &["run", "c.toml", "--set", "push.impulse_n_s=-2"], &["push.impulse_n_s = -2", "0 to 10000"]),
         (good, &["run", "c.toml", "--set", "push.impuls=2"], &["--set: push.impuls", "push.impulse, push.impulse_n_s"]),
@@ -106,7 +117,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (good, &["push", "--gains", "."], &[".: cannot read: it is no file"]),
         (good, &["model", "/dev/tty"], &["/dev/tty: cannot read"]),
         (good, &["cpi", "--plot=c.toml"], &["--plot = c.toml: unknown kind of file", ".svg"]),
-        (good, &["init", "c.toml", "--out=c.toml", "--force"], &["--out = c.toml: it is the robot's URDF"]),
+        (good, &["init", "c.toml"], &["c.toml: kind of file = campaign: is no robot; accepted: a robot here"]),
         (good, &["slurm", "c.toml", "--out", "a\nEND"], &["slurm = \"a\\nEND\"", "without line breaks"]),
         (good, &["cpi", "--dt=1e-9"], &["--dt = 0.000000001", "0.0003555 to 0.1777"]),
     ];
@@ -121,6 +132,44 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         }
         assert_eq!(files(dir.path()).len(), 1, "{args:?} wrote something");
     }
+}
+
+/// Somebody who misspells a name, or mixes up files, is told what was probably meant.
+#[test]
+fn what_was_meant_is_told() {
+    let dir = folder();
+    let asset = |path: &str| fs::read_to_string(format!("{}/assets/{path}", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    for (name, from) in [
+        ("c.toml", "campaigns/smoke.toml"),
+        ("mine.toml", "gains/catch.toml"),
+        ("r.urdf", "robots/ut-mu2.urdf"),
+        ("r.toml", "robots/ut-mu2.toml"),
+    ] {
+        fs::write(dir.path().join(name), asset(from)).unwrap();
+    }
+    let before = files(dir.path());
+    let cases: &[(&[&str], &str)] = &[
+        (&["run", "smok"], "path of a file; did you mean smoke?"),
+        (&["run", "--controller=cath"], "did you mean catch?"),
+        (&["push", "--controller=mine"], "did you mean mine.toml?"),
+        (&["push", "--robot=r"], "did you mean r.urdf?"),
+        (&["model", "utmu2"], "did you mean ut-mu2?"),
+        (&["rnu"], "a similar subcommand exists: 'run'"),
+        (&["run", "r.urdf"], "r.urdf: kind of file = robot: is no campaign; accepted: a campaign here; --robot takes"),
+        (&["run", "r.toml"], "r.toml: kind of file = robot settings: is no campaign"),
+        (&["run", "mine.toml"], "mine.toml: kind of file = controller: is no campaign"),
+        (&["push", "--robot=c.toml"], "c.toml: kind of file = campaign: is no robot"),
+        (&["push", "--robot=mine.toml"], "accepted: a robot here; --controller takes this file"),
+        (&["push", "--controller=r.toml"], "accepted: a controller here; this file is read beside its URDF"),
+        (&["init", "r.toml"], "r.toml: kind of file = robot settings: is no robot"),
+        (&["init", "r.urdf", "--out=r.urdf", "--force"], "--out = r.urdf: it is the robot's URDF"),
+    ];
+    for (args, words) in cases {
+        let message = stderr(&standfast(dir.path(), args).code(2));
+        assert!(message.contains(words), "{args:?}: {words:?} not in {message}");
+    }
+    assert!(!stderr(&standfast(dir.path(), &["run", "xyz"]).code(2)).contains("did you mean"));
+    assert!(files(dir.path()) == before);
 }
 
 #[test]
@@ -295,6 +344,52 @@ fn a_check_says_that_all_is_fine_and_writes_nothing() {
     let told = stderr(&standfast(dir.path(), &short(&[FEW, "--check"])).success());
     assert!(told.contains(" 0 episodes to run"), "{told}");
     assert!(common::program::files(dir.path()) == before);
+}
+
+/// A template runs as it is, under the name of its file.
+#[test]
+fn a_new_file_is_a_commented_template_and_nothing_is_replaced() {
+    let dir = folder();
+    for (what, file, used) in [
+        ("campaign", "my.toml", &["run", "my.toml", "--trials=2"][..]),
+        ("controller", "mine.toml", &["run", "smoke", "--controller=switching", "--controller=mine.toml"]),
+    ] {
+        standfast(dir.path(), &["new", what, file]).success();
+        let text = fs::read_to_string(dir.path().join(file)).unwrap();
+        let name = format!("\nname = {:?}\n", file.strip_suffix(".toml").unwrap());
+        assert!(text.starts_with("# ") && text.contains(&name), "{text:.300}");
+        let told = stderr(&standfast(dir.path(), &[used, &["--check"]].concat()).success());
+        assert!(told.contains("on this machine as it is now"), "{told}");
+        let message = stderr(&standfast(dir.path(), &["new", what, file]).code(2));
+        assert!(message.contains(&format!("FILE.toml = {file}: this file is there already")), "{message}");
+    }
+    assert!(stdout(&standfast(dir.path(), &["--help"]).success()).contains("  new "));
+}
+
+#[test]
+fn a_campaign_is_named_with_its_option_or_without() {
+    let dir = folder();
+    for args in [&["run", "--trials=1"][..], &["limit", "--gains=hold", "--headings=1"], &["push", "--trial=0"]] {
+        let [first, second] = [&["smoke", "--check"], &["--campaign=smoke", "--check"]]
+            .map(|more| stderr(&standfast(dir.path(), &[args, more].concat()).success()));
+        let untimed = |told: &str| told.split("; that takes").next().unwrap().to_string();
+        assert_eq!(untimed(&first), untimed(&second));
+    }
+}
+
+/// The short help fits on a screen.
+#[test]
+fn the_help_is_short_and_the_long_one_has_examples() {
+    let dir = folder();
+    for (command, most) in [("run", 70), ("slurm", 75), ("limit", 70), ("push", 55), ("cpi", 30), ("model", 20)] {
+        let [short, long] = ["-h", "--help"].map(|help| stdout(&standfast(dir.path(), &[command, help]).success()));
+        let count = |help: &str| help.lines().count();
+        assert!(
+            count(&long) <= most && count(&short) <= 45 && count(&short) < count(&long),
+            "{command}: {short}{long}"
+        );
+        assert!(long.contains("Examples:") && !short.contains("Examples:"), "{command}");
+    }
 }
 
 #[test]

@@ -39,30 +39,47 @@ impl EngineChoice {
 pub const ENGINES: [&str; 2] = ["rapier", "mujoco"];
 pub const ENGINE_CHOICES: [&str; 3] = ["rapier", "mujoco", "both"];
 
+/// The campaign, with or without the name of the option.
+#[derive(Debug, Default, Args)]
+#[group(id = "of_campaign", multiple = false)]
+pub struct CampaignArgs {
+    /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
+    #[arg(value_name = "CAMPAIGN")]
+    first: Option<String>,
+    /// The same as CAMPAIGN
+    #[arg(long, value_name = "NAME|FILE")]
+    campaign: Option<String>,
+}
+
+impl CampaignArgs {
+    pub fn name(&self) -> Option<&str> {
+        self.first.as_deref().or(self.campaign.as_deref())
+    }
+
+    pub fn or_standard(&self) -> &str {
+        self.name().unwrap_or("standard")
+    }
+}
+
 /// Options that change a campaign.
 #[derive(Debug, Default, Args)]
 pub struct ChangeArgs {
-    /// Controller by name or file, instead of those of the campaign; may be given several times
+    /// Controller by name or file; may be repeated
     #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE")]
     pub gains: Vec<String>,
-    /// Compare variants of a controller: one for each value of a key, such as paper:stepping.alpha=2,5.
-    ///
-    /// The key names the table and the value in it, and counts in an array from 0: `gains.0.x`. The values are TOML.
-    /// The unchanged controller and its variants replace the campaign's controllers, or come after those of --controller.
-    /// If the option is given several times, each adds its variants; keys are not combined. --controller takes a single
-    /// variant, SET:KEY=VALUE.
+    /// Compare a controller with variants of it, each with one value changed, such as paper:stepping.alpha=2,5
     #[arg(long, value_name = "SET:KEY=V1,V2,...")]
     pub vary: Vec<String>,
-    /// Robot by name or URDF file; its settings are in a .toml file of the same name beside it, or are inferred
+    /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Physics engine that simulates the robot, or both [default: that of the campaign, or rapier]
+    /// Physics engine
     #[arg(long, value_name = "ENGINE", value_parser = one_of::<EngineChoice, 3>(ENGINE_CHOICES))]
     pub engine: Option<EngineChoice>,
     /// Seed of all random numbers
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,
-    /// Change one value of the campaign, e.g. push.height_m=0.05; the value is TOML
+    /// Change a value of the campaign, such as push.height_m=0.05
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 }
@@ -93,30 +110,20 @@ impl ChangeArgs {
 
 #[derive(Debug, Default, Args)]
 pub struct GateArgs {
-    /// What the result must show: 'A >= 0.80', 'A >= B + 0.10' or 'A >= baseline - 0.01', with controllers A and B.
-    ///
-    /// A and B are names of controllers as in the results. The option may be given several times, and adds to the gates
-    /// of the campaign. A gate passes if its whole 95 % interval reaches what is asked, and fails (exit code 100) if
-    /// the whole interval lies below. Otherwise it is unresolved, which is no failure unless --unresolved says so.
-    /// `gates.confidence` of the campaign replaces the 95 %.
+    /// A requirement, such as 'A >= 0.80' or 'A >= B + 0.10'
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
-    /// How a gate counts that has too few trials to pass or to fail [default: as the campaign says, or else pass]
+    /// How a gate counts that has too few trials to be decided [default: pass]
     #[arg(long, value_name = "pass|fail", value_parser = one_of::<OnUnresolved, 2>(["pass", "fail"]))]
     pub unresolved: Option<OnUnresolved>,
-    /// Result folder of an earlier run with the same pushes, for gates that compare with a baseline
+    /// Result folder of an earlier run with the same pushes, for gates with `baseline`
     #[arg(long, value_name = "DIR")]
     pub baseline: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub struct ReplaysArgs {
-    /// Write this many replays for each controller: pages that show a trial in 3D, to which report.html links.
-    ///
-    /// The first three show the easiest push that the set lost, the lost push nearest to the impulse that it survives
-    /// in 50 % of trials, and the hardest push that it survived. A push is the harder, the larger its impulse is in
-    /// relation to m omega d, where d is the distance from the COM to the edge of the support. With 0 no new ones are
-    /// written.
+    /// Pages that show a trial in 3D, for each controller; report.html links to them
     #[arg(long, value_name = "N", default_value_t = ReplaysArgs::default().replays, value_parser = up_to(MOST_EXTRAS))]
     pub replays: usize,
 }
@@ -129,14 +136,14 @@ impl Default for ReplaysArgs {
 
 #[derive(Debug, Default, Args)]
 pub struct CheckArgs {
-    /// Only check files, values, controllers, gates and outputs; run nothing and write nothing
+    /// Only check everything; `run` also says how long it takes
     #[arg(long)]
     pub check: bool,
 }
 
 /// Ends a command with `--check`, after all checks. `what` names what would have run.
 pub fn fine(what: &str) -> Result<ExitCode> {
-    note(&format!("fine: {what}; nothing was run"));
+    note(&format!("fine: {what}; nothing was written"));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -144,6 +151,15 @@ pub fn fine(what: &str) -> Result<ExitCode> {
 pub const MOST_THREADS: u64 = 1024;
 /// Most files or simulations that a command accepts beside its main work, for each controller.
 pub const MOST_EXTRAS: u64 = 1000;
+
+/// Reads a number whose unit is fixed. An error that such a unit causes says so.
+pub fn number(text: &str) -> Result<f64, String> {
+    let is_unit = |c: char| c.is_alphabetic() || c.is_whitespace() || "°%".contains(c);
+    text.parse().map_err(|_| match text.split_once(is_unit).map(|(number, _)| number.parse::<f64>()) {
+        Some(Ok(number)) => format!("the unit is fixed, and only the number is accepted: {number}"),
+        _ => "is no number; accepted: a number without its unit, such as 2.5".into(),
+    })
+}
 
 /// Reads a number from 0 to `most`.
 pub fn up_to(most: u64) -> RangedU64ValueParser<usize> {

@@ -1,7 +1,7 @@
 //! `standfast cpi`: computes the maximal CPI sets of a gain set, prints their sizes, horizons and inclusion, and draws
 //! or exports them.
 
-use super::arguments::check_output;
+use super::arguments::{check_output, number};
 use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::ask::bounds::in_range;
@@ -24,20 +24,23 @@ const OMEGAS_RAD_S: [f64; 2] = [0.1, 1000.0];
 const PHASES: [f64; 2] = [0.002, 1.0];
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  standfast cpi                                     the sets of `switching`
+  standfast cpi mine.toml --plot sets.svg           those of a file, as a picture
+  standfast cpi robust --export sets                as matrices, one file for each
+  standfast cpi fixed:gains.0.x=[0.5,1,5]           with one value changed
+  standfast cpi --omega 3.13 --support=-0.1,0.1,-0.1,0.1   for another pendulum and support")]
 pub struct CpiArgs {
     /// The gain set: a built-in name, a TOML file, or a variant NAME:KEY=VALUE of either
     #[arg(value_name = "GAINS", default_value = "switching")]
     pub gains: String,
     /// Natural frequency of the pendulum, sqrt(g / COM height) (rad/s) [default: that of the robot at home]
-    #[arg(long, value_name = "W", allow_hyphen_values = true)]
+    #[arg(long, value_name = "W", allow_hyphen_values = true, value_parser = number)]
     pub omega: Option<f64>,
     /// Control period (s) [default: 0.002]
-    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = number)]
     pub dt: Option<f64>,
-    /// The rectangle in which the ZMP may be, about the control origin (m).
-    ///
-    /// The rectangle is used as it is. Without the option it is the convex hull of both soles at home, less the ZMP
-    /// margin of the gain set.
+    /// The rectangle in which the ZMP may be (m) [default: both soles at home, less the gain set's margin]
     #[arg(long, value_name = "XMIN,XMAX,YMIN,YMAX", allow_hyphen_values = true, value_parser = parse_support)]
     pub support: Option<SupportPolygon>,
     /// Write gain-0-set.csv, gain-0-closed-loop.csv, gain-1-set.csv and so on to this folder

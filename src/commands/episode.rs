@@ -24,16 +24,16 @@ const MOST_TICKS: f64 = 200_000.0;
 /// Files to make of an episode.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct OutputArgs {
-    /// Write every control tick to this file, also after the verdict, up to the horizon
+    /// Write every control tick up to the horizon to this file
     #[arg(long, value_name = "FILE.csv|.parquet")]
     pub trace: Option<PathBuf>,
     /// Draw COM, ZMP and feet over time to this file
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
-    /// Write a page that shows the episode in 3D: one file, which any browser opens, offline too
+    /// Write a page that shows the episode in 3D, in any browser
     #[arg(long, value_name = "FILE.html")]
     pub replay: Option<PathBuf>,
-    /// Draw snapshots (PNG), a strip of them and an animated picture (GIF) to this folder
+    /// Draw snapshots and an animated picture to this folder
     #[arg(long, value_name = "DIR")]
     pub frames: Option<PathBuf>,
 }

@@ -36,6 +36,8 @@ pub struct InitArgs {
 }
 
 pub fn run(args: &InitArgs) -> Result<ExitCode> {
+    // First of all, since a file of another kind has no settings.
+    let urdf = urdf::opened(&args.robot)?;
     let path = args.out.clone().unwrap_or_else(|| urdf::settings_path(&args.robot));
     if !args.print && !args.force && path.exists() {
         let accepted = "a file that is not there yet, --force to replace it, or --print";
@@ -45,7 +47,6 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
         let accepted = "another file than that of the robot";
         return Err(Error::value("init", "--out", path.display(), "it is the robot's URDF", accepted));
     }
-    let urdf = urdf::opened(&args.robot)?;
     let settings = urdf::inferred(&urdf)?;
     let robot = Robot::parse(&urdf, &settings)?;
     if args.print {

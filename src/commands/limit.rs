@@ -1,7 +1,7 @@
 //! `standfast limit`: searches the largest impulse that each controller recovers from, by heading, and prints it beside
 //! the bounds of a pendulum or, with both physics engines, side by side.
 
-use super::arguments::{ChangeArgs, CheckArgs, MOST_THREADS, check_output, fine, up_to};
+use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_output, fine, number, up_to};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::terminal::{note, print};
@@ -42,9 +42,8 @@ not those of `run`, and cannot be replayed by their number.
 
 A run of limit that was interrupted starts again from the beginning.")]
 pub struct LimitArgs {
-    /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
-    #[arg(long, value_name = "NAME|FILE", default_value = "standard")]
-    pub campaign: String,
+    #[command(flatten)]
+    pub campaign: CampaignArgs,
     #[command(flatten)]
     pub change: ChangeArgs,
     /// Number of headings, evenly spaced
@@ -52,7 +51,7 @@ pub struct LimitArgs {
     pub headings: usize,
     /// End a search when the 95 % interval of its impulse is no wider than +- this (N s) [default: 0.0463 m omega d of the
     /// robot, 0.1 N s for ut-mu2]
-    #[arg(long, value_name = "N_S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N_S", allow_negative_numbers = true, value_parser = number)]
     pub precision: Option<f64>,
     /// End a search after so many trials at the latest, and mark its result
     #[arg(long, value_name = "N", default_value_t = 150)]
@@ -79,9 +78,10 @@ pub struct LimitArgs {
 
 /// Searches the limits, prints them and writes them. Nothing of an interrupted search is kept.
 pub fn run(args: &LimitArgs) -> Result<ExitCode> {
-    let robot_files = Campaign::robot_files(&args.campaign, &args.change.overrides())?;
+    let name = args.campaign.or_standard();
+    let robot_files = Campaign::robot_files(name, &args.change.overrides())?;
     let robot = robot_files.robot()?;
-    let load = |engine| Campaign::load_for(&robot, &args.campaign, &Overrides { engine, ..args.change.overrides() });
+    let load = |engine| Campaign::load_for(&robot, name, &Overrides { engine, ..args.change.overrides() });
     let campaigns = args.change.engines().into_iter().map(load).collect::<Result<Vec<_>>>()?;
     let files = args.files(&campaigns)?;
     let options = LimitOptions {

@@ -14,6 +14,7 @@ mod interrupt;
 mod limit;
 mod merge;
 mod model;
+mod new;
 pub mod progress;
 mod push;
 mod replay;
@@ -27,8 +28,10 @@ mod view;
 pub use interrupt::exit_code;
 pub use terminal::note;
 
+use crate::assets::nearest;
 use crate::error::Result;
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::error::{ContextKind, ContextValue};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
 
 /// The command line of the program.
@@ -36,7 +39,10 @@ use std::process::ExitCode;
 #[command(
     version,
     about = "How hard can a humanoid be pushed before it falls, and which controller makes it
-stand better?",
+stand better?
+
+`standfast COMMAND -h` lists what a command is mostly used with; `--help` lists
+all, with examples.",
     after_help = "Without a command, the standard campaign runs: 1000 pushes for each of four
 controllers. What a command computes goes to the standard output, and everything
 else to the standard error. The paper is that of K. Yamamoto and Y. Nakamura on
@@ -74,6 +80,8 @@ enum Chosen {
     Cpi(cpi::CpiArgs),
     /// Show a robot as it was read, and its kinematics
     Model(model::ModelArgs),
+    /// Write the file of a campaign or a controller, to begin with
+    New(new::NewArgs),
     /// Write the settings of a robot, inferred from its URDF
     Init(init::InitArgs),
     /// Show the robot, or a trial of a result, in a 3D window
@@ -87,7 +95,10 @@ enum Chosen {
 /// Runs the command that the program was called with. A command line that cannot be read ends the program here, with
 /// what is wrong and exit code 2.
 pub fn run() -> Result<ExitCode> {
-    match Cli::parse().command.unwrap_or_else(|| Chosen::Run(run::RunArgs::standard())) {
+    let matches = command_line().try_get_matches();
+    let chosen = matches.and_then(|matches| Cli::from_arg_matches(&matches));
+    let chosen = chosen.unwrap_or_else(|error| suggesting(error).exit()).command;
+    match chosen.unwrap_or_else(|| Chosen::Run(run::RunArgs::standard())) {
         Chosen::Run(args) => run::run(&args),
         Chosen::Merge(args) => merge::run(&args),
         Chosen::Slurm(args) => slurm::run(&args),
@@ -98,9 +109,53 @@ pub fn run() -> Result<ExitCode> {
         Chosen::Limit(args) => limit::run(&args),
         Chosen::Cpi(args) => cpi::run(&args),
         Chosen::Model(args) => model::run(&args),
+        Chosen::New(args) => new::run(&args),
         Chosen::Init(args) => init::run(&args),
         Chosen::View(args) => view::run(args),
         Chosen::Columns => columns::run(),
         Chosen::Completions(args) => completions::run(&args, Cli::command()),
     }
+}
+
+/// Options that `-h` leaves out.
+const RARE: [&str; 15] = [
+    "vary",
+    "margin",
+    "max_trials",
+    "unresolved",
+    "baseline",
+    "threads",
+    "shard",
+    "replays",
+    "replicas",
+    "profile",
+    "duration",
+    "start",
+    "horizon",
+    "sbatch",
+    "submit",
+];
+
+/// The command line. With `-h` in place of `--help`, it has neither rare options nor examples.
+fn command_line() -> clap::Command {
+    let all = Cli::command();
+    if !std::env::args_os().any(|arg| arg == "-h") {
+        return all;
+    }
+    all.mut_subcommands(|command| {
+        let command = command.after_help("More options and examples: --help");
+        command.mut_args(|arg| if RARE.contains(&arg.get_id().as_str()) { arg.hide(true) } else { arg })
+    })
+}
+
+/// Adds to an error about an unknown command which one was probably meant.
+fn suggesting(mut error: clap::Error) -> clap::Error {
+    let cli = Cli::command();
+    if let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand)
+        && let Some(meant) = nearest(name, cli.get_subcommands().map(clap::Command::get_name))
+    {
+        let meant = ContextValue::Strings(vec![meant.into()]);
+        error.insert(ContextKind::SuggestedSubcommand, meant);
+    }
+    error
 }

@@ -8,6 +8,11 @@ use crate::robot::Robot;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  standfast model                                   UT-mu2
+  standfast model my.urdf                           what was understood of a robot of yours
+  standfast model --q left_knee_flexion=0.7         where COM and links are at these angles
+  standfast model my.urdf --json                    all of it, for a program")]
 pub struct ModelArgs {
     /// Robot by its built-in name or URDF file; its settings are in a .toml file of the same name beside it, or are
     /// inferred

@@ -1,6 +1,6 @@
 //! `standfast push`: simulates one push, and tells what happened and why.
 
-use super::arguments::{CheckArgs, ENGINES, fine, one_of};
+use super::arguments::{CampaignArgs, CheckArgs, ENGINES, fine, number, one_of};
 use super::episode::{Case, OutputArgs, command_line};
 use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
@@ -11,8 +11,9 @@ use crate::contest;
 use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
 use crate::render::scene::scale::first_push;
-use crate::robot::{Robot, Units};
+use crate::robot::{Kinematics, Link, Robot, Units};
 use crate::sim::{Engine, Profile, Push, Variation};
+use nalgebra::Vector3;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -25,46 +26,49 @@ use std::process::ExitCode;
   standfast push --impulse 2 --trace push.csv       every tick, as numbers
   standfast push --impulse 5 --replay push.html     a page to watch in 3D, in any browser
   standfast push --impulse 5 --frames pictures      snapshots and an animated picture
-  standfast push --campaign standard --trial 17     trial 17 of that campaign")]
+  standfast push --campaign standard --trial 17     trial 17 of that campaign
+
+A campaign gives sensor noise and thresholds, and its trial the pushes, the robot and
+the ground; its values are the defaults then. Without a campaign the sensors are ideal,
+and without a trial robot and ground are as designed.")]
 pub struct PushArgs {
-    /// Impulse (N s) [default: that of the trial, or else 5, scaled to the size and mass of the robot]
-    #[arg(long, value_name = "N_S")]
+    /// Impulse (N s) [default: 5, scaled to the robot]
+    #[arg(long, value_name = "N_S", value_parser = number)]
     pub impulse: Option<f64>,
-    /// Heading (degrees): 0 pushes forward, 90 to the left [default: that of the trial, or 0]
-    #[arg(long, value_name = "DEG")]
+    /// Heading (degrees): 0 is forward, 90 to the left [default: 0]
+    #[arg(long, value_name = "DEG", value_parser = number)]
     pub heading: Option<f64>,
-    /// Height at which the push acts, above the COM at home (m) [default: that of the trial, or 0]
-    #[arg(long, value_name = "M")]
+    /// Height above the COM at home (m) [default: 0]
+    #[arg(long, value_name = "M", value_parser = number)]
     pub height: Option<f64>,
-    /// Duration (s) [default: that of the trial, or 0.05]
-    #[arg(long, value_name = "S")]
+    /// Duration (s) [default: 0.05]
+    #[arg(long, value_name = "S", value_parser = number)]
     pub duration: Option<f64>,
-    /// Start (s) [default: that of the trial, or 0.5]
-    #[arg(long, value_name = "S")]
+    /// Start (s) [default: 0.5]
+    #[arg(long, value_name = "S", value_parser = number)]
     pub start: Option<f64>,
-    /// Course of the force over time, at the same impulse [default: that of the trial, or rectangular]
+    /// Course of the force over time [default: rectangular]
     #[arg(long, value_parser = one_of::<Profile, 2>(["rectangular", "half-sine"]))]
     pub profile: Option<Profile>,
-    /// Controller by name or file, a variant NAME:KEY=VALUE, or one of the campaign by its name in the results
+    /// Controller by name or file
     #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE", default_value = "catch")]
     pub gains: String,
-    /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
+    /// Robot by name or URDF file [default: ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Physics engine that simulates the robot [default: that of the campaign, or rapier]
+    /// Physics engine
     #[arg(long, value_name = "ENGINE", value_parser = one_of::<Engine, 2>(ENGINES))]
     pub engine: Option<Engine>,
-    /// Take sensor noise and thresholds from this campaign; without it the sensors are ideal
-    #[arg(long, value_name = "NAME|FILE")]
-    pub campaign: Option<String>,
-    /// Take pushes, robot, ground and noise from this trial of the campaign; without it robot and ground are nominal
-    #[arg(long, value_name = "I", requires = "campaign")]
+    #[command(flatten)]
+    pub campaign: CampaignArgs,
+    /// Trial of the campaign: its pushes, robot, ground and noise
+    #[arg(long, value_name = "I", requires = "of_campaign")]
     pub trial: Option<u64>,
-    /// Seed of the campaign's noise [default: that of the campaign]
+    /// Seed of the campaign's noise
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,
-    /// Length of the episode (s) [default: that of the campaign, or 6]
-    #[arg(long, value_name = "S")]
+    /// Length of the episode (s) [default: 6]
+    #[arg(long, value_name = "S", value_parser = number)]
     pub horizon: Option<f64>,
     #[command(flatten)]
     pub outputs: OutputArgs,
@@ -76,7 +80,7 @@ pub struct PushArgs {
 }
 
 pub fn run(args: &PushArgs) -> Result<ExitCode> {
-    let campaign = match &args.campaign {
+    let campaign = match args.campaign.name() {
         Some(name) => {
             let (seed, engine, robot) = (args.seed, args.engine, args.robot.clone());
             Some(Campaign::load(name, &Overrides { seed, engine, robot, ..Overrides::default() })?)
@@ -138,7 +142,10 @@ fn the_pushes(
     pushes[0] = Push {
         impulse_n_s: within("--impulse", args.impulse.unwrap_or(base.impulse_n_s), bounds.impulse_n_s)?,
         heading_deg: within("--heading", args.heading.unwrap_or(base.heading_deg), bounds.heading_deg)?,
-        height_m: within("--height", args.height.unwrap_or(base.height_m), bounds.height_m)?,
+        height_m: match args.height {
+            Some(height_m) => at_robot(height_m, robot)?,
+            None => base.height_m,
+        },
         duration_s: within("--duration", args.duration.unwrap_or(base.duration_s), [1e-3, config.horizon_s])?,
         start_s: within("--start", args.start.unwrap_or(base.start_s), [earliest_s, config.horizon_s])?,
         profile: args.profile.unwrap_or(base.profile),
@@ -149,4 +156,22 @@ fn the_pushes(
         return Err(Error::option("--horizon", config.horizon_s, problem, accepted));
     }
     Ok(pushes)
+}
+
+/// Checks that a height above the COM at home (m) is one of the robot, from its soles to its top, to a centimetre outwards.
+fn at_robot(height_m: f64, robot: &Robot) -> Result<f64> {
+    let at_home = Kinematics::at_home(robot);
+    let top_of = |(i, link): (usize, &Link)| {
+        let pose = at_home.link_pose(i);
+        let up = pose.rotation.inverse() * Vector3::z();
+        link.drawn().iter().map(|solid| pose.translation.z + solid.reach_m(&up)).fold(pose.translation.z, f64::max)
+    };
+    let com_m = at_home.com().z;
+    let top_m = robot.links.iter().enumerate().map(top_of).fold(com_m, f64::max) - com_m;
+    let (least, most) = ((-robot.home_com_height() * 100.0).floor() / 100.0, (top_m * 100.0).ceil() / 100.0);
+    if (least..=most).contains(&height_m) {
+        return Ok(height_m);
+    }
+    let accepted = format!("{least} to {most} m, from its soles to its top");
+    Err(Error::option("--height", height_m, "is above or below the robot", accepted))
 }

@@ -1,6 +1,8 @@
 //! `standfast run`: a campaign, from its file to its verdict.
 
-use super::arguments::{ChangeArgs, CheckArgs, EngineChoice, GateArgs, MOST_THREADS, ReplaysArgs, fine, up_to};
+use super::arguments::{
+    CampaignArgs, ChangeArgs, CheckArgs, EngineChoice, GateArgs, MOST_THREADS, ReplaysArgs, fine, up_to,
+};
 use super::compare::{self, TracesArgs};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
@@ -28,46 +30,36 @@ use std::sync::{Mutex, PoisonError};
   standfast run --set push.impulse_n_s=2.5 --set 'push.heading_deg={uniform=[-45, 45]}'
   standfast run --vary paper:stepping.alpha=2,5,15,60   a sweep: `paper` and four variants
   standfast run --vary 'fixed:gains.0.x=[0.15, 1, 5],[1, 1, 5]' --gains fixed
-  standfast run --shard 1/4 --out results          a quarter of the campaign, on this machine
-  standfast merge results                          joins the quarters when all four are there
+  standfast run --shard 1/4 --out results          a quarter; `standfast merge results` joins all
   standfast run --gains hold --gains catch --until-resolved      as few trials as it takes
   standfast run --gate 'catch >= 0.80' --gate 'catch >= hold + 0.10' --unresolved fail
   standfast run --gate 'catch >= baseline - 0.01' --baseline results-of-main
   standfast run my.toml --engine both              in both physics engines, and how far these agree
-  standfast run my.toml --check                    checks everything and runs nothing
+  standfast run my.toml --check                    checks everything, and says how long it takes
 
-A run that was interrupted goes on where it stopped when the same command is given again.")]
+A run that was interrupted goes on where it stopped when the same command is given again.
+The guide has more in its chapters campaigns.md (--until-resolved, --replays), gates.md
+(--gate), gains.md (--vary), clusters.md (--shard) and engines.md (--engine both).")]
 pub struct RunArgs {
-    /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
-    #[arg(default_value = "standard")]
-    pub campaign: String,
+    #[command(flatten)]
+    pub campaign: CampaignArgs,
     #[command(flatten)]
     pub change: ChangeArgs,
-    /// Number of trials; each is one random push (or two), the same for every controller
+    /// Number of trials, the same for every controller
     #[arg(long, value_name = "N")]
     pub trials: Option<u64>,
-    /// Stop as soon as every gate is decided or, without gates, every pair of controllers.
-    ///
-    /// The first look is after 25 trials, and each further one after about a quarter more, in steps of 25. A set is
-    /// better by an exact test that spends its error over these looks, up to --max-trials; gates, and sets that are the
-    /// same, are decided by intervals that hold however often one looks (betting confidence sequences). In at most 5 %
-    /// of runs any pair, or any gate, is decided wrongly. A controller stops earlier than the others once all its pairs
-    /// are decided or, with gates, once no undecided gate names it: in the standard campaign with at most 300 trials
-    /// that saves 21 % of the episodes. A run that ended undecided goes on, with the controllers that were still
-    /// undecided, if it is given more trials; but choose --max-trials large enough at the start, since nine tenths of
-    /// the error are spent up to that count.
+    /// Stop once every gate or, without gates, every pair is decided
     #[arg(long)]
     pub until_resolved: bool,
-    /// Two controllers count as the same once their rates surely differ by less than this share
-    /// [default: 0.02]
+    /// Rates that surely differ by less than this share are the same [default: 0.02]
     #[arg(long, value_name = "SHARE")]
     pub margin: Option<f64>,
-    /// Most trials that --until-resolved may take, rounded up to a multiple of 25 [default: those of the campaign]
+    /// Most trials of --until-resolved, in steps of 25 [default: those of the campaign]
     #[arg(long, value_name = "N", conflicts_with = "trials")]
     pub max_trials: Option<u64>,
     #[command(flatten)]
     pub gates: GateArgs,
-    /// Number of threads, or 0 for one on each core; the result does not depend on it
+    /// Number of threads; 0 is one on each core
     #[arg(long, value_name = "T", default_value_t = 0, value_parser = up_to(MOST_THREADS))]
     pub threads: usize,
     /// Make outcomes up instead of simulating them, to try very large campaigns
@@ -80,10 +72,7 @@ pub struct RunArgs {
     pub replays: ReplaysArgs,
     #[command(flatten)]
     pub check: CheckArgs,
-    /// Folder for the result [default: standfast-results/NAME, or NAME-HASH if that has another campaign].
-    ///
-    /// With --engine both, there are three: DIR/rapier, DIR/mujoco, and DIR/agreement with the comparison of the two
-    /// [default: standfast-results/NAME, NAME-mujoco and NAME-agreement].
+    /// Folder for the result [default: standfast-results/NAME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -119,7 +108,12 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
             if agreement.is_some() { format!(" in {}", work.folder.manifest.engine) } else { String::new() }
         };
         let to_run = works.iter().map(|work| format!("{} episodes to run{}", work.episodes(), engine(work)));
-        return fine(&format!("campaign {name} with controllers {sets}: {}", to_run.collect::<Vec<_>>().join(", ")));
+        let to_run = to_run.collect::<Vec<_>>().join(", ");
+        let takes = match time_s(&plans, &works)? {
+            0.0 => String::new(),
+            time_s => format!("; that takes about {} on this machine as it is now", duration(time_s)),
+        };
+        return fine(&format!("campaign {name} with controllers {sets}: {to_run}{takes}"));
     }
     let mut summaries = Vec::new();
     for (mut work, gates) in works.into_iter().zip(&gates) {
@@ -150,6 +144,18 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         compare::write(&comparison, &out)?;
     }
     Ok(exit_code(&summaries))
+}
+
+/// How long the episodes that are missing take here (s), by a few trials that are timed.
+fn time_s(plans: &[Plan], works: &[Work]) -> Result<f64> {
+    let time_s = |(plan, work): (&Plan, &Work)| match work.episodes() {
+        0 => Ok(0.0),
+        episodes => {
+            let trials = episodes as f64 / plan.manifest.sets.len() as f64;
+            Ok(plan.seconds_a_trial()? * trials / work.threads().min(episodes as usize) as f64)
+        }
+    };
+    plans.iter().zip(works).map(time_s).sum()
 }
 
 /// Runs the episodes that are missing, and shows how far the campaign is and what it has found. With `tells_time` it
@@ -204,15 +210,16 @@ fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<
 impl RunArgs {
     /// The arguments with which the program runs if it is called without any: the standard campaign, unchanged.
     pub fn standard() -> Self {
-        Self { campaign: "standard".into(), bare: true, ..Self::default() }
+        Self { bare: true, ..Self::default() }
     }
 
     /// The plan that these arguments ask for, in each engine, and the folder for its result. Nothing is written.
     pub(super) fn plans(&self) -> Result<(Vec<Plan>, Vec<Folder>)> {
-        let files = Campaign::robot_files(&self.campaign, &self.overrides())?;
+        let files = Campaign::robot_files(self.campaign.or_standard(), &self.overrides())?;
         let robot = files.robot()?;
         let plan = |engine| {
-            let campaign = Campaign::load_for(&robot, &self.campaign, &Overrides { engine, ..self.overrides() })?;
+            let campaign =
+                Campaign::load_for(&robot, self.campaign.or_standard(), &Overrides { engine, ..self.overrides() })?;
             self.check_against(&campaign)?;
             let plan = Plan::with(&campaign, files.clone())?;
             let folder = self.folder(&plan)?;

@@ -27,12 +27,12 @@ const REQUEUES: u32 = 20;
 
 The folder of --out must be one that all nodes share. The options of `run` are taken, but for
 --shard, --check and --engine both. A task has as many threads as --cpus. The options for gates,
-replays and output go to the merge.")]
+replays and output go to the merge. The guide's chapter is clusters.md.")]
 pub struct SlurmArgs {
     /// Number of shards, each a task of the array [default: what --minutes asks for]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub shards: Option<u64>,
-    /// Length of a task in minutes, by a few trials that are timed here
+    /// Length of a task in minutes, by a few trials that are timed
     #[arg(long, value_name = "MIN", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     pub minutes: u64,
     /// Cores of a task

@@ -1,6 +1,6 @@
 //! `standfast view`: shows the robot in a 3D window, live.
 
-use super::arguments::{ENGINE_CHOICES, EngineChoice, check_output, one_of};
+use super::arguments::{CampaignArgs, ENGINE_CHOICES, EngineChoice, check_output, number, one_of};
 use super::terminal::print;
 use crate::error::Result;
 use crate::view::{self, Options};
@@ -39,15 +39,14 @@ pub struct ViewArgs {
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Take sensor noise, rates and thresholds from this campaign; without it sensors are ideal
-    #[arg(long, value_name = "NAME|FILE")]
-    pub campaign: Option<String>,
+    #[command(flatten)]
+    pub campaign: CampaignArgs,
     /// Impulse of the push that Enter gives (N s), which can be changed in the window [default: 5; for a robot that is
     /// larger or smaller than ut-mu2 in proportion]
-    #[arg(long, value_name = "N_S")]
+    #[arg(long, value_name = "N_S", value_parser = number)]
     pub impulse: Option<f64>,
     /// Heading of that push (degrees): 0 pushes forward, 90 to the left; it can be changed in the window
-    #[arg(long, value_name = "DEG", default_value_t = 0.0)]
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = number)]
     pub heading: f64,
     /// Simulated seconds per second; it can be changed in the window
     #[arg(long, value_name = "RATIO", default_value_t = 1.0)]
@@ -65,6 +64,7 @@ pub fn run(args: ViewArgs) -> Result<ExitCode> {
     if let Some(path) = &screenshot {
         check_output("--screenshot", path, &["png"])?;
     }
+    let campaign = campaign.name().map(String::from);
     let (engine, ghost) = (engine.and_then(EngineChoice::one), engine == Some(EngineChoice::Both));
     let options =
         Options { trial, gains, engine, ghost, robot, campaign, impulse, heading, speed, seconds, screenshot };

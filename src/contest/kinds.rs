@@ -32,9 +32,27 @@ const fn kind<S: Settings + DeserializeOwned + 'static>(name: &'static str) -> K
 
 /// Reads the file of a controller of any kind.
 pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
-    let settings = (kind_of(&parse_toml(source)?, &source.file)?.parse)(source)?;
+    let table: Table = parse_toml(source)?;
+    let settings = (kind_of(&table, &source.file)?.parse)(source).map_err(|error| of_all_missing(error, &table))?;
     settings.check(&source.file)?;
     Ok(settings)
+}
+
+/// The error about a missing key, with all others that are missing in the file and its gains.
+fn of_all_missing(error: Error, table: &Table) -> Error {
+    let needed = |(i, gain): (usize, &toml::Value)| {
+        let is_missing = |key: &&str| gain.as_table().is_some_and(|gain| !gain.contains_key(*key));
+        ["name", "x", "y"].into_iter().filter(is_missing).map(move |key| format!("gains.{i}.{key}")).collect::<Vec<_>>()
+    };
+    let gains = table.get("gains").and_then(toml::Value::as_array).into_iter().flatten().enumerate();
+    let of_file = (!table.contains_key("name")).then(|| "name".to_string());
+    let missing: Vec<String> = of_file.into_iter().chain(gains.flat_map(needed)).collect();
+    match error {
+        Error::Syntax { file, message } if missing.len() > 1 && message.contains("missing field") => {
+            Error::Syntax { file, message: format!("missing fields: {}", missing.join(", ")) }
+        }
+        other => other,
+    }
 }
 
 /// The kind that a file states.

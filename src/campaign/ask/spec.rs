@@ -131,6 +131,9 @@ impl Overrides {
     }
 }
 
+/// Keys that have no default, beside the impulse of a push.
+const NEEDED: [&str; 3] = ["name", "trials", "seed"];
+
 /// What the file of a campaign asks for, with its robot as seen from the working folder.
 fn asked(source: &Source) -> Result<Table> {
     let mut asked: Table = assets::parse_toml(source)?;
@@ -209,9 +212,15 @@ impl Campaign {
             return Err(Error::value(file, "units", "(a table)", "unknown key", accepted));
         }
         merge(&mut campaign, asked);
-        campaign.try_into().map_err(|e: toml::de::Error| Error::Syntax {
-            file: file.into(),
-            message: with_relative_keys(e.to_string().trim_end()).replace('\n', "\n  "),
+        let mut missing: Vec<&str> = NEEDED.into_iter().filter(|key| !campaign.contains_key(*key)).collect();
+        let is_pushed = campaign["push"].as_table().is_none_or(|push| push.contains_key("impulse_n_s"));
+        missing.extend((!is_pushed).then_some("push.impulse"));
+        campaign.try_into().map_err(|e: toml::de::Error| {
+            let mut message = with_relative_keys(e.to_string().trim_end()).replace('\n', "\n  ");
+            if missing.len() > 1 && message.starts_with("missing field") {
+                message = format!("missing fields: {}", missing.join(", "));
+            }
+            Error::Syntax { file: file.into(), message }
         })
     }
 
@@ -234,7 +243,7 @@ impl Campaign {
             gates: GateSpec::default(),
         };
         let mut usual = Table::try_from(usual).map_err(not_toml)?;
-        ["name", "trials", "seed"].iter().for_each(|key| _ = usual.remove(*key));
+        NEEDED.iter().for_each(|key| _ = usual.remove(*key));
         if let Some(push) = usual["push"].as_table_mut() {
             push.remove("impulse_n_s");
         }

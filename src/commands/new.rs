@@ -1,0 +1,46 @@
+//! `standfast new`: writes a file to begin with, which is a commented one that is compiled in.
+
+use super::arguments::check_output;
+use super::terminal::note;
+use crate::assets::{self, Kind};
+use crate::error::{Error, Result};
+use crate::files::{shell_word, write_atomic};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  standfast new campaign my.toml                    then: standfast run my.toml
+  standfast new controller mine.toml                then: standfast push --controller mine.toml
+
+The campaign is a copy of `standard`, and the controller one of `switching`, with their
+comments. For the settings of a robot there is `standfast init`.")]
+pub struct NewArgs {
+    /// What the file is
+    #[arg(value_parser = ["campaign", "controller"])]
+    pub what: String,
+    /// File to write, which must not be there yet
+    #[arg(value_name = "FILE.toml")]
+    pub file: PathBuf,
+}
+
+pub fn run(args: &NewArgs) -> Result<ExitCode> {
+    let path = &args.file;
+    check_output("FILE.toml", path, &["toml"])?;
+    if path.exists() {
+        let (problem, accepted) = ("this file is there already", "a file that is not there yet");
+        return Err(Error::option("FILE.toml", path.display(), problem, accepted));
+    }
+    let (kind, from, use_it) = match args.what.as_str() {
+        "campaign" => (Kind::Campaign, "standard", "run"),
+        _ => (Kind::Controller, "switching", "push --controller"),
+    };
+    // Results and tables go by the name, so it is that of the file.
+    let name = |name: &str| format!("\nname = {}\n", toml::Value::String(name.into()));
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let text = assets::open(kind, from)?.text.replacen(&name(from), &name(&stem), 1);
+    write_atomic(path, text.as_bytes())?;
+    let word = shell_word(&path.to_string_lossy());
+    note(&format!("written: {word}, a copy of `{from}` to be edited; then: standfast {use_it} {word}"));
+    Ok(ExitCode::SUCCESS)
+}
