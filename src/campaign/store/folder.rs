@@ -244,6 +244,7 @@ impl Folder {
             let (rows, name) = (part.rows()?, part.name());
             let mut pushes = rows.iter().flat_map(TrialRow::pushes);
             pushes.try_for_each(|push| in_range(&name, "impulse_n_s", push.impulse_n_s, bounds.impulse_n_s))?;
+            rows.iter().try_for_each(|row| row.check(&name, &self.manifest.campaign.episode))?;
             Ok(rows)
         };
         let mut rows = blocks.map(rows).collect::<Result<Vec<_>>>()?.concat();
@@ -347,7 +348,7 @@ pub(crate) mod tests {
     use crate::campaign::ask::spec::Overrides;
     use crate::campaign::store::manifest::part_trials;
     use crate::campaign::store::row::tests::row;
-    use crate::episode::Outcome;
+    use crate::episode::{Outcome, Record};
     use std::num::NonZeroU64;
 
     /// Manifest of the campaign `smoke` with these changes.
@@ -463,6 +464,31 @@ pub(crate) mod tests {
             folder.part(0).write(&rows).unwrap();
             let message = count(&folder).unwrap_err();
             assert!(message.contains("part-000000.csv: impulse_n_s = "), "{message}");
+        }
+    }
+
+    /// Each change alone, in a row with the outcome that it contradicts.
+    #[test]
+    fn a_row_that_contradicts_itself_is_refused() {
+        let (_dir, folder) = written(&[1, 2]);
+        let changes: [(&str, Outcome, fn(&mut Record)); 9] = [
+            ("fell_at_s = 1.5", Outcome::Fell, |r| r.outcome = Outcome::Recovered),
+            ("fell_at_s = (none)", Outcome::Recovered, |r| r.outcome = Outcome::Fell),
+            ("settled_at_s = (none)", Outcome::TimedOut, |r| r.outcome = Outcome::Recovered),
+            ("settled_at_s = 0.1", Outcome::Recovered, |r| r.settled_at_s = Some(0.1)),
+            ("fall_cause = (none)", Outcome::Fell, |r| r.fall_cause = None),
+            ("home_at_s = 1", Outcome::Fell, |r| r.home_at_s = Some(1.0)),
+            ("end_s = 1000", Outcome::TimedOut, |r| r.end_s = 1e3),
+            ("peak_tilt_deg = 170", Outcome::Recovered, |r| r.peak_tilt_deg = 170.0),
+            ("peak_slip_m = -0.1", Outcome::TimedOut, |r| r.peak_slip_m = -0.1),
+        ];
+        for (expected, outcome, change) in changes {
+            let mut rows = rows(&folder, 0);
+            let row = rows.iter_mut().find(|row| row.record.outcome == outcome).unwrap();
+            change(&mut row.record);
+            folder.part(0).write(&rows).unwrap();
+            let message = count(&folder).unwrap_err();
+            assert!(message.contains(&format!("of hold: {expected}: cannot be in an episode that ")), "{message}");
         }
     }
 
