@@ -322,8 +322,9 @@ pub(crate) mod tests {
     #[test]
     fn names_and_values_are_in_the_same_order() {
         let row = row(7, "hold", 2.5, Outcome::Recovered);
-        let of =
-            |name: &str| as_columns(&[row.clone()], &[]).into_iter().find(|column| column.name == name).unwrap().data;
+        let of = |name: &str| {
+            as_columns(std::slice::from_ref(&row), &[]).into_iter().find(|column| column.name == name).unwrap().data
+        };
         assert_eq!(of("trial"), Data::I64(vec![7]));
         assert_eq!(of("start_s"), Data::F64(vec![row.push.start_s]));
         assert_eq!(of("delay_s"), Data::OptF64(vec![None]));

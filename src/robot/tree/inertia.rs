@@ -123,7 +123,8 @@ pub fn check_gyration(links: &[Link], joints: &[Joint], lines: &[usize], problem
         let (moment, mass_kg) = (link.inertia_kg_m2.symmetric_eigenvalues().max(), link.mass_kg);
         let gyration_m = (moment / mass_kg).sqrt();
         let link_m = points.iter().map(|point| (point - link.com_m).norm()).fold(0.0, f64::max);
-        if gyration_m > IMPOSSIBLE * robot_m {
+        // A link with hardly any mass is refused for that.
+        if mass_kg > 1e-12 && gyration_m > IMPOSSIBLE * robot_m {
             let problem = format!(
                 "with {mass_kg:.3} kg, its radius of gyration is {gyration_m:.3} m, and the whole robot spans {robot_m:.3} m"
             );
