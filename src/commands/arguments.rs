@@ -144,6 +144,16 @@ pub const MOST_THREADS: u64 = 1024;
 /// Most files or simulations that a command accepts beside its main work, for each controller.
 pub const MOST_EXTRAS: u64 = 1000;
 
+/// Checks the number of threads that the environment asks for, before Rayon starts them.
+pub fn check_environment() -> Result<()> {
+    const NAME: &str = "RAYON_NUM_THREADS";
+    let Ok(text) = std::env::var(NAME) else { return Ok(()) };
+    if text.parse().is_ok_and(|threads: u128| threads > MOST_THREADS.into()) {
+        return Err(Error::value("environment", NAME, text, "too many threads", format!("up to {MOST_THREADS}")));
+    }
+    Ok(())
+}
+
 /// Reads a number from 0 to `most`.
 pub fn up_to(most: u64) -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(0..=most)

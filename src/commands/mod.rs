@@ -84,7 +84,10 @@ enum Chosen {
 /// Runs the command that the program was called with. A command line that cannot be read ends the program here, with
 /// what is wrong and exit code 2.
 pub fn run() -> Result<ExitCode> {
-    match Cli::parse().command.unwrap_or_else(|| Chosen::Run(run::RunArgs::standard())) {
+    let chosen = Cli::parse().command.unwrap_or_else(|| Chosen::Run(run::RunArgs::standard()));
+    arguments::check_environment()?;
+    interrupt::survive_large_files();
+    match chosen {
         Chosen::Run(args) => run::run(&args),
         Chosen::Merge(args) => merge::run(&args),
         Chosen::Slurm(args) => slurm::run(&args),

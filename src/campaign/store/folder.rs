@@ -43,17 +43,27 @@ pub struct Folder {
 impl Folder {
     /// Opens a folder. It is None if the folder does not exist or is empty. It fails if the folder has other content.
     pub fn open(path: &Path) -> Result<Option<Folder>> {
+        let fail = |field: &str, at: &Path, problem: &str, accepted: &str| {
+            Err(Error::option(field, at.display(), problem, accepted))
+        };
+        let accepted = "a folder, which is new, empty, or holds the result of a campaign";
         let empty = match fs::read_dir(path) {
             Ok(mut entries) => entries.next().is_none(),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound && path.is_symlink() => {
+                return fail("result folder", path, "it is a link to what does not exist", accepted);
+            }
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => true,
             Err(e) if e.kind() == std::io::ErrorKind::NotADirectory => {
-                let accepted = "a folder, which is new, empty, or holds the result of a campaign";
-                return Err(Error::option("result folder", path.display(), "it is a file", accepted));
+                return fail("result folder", path, "it is a file", accepted);
             }
             Err(source) => return Err(Error::Read { path: path.into(), source }),
         };
         if empty {
             return Ok(None);
+        }
+        let parts = fs::read_dir(path.join("parts")).into_iter().flatten().flatten();
+        if let Some(part) = parts.map(|entry| entry.path()).find(|part| part.is_dir()) {
+            return fail("part of a result", &part, "it is a folder", "a file; remove the folder");
         }
         if path.join(MANIFEST).exists() {
             return Ok(Some(Folder { path: path.into(), manifest: Manifest::read(path)? }));
@@ -471,7 +481,8 @@ pub(crate) mod tests {
     #[test]
     fn a_row_that_contradicts_itself_is_refused() {
         let (_dir, folder) = written(&[1, 2]);
-        let changes: [(&str, Outcome, fn(&mut Record)); 9] = [
+        type Change = (&'static str, Outcome, fn(&mut Record));
+        let changes: [Change; 9] = [
             ("fell_at_s = 1.5", Outcome::Fell, |r| r.outcome = Outcome::Recovered),
             ("fell_at_s = (none)", Outcome::Recovered, |r| r.outcome = Outcome::Fell),
             ("settled_at_s = (none)", Outcome::TimedOut, |r| r.outcome = Outcome::Recovered),
@@ -489,6 +500,21 @@ pub(crate) mod tests {
             folder.part(0).write(&rows).unwrap();
             let message = count(&folder).unwrap_err();
             assert!(message.contains(&format!("of hold: {expected}: cannot be in an episode that ")), "{message}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_told_at_the_start() {
+        let (dir, folder) = written(&[0]);
+        fs::create_dir(folder.path.join("parts/part-000001.csv")).unwrap();
+        let message = Folder::open(&folder.path).unwrap_err().to_string();
+        assert!(message.contains("part-000001.csv: it is a folder; accepted: a file"), "{message}");
+        #[cfg(unix)]
+        {
+            let link = dir.path().join("link");
+            std::os::unix::fs::symlink("nowhere", &link).unwrap();
+            let message = Folder::open(&link).unwrap_err().to_string();
+            assert!(message.contains("it is a link to what does not exist"), "{message}");
         }
     }
 
