@@ -35,7 +35,7 @@ pub(super) struct Tree {
     pub motors: Vec<Motor>,
     /// What was changed or left out, in sentences.
     pub notes: Vec<String>,
-    /// Meshes of collisions that could not be read, each with the index of its frame.
+    /// Meshes of collisions that could not be read, each with the index of its frame, and why in words.
     pub missing: Vec<(usize, String)>,
     /// The meshes as a text that can be kept beside the URDF, in place of their files; None if it names none.
     pub kept_meshes: Option<String>,

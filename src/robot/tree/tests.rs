@@ -220,9 +220,12 @@ fn meshes_that_are_not_there_are_told_in_one_note() {
     assert!(absent.starts_with("2 meshes (package://mine/a.stl, b.stl) are left out: no such file."), "{absent}");
     assert!(absent.contains(&format!("searched in {}", folder.path().display())), "{absent}");
     assert!(noted(&tree, "LFS").starts_with("The mesh pointer.stl is left out: only a Git LFS pointer is there"));
-    assert!(noted(&tree, "bad.stl").contains("The mesh bad.stl is left out: it is not an STL file."));
+    assert!(
+        noted(&tree, "bad.stl")
+            .contains("The mesh bad.stl is left out: it is not an STL file, or one that is cut off.")
+    );
     assert_eq!((tree.notes.len(), tree.links[1].visuals.len()), (3, 0));
-    assert_eq!(tree.missing, [(1, "b.stl".to_string())]);
+    assert_eq!(tree.missing, [(1, "b.stl (no such file)".to_string())]);
 }
 
 #[test]
