@@ -111,7 +111,8 @@ pub const TRY_AGAIN: u8 = 75;
 fn is_full(error: &std::io::Error) -> bool {
     // What a library reports may have the cause within.
     let within = || std::error::Error::source(error)?.downcast_ref::<std::io::Error>();
-    matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded) || within().is_some_and(is_full)
+    matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge)
+        || within().is_some_and(is_full)
 }
 
 /// Most problems of an input that are told one by one.

@@ -74,7 +74,7 @@ fn only_soles_are_near_the_ground_at_home() {
 }
 
 /// What to replace in the URDF (everywhere), by what, and what the error must say.
-const BAD_URDF: [(&str, &str, &str); 28] = [
+const BAD_URDF: [(&str, &str, &str); 29] = [
     ("</robot>", "", "the XML is malformed"),
     ("</visual>", "</visua>", "the XML is malformed"),
     ("<robot name=\"ut-mu2\">", "<robot name=\"ut-mu2\" <", "builtin:ut-mu2: the XML is malformed"),
@@ -139,7 +139,12 @@ const BAD_URDF: [(&str, &str, &str); 28] = [
     (
         "<box size=\"0.096172 0.069172 0.007288\"/>",
         "<mesh filename=\"a.stl\"/>",
-        "soles.left = left_foot: the mesh a.stl of its collision is missing",
+        "soles.left = left_foot: the mesh of its collision is left out: a.stl (no such file)",
+    ),
+    (
+        "<box size=\"0.096172 0.069172 0.007288\"/>",
+        "<box size=\"0.096172 1.0 0.007288\"/>",
+        "soles = left, right: the soles overlap at home; accepted: soles beside each other",
     ),
     ("<box size=\"0.08 0.023 0.034\"/>", "<box size=\"0.08 -0.023 0.034\"/>", "collision: box = [0.08, -0.023, 0.034]"),
     ("<box size=\"0.096172 0.069172 0.007288\"/>", "<sphere radius=\"0.01\"/>", "its collision is not a box"),

@@ -161,6 +161,16 @@ pub fn number(text: &str) -> Result<f64, String> {
     })
 }
 
+/// Checks the number of threads that the environment asks for, before Rayon starts them.
+pub fn check_environment() -> Result<()> {
+    const NAME: &str = "RAYON_NUM_THREADS";
+    let Ok(text) = std::env::var(NAME) else { return Ok(()) };
+    if text.parse().is_ok_and(|threads: u128| threads > MOST_THREADS.into()) {
+        return Err(Error::value("environment", NAME, text, "too many threads", format!("up to {MOST_THREADS}")));
+    }
+    Ok(())
+}
+
 /// Reads a number from 0 to `most`.
 pub fn up_to(most: u64) -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(0..=most)

@@ -96,6 +96,9 @@ fn pendulum(args: &CpiArgs, robot: &Robot) -> Result<Pendulum> {
     Ok(pendulum)
 }
 
+/// Largest coordinate of a support (m), as for the soles of a robot. Much larger ones are lost in rounding.
+const MOST_SUPPORT_M: f64 = 100.0;
+
 /// Reads `XMIN,XMAX,YMIN,YMAX` (m), a rectangle with the origin inside.
 fn parse_support(text: &str) -> Result<SupportPolygon, String> {
     let numbers: Vec<f64> = text
@@ -104,6 +107,9 @@ fn parse_support(text: &str) -> Result<SupportPolygon, String> {
             part.trim().parse().map_err(|_| format!("{part:?} is not a number; accepted: XMIN,XMAX,YMIN,YMAX (m)"))
         })
         .collect::<Result<_, _>>()?;
+    if numbers.iter().any(|number| number.is_nan() || number.abs() > MOST_SUPPORT_M) {
+        return Err(format!("too large; accepted: four numbers from -{MOST_SUPPORT_M} to {MOST_SUPPORT_M} (m)"));
+    }
     match numbers[..] {
         [xmin, xmax, ymin, ymax] if xmin < 0.0 && xmax > 0.0 && ymin < 0.0 && ymax > 0.0 => {
             SupportPolygon::rectangle(xmin, xmax, ymin, ymax).ok_or_else(|| "the rectangle has no area".into())
@@ -214,6 +220,7 @@ mod tests {
             (vec!["--dt", "0"], "--dt = 0"),
             (vec!["--dt", "1"], "dt"),
             (vec!["--support", "0.01,0.05,-0.05,0.05"], "origin is not strictly inside"),
+            (vec!["--support", "-1e308,1e308,-1e308,1e308"], "too large; accepted: four numbers from -100 to 100 (m)"),
             (vec!["--support", "-0.05,0.05,-0.05"], "3 numbers"),
             (vec!["--support", "-0.05,a,-0.05,0.05"], "not a number"),
         ] {

@@ -1,13 +1,14 @@
-//! Ctrl-C (SIGINT) and termination (SIGTERM): the first lets the running episodes end, so that finished work is kept; the
-//! second ends the program at once.
+//! Ctrl-C (SIGINT) and termination (SIGTERM, or SIGHUP when its terminal goes). The first lets the running episodes end, so
+//! that finished work is kept; the second ends the program at once.
 //!
 //! A cluster terminates a task that has reached its time limit, or whose node is needed for something else. Such a task
 //! has done nothing wrong, and is to be run again, which its exit code says.
 
 use super::terminal::note;
 use crate::error::{Error, TRY_AGAIN};
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Set by the first signal.
@@ -17,7 +18,8 @@ static TERMINATED: AtomicBool = AtomicBool::new(false);
 
 /// From now on the first signal sets [`STOP`], and the second ends the program at once.
 pub fn stop_on_ctrl_c() {
-    let mut signals = match Signals::new([SIGINT, SIGTERM]) {
+    let hangup = (!is_hangup_ignored()).then_some(SIGHUP);
+    let mut signals = match Signals::new([SIGINT, SIGTERM].into_iter().chain(hangup)) {
         Ok(signals) => signals,
         Err(e) => {
             log::warn!("Ctrl-C cannot be caught ({e}): it ends the program at once, and the running episodes are lost");
@@ -26,7 +28,7 @@ pub fn stop_on_ctrl_c() {
     };
     std::thread::spawn(move || {
         for signal in signals.forever() {
-            TERMINATED.fetch_or(signal == SIGTERM, Ordering::Relaxed);
+            TERMINATED.fetch_or(signal != SIGINT, Ordering::Relaxed);
             if STOP.swap(true, Ordering::Relaxed) {
                 std::process::exit(exit_code(&Error::Interrupted).into());
             }
@@ -34,6 +36,21 @@ pub fn stop_on_ctrl_c() {
             note(&format!("stopping as soon as what is running ends{again}"));
         }
     });
+}
+
+/// Whether the program was started to outlast its terminal, as by `nohup`. Where there is no `/proc`, it was not.
+fn is_hangup_ignored() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| u64::from_str_radix(line.strip_prefix("SigIgn:")?.trim(), 16).ok());
+    ignored.is_some_and(|signals| signals >> (SIGHUP - 1) & 1 == 1)
+}
+
+/// From now on a file that exceeds the limit of its size (`ulimit -f`) is an error like a full disk, and no longer ends
+/// the program (SIGXFSZ).
+pub fn survive_large_files() {
+    if let Err(e) = signal_hook::flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false))) {
+        log::warn!("the limit of file sizes cannot be caught: {e}");
+    }
 }
 
 /// The exit code of the program after an error.

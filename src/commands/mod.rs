@@ -98,7 +98,10 @@ pub fn run() -> Result<ExitCode> {
     let matches = command_line().try_get_matches();
     let chosen = matches.and_then(|matches| Cli::from_arg_matches(&matches));
     let chosen = chosen.unwrap_or_else(|error| suggesting(error).exit()).command;
-    match chosen.unwrap_or_else(|| Chosen::Run(run::RunArgs::standard())) {
+    let chosen = chosen.unwrap_or_else(|| Chosen::Run(run::RunArgs::standard()));
+    arguments::check_environment()?;
+    interrupt::survive_large_files();
+    match chosen {
         Chosen::Run(args) => run::run(&args),
         Chosen::Merge(args) => merge::run(&args),
         Chosen::Slurm(args) => slurm::run(&args),

@@ -81,7 +81,11 @@ pub struct Record {
     pub peak_tilt_deg: f64,
     /// The lowest height of the COM above the ground, as a share of that at home; up to a fall, as all peaks are.
     pub lowest_com_height_ratio: Option<f64>,
-    /// Largest joint torque, and the largest share of a joint's torque limit.
+    /// Largest joint torque, and the largest share of a joint's torque limit, each averaged over a tick. The servo chooses
+    /// a torque within its limit at the start of a physics step, and its damping follows the speed within the step. The
+    /// share is therefore larger than 1 if an impact changes the speed of a joint by more than its
+    /// `full_torque_speed_rad_s` in one step, or if its damping is so large for its rotor that it would be unstable
+    /// otherwise.
     pub peak_torque_n_m: f64,
     pub peak_torque_ratio: f64,
     /// Time (s) during which the torque of some joint, averaged over a tick, was at its limit. Only ticks with the

@@ -251,12 +251,12 @@ fn stated_sole(file: &str, field: &str, face: &StatedFace, tree: &Tree) -> Resul
     })
 }
 
-/// Fails if a mesh of a sole is missing.
+/// Fails if a mesh of a sole was not read.
 fn check_mesh(file: &str, field: &str, frame: usize, tree: &Tree) -> Result<()> {
     let missing = tree.missing.iter().find(|(of, _)| *of == frame);
     missing.map_or(Ok(()), |(_, mesh)| {
-        let problem = format!("the mesh {mesh} of its collision is missing");
-        Err(Error::value(file, field, &tree.frames[frame].name, problem, "a file"))
+        let problem = format!("the mesh of its collision is left out: {mesh}");
+        Err(Error::value(file, field, &tree.frames[frame].name, problem, "a file that can be read"))
     })
 }
 

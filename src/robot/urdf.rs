@@ -12,7 +12,8 @@ use super::xacro;
 use crate::assets::{self, Kind, Source};
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
-use nalgebra::Vector3;
+use crate::geometry::gap::gap_m;
+use nalgebra::{Point3, Vector3};
 use std::path::{Path, PathBuf};
 
 /// Largest difference in height between the soles at home (m).
@@ -166,18 +167,23 @@ fn check_inertias(file: &str, robot: &Robot) -> Result<()> {
     Err(Error::value(file, field, format!("{:.1e}", moment(link)), "too small to be simulated", accepted))
 }
 
-/// Checks that the soles span an area at home, as far as the ankles can hold the weight there.
+/// Checks that the soles span an area at home, as far as the ankles can hold the weight there, and do not overlap.
 fn check_support(file: &str, robot: &Robot) -> Result<()> {
     let soles = Kinematics::at_home(robot).sole_poses(robot);
     let pressed = |foot: Foot| {
         robot.soles[foot].pressable_corners(0.5 * robot.mass() * GRAVITY).map(|at| (soles[foot] * at).xy())
     };
     let corners: Vec<_> = Foot::BOTH.into_iter().flat_map(pressed).collect();
-    if SupportPolygon::hull(&corners).is_some() {
+    // Soles that only touch do not overlap.
+    let inner = Foot::BOTH.map(|foot| robot.soles[foot].corners().map(|at| (soles[foot] * (at * 0.99)).xy()));
+    let [left, right] = inner.map(|corners| corners.map(|at| Point3::new(at.x, at.y, 0.0)));
+    let (problem, accepted) = if SupportPolygon::hull(&corners).is_none() {
+        ("the soles span no area on which the ankles can hold the weight", "a robot that can stand")
+    } else if gap_m(&left, &right) == 0.0 {
+        ("the soles overlap at home", "soles beside each other")
+    } else {
         return Ok(());
-    }
-    let (problem, accepted) =
-        ("the soles span no area on which the ankles can hold the weight", "a robot that can stand");
+    };
     Err(Error::value(file, "soles", "left, right", problem, accepted))
 }
 

@@ -2,7 +2,10 @@
 
 use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
+use crate::robot::dynamics::Dynamics;
+use crate::robot::{Kinematics, Robot};
 use crate::sim::Push;
+use nalgebra::{DMatrix, DVector};
 
 /// Smallest and largest accepted value of each quantity of a push.
 #[derive(Debug, Clone, Copy)]
@@ -64,6 +67,46 @@ pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
     positive("episode.judge.home_radius_m", judge.home_radius_m, 10.0)
 }
 
+/// Largest steps of the physics, times the fastest vibration by the springs of the servos (measured on UT-mu2 with servos of
+/// many stiffnesses): beyond the first, controllers recover less often; between the second and twice it, a robot falls that
+/// nobody pushes.
+const COARSE: f64 = 1.5;
+const UNSTABLE: f64 = 4.0;
+
+/// Checks that servos are stable with such steps of the physics, and warns of steps that are too long to judge by. Errors
+/// name `file` as the origin of the values.
+pub fn check_servos(file: &str, episode: &EpisodeConfig, robot: &Robot) -> Result<()> {
+    let (step_s, fastest_rad_s) = (episode.clock().physics_step_s, fastest_vibration_rad_s(robot));
+    if step_s * fastest_rad_s > UNSTABLE {
+        let most_s = digits(UNSTABLE / fastest_rad_s);
+        let problem = format!(
+            "with such steps, its servos, which vibrate at {fastest_rad_s:.0} rad/s, throw {} over",
+            robot.name
+        );
+        let accepted = format!("up to {most_s}; or servos with less kp_n_m_rad");
+        return Err(Error::value(file, "episode.physics_step_s", step_s, problem, accepted));
+    }
+    if step_s * fastest_rad_s > COARSE {
+        log::warn!(
+            "{file}: episode.physics_step_s = {step_s}: is long for the servos of {}; robots that stand with steps of up to \
+             {:.1e} s may fall",
+            robot.name,
+            COARSE / fastest_rad_s
+        );
+    }
+    Ok(())
+}
+
+/// The fastest frequency at which a robot in the air vibrates at home by the springs of its servos (rad/s).
+fn fastest_vibration_rad_s(robot: &Robot) -> f64 {
+    let (mut dynamics, joints) = (Dynamics::new(robot), robot.joints.len());
+    dynamics.update(robot, &Kinematics::at_home(robot), &DVector::zeros(6 + joints));
+    let Some(mobility) = dynamics.mass_matrix().clone().cholesky().map(|mass| mass.inverse()) else { return 0.0 };
+    let stiffness = |i: usize, j: usize| (robot.servos[i].kp * robot.servos[j].kp).sqrt();
+    let of_springs = DMatrix::from_fn(joints, joints, |i, j| stiffness(i, j) * mobility[(6 + i, 6 + j)]);
+    of_springs.symmetric_eigenvalues().max().max(0.0).sqrt()
+}
+
 /// A number with four significant digits, since those in units of the robot are not round in SI units.
 pub fn digits(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
@@ -82,4 +125,29 @@ pub fn positive(file: &str, field: &str, value: f64, most: f64) -> Result<()> {
 /// Returns an error that states what is accepted, unless `ok`.
 pub(crate) fn accept(ok: bool, file: &str, field: &str, value: f64, accepted: &str) -> Result<()> {
     if ok { Ok(()) } else { Err(Error::value(file, field, value, "out of range", accepted)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Units;
+    use crate::sim::PhysicsStep;
+
+    /// Where stiff servos throw an unpushed UT-mu2 over: between 4 and 8 ms if they are 64 times as stiff as they are,
+    /// and at half of that if they are 256 times as stiff.
+    #[test]
+    fn steps_too_long_for_the_servos_are_refused() {
+        for (stiffer, fine_s, bad_s) in [(1.0, 0.012, 0.1), (64.0, 0.002, 0.008), (256.0, 0.001, 0.004)] {
+            let mut robot = Robot::load("ut-mu2").unwrap();
+            robot.servos.iter_mut().for_each(|servo| servo.kp *= stiffer);
+            println!("fastest {}", fastest_vibration_rad_s(&robot));
+            let usual = EpisodeConfig::of(&Units::of(&robot));
+            let check = |step_s| {
+                check_servos("f", &EpisodeConfig { physics_step_s: PhysicsStep::all(step_s), ..usual }, &robot)
+            };
+            check(fine_s).unwrap();
+            let error = check(bad_s).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("f: episode.physics_step_s = {bad_s}: ")), "{error}");
+        }
+    }
 }

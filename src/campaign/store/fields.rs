@@ -42,8 +42,8 @@ pub fn columns<'a>(
         let cells = rows.iter().map(move |row| &row[at]);
         let some = |cell: &'a str| (!cell.is_empty()).then_some(cell);
         let data = match (field.kind, field.is_optional) {
-            (Kind::Count, _) => Data::I64(cells.map(|cell| parsed(cell)).collect()),
-            (Kind::Number, false) => Data::F64(cells.map(|cell| parsed(cell)).collect()),
+            (Kind::Count, _) => Data::I64(cells.map(parsed).collect()),
+            (Kind::Number, false) => Data::F64(cells.map(parsed).collect()),
             (Kind::Number, true) => Data::OptF64(cells.map(|cell| some(cell).map(parsed)).collect()),
             (Kind::Word, false) => Data::Text(cells.map(String::from).collect()),
             (Kind::Word, true) => Data::OptText(cells.map(|cell| some(cell).map(String::from)).collect()),

@@ -43,17 +43,27 @@ pub struct Folder {
 impl Folder {
     /// Opens a folder. It is None if the folder does not exist or is empty. It fails if the folder has other content.
     pub fn open(path: &Path) -> Result<Option<Folder>> {
+        let fail = |field: &str, at: &Path, problem: &str, accepted: &str| {
+            Err(Error::option(field, at.display(), problem, accepted))
+        };
+        let accepted = "a folder, which is new, empty, or holds the result of a campaign";
         let empty = match fs::read_dir(path) {
             Ok(mut entries) => entries.next().is_none(),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound && path.is_symlink() => {
+                return fail("result folder", path, "it is a link to what does not exist", accepted);
+            }
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => true,
             Err(e) if e.kind() == std::io::ErrorKind::NotADirectory => {
-                let accepted = "a folder, which is new, empty, or holds the result of a campaign";
-                return Err(Error::option("result folder", path.display(), "it is a file", accepted));
+                return fail("result folder", path, "it is a file", accepted);
             }
             Err(source) => return Err(Error::Read { path: path.into(), source }),
         };
         if empty {
             return Ok(None);
+        }
+        let parts = fs::read_dir(path.join("parts")).into_iter().flatten().flatten();
+        if let Some(part) = parts.map(|entry| entry.path()).find(|part| part.is_dir()) {
+            return fail("part of a result", &part, "it is a folder", "a file; remove the folder");
         }
         if path.join(MANIFEST).exists() {
             return Ok(Some(Folder { path: path.into(), manifest: Manifest::read(path)? }));
@@ -244,6 +254,7 @@ impl Folder {
             let (rows, name) = (part.rows()?, part.name());
             let mut pushes = rows.iter().flat_map(TrialRow::pushes);
             pushes.try_for_each(|push| in_range(&name, "impulse_n_s", push.impulse_n_s, bounds.impulse_n_s))?;
+            rows.iter().try_for_each(|row| row.check(&name, &self.manifest.campaign.episode))?;
             Ok(rows)
         };
         let mut rows = blocks.map(rows).collect::<Result<Vec<_>>>()?.concat();
@@ -347,7 +358,7 @@ pub(crate) mod tests {
     use crate::campaign::ask::spec::Overrides;
     use crate::campaign::store::manifest::part_trials;
     use crate::campaign::store::row::tests::row;
-    use crate::episode::Outcome;
+    use crate::episode::{Outcome, Record};
     use std::num::NonZeroU64;
 
     /// Manifest of the campaign `smoke` with these changes.
@@ -463,6 +474,47 @@ pub(crate) mod tests {
             folder.part(0).write(&rows).unwrap();
             let message = count(&folder).unwrap_err();
             assert!(message.contains("part-000000.csv: impulse_n_s = "), "{message}");
+        }
+    }
+
+    /// Each change alone, in a row with the outcome that it contradicts.
+    #[test]
+    fn a_row_that_contradicts_itself_is_refused() {
+        let (_dir, folder) = written(&[1, 2]);
+        type Change = (&'static str, Outcome, fn(&mut Record));
+        let changes: [Change; 9] = [
+            ("fell_at_s = 1.5", Outcome::Fell, |r| r.outcome = Outcome::Recovered),
+            ("fell_at_s = (none)", Outcome::Recovered, |r| r.outcome = Outcome::Fell),
+            ("settled_at_s = (none)", Outcome::TimedOut, |r| r.outcome = Outcome::Recovered),
+            ("settled_at_s = 0.1", Outcome::Recovered, |r| r.settled_at_s = Some(0.1)),
+            ("fall_cause = (none)", Outcome::Fell, |r| r.fall_cause = None),
+            ("home_at_s = 1", Outcome::Fell, |r| r.home_at_s = Some(1.0)),
+            ("end_s = 1000", Outcome::TimedOut, |r| r.end_s = 1e3),
+            ("peak_tilt_deg = 170", Outcome::Recovered, |r| r.peak_tilt_deg = 170.0),
+            ("peak_slip_m = -0.1", Outcome::TimedOut, |r| r.peak_slip_m = -0.1),
+        ];
+        for (expected, outcome, change) in changes {
+            let mut rows = rows(&folder, 0);
+            let row = rows.iter_mut().find(|row| row.record.outcome == outcome).unwrap();
+            change(&mut row.record);
+            folder.part(0).write(&rows).unwrap();
+            let message = count(&folder).unwrap_err();
+            assert!(message.contains(&format!("of hold: {expected}: cannot be in an episode that ")), "{message}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_told_at_the_start() {
+        let (dir, folder) = written(&[0]);
+        fs::create_dir(folder.path.join("parts/part-000001.csv")).unwrap();
+        let message = Folder::open(&folder.path).unwrap_err().to_string();
+        assert!(message.contains("part-000001.csv: it is a folder; accepted: a file"), "{message}");
+        #[cfg(unix)]
+        {
+            let link = dir.path().join("link");
+            std::os::unix::fs::symlink("nowhere", &link).unwrap();
+            let message = Folder::open(&link).unwrap_err().to_string();
+            assert!(message.contains("it is a link to what does not exist"), "{message}");
         }
     }
 

@@ -4,7 +4,7 @@
 use crate::campaign::ask::no_step::NoStep;
 use crate::campaign::store::fields::{Field, columns, fields};
 use crate::columns::ParquetFile;
-use crate::episode::{Membership, Outcome, Record};
+use crate::episode::{EpisodeConfig, Membership, Outcome, Record};
 use crate::error::{Error, Result};
 use crate::files::Hashing;
 use crate::sim::{Push, Variation};
@@ -67,6 +67,74 @@ impl TrialRow {
         std::iter::once(self.push).chain(second()).collect()
     }
 
+    /// Checks that an episode with these settings can have such a record: that its columns do not contradict each other.
+    /// Errors name `file` as its origin.
+    pub fn check(&self, file: &str, episode: &EpisodeConfig) -> Result<()> {
+        let (r, outcome, judge) = (&self.record, self.record.outcome, &episode.judge);
+        let [fell, diverged, recovered] =
+            [Outcome::Fell, Outcome::Diverged, Outcome::Recovered].map(|other| outcome == other);
+        // A fall may tilt the trunk by any angle.
+        let (tilt_deg, least_height) =
+            if fell || diverged { (180.0, f64::MIN) } else { (judge.fallen_tilt_deg, judge.fallen_com_height_ratio) };
+        let from_s = self.pushed_until_s() - 1e-9;
+        let up_to_end = |from_s: f64, at_s: Option<f64>| at_s.is_none_or(|at_s| (from_s..=r.end_s).contains(&at_s));
+        let none_or = |at_s: Option<f64>| at_s.map_or("(none)".to_string(), |at_s| at_s.to_string());
+        let among = |value: f64, most: f64| (0.0..=most).contains(&value);
+        let positive = |name, value: f64| (name, value.to_string(), among(value, f64::INFINITY), "0 or more");
+        let height = r.lowest_com_height_ratio;
+        let columns = [
+            (
+                "end_s",
+                r.end_s.to_string(),
+                among(r.end_s, episode.horizon_s + episode.control_period_s),
+                "up to the horizon",
+            ),
+            (
+                "fell_at_s",
+                none_or(r.fell_at_s),
+                r.fell_at_s.is_some() == fell && up_to_end(0.0, r.fell_at_s),
+                "a time up to end_s if it fell, else none",
+            ),
+            (
+                "fall_cause",
+                r.fall_cause.clone().unwrap_or("(none)".into()),
+                r.fall_cause.is_some() == (fell || diverged),
+                "a cause if it fell or diverged, else none",
+            ),
+            (
+                "settled_at_s",
+                none_or(r.settled_at_s),
+                r.settled_at_s.is_some() == recovered && up_to_end(from_s, r.settled_at_s),
+                "a time from the end of the push to end_s if it recovered, else none",
+            ),
+            (
+                "home_at_s",
+                none_or(r.home_at_s),
+                !(r.home_at_s.is_some() && (fell || diverged)) && up_to_end(from_s, r.home_at_s),
+                "none, or a time from the end of the push to end_s if it did not fall",
+            ),
+            ("peak_tilt_deg", r.peak_tilt_deg.to_string(), among(r.peak_tilt_deg, tilt_deg), "that of the outcome"),
+            (
+                "lowest_com_height_ratio",
+                none_or(height),
+                height.is_none_or(|height| height >= least_height),
+                "that of the outcome",
+            ),
+            positive("peak_torque_n_m", r.peak_torque_n_m),
+            positive("peak_torque_ratio", r.peak_torque_ratio),
+            positive("torque_limited_s", r.torque_limited_s),
+            positive("peak_joint_speed_rad_s", r.peak_joint_speed_rad_s),
+            positive("peak_dcm_outside_m", r.peak_dcm_outside_m),
+            positive("peak_slip_m", r.peak_slip_m),
+        ];
+        let Some((name, value, _, accepted)) = columns.into_iter().find(|(_, _, can_be, _)| !can_be) else {
+            return Ok(());
+        };
+        let field = format!("trial {} of {}: {name}", self.trial, self.set);
+        let problem = format!("cannot be in an episode that {}", outcome.name());
+        Err(Error::value(file, field, value, problem, accepted))
+    }
+
     /// Where the true state lay at the end of the last push; None without a promise.
     pub fn set_after_push(&self) -> Option<Membership> {
         self.record.promise_margin.map(Membership::of_margin)
@@ -87,8 +155,11 @@ impl TrialRow {
     }
 
     fn after_last_push_s(&self, at_s: Option<f64>) -> Option<f64> {
-        let pushed_until_s = self.second.second_start_s.unwrap_or(self.push.start_s) + self.push.duration_s;
-        at_s.filter(|_| self.has_recovered()).map(|at_s| (at_s - pushed_until_s).max(0.0))
+        at_s.filter(|_| self.has_recovered()).map(|at_s| (at_s - self.pushed_until_s()).max(0.0))
+    }
+
+    fn pushed_until_s(&self) -> f64 {
+        self.second.second_start_s.unwrap_or(self.push.start_s) + self.push.duration_s
     }
 }
 
@@ -181,12 +252,12 @@ pub(crate) mod tests {
             outcome,
             end_s: 2.0,
             fell_at_s: (outcome == Outcome::Fell).then_some(1.5),
-            fall_cause: (outcome == Outcome::Fell).then(|| "left_knee, at the ground".into()),
+            fall_cause: matches!(outcome, Outcome::Fell | Outcome::Diverged).then(|| "left_knee, at the ground".into()),
             settled_at_s: (outcome == Outcome::Recovered).then_some(1.25),
             home_at_s: (outcome == Outcome::Recovered).then_some(1.75),
             com_speed_at_push_m_s: Some(0.001),
             peak_tilt_deg: 1.0 / 3.0,
-            peak_torque_n_m: f64::NAN,
+            peak_torque_n_m: 4.0,
             peak_torque_ratio: 0.5,
             torque_limited_s: 0.004,
             peak_joint_speed_rad_s: 2.0,
@@ -231,6 +302,7 @@ pub(crate) mod tests {
         odd.variation.friction = Some(0.7);
         odd.second.second_start_s = Some(f64::MIN_POSITIVE);
         odd.record.promise_margin = Some(f64::NEG_INFINITY);
+        odd.record.peak_torque_n_m = f64::NAN;
         (odd.record.footsteps.count, odd.record.footsteps.unfinished_footstep) = (3, Some(Foot::Left));
         let rows = [row(0, "a, \"b\"", 2.0, Outcome::TimedOut), odd];
         let text = write_csv(&rows).unwrap();
@@ -250,8 +322,9 @@ pub(crate) mod tests {
     #[test]
     fn names_and_values_are_in_the_same_order() {
         let row = row(7, "hold", 2.5, Outcome::Recovered);
-        let of =
-            |name: &str| as_columns(&[row.clone()], &[]).into_iter().find(|column| column.name == name).unwrap().data;
+        let of = |name: &str| {
+            as_columns(std::slice::from_ref(&row), &[]).into_iter().find(|column| column.name == name).unwrap().data
+        };
         assert_eq!(of("trial"), Data::I64(vec![7]));
         assert_eq!(of("start_s"), Data::F64(vec![row.push.start_s]));
         assert_eq!(of("delay_s"), Data::OptF64(vec![None]));

@@ -63,7 +63,7 @@ pub(super) fn settings(urdf: &Source, tree: Tree) -> Result<String> {
     let foot_link = |foot: Foot| limbs.legs[foot].last().map_or(0, |j| j + 1);
     let lost = missing.iter().find(|(frame, _)| Foot::BOTH.iter().any(|&f| robot.frames[*frame].link == foot_link(f)));
     if let Some((frame, mesh)) = lost {
-        return Err(fail(&[format!("the mesh {mesh} of the foot {} is missing", robot.frames[*frame].name)]));
+        return Err(fail(&[format!("the mesh of the foot {} is left out: {mesh}", robot.frames[*frame].name)]));
     }
     let soles = match Foot::BOTH.map(|foot| soles::find(&robot, foot_link(foot))) {
         [Ok(left), Ok(right)] => PerFoot { left, right },

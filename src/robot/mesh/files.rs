@@ -32,6 +32,11 @@ pub fn read(path: &Path) -> Result<Triangles, String> {
     if mesh.points.iter().any(|point| point.iter().any(|x| x.is_nan() || x.abs() > 1e9)) {
         return Err("a coordinate is not a number or too large".into());
     }
+    // What is left of a shape that was rounded to nothing would be a speck on which a foot stands.
+    let (least, most) = super::bounds(&mesh.points);
+    if (most - least).norm() <= 1e-9 * least.coords.norm() {
+        return Err("all of its corners coincide".into());
+    }
     Ok(mesh)
 }
 
@@ -50,7 +55,7 @@ fn stl(bytes: &[u8]) -> Result<Triangles, String> {
     let points = match stl_binary(bytes) {
         Some(points) => points,
         None if bytes.trim_ascii_start().starts_with(b"solid") => stl_text(&String::from_utf8_lossy(bytes))?,
-        None => return Err("it is not an STL file".into()),
+        None => return Err("it is not an STL file, or one that is cut off".into()),
     };
     let triangles = (0..points.len() as u32 / 3).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
     Ok(Triangles { points, triangles })
@@ -170,12 +175,13 @@ mod tests {
         let mut cut = binary(b"");
         cut.truncate(200);
         let nan = binary(b"").iter().enumerate().map(|(i, b)| if i == 99 { 0x7f } else { *b }).collect::<Vec<_>>();
-        let cases: [(&str, &[u8], &str); 10] = [
-            ("a.stl", &cut, "it is not an STL file"),
+        let cases: [(&str, &[u8], &str); 11] = [
+            ("a.stl", &cut, "it is not an STL file, or one that is cut off"),
             ("a.stl", &nan, "a coordinate is not a number or too large"),
             ("a.stl", b"solid a\nendsolid a\n", "it has no triangles"),
             ("a.stl", b"solid a\nvertex 1 2\n", "line 2: a vertex without three numbers"),
             ("a.stl", b"solid a\nvertex 1 2 3\n", "a triangle does not have three corners"),
+            ("a.obj", b"v 0 2 0\nv 0 2 0\nf 1 2 1\n", "all of its corners coincide"),
             ("a.obj", b"v 0 0 0\nf 1 2 3\n", "a triangle names a corner that does not exist"),
             ("a.obj", b"v 0 0 0\nf 1 2 x\n", "line 2: a face with a corner that is no number"),
             ("a.obj", b"v \xff 0 0\n", "it is not text in UTF-8"),

@@ -2,7 +2,8 @@
 
 use super::problems::Problems;
 use super::xml::isometry;
-use crate::robot::model::{Link, Solid};
+use crate::robot::mesh::bounds;
+use crate::robot::model::{Joint, Link, Solid};
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 /// An inertia that misses the triangle inequality by less than this share of its largest moment was rounded to a few
@@ -10,6 +11,11 @@ use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 const ROUNDED_SHARE: f64 = 1e-3;
 /// Least principal moment that an inertia is corrected to, as a share of the largest one.
 const LEAST_SHARE: f64 = 1e-3;
+/// A radius of gyration is noted if it is this many times as large as the link. No body has more than 1, but a link may be
+/// drawn smaller than it is.
+const LARGE: f64 = 2.0;
+/// A radius of gyration is refused if it is this many times as large as the robot, whose shapes a URDF may leave out.
+const IMPOSSIBLE: f64 = 3.0;
 
 /// Mass and inertia of a URDF link.
 pub struct Part {
@@ -93,6 +99,51 @@ pub fn merged(
     });
     mend(&mut inertia_kg_m2, mass_kg, true, &name, problems);
     Link { name, mass_kg, com_m: Point3::from(com), inertia_kg_m2, collisions, visuals }
+}
+
+/// Compares the radius of gyration of each link, sqrt(inertia / mass), with how far its solids and joints reach from its
+/// COM, and notes those that are too large for it. One that is [`IMPOSSIBLE`] is a problem, at the line of the
+/// link: such inertias are mostly in another unit. The joints are at zero.
+pub fn check_gyration(links: &[Link], joints: &[Joint], lines: &[usize], problems: &mut Problems) {
+    let mut poses = vec![Isometry3::identity()];
+    let mut points: Vec<Vec<Point3<f64>>> = links.iter().map(|link| vec![Point3::origin(), link.com_m]).collect();
+    for joint in joints {
+        poses.push(poses[joint.parent] * joint.origin);
+        points[joint.parent].push(joint.origin.translation.vector.into());
+    }
+    for (link, points) in links.iter().zip(&mut points) {
+        points.extend(link.collisions.iter().chain(&link.visuals).flat_map(Solid::points));
+    }
+    let all: Vec<_> =
+        points.iter().zip(&poses).flat_map(|(points, pose)| points.iter().map(move |p| pose * p)).collect();
+    let (least, most) = bounds(&all);
+    let robot_m = (most - least).norm();
+    let mut large = Vec::new();
+    for ((link, points), &line) in links.iter().zip(&points).zip(lines) {
+        let (moment, mass_kg) = (link.inertia_kg_m2.symmetric_eigenvalues().max(), link.mass_kg);
+        let gyration_m = (moment / mass_kg).sqrt();
+        let link_m = points.iter().map(|point| (point - link.com_m).norm()).fold(0.0, f64::max);
+        // A link with hardly any mass is refused for that.
+        if mass_kg > 1e-12 && gyration_m > IMPOSSIBLE * robot_m {
+            let problem = format!(
+                "with {mass_kg:.3} kg, its radius of gyration is {gyration_m:.3} m, and the whole robot spans {robot_m:.3} m"
+            );
+            let accepted = format!(
+                "up to {:.1e} kg m^2, {IMPOSSIBLE} times the robot (1 kg mm^2 is 1e-6 kg m^2)",
+                mass_kg * (IMPOSSIBLE * robot_m).powi(2)
+            );
+            problems.add(line, format!("link {}: inertia", link.name), format!("{moment:.3e}"), problem, accepted);
+        } else if gyration_m > LARGE * link_m && !link.drawn().is_empty() {
+            large.push(format!("{} ({gyration_m:.3} m, it reaches {link_m:.3} m)", link.name));
+        }
+    }
+    if !large.is_empty() {
+        let list = large.join("; ");
+        problems.notes.push(format!(
+            "Inertias are too large for the size of their links: the radius of gyration, sqrt(inertia / mass), of {list}. \
+             Are they in kg m^2?"
+        ));
+    }
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ mod xml;
 use super::model::{Frame, Joint, Link, Solid};
 use crate::assets::Source;
 use crate::error::Result;
-use inertia::{Part, merged};
+use inertia::{Part, check_gyration, merged};
 use joints::Kind;
 pub(super) use joints::Motor;
 use nalgebra::Isometry3;
@@ -35,7 +35,7 @@ pub(super) struct Tree {
     pub motors: Vec<Motor>,
     /// What was changed or left out, in sentences.
     pub notes: Vec<String>,
-    /// Meshes of collisions that could not be read, each with the index of its frame.
+    /// Meshes of collisions that could not be read, each with the index of its frame, and why in words.
     pub missing: Vec<(usize, String)>,
     /// The meshes as a text that can be kept beside the URDF, in place of their files; None if it names none.
     pub kept_meshes: Option<String>,
@@ -120,6 +120,9 @@ impl Tree {
             let solids = [carried(&solids.collisions), carried(&solids.visuals)];
             bodied.push(merged(name, &masses, solids, &mut problems));
         }
+        problems.check()?;
+        let lines: Vec<usize> = bodies.iter().map(|members| urdf.link_lines[members[0]]).collect();
+        check_gyration(&bodied, &moving, &lines, &mut problems);
         problems.check()?;
         if !problems.mended.is_empty() {
             let list = problems.mended.join("; ");

@@ -21,7 +21,7 @@ const GREY: [f64; 4] = [0.7, 0.7, 0.7, 1.0];
 pub struct Solids {
     pub collisions: Vec<Vec<Solid>>,
     pub visuals: Vec<Vec<Solid>>,
-    /// The collision meshes that were not read: index of the URDF link, and name of the mesh.
+    /// The collision meshes that were not read: index of the URDF link, and name of the mesh with the reason.
     pub missing: Vec<(usize, String)>,
     /// The meshes as a text (see [`kept`]); None if the URDF names none.
     pub kept_meshes: Option<String>,
@@ -35,7 +35,7 @@ fn named(geometry: &urdf_rs::Geometry) -> Option<(Named, Vector3<f64>)> {
 
 impl Solids {
     pub fn read(urdf: &Urdf, file: &str, problems: &mut Problems) -> Self {
-        let (meshes, kept_meshes) = meshes(urdf, file, problems);
+        let (meshes, kept_meshes, reasons) = meshes(urdf, file, problems);
         let colors = Colors::of(&urdf.robot);
         let mut solids = Self { collisions: Vec::new(), visuals: Vec::new(), missing: Vec::new(), kept_meshes };
         for (index, (link, &line)) in urdf.robot.links.iter().zip(&urdf.link_lines).enumerate() {
@@ -56,7 +56,12 @@ impl Solids {
             solids.visuals.push(visuals.collect());
             let unread = link.collision.iter().filter_map(|c| named(&c.geometry)).map(|(named, _)| named);
             let unread = unread.filter(|named| !meshes.contains_key(named));
-            solids.missing.extend(unread.map(|(name, _)| (index, name)));
+            let with_reason = |name: String| {
+                let reason =
+                    reasons.iter().find(|(of, _)| *of == name).map_or("not among the kept meshes", |(_, why)| why);
+                (index, format!("{name} ({reason})"))
+            };
+            solids.missing.extend(unread.map(|(name, _)| with_reason(name)));
         }
         solids
     }
@@ -86,9 +91,12 @@ fn check_sizes(field: &str, line: usize, geometry: &urdf_rs::Geometry, problems:
     }
 }
 
+/// Names of meshes that cannot be read, and why.
+type Reasons = Vec<(String, String)>;
+
 /// The meshes that a URDF names, and their text: those that are kept beside it, or else those of their files that can be
-/// read, thinned together. What cannot be read is noted.
-fn meshes(urdf: &Urdf, file: &str, problems: &mut Problems) -> (HashMap<Named, Arc<Mesh>>, Option<String>) {
+/// read, thinned together. What cannot be read is noted, and returned with the reason.
+fn meshes(urdf: &Urdf, file: &str, problems: &mut Problems) -> (HashMap<Named, Arc<Mesh>>, Option<String>, Reasons) {
     // Each mesh in the order of the file, with the number of times that it is drawn.
     let mut names: Vec<(Named, Vector3<f64>, usize)> = Vec::new();
     let mut places: HashMap<Named, usize> = HashMap::new();
@@ -105,7 +113,7 @@ fn meshes(urdf: &Urdf, file: &str, problems: &mut Problems) -> (HashMap<Named, A
         }
     }
     if names.is_empty() {
-        return (HashMap::new(), None);
+        return (HashMap::new(), None, Vec::new());
     }
     let (urdf_path, roots) = (Path::new(file), search::package_roots());
     if let Some(text) = kept::beside(urdf_path) {
@@ -117,13 +125,13 @@ fn meshes(urdf: &Urdf, file: &str, problems: &mut Problems) -> (HashMap<Named, A
                 if !lost.is_empty() {
                     problems.notes.push(format!("{} left out: not among the meshes that are kept.", listed(&lost)));
                 }
-                return (meshes, Some(text));
+                return (meshes, Some(text), Vec::new());
             }
             Err(problem) => problems.add(0, "mesh", "the meshes beside it", problem, "the file as a result keeps it"),
         }
     }
     let (mut absent, mut pointers): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
-    let mut found = Vec::new();
+    let (mut found, mut reasons) = (Vec::new(), Reasons::new());
     for ((name, _), scale, times) in &names {
         let read = match search::find(name, urdf_path, &roots) {
             None => {
@@ -139,9 +147,14 @@ fn meshes(urdf: &Urdf, file: &str, problems: &mut Problems) -> (HashMap<Named, A
         };
         match read {
             Ok(mesh) => found.push((name.clone(), scale, (mesh.scaled(scale), *times))),
-            Err(problem) => problems.notes.push(format!("The mesh {name} is left out: {problem}.")),
+            Err(problem) => {
+                problems.notes.push(format!("The mesh {name} is left out: {problem}."));
+                reasons.push((name.clone(), problem));
+            }
         }
     }
+    reasons.extend(absent.iter().map(|name| (name.to_string(), "no such file".into())));
+    reasons.extend(pointers.iter().map(|name| (name.to_string(), "only a Git LFS pointer is there".into())));
     let first_of = |names: &[&str]| names.first().map_or("", |name| name).to_string();
     if !absent.is_empty() {
         let (list, first) = (listed(&absent), first_of(&absent));
@@ -164,7 +177,7 @@ fn meshes(urdf: &Urdf, file: &str, problems: &mut Problems) -> (HashMap<Named, A
     });
     let meshes: Vec<(Named, Arc<Mesh>)> = keys.into_iter().zip(meshes).collect();
     let text = kept::text(&meshes);
-    (meshes.into_iter().collect(), Some(text))
+    (meshes.into_iter().collect(), Some(text), reasons)
 }
 
 /// "The mesh a.stl is", or "3 meshes (a.stl, b.stl, c.stl) are".

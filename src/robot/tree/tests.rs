@@ -186,6 +186,22 @@ fn meshes_are_read_once_scaled_and_collide_as_their_hull() {
     assert!(collisions[0].points().all(|point| point.z >= 1.0));
 }
 
+/// A URDF in kg mm^2 or kg cm^2.
+#[test]
+fn an_inertia_larger_than_its_link_is_noted_and_one_larger_than_the_robot_refused() {
+    let solid = r#"<collision><geometry><sphere radius="0.1"/></geometry></collision>"#;
+    let tree = |moment: &str| {
+        parse(&[link("arm", solid).replace("=\"0.01\"", &format!("=\"{moment}\"")), joint("revolute", "arm", LIMIT)])
+    };
+    assert!(tree("0.01").unwrap().notes.is_empty());
+    let noted_as = noted(&tree("0.05").unwrap(), "radius of gyration").to_string();
+    assert!(noted_as.contains("of arm (0.224 m, it reaches 0.100 m). Are they in kg m^2?"), "{noted_as}");
+    let error = tree("10000").err().unwrap().to_string();
+    let expected =
+        "link arm: inertia = 1.000e4: with 1.000 kg, its radius of gyration is 100.000 m, and the whole robot spans";
+    assert!(error.contains(expected) && error.contains("accepted: up to"), "{error}");
+}
+
 #[test]
 fn meshes_that_are_not_there_are_told_in_one_note() {
     let folder = tempfile::tempdir().unwrap();
@@ -204,9 +220,12 @@ fn meshes_that_are_not_there_are_told_in_one_note() {
     assert!(absent.starts_with("2 meshes (package://mine/a.stl, b.stl) are left out: no such file."), "{absent}");
     assert!(absent.contains(&format!("searched in {}", folder.path().display())), "{absent}");
     assert!(noted(&tree, "LFS").starts_with("The mesh pointer.stl is left out: only a Git LFS pointer is there"));
-    assert!(noted(&tree, "bad.stl").contains("The mesh bad.stl is left out: it is not an STL file."));
+    assert!(
+        noted(&tree, "bad.stl")
+            .contains("The mesh bad.stl is left out: it is not an STL file, or one that is cut off.")
+    );
     assert_eq!((tree.notes.len(), tree.links[1].visuals.len()), (3, 0));
-    assert_eq!(tree.missing, [(1, "b.stl".to_string())]);
+    assert_eq!(tree.missing, [(1, "b.stl (no such file)".to_string())]);
 }
 
 #[test]
