@@ -85,8 +85,8 @@ fn readme_and_guide_state_the_same_figures() {
     for (file, figure) in [
         ("README.md", format!("takes at most {} N s with one footstep", n_s(&forward["one"]))),
         ("README.md", format!("to {hardest} N s with several")),
-        ("src/guide/limits.md", format!("catch     {hardest} (")),
-        ("src/guide/limits.md", format!("catch               {hardest} (")),
+        ("src/guide/limits.md", format!("catch       {hardest} (")),
+        ("src/guide/limits.md", format!("catch              {hardest} (")),
     ] {
         assert!(text(file).contains(&figure), "{file}: {figure}");
     }
