@@ -74,7 +74,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (
             good,
             &["run", "c.toml", "--vary", &format!("hold:description={}0.1", "0.1,".repeat(200))],
-            &["gains = 201 controllers: too many", "up to 200"],
+            &["gains = 202 controllers: too many", "up to 200"],
         ),
         (
             good,

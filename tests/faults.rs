@@ -119,14 +119,14 @@ const FAULTS: [Fault; 12] = [
         "one has the folder, the other is refused"
     }),
     ("a limit on file sizes (`ulimit -f`) that the first file meets", |dir| {
-        let said = stderr(&run_with_files_up_to(dir, 0).code(1));
+        let said = stderr(&run_with_files_up_to(dir, 0).code(75));
         assert!(said.contains("cannot write"), "{said}");
-        "an error that names the file, exit code 1; the same command begins anew"
+        "an error that names the file, exit code 75; the same command begins anew"
     }),
     ("a limit on file sizes that is met in the middle", |dir| {
-        run_with_files_up_to(dir, 8).code(1);
+        run_with_files_up_to(dir, 8).code(75);
         assert!(dir.join("out/parts/part-000011.json").exists() && !dir.join("out/report.html").exists());
-        "an error, exit code 1; finished parts are kept, and no half of a file is left"
+        "an error, exit code 75; finished parts are kept, and no half of a file is left"
     }),
     ("a byte of a part changed", |dir| {
         run(dir).success();

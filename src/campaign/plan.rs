@@ -200,13 +200,19 @@ impl Plan {
         ClosedLoop::new(&self.robot, &simulated, factories, &self.manifest.campaign.episode, disturbance).finish()
     }
 
-    /// How long a trial takes with all controllers, on one core of this machine (s).
+    /// How long a trial takes with all controllers, on one core of this machine (s), by as many trials as half a second
+    /// allows, and by one at least.
     pub fn seconds_a_trial(&self) -> Result<f64> {
         const SAMPLE: u64 = 8;
+        const LONG_S: f64 = 0.5;
         let (factories, all): (_, Vec<usize>) = (self.factories()?, (0..self.manifest.sets.len()).collect());
-        let trials = SAMPLE.min(self.manifest.campaign.trials);
-        let start = Instant::now();
-        (0..trials).for_each(|trial| _ = self.rows(&factories, None, trial, &all));
+        let (start, mut trials) = (Instant::now(), 0);
+        while trials == 0
+            || trials < SAMPLE.min(self.manifest.campaign.trials) && start.elapsed().as_secs_f64() < LONG_S
+        {
+            self.rows(&factories, None, trials, &all);
+            trials += 1;
+        }
         Ok(start.elapsed().as_secs_f64() / trials as f64)
     }
 
