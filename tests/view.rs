@@ -190,7 +190,7 @@ mod window {
         };
         let words = refused(&["--trial=3"]);
         assert!(words.contains("--trial") && words.contains("standfast replay"), "{words}");
-        assert!(refused(&["out", "--trial=3"]).contains("unexpected argument 'out'"));
+        assert!(refused(&["out", "--trial=3"]).contains("campaign \"out\" not found"));
         assert!(refused(&["--speed=0"]).contains("--speed"));
         assert!(refused(&["--gains=no-such-set"]).contains("no-such-set"));
         assert!(refused(&["--screenshot=picture.bmp"]).contains("png"));
