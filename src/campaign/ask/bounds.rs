@@ -67,9 +67,9 @@ pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
     positive("episode.judge.home_radius_m", judge.home_radius_m, 10.0)
 }
 
-/// Largest steps of the physics, times the fastest vibration by the springs of the servos (measured on UT-mu2 with servos of
-/// many stiffnesses): beyond the first, controllers recover less often; between the second and twice it, a robot falls that
-/// nobody pushes.
+/// Largest steps of the physics, times the fastest vibration by the springs of the servos. Beyond the first, some
+/// controllers recover less often. Up to the second, no unpushed robot was seen to fall; at twice that, UT-mu2 with stiff
+/// servos fell.
 const COARSE: f64 = 1.5;
 const UNSTABLE: f64 = 4.0;
 
@@ -79,10 +79,7 @@ pub fn check_servos(file: &str, episode: &EpisodeConfig, robot: &Robot) -> Resul
     let (step_s, fastest_rad_s) = (episode.clock().physics_step_s, fastest_vibration_rad_s(robot));
     if step_s * fastest_rad_s > UNSTABLE {
         let most_s = digits(UNSTABLE / fastest_rad_s);
-        let problem = format!(
-            "with such steps, its servos, which vibrate at {fastest_rad_s:.0} rad/s, throw {} over",
-            robot.name
-        );
+        let problem = format!("too long for the servos of {}, which vibrate at {fastest_rad_s:.0} rad/s", robot.name);
         let accepted = format!("up to {most_s}; or servos with less kp_n_m_rad");
         return Err(Error::value(file, "episode.physics_step_s", step_s, problem, accepted));
     }
@@ -140,7 +137,6 @@ mod tests {
         for (stiffer, fine_s, bad_s) in [(1.0, 0.012, 0.1), (64.0, 0.002, 0.008), (256.0, 0.001, 0.004)] {
             let mut robot = Robot::load("ut-mu2").unwrap();
             robot.servos.iter_mut().for_each(|servo| servo.kp *= stiffer);
-            println!("fastest {}", fastest_vibration_rad_s(&robot));
             let usual = EpisodeConfig::of(&Units::of(&robot));
             let check = |step_s| {
                 check_servos("f", &EpisodeConfig { physics_step_s: PhysicsStep::all(step_s), ..usual }, &robot)
