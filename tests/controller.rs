@@ -162,6 +162,8 @@ proptest! {
             let mut command = Command::hold(&bench.robot.home_rad);
             for r in &readings {
                 let v = |i: usize| Vector3::new(r[i], r[i + 1], r[i + 2]);
+                // Loads may be as large as the square of other readings.
+                let load = |i: usize| v(i).map(|x| x * x.abs());
                 let turn = nalgebra::Quaternion::new(r[20], r[21], r[22], r[23]);
                 let orientation =
                     if r[0] > 0.0 { UnitQuaternion::new_normalize(turn) } else { UnitQuaternion::new_unchecked(turn) };
@@ -171,8 +173,8 @@ proptest! {
                     dq: r[20..40].to_vec(),
                     imu: Imu { orientation, gyro: v(24), accelerometer: v(27) },
                     soles: PerFoot {
-                        left: Wrench { force: v(30), moment: v(33) },
-                        right: Wrench { force: v(36), moment: v(39) },
+                        left: Wrench { force: load(30), moment: load(33) },
+                        right: Wrench { force: load(36), moment: load(39) },
                     },
                 };
                 _ = controller.tick(&sensed, &mut command);

@@ -129,6 +129,20 @@ fn a_robot_four_times_as_long_moves_alike_to_the_bit() {
     }
 }
 
+/// Loads of 1e9 N, trunks of 5 mm and of 80 m: whoever compares with a number of newtons, metres or seconds is found here.
+#[test]
+fn robots_of_any_size_move_alike_to_the_bit() {
+    let [light, heavy] = [-30, 26].map(|power| Scale { length: 1.0, mass: 2.0_f64.powi(power) });
+    let [small, large] = [-3, 4].map(|power| Scale { length: 4.0_f64.powi(power), mass: 64.0_f64.powi(power) });
+    let own = Bench::new("standard", OWN_SIZE).run("catch", 12);
+    for scale in [light, heavy, small, large] {
+        for (trial, (one, other)) in own.iter().zip(Bench::new("standard", scale).run("catch", 12)).enumerate() {
+            assert_eq!(one.parts_from(&other), None, "trial {trial}, {scale:?}");
+            assert_eq!(one.outcome, other.outcome, "trial {trial}, {scale:?}");
+        }
+    }
+}
+
 const SIZES: [Scale; 4] = [
     Scale { length: 0.5, mass: 0.125 },
     Scale { length: 2.0, mass: 8.0 },

@@ -9,6 +9,8 @@ use crate::sim::{Push, Truth};
 
 /// A joint counts as being at its torque limit from this share of the limit on.
 pub const AT_LIMIT: f64 = 0.999;
+/// A share of a control period, by which two times may differ since they are rounded.
+const ROUNDING: f64 = 5e-4;
 
 /// Watches the ticks of an episode and writes its record.
 #[derive(Clone)]
@@ -71,8 +73,8 @@ impl<'a> Referee<'a> {
             self.record.home_at_s = None;
             return;
         }
-        // The last tick before the push starts, which need not be at a tick; the tolerance is for the rounding of times.
-        let is_last = truth.time_s + self.control_period_s > self.pushed_s[0] + 1e-9;
+        // The last tick before the push starts, which need not be at a tick.
+        let is_last = truth.time_s + self.control_period_s > self.pushed_s[0] + ROUNDING * self.control_period_s;
         if is_last && self.record.com_speed_at_push_m_s.is_none() {
             self.record.com_speed_at_push_m_s = Some(truth.com_vel.norm());
         }
@@ -111,8 +113,7 @@ impl<'a> Referee<'a> {
     }
 
     fn has_stood(&self, since_s: f64) -> bool {
-        // The tolerance is for the rounding of times.
-        self.record.end_s - since_s >= self.judge.standing_time_s - 1e-6
+        self.record.end_s - since_s >= self.judge.standing_time_s - ROUNDING * self.control_period_s
     }
 
     fn fall_cause(&self, truth: &Truth) -> Option<String> {

@@ -31,27 +31,29 @@ impl Sensed {
             if values.len() != joints {
                 return Err(SensedError::WrongLength { field, length: values.len(), joints });
             }
-            plausible(field, values)?;
+            within(LARGEST_READING, field, values)?;
         }
-        plausible("time_s", &[self.time_s])?;
+        within(LARGEST_READING, "time_s", &[self.time_s])?;
         let Imu { orientation, gyro, accelerometer } = &self.imu;
-        plausible("imu.orientation", orientation.coords.as_slice())?;
-        plausible("imu.gyro", gyro.as_slice())?;
-        plausible("imu.accelerometer", accelerometer.as_slice())?;
+        within(LARGEST_READING, "imu.orientation", orientation.coords.as_slice())?;
+        within(LARGEST_READING, "imu.gyro", gyro.as_slice())?;
+        within(LARGEST_READING, "imu.accelerometer", accelerometer.as_slice())?;
         for foot in Foot::BOTH {
-            plausible("soles.force", self.soles[foot].force.as_slice())?;
-            plausible("soles.moment", self.soles[foot].moment.as_slice())?;
+            within(LARGEST_LOAD, "soles.force", self.soles[foot].force.as_slice())?;
+            within(LARGEST_LOAD, "soles.moment", self.soles[foot].moment.as_slice())?;
         }
         Ok(())
     }
 }
 
-/// Largest magnitude of a valid reading (rad, rad/s, m/s^2, N, N m).
+/// Largest magnitude of a valid reading (rad, rad/s, m/s^2, s), and of a force or moment (N, N m): these grow with the
+/// robot, and the heaviest that is taken weighs 1e9 N.
 const LARGEST_READING: f64 = 1e6;
+const LARGEST_LOAD: f64 = 1e12;
 
-fn plausible(field: &'static str, values: &[f64]) -> Result<(), SensedError> {
-    match values.iter().position(|value| value.is_nan() || value.abs() > LARGEST_READING) {
-        Some(index) => Err(SensedError::NoReading { field, index, value: values[index] }),
+fn within(largest: f64, field: &'static str, values: &[f64]) -> Result<(), SensedError> {
+    match values.iter().position(|value| value.is_nan() || value.abs() > largest) {
+        Some(index) => Err(SensedError::NoReading { field, index, value: values[index], largest }),
         None => Ok(()),
     }
 }
@@ -61,8 +63,8 @@ fn plausible(field: &'static str, values: &[f64]) -> Result<(), SensedError> {
 pub enum SensedError {
     #[error("{field} has {length} values; accepted: one for each of the robot's {joints} joints")]
     WrongLength { field: &'static str, length: usize, joints: usize },
-    #[error("{field}[{index}] = {value}: is not a valid reading; accepted: -1e6 to 1e6")]
-    NoReading { field: &'static str, index: usize, value: f64 },
+    #[error("{field}[{index}] = {value}: is not a valid reading; accepted: -{largest:e} to {largest:e}")]
+    NoReading { field: &'static str, index: usize, value: f64, largest: f64 },
 }
 
 /// Inertial measurement unit. It is fixed to the trunk, at the origin and along the axes of the trunk's frame.
