@@ -10,9 +10,11 @@ use crate::files::{folder_of, is_same_folder, shell_word, write_atomic};
 use crate::render::figure::motion::MotionPlot;
 use crate::render::picture::{self, FramesOptions};
 use crate::render::replay::{self, Head};
+use crate::render::text::ghost::names;
 use crate::render::text::story::{Told, Witness};
 use crate::render::{self, trace::Trace};
 use crate::robot::{Factory, Robot};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// How long plots, films and pictures go on after the robot has come to stand still (s).
@@ -72,10 +74,19 @@ impl OutputArgs {
         [&self.trace, &self.plot, &self.replay, &self.frames].into_iter().all(Option::is_none)
     }
 
-    /// Draws the snapshots of a film, with the robot of another film as a ghost, if they are asked for.
-    pub fn draw_frames(&self, film: &Film, ghost: Option<&Film>) -> Result<()> {
-        let draw = |folder: &PathBuf| picture::write_frames(film, ghost, folder, &FramesOptions::default()).map(|_| ());
+    /// Draws the snapshots of a film, with those of a second film of the same trial, if they are asked for.
+    pub fn draw_frames(&self, film: &Film, second: Option<&Film>) -> Result<()> {
+        let draw =
+            |folder: &PathBuf| picture::write_frames(film, second, folder, &FramesOptions::default()).map(|_| ());
         self.frames.as_ref().map_or(Ok(()), draw)
+    }
+
+    /// Writes the page and the snapshots that are asked for. `command` is the command line that the page states.
+    fn show(&self, shown: &Shown, second: Option<&Shown>, command: String) -> Result<()> {
+        if let Some(path) = &self.replay {
+            write_replay(shown, second, path, Origin { command, ..Origin::default() })?;
+        }
+        self.draw_frames(&shown.1, second.map(|(_, film)| film))
     }
 
     /// Prints which files were written.
@@ -129,10 +140,7 @@ impl<'a> Case<'a> {
         let Self { robot, factory, config } = *self;
         let told = if outputs.replay.is_some() || outputs.frames.is_some() {
             let shown = self.film(disturbance, outputs)?;
-            if let Some(path) = &outputs.replay {
-                write_replay(&shown, None, path, Origin { command, ..Origin::default() })?;
-            }
-            outputs.draw_frames(&shown.1, None)?;
+            outputs.show(&shown, None, command)?;
             shown.0
         } else {
             let run = |disturbance: Disturbance, aftermath_s, observe: &mut dyn FnMut(&Tick)| {
@@ -146,6 +154,25 @@ impl<'a> Case<'a> {
         Ok(if as_json { render::json(&told.as_json()) } else { told.text() })
     }
 
+    /// Runs the same episode with another controller, too, and shows both beside each other.
+    pub fn run_beside(
+        &self,
+        other: &'a Factory,
+        disturbance: impl Fn() -> Disturbance,
+        outputs: &OutputArgs,
+        as_json: bool,
+        command: String,
+    ) -> Result<String> {
+        let [shown, beside] = self.film_both(&Self { factory: other, ..*self }, disturbance, outputs)?;
+        outputs.show(&shown, Some(&beside), command)?;
+        outputs.say_what_was_written();
+        let (told, other) = (&shown.0, &beside.0);
+        Ok(match as_json {
+            true => render::json(&json!({ "controllers": [told.as_json(), other.as_json()] })),
+            false => format!("{}\n{}", told.story(), other.text()),
+        })
+    }
+
     /// Runs and films one episode, and writes trace and plot if they are asked for.
     pub fn film(&self, disturbance: Disturbance, outputs: &OutputArgs) -> Result<Shown<'a>> {
         let (told, film) = self.film_for(Film::AFTERMATH_S, disturbance, outputs)?;
@@ -153,17 +180,17 @@ impl<'a> Case<'a> {
         Ok((told, film.cut_at(end_s)))
     }
 
-    /// Does the same as [`Self::film`], and films the episode with the engine of `other`, too, for a ghost. Both films
-    /// end at the same time.
+    /// Does the same as [`Self::film`], and films the episode with the engine or controller of `other`, too. Both films end
+    /// at the same time.
     pub fn film_both(
         &self,
-        other: &'a EpisodeConfig,
+        other: &Self,
         disturbance: impl Fn() -> Disturbance,
         outputs: &OutputArgs,
     ) -> Result<[Shown<'a>; 2]> {
         let both = [
             self.film_for(f64::INFINITY, disturbance(), outputs)?,
-            Self { config: other, ..*self }.film_for(f64::INFINITY, disturbance(), &OutputArgs::default())?,
+            other.film_for(f64::INFINITY, disturbance(), &OutputArgs::default())?,
         ];
         let end_s = both.iter().map(|(told, _)| film_end_s(&told.record)).fold(0.0, f64::max);
         Ok(both.map(|(told, film)| (told, film.cut_at(end_s))))
@@ -226,15 +253,16 @@ pub struct Origin {
     pub warning: Option<String>,
 }
 
-/// Writes the page that shows an episode in 3D to `path`, with the same episode in another engine as a ghost.
+/// Writes the page that shows an episode in 3D to `path`, with the same episode in another engine or with another
+/// controller as a ghost.
 pub fn write_replay((told, film): &Shown, ghost: Option<&Shown>, path: &Path, origin: Origin) -> Result<()> {
     let Origin { title, command, of_result, warning } = origin;
     let headline = told.headline();
     let title = title.map_or_else(|| headline.clone(), |title| format!("{title}: {headline}"));
     let mut text = told.text();
     if let Some((other, ghost)) = ghost {
-        let [first, second] = [film, ghost].map(|film| film.engine.title());
-        text = format!("In {first}\n\n{text}\n\nIn {second}\n\n{}", other.text());
+        let [first, second] = names([film, ghost]);
+        text = format!("{first}\n\n{text}\n\n{second}\n\n{}", other.text());
     }
     let head = Head { title, warning, lines: text.lines().map(String::from).collect(), command, of_result };
     write_atomic(path, replay::page(film, ghost.map(|(_, film)| film), &head)?.as_bytes())

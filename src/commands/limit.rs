@@ -3,7 +3,7 @@
 
 use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_output, fine, number, up_to};
 use super::interrupt::{STOP, stop_on_ctrl_c};
-use super::progress::Progress;
+use super::progress::{Progress, duration};
 use super::terminal::{note, print};
 use crate::campaign::limit::{LimitOptions, Searches};
 use crate::campaign::{Campaign, Overrides};
@@ -96,8 +96,12 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     let searches = campaigns.iter().map(search).collect::<Result<Vec<_>>>()?;
     let count = searches.iter().map(Searches::count).sum();
     if args.check.check {
-        let searches = if count == 1 { "search" } else { "searches" };
-        return fine(&format!("campaign {}: {count} {searches} to run", campaigns[0].name));
+        let word = if count == 1 { "search" } else { "searches" };
+        let takes = duration(searches.iter().map(Searches::estimated_s).sum());
+        return fine(&format!(
+            "campaign {}: {count} {word} to run; that takes some {takes} on this machine",
+            campaigns[0].name
+        ));
     }
     let progress = Progress::of(count, "searches");
     let run = |searches: Searches| searches.run(&STOP, &|| progress.episode(), &|| progress.tick());

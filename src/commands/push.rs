@@ -26,6 +26,7 @@ use std::process::ExitCode;
   standfast push --impulse 2 --trace push.csv       every tick, as numbers
   standfast push --impulse 5 --replay push.html     a page to watch in 3D, in any browser
   standfast push --impulse 5 --frames pictures      snapshots and an animated picture
+  standfast push --beside hold --frames pictures    two robots beside each other
   standfast push --campaign standard --trial 17     trial 17 of that campaign
 
 A campaign gives sensor noise and thresholds, and its trial the pushes, the robot and
@@ -53,6 +54,9 @@ pub struct PushArgs {
     /// Controller by name or file
     #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE", default_value = "catch")]
     pub gains: String,
+    /// A second controller under the same push: beside the first in the pictures, a ghost in the replay
+    #[arg(long, value_name = "NAME|FILE")]
+    pub beside: Option<String>,
     /// Robot by name or URDF file [default: ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
@@ -96,20 +100,34 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     config.engine.check(&robot)?;
     check_servos("command line", &config, &robot)?;
     let pushes = the_pushes(args, campaign.as_ref(), &config, &robot)?;
-    let gains = campaign.as_ref().map_or_else(|| args.gains.clone(), |c| c.gains_named(&args.gains));
-    let factory = contest::load(&gains)?.prepare(&robot, config.control_period_s)?;
-    factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
+    let prepare = |name: &String| {
+        let gains = campaign.as_ref().map_or_else(|| name.clone(), |c| c.gains_named(name));
+        let factory = contest::load(&gains)?.prepare(&robot, config.control_period_s)?;
+        factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
+        Ok(factory)
+    };
+    let factory = prepare(&args.gains)?;
+    let beside = args.beside.as_ref().map(prepare).transpose()?;
+    if let Some(beside) = beside.as_ref().filter(|beside| beside.name == factory.name) {
+        return Err(Error::option("--beside", &beside.name, "is the controller itself", "another controller"));
+    }
     args.outputs.check()?;
     args.outputs.check_length(&config)?;
     if args.check.check {
         return fine(&format!("a push of {} N s, controller {}", pushes[0].impulse_n_s, factory.name));
     }
-    let of_trial = campaign.as_ref().map(|c| trial::disturbance(c, args.trial.unwrap_or(0))).unwrap_or_default();
-    // Robot and ground vary only if a trial is named, since they belong to the trial.
-    let variation = if args.trial.is_some() { of_trial.variation } else { Variation::default() };
-    let disturbance = Disturbance { pushes, variation, ..of_trial };
+    let disturbance = || {
+        let of_trial = campaign.as_ref().map(|c| trial::disturbance(c, args.trial.unwrap_or(0))).unwrap_or_default();
+        // Robot and ground vary only if a trial is named, since they belong to the trial.
+        let variation = if args.trial.is_some() { of_trial.variation } else { Variation::default() };
+        Disturbance { pushes: pushes.clone(), variation, ..of_trial }
+    };
     let case = Case { robot: &robot, factory: &factory, config: &config };
-    print(&case.run(disturbance, &args.outputs, args.json, command_line("standfast"))?)
+    let command = command_line("standfast");
+    print(&match &beside {
+        Some(beside) => case.run_beside(beside, disturbance, &args.outputs, args.json, command)?,
+        None => case.run(disturbance(), &args.outputs, args.json, command)?,
+    })
 }
 
 /// The pushes of the episode: those of the named trial or, if there is none, one from behind. The options change the

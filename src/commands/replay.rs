@@ -99,7 +99,8 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     let case = Case { robot: &replayed.robot, factory: &replayed.factory, config: &config };
     let (shown, ghost) = match &other {
         Some(other) => {
-            let [shown, ghost] = case.film_both(other, || replayed.disturbance(), &outputs)?;
+            let [shown, ghost] =
+                case.film_both(&Case { config: other, ..case }, || replayed.disturbance(), &outputs)?;
             (shown, Some(ghost))
         }
         None => (case.film(replayed.disturbance(), &outputs)?, None),
@@ -123,8 +124,9 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
         render::json(&with_fields_of(head, &told.as_json()))
     } else {
         let beside = ghost.map(|(_, ghost)| {
-            let lines = [("solid", ended(film)), ("ghost", ended(&ghost)), ("parting", parted(film, &ghost))];
-            lines.map(|(label, what)| wrapped(&format!("{label:<10}"), &what)).concat() + "\n"
+            let [solid, other] = ended([film, &ghost]);
+            let lines = [("solid", solid), ("ghost", other), ("parting", parted(film, &ghost))];
+            lines.map(|(label, what)| wrapped(&format!("{label:<12}"), &what)).concat() + "\n"
         });
         beside.unwrap_or_default() + &told.text()
     })?;

@@ -81,7 +81,7 @@ fn scenarios_are_listed_drawn_and_told() {
         let path = dir.path().join(format!("{name}.svg"));
         let told = program(&["scenario", name, "--plot", path.to_str().unwrap()]).success();
         let told = String::from_utf8_lossy(&told.get_output().stdout).into_owned();
-        assert!(told.contains("footstep  right") && told.contains("for a ZMP error of ("), "{told}");
+        assert!(told.contains("footstep    right") && told.contains("for a ZMP error of ("), "{told}");
         let svg = fs::read_to_string(path).unwrap();
         assert!(svg.starts_with("<svg") && svg.contains("right foot") && svg.contains("controller paper"));
     }

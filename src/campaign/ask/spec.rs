@@ -55,8 +55,8 @@ pub struct Campaign {
     pub gates: GateSpec,
 }
 
-/// Most trials of a campaign: trial and quantity share the 64 bits that number a random stream.
-pub const MOST_TRIALS: u64 = 1_000_000_000;
+/// Most trials of a campaign: a year of simulation on some cores.
+pub const MOST_TRIALS: u64 = 10_000_000;
 /// Most controllers of a campaign, each of which takes a part of a second to prepare.
 const MOST_SETS: usize = 200;
 /// Longest name, with which a folder can be named.
@@ -374,7 +374,7 @@ impl Campaign {
             let (count, accepted) = (format!("{} controllers", self.gains.len()), format!("up to {MOST_SETS}"));
             return Err(Error::value(file, "gains", count, "too many", accepted));
         }
-        accept((1..=MOST_TRIALS).contains(&self.trials), file, "trials", self.trials as f64, "1 to 1e9")?;
+        accept((1..=MOST_TRIALS).contains(&self.trials), file, "trials", self.trials as f64, "1 to 1e7")?;
         if self.seed > i64::MAX as u64 {
             return Err(Error::value(file, "seed", self.seed, "is too large", "0 to 2^63 - 1"));
         }

@@ -11,6 +11,7 @@ mod yardstick;
 
 use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::spec::Campaign;
+use crate::campaign::ask::trial;
 use crate::campaign::limit::search::{Search, is_random};
 use crate::campaign::plan::{Plan, pool};
 use crate::error::Result;
@@ -21,6 +22,7 @@ use rayon::ThreadPool;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, SetLimit};
 pub use yardstick::{Heading, Yardstick};
@@ -108,6 +110,34 @@ impl<'a> Searches<'a> {
 
     pub fn count(&self) -> u64 {
         (self.headings.len() * self.factories.len()) as u64
+    }
+
+    /// How long the searches take on this machine (s), roughly: by some pushes, and as if each limit were the
+    /// bound with one footstep.
+    pub fn estimated_s(&self) -> f64 {
+        const SAMPLE: usize = 16;
+        const LONG_S: f64 = 0.5;
+        /// Trials of a usual search for the limit, if trials can differ and if they cannot.
+        const OF_SEARCH: [f64; 2] = [60.0, 8.0];
+        let simulated = self.plan.simulated_at_first();
+        let opening = self.plan.opening(&simulated, &self.factories);
+        let (start, mut pushes) = (Instant::now(), 0);
+        for (set, heading) in (0..self.factories.len()).cycle().zip(self.headings.iter().cycle()).take(SAMPLE) {
+            if pushes > 0 && start.elapsed().as_secs_f64() > LONG_S {
+                break;
+            }
+            let mut disturbance = trial::disturbance(self.campaign, first_trial(heading.heading_deg));
+            if let Some(push) = disturbance.pushes.first_mut() {
+                (push.impulse_n_s, push.heading_deg) = (0.5 * heading.bound_one_step_n_s, heading.heading_deg);
+            }
+            self.plan.records(&self.factories, opening.as_ref(), disturbance, &[set]);
+            pushes += 1;
+        }
+        let of_search = OF_SEARCH[usize::from(!is_random(self.campaign))].min(self.options.max_trials as f64);
+        let safe = |heading: &Heading| self.options.replicas as f64 * heading.bound_one_step_n_s / self.precision_n_s;
+        let of_set: f64 = self.headings.iter().map(|heading| of_search + safe(heading)).sum();
+        let of_push_s = start.elapsed().as_secs_f64() / pushes as f64;
+        of_push_s * of_set * self.factories.len() as f64 / self.pool.current_num_threads() as f64
     }
 
     /// Runs all searches. It calls `on_episode` after each episode and `on_search` after each search, from any thread.

@@ -140,7 +140,7 @@ impl Manifest {
             return Err(Error::value(file, "part_trials", part_trials, "no size of a part", accepted));
         }
         if !(1..=MOST_TRIALS).contains(&self.planned_trials) {
-            return Err(Error::value(file, "planned_trials", self.planned_trials, "out of range", "1 to 1e9"));
+            return Err(Error::value(file, "planned_trials", self.planned_trials, "out of range", "1 to 1e7"));
         }
         Ok(())
     }
@@ -221,12 +221,12 @@ mod tests {
             // A seal can be made again, but the hash is also in every part.
             ("/campaign/seed", 5.into(), true, foreign),
             ("/campaign/trials", 1e18.into(), true, "1e+18"),
-            ("/campaign/trials", 1_000_000_001u64.into(), true, "1 to 1e9"),
+            ("/campaign/trials", 10_000_001u64.into(), true, "1 to 1e7"),
             ("/sets", Value::Array(Vec::new()), true, "2 different names"),
             ("/sets/1", "hold".into(), true, "2 different names"),
             ("/part_trials", 501.into(), true, "5 to 500"),
             ("/part_trials", 0.into(), true, "nonzero"),
-            ("/planned_trials", 0.into(), true, "1 to 1e9"),
+            ("/planned_trials", 0.into(), true, "1 to 1e7"),
         ] {
             let mut changed = written.clone();
             *changed.pointer_mut(pointer).unwrap() = value;
@@ -277,7 +277,7 @@ mod tests {
             (10_000, false, 5),
             (10_001, false, 10),
             (1_000_000, false, 500),
-            (1_000_000_000, false, 500),
+            (10_000_000, false, 500),
             (1000, true, 5),
             (100_000, true, 25),
         ] {

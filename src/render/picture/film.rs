@@ -2,6 +2,7 @@
 
 use super::camera::Camera;
 use super::draw::draw_on;
+use super::files::strip;
 use super::label::label;
 use crate::episode::{Film, Snapshot};
 use crate::render::scene::palette::Overlay;
@@ -39,36 +40,60 @@ const ARROW_M: f64 = 0.3;
 /// Margin around the robot, as a share of half the width and height.
 const MARGIN: f64 = 0.08;
 
-/// What is filmed: the robot of a film on its ground, and that of a second film of the same trial as a ghost.
+/// What is filmed: the robot of a film on its ground, and that of a second film of the same trial. This is a ghost in the
+/// same picture or, with another controller, in a picture beside it.
 pub(super) struct Cast<'a> {
     pub film: &'a Film,
-    ghost: Option<&'a Film>,
+    second: Option<&'a Film>,
     stage: Stage<'a>,
 }
 
 impl<'a> Cast<'a> {
-    pub fn new(film: &'a Film, ghost: Option<&'a Film>) -> Self {
-        Self { film, ghost, stage: Stage::new(&film.robot, film.ground) }
+    pub fn new(film: &'a Film, second: Option<&'a Film>) -> Self {
+        Self { film, second, stage: Stage::new(&film.robot, film.ground) }
     }
 
-    /// The ghost at snapshot `k`, or where it was last.
-    fn ghost(&self, k: usize) -> Option<&Snapshot> {
-        let seen = self.ghost.map(|ghost| &ghost.snapshots[..ghost.near()])?;
+    /// All films.
+    pub fn films(&self) -> impl Iterator<Item = &'a Film> {
+        std::iter::once(self.film).chain(self.second)
+    }
+
+    /// The size of a picture of one robot: narrower than `size` (px) if there are two.
+    pub fn size_of_one(&self, [width, height]: [u32; 2]) -> [u32; 2] {
+        [if self.is_beside() { 3 * width / 4 } else { width }, height]
+    }
+
+    fn is_beside(&self) -> bool {
+        self.second.is_some_and(|second| second.controller != self.film.controller)
+    }
+
+    /// The second robot at snapshot `k`, or where it was last.
+    fn second(&self, k: usize) -> Option<&'a Snapshot> {
+        let seen = self.second.map(|second| &second.snapshots[..second.near()])?;
         seen.get(k).or(seen.last())
     }
 
-    /// The picture of snapshot `k` of the film, with labels for its time, the speed (if it is not empty) and what the
-    /// controller does.
+    /// The picture of snapshot `k` of the film in a size (px), with labels for its time, the speed (if it is not empty) and
+    /// what the controller does. Of two robots beside each other, each has a picture of this size, with its controller.
     pub fn picture(&self, k: usize, camera: &Camera, size: [u32; 2], speed: &str) -> RgbImage {
         let snapshot = &self.film.snapshots[k];
-        let mut image = draw_on(&self.stage, snapshot, self.ghost(k), camera, size, &Overlay::ALL);
-        label(&mut image, format!("{:.2} s {speed}", snapshot.time_s).trim_end(), [10, 8]);
-        label(&mut image, &in_short(snapshot), [10, size[1].saturating_sub(28)]);
-        image
+        let time = format!("{:.2} s {speed}", snapshot.time_s);
+        let draw = |snapshot: &Snapshot, ghost, title: &str| {
+            let mut image = draw_on(&self.stage, snapshot, ghost, camera, size, &Overlay::ALL);
+            label(&mut image, title.trim_end(), [10, 8]);
+            label(&mut image, &in_short(snapshot), [10, size[1].saturating_sub(28)]);
+            image
+        };
+        if !self.is_beside() {
+            return draw(snapshot, self.second(k), &time);
+        }
+        let of_films = self.films().zip(std::iter::once(snapshot).chain(self.second(k)));
+        let images = of_films.map(|(film, snapshot)| draw(snapshot, None, &format!("{}: {time}", film.controller)));
+        strip(&images.collect::<Vec<_>>())
     }
 
     /// A camera at the robot's left or right front, whichever looks more across the push, and as near as shows the
-    /// robot and the ghost whole at all these moments.
+    /// robot and the second one whole at all these moments.
     pub fn camera(&self, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> Camera {
         let (film, stage) = (self.film, &self.stage);
         const SIDES_DEG: [f64; 2] = [52.0, -38.0];
@@ -85,21 +110,23 @@ impl<'a> Cast<'a> {
         for k in moments {
             let snapshot = &film.snapshots[k];
             balls.extend(stage.extent(&snapshot.posture));
-            balls.extend(self.ghost(k).into_iter().flat_map(|ghost| stage.extent(&ghost.posture)));
+            balls.extend(self.second(k).into_iter().flat_map(|second| stage.extent(&second.posture)));
             balls.extend(snapshot.push.map(|push| (push.point - push.force.normalize() * arrow_m, 0.01)));
         }
         toward.framing(&balls, size, MARGIN)
     }
 }
 
-/// Time after which there is nothing more to see (s), since the robot stands still or has flown off.
-pub(super) fn end_s(film: &Film) -> f64 {
-    let last_s = film.snapshots[..film.near()].last().map_or(0.0, |snapshot| snapshot.time_s);
-    let record = &film.record;
-    match (record.fell_at_s, record.settled_at_s) {
-        (None, Some(at)) => last_s.min(at.max(pushed_until_s(film)) + REST_S),
-        _ => last_s,
-    }
+/// Time after which there is nothing more to see (s), since the robots stand still or have flown off.
+pub(super) fn end_s(cast: &Cast) -> f64 {
+    let end_s = |film: &Film| {
+        let last_s = film.snapshots[..film.near()].last().map_or(0.0, |snapshot| snapshot.time_s);
+        match (film.record.fell_at_s, film.record.settled_at_s) {
+            (None, Some(at)) => last_s.min(at.max(pushed_until_s(film)) + REST_S),
+            _ => last_s,
+        }
+    };
+    cast.films().map(end_s).fold(0.0, f64::max)
 }
 
 /// Start of the first push (s).
@@ -122,9 +149,9 @@ pub(super) fn index(film: &Film, time_s: f64) -> usize {
 /// Indices of the moments that tell the story, in order: before the push, at its end, at lift, mid swing and landing of
 /// each footstep, at the fall, and at the end. To get `count` moments, the most crowded are left out, or the widest
 /// gaps filled.
-pub(super) fn moments(film: &Film, count: usize) -> Vec<usize> {
+pub(super) fn moments(cast: &Cast, count: usize) -> Vec<usize> {
+    let (film, end_s) = (cast.film, end_s(cast));
     let record = &film.record;
-    let end_s = end_s(film);
     let mut times = vec![(pushed_from_s(film) - 2.0 * APART_S).max(0.0)];
     times.extend(film.pushes.iter().map(Push::end_s));
     for step in &record.footsteps.taken {

@@ -17,15 +17,23 @@ const STRIP: &str = "strip.png";
 const GIF: &str = "motion.gif";
 
 /// Writes `frame-0001-0.480s.png` and so on, `strip.png` and `motion.gif` to `folder`, which is created if necessary.
-/// The robot of a second film of the same trial is drawn as a ghost. Frames of an earlier film are removed. Returns the
+/// The robot of a second film of the same trial is drawn as a ghost, or beside it if it has another controller. Frames of
+/// an earlier film are removed. Returns the
 /// paths of the files. Fails like [`check_folder`], if a file cannot be written, or if the film has no moment.
-pub fn write_frames(film: &Film, ghost: Option<&Film>, folder: &Path, options: &FramesOptions) -> Result<Vec<PathBuf>> {
+pub fn write_frames(
+    film: &Film,
+    second: Option<&Film>,
+    folder: &Path,
+    options: &FramesOptions,
+) -> Result<Vec<PathBuf>> {
     let before = check_folder(folder)?;
     if film.snapshots.is_empty() {
         return Err(Error::Numeric { what: "frames".into(), problem: "the episode has no moment to draw".into() });
     }
-    let (moments, cast) = (moments(film, options.moments), Cast::new(film, ghost));
+    let cast = Cast::new(film, second);
+    let moments = moments(&cast, options.moments);
     let pictures = |size: [u32; 2]| -> Vec<RgbImage> {
+        let size = cast.size_of_one(size);
         let camera = cast.camera(moments.iter().copied(), size);
         moments.par_iter().map(|&k| cast.picture(k, &camera, size, "")).collect()
     };
@@ -107,7 +115,7 @@ mod tests {
         let film = film();
         let times = |count: usize| -> Vec<f64> {
             let round = |k: usize| (film.snapshots[k].time_s * 1000.0).round() / 1000.0;
-            moments(&film, count).into_iter().map(round).collect()
+            moments(&Cast::new(&film, None), count).into_iter().map(round).collect()
         };
         // The moments are: before the push, at its end, lift, mid swing, landing, and the end.
         assert_eq!(times(6), [0.276, 0.35, 0.4, 0.45, 0.5, 1.0]);
@@ -120,7 +128,7 @@ mod tests {
             let mut film = film.clone();
             film.record.footsteps.taken.clear();
             film.record.fell_at_s = Some(0.7);
-            moments(&film, 4)
+            moments(&Cast::new(&film, None), 4)
         };
         assert_eq!(fallen, [138, 175, 350, 500]);
     }
@@ -130,7 +138,10 @@ mod tests {
     fn a_robot_that_has_flown_off_is_not_drawn() {
         let mut film = film();
         film.snapshots[300..].iter_mut().for_each(|snapshot| snapshot.com.z = 6.0);
-        let (last, moments) = (shots(&film, 0.25).last().map(|shot| shot.snapshot), moments(&film, 4));
+        let (last, moments) = (
+            shots(&Cast::new(&film, None), 0.25).last().map(|shot| shot.snapshot),
+            moments(&Cast::new(&film, None), 4),
+        );
         assert_eq!((last, moments.last()), (Some(299), Some(&299)), "{moments:?}");
     }
 
@@ -150,7 +161,7 @@ mod tests {
 
         let bytes = fs::read(folder.join(GIF)).unwrap();
         let frames = GifDecoder::new(Cursor::new(&bytes)).unwrap().into_frames().collect_frames().unwrap();
-        assert_eq!(frames.len(), shots(&film, options.slow_motion).len());
+        assert_eq!(frames.len(), shots(&Cast::new(&film, None), options.slow_motion).len());
         let shown_ms: u32 = frames.iter().map(|frame| frame.delay().numer_denom_ms().0).sum();
         // The GIF begins at 0.1 s with 0.16 s in real time, is slow from 0.26 s until 0.1 s after the landing, and then
         // runs in real time again.
@@ -163,7 +174,7 @@ mod tests {
         for (k, snapshot) in long.snapshots.iter_mut().enumerate() {
             snapshot.time_s = k as f64 * film.control_period_s;
         }
-        let shots = shots(&long, options.slow_motion);
+        let shots = shots(&Cast::new(&long, None), options.slow_motion);
         let last = shots.len() - 1;
         assert!((150..=205).contains(&shots.len()), "{} pictures", shots.len());
         assert_eq!((shots[0].speed, shots[30].speed, shots[last - 1].speed), (1.0, 0.25, 2.0));

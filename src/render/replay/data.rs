@@ -10,6 +10,7 @@ use crate::episode::snapshot::{Arrow, Snapshot};
 use crate::render::scene::mesh::Mesh;
 use crate::render::scene::scale::RobotScale;
 use crate::render::scene::{Face, PHASES, doing, events, faces, without_gain};
+use crate::render::text::ghost::names;
 use crate::render::with_fields_of;
 use crate::robot::shape::Meshes;
 use crate::robot::{Foot, Pose, Robot, Shape, Solid};
@@ -87,7 +88,7 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
         "events": events(film, ticks, ghost),
         "ghost": ghost.map(|ghost| {
             let moments: Vec<&Snapshot> = ghost.snapshots[..ghost.near()].iter().step_by(stride).collect();
-            with_fields_of(json!({ "name": ghost.engine.title() }), &motion(&moments, period_s, farthest_m))
+            with_fields_of(json!({ "name": &names([film, ghost])[1] }), &motion(&moments, period_s, farthest_m))
         }),
         "slope": turns(moments.iter().map(|s| s.slope)),
         "dcm": pairs(&moments, &|s| Some(s.dcm)),

@@ -12,7 +12,7 @@ use crate::episode::parting::Parting;
 use crate::error::{Error, Result};
 use crate::render::html_page;
 use crate::render::scene::palette::{self, Overlay};
-use crate::render::text::ghost::{ended, parted};
+use crate::render::text::ghost::{ended, names, parted};
 use minijinja::{UndefinedBehavior, context};
 
 const TEMPLATE: &str = include_str!("replay.html.jinja");
@@ -44,7 +44,8 @@ pub struct Head {
     pub of_result: bool,
 }
 
-/// The page of a film. The robot of a second film of the same trial, in another engine, is shown as a ghost. Fails if a
+/// The page of a film. The robot of a second film of the same trial, in another engine or with another controller, is
+/// shown as a ghost. Fails if a
 /// film has no moment, or if the template is wrong.
 pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
     if std::iter::once(film).chain(ghost).any(|film| film.snapshots.is_empty()) {
@@ -65,7 +66,8 @@ pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
         controller => &film.controller,
         outcomes => outcomes(film, ghost),
         ghost => ghost.map(|ghost| context! {
-            engines => [film, ghost].map(ended).to_vec(),
+            ended => ended([film, ghost]).to_vec(),
+            other => if film.controller == ghost.controller { "in the other engine" } else { "with the other controller" },
             parted => parted(film, ghost),
             parted_s => Parting::of_films(film, ghost).map(|parting| parting.at_s),
         }),
@@ -77,15 +79,13 @@ pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
     html_page::render("replay.html", TEMPLATE, UndefinedBehavior::Lenient, |_| (), &context)
 }
 
-/// The outcome of a film, which also is the class of its badge, and what the badge says. With a ghost, there is a badge
-/// for each engine.
+/// The outcome of a film, which also is the class of its badge, and what the badge says. With a ghost, there are two.
 fn outcomes(film: &Film, ghost: Option<&Film>) -> Vec<[String; 2]> {
-    let badge = |film: &Film| {
-        let outcome = film.record.outcome.name();
-        let said = if ghost.is_some() { format!("{}: {outcome}", film.engine.title()) } else { outcome.into() };
-        [outcome.into(), said]
-    };
-    std::iter::once(film).chain(ghost).map(badge).collect()
+    let outcome = |film: &Film| film.record.outcome.name().to_string();
+    let Some(ghost) = ghost else { return vec![[outcome(film), outcome(film)]] };
+    let films = [film, ghost];
+    let badge = |(name, film): (String, &Film)| [outcome(film), format!("{name}: {}", outcome(film))];
+    names(films).into_iter().zip(films).map(badge).collect()
 }
 
 /// Joins each line that begins with a space to the line before, since the page wraps lines itself.

@@ -5,7 +5,6 @@ use crate::campaign::verdict::agreement::{Agreement, PartedTrial};
 use crate::episode::parting::{Loaded, Part, Parting};
 use crate::render::tables;
 use crate::render::text::layout::wrapped;
-use crate::sim::Engine;
 
 /// So many trials of each controller are told where there is little room.
 const FEW: usize = 3;
@@ -55,15 +54,16 @@ pub fn parted(agreement: &Agreement, of: &PartedTrial) -> String {
     let [in_a, in_b] = of.outcomes.map(|outcome| outcome.name());
     let push = format!("trial {}, {:.2} N s at {:.0} deg", of.trial, of.impulse_n_s, of.heading_deg);
     let parts = match &of.parting {
-        Some(parting) => format!(" {}", in_words(parting, agreement.engines)),
+        Some(parting) => {
+            format!(" {}", in_words(parting, &agreement.engines.map(|engine| format!("in {}", engine.title()))))
+        }
         None => String::from(if of.traced { " The traces nowhere part." } else { "" }),
     };
     format!("{push}: {in_a} in {a}, {in_b} in {b}.{parts}")
 }
 
-/// When two episodes of a trial part in two engines, and what differs since when, in sentences.
-pub fn in_words(parting: &Parting, engines: [Engine; 2]) -> String {
-    let [a, b] = engines.map(Engine::title);
+/// When two episodes of a trial part, and what differs since when, in sentences. Each is told by words such as "in Rapier".
+pub fn in_words(parting: &Parting, [a, b]: &[String; 2]) -> String {
     let Parting { at_s, phases, loaded, .. } = parting;
     let what = match parting.of {
         Part::Com => "COMs",
@@ -73,7 +73,7 @@ pub fn in_words(parting: &Parting, engines: [Engine; 2]) -> String {
     let mut told = format!("At {at_s:.3} s the {what} part.");
     let mut differ = |since_s: Option<f64>, what: &str, [in_a, in_b]: [&str; 2]| {
         if let Some(since_s) = since_s {
-            told += &format!(" Since {since_s:.3} s {what} {in_a} in {a} and {in_b} in {b}.");
+            told += &format!(" Since {since_s:.3} s {what} {in_a} {a} and {in_b} {b}.");
         }
     };
     differ(parting.phases_differ_since_s, "the controller is in phase", phases.each_ref().map(|phase| &**phase));

@@ -147,11 +147,16 @@ impl Told<'_> {
         told
     }
 
-    /// A few lines on what happened and why.
+    /// A few lines on what happened and why, and what is meant by the outcomes.
     pub fn text(&self) -> String {
+        format!("{}\n{}", self.story(), thresholds(&self.config.judge))
+    }
+
+    /// A few lines on what happened and why.
+    pub fn story(&self) -> String {
         let (record, factory) = (&self.record, self.factory);
         let mut text = String::new();
-        let mut line = |label: &str, what: String| text += &wrapped(&format!("{label:<10}"), &what);
+        let mut line = |label: &str, what: String| text += &wrapped(&format!("{label:<12}"), &what);
         for push in &self.pushes {
             let [height_m, duration_s, start_s] =
                 [push.height_m, push.duration_s, push.start_s].map(|value| short(value, 3));
@@ -168,7 +173,7 @@ impl Told<'_> {
         if !varied.is_empty() {
             line("varied", varied.join(", "));
         }
-        line("gains", format!("{}, {}", factory.name, factory.about));
+        line("controller", format!("{}, {}", factory.name, factory.about));
         if self.config.engine != Engine::default() {
             line("engine", self.config.engine.with_version());
         }
@@ -209,8 +214,6 @@ impl Told<'_> {
             };
             line("switches", told);
         }
-        text.push('\n');
-        text.push_str(&thresholds(&self.config.judge));
         text
     }
 
