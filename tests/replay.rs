@@ -116,6 +116,32 @@ fn a_trial_ends_alike_however_it_is_looked_at() {
     }
 }
 
+/// Each episode is what it is alone. The pictures have one robot beside the other, and the page has the other as a ghost.
+#[test]
+fn two_controllers_are_shown_beside_each_other() {
+    let dir = folder();
+    let alone = |controller: &str| -> serde_json::Value {
+        let run = standfast(dir.path(), &["push", "--controller", controller, "--json"]).success();
+        serde_json::from_str(&stdout(&run)).unwrap()
+    };
+    let shown = ["--json", "--frames=pictures", "--replay=page.html"];
+    let run = standfast(dir.path(), &[&["push", "--controller=hold", "--beside=catch"], &shown[..]].concat()).success();
+    let both: serde_json::Value = serde_json::from_str(&stdout(&run)).unwrap();
+    assert_eq!(both["controllers"], serde_json::json!([alone("hold"), alone("catch")]));
+    assert_eq!([&both["controllers"][0]["outcome"], &both["controllers"][1]["outcome"]], ["Fell", "Recovered"]);
+    let strip = image::open(dir.path().join("pictures/strip.png")).unwrap();
+    let one = image::open(dir.path().join("pictures/frame-0001-0.476s.png")).unwrap();
+    assert_eq!(([one.width(), one.height()], strip.width()), ([2 * 480, 480], 8 * 2 * 180));
+    let page = fs::read_to_string(dir.path().join("page.html")).unwrap();
+    for words in
+        ["<b>Solid:</b> hold: fell at", "<b>Ghost:</b> catch: recovered", "the robot with the other controller"]
+    {
+        assert!(page.contains(words), "{words}");
+    }
+    let same = stderr(&standfast(dir.path(), &["push", "--beside=catch"]).code(2));
+    assert!(same.contains("--beside") && same.contains("is the controller itself"), "{same}");
+}
+
 #[test]
 fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     let dir = folder();

@@ -41,6 +41,9 @@ fn the_robot_shows_on_every_screen_and_the_page_asks_for_nothing() {
         let all = |is_fit: &str| format!("{heights}.filter(([, height]) => !({is_fit})).map(([text]) => text)");
         assert_eq!(tab.evaluate(&all("height < 46")), json!([]), "words in two lines on a screen of {width} px");
         if width < 500 {
+            // Robot, controls of time and both plots are seen at once.
+            let lowest = tab.evaluate("document.getElementById('plot-y').getBoundingClientRect().bottom");
+            assert!(lowest.as_f64().unwrap() <= height.into(), "the plots end at {lowest} px of {height} px");
             assert_eq!(tab.evaluate(&all("height >= 32")), json!([]), "too small for a thumb");
         }
         let dark = tab.evaluate("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)";
@@ -82,7 +85,8 @@ fn time_is_scrubbed_and_linked_and_runs() {
         assert!((told.as_f64().unwrap() - time_s).abs() < 1e-3, "{what}: told as {told} s");
     };
     let exact_s = 1e-9;
-    at(&mut tab, 0.0, exact_s, "at first");
+    at(&mut tab, film.pushes[0].start_s, exact_s, "at first, at the push");
+    press(&mut tab, "Home");
     for (key, expected_s) in [
         (".", tick_s),
         (".", 2.0 * tick_s),
@@ -200,6 +204,7 @@ fn a_held_key_acts_once_and_a_click_takes_no_key_away() {
     let is_shown = "document.getElementById('show-com').getAttribute('aria-pressed')";
     hold(&mut tab, "c");
     assert_eq!(tab.evaluate(is_shown), "false");
+    press(&mut tab, "Home");
     hold(&mut tab, ".");
     assert!((time_s(&mut tab) - 4.0 * stepping().control_period_s).abs() < 1e-9, "at {} s", time_s(&mut tab));
     let plays = |tab: &mut Page| tab.evaluate("replay.state.playing");

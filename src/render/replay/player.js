@@ -269,6 +269,9 @@ new ResizeObserver(resize).observe(find("stage"));
 dark.addEventListener("change", renderPlots);
 addEventListener("hashchange", followLink);
 resize();
+// The page opens at the first push, unless its address names another time.
+const blow = film.events.find(({ kind }) => kind === "push");
+if (blow) seek(blow.from_s);
 followLink();
 requestAnimationFrame(frame);
 // For use in the console of the browser.
