@@ -229,27 +229,4 @@ mod tests {
         assert!(error.contains("itself named `baseline`; accepted: another name"), "{error}");
         assert_eq!(Gate::parse("baseline >= 0.8", &names).unwrap().against, Against::Rate);
     }
-
-    #[test]
-    fn a_campaign_says_what_it_requires() {
-        let spec: GateSpec = toml::from_str("require = [\"catch >= 0.8\"]\nunresolved = \"fail\"").unwrap();
-        assert_eq!((spec.confidence, &spec.require[..]), (0.95, &["catch >= 0.8".to_string()][..]));
-        assert_eq!((spec.unresolved, OnUnresolved::default()), (OnUnresolved::Fail, OnUnresolved::Pass));
-        assert!(toml::from_str::<GateSpec>("requires = []").is_err());
-        for confidence in [0.4, 1.0, f64::NAN] {
-            let error = GateSpec { confidence, ..GateSpec::default() }.check("c.toml").unwrap_err().to_string();
-            assert!(error.starts_with("c.toml: gates.confidence = "), "{error}");
-        }
-        GateSpec::default().check("c.toml").unwrap();
-    }
-
-    #[test]
-    fn a_gate_is_there_once_and_asks_for_a_baseline_or_not() {
-        let (mut spec, names) = (GateSpec::default(), sets(&["catch", "baseline-2"]));
-        spec.add(&sets(&["catch >= 0.8", "catch >= 0.8", "catch >= baseline-2"]), None);
-        assert_eq!((spec.require.len(), spec.ask_for_baseline(&names)), (2, false));
-        spec.add(&sets(&["catch >= baseline - 0.01"]), Some(OnUnresolved::Fail));
-        spec.add(&[], None);
-        assert_eq!((spec.unresolved, spec.ask_for_baseline(&names)), (OnUnresolved::Fail, true));
-    }
 }
