@@ -134,6 +134,11 @@ mod tests {
         // A program that is alone may apply other gates to the same trials.
         assert!(claim(&other, Access::SharedByShards).is_ok() && claim(&folder, Access::Exclusive).is_ok());
         assert!(folder.check_owner().is_ok());
+        other.manifest.config_hash = "another".into();
+        for access in [Access::Exclusive, Access::SharedByShards] {
+            let message = claim(&other, access).unwrap_err().to_string();
+            assert!(message.contains("another campaign"), "{message}");
+        }
         std::fs::remove_file(dir.path().join("parts/campaign.json")).unwrap();
         assert!(folder.check_owner().unwrap_err().to_string().contains("disappeared"));
     }
