@@ -127,31 +127,6 @@ fn pictures_have_the_same_bytes_with_any_number_of_threads() {
     assert_eq!(first.dimensions(), (SIZE[0], SIZE[1]));
 }
 
-/// The camera looks along -x from 1 m in front of the front face, which is 0.2 m wide and 0.1 m high.
-#[test]
-fn a_box_covers_the_pixels_that_the_pinhole_formula_says() {
-    let (robot, posture) = boxes(&[([-0.05, 0.03, 0.5], [0.05, 0.1, 0.05], RED)]);
-    let camera = Camera {
-        target: Point3::new(0.0, 0.0, 0.5),
-        azimuth_deg: 0.0,
-        elevation_deg: 0.0,
-        distance_m: 1.0,
-        fov_deg: 30.0,
-    };
-    let image = draw_posture(&robot, &posture, &camera, SIZE);
-    let f = 120.0 / 15.0_f64.to_radians().tan();
-    let (left, right) = (160.0 + f * -0.07, 160.0 + f * 0.13);
-    let (top, bottom) = (120.0 - f * 0.05, 120.0 + f * 0.05);
-    for (x, y, pixel) in image.enumerate_pixels() {
-        let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
-        // How far the pixel is inside of the face (px). The bevel makes the edges uncertain.
-        let inside = (x - left).min(right - x).min(y - top).min(bottom - y);
-        if inside.abs() > 1.5 {
-            assert_eq!(is_red(pixel.0), inside > 0.0, "{x} {y}: {pixel:?}");
-        }
-    }
-}
-
 #[test]
 fn near_solids_hide_far_ones_in_any_order() {
     let (near, far) = (([0.2, 0.0, 0.26], [0.05; 3], RED), ([-0.2, 0.0, 0.26], [0.06; 3], GREEN));
