@@ -92,6 +92,17 @@ mod tests {
     use super::*;
 
     #[test]
+    fn meshes_read_back_to_the_bit() {
+        let corners = [[0.1 + 0.2, 1e-300, -0.0], [1.0 / 3.0, -7.5, 0.0], [0.0, 2e9, 1e-9], [0.5, 0.25, 4.0]];
+        let mesh = Mesh::new(corners.map(Point3::from).to_vec(), vec![[0, 1, 2], [3, 2, 1]]);
+        let named = |name: &str| (name.to_string(), [0.001, -1.0, 1.0].map(f64::to_bits));
+        let meshes = [(named("package://a b/c.stl"), Arc::new(mesh.clone())), (named("d.obj"), Arc::new(mesh))];
+        let again = read(&text(&meshes)).unwrap();
+        assert_eq!(format!("{again:?}"), format!("{meshes:?}"));
+        assert_eq!(text(&again), text(&meshes));
+    }
+
+    #[test]
     fn what_is_wrong_with_kept_meshes_is_told() {
         for (text, expected) in [
             ("hull 0 0 0", "line 1: `hull 0 0 0` is not understood"),
