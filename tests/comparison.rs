@@ -123,6 +123,10 @@ fn an_unresolved_gate_fails_only_if_asked_to() {
         let fails = standfast(dir.path(), &short(&[&both[..], args].concat())).code(100);
         let message = stderr(&fails);
         assert!(message.contains("gate unresolved: hold >= hold description"), "{message}");
+        let junit = fs::read_to_string(dir.path().join("out/junit.xml")).unwrap();
+        assert!(
+            junit.contains("skipped=\"0\"") && junit.contains("hold &gt;= hold") && !junit.contains("failures=\"0\"")
+        );
     }
     // The folder remembers it, and may be asked otherwise.
     standfast(dir.path(), &["merge", "out"]).code(100);
@@ -272,7 +276,16 @@ fn two_results_that_differ_in_the_engine_alone_are_compared_engine_by_engine() {
     let found = compared("b", &["--out=d", "--gate=hold (mujoco) >= 0"]);
     let names = found["sets"].as_array().unwrap().iter().map(|set| set["name"].as_str().unwrap());
     assert_eq!(names.collect::<Vec<_>>(), ["hold (rapier)", "hold (mujoco)"]);
+    for (of, keys) in [
+        ("pairs", "a b both only_a only_b neither difference adjusted_ci95 adjusted_p verdict"),
+        ("gates", "name status observed interval required confidence trials passes set"),
+        ("sets", "name trials recovered fell diverged timed_out success_rate ci95"),
+    ] {
+        keys.split(' ').for_each(|key| assert!(found[of][0].get(key).is_some(), "{of}: {key}"));
+    }
     let (agreement, hold) = (&found["agreement"], &found["agreement"]["sets"][0]);
+    let keys = ["both", "neither", "agree", "agree_ci95", "kappa_ci95", "strata"];
+    assert!(keys.iter().all(|key| hold.get(key).is_some()), "{hold}");
     assert_eq!(agreement["engines"], serde_json::json!(["rapier", "mujoco"]));
     assert_eq!((&agreement["versions"][1], &hold["set"]), (&Value::from("MuJoCo 0"), &Value::from("hold")));
     let count = |key: &str| hold[key].as_u64().unwrap();
@@ -427,6 +440,9 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
     let said = stderr(&run(other.path(), "--max-trials=75", &[]));
     assert!(said.contains("25 episodes in"), "{said}");
     assert_eq!(trials(&summary(&other.path().join("out"))), [25, 75]);
+    // No boundary that was looked at is moved by that.
+    let manifest = standfast::campaign::store::manifest::Manifest::read(&other.path().join("out")).unwrap();
+    assert_eq!((manifest.planned_trials, manifest.campaign.trials), (50, 75));
     // Compared with a result of which both sets have all trials.
     let elsewhere = |more: &[&'static str]| [&SHORT[..SHORT.len() - 1], &["--gains=fixed"], more].concat();
     standfast(other.path(), &elsewhere(&["--trials=40", "--out=fixed"])).success();
@@ -626,4 +642,7 @@ fn a_result_is_printed_in_full_again_without_a_change() {
     assert!(files(dir.path()) == before);
     let short = stdout(&standfast(dir.path(), &["merge", "out"]).success());
     assert!(short.len() < full.len() && !short.contains("kind of trial"), "{short}");
+    for words in ["campaign smoke: 26 trials", "controller", "hold >= 0"] {
+        assert!(short.contains(words) && full.contains(words), "{words} in {short}");
+    }
 }

@@ -258,10 +258,7 @@ impl Block {
 mod tests {
     use super::*;
     use crate::campaign::plan::tests::planned;
-    use crate::campaign::store::row::tests::row;
     use crate::campaign::{Campaign, Overrides};
-    use crate::episode::Outcome;
-    use crate::stats::looks::Looks;
     use std::sync::atomic::AtomicUsize;
 
     /// Runs on one thread and stops after `most` episodes.
@@ -275,23 +272,6 @@ mod tests {
         let mut work = Work::new(plan, folder, RunOptions { threads: 1, shard: None }, None)?;
         work.run(&Watch { stop: &stop, on_episode: &on_episode, on_part: &|_| {}, on_look: &|_, _| {} })?;
         Ok(count.into_inner())
-    }
-
-    #[test]
-    fn what_is_done_when_interrupted_is_kept_and_not_run_again() {
-        let dir = tempfile::tempdir().unwrap();
-        let plan = planned(&[]);
-        let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
-        assert!(matches!(run(&plan, &folder, 27), Err(Error::Interrupted)));
-        assert_eq!(folder.missing(), [5]);
-        let gates = Gates::new(&plan.manifest, None).unwrap();
-        assert!(Summary::of_folder(&folder, &gates).is_err() && !folder.path.join("trials.parquet").exists());
-        assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 5);
-        assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 0);
-        let whole = plan.folder(Some(&dir.path().join("b"))).unwrap();
-        assert_eq!(run(&plan, &whole, usize::MAX).unwrap(), 30);
-        let summary = |folder| Summary::of_folder(folder, &gates).unwrap().0;
-        assert_eq!(summary(&folder), summary(&whole));
     }
 
     /// Also with one that does not divide the count of trials; and a folder keeps to the one it began with.
@@ -312,114 +292,6 @@ mod tests {
         };
         let usual = result(5);
         assert!([1, 7, 25, 100].into_iter().all(|part_trials| result(part_trials) == usual));
-    }
-
-    /// So that no boundary that was looked at is moved later.
-    #[test]
-    fn a_folder_that_is_given_more_trials_keeps_its_looks() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("a");
-        let begin = |trials: u64| {
-            let gains = ["", ":description='0.2'"].map(|variant| format!("hold{variant}")).to_vec();
-            let overrides = Overrides { gains, trials: Some(trials), until_resolved: true, ..Default::default() };
-            Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap()
-        };
-        let plan = begin(50);
-        let folder = plan.folder(Some(&path)).unwrap();
-        assert_eq!(folder.manifest.planned_trials, 50);
-        plan.identify(&folder).unwrap();
-        let more = begin(150);
-        let folder = more.folder(Some(&path)).unwrap();
-        let gates = Gates::new(&folder.manifest, None).unwrap();
-        let mut work = Work::new(&more, &folder, RunOptions { threads: 1, shard: None }, Some(&gates)).unwrap();
-        more.identify(&folder).unwrap();
-        let mut looks = Vec::new();
-        while !work.is_done() {
-            looks.push(work.looks.as_ref().unwrap().next);
-            // Both always recover: nothing is ever decided.
-            let rows = |block: u64| {
-                let (first, end) = folder.range(block);
-                let of =
-                    |trial: u64| folder.manifest.sets.iter().map(move |set| row(trial, set, 1.0, Outcome::Recovered));
-                (first..end).flat_map(of).collect::<Vec<_>>()
-            };
-            work.missing.iter().for_each(|&block| folder.part(block).write(&rows(block)).unwrap());
-            work.missing = work.look_on(&|_, _| {}).unwrap();
-        }
-        assert_eq!(looks, [25, 50, 75, 100, 125, 150]);
-        let found = Folder::existing(&path).unwrap();
-        assert_eq!((found.manifest.planned_trials, found.manifest.campaign.trials), (50, 150));
-        assert_eq!(found.manifest.looks(), Some(Looks::up_to(50)));
-    }
-
-    /// Puts rows where work is missing, without a simulation: the first set recovers from nine of ten pushes, the
-    /// second from one of five, and the third from nine of ten, but not the same as the first. Returns the number of
-    /// rows.
-    fn make_up(work: &mut Work) -> usize {
-        let has_recovered = |trial: u64, set: usize| match set {
-            0 => trial % 10 != 3,
-            1 => trial.is_multiple_of(5),
-            _ => trial % 10 != 7,
-        };
-        let (folder, mut made) = (work.folder, 0);
-        while !work.is_done() {
-            for &index in &work.missing {
-                let block = Block::new(folder, index, work.set_trials());
-                let rows = block.trials.clone().filter_map(|trial| {
-                    let of = |&set: &usize| {
-                        let outcome = if has_recovered(trial, set) { Outcome::Recovered } else { Outcome::Fell };
-                        row(trial, &folder.manifest.sets[set], 1.0, outcome)
-                    };
-                    made += block.sets.len();
-                    block.put(trial, block.sets.iter().map(of).collect())
-                });
-                folder.part(index).write(&rows.last().unwrap()).unwrap();
-            }
-            work.missing = work.look_on(&|_, _| {}).unwrap();
-        }
-        folder.stop_at(work.set_trials()).unwrap();
-        made
-    }
-
-    #[test]
-    fn a_set_stops_when_all_about_it_is_decided_and_the_others_go_on() {
-        let dir = tempfile::tempdir().unwrap();
-        let plan = |trials: u64, more: &[&str]| {
-            let gains =
-                ["", ":description='0.2'", ":description='0.4'"].map(|variant| format!("hold{variant}")).to_vec();
-            let set = more.iter().map(|s| s.to_string()).collect();
-            let overrides = Overrides { gains, set, trials: Some(trials), until_resolved: true, ..Default::default() };
-            Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap()
-        };
-        let run = |plan: &Plan| {
-            let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
-            let gates = Gates::new(&plan.manifest, None).unwrap();
-            let options = RunOptions { threads: 1, shard: None };
-            let mut work = Work::new(plan, &folder, options, Some(&gates)).unwrap();
-            let (before, all) = (work.episodes(), work.all_episodes());
-            plan.identify(&folder).unwrap();
-            let made = make_up(&mut work);
-            assert_eq!(work.episodes(), 0);
-            assert!(before >= made as u64 && all >= work.all_episodes());
-            let summary = Summary::read(&folder, &gates).unwrap().0;
-            assert_eq!(summary.sets.iter().map(|set| set.count.trials).sum::<u64>(), work.all_episodes());
-            (made, folder.set_trials().unwrap(), summary)
-        };
-        let (made, set_trials, summary) = run(&plan(150, &[]));
-        assert_eq!((made, &set_trials[..]), (325, &[150, 25, 150][..]));
-        assert_eq!((summary.trials, summary.sets[1].count.trials), (150, 25));
-        assert!(summary.stopped.unwrap().contains("after 25 trials"));
-        // The same again, and with more trials: the same sets go on.
-        assert_eq!(run(&plan(150, &[])).0, 0);
-        let (made, set_trials, _) = run(&plan(200, &[]));
-        assert_eq!((made, &set_trials[..]), (100, &[200, 25, 200][..]));
-        // All is decided at an earlier look if less is asked: nothing is run, and later rows do not count.
-        let (made, set_trials, _) = run(&plan(400, &["stopping.margin=0.7"]));
-        assert_eq!((made, &set_trials[..]), (0, &[25, 25, 25][..]));
-        // A gate asks for the set that had stopped: what it lacks is run, the rest is there.
-        let gate = "gates.require=['hold description=0.2 >= 0.21']";
-        let (made, set_trials, _) = run(&plan(100, &[gate]));
-        assert_eq!((made, &set_trials[..]), (75, &[25, 100, 25][..]));
     }
 
     /// Even if the parts by which it was decided are not seen here.

@@ -170,17 +170,6 @@ mod tests {
     }
 
     #[test]
-    fn the_tables_name_every_gain_and_the_picture_is_drawn() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("sets.svg");
-        let text = run_with(&["--plot", file.to_str().unwrap()]).unwrap();
-        assert!(text.contains("The family nests"), "{text}");
-        let svg = std::fs::read_to_string(file).unwrap();
-        assert!(svg.starts_with("<svg") && svg.matches("<polygon").count() >= 10, "{svg}");
-        assert!(!text.contains("robust") && !svg.contains("dashed: "), "{text}");
-    }
-
-    #[test]
     fn robust_sets_stand_beside_those_of_the_paper() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("sets.svg");

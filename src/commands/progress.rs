@@ -249,27 +249,10 @@ mod tests {
 
     #[test]
     fn rates_have_two_digits_and_times_are_said_in_their_unit() {
-        for (rate, told) in [
-            (0.0123, "0.012"),
-            (0.344, "0.34"),
-            (0.999, "1.0"),
-            (3.41, "3.4"),
-            (9.96, "10"),
-            (34.4, "34"),
-            (1234.0, "1200"),
-        ] {
-            assert_eq!(two_digits(rate), told, "{rate}");
-        }
-        for (time_s, told) in [
-            (0.0, "0.0 s"),
-            (9.94, "9.9 s"),
-            (45.4, "45 s"),
-            (100.0, "2 min"),
-            (780.0, "13 min"),
-            (7500.0, "2 h 5 min"),
-        ] {
-            assert_eq!(duration(time_s), told);
-        }
+        let told = [0.0123, 0.344, 0.999, 3.41, 9.96, 34.4, 1234.0].map(two_digits);
+        assert_eq!(told, ["0.012", "0.34", "1.0", "3.4", "10", "34", "1200"]);
+        let told = [0.0, 9.94, 45.4, 100.0, 780.0, 7500.0].map(duration);
+        assert_eq!(told, ["0.0 s", "9.9 s", "45 s", "2 min", "13 min", "2 h 5 min"]);
     }
 
     #[test]

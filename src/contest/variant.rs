@@ -202,22 +202,13 @@ mod tests {
     #[test]
     fn errors_name_the_variant_the_key_the_value_and_what_is_accepted() {
         for (bad, expected) in [
-            (
-                "switching:zmp_margn=0.1",
-                &["zmp_margn = 0.1: unknown field `zmp_margn`; accepted: one of `kind`, `name`, "][..],
-            ),
-            ("switching:zmp_margin=wide", &["zmp_margin = wide", "expected f64", "like the present value: 0.06"]),
+            ("switching:zmp_margin=wide", &["zmp_margin = wide", "expected f64", "like the present value: 0.06"][..]),
             ("switching:zmp_margin=-1", &["zmp_margin = -1", "out of range", "0 to 10, in half sole lengths"]),
-            ("switching:gains.5.x=[1,1,5]", &["gains.5.x", "the set has no `gains.5`", "gains.0 to gains.4"]),
             ("switching:gains.slow=1", &["gains.slow", "the set has no `gains.slow`", "gains.0 to gains.4"]),
             ("hold:gains.0.x=[1,1,5]", &["gains.0.x", "the set has no `gains`", "description, kind, name"]),
             ("hold:kind=walk", &["kind = \"walk\"", "no kind of controller", "\"posture\""]),
             ("switching:gian.alpha=1", &["gian.alpha = 1", "the set has no `gian`", "zmp_margin"]),
             ("switching:zmp_margin.x=1", &["zmp_margin.x", "the set has no `zmp_margin.x`"]),
-            (
-                "switching:gains.0.x=[1,1]",
-                &["gains.0.x = [1,1]", "array of length 3", "present value: [0.15, 1.0, 5.0]"],
-            ),
             ("switching:gains.0.x=[-1,1,5]", &["gains[0].x[0] = -1", "unstable", "positive"]),
             ("switching:gains.0.z=1", &["gains.0.z = 1", "unknown field `z`", "`x`"]),
             ("switching:zmp_margin=", &["zmp_margin = ", "not a value", "TOML"]),
@@ -228,7 +219,5 @@ mod tests {
                 assert!(message.contains(part) && error.exit_code() == 2, "{bad}: {part:?} not in {message:?}");
             }
         }
-        let message = load("swiching:zmp_margin=1").unwrap_err().to_string();
-        assert!(message.contains("controller \"swiching\" not found"), "{message}");
     }
 }

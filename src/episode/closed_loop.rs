@@ -273,13 +273,6 @@ mod tests {
     use crate::episode::Outcome;
     use crate::robot::{Report, TickError};
 
-    #[test]
-    fn a_panic_is_told_with_its_message() {
-        let told = |message: &'static str| caught(|| -> () { panic!("{message} at {}", 3) });
-        assert_eq!(told("no pivot"), Err("panic: no pivot at 3".into()));
-        assert_eq!(caught(|| 1), Ok(1));
-    }
-
     type Wrong = fn(&mut Command) -> Result<(), TickError>;
 
     /// A controller that does something wrong at one tick, and holds the posture at all others.

@@ -200,49 +200,35 @@ mod tests {
     use super::*;
     use crate::robot::controller::tests::stiff;
 
-    fn home_at_s(impulse_n_s: f64, home_radius_m: f64) -> Option<f64> {
-        pushed(impulse_n_s, home_radius_m).home_at_s
-    }
-
     /// The record of half a second in which stiff joints are pushed.
-    fn pushed(impulse_n_s: f64, home_radius_m: f64) -> Record {
+    fn pushed(impulse_n_s: f64, start_s: f64, home_radius_m: f64) -> Record {
         let robot = Robot::load("ut-mu2").unwrap();
-        let factory = stiff();
-        let judge = Judge { home_radius_m, ..Judge::of(&crate::robot::Units::of(&robot)) };
-        let config = EpisodeConfig {
-            horizon_s: 0.5,
-            end_early: false,
-            judge,
-            ..EpisodeConfig::of(&crate::robot::Units::of(&robot))
-        };
-        let push = Push { impulse_n_s, start_s: 0.1, ..Push::default() };
+        let usual = EpisodeConfig::of(&crate::robot::Units::of(&robot));
+        let judge = Judge { home_radius_m, ..usual.judge };
+        let config = EpisodeConfig { horizon_s: 0.5, end_early: false, judge, ..usual };
+        let push = Push { impulse_n_s, start_s, ..Push::default() };
         let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-        run(&robot, &factory, &config, disturbance, config.until(), &mut |_| {})
+        run(&robot, &stiff(), &config, disturbance, config.until(), &mut |_| {})
     }
 
     /// A push that starts between two ticks does not count as motion before it.
     #[test]
     fn the_speed_at_the_push_is_that_before_it() {
-        let robot = Robot::load("ut-mu2").unwrap();
-        let factory = stiff();
-        let config = EpisodeConfig { horizon_s: 0.5, ..EpisodeConfig::of(&crate::robot::Units::of(&robot)) };
         for start_s in [0.3, 0.3001, 0.3019] {
-            let push = Push { impulse_n_s: 5.0, start_s, ..Push::default() };
-            let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-            let record = run(&robot, &factory, &config, disturbance, config.until(), &mut |_| {});
-            let speed_m_s = record.com_speed_at_push_m_s.unwrap();
+            let speed_m_s = pushed(5.0, start_s, 0.005).com_speed_at_push_m_s.unwrap();
             assert!(speed_m_s < 0.005, "pushed at {start_s} s, it moved at {speed_m_s} m/s");
         }
     }
 
     #[test]
     fn the_com_is_lowest_on_the_way_to_the_ground() {
-        let [stands, falls] = [0.0, 4.0].map(|n_s| pushed(n_s, 0.005).lowest_com_height_ratio.unwrap());
+        let [stands, falls] = [0.0, 4.0].map(|n_s| pushed(n_s, 0.1, 0.005).lowest_com_height_ratio.unwrap());
         assert!((0.99..=1.0).contains(&stands) && falls < 0.98, "{stands}, {falls}");
     }
 
     #[test]
     fn home_is_where_the_com_stays_after_the_push() {
+        let home_at_s = |impulse_n_s, home_radius_m| pushed(impulse_n_s, 0.1, home_radius_m).home_at_s;
         let at = home_at_s(0.0, 0.005).unwrap();
         assert!((at - 0.15).abs() < 0.003, "home all the time counts from the end of the push, not from {at}");
         let at = home_at_s(1.0, 0.005).unwrap();

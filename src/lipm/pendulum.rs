@@ -161,19 +161,4 @@ mod tests {
             assert!((closed.determinant() - z[0] * z[1] * z[2]).abs() < 1e-12);
         }
     }
-
-    /// In continuous time (s + p w)(s + q w)(s + r w) = s^3 + a2 s^2 + a1 s + a0 requires
-    /// f = [-(w^2 a2 + a0) / w^2, -(a1 + w^2) / w^2, a2].
-    #[test]
-    fn fast_sampling_tends_to_the_feedback_of_continuous_time() {
-        let w = 5.8;
-        let [p, q, r] = [0.5, 1.0, 3.0].map(|p| p * w);
-        let (a2, a1, a0) = (p + q + r, p * q + q * r + r * p, p * q * r);
-        let wanted = Vector3::new(-(w * w * a2 + a0) / (w * w), -(a1 + w * w) / (w * w), a2);
-        let got = Pendulum { omega: w, dt: 1e-6 }.feedback([0.5, 1.0, 3.0]);
-        assert!((got - wanted).norm() < 1e-3, "{got} {wanted}");
-        // A pole at -omega leaves the convergent mode alone: COM and its velocity enter only as com + com_vel / omega.
-        let f = PENDULUM.feedback([0.3, 1.0, 5.0]);
-        assert!((f[0] - PENDULUM.omega * f[1]).abs() <= 1e-15 * f[0].abs());
-    }
 }

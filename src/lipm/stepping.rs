@@ -194,29 +194,34 @@ mod tests {
 
     const RANGE: LandingRange = LandingRange { forward_m: 0.15, outward_m: 0.18, least_m: 0.075 };
 
+    /// Of both kinds of footsteps.
     #[test]
     fn errors_name_the_field_its_value_and_what_is_accepted() {
         for (bad, accepted) in [
-            ("patience = -0.1", "out of range; accepted: 0 to 6"),
-            ("alpha = NaN", "out of range; accepted: 0 to 1000"),
-            ("swing_time = 0", "out of range; accepted: 0.1 to 10"),
-            ("lift = 0.7", "out of range; accepted: 0 to 0.6"),
-            ("lambda = 0", "out of range; accepted: 0.01 to 1000"),
-            ("lambda = 1", "is too close to 1; accepted: a multiple of omega"),
-            ("lambda = 0.995", "is too close to 1"),
-            ("late = inf", "out of range; accepted: 0 to 6"),
-            ("pause = -1", "out of range; accepted: 0 to 6"),
-            ("range.forward = 0", "out of range; accepted: 0.01 to 1"),
-            ("range.least = -0.01", "out of range; accepted: 0 to 1"),
-            ("range.outward = 1.1", "out of range; accepted: 0.01 to 1"),
-            ("weights.dcm = -1", "out of range; accepted: 0 to "),
-            ("weights.com = NaN", "out of range; accepted: 0 to "),
-            ("weights.zmp = 0", "out of range; accepted: 0.000000001 to "),
+            ("stepping.patience = -0.1", "out of range; accepted: 0 to 6"),
+            ("stepping.alpha = NaN", "out of range; accepted: 0 to 1000"),
+            ("stepping.swing_time = 0", "out of range; accepted: 0.1 to 10"),
+            ("stepping.lift = 0.7", "out of range; accepted: 0 to 0.6"),
+            ("stepping.lambda = 0", "out of range; accepted: 0.01 to 1000"),
+            ("stepping.lambda = 0.995", "is too close to 1; accepted: a multiple of omega"),
+            ("stepping.late = inf", "out of range; accepted: 0 to 6"),
+            ("stepping.pause = -1", "out of range; accepted: 0 to 6"),
+            ("stepping.range.forward = 0", "out of range; accepted: 0.01 to 1"),
+            ("stepping.range.least = -0.01", "out of range; accepted: 0 to 1"),
+            ("stepping.range.outward = 1.1", "out of range; accepted: 0.01 to 1"),
+            ("stepping.weights.dcm = -1", "out of range; accepted: 0 to "),
+            ("stepping.weights.com = NaN", "out of range; accepted: 0 to "),
+            ("stepping.weights.zmp = 0", "out of range; accepted: 0.000000001 to "),
+            ("catching.lift = -0.01", "out of range; accepted: 0 to 0.6"),
+            ("catching.late = NaN", "out of range; accepted: 0 to 6"),
+            ("catching.pause = 7", "out of range; accepted: 0 to 6"),
+            ("catching.transfer = 7", "out of range; accepted: 0 to 6"),
+            ("catching.settle = 0", "out of range; accepted: 0.05 to 10"),
         ] {
             let (key, value) = bad.split_once(" = ").unwrap();
-            let value = value.replace("NaN", "nan");
-            let error = changed("paper", &format!("stepping.{key}"), &value).unwrap_err().to_string();
-            assert!(error.contains(&format!("stepping.{bad}: {accepted}")), "{error}\nwanted: {bad}: {accepted}");
+            let set = if key.starts_with("stepping") { "paper" } else { "catch" };
+            let error = changed(set, key, &value.replace("NaN", "nan")).unwrap_err().to_string();
+            assert!(error.contains(&format!("{bad}: {accepted}")), "{error}\nwanted: {bad}: {accepted}");
         }
     }
 

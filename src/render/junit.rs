@@ -35,26 +35,3 @@ pub fn xml(summary: &Summary) -> Result<String> {
     let context = json!({ "name": summary.name, "engine": summary.engine, "counts": counts, "gates": cases });
     html_page::render("junit.xml", TEMPLATE, UndefinedBehavior::Strict, |_| (), &context).map(|xml| xml + "\n")
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::campaign::verdict::summary::tests::summary;
-    use crate::episode::Outcome::{Fell, Recovered};
-
-    #[test]
-    fn each_gate_is_a_case_and_unresolved_is_skipped_unless_it_must_pass() {
-        let outcomes: Vec<_> = (0..100).map(|i| [Recovered, if i < 50 { Recovered } else { Fell }]).collect();
-        let gates = ["a >= 0.8", "b >= 0.8", "b >= 0.5"];
-        let counts = |set: &[&str]| {
-            let xml = xml(&summary(&outcomes, set, &gates)).unwrap();
-            let suite = xml.lines().find(|line| line.contains("<testsuite ")).unwrap().trim().to_string();
-            (suite, xml)
-        };
-        let (suite, xml) = counts(&[]);
-        assert!(suite.contains(r#"tests="3" skipped="1" errors="0" failures="1""#), "{suite}");
-        assert!(xml.contains("--trial 50 --gains b") && xml.contains("b &gt;= 0.8"), "{xml}");
-        let (suite, _) = counts(&["gates.unresolved=fail"]);
-        assert!(suite.contains(r#"skipped="0" errors="0" failures="2""#), "{suite}");
-    }
-}

@@ -54,7 +54,7 @@ pub fn text(summary: &Summary) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::verdict::summary::tests::{ragged, summary};
+    use crate::campaign::verdict::summary::tests::summary;
     use crate::episode::Outcome::{Fell, Recovered};
 
     #[test]
@@ -69,13 +69,6 @@ mod tests {
         assert!(place("| b &gt;= 0.8 | FAILED |") < place("| a | b | 50 | 50 | 0 | 0 | +50.0 |"));
         assert!(text.starts_with("## standfast: &lt;b&gt;\\|x\\|\\`\\_"), "{text}");
         assert!(text.contains(" The intervals hold at 95 %; p is that of the exact McNemar test.\n"), "{text}");
-    }
-
-    #[test]
-    fn a_set_that_was_stopped_has_its_own_trials() {
-        let text = text(&ragged(&[]).0);
-        assert!(text.contains("| b | 5/25 |") && text.contains(": b after 25 trials. Each rate "), "{text}");
-        assert!(text.contains(": up to 100 trials (of 200 at most) for each controller"), "{text}");
     }
 
     #[test]

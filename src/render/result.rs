@@ -33,14 +33,3 @@ pub fn may_be_written_to(folder: &Path) -> bool {
     let is_comparison = || folder.join("summary.json").is_file() && !folder.join("parts").exists();
     entries.next().is_none() || is_comparison()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::campaign::store::folder::RESULT_FILES;
-
-    #[test]
-    fn all_files_of_a_result_are_removed_before_more_trials_are_run() {
-        assert!(FILES.iter().all(|name| RESULT_FILES.contains(name)));
-    }
-}

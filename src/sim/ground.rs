@@ -152,21 +152,6 @@ mod tests {
     }
 
     #[test]
-    fn a_slope_rises_towards_its_heading() {
-        for (heading_deg, up) in [(0.0, [1.0, 0.0]), (90.0, [0.0, 1.0]), (-135.0, [-0.5_f64.sqrt(), -0.5_f64.sqrt()])] {
-            let variation =
-                Variation { slope_deg: Some(2.0), slope_heading_deg: Some(heading_deg), ..Variation::default() };
-            let at = |along: f64| ground(variation).height_m(Point2::new(along * up[0], along * up[1]));
-            assert!((at(1.0) - 2f64.to_radians().tan()).abs() < 1e-12, "{heading_deg}: {}", at(1.0));
-            assert!((at(-0.5) + 0.5 * 2f64.to_radians().tan()).abs() < 1e-12);
-            let ground = ground(variation);
-            let angles =
-                [0.0, 0.5, 1.0, 2.0].map(|share| ground.at(share * ground.tilting_s).slope.angle().to_degrees());
-            assert!((0..4).all(|i| (angles[i] - [0.0, 1.0, 2.0, 2.0][i]).abs() < 1e-6), "{angles:?}");
-        }
-    }
-
-    #[test]
     fn a_step_is_where_the_feet_do_not_stand_at_the_start() {
         for step_m in [0.01, -0.01] {
             let ground = ground(Variation { ground_step_m: Some(step_m), ..Variation::default() });

@@ -145,6 +145,10 @@ mod tests {
             assert_eq!(verdict(interval, margin), expected, "{interval:?}");
         }
         assert_eq!(each_of(0, 0.95), 0.95);
+        assert_eq!(
+            [Better, Same, Open].map(|v| serde_json::to_value(v).unwrap()),
+            ["a_better", "same", "not_resolved"]
+        );
     }
 
     /// Every table of up to 60 trials that differ, and some of more.

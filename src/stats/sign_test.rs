@@ -148,44 +148,6 @@ mod tests {
         }
     }
 
-    /// Every course of up to 14 throws, each as likely as any other.
-    #[test]
-    fn of_all_courses_as_many_are_decided_as_the_error_allows_and_no_fewer_than_it_could() {
-        let looks = Looks::up_to(100);
-        // 25, 50, 75, 100 and 125 trials.
-        for discordant in
-            [[2, 6, 8, 12, 14], [5, 5, 5, 5, 13], [1, 2, 3, 4, 5], [0, 0, 9, 10, 14], [10, 10, 12, 13, 14]]
-        {
-            for error in [0.05, 0.3, 0.9] {
-                let all = 1_u32 << discordant[4];
-                let mut decided = [0; 5];
-                for course in 0..all {
-                    let counts: [PairedCounts; 5] = std::array::from_fn(|look| {
-                        let only_a = u64::from((course & ((1 << discordant[look]) - 1)).count_ones());
-                        let only_b = discordant[look] - only_a;
-                        PairedCounts { only_a, only_b, both: 25 * (look as u64 + 1) - discordant[look], neither: 0 }
-                    });
-                    if let Some(Winner { is_a, trials }) = first_decision(&counts, looks, error) {
-                        let look = (trials / 25 - 1) as usize;
-                        decided[look] += 1;
-                        assert_eq!(is_a, counts[look].only_a > counts[look].only_b);
-                    }
-                }
-                let (mut test, mut sum) = (SignTest::default(), 0);
-                for look in 0..5 {
-                    sum += decided[look];
-                    let allowed = error * looks.spent(25 * (look as u64 + 1));
-                    test.look(discordant[look] / 2, discordant[look].div_ceil(2), allowed);
-                    let (share, told) = (f64::from(sum) / f64::from(all), format!("{discordant:?} {error} {look}"));
-                    assert!(share <= allowed + 1e-12 && (share - test.spent).abs() < 1e-12, "{told}: {share}");
-                    // With the next counts on both sides more would be spent than allowed.
-                    let next = 2.0 * test.chances[0];
-                    assert!(test.chances.len() < 3 || share + next > allowed, "{told}: {share} and {next}");
-                }
-            }
-        }
-    }
-
     /// Counts that are too unlikely to be followed change no limit of a long campaign, and cost next to nothing.
     #[test]
     fn what_is_not_followed_is_negligible() {

@@ -202,20 +202,15 @@ mod tests {
     fn what_is_no_gate_is_refused_with_what_would_be_accepted() {
         for (text, said) in [
             ("catch > 0.8", "has no `>=`; accepted: SET >= RATE"),
-            ("catch <= 0.8", "has no `>=`; accepted: SET >= RATE"),
             ("", "has no `>=`; accepted: SET >= RATE"),
             ("catcher >= 0.8", "no controller is named `catcher`; accepted: catch, hold"),
             ("catch - 0.1 >= 0.8", "no controller is named `catch - 0.1`; accepted: catch, hold"),
             ("catch >= fold", "no controller is named `fold`; accepted: catch, hold, baseline, or a rate"),
             ("catch >=", "no controller is named ``"),
-            ("catch >= fold - 0.1", "no controller is named `fold`"),
             ("catch >= hold-0.1", "no controller is named `hold-0.1`"),
-            ("catch >= nan", "no controller is named `nan`"),
             ("catch >= 80", "`80` is not a rate; accepted: 0 to 1, or 0 % to 100 %"),
-            ("catch >= -0.1", "`-0.1` is not a rate"),
             ("catch >= hold + 10", "`10` is not a difference of rates; accepted: -1 to 1"),
             ("catch >= hold - much", "`much` is not a number; accepted: SET >= RATE"),
-            ("catch >= hold - inf", "`inf` is not a number; accepted: SET >= RATE"),
             ("catch >= catch - 0.1", "compares a set with itself; accepted: another set"),
         ] {
             let error = Gate::parse(text, &sets(&["catch", "hold"])).unwrap_err();
@@ -228,28 +223,5 @@ mod tests {
         let error = Gate::parse("catch >= baseline - 0.1", &names).unwrap_err().to_string();
         assert!(error.contains("itself named `baseline`; accepted: another name"), "{error}");
         assert_eq!(Gate::parse("baseline >= 0.8", &names).unwrap().against, Against::Rate);
-    }
-
-    #[test]
-    fn a_campaign_says_what_it_requires() {
-        let spec: GateSpec = toml::from_str("require = [\"catch >= 0.8\"]\nunresolved = \"fail\"").unwrap();
-        assert_eq!((spec.confidence, &spec.require[..]), (0.95, &["catch >= 0.8".to_string()][..]));
-        assert_eq!((spec.unresolved, OnUnresolved::default()), (OnUnresolved::Fail, OnUnresolved::Pass));
-        assert!(toml::from_str::<GateSpec>("requires = []").is_err());
-        for confidence in [0.4, 1.0, f64::NAN] {
-            let error = GateSpec { confidence, ..GateSpec::default() }.check("c.toml").unwrap_err().to_string();
-            assert!(error.starts_with("c.toml: gates.confidence = "), "{error}");
-        }
-        GateSpec::default().check("c.toml").unwrap();
-    }
-
-    #[test]
-    fn a_gate_is_there_once_and_asks_for_a_baseline_or_not() {
-        let (mut spec, names) = (GateSpec::default(), sets(&["catch", "baseline-2"]));
-        spec.add(&sets(&["catch >= 0.8", "catch >= 0.8", "catch >= baseline-2"]), None);
-        assert_eq!((spec.require.len(), spec.ask_for_baseline(&names)), (2, false));
-        spec.add(&sets(&["catch >= baseline - 0.01"]), Some(OnUnresolved::Fail));
-        spec.add(&[], None);
-        assert_eq!((spec.unresolved, spec.ask_for_baseline(&names)), (OnUnresolved::Fail, true));
     }
 }

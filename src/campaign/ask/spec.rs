@@ -411,7 +411,6 @@ fn not_toml(e: toml::ser::Error) -> Error {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::campaign::ask::distribution::Distribution;
 
     /// A built-in campaign with these values set.
     pub(crate) fn campaign(name: &str, set: &[&str]) -> Campaign {
@@ -419,60 +418,14 @@ pub(crate) mod tests {
         Campaign::load(name, &Overrides { set, ..Overrides::default() }).unwrap()
     }
 
-    pub(crate) fn measures() -> Measures {
-        Measures::of(&Robot::load(assets::DEFAULT_ROBOT).unwrap())
-    }
-
-    fn load(text: &str) -> Result<Campaign> {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("c.toml");
-        std::fs::write(&path, text).unwrap();
-        Campaign::load(path.to_str().unwrap(), &Overrides::default())
-    }
-
-    const SMALL: &str = "name = 'c'\ntrials = 3\nseed = 1\n[push]\nimpulse_n_s = 2\n";
-
     #[test]
     fn builtin_campaigns_load_and_survive_a_round_trip() {
+        let dir = tempfile::tempdir().unwrap();
         for name in Kind::Campaign.names() {
-            let campaign = campaign(name, &["push.height_m={normal=[0.01, 0.003]}"]);
+            let (campaign, path) = (campaign(name, &["push.height_m={normal=[0.01, 0.003]}"]), dir.path().join(name));
             assert_eq!(campaign.name, name);
-            assert_eq!(load(&campaign.to_toml().unwrap()).unwrap(), campaign);
-        }
-    }
-
-    #[test]
-    fn what_is_left_out_has_the_defaults_of_a_push() {
-        let campaign = load(SMALL).unwrap();
-        assert_eq!(campaign.robot, "ut-mu2");
-        assert_eq!(campaign.gains, ["hold", "switching", "paper", "catch"]);
-        assert_eq!(campaign.push.impulse_n_s, Distribution::Constant(2.0));
-        assert_eq!(campaign.push.duration_s.to_string(), "0.05");
-        assert_eq!(campaign.sensors, SensorSpec::default());
-    }
-
-    #[test]
-    fn set_walks_dotted_keys() {
-        let set = ["push.impulse_n_s={uniform=[1, 2]}", "episode.judge.fallen_tilt_deg=45", "gains=['hold']"];
-        let changed = campaign("nominal", &set);
-        assert_eq!(changed.push.impulse_n_s, Distribution::Uniform { uniform: [1.0, 2.0] });
-        assert_eq!((changed.episode.judge.fallen_tilt_deg, &changed.gains[..]), (45.0, &["hold".to_string()][..]));
-        assert_eq!(load(SMALL).unwrap().with("robot=other.urdf", &measures()).unwrap().robot, "other.urdf");
-    }
-
-    #[test]
-    fn errors_of_a_file_name_it_and_the_key_and_what_is_accepted() {
-        for (bad, expected) in [
-            ("impulse_n_s = -1", ["push.impulse_n_s = -1", "0 to 10000"]),
-            ("impulse_n_s = 'hard'", ["impulse_n_s", "{ uniform = [a, b] }"]),
-            ("impulse_n_s = { unifrom = [1, 2] }", ["unifrom", "`uniform` or `normal`"]),
-            ("impulse_n_s = { uniform = [1, 2], normal = [1, 2] }", ["impulse_n_s", "expected a number"]),
-            ("impulse_n_s = 1\nangle = 0", ["unknown field `angle`", "heading_deg"]),
-        ] {
-            let message = load(&SMALL.replace("impulse_n_s = 2", bad)).unwrap_err().to_string();
-            for part in ["c.toml"].into_iter().chain(expected) {
-                assert!(message.contains(part), "{bad}: {part:?} not in {message:?}");
-            }
+            std::fs::write(&path, campaign.to_toml().unwrap()).unwrap();
+            assert_eq!(Campaign::load(path.to_str().unwrap(), &Overrides::default()).unwrap(), campaign);
         }
     }
 
@@ -483,6 +436,8 @@ pub(crate) mod tests {
             ("push.impulse_n_s=nan", &["push.impulse_n_s = NaN"][..]),
             ("push.impulse_n_s={uniform=[2, 1]}", &["push.impulse_n_s.uniform = 1", "smaller number first"]),
             ("push.impulse_n_s=hard", &["--set", forms]),
+            ("push.impulse_n_s={unifrom=[1, 2]}", &["unifrom", "`uniform` or `normal`"]),
+            ("push.impulse_n_s={uniform=[1, 2], normal=[1, 2]}", &["invalid length 2", "a number, {"]),
             // With what 1 of the robot's own unit is.
             ("push.impulse=-1", &["push.impulse_n_s = -2.16", "(1 of push.impulse is 2.16"]),
             ("push.impulse=hard", &[forms]),
@@ -517,20 +472,5 @@ pub(crate) mod tests {
                 assert!(message.contains(part), "{bad}: {part:?} not in {message:?}");
             }
         }
-    }
-
-    #[test]
-    fn paths_in_a_file_are_relative_to_it_and_names_are_not() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = |name: &str| dir.path().join(name);
-        std::fs::create_dir(path("r")).unwrap();
-        for (kind, name) in [(Kind::Robot, "r/a.urdf"), (Kind::RobotSettings, "r/a.toml")] {
-            std::fs::write(path(name), assets::open(kind, "ut-mu2").unwrap().text).unwrap();
-        }
-        let text = format!("robot = 'r/a.urdf'\ngains = ['hold', 'mine.toml']\n{SMALL}");
-        std::fs::write(path("c.toml"), text).unwrap();
-        let campaign = Campaign::load(path("c.toml").to_str().unwrap(), &Overrides::default()).unwrap();
-        assert_eq!(campaign.robot, path("r/a.urdf").to_str().unwrap());
-        assert_eq!(campaign.gains, ["hold", path("mine.toml").to_str().unwrap()]);
     }
 }

@@ -102,19 +102,3 @@ impl<'de> Deserialize<'de> for Varied {
         Distribution::deserialize(value).map(|distribution| Varied(Some(distribution))).map_err(expected)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::campaign::ask::spec::tests::{campaign, measures};
-
-    #[test]
-    fn every_quantity_can_be_set_and_set_back() {
-        let nominal = campaign("nominal", &["push.start_s=1"]);
-        for (name, _) in nominal.variations.list() {
-            let to = |value: f64| nominal.with(&format!("variations.{name}={value}"), &measures()).unwrap();
-            let varied = [to(0.03), to(1.5)].into_iter().find(|varied| varied.check("test").is_ok()).unwrap();
-            assert_ne!(varied, nominal);
-            assert_eq!(varied.with(&format!("variations.{name}=nominal"), &measures()).unwrap(), nominal, "{name}");
-        }
-    }
-}

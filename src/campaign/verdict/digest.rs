@@ -261,9 +261,7 @@ fn some(value: f64) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::campaign::ask::spec::tests::campaign;
-    use crate::campaign::ask::trial;
-    use crate::campaign::store::row::tests::{record, row, rows};
-    use crate::robot::Foot;
+    use crate::campaign::store::row::tests::{row, rows};
 
     impl Digest {
         /// A digest of rows in the order of trials, with the settings of the campaign `standard`.
@@ -277,77 +275,6 @@ mod tests {
         /// A digest with a trial for each pair of outcomes of the sets "a" and "b".
         pub(crate) fn of_outcomes(outcomes: &[[Outcome; 2]]) -> Self {
             Self::of_rows(&rows(outcomes), &["a", "b"])
-        }
-    }
-
-    /// Rows of 20 trials of the campaign `harsh`, as it is drawn. Set "b" has only the first 12 of them. Optional
-    /// fields are there in some rows and not in others.
-    fn varied_rows() -> Vec<TrialRow> {
-        let campaign = campaign("harsh", &[]);
-        let outcomes = [Outcome::Recovered, Outcome::Fell, Outcome::TimedOut];
-        let row = |(trial, set): (u64, &str)| {
-            let (pushes, variation) = (trial::pushes(&campaign, trial), trial::variation(&campaign, trial));
-            let i = trial as usize + set.len();
-            let not_each = |nth: usize| !i.is_multiple_of(nth);
-            let per_set = (set == "a").then_some(2.0);
-            let mut record = record(outcomes[i % 3]);
-            record.settled_at_s = record.settled_at_s.map(|at_s| at_s + trial as f64);
-            record.home_at_s = record.home_at_s.filter(|_| not_each(2));
-            record.promise_margin = not_each(4).then_some(i as f64 - 5.5);
-            record.promise_margin_est = not_each(5).then_some(i as f64 - 7.5);
-            record.com_speed_at_push_m_s = not_each(6).then_some(0.01 * i as f64);
-            record.footsteps.count = i as u32;
-            record.footsteps.unfinished_footstep = (i % 3 == 1).then_some(Foot::Left);
-            TrialRow::new(trial, set, &pushes, per_set, variation, record)
-        };
-        let with_each = |trial: u64| [(trial, "a"), (trial, "b")];
-        (0..20).flat_map(with_each).filter(|(trial, set)| *set == "a" || *trial < 12).map(row).collect()
-    }
-
-    /// It does so however many rows are added at a time.
-    #[test]
-    fn a_digest_says_what_the_rows_say() {
-        let rows = varied_rows();
-        let mut digest = Digest::of_rows(&[], &["a", "b"]);
-        rows.chunks(7).for_each(|some| digest.push(some));
-        assert_eq!((digest.trials(), [0, 1].map(|set| digest.of(set).len())), (20, [20, 12]));
-        assert_eq!(digest.common(0, 1).count(), 12);
-        for row in &rows {
-            let (set, trial) = (usize::from(row.set == "b"), row.trial as usize);
-            let found = digest.of(set)[trial];
-            // Compared as Debug text, because NaN is not equal to itself.
-            assert_eq!(format!("{found:?}"), format!("{:?}", Ended::of(row)));
-            assert_eq!((found.outcome, found.has_recovered()), (row.record.outcome, row.has_recovered()));
-            assert_eq!([found.settling_s(), found.homing_s()], [row.settling_s(), row.homing_s()]);
-            assert_eq!(found.impulse_over_m_omega_d(), row.impulse_over_m_omega_d);
-            assert_eq!(digest.hardness(set, trial), row.impulse_over_m_omega_d.unwrap_or(row.push.impulse_n_s));
-            assert_eq!(found.promise_margin(), row.record.promise_margin);
-            assert_eq!(found.is_inside_est, row.record.promise_margin_est.is_some_and(|margin| margin >= 0.0));
-            assert_eq!((found.set_after_push, found.footsteps), (row.set_after_push(), row.record.footsteps.count));
-            assert_eq!(found.in_swing, row.record.footsteps.unfinished_footstep.is_some());
-            assert_eq!(
-                (digest.impulse_n_s(trial), digest.heading_deg(trial)),
-                (row.push.impulse_n_s, row.push.heading_deg)
-            );
-            let Drawn { duration_s, height_m, second_impulse_n_s, variation, .. } = &digest.drawn;
-            assert_eq!(
-                [duration_s, height_m].map(|of| of.at(trial)),
-                [row.push.duration_s, row.push.height_m].map(Some)
-            );
-            assert_eq!(second_impulse_n_s.at(trial), row.second.second_impulse_n_s);
-            let varied: Vec<_> = variation.iter().map(|(name, values)| (*name, values.at(trial))).collect();
-            assert_eq!(varied, row.variation.list());
-        }
-        for (set, name) in ["a", "b"].into_iter().enumerate() {
-            let count =
-                |such: &dyn Fn(&TrialRow) -> bool| rows.iter().filter(|row| row.set == name && such(row)).count();
-            let Counted { failures: of, fall_causes, moving_at_push } = digest.counted(set);
-            let fell = of.fell_before_any_footstep + of.fell_in_swing + of.fell_after_landing;
-            let lost = count(&|row| row.record.outcome == Outcome::Fell) as u64;
-            assert_eq!((fell, fall_causes.iter().map(|cause| cause.trials).sum()), (lost, lost));
-            let is_moving =
-                |row: &TrialRow| row.record.com_speed_at_push_m_s.is_some_and(|v| v > digest.standing_com_speed_m_s);
-            assert_eq!(*moving_at_push, count(&is_moving) as u64);
         }
     }
 

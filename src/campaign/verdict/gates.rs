@@ -245,15 +245,4 @@ mod tests {
         assert!(open.len() == 1 && open[0].words.starts_with("b >= 0.6: ") && open[0].sets == [1], "{open:?}");
         assert!(gates(&["a"], &[]).is_err(), "one set, no gate: nothing to decide");
     }
-
-    /// Without gates, pairs are decided by the exact test at the looks. Before the first look nothing is decided.
-    #[test]
-    fn a_pair_is_open_until_a_look_decides_it() {
-        let open = |trials: usize| {
-            gates(&["a", "b"], &[]).unwrap().open(&Digest::of_outcomes(&vec![[Recovered, Fell]; trials]))
-        };
-        let before = open(24);
-        assert!(before.len() == 1 && before[0].words.starts_with("a - b: 100.0 points (") && before[0].sets == [0, 1]);
-        assert!(open(25).is_empty());
-    }
 }

@@ -73,7 +73,10 @@ mod tests {
 
     fn ended((side, margin, outcome): (Option<Membership>, Option<f64>, Outcome)) -> Ended {
         let promise_margin = side.map(|_| margin.unwrap_or(f64::NEG_INFINITY));
-        Ended::of(&row(0, "a", 1.0, outcome).with(|row| row.record.promise_margin = promise_margin))
+        Ended::of(&row(0, "a", 1.0, outcome).with(|row| {
+            row.record.promise_margin = promise_margin;
+            row.record.promise_margin_est = promise_margin.map(|margin| margin - 0.15);
+        }))
     }
 
     #[test]
@@ -92,8 +95,8 @@ mod tests {
         .unwrap();
         let counts = [foretold.inside, foretold.outside].map(|count| (count.trials, count.recovered));
         assert_eq!(counts, [(3, 2), (3, 1)]);
-        // Each is estimated to be inside: right for the three that recovered.
-        assert_eq!((foretold.agreement, foretold.agreement_est), (4.0 / 6.0, 3.0 / 6.0));
+        // By the estimate the first is outside, and so is the third, which fell.
+        assert_eq!((foretold.agreement, foretold.agreement_est), (4.0 / 6.0, 4.0 / 6.0));
         let bins: Vec<_> = foretold.by_margin.iter().map(|b| (b.from, b.to, b.count.trials)).collect();
         let expected =
             [(None, Some(-0.5), 1), (Some(-0.25), Some(0.0), 1), (Some(0.0), Some(0.25), 2), (Some(0.75), None, 1)];

@@ -193,7 +193,6 @@ pub(super) fn bin_edges(values: impl Iterator<Item = f64>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::row::{TrialRow, tests::row};
 
     #[test]
     fn bins_are_round_and_hold_every_value() {
@@ -204,17 +203,5 @@ mod tests {
             let edges = bin_edges([0.0, most].into_iter());
             assert!(edges[0] <= 0.0 && most < edges[edges.len() - 1] && edges.len() <= 11, "{edges:?}");
         }
-    }
-
-    #[test]
-    fn a_set_counts_its_own_rows() {
-        let outcomes = [Outcome::Recovered, Outcome::Fell, Outcome::TimedOut, Outcome::Recovered];
-        let trial = |i: u64| [row(i, "a", i as f64, outcomes[i as usize]), row(i, "b", i as f64, Outcome::Diverged)];
-        let rows = Digest::of_rows(&(0..4).flat_map(trial).collect::<Vec<TrialRow>>(), &["a", "b"]);
-        let set = SetSummary::new(0, &rows, &[0.0, 2.0, 4.0, 6.0], &[], true);
-        assert_eq!((set.count.trials, set.count.recovered, set.count.success_rate), (4, 2, 0.5));
-        assert_eq!((set.fell, set.timed_out, set.diverged), (1, 1, 0));
-        let bins: Vec<_> = set.by_impulse.iter().map(|bin| (bin.count.trials, bin.count.recovered)).collect();
-        assert_eq!(bins, [(2, 1), (2, 1)]);
     }
 }

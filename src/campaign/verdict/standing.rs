@@ -102,30 +102,14 @@ mod tests {
     use crate::episode::Outcome::{self, Fell, Recovered};
     use crate::stats::decision::PairVerdict;
 
-    /// The standing in a campaign with 100 planned trials.
-    fn standing(outcomes: &[[Outcome; 2]], sets: (usize, usize)) -> Standing {
-        Standing::of(&Digest::of_outcomes(outcomes), sets, 1, When::At(Looks::up_to(100)), 0.05)
-    }
-
-    #[test]
-    fn looks_are_where_they_were_planned_and_the_better_set_is_the_first() {
-        let all = [[Recovered, Fell]; 60];
-        let found = standing(&all, (0, 1));
-        assert_eq!((found.better_after, found.decision.verdict), (Some(25), PairVerdict::Better));
-        assert_eq!((found.a, found.counts.only_a), (0, 60));
-        assert_eq!(found, standing(&all, (1, 0)), "whichever comes first");
-        assert_eq!(standing(&all[..24], (0, 1)).decision.verdict, PairVerdict::Open, "before the first look");
-        // By intervals, no look is needed, and the order of the trials does not matter.
-        let counts = PairedCounts { only_a: 24, ..PairedCounts::default() };
-        let by_intervals = Standing::at_any_time((0, 1), counts, 1, 0.05);
-        assert_eq!((by_intervals.decision.verdict, by_intervals.better_after), (PairVerdict::Better, None));
-    }
-
     /// A look at 300 trials decides it. The later trials alone would leave it open.
     #[test]
     fn sets_that_were_found_to_be_the_same_stay_so() {
         let mut outcomes = vec![[Recovered; 2]; 300];
-        let verdict = |outcomes: &[_]| standing(outcomes, (0, 1)).decision.verdict;
+        let verdict = |outcomes: &[[Outcome; 2]]| {
+            let rows = Digest::of_outcomes(outcomes);
+            Standing::of(&rows, (0, 1), 1, When::At(Looks::up_to(100)), 0.05).decision.verdict
+        };
         assert_eq!(verdict(&outcomes), PairVerdict::Same);
         outcomes.extend([[Recovered, Fell], [Fell, Recovered]].repeat(50));
         assert_eq!(verdict(&outcomes), PairVerdict::Same);

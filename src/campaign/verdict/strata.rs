@@ -139,12 +139,7 @@ mod tests {
     use crate::campaign::store::row::TrialRow;
     use crate::campaign::store::row::tests::{record, row};
     use crate::campaign::verdict::digest::Digest;
-    use crate::campaign::verdict::pairs::{DecisionRule, Pair};
-    use crate::campaign::verdict::set_summary::SetSummary;
-    use crate::campaign::verdict::standing::When;
-    use crate::episode::Outcome::{Fell, Recovered, TimedOut};
-    use crate::stats::mcnemar::PairedCounts;
-    use crate::stats::rate::SuccessCount;
+    use crate::episode::Outcome::{Fell, Recovered};
 
     fn of_rows(rows: impl Iterator<Item = TrialRow>) -> Vec<Stratum> {
         strata(&Digest::of_rows(&rows.collect::<Vec<_>>(), &["a"]).drawn)
@@ -249,29 +244,5 @@ mod tests {
             })
         }));
         assert_eq!((trials(&strata, "uphill"), trials(&strata, "downhill")), (vec![0, 2, 4], vec![1, 3]));
-    }
-
-    #[test]
-    fn a_stratum_counts_its_own_trials() {
-        let outcomes =
-            [[Recovered, Recovered], [Fell, Recovered], [Recovered, Fell], [Fell, TimedOut], [Recovered, Fell]];
-        let rows = Digest::of_outcomes(&outcomes);
-        let deciding = DecisionRule { when: When::Once, margin: 0.02, end_early: true };
-        // The pair, the trials of the stratum, what is counted of the pair, and of its first set alone.
-        for ((a, b), trials, counts, recovered) in [
-            ((0, 1), &[0, 1, 2, 3, 4][..], [1, 2, 1, 1], 3),
-            // Over all trials set 0 recovers from more, so it is the first of its pair.
-            ((1, 0), &[0, 1, 2, 3, 4], [1, 2, 1, 1], 2),
-            ((0, 1), &[1, 4], [0, 1, 1, 0], 1),
-            ((1, 0), &[1, 3, 4], [0, 1, 1, 1], 1),
-        ] {
-            let places = (0..5).map(|trial| u8::from(trials.contains(&trial))).collect();
-            let stratum = [Stratum { by: "friction", label: String::new(), places, own: 1 }];
-            let [both, only_a, only_b, neither] = counts;
-            let pair = Pair::all(&rows, &[(a, b)], &stratum, deciding).remove(0);
-            assert_eq!(pair.strata[0].counts, PairedCounts { both, only_a, only_b, neither });
-            let set = SetSummary::new(a, &rows, &[], &stratum, true);
-            assert_eq!(set.strata[0].count, SuccessCount::new(recovered, trials.len() as u64));
-        }
     }
 }

@@ -159,10 +159,6 @@ mod tests {
         (rows.transpose() * rows + Quadratic::identity() * 1e-6, rows.transpose() * wanted)
     }
 
-    fn value(g: &Quadratic, c: &Unknowns, f: &Unknowns) -> f64 {
-        0.5 * f.dot(&(g * f)) - c.dot(f)
-    }
-
     /// Checks the Karush-Kuhn-Tucker conditions: feasible, zero slope for free entries, no descent for bound ones. The
     /// problem is convex, so they imply the optimum.
     fn check(nnls: &Nnls, g: &Quadratic, c: &Unknowns, allowed: &[bool; SIZE]) -> Result<(), TestCaseError> {
@@ -204,40 +200,6 @@ mod tests {
             prop_assert!((warm.f - cold.f).amax() < 1e-3, "{}", (warm.f - cold.f).amax());
             warm.solve(&g, &c, &allowed);
             prop_assert_eq!(warm.rounds, 1, "the same problem again is solved at once");
-        }
-
-        /// Compares with all choices of active bounds, for six unknowns.
-        #[test]
-        fn the_answer_is_the_best_of_all_active_sets(
-            entries in prop::collection::vec(-1.0..1.0f64, 6 * SIZE),
-            wanted in prop::collection::vec(-10.0..10.0f64, 6),
-        ) {
-            let (g, c) = problem(&entries, &wanted);
-            let allowed = std::array::from_fn(|i| i < 6);
-            let mut nnls = Nnls::default();
-            nnls.solve(&g, &c, &allowed);
-            let mut best = 0.0_f64;
-            for choice in 1..64 {
-                let mut trial = Nnls { free: std::array::from_fn(|i| i < 6 && choice & (1 << i) != 0), ..Nnls::default() };
-                prop_assert!(trial.solve_free(&g, &c));
-                if trial.trial.iter().all(|&f| f >= 0.0) {
-                    best = best.min(value(&g, &c, &trial.trial));
-                }
-            }
-            let got = value(&g, &c, &nnls.f);
-            prop_assert!((got - best).abs() < 1e-8 * best.abs().max(1.0), "{got} {best}");
-        }
-    }
-
-    #[test]
-    fn what_is_bound_stays_bound_and_rounds_are_few() {
-        let mut nnls = Nnls::default();
-        nnls.solve(&Quadratic::identity(), &Unknowns::from_element(-1.0), &[true; SIZE]);
-        assert!(nnls.is_optimal && nnls.f == Unknowns::zeros());
-        nnls.solve(&Quadratic::identity(), &Unknowns::from_fn(|i, _| i as f64 - 15.5), &[true; SIZE]);
-        assert!(nnls.is_optimal && nnls.rounds <= 16);
-        for i in 0..SIZE {
-            assert!((nnls.f[i] - (i as f64 - 15.5).max(0.0)).abs() < 1e-12);
         }
     }
 }

@@ -38,7 +38,6 @@ impl Quintic {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::swing_shape::least_jerk;
 
     #[test]
     fn it_starts_in_the_state_given_and_ends_at_rest() {
@@ -62,14 +61,6 @@ mod tests {
                 let slope = (after[d] - before[d]) / (2.0 * h);
                 assert!((slope - now[d + 1]).abs() < 1e-4, "{t}: {slope} {now:?}");
             }
-        }
-    }
-
-    #[test]
-    fn from_rest_it_is_the_polynomial_of_least_jerk() {
-        let axis = Quintic::new([0.0; 3], 1.0, 0.0, 1.0);
-        for u in [0.2_f64, 0.5, 0.9] {
-            assert!((axis.at(u)[0] - least_jerk(u)).abs() < 1e-12);
         }
     }
 }

@@ -243,19 +243,6 @@ mod tests {
     }
 
     #[test]
-    fn without_pushes_and_footsteps_the_legend_has_none() {
-        let mut plot = footstep();
-        plot.end_at(0.2);
-        assert_eq!(plot.moments.len(), 21);
-        plot.pushes = vec![[0.5, 0.6]];
-        let svg = drawn(&plot);
-        assert!(!svg.contains("foot in the air") && count(&svg, "rect", "swing") == 0);
-        assert_eq!(count(&svg, "rect", "pushed"), 1, "a push after the end is in the legend only");
-        plot.pushes.clear();
-        assert_eq!(count(&drawn(&plot), "rect", "pushed"), 0);
-    }
-
-    #[test]
     fn a_com_that_runs_away_leaves_the_picture_readable() {
         let plot = footstep();
         let values = plot.values(1);
@@ -266,7 +253,7 @@ mod tests {
 
     #[test]
     fn empty_plots_and_infinite_values_are_drawn_without_panic() {
-        drawn(&MotionPlot::default());
+        assert_eq!(count(&drawn(&MotionPlot::default()), "rect", "pushed"), 0);
         let mut plot = footstep();
         plot.moments.truncate(1);
         drawn(&plot);

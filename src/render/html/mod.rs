@@ -124,7 +124,6 @@ fn engines(agreement: &Agreement, sets: &[SetSummary], maps: &polar::Maps) -> Va
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::store::row::tests::row;
     use crate::campaign::verdict::agreement::tests::compared;
     use crate::campaign::verdict::summary::tests::{digest, ragged, summary};
     use crate::episode::Outcome::{Fell, Recovered};
@@ -158,27 +157,24 @@ mod tests {
         assert_eq!(page.matches("</script>").count(), 2);
     }
 
-    #[test]
-    fn a_summary_without_pairs_makes_a_page_without_them() {
-        let mut summary = summary(&[[Recovered, Fell]], &[], &[]);
-        summary.sets.truncate(1);
-        summary.pairs.clear();
-        let page = page(&summary, &Digest::of_rows(&[row(0, "a", 1.0, Recovered)], &["a".to_string()]), Path::new(""))
-            .unwrap();
-        assert!(page.contains("<h1") && !page.contains("NaN") && !page.contains("<section id=\"pairs\""), "{page}");
-    }
-
+    /// On the page, in the summary for a pull request, and in the terminal.
     #[test]
     fn a_set_that_was_stopped_has_its_own_trials() {
         let (summary, rows) = ragged(&[]);
         let page = page(&summary, &rows, Path::new("")).unwrap();
-        for told in ["up to 100 trials of 3 controllers", "b after 25 trials. Each rate", "20.0 % of 25</td>"] {
-            let told = text::layout::together(told);
-            assert!(page.replace('\u{a0}', " ").contains(&told.replace('\u{a0}', " ")), "{told}");
+        let terminal = text::campaign(&summary, Path::new("out"), true);
+        let up_to = "up to 100 trials (of 200 at most) for each controller";
+        for (text, told) in [
+            // The last is the outcome of a trial that a set has not met.
+            (&page, ["up to 100 trials of 3 controllers", "20.0 % of 25</td>", "\"R-R\""]),
+            (&crate::render::markdown::text(&summary), [up_to, "| b | 5/25 |", ""]),
+            (&terminal, [up_to, " 5/25 ", " trials 100 25 100 "]),
+        ] {
+            let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+            let of_all = ["b after 25 trials. Each rate "];
+            told.iter().chain(&of_all).for_each(|told| assert!(words.contains(told), "{told} in {words}"));
         }
-        // The outcome of a trial that a set has not met.
-        assert!(page.contains("\"R-R\"") && !page.contains("NaN"));
-        assert!(!usual().contains("up to 5 trials"));
+        assert!(!page.contains("NaN") && !usual().contains("up to 5 trials"));
     }
 
     #[test]

@@ -127,31 +127,6 @@ fn pictures_have_the_same_bytes_with_any_number_of_threads() {
     assert_eq!(first.dimensions(), (SIZE[0], SIZE[1]));
 }
 
-/// The camera looks along -x from 1 m in front of the front face, which is 0.2 m wide and 0.1 m high.
-#[test]
-fn a_box_covers_the_pixels_that_the_pinhole_formula_says() {
-    let (robot, posture) = boxes(&[([-0.05, 0.03, 0.5], [0.05, 0.1, 0.05], RED)]);
-    let camera = Camera {
-        target: Point3::new(0.0, 0.0, 0.5),
-        azimuth_deg: 0.0,
-        elevation_deg: 0.0,
-        distance_m: 1.0,
-        fov_deg: 30.0,
-    };
-    let image = draw_posture(&robot, &posture, &camera, SIZE);
-    let f = 120.0 / 15.0_f64.to_radians().tan();
-    let (left, right) = (160.0 + f * -0.07, 160.0 + f * 0.13);
-    let (top, bottom) = (120.0 - f * 0.05, 120.0 + f * 0.05);
-    for (x, y, pixel) in image.enumerate_pixels() {
-        let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
-        // How far the pixel is inside of the face (px). The bevel makes the edges uncertain.
-        let inside = (x - left).min(right - x).min(y - top).min(bottom - y);
-        if inside.abs() > 1.5 {
-            assert_eq!(is_red(pixel.0), inside > 0.0, "{x} {y}: {pixel:?}");
-        }
-    }
-}
-
 #[test]
 fn near_solids_hide_far_ones_in_any_order() {
     let (near, far) = (([0.2, 0.0, 0.26], [0.05; 3], RED), ([-0.2, 0.0, 0.26], [0.06; 3], GREEN));
@@ -227,8 +202,7 @@ fn a_slope_tilts_the_floor_and_the_marks_on_it() {
     assert!(is_green(seen(-0.15 * 0.2_f64.tan())) && !is_green(seen(0.0)));
 }
 
-/// The patch is lower or higher than the ground around it. Marks, walls, and the objects behind walls follow the
-/// ground.
+/// The patch is lower or higher than the ground around it. Marks and walls follow the ground.
 #[test]
 fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     let robot = boxes(&[]).0;
@@ -255,16 +229,6 @@ fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
         let unseen = light(-wall_x, 0.05, step_m / 2.0);
         assert!(unseen > wall + 15, "{step_m} m: {unseen}, {wall}");
     }
-    // A box behind the near edge of a pit is hidden, and one on a plateau is not.
-    let (robot, _) = boxes(&[([0.06, 0.05, 0.003], [0.005, 0.02, 0.003], RED)]);
-    let red = |step_m: f64| {
-        let ground = Ground { step_m, patch, ..Ground::default() };
-        let posture = Posture { base: Pose::identity(), ..robot.zero_posture() };
-        let image =
-            draw_on(&Stage::new(&robot, ground), &Snapshot { posture, ..moment.clone() }, None, &camera, SIZE, &[]);
-        image.pixels().filter(|pixel| is_red(pixel.0)).count()
-    };
-    assert!(red(-0.02) > 50 && red(0.0) > 50 && red(0.02) == 0, "{} {} {}", red(-0.02), red(0.0), red(0.02));
 }
 
 #[test]

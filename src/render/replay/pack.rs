@@ -91,37 +91,3 @@ pub fn packed_mesh(mesh: &Mesh) -> Value {
 fn base64(numbers: impl Iterator<Item = u16>) -> String {
     BASE64_STANDARD.encode(numbers.flat_map(u16::to_le_bytes).collect::<Vec<_>>())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The page reads numbers in this order.
-    #[test]
-    fn numbers_are_little_endian() {
-        // "Mann".
-        assert_eq!(base64([0x614d, 0x6e6e].into_iter()), "TWFubg==");
-    }
-
-    #[test]
-    fn a_column_that_does_not_change_holds_no_data() {
-        assert_eq!(column(&[Some(2.5), Some(2.5)]), json!({ "least": 2.5 }));
-        assert_eq!(column(&[None, Some(f64::INFINITY)]), json!({ "least": null }));
-        assert_eq!(column(&[]), json!({ "least": null }));
-        assert!(column(&[Some(2.5), None])["data"].is_string(), "a gap must show");
-        let full = column(&[Some(-1.0), Some(1.0), None]);
-        // 0, 65534, none.
-        assert_eq!(full["data"], base64([0, 65534, 65535].into_iter()));
-    }
-
-    #[test]
-    fn polygons_that_stay_the_same_are_stored_once() {
-        let at = |x: f64| vec![Point2::new(x, 0.0), Point2::new(x + 1.0, 0.0), Point2::new(x, 1.0)];
-        let moments = [at(0.0), at(1e-6), vec![], at(0.0), at(0.1)];
-        let polygons = Polygons::of(moments.iter().map(Vec::as_slice));
-        assert_eq!(polygons.corners(), 9);
-        let packed = polygons.packed();
-        assert_eq!(packed["which"], base64([0, 0, 1, 2, 3].into_iter()));
-        assert_eq!(packed["counts"], base64([3, 0, 3, 3].into_iter()));
-    }
-}

@@ -242,10 +242,4 @@ mod tests {
             }
         }
     }
-
-    #[test]
-    fn colours_mix_and_are_written() {
-        assert_eq!((Overlay::Com.color(), Overlay::Com.color().css()), (Color(0x7b, 0x3f, 0xa0), "#7b3fa0".into()));
-        assert_eq!(Color(0, 100, 255).towards(Color(100, 0, 255), 0.5), Color(50, 50, 255));
-    }
 }

@@ -84,11 +84,4 @@ mod tests {
         long.rows = vec![long.rows[0].clone(); MOST_ROWS + 9];
         assert!(long.text().ends_with(" 9 more rows are in `summary.json`.\n"));
     }
-
-    #[test]
-    fn it_keeps_within_80_columns() {
-        let mut wide = rates();
-        wide.rows[0][0].text = "a name of several words ".repeat(9);
-        assert!(wide.text().lines().all(|line| line.chars().count() <= 80), "{}", wide.text());
-    }
 }

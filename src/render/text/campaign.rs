@@ -128,38 +128,8 @@ fn replay(summary: &Summary, folder: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::verdict::summary::tests::{ragged, summary};
+    use crate::campaign::verdict::summary::tests::summary;
     use crate::episode::Outcome::{Fell, Recovered};
-
-    #[test]
-    fn rates_over_different_trials_are_told_with_their_number() {
-        let (summary, _) = ragged(&[]);
-        let text = campaign(&summary, Path::new("out"), true);
-        let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(
-            words.contains("campaign smoke: up to 100 trials (of 200 at most) for each controller; robot"),
-            "{text}"
-        );
-        for told in [" 5/25 ", "b after 25 trials. Each rate", "% of 25 ", " trials 100 25 100 "] {
-            assert!(words.contains(told), "{told} in {text}");
-        }
-        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
-    }
-
-    /// The short text has the settings, rates, verdicts and gates; the full one adds everything else.
-    #[test]
-    fn the_short_text_has_the_verdicts_and_the_full_one_all_tables() {
-        let summary = summary(&[[Recovered, Fell]; 30], &["variations.mass_scale=1.1"], &["a >= 0.1"]);
-        let [short, full] = [false, true].map(|full| campaign(&summary, Path::new("out"), full));
-        for words in ["campaign smoke: 30 trials", "controller", "30/30", "a is better than b", "a >= 0.1", "--gains b"]
-        {
-            assert!(short.contains(words) && full.contains(words), "{words} in {short} {full}");
-        }
-        for words in ["impulse: ", "50 % [N s]", "only a", "fell:  ", "Wilson", "mass_scale 1.1"] {
-            assert!(!short.contains(words) && full.contains(words), "{words} in {short} {full}");
-        }
-        assert!(short.contains("varied: mass_scale\n") && short.lines().count() < 28, "{short}");
-    }
 
     #[test]
     fn the_trial_to_replay_is_described() {

@@ -194,28 +194,14 @@ mod tests {
     }
 
     #[test]
-    fn a_gate_that_does_not_pass_comes_with_a_command_to_copy() {
-        let told = |gates: &[&str], set: &[&str]| failed_gates(&summary(&halves(100), set, gates), Path::new("out"));
-        assert!(told(&["a >= 0.8", "b >= 0.5"], &[]).is_empty());
-        let all = told(&["a >= 0.8", "b >= 0.5", "b >= a + 0.1"], &["gates.unresolved=fail"]);
-        let [unresolved, failed] = &all[..] else { panic!("{all:?}") };
-        assert!(unresolved.starts_with("gate unresolved: b >= 0.5: the rate is 50.0 % in 100"), "{unresolved}");
+    fn a_failed_difference_says_how_often_each_side_alone_recovered() {
+        let told = failed_gates(&summary(&halves(100), &[], &["a >= 0.8", "b >= a + 0.1"]), Path::new("out"));
+        let words = told.concat().split_whitespace().collect::<Vec<_>>().join(" ");
+        let alone = "It alone recovered from 0 of them, and the other side alone from 50. to replay a trial";
         assert!(
-            unresolved.replace("\n                 ", " ").contains("an unresolved gate counts as failed"),
-            "{unresolved}"
-        );
-        let words = failed.replace("\n             ", " ");
-        assert!(
-            words.starts_with("gate failed: b >= a + 0.1: the difference is -50.0 points in 100 trials (-"),
+            told.len() == 1 && words.starts_with("gate failed: b >= a + 0.1: ") && words.contains(alone),
             "{words}"
         );
-        let told = "points at 95 % confidence), and +10.0 points are required. It alone recovered from 0 of them, and the \
-                    other side alone from 50.\nto replay a trial";
-        assert!(words.contains(told), "{words}");
-        for line in all.iter().flat_map(|text| text.lines()) {
-            assert!(line.chars().count() <= 80 || line.starts_with("  standfast push "), "{line}");
-        }
-        assert_eq!(failed.lines().last(), Some("  standfast push --campaign out/campaign.toml --trial 50 --gains b"));
     }
 
     #[test]

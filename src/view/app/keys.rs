@@ -157,10 +157,6 @@ mod tests {
             assert_eq!(signed(key), Some(Wish::Toggle(Overlay::ALL[i])));
             assert!(!".n-=+vhqr".contains(key), "{key} does something else too");
         }
-    }
-
-    #[test]
-    fn a_ghost_has_a_key() {
         assert_eq!(signed(GHOST.key), Some(Wish::ToggleGhost));
     }
 

@@ -136,7 +136,7 @@ mod tests {
     use super::super::camera::camera;
     use super::*;
     use crate::render::scene::scale::tests::THRICE;
-    use crate::robot::{Robot, Shape};
+    use crate::robot::Robot;
     use crate::sim::Ground;
     use kiss3d::egui::{pos2, vec2};
 
@@ -187,24 +187,6 @@ mod tests {
             assert!(grab.pull(&kinematics).force.norm() > 3.0, "{}", grab.pull(&kinematics).force);
         }
         assert_eq!(picked(edge - 150.0), None);
-    }
-
-    #[test]
-    fn the_ray_meets_every_shape_at_its_surface() {
-        let from_above = sight([0.0, 0.0, 1.0], -Vector3::z());
-        let from_aside = sight([1.0, 0.0, 0.0], -Vector3::x());
-        let pose = Pose::identity();
-        let cylinder = Shape::Cylinder { radius: 0.1, length: 0.6 };
-        for (shape, sight, expected) in [
-            (cylinder.clone(), from_above, 0.7),
-            (cylinder, from_aside, 0.9),
-            (Shape::Capsule { radius: 0.1, length: 0.6 }, from_above, 0.6),
-            (Shape::Sphere { radius: 0.2 }, from_above, 0.8),
-            (Shape::Box { half: Vector3::new(0.1, 0.2, 0.3) }, from_aside, 0.9),
-        ] {
-            let distance_m = distance_m(&Mesh::of(&shape), &pose, &sight).unwrap();
-            assert!((distance_m - expected).abs() < 1e-6, "{shape:?}: {distance_m}");
-        }
     }
 
     #[test]

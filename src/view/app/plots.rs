@@ -223,13 +223,6 @@ mod tests {
     }
 
     #[test]
-    fn numbers_beside_a_plot_have_room() {
-        for (range_mm, height, expected) in [(80.0, 130.0, 20.0), (80.0, 80.0, 50.0), (600.0, 130.0, 100.0)] {
-            assert_eq!(line_mm(range_mm, height), expected, "{range_mm} mm in {height} points");
-        }
-    }
-
-    #[test]
     fn the_plots_follow_the_com() {
         let of = |length: f64, com: f64, dcm: f64| {
             let (com, dcm) = (Point2::new(com, 0.0), Point2::new(dcm, 0.0));
