@@ -236,7 +236,8 @@ fn a_result_has_replays_of_telling_trials() {
     assert!(!out.join("replays").exists() && !report().contains("watch in 3D"));
 
     let said = stderr(&standfast(dir.path(), &asked("--replays=3")).success());
-    let pages: Vec<String> = files(&out.join("replays")).into_keys().collect();
+    let (pages, pictures): (Vec<String>, Vec<String>) =
+        files(&out.join("replays")).into_keys().partition(|name| name.ends_with(".html"));
     assert!(said.contains(&format!("{} replays of telling trials", pages.len())), "{said}");
     let summary: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
@@ -252,7 +253,8 @@ fn a_result_has_replays_of_telling_trials() {
             assert!(report().contains(&format!("href=\"replays/{page}\"")), "{page} is not linked");
         }
     }
-    assert_eq!(pages.len(), 6, "{pages:?}");
+    assert_eq!((pages.len(), pictures.len()), (6, 6), "{pages:?} {pictures:?}");
+    assert_eq!(report().matches("<img src=\"data:image/png;base64,").count(), 6);
 
     // The same page by hand, with the set that lost the trial.
     let lost = summary["sets"][0]["telling"][0]["trial"].to_string();

@@ -74,7 +74,7 @@ fn only_soles_are_near_the_ground_at_home() {
 }
 
 /// What to replace in the URDF (everywhere), by what, and what the error must say.
-const BAD_URDF: [(&str, &str, &str); 29] = [
+const BAD_URDF: [(&str, &str, &str); 31] = [
     ("</robot>", "", "the XML is malformed"),
     ("</visual>", "</visua>", "the XML is malformed"),
     ("<robot name=\"ut-mu2\">", "<robot name=\"ut-mu2\" <", "builtin:ut-mu2: the XML is malformed"),
@@ -144,6 +144,16 @@ const BAD_URDF: [(&str, &str, &str); 29] = [
     (
         "<box size=\"0.096172 0.069172 0.007288\"/>",
         "<box size=\"0.096172 1.0 0.007288\"/>",
+        "sole of left_foot: width = 1.0000 m: does not fit a robot whose COM is 0.310 m high; accepted: 0.0031 to 0.620 m",
+    ),
+    (
+        "<box size=\"0.096172 0.069172 0.007288\"/>",
+        "<box size=\"0.0005 0.069172 0.007288\"/>",
+        "sole of left_foot: length = 0.0005 m: does not fit a robot whose COM is 0.310 m high",
+    ),
+    (
+        "<box size=\"0.096172 0.069172 0.007288\"/>",
+        "<box size=\"0.096172 0.3 0.007288\"/>",
         "soles = left, right: the soles overlap at home; accepted: soles beside each other",
     ),
     ("<box size=\"0.08 0.023 0.034\"/>", "<box size=\"0.08 -0.023 0.034\"/>", "collision: box = [0.08, -0.023, 0.034]"),

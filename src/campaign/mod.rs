@@ -14,7 +14,7 @@ pub mod run;
 pub mod store;
 pub mod verdict;
 
-pub use ask::bounds::{PushBounds, check_episode, check_servos};
+pub use ask::bounds::{PushBounds, check_episode, check_steps};
 pub use ask::spec::{Campaign, Overrides};
 pub use plan::Plan;
 pub use store::folder::Folder;

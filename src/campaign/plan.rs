@@ -1,7 +1,7 @@
 //! What a campaign runs on: its inputs, read and checked, the folder for the result, and the trials one by one.
 
 use crate::assets::{self, Kind, Source};
-use crate::campaign::ask::bounds::check_servos;
+use crate::campaign::ask::bounds::check_steps;
 use crate::campaign::ask::no_step::NoStep;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
@@ -45,7 +45,7 @@ impl Plan {
         let engine = campaign.episode.engine;
         let robot = Robot::of(&files)?;
         engine.check(&robot)?;
-        check_servos(&campaign.name, &campaign.episode, &robot)?;
+        check_steps(&campaign.name, &campaign.episode, &robot)?;
         let entries: Vec<Listed> = campaign.gains.iter().map(|gains| Listed::split(gains)).collect();
         let mut sources = Vec::new();
         let mut controllers = Vec::new();

@@ -237,11 +237,15 @@ impl Block {
     /// that are there are kept.
     fn new(folder: &Folder, index: u64, set_trials: &[u64]) -> Self {
         let (first, end) = folder.range(index);
-        let lacks = folder.lacks(index, set_trials);
+        // A part that cannot be read is run again.
+        let (there, lacks) = match folder.part(index).rows() {
+            Ok(rows) => (rows, folder.lacks(index, set_trials)),
+            Err(_) => (Vec::new(), set_trials.iter().map(|&trials| first < trials).collect()),
+        };
         let sets: Vec<usize> = (0..lacks.len()).filter(|&set| lacks[set]).collect();
         let number = |row: &TrialRow| folder.manifest.sets.iter().position(|set| *set == row.set);
-        let there = folder.part(index).rows().unwrap_or_default().into_iter();
-        let rows: BTreeMap<_, _> = there.filter_map(|row| Some(((row.trial, number(&row)?), row))).collect();
+        let rows: BTreeMap<_, _> =
+            there.into_iter().filter_map(|row| Some(((row.trial, number(&row)?), row))).collect();
         let all = (end - first) as usize * sets.len() + rows.len();
         Self { index, trials: first..end, sets, all, rows: Mutex::new(rows) }
     }

@@ -6,7 +6,7 @@ use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::trial;
-use crate::campaign::{Campaign, Overrides, PushBounds, check_episode, check_servos};
+use crate::campaign::{Campaign, Overrides, PushBounds, check_episode, check_steps};
 use crate::contest;
 use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
@@ -98,7 +98,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     config.horizon_s = args.horizon.unwrap_or(config.horizon_s);
     check_episode("command line", &config)?;
     config.engine.check(&robot)?;
-    check_servos("command line", &config, &robot)?;
+    check_steps("command line", &config, &robot)?;
     let pushes = the_pushes(args, campaign.as_ref(), &config, &robot)?;
     let prepare = |name: &String| {
         let gains = campaign.as_ref().map_or_else(|| name.clone(), |c| c.gains_named(name));

@@ -7,7 +7,8 @@ use super::terminal::{note, print, tell};
 use crate::campaign::{Folder, StoredTrial, Summary};
 use crate::episode::parting::Parting;
 use crate::error::{Error, Result};
-use crate::files::shell_word;
+use crate::files::{shell_word, write_atomic};
+use crate::render::picture;
 use crate::render::text::ghost::{ended, parted};
 use crate::render::text::layout::wrapped;
 use crate::render::trial_page::replay_file;
@@ -184,14 +185,15 @@ pub fn write_telling(
     [wanted.par_iter().filter(is_written).count(), wanted.len()]
 }
 
-/// Simulates a trial of the result in `folder` again, and writes its page into this folder.
+/// Simulates a trial of the result in `folder` again, and writes its page and a small picture into this folder.
 fn write_page(folder: &Path, trial: u64, set: &str) -> Result<()> {
     let (replayed, path) = (StoredTrial::open(folder, trial, Some(set))?, page_in(folder, trial, set, None)?);
     let config = replayed.config_in(replayed.engine())?;
     let case = Case { robot: &replayed.robot, factory: &replayed.factory, config: &config };
     let outputs = OutputArgs { replay: Some(path.clone()), ..OutputArgs::default() };
     let shown = case.film(replayed.disturbance(), &outputs)?;
-    Page { replayed: &replayed, suffix: None, folder: None }.write(&shown, None, &path)
+    Page { replayed: &replayed, suffix: None, folder: None }.write(&shown, None, &path)?;
+    write_atomic(&path.with_extension("png"), &picture::thumbnail(&shown.1))
 }
 
 /// The path of the page of a trial in a result folder. Creates the folder of the pages.

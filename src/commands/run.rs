@@ -1,7 +1,7 @@
 //! `standfast run`: a campaign, from its file to its verdict.
 
 use super::arguments::{
-    CampaignArgs, ChangeArgs, CheckArgs, EngineChoice, GateArgs, MOST_THREADS, ReplaysArgs, fine, up_to,
+    CampaignArgs, ChangeArgs, CheckArgs, EngineChoice, GateArgs, MOST_THREADS, ReplaysArgs, fine, number, up_to,
 };
 use super::compare::{self, TracesArgs};
 use super::interrupt::{STOP, stop_on_ctrl_c};
@@ -52,7 +52,7 @@ pub struct RunArgs {
     #[arg(long)]
     pub until_resolved: bool,
     /// Rates that surely differ by less than this share are the same [default: 0.02]
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", value_parser = number)]
     pub margin: Option<f64>,
     /// Most trials of --until-resolved, in steps of 25 [default: those of the campaign]
     #[arg(long, value_name = "N", conflicts_with = "trials")]

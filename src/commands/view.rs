@@ -49,10 +49,10 @@ pub struct ViewArgs {
     #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = number)]
     pub heading: f64,
     /// Simulated seconds per second; it can be changed in the window
-    #[arg(long, value_name = "RATIO", default_value_t = 1.0)]
+    #[arg(long, value_name = "RATIO", default_value_t = 1.0, value_parser = number)]
     pub speed: f64,
     /// Close the window after so many seconds
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = number)]
     pub seconds: Option<f64>,
     /// Write the window's last picture here
     #[arg(long, value_name = "FILE.png")]

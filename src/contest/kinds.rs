@@ -5,6 +5,8 @@ use super::settings::Settings;
 use crate::assets::{Source, parse_toml};
 use crate::error::{Error, Result};
 use crate::lipm::GainSet;
+use crate::lipm::catching::CatchingTable;
+use crate::lipm::stepping::SteppingTable;
 use serde::de::DeserializeOwned;
 use toml::Table;
 
@@ -38,15 +40,17 @@ pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
     Ok(settings)
 }
 
-/// The error about a missing key, with all others that are missing in the file and its gains.
+/// The error about a missing key, with all others that are missing in the file, its gains and its rules for footsteps.
 fn of_all_missing(error: Error, table: &Table) -> Error {
-    let needed = |(i, gain): (usize, &toml::Value)| {
-        let is_missing = |key: &&str| gain.as_table().is_some_and(|gain| !gain.contains_key(*key));
-        ["name", "x", "y"].into_iter().filter(is_missing).map(move |key| format!("gains.{i}.{key}")).collect::<Vec<_>>()
-    };
+    fn lacks(table: Option<&toml::Value>, name: &str, keys: &[&str]) -> Vec<String> {
+        let Some(table) = table.and_then(toml::Value::as_table) else { return Vec::new() };
+        keys.iter().filter(|key| !table.contains_key(**key)).map(|key| format!("{name}.{key}")).collect()
+    }
+    let mut missing: Vec<String> = if table.contains_key("name") { Vec::new() } else { vec!["name".into()] };
     let gains = table.get("gains").and_then(toml::Value::as_array).into_iter().flatten().enumerate();
-    let of_file = (!table.contains_key("name")).then(|| "name".to_string());
-    let missing: Vec<String> = of_file.into_iter().chain(gains.flat_map(needed)).collect();
+    missing.extend(gains.flat_map(|(i, gain)| lacks(Some(gain), &format!("gains.{i}"), &["name", "x", "y"])));
+    missing.extend(lacks(table.get("catching"), "catching", &CatchingTable::KEYS));
+    missing.extend(lacks(table.get("stepping"), "stepping", &SteppingTable::KEYS));
     match error {
         Error::Syntax { file, message } if missing.len() > 1 && message.contains("missing field") => {
             Error::Syntax { file, message: format!("missing fields: {}", missing.join(", ")) }

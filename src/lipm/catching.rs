@@ -41,6 +41,9 @@ pub struct CatchingTable {
 }
 
 impl CatchingTable {
+    /// The keys that a file needs.
+    pub const KEYS: [&str; 5] = ["lift", "late", "pause", "transfer", "settle"];
+
     /// Checks the values. Errors name the gain set `file`.
     pub fn validate(&self, file: &str) -> Result<()> {
         let ranges = [

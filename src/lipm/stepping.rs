@@ -41,6 +41,10 @@ pub struct RangeTable {
 }
 
 impl SteppingTable {
+    /// The keys that a file needs.
+    pub const KEYS: [&str; 9] =
+        ["alpha", "range", "swing_time", "lift", "lambda", "weights", "late", "pause", "same_foot_pause"];
+
     /// Checks the values. Errors name the gain set `file`.
     pub fn validate(&self, file: &str) -> Result<()> {
         let range = &self.range;

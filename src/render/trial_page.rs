@@ -1,8 +1,9 @@
-//! The path of the page of a trial in a result folder.
+//! The path of the page of a trial in a result folder, and of its small picture.
 
 use crate::campaign::store::folder::REPLAYS;
 use crate::campaign::verdict::set_summary::SetOrigin;
 use crate::files::sha256_hex;
+use base64::prelude::{BASE64_STANDARD, Engine};
 use std::path::{Path, PathBuf};
 
 /// Path of the page of a trial, relative to the result folder, with `engine` at its end if the page shows another engine
@@ -22,6 +23,12 @@ pub fn replay_file(trial: u64, set: &str, engine: Option<&str>) -> PathBuf {
 pub fn replay_found(folder: &Path, origin: &SetOrigin, trial: u64) -> Option<String> {
     let path = Path::new(&origin.campaign).with_file_name("").join(replay_file(trial, &origin.gains, None));
     folder.join(&path).is_file().then(|| path.display().to_string())
+}
+
+/// The small picture beside a page that was [found](replay_found), to be shown within a report in `folder`.
+pub fn picture_found(folder: &Path, page: &str) -> Option<String> {
+    let png = std::fs::read(folder.join(page).with_extension("png")).ok()?;
+    Some(format!("data:image/png;base64,{}", BASE64_STANDARD.encode(png)))
 }
 
 #[cfg(test)]

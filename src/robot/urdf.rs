@@ -23,6 +23,8 @@ const FLAT_RAD: f64 = 1e-3;
 
 /// Least height of the COM above the soles at home (m).
 const LEAST_COM_M: f64 = 1e-4;
+/// Accepted lengths and widths of a sole, as shares of the height of the COM at home.
+const SOLE_SHARES: [f64; 2] = [0.01, 2.0];
 /// Accepted masses of a link with all that is fixed to it (kg).
 const LINKS_KG: [f64; 2] = [1e-12, 1e7];
 /// Least principal moment of inertia of a link, as a share of the robot's mass times the squared height of its COM. Below
@@ -167,8 +169,21 @@ fn check_inertias(file: &str, robot: &Robot) -> Result<()> {
     Err(Error::value(file, field, format!("{:.1e}", moment(link)), "too small to be simulated", accepted))
 }
 
-/// Checks that the soles span an area at home, as far as the ankles can hold the weight there, and do not overlap.
+/// Checks that the soles have a size that fits the robot, span an area at home, as far as the ankles can hold the weight
+/// there, and do not overlap.
 fn check_support(file: &str, robot: &Robot) -> Result<()> {
+    let height_m = robot.home_com_height();
+    for foot in Foot::BOTH {
+        let (sole, [least, most]) = (&robot.soles[foot], SOLE_SHARES.map(|share| share * height_m));
+        for (of, half_m) in ["length", "width"].into_iter().zip(sole.half_m) {
+            if !(least..=most).contains(&(2.0 * half_m)) {
+                let field = format!("sole of {}: {of}", robot.frames[sole.frame].name);
+                let problem = format!("does not fit a robot whose COM is {height_m:.3} m high");
+                let value = format!("{:.4} m", 2.0 * half_m);
+                return Err(Error::value(file, field, value, problem, format!("{least:.4} to {most:.3} m")));
+            }
+        }
+    }
     let soles = Kinematics::at_home(robot).sole_poses(robot);
     let pressed = |foot: Foot| {
         robot.soles[foot].pressable_corners(0.5 * robot.mass() * GRAVITY).map(|at| (soles[foot] * at).xy())

@@ -1,6 +1,5 @@
 //! A result folder: a part for each finished block of trials, and a manifest.
 
-use crate::campaign::ask::bounds::{PushBounds, in_range};
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::store::manifest::{MANIFEST, Manifest};
 use crate::campaign::store::part::{Marker, PartFile};
@@ -215,7 +214,8 @@ impl Folder {
         let (first, end) = self.range(block);
         let Manifest { sets, config_hash, planned_trials, campaign, .. } = &self.manifest;
         let planned_trials = campaign.stopping.until_resolved.then_some(*planned_trials);
-        PartFile { stem, trials: first..end, sets, config_hash, planned_trials }
+        let episode = &self.manifest.campaign.episode;
+        PartFile { stem, trials: first..end, sets, config_hash, planned_trials, episode }
     }
 
     /// Writes the manifest. It fails if the folder is not writable.
@@ -248,16 +248,7 @@ impl Folder {
     /// The rows of these blocks. Rows beyond the number of trials of their controller are left out. It fails if a part is
     /// missing or damaged.
     pub fn rows_of(&self, blocks: Range<u64>, set_trials: &[u64]) -> Result<Vec<TrialRow>> {
-        let bounds = PushBounds::new(self.manifest.campaign.episode.horizon_s);
-        let rows = |block| {
-            let part = self.part(block);
-            let (rows, name) = (part.rows()?, part.name());
-            let mut pushes = rows.iter().flat_map(TrialRow::pushes);
-            pushes.try_for_each(|push| in_range(&name, "impulse_n_s", push.impulse_n_s, bounds.impulse_n_s))?;
-            rows.iter().try_for_each(|row| row.check(&name, &self.manifest.campaign.episode))?;
-            Ok(rows)
-        };
-        let mut rows = blocks.map(rows).collect::<Result<Vec<_>>>()?.concat();
+        let mut rows = blocks.map(|block| self.part(block).rows()).collect::<Result<Vec<_>>>()?.concat();
         let of_set: HashMap<&String, &u64> = self.manifest.sets.iter().zip(set_trials).collect();
         rows.retain(|row| of_set.get(&row.set).is_some_and(|trials| row.trial < **trials));
         Ok(rows)

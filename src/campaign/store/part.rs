@@ -7,7 +7,9 @@
 //! sets early. Then a part has only the other sets, and its marker names them.
 
 use crate::assets::read;
+use crate::campaign::ask::bounds::{PushBounds, in_range};
 use crate::campaign::store::row::{TrialRow, read_csv, write_csv};
+use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
 use crate::files::{build_id, json, sha256_hex, write_atomic};
 use serde::{Deserialize, Serialize};
@@ -27,6 +29,8 @@ pub struct PartFile<'a> {
     pub config_hash: &'a str,
     /// The planned number of trials of a campaign that ends when decided. The looks follow from it.
     pub planned_trials: Option<u64>,
+    /// Settings of its episodes, against which its rows are checked.
+    pub episode: &'a EpisodeConfig,
 }
 
 /// The marker beside the rows of a part. It states what the part has to contain.
@@ -65,19 +69,24 @@ impl PartFile<'_> {
         write_atomic(&self.path("json"), json(&self.marker(build_id(), &self.held_by(rows), &bytes))?.as_bytes())
     }
 
-    /// Reads the rows, sorted by trial and then by set. It fails if the part is missing or damaged, or belongs to
-    /// another campaign.
+    /// Reads the rows, sorted by trial and then by set. It fails if the part is missing or damaged, belongs to another
+    /// campaign, or has a row that cannot be.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
         let (content, sets) = self.content()?;
         let rows = read_csv(&content).map_err(|e| self.damaged(e.to_string()))?;
         let expected = self.trials.clone().flat_map(|trial| sets.iter().map(move |&set| (trial, set)));
-        if rows.iter().map(|row| (row.trial, &row.set)).eq(expected) {
-            Ok(rows)
-        } else {
+        if !rows.iter().map(|row| (row.trial, &row.set)).eq(expected) {
             let problem =
                 "its rows are not those of its trials and sets, each once and in order; remove it to run them again";
-            Err(self.damaged(problem.into()))
+            return Err(self.damaged(problem.into()));
         }
+        let (name, impulses) =
+            (self.path("csv").display().to_string(), PushBounds::new(self.episode.horizon_s).impulse_n_s);
+        for row in &rows {
+            row.pushes().iter().try_for_each(|push| in_range(&name, "impulse_n_s", push.impulse_n_s, impulses))?;
+            row.check(&name, self.episode)?;
+        }
+        Ok(rows)
     }
 
     /// For each controller of the campaign, whether the part is complete and has rows of the set.
@@ -89,11 +98,6 @@ impl PartFile<'_> {
     /// The controllers of these rows, in the order of the campaign.
     fn held_by(&self, rows: &[TrialRow]) -> Vec<&String> {
         self.sets.iter().filter(|set| rows.iter().any(|row| row.set == **set)).collect()
-    }
-
-    /// The path of its rows, for errors.
-    pub fn name(&self) -> String {
-        self.path("csv").display().to_string()
     }
 
     fn path(&self, extension: &str) -> PathBuf {

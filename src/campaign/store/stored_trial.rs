@@ -37,7 +37,8 @@ impl StoredTrial {
             return Err(Error::Unknown { what: "controller", name: name.into(), accepted: sets.join(", ") });
         }
         let block = (0..found.blocks()).find(|&block| found.range(block).1 > trial);
-        let mut rows = block.and_then(|block| found.part(block).rows().ok()).unwrap_or_default();
+        let part = block.map(|block| found.part(block)).filter(|part| part.holds().contains(&true));
+        let mut rows = part.map_or(Ok(Vec::new()), |part| part.rows())?;
         rows.retain(|row| row.trial == trial);
         let lost = sets.iter().find(|set| rows.iter().any(|r| r.set == **set && !r.has_recovered()));
         let first = rows.first().map_or(&sets[0], |row| &row.set);

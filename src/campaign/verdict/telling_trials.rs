@@ -1,13 +1,13 @@
-//! Picks the trials of a controller that are worth a replay: the easiest ones that it lost, the one that it lost nearest
-//! to its limit, the hardest one from which it recovered, and some that it lost and another set did not.
+//! Picks the trials of a controller that are worth a replay: the easiest one that it lost and another controller did not,
+//! the one that it lost nearest to its limit, the hardest one from which it recovered, and the easiest ones that it lost.
 
 use crate::campaign::verdict::digest::Digest;
+use crate::campaign::verdict::headline::listed;
 use serde::Serialize;
 use std::collections::HashSet;
 
-/// At most so many of the easiest lost trials are named, and so many other sets that survived a lost trial.
+/// At most so many of the easiest lost trials are named.
 const LOST: usize = 3;
-const OTHERS: usize = 3;
 
 /// A trial to replay, and why.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -24,9 +24,9 @@ pub struct TellingTrial {
 
 impl TellingTrial {
     /// The trials of set number `set` that are worth a replay, each named once. `limit` is the push that half of the
-    /// trials survive, in the unit of [`Digest::hardness`]. The easiest lost push comes first, then the lost one that
-    /// is nearest to the limit, then the hardest that was survived. Then follows, for each of the first other sets, the
-    /// first trial that it survived and this set lost. The next easiest lost ones come last.
+    /// trials survive, in the unit of [`Digest::hardness`]. First comes the easiest trial that it lost and that another
+    /// controller survived, then the lost one that is nearest to the limit, then the hardest that was survived. The
+    /// easiest lost ones come last.
     pub fn of(rows: &Digest, set: usize, limit: Option<f64>) -> Vec<Self> {
         let own = rows.of(set);
         let hardness = |trial: usize| rows.hardness(set, trial);
@@ -38,11 +38,13 @@ impl TellingTrial {
             lost.iter().copied().min_by(|a, b| from_limit(*a).total_cmp(&from_limit(*b))).filter(|_| limit.is_some());
         let nearest = nearest.map(|trial| (trial, "lost, nearest to its 50 % limit".to_string()));
         let why = |i: usize| if i == 0 { "the easiest that it lost" } else { "lost, though among the easiest" };
-        let mut easiest = lost.into_iter().take(LOST).enumerate().map(|(i, trial)| (trial, why(i).to_string()));
-        let others = (0..rows.names.len()).filter_map(|other| {
-            let lost = rows.common(set, other).position(|(own, of)| of.has_recovered() && !own.has_recovered())?;
-            Some((lost, format!("lost; {} recovered", rows.names[other])))
+        let saved = lost.iter().copied().find_map(|trial| {
+            let others = (0..rows.names.len()).filter(|&other| other != set);
+            let saviours = others.filter(|&other| rows.of(other).get(trial).is_some_and(|of| of.has_recovered()));
+            let saviours: Vec<&str> = saviours.map(|other| rows.names[other].as_str()).collect();
+            (!saviours.is_empty()).then(|| (trial, format!("lost; {} recovered", listed(&saviours, "and"))))
         });
+        let easiest = lost.into_iter().take(LOST).enumerate().map(|(i, trial)| (trial, why(i).to_string()));
         let hardest = (0..own.len()).filter(|&trial| own[trial].has_recovered()).max_by(harder);
         let hardest = hardest.map(|trial| (trial, "the hardest from which it recovered".to_string()));
         let telling = |(trial, why): (usize, String)| Self {
@@ -53,8 +55,8 @@ impl TellingTrial {
             survived: own[trial].has_recovered(),
             why,
         };
-        let first = easiest.next().into_iter().chain(nearest).chain(hardest);
-        let mut found: Vec<Self> = first.chain(others.take(OTHERS)).chain(easiest).map(telling).collect();
+        let mut found: Vec<Self> =
+            saved.into_iter().chain(nearest).chain(hardest).chain(easiest).map(telling).collect();
         let mut seen = HashSet::new();
         found.retain(|telling| seen.insert(telling.trial));
         found
@@ -75,15 +77,14 @@ mod tests {
             trial.iter_mut().for_each(|row| row.impulse_over_m_omega_d = Some(ratio));
         }
         let rows = Digest::of_rows(&rows, &["a", "b"]);
-        let [easiest, hardest] = [(3, "the easiest that it lost"), (4, "the hardest from which it recovered")];
-        let [other, among] = [(1, "lost; b recovered"), (0, "lost, though among the easiest")];
-        for (limit, fifth) in [(Some(3.4), (5, "lost, nearest to its 50 % limit")), (None, (5, among.1))] {
+        let [saved, nearest] = [(5, "lost; b recovered"), (1, "lost, nearest to its 50 % limit")];
+        let [hardest, easiest] = [(4, "the hardest from which it recovered"), (3, "the easiest that it lost")];
+        let among = (0, "lost, though among the easiest");
+        for (limit, expected) in
+            [(Some(8.4), vec![saved, nearest, hardest, easiest, among]), (None, vec![saved, hardest, easiest, among])]
+        {
             let told = TellingTrial::of(&rows, 0, limit);
             let told: Vec<_> = told.iter().map(|found| (found.trial, &found.why[..])).collect();
-            let expected = match limit {
-                Some(_) => [easiest, fifth, hardest, other, among],
-                None => [easiest, hardest, other, among, fifth],
-            };
             assert_eq!(told, expected);
         }
         assert!(TellingTrial::of(&Digest::of_outcomes(&[]), 0, Some(1.0)).is_empty());

@@ -3,19 +3,23 @@
 
 use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::set_summary::SetSummary;
-use crate::render::{replay_parts, trial_page::replay_found};
+use crate::render::{
+    replay_parts,
+    trial_page::{picture_found, replay_found},
+};
 use crate::stats::decision::PairVerdict;
 use serde_json::{Value, json};
 use std::path::Path;
 
 /// The rows of the table: each set's telling trials with the command that replays them and, if it exists, the path of
-/// their replay relative to `folder`.
+/// their replay relative to `folder`, and its small picture.
 pub(super) fn table(sets: &[SetSummary], folder: &Path) -> Vec<Value> {
     let told = |(i, set): (usize, &SetSummary)| -> Vec<Value> {
         let row = |trial: u64| (row_id(sets, i, trial), command(set, trial), replay_found(folder, &set.origin, trial));
         let rows = set.telling.iter().map(|trial| (trial, row(trial.trial)));
         rows.map(|(trial, (id, command, replay))| {
-            json!({ "set": set.name, "trial": trial, "id": id, "command": command, "replay": replay })
+            let picture = replay.as_ref().and_then(|page| picture_found(folder, page));
+            json!({ "set": set.name, "trial": trial, "id": id, "command": command, "replay": replay, "picture": picture })
         })
         .collect()
     };

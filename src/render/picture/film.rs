@@ -2,7 +2,7 @@
 
 use super::camera::Camera;
 use super::draw::draw_on;
-use super::files::strip;
+use super::files::{png, strip};
 use super::label::label;
 use crate::episode::{Film, Snapshot};
 use crate::render::scene::palette::Overlay;
@@ -115,6 +115,18 @@ impl<'a> Cast<'a> {
         }
         toward.framing(&balls, size, MARGIN)
     }
+}
+
+/// A small picture (PNG) of the moment that tells most: the fall, or else the first landing, or else the end of the push.
+pub fn thumbnail(film: &Film) -> Vec<u8> {
+    const SIZE: [u32; 2] = [200, 150];
+    let record = &film.record;
+    let landed_s = record.footsteps.taken.first().map(|step| step.land_s);
+    let k = index(film, record.fell_at_s.or(landed_s).unwrap_or(pushed_until_s(film)));
+    let Some(snapshot) = film.snapshots.get(k) else { return Vec::new() };
+    let cast = Cast::new(film, None);
+    let camera = cast.camera(std::iter::once(k), SIZE);
+    png(&draw_on(&cast.stage, snapshot, None, &camera, SIZE, &Overlay::ALL))
 }
 
 /// Time after which there is nothing more to see (s), since the robots stand still or have flown off.

@@ -23,6 +23,6 @@ mod triangle;
 pub use camera::Camera;
 pub use draw::{draw, draw_posture};
 pub use files::{png, strip};
-pub use film::FramesOptions;
+pub use film::{FramesOptions, thumbnail};
 pub use frames::{check_folder, write_frames};
 pub use label::label;

@@ -336,9 +336,9 @@ mod tests {
         let [title, text] = story("catch", 3.000_123_456_789, 90.0);
         assert!(title.starts_with("3 N s towards 90 degrees, controller catch: recovered"), "{title}");
         let text = read(&text);
-        assert!(
-            text.starts_with("push 3 N s towards 90 degrees for 0.05 s from t = 0.5 s, level with the COM gains catch")
-        );
+        assert!(text.starts_with(
+            "push 3 N s towards 90 degrees for 0.05 s from t = 0.5 s, level with the COM controller catch"
+        ));
         assert!(
             text.contains("By the pendulum model a footstep was needed, but the robot recovered without one"),
             "{text}"
@@ -351,6 +351,6 @@ mod tests {
         // Without gains, the story mentions neither sets nor switches.
         let [_, text] = story("hold", 3.0, 0.0);
         assert!(!text.contains("\nsets") && !text.contains("\nswitches"), "{text}");
-        assert!(read(&text).contains("gains hold, which keeps its posture outcome fell at t = "), "{text}");
+        assert!(read(&text).contains("controller hold, which keeps its posture outcome fell at t = "), "{text}");
     }
 }

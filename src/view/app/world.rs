@@ -1,7 +1,7 @@
 //! The world of the window: robot, controllers, and the disturbances other than those by the user.
 
 use crate::assets::DEFAULT_ROBOT;
-use crate::campaign::{Campaign, Overrides, ask::trial};
+use crate::campaign::{Campaign, Overrides, ask::trial, check_steps};
 use crate::contest;
 use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
@@ -49,6 +49,7 @@ impl World {
         let ghost_config = args.ghost.then(|| EpisodeConfig { engine: config.engine.other(), ..config });
         for config in std::iter::once(&config).chain(&ghost_config) {
             config.engine.check(&robot)?;
+            check_steps("command line", config, &robot)?;
         }
         let defaults = DEFAULT_GAINS.map(String::from);
         let names = if args.gains.is_empty() { &defaults[..] } else { &args.gains };
