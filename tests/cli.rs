@@ -185,7 +185,7 @@ fn the_same_bytes_for_any_number_of_threads() {
     for name in ["campaign.toml", "summary.json", "trials.parquet", "report.html", "parts/part-000001.csv"] {
         assert!(one.contains_key(name), "{name} in {:?}", one.keys());
     }
-    assert_eq!(one.keys().filter(|name| name.starts_with("replays/trial-")).count(), 3, "{:?}", one.keys());
+    assert_eq!(one.keys().filter(|name| name.starts_with("replays/trial-")).count(), 6, "{:?}", one.keys());
     assert!(one == result_of(&[SEVERAL_PARTS, "--threads=2"]), "two threads wrote something else");
 }
 

@@ -88,7 +88,8 @@ fn readme_and_guide_state_the_same_figures() {
         ("src/guide/limits.md", format!("catch       {hardest} (")),
         ("src/guide/limits.md", format!("catch              {hardest} (")),
     ] {
-        assert!(text(file).contains(&figure), "{file}: {figure}");
+        // A sentence may go on in the next line.
+        assert!(text(file).replace('\n', " ").contains(&figure), "{file}: {figure}");
     }
     // No other number of the standard campaign is told as if it held now.
     let known: Vec<String> = CONTROLLERS.iter().map(|name| standard["rapier"][name].to_string()).collect();

@@ -1,12 +1,10 @@
 //! Writes the first sentences of a result. They say which controller recovers most often, and than which others it is
 //! better.
 
+use crate::campaign::verdict::listed::listed;
 use crate::campaign::verdict::pairs::{self, Pair, points};
 use crate::campaign::verdict::set_summary::SetSummary;
 use crate::stats::decision::PairVerdict;
-
-/// If there are more controllers than this, a list gives their number instead of their names.
-const NAMED: usize = 5;
 
 /// The controllers that recover most, in the order of `sets`.
 pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[Pair]) -> Vec<&'a SetSummary> {
@@ -68,15 +66,6 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
     match findings.is_empty() {
         true => who,
         false => format!("{who} {} {}.", if are_several { "They are" } else { "It is" }, findings.join(", and ")),
-    }
-}
-
-/// Lists names as in "a, b and c". Of many names it gives only the number.
-pub(super) fn listed(names: &[&str], last: &str) -> String {
-    match names {
-        many if many.len() > NAMED => format!("{} controllers", many.len()),
-        [init @ .., end] if !init.is_empty() => format!("{} {last} {end}", init.join(", ")),
-        few => few.concat(),
     }
 }
 

@@ -20,6 +20,7 @@ pub mod failures;
 pub mod footsteps;
 pub mod gates;
 pub mod headline;
+mod listed;
 pub mod pairs;
 pub mod prediction;
 pub mod set_summary;

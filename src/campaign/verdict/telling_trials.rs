@@ -2,7 +2,7 @@
 //! the one that it lost nearest to its limit, the hardest one from which it recovered, and the easiest ones that it lost.
 
 use crate::campaign::verdict::digest::Digest;
-use crate::campaign::verdict::headline::listed;
+use crate::campaign::verdict::listed::listed;
 use serde::Serialize;
 use std::collections::HashSet;
 
