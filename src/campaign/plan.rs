@@ -29,8 +29,8 @@ pub struct Plan {
     pub(crate) robot: Robot,
     no_step: NoStep,
     controllers: Vec<Box<dyn Settings>>,
-    /// The inputs that are not compiled in, each by its name in the result folder and its text.
-    inputs: Vec<(String, String)>,
+    /// The inputs that are not compiled in, each by its name in the result folder.
+    inputs: Vec<(String, Vec<u8>)>,
 }
 
 impl Plan {
@@ -47,13 +47,14 @@ impl Plan {
         engine.check(&robot)?;
         check_steps(&campaign.name, &campaign.episode, &robot)?;
         let entries: Vec<Listed> = campaign.gains.iter().map(|gains| Listed::split(gains)).collect();
-        let mut sources = Vec::new();
+        let (mut sources, mut beside) = (Vec::new(), Vec::new());
         let mut controllers = Vec::new();
         let mut sets = Vec::new();
         for entry in &entries {
             let source = assets::open(Kind::Controller, entry.base)?;
             let base = contest::read(&source)?;
             sources.push((base.name().to_string(), source));
+            beside.push(base.files()?);
             let controller = entry.of(base)?;
             sets.push(controller.name().to_string());
             controllers.push(controller);
@@ -66,8 +67,11 @@ impl Plan {
         resolved.robot = inputs.take(&campaign.robot, "robot", robot_files)?;
         let robot_sha256 =
             sha256_hex(inputs.listed.iter().map(|input| input.sha256.as_str()).collect::<String>().as_bytes());
-        for ((gains, entry), (base, source)) in resolved.gains.iter_mut().zip(&entries).zip(sources) {
+        for (((gains, entry), (base, source)), files) in
+            resolved.gains.iter_mut().zip(&entries).zip(sources).zip(beside)
+        {
             *gains = entry.with_base(&inputs.take(entry.base, &format!("gains/{base}"), [(source, "toml")])?);
+            inputs.take_beside(entry.base, files)?;
         }
         let totals =
             each_once(controllers.iter().flat_map(|controller| controller.totals()).map(|total| total.to_string()));
@@ -245,11 +249,25 @@ impl Plan {
     /// Writes whose folder it is, with all that is needed to run it again: `campaign.toml` and its inputs.
     pub(super) fn identify(&self, folder: &Folder) -> Result<()> {
         folder.create()?;
-        for (name, text) in &self.inputs {
-            write_atomic(&folder.path.join(name), text.as_bytes())?;
+        for (name, bytes) in &self.inputs {
+            let path = folder.path.join(name);
+            write_atomic(&path, bytes)?;
+            if bytes.starts_with(b"#!") || bytes.starts_with(b"\x7fELF") {
+                make_executable(&path)?;
+            }
         }
         folder.write_campaign()
     }
+}
+
+/// Lets a copy of a program be started.
+fn make_executable(path: &Path) -> Result<()> {
+    #[cfg(unix)]
+    {
+        let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+        std::fs::set_permissions(path, mode).map_err(|source| Error::Write { path: path.into(), source })?;
+    }
+    Ok(())
 }
 
 /// A pool of so many threads; 0 means one for each core.
@@ -278,8 +296,8 @@ fn check_names(campaign: &Campaign, sets: &[String], bases: &[(String, Source)])
 struct Inputs {
     /// All files, in the order in which they are hashed.
     listed: Vec<Input>,
-    /// The files that are not compiled in, each by its name in the result folder and its text.
-    kept: Vec<(String, String)>,
+    /// The files that are not compiled in, each by its name in the result folder.
+    kept: Vec<(String, Vec<u8>)>,
 }
 
 impl Inputs {
@@ -300,18 +318,36 @@ impl Inputs {
             }
             name = format!("inputs/{stem}.{extension}");
             self.listed.push(Input { file: name.clone(), sha256 });
-            // Variants of one controller share its file.
-            match self.kept.iter().find(|(kept, _)| *kept == name) {
-                Some((_, text)) if *text == source.text => {}
-                Some(_) => {
-                    let (set, problem) =
-                        (stem.trim_start_matches("gains/"), "another file has a controller of this name");
-                    return Err(Error::value(original, "name", set, problem, "a name of its own for each"));
-                }
-                None => self.kept.push((name.clone(), source.text)),
+            if !self.keep(&name, source.text.into_bytes()) {
+                let (set, problem) = (stem.trim_start_matches("gains/"), "another file has a controller of this name");
+                return Err(Error::value(original, "name", set, problem, "a name of its own for each"));
             }
         }
         Ok(name)
+    }
+
+    /// Takes the files that the controller `original` needs, so that they lie beside its own.
+    fn take_beside(&mut self, original: &str, files: Vec<(String, Vec<u8>)>) -> Result<()> {
+        for (file, bytes) in files {
+            let name = format!("inputs/gains/{file}");
+            self.listed.push(Input { file: name.clone(), sha256: sha256_hex(&bytes) });
+            if !self.keep(&name, bytes) {
+                let problem = "another controller needs another file of this name";
+                return Err(Error::value(original, "file", file, problem, "a name of its own for each"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Keeps a file. Variants of one controller share theirs. Returns false if another file has this name.
+    fn keep(&mut self, name: &str, bytes: Vec<u8>) -> bool {
+        match self.kept.iter().find(|(kept, _)| kept == name) {
+            Some((_, kept)) => *kept == bytes,
+            None => {
+                self.kept.push((name.into(), bytes));
+                true
+            }
+        }
     }
 }
 

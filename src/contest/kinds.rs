@@ -1,6 +1,7 @@
 //! The kinds of controllers, and the one place where the file of a controller is read.
 
 use super::posture::Posture;
+use super::process::Process;
 use super::settings::Settings;
 use crate::assets::{Source, parse_toml};
 use crate::error::{Error, Result};
@@ -11,7 +12,8 @@ use serde::de::DeserializeOwned;
 use toml::Table;
 
 /// The kinds of controllers, the first of which is that of a file without a kind.
-const KINDS: [KindOf; 2] = [kind::<GainSet>("cpi"), kind::<Posture>("posture")];
+const KINDS: [KindOf; 3] =
+    [kind::<GainSet>("cpi"), kind::<Posture>("posture"), KindOf { parse: Process::read, ..kind::<Process>("process") }];
 
 /// A kind of controllers.
 pub(super) struct KindOf {

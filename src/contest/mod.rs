@@ -48,9 +48,11 @@
 //! # }
 //! ```
 
+mod child;
 mod cpi;
 mod kinds;
 mod posture;
+mod process;
 mod settings;
 pub mod variant;
 
@@ -110,7 +112,7 @@ mod tests {
         for (text, words) in [
             (
                 "kind = 'walk'\nname = 'mine'",
-                "c.toml: kind = \"walk\": is no kind of controller; accepted: \"cpi\", \"posture\"",
+                "c.toml: kind = \"walk\": is no kind of controller; accepted: \"cpi\", \"posture\", \"process\"",
             ),
             ("kind = 3\nname = 'mine'", "c.toml: kind = 3: is no kind of controller"),
             ("kind = 'posture'\nname = 'mine'\nstiff = 1", "unknown field `stiff`"),

@@ -22,6 +22,11 @@ pub trait Settings: Any + Debug + Send + Sync {
         &[]
     }
 
+    /// The files that the controller needs beside its own, each by its path relative to that one. They are inputs of a result.
+    fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
+        Ok(Vec::new())
+    }
+
     /// Prepares the controller for a robot and a control period (s). Fails if the settings do not suit the robot.
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory>;
 }

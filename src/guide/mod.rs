@@ -11,7 +11,8 @@
 //! 9. [`engines`]: what depends on the physics engine, and what does not
 //! 10. [`watching`]: replays, pictures and the window
 //! 11. [`commands`]: every command with examples, and the exit codes
-//! 12. [`columns`]: what the columns of trials and traces mean
+//! 12. [`process`]: your own controller in Python, or in any other language
+//! 13. [`columns`]: what the columns of trials and traces mean
 //!
 //! The chapters are Markdown files beside this one, to be read in the repository or here.
 
@@ -45,6 +46,7 @@ macro_rules! chapters {
         #[doc = "[estimate]: crate::guide::history#the-estimate-in-flight-and-at-landing"]
         #[doc = "[robust-sets]: crate::guide::history#robust-sets"]
         #[doc = "[paper]: crate::guide::paper"]
+        #[doc = "[process]: crate::guide::process"]
         #[doc = "[robots]: crate::guide::robots"]
         #[doc = "[error-backward.svg]: ../../../../../assets/pictures/error-backward.svg"]
         #[doc = "[error-diagonal.svg]: ../../../../../assets/pictures/error-diagonal.svg"]
@@ -66,4 +68,4 @@ macro_rules! chapters {
     )* };
 }
 
-chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands columns }
+chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands process columns }

@@ -1,0 +1,58 @@
+"""A controller in Python, on trial in standfast. This file needs nothing but Python 3; copy it beside your own.
+
+    import standfast
+
+    class Mine(standfast.Controller):
+        def tick(self, sensed):
+            return {"q_ref": self.home}
+
+    standfast.serve(Mine)
+
+The guide's chapter process.md says what `sensed` has, and what may be returned.
+"""
+
+import json
+import sys
+
+PROTOCOL = 1
+
+
+class Controller:
+    """A controller of one robot. `robot` and `parameters` are as the greeting has them, `period_s` is the control period."""
+
+    phase = "standing"
+
+    def __init__(self, hello):
+        self.robot = hello["robot"]
+        self.period_s = hello["period_s"]
+        self.parameters = hello["parameters"]
+        self.home = self.robot["home"]["q_ref"]
+        self.joints = [joint["name"] for joint in self.robot["joints"]]
+
+    def reset(self, seed):
+        """An episode begins. Forget the last one: an episode must depend on its own readings and its seed alone."""
+
+    def tick(self, sensed):
+        """The command for these readings: a dict with q_ref and, if wanted, dq_ref, tau_ff, gains, phase, numbers."""
+        raise NotImplementedError
+
+
+def serve(make):
+    """Answers standfast until it says goodbye or closes the pipe. `make` gets the greeting and returns a controller."""
+    answers = sys.stdout
+    # What a controller prints must not get between the answers.
+    sys.stdout = sys.stderr
+    controller = None
+    for line in sys.stdin:
+        asked = json.loads(line)
+        if asked["type"] == "tick":
+            answer = controller.tick(asked)
+            answer.setdefault("phase", controller.phase)
+        elif asked["type"] == "reset":
+            controller.reset(int(asked["seed"]))
+            answer = {"type": "ready"}
+        else:
+            controller = make(asked)
+            answer = {"type": "hello", "protocol": PROTOCOL}
+        answers.write(json.dumps(answer) + "\n")
+        answers.flush()

@@ -1,0 +1,364 @@
+//! Programs of any language: a controller that runs in a process of its own, and answers the readings of each tick with a
+//! command, as lines of JSON. The guide's chapter `process.md` has the protocol.
+//!
+//! Each worker has a child, which serves one episode after another. A child that dies, hangs or answers nonsense is replaced,
+//! and its episode ends as diverged, with the cause.
+
+use super::child::{Talker, in_short};
+use super::settings::Settings;
+use crate::assets::{Source, parse_toml};
+use crate::error::{Error, Result};
+use crate::robot::{Command, Controller, Factory, Note, PerFoot, Report, Robot, Sensed, TickError, Wrench};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
+use std::path::{Component, Path, PathBuf};
+use std::process;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use toml::Table;
+
+/// The version of the protocol.
+const PROTOCOL: u64 = 1;
+/// Longest time for which an answer is waited for (s), and that for the first answer, before which a program is loaded.
+const MOST_TIMEOUT_S: f64 = 1000.0;
+const START: Duration = Duration::from_secs(30);
+/// A larger file is no part of a controller.
+const MOST_FILE_BYTES: u64 = 200_000_000;
+
+/// What its file states.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Process {
+    kind: String,
+    name: String,
+    #[serde(default)]
+    description: String,
+    /// The program and its arguments. It runs in the folder of the file.
+    command: Vec<String>,
+    /// Further files that it reads, relative to that folder.
+    #[serde(default)]
+    files: Vec<String>,
+    /// Longest time for an answer (s).
+    #[serde(default = "one_second")]
+    timeout_s: f64,
+    /// Whatever the program wants to know; `--vary` can change it.
+    #[serde(default)]
+    parameters: Table,
+    /// The file itself. No file states it.
+    #[serde(default)]
+    file: String,
+}
+
+fn one_second() -> f64 {
+    1.0
+}
+
+impl Process {
+    /// Reads a file, and remembers where it is.
+    pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
+        let stated: Table = parse_toml(source)?;
+        if let Some(value) = stated.get("file") {
+            let accepted = "`command`, `files`, `timeout_s`, `parameters`";
+            return Err(Error::value(&source.file, "file", value, "is no key of such a file", accepted));
+        }
+        Ok(Box::new(Self { file: source.file.clone(), ..parse_toml(source)? }))
+    }
+
+    fn folder(&self) -> PathBuf {
+        let folder = Path::new(&self.file).parent().filter(|folder| !folder.as_os_str().is_empty());
+        folder.unwrap_or(Path::new(".")).into()
+    }
+
+    fn bad(&self, field: &str, value: impl ToString, problem: &str, accepted: &str) -> Error {
+        Error::value(&self.file, field, value.to_string(), problem.to_string(), accepted.to_string())
+    }
+
+    /// Starts a child and greets it.
+    fn start(&self, hello: &str) -> Result<Talker, String> {
+        let (folder, [program, args @ ..]) = (self.folder(), &self.command[..]) else {
+            return Err("there is no command".into());
+        };
+        // A path is one in the folder of the file; a plain name is searched for as usual.
+        let program = match Path::new(program).components().count() {
+            1 => PathBuf::from(program),
+            _ => folder.canonicalize().unwrap_or(folder.clone()).join(program),
+        };
+        let mut command = process::Command::new(program);
+        // Python would else write compiled scripts beside them, in a result, too.
+        command.args(args).current_dir(&folder).env("PYTHONDONTWRITEBYTECODE", "1");
+        let mut talker = Talker::start(&mut command)?;
+        let answer = talker.ask(hello, START)?;
+        let hello: Hello = serde_json::from_str(&answer)
+            .map_err(|e| format!("does not answer the greeting as it should ({e}): {}", in_short(&answer)))?;
+        match hello.protocol {
+            PROTOCOL => Ok(talker),
+            other => Err(format!("speaks version {other} of the protocol; accepted: {PROTOCOL}")),
+        }
+    }
+}
+
+impl Settings for Process {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn check(&self, file: &str) -> Result<()> {
+        if self.name.trim().is_empty() {
+            return Err(Error::value(file, "name", format!("{:?}", self.name), "is empty", "a name"));
+        }
+        if self.command.first().is_none_or(String::is_empty) {
+            let accepted = "a program and its arguments, such as [\"python3\", \"mine.py\"]";
+            return Err(Error::value(file, "command", "[]", "names no program", accepted));
+        }
+        let is_time = self.timeout_s > 0.0 && self.timeout_s <= MOST_TIMEOUT_S;
+        if is_time {
+            return Ok(());
+        }
+        Err(Error::value(
+            file,
+            "timeout_s",
+            self.timeout_s,
+            "out of range",
+            format!("more than 0, at most {MOST_TIMEOUT_S}"),
+        ))
+    }
+
+    fn tree(&self) -> Table {
+        Table::try_from(self).expect("it was read from a table")
+    }
+
+    /// The arguments that are files in the folder of the controller's file, and the files that it lists.
+    fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
+        let folder = self.folder();
+        let is_inside = |name: &str| {
+            Path::new(name).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+        };
+        let of_command = self.command.iter().filter(|word| is_inside(word) && folder.join(word).is_file());
+        let mut names: Vec<&String> = of_command.chain(&self.files).collect();
+        names.sort();
+        names.dedup();
+        let read = |name: &String| {
+            if !is_inside(name) {
+                return Err(self.bad("files", name, "is not in the folder of this file", "a path within this folder"));
+            }
+            Ok((name.clone(), crate::assets::read(&folder.join(name), MOST_FILE_BYTES)?))
+        };
+        names.into_iter().map(read).collect()
+    }
+
+    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory> {
+        let hello = line(&hello(robot, period_s, &self.parameters));
+        let first = self.start(&hello).map_err(|problem| {
+            let accepted = "a program that speaks the protocol of the guide's chapter process.md";
+            self.bad("command", self.command.join(" "), &problem, accepted)
+        })?;
+        let shared = Arc::new(Shared { settings: self.clone(), hello, idle: Mutex::new(vec![first]) });
+        let start = move |seed| Remote {
+            shared: Arc::clone(&shared),
+            seed,
+            talker: None,
+            phase: "starting".into(),
+            numbers: Map::new(),
+            asked: String::new(),
+        };
+        let about = if self.description.is_empty() {
+            format!("by {}", self.command.join(" "))
+        } else {
+            self.description.clone()
+        };
+        Ok(Factory::new(&self.name, about, start))
+    }
+}
+
+/// What all episodes share.
+struct Shared {
+    settings: Process,
+    hello: String,
+    /// Children that serve no episode now.
+    idle: Mutex<Vec<Talker>>,
+}
+
+impl Shared {
+    fn idle(&self) -> std::sync::MutexGuard<'_, Vec<Talker>> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Such a controller in an episode.
+struct Remote {
+    shared: Arc<Shared>,
+    seed: u64,
+    /// Its child; None before the first tick and after a failure.
+    talker: Option<Talker>,
+    phase: String,
+    numbers: Map<String, Value>,
+    /// The line of a tick, which keeps its memory.
+    asked: String,
+}
+
+impl Remote {
+    fn ask(&mut self, command: &mut Command) -> Result<(), String> {
+        let shared = Arc::clone(&self.shared);
+        let limit = Duration::from_secs_f64(shared.settings.timeout_s);
+        let idle = || shared.idle().pop();
+        let mut talker = match self.talker.take() {
+            Some(talker) => talker,
+            None => {
+                let mut talker = match idle() {
+                    Some(talker) => talker,
+                    None => shared.settings.start(&shared.hello)?,
+                };
+                // Every bit of a seed counts, and many languages have numbers of 53 bits.
+                let answer = talker.ask(&line(&json!({ "type": "reset", "seed": self.seed.to_string() })), limit)?;
+                let said: Value = serde_json::from_str(&answer).map_err(|e| nonsense(&answer, &e))?;
+                if said["type"] != "ready" {
+                    return Err(format!("does not answer `reset` with `ready`: {}", in_short(&answer)));
+                }
+                talker
+            }
+        };
+        let text = talker.ask(&self.asked, limit)?;
+        let answer: Answer = serde_json::from_str(&text).map_err(|e| nonsense(&text, &e))?;
+        if let Some(error) = answer.error {
+            return Err(format!("gives up: {error}"));
+        }
+        command.q_ref = answer.q_ref;
+        let zeros = || vec![0.0; command.q_ref.len()];
+        (command.dq_ref, command.tau_ff) = (answer.dq_ref.unwrap_or_else(zeros), answer.tau_ff.unwrap_or_else(zeros));
+        command.gains = answer.gains;
+        if let Some(phase) = answer.phase {
+            self.phase = phase;
+        }
+        self.numbers = answer.numbers;
+        // Only a child that has answered is kept.
+        self.talker = Some(talker);
+        Ok(())
+    }
+}
+
+impl Controller for Remote {
+    fn tick(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), TickError> {
+        self.asked = line(&Reading::of(sensed));
+        self.ask(command).map_err(|problem| TickError::Failed(format!("{} {problem}", self.shared.settings.name)))
+    }
+
+    fn report(&self) -> Report {
+        let mut report = Report::of_phase(self.phase.clone());
+        let numbers = self.numbers.iter().filter_map(|(name, value)| Some((name, value.as_f64()?)));
+        report.notes = numbers.map(|(name, number)| (name.clone().into(), Note::Number(number))).collect();
+        report
+    }
+
+    /// A process cannot be copied.
+    fn fork(&self) -> Option<Box<dyn Controller>> {
+        None
+    }
+}
+
+impl Drop for Remote {
+    fn drop(&mut self) {
+        self.shared.idle().extend(self.talker.take());
+    }
+}
+
+fn nonsense(answer: &str, error: &serde_json::Error) -> String {
+    format!("answered with something else than a command ({error}): {}", in_short(answer))
+}
+
+/// A value as one line.
+fn line(value: &impl Serialize) -> String {
+    // Numbers that are not finite become null, and nothing else can fail.
+    serde_json::to_string(value).unwrap_or_default() + "\n"
+}
+
+/// The greeting: the robot as it is designed, and the control period (s).
+fn hello(robot: &Robot, period_s: f64, parameters: &Table) -> Value {
+    let home = robot.home_command();
+    let joint = |(joint, servo): (&crate::robot::Joint, &crate::robot::Servo)| {
+        json!({
+            "name": joint.name,
+            "lower_rad": joint.lower_rad,
+            "upper_rad": joint.upper_rad,
+            "torque_n_m": servo.torque_n_m,
+            "kp": servo.kp,
+            "kd": servo.kd,
+        })
+    };
+    let link = |link: &crate::robot::Link| json!({ "name": link.name, "mass_kg": link.mass_kg });
+    json!({
+        "type": "hello",
+        "protocol": PROTOCOL,
+        "period_s": period_s,
+        "parameters": parameters,
+        "robot": {
+            "name": robot.name,
+            "mass_kg": robot.mass(),
+            "com_height_m": robot.home_com_height(),
+            "joints": robot.joints.iter().zip(&robot.servos).map(joint).collect::<Vec<_>>(),
+            "links": robot.links.iter().map(link).collect::<Vec<_>>(),
+            "home": { "q_ref": home.q_ref, "tau_ff": home.tau_ff },
+        },
+    })
+}
+
+#[derive(Deserialize)]
+struct Hello {
+    protocol: u64,
+}
+
+/// The readings of a tick.
+#[derive(Serialize)]
+struct Reading<'a> {
+    r#type: &'static str,
+    time_s: f64,
+    q: &'a [f64],
+    dq: &'a [f64],
+    /// Rotation from the trunk's frame to the world: w, x, y, z.
+    orientation: [f64; 4],
+    gyro: [f64; 3],
+    accelerometer: [f64; 3],
+    left: Load,
+    right: Load,
+}
+
+#[derive(Serialize)]
+struct Load {
+    force: [f64; 3],
+    moment: [f64; 3],
+}
+
+impl<'a> Reading<'a> {
+    fn of(sensed: &'a Sensed) -> Self {
+        let (imu, turn) = (&sensed.imu, &sensed.imu.orientation);
+        let load = |Wrench { force, moment }: Wrench| Load { force: force.into(), moment: moment.into() };
+        let PerFoot { left, right } = sensed.soles;
+        Self {
+            r#type: "tick",
+            time_s: sensed.time_s,
+            q: &sensed.q,
+            dq: &sensed.dq,
+            orientation: [turn.w, turn.i, turn.j, turn.k],
+            gyro: imu.gyro.into(),
+            accelerometer: imu.accelerometer.into(),
+            left: load(left),
+            right: load(right),
+        }
+    }
+}
+
+/// The answer to a tick.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Answer {
+    #[serde(default)]
+    q_ref: Vec<f64>,
+    dq_ref: Option<Vec<f64>>,
+    tau_ff: Option<Vec<f64>>,
+    gains: Option<Vec<[f64; 2]>>,
+    phase: Option<String>,
+    /// Numbers for traces.
+    #[serde(default)]
+    numbers: Map<String, Value>,
+    /// Why it cannot go on.
+    error: Option<String>,
+}

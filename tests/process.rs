@@ -1,0 +1,179 @@
+//! Controllers that run in processes of their own, in Python: they do what the same controller does inside, failures are
+//! outcomes with a cause, and no child is left behind.
+
+mod common;
+
+use common::program::{folder, standfast, stderr, stdout};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+const PYTHON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/controllers/python");
+
+/// Whether there is Python, without which these tests have nothing to run.
+fn has_python() -> bool {
+    let found = Command::new("python3").arg("--version").output().is_ok_and(|run| run.status.success());
+    if !found {
+        eprintln!("left out: there is no python3");
+    }
+    found
+}
+
+/// A controller in a folder: what its file states beside `kind`, and the Python that answers after the greeting.
+fn controller(folder: &Path, name: &str, more: &str, script: &str) -> String {
+    let text = format!(
+        "kind = 'process'\nname = '{name}'\ncommand = ['python3', '{name}.py']\nfiles = ['standfast.py']\n{more}"
+    );
+    fs::write(folder.join(format!("{name}.toml")), text).unwrap();
+    fs::write(folder.join(format!("{name}.py")), script).unwrap();
+    fs::copy(format!("{PYTHON}/standfast.py"), folder.join("standfast.py")).unwrap();
+    format!("{name}.toml")
+}
+
+/// The lines of a part, as columns by name, without the columns `set`.
+fn rows_of(part: &Path, set: &str) -> Vec<Vec<String>> {
+    let mut reader = csv::Reader::from_path(part).unwrap();
+    let at = reader.headers().unwrap().iter().position(|name| name == "set").unwrap();
+    let rows = reader.records().map(|row| row.unwrap()).filter(|row| &row[at] == set);
+    let rest =
+        |row: csv::StringRecord| row.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, v)| v.into()).collect();
+    rows.map(rest).collect()
+}
+
+#[test]
+fn hold_in_python_is_hold_to_the_bit_and_is_replayed_from_its_result() {
+    if !has_python() {
+        return;
+    }
+    let dir = folder();
+    let python = format!("--gains={PYTHON}/hold.toml");
+    let run = |out: &str, threads: &str| {
+        let args = ["run", "smoke", "--trials=6", "--replays=0", "--gains=hold", &python, out, threads];
+        standfast(dir.path(), &args).success();
+    };
+    run("--out=a", "--threads=1");
+    run("--out=b", "--threads=2");
+    let part = |out: &str| dir.path().join(out).join("parts/part-000000.csv");
+    assert_eq!(fs::read(part("a")).unwrap(), fs::read(part("b")).unwrap());
+    let [inside, outside] = ["hold", "hold-python"].map(|set| rows_of(&part("a"), set));
+    assert!(!inside.is_empty() && inside == outside, "{inside:?}\n{outside:?}");
+    for file in ["hold-python.toml", "hold.py", "standfast.py"] {
+        assert!(dir.path().join("a/inputs/gains").join(file).is_file(), "{file}");
+    }
+    let args = ["replay", "a", "--trial=0", "--gains=hold-python", "--output=page.html"];
+    let replayed = standfast(dir.path(), &args).success();
+    assert!(!stderr(&replayed).contains("is not as it was"), "{}", stderr(&replayed));
+    // Another script is another campaign.
+    fs::write(dir.path().join("a/inputs/gains/hold.py"), "pass").unwrap();
+    let changed = stderr(&standfast(dir.path(), &args).code(3));
+    assert!(changed.contains("inputs/gains/hold.py") && changed.contains("restore it"), "{changed}");
+}
+
+#[test]
+fn parameters_are_swept_and_numbers_are_traced() {
+    if !has_python() {
+        return;
+    }
+    let dir = folder();
+    let vary = format!("--vary={PYTHON}/ankles.toml:parameters.gain=0.0,1.0");
+    let args = ["run", "smoke", "--trials=2", "--replays=0", &vary, "--out=a", "--json"];
+    let summary: Value = serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
+    let names: Vec<&str> =
+        summary["sets"].as_array().unwrap().iter().map(|set| set["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["ankles", "ankles gain=0.0", "ankles gain=1.0"]);
+    let ankles = format!("{PYTHON}/ankles.toml");
+    standfast(dir.path(), &["push", "--impulse=1", "--gains", &ankles, "--trace=t.csv"]).success();
+    let trace = fs::read_to_string(dir.path().join("t.csv")).unwrap();
+    assert!(trace.lines().next().unwrap().contains("tilt_rate") && trace.contains("ankles"), "{}", &trace[..400]);
+}
+
+/// The beginning of a controller, whose `tick` is given.
+fn ticks(tick: &str) -> String {
+    format!(
+        "import os, standfast, sys, time\nclass Mine(standfast.Controller):\n    count = 0\n    def tick(self, sensed):\n        \
+         self.count += 1\n        home = dict(self.robot['home'])\n        {tick}\nopen('pids', 'a').write(f'{{os.getpid()}}\\n')\n\
+         standfast.serve(Mine)\n"
+    )
+}
+
+#[test]
+fn a_failure_is_an_outcome_with_its_cause_and_leaves_no_child() {
+    if !has_python() {
+        return;
+    }
+    let nonsense = "sys.__stdout__.write('hello\\n'); sys.__stdout__.flush(); return home";
+    let flood = "sys.__stdout__.write('x' * 3000000); sys.__stdout__.flush(); return home";
+    for (name, tick, cause) in [
+        (
+            "dies",
+            "if self.count == 3: sys.exit('out of order')\n        return home",
+            "has closed its output (exit status: 1); on stderr: out of order",
+        ),
+        ("raises", "raise ValueError('no gain')", "ValueError: no gain"),
+        ("hangs", "time.sleep(60)", "gave no answer within 0.3 s"),
+        ("gives-up", "return {'error': 'no solution'}", "gives up: no solution"),
+        ("short", "return {'q_ref': [0.0] * 3}", "q_ref has 3 values; accepted: one for each of the robot's 20 joints"),
+        (
+            "nan",
+            "home['q_ref'] = [float('nan')] * 20\n        return home",
+            "answered with something else than a command",
+        ),
+        ("unknown", "home['torque'] = 1\n        return home", "unknown field `torque`"),
+        ("nonsense", nonsense, "answered with something else than a command"),
+        ("flood", flood, "answered with a line of more than 1000000 bytes"),
+    ] {
+        let dir = folder();
+        let file = controller(dir.path(), name, "timeout_s = 0.3\n", &ticks(tick));
+        let args = ["run", "smoke", "--trials=2", "--replays=0", "--gains=hold", "--gains", &file, "--out=a"];
+        standfast(dir.path(), &args).success();
+        let mut reader = csv::Reader::from_path(dir.path().join("a/parts/part-000000.csv")).unwrap();
+        let headers = reader.headers().unwrap().clone();
+        let at = |column: &str| headers.iter().position(|name| name == column).unwrap();
+        for row in reader.records().map(|row| row.unwrap()).filter(|row| &row[at("set")] == name) {
+            assert_eq!(&row[at("outcome")], "Diverged", "{name}");
+            assert!(row[at("fall_cause")].contains(cause), "{name}: {}\nwanted: {cause}", &row[at("fall_cause")]);
+        }
+        let pids = fs::read_to_string(dir.path().join("pids")).unwrap();
+        assert!(pids.lines().count() >= 2, "{name}: a new child after each failure: {pids}");
+        if cfg!(target_os = "linux") {
+            let alive = pids.lines().find(|pid| Path::new("/proc").join(pid).exists());
+            assert_eq!(alive, None, "{name}: a child is left");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_a_controller_is_refused_before_any_episode() {
+    if !has_python() {
+        return;
+    }
+    let dir = folder();
+    let hello = |answer: &str| {
+        format!("import sys\nsys.stdin.readline()\nprint('''{answer}''', flush=True)\nsys.stdin.readline()\n")
+    };
+    for (name, more, script, words) in [
+        ("old", "", hello("{\"protocol\": 0}"), "speaks version 0 of the protocol; accepted: 1"),
+        ("other", "", hello("good day"), "does not answer the greeting as it should"),
+        ("wrong", "", "import nowhere\n".into(), "No module named 'nowhere'"),
+        ("key", "file = 'x'\n", String::new(), "file = \"x\": is no key of such a file"),
+        ("slow", "timeout_s = 0\n", String::new(), "timeout_s = 0: out of range; accepted: more than 0, at most 1000"),
+    ] {
+        let file = controller(dir.path(), name, more, &script);
+        let message = stderr(&standfast(dir.path(), &["push", "--gains", &file]).code(2));
+        assert!(message.contains(words), "{name}: {message}");
+    }
+    for (text, words) in [
+        ("command = ['no-such-program']", "command = no-such-program: cannot be started"),
+        ("command = []", "command = []: names no program"),
+        ("command = ['python3', 'gone.py']", "can't open file"),
+    ] {
+        fs::write(dir.path().join("bad.toml"), format!("kind = 'process'\nname = 'bad'\n{text}\n")).unwrap();
+        let message = stderr(&standfast(dir.path(), &["push", "--gains=bad.toml"]).code(2));
+        assert!(message.contains(words), "{text}: {message}");
+    }
+    let outside = "kind = 'process'\nname = 'bad'\ncommand = ['python3']\nfiles = ['../secret']\n";
+    fs::write(dir.path().join("bad.toml"), outside).unwrap();
+    let message = stderr(&standfast(dir.path(), &["run", "smoke", "--gains=bad.toml", "--check"]).code(2));
+    assert!(message.contains("files = ../secret: is not in the folder of this file"), "{message}");
+}
