@@ -24,6 +24,15 @@ impl Source {
 /// The robot that is used if none is named.
 pub const DEFAULT_ROBOT: &str = "ut-mu2";
 
+/// Controllers in Python, to begin with: names and texts of their files.
+pub const PYTHON: [(&str, &str); 5] = [
+    ("ankles.py", include_str!("../assets/controllers/python/ankles.py")),
+    ("ankles.toml", include_str!("../assets/controllers/python/ankles.toml")),
+    ("hold.py", include_str!("../assets/controllers/python/hold.py")),
+    ("hold.toml", include_str!("../assets/controllers/python/hold.toml")),
+    ("standfast.py", include_str!("../assets/controllers/python/standfast.py")),
+];
+
 /// Files of a folder under `assets`, by their names without the extension.
 macro_rules! texts {
     ($folder:literal, $extension:literal: $($name:literal)*) => {

@@ -367,7 +367,7 @@ fn a_new_file_is_a_commented_template_and_nothing_is_replaced() {
         let told = stderr(&standfast(dir.path(), &[used, &["--check"]].concat()).success());
         assert!(told.contains("on this machine as it is now"), "{told}");
         let message = stderr(&standfast(dir.path(), &["new", what, file]).code(2));
-        assert!(message.contains(&format!("FILE.toml = {file}: this file is there already")), "{message}");
+        assert!(message.contains(&format!("FILE.toml|DIR = {file}: this is there already")), "{message}");
     }
     assert!(stdout(&standfast(dir.path(), &["--help"]).success()).contains("  new "));
 }

@@ -76,14 +76,16 @@ fn parameters_are_swept_and_numbers_are_traced() {
         return;
     }
     let dir = folder();
-    let vary = format!("--vary={PYTHON}/ankles.toml:parameters.gain=0.0,1.0");
-    let args = ["run", "smoke", "--trials=2", "--replays=0", &vary, "--out=a", "--json"];
+    standfast(dir.path(), &["new", "python", "mine"]).success();
+    let again = stderr(&standfast(dir.path(), &["new", "python", "mine"]).code(2));
+    assert!(again.contains("this is there already"), "{again}");
+    let vary = "--vary=mine/ankles.toml:parameters.gain=0.0,1.0";
+    let args = ["run", "smoke", "--trials=2", "--replays=0", vary, "--out=a", "--json"];
     let summary: Value = serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
-    let names: Vec<&str> =
-        summary["sets"].as_array().unwrap().iter().map(|set| set["name"].as_str().unwrap()).collect();
+    let sets = summary["sets"].as_array().unwrap();
+    let names: Vec<&str> = sets.iter().map(|set| set["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["ankles", "ankles gain=0.0", "ankles gain=1.0"]);
-    let ankles = format!("{PYTHON}/ankles.toml");
-    standfast(dir.path(), &["push", "--impulse=1", "--gains", &ankles, "--trace=t.csv"]).success();
+    standfast(dir.path(), &["push", "--impulse=1", "--gains=mine/ankles.toml", "--trace=t.csv"]).success();
     let trace = fs::read_to_string(dir.path().join("t.csv")).unwrap();
     assert!(trace.lines().next().unwrap().contains("tilt_rate") && trace.contains("ankles"), "{}", &trace[..400]);
 }

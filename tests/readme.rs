@@ -36,6 +36,11 @@ fn reader() -> TempDir {
     };
     put("campaigns/smoke.toml", "my", "my.toml");
     put("gains/switching.toml", "mine", "mine.toml");
+    fs::create_dir(dir.path().join("controllers")).unwrap();
+    for file in ["ankles.toml", "ankles.py", "hold.toml", "hold.py", "standfast.py"] {
+        fs::copy(root().join("assets/controllers/python").join(file), dir.path().join("controllers").join(file))
+            .unwrap();
+    }
     // A robot of our own stands for the public one.
     let public = dir.path().join("unitree_ros/robots/h1_description/urdf");
     fs::create_dir_all(&public).unwrap();

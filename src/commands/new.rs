@@ -1,8 +1,8 @@
-//! `standfast new`: writes a file to begin with, which is a commented one that is compiled in.
+//! `standfast new`: writes what to begin with, as it is compiled in: a commented file, or a folder of controllers in Python.
 
 use super::arguments::check_output;
 use super::terminal::note;
-use crate::assets::{self, Kind};
+use crate::assets::{self, Kind, PYTHON};
 use crate::error::{Error, Result};
 use crate::files::{shell_word, write_atomic};
 use std::path::PathBuf;
@@ -12,25 +12,34 @@ use std::process::ExitCode;
 #[command(after_help = "Examples:
   standfast new campaign my.toml                    then: standfast run my.toml
   standfast new controller mine.toml                then: standfast push --controller mine.toml
+  standfast new python controllers                  then: standfast push --controller controllers/ankles.toml
 
 The campaign is a copy of `standard`, and the controller one of `switching`, with their
-comments. For the settings of a robot there is `standfast init`.")]
+comments. The folder has two controllers in Python. For the settings of a robot there is `standfast init`.")]
 pub struct NewArgs {
-    /// What the file is
-    #[arg(value_parser = ["campaign", "controller"])]
+    /// What to write
+    #[arg(value_parser = ["campaign", "controller", "python"])]
     pub what: String,
-    /// File to write, which must not be there yet
-    #[arg(value_name = "FILE.toml")]
+    /// File to write, or folder for python, which must not be there yet
+    #[arg(value_name = "FILE.toml|DIR")]
     pub file: PathBuf,
 }
 
 pub fn run(args: &NewArgs) -> Result<ExitCode> {
     let path = &args.file;
-    check_output("FILE.toml", path, &["toml"])?;
     if path.exists() {
-        let (problem, accepted) = ("this file is there already", "a file that is not there yet");
-        return Err(Error::option("FILE.toml", path.display(), problem, accepted));
+        let (problem, accepted) = ("this is there already", "a file or folder that is not there yet");
+        return Err(Error::option("FILE.toml|DIR", path.display(), problem, accepted));
     }
+    let word = shell_word(&path.to_string_lossy());
+    if args.what == "python" {
+        for (name, text) in PYTHON {
+            write_atomic(&path.join(name), text.as_bytes())?;
+        }
+        note(&format!("written: {word}, with two controllers; then: standfast push --controller {word}/ankles.toml"));
+        return Ok(ExitCode::SUCCESS);
+    }
+    check_output("FILE.toml", path, &["toml"])?;
     let (kind, from, use_it) = match args.what.as_str() {
         "campaign" => (Kind::Campaign, "standard", "run"),
         _ => (Kind::Controller, "switching", "push --controller"),
@@ -40,7 +49,6 @@ pub fn run(args: &NewArgs) -> Result<ExitCode> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let text = assets::open(kind, from)?.text.replacen(&name(from), &name(&stem), 1);
     write_atomic(path, text.as_bytes())?;
-    let word = shell_word(&path.to_string_lossy());
     note(&format!("written: {word}, a copy of `{from}` to be edited; then: standfast {use_it} {word}"));
     Ok(ExitCode::SUCCESS)
 }

@@ -207,6 +207,7 @@ impl Page<'_> {
         // Pending events arrive before the answer to this.
         self.evaluate("new Promise((done) => setTimeout(done, 100))");
         let own = format!("file://{}", file.display());
+        let is_own = |url: &Value| url.as_str().is_some_and(|url| url == own || url.starts_with("data:"));
         let events = self.browser.events.iter().map(|event| (event["method"].as_str().unwrap(), &event["params"]));
         let problem = |(method, params): (&str, &Value)| match method {
             "Runtime.exceptionThrown" => Some(format!("exception: {}", params["exceptionDetails"])),
@@ -216,7 +217,8 @@ impl Page<'_> {
             // Software rendering warns about its own slowness.
             "Log.entryAdded" if params["entry"]["text"].as_str().is_some_and(|text| text.contains(SLOW)) => None,
             "Log.entryAdded" if params["entry"]["level"] != "verbose" => Some(format!("log: {}", params["entry"])),
-            "Network.requestWillBeSent" if params["request"]["url"] != own.as_str() => {
+            // A picture within the page is told as a request, too.
+            "Network.requestWillBeSent" if !is_own(&params["request"]["url"]) => {
                 Some(format!("request: {}", params["request"]["url"]))
             }
             _ => None,
