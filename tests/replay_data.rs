@@ -116,7 +116,8 @@ fn the_ghost_is_the_robot_of_the_second_film() {
     assert_eq!(marked, serde_json::json!([parting.at_s]));
     let told = text(&mut tab, "engines");
     let parted = format!("At {:.3} s the ", parting.at_s);
-    for part in ["Solid: Rapier", "recovered, still from", "Ghost: MuJoCo", "fell at", &parted] {
+    let [solid, other] = [format!("Solid: {}", film.controller), format!("Ghost: {}", ghost.controller)];
+    for part in [&solid, "recovered, still from", &other, "fell at", &parted] {
         assert!(told.contains(part), "no {part:?} in {told}");
     }
     tab.evaluate("new Promise((done) => { addEventListener('hashchange', done); document.querySelector('#engines a').click(); })");
