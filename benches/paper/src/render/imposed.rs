@@ -37,7 +37,7 @@ impl ImposedStory<'_> {
     pub fn text(&self) -> String {
         let record = &self.record;
         let mut text = String::new();
-        let mut line = |label: &str, what: String| text += &wrapped(&format!("{label:<10}"), &what);
+        let mut line = |label: &str, what: String| text += &wrapped(&format!("{label:<12}"), &what);
         let [x, y] = record.zmp_error_m.map(|v| 1000.0 * v);
         line(
             "error",
