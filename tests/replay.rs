@@ -352,7 +352,7 @@ fn a_trial_is_replayed_in_another_engine_and_in_both() {
 
     let run = replay(&["--engine=both"]);
     let (text, told) = (stdout(&run), stderr(&run));
-    assert!(text.starts_with("solid     Rapier ") && text.contains("\nghost     MuJoCo "), "{text}");
+    assert!(text.starts_with("solid       Rapier ") && text.contains("\nghost       MuJoCo "), "{text}");
     assert!(!told.contains("not as it was") && !told.contains("not compared"), "{told}");
     let both = page("trial-1-hold-both.html");
     assert!(both.contains("--trial 1 --gains hold --engine both") && both.contains("<b>Ghost:</b> MuJoCo"));
