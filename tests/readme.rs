@@ -7,6 +7,7 @@ mod shown;
 
 use common::program::{folder, standfast, stderr, stdout};
 use shown::{commands_of, documents, words_of};
+use standfast::assets::PYTHON;
 use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -37,9 +38,8 @@ fn reader() -> TempDir {
     put("campaigns/smoke.toml", "my", "my.toml");
     put("gains/switching.toml", "mine", "mine.toml");
     fs::create_dir(dir.path().join("controllers")).unwrap();
-    for file in ["ankles.toml", "ankles.py", "hold.toml", "hold.py", "standfast.py"] {
-        fs::copy(root().join("assets/controllers/python").join(file), dir.path().join("controllers").join(file))
-            .unwrap();
+    for (file, text) in PYTHON {
+        fs::write(dir.path().join("controllers").join(file), text).unwrap();
     }
     // A robot of our own stands for the public one.
     let public = dir.path().join("unitree_ros/robots/h1_description/urdf");

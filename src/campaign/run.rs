@@ -238,12 +238,11 @@ impl Block {
     fn new(folder: &Folder, index: u64, set_trials: &[u64]) -> Self {
         let (first, end) = folder.range(index);
         // A part that cannot be read is run again.
-        let (there, lacks) = match folder.part(index).rows() {
-            Ok(rows) => (rows, folder.lacks(index, set_trials)),
-            Err(_) => (Vec::new(), set_trials.iter().map(|&trials| first < trials).collect()),
-        };
-        let sets: Vec<usize> = (0..lacks.len()).filter(|&set| lacks[set]).collect();
-        let number = |row: &TrialRow| folder.manifest.sets.iter().position(|set| *set == row.set);
+        let there = folder.part(index).rows().unwrap_or_default();
+        let names = &folder.manifest.sets;
+        let lacks = |set: &usize| first < set_trials[*set] && !there.iter().any(|row| row.set == names[*set]);
+        let sets: Vec<usize> = (0..names.len()).filter(lacks).collect();
+        let number = |row: &TrialRow| names.iter().position(|set| *set == row.set);
         let rows: BTreeMap<_, _> =
             there.into_iter().filter_map(|row| Some(((row.trial, number(&row)?), row))).collect();
         let all = (end - first) as usize * sets.len() + rows.len();

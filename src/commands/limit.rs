@@ -56,8 +56,8 @@ pub struct LimitArgs {
     /// End a search after so many trials at the latest, and mark its result
     #[arg(long, value_name = "N", default_value_t = 150)]
     pub max_trials: u64,
-    /// Pushes at each step of the search for the first loss, which goes up in steps of the precision; 0 leaves it out, and
-    /// of the nominal campaign it is then a fourteenth of the pushes
+    /// Pushes at each step of the search for the first loss, which goes up in steps of the precision; 0 leaves it out; the
+    /// nominal campaign then takes a fourteenth of the pushes
     #[arg(long, value_name = "N", default_value_t = 3)]
     pub replicas: u64,
     /// Number of threads, or 0 for one on each core; the result does not depend on it

@@ -15,7 +15,8 @@ use std::process::ExitCode;
   standfast new python controllers                  then: standfast push --controller controllers/ankles.toml
 
 The campaign is a copy of `standard`, and the controller one of `switching`, with their
-comments. The folder has two controllers in Python. For the settings of a robot there is `standfast init`.")]
+comments. The folder has two controllers in Python. For the settings of a robot there is
+`standfast init`.")]
 pub struct NewArgs {
     /// What to write
     #[arg(value_parser = ["campaign", "controller", "python"])]

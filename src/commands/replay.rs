@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::files::{shell_word, write_atomic};
 use crate::render::picture;
 use crate::render::text::ghost::{ended, parted};
-use crate::render::text::layout::wrapped;
+use crate::render::text::layout::entry;
 use crate::render::trial_page::replay_file;
 use crate::render::{self, with_fields_of};
 use crate::sim::Engine;
@@ -127,7 +127,7 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
         let beside = ghost.map(|(_, ghost)| {
             let [solid, other] = ended([film, &ghost]);
             let lines = [("solid", solid), ("ghost", other), ("parting", parted(film, &ghost))];
-            lines.map(|(label, what)| wrapped(&format!("{label:<12}"), &what)).concat() + "\n"
+            lines.map(|(label, what)| entry(label, &what)).concat() + "\n"
         });
         beside.unwrap_or_default() + &told.text()
     })?;

@@ -159,7 +159,6 @@ impl Settings for Process {
             talker: None,
             phase: "starting".into(),
             numbers: Map::new(),
-            asked: String::new(),
         };
         let about = if self.description.is_empty() {
             format!("by {}", self.command.join(" "))
@@ -192,32 +191,27 @@ struct Remote {
     talker: Option<Talker>,
     phase: String,
     numbers: Map<String, Value>,
-    /// The line of a tick, which keeps its memory.
-    asked: String,
 }
 
 impl Remote {
-    fn ask(&mut self, command: &mut Command) -> Result<(), String> {
-        let shared = Arc::clone(&self.shared);
-        let limit = Duration::from_secs_f64(shared.settings.timeout_s);
-        let idle = || shared.idle().pop();
-        let mut talker = match self.talker.take() {
-            Some(talker) => talker,
-            None => {
-                let mut talker = match idle() {
-                    Some(talker) => talker,
-                    None => shared.settings.start(&shared.hello)?,
-                };
-                // Every bit of a seed counts, and many languages have numbers of 53 bits.
-                let answer = talker.ask(&line(&json!({ "type": "reset", "seed": self.seed.to_string() })), limit)?;
-                let said: Value = serde_json::from_str(&answer).map_err(|e| nonsense(&answer, &e))?;
-                if said["type"] != "ready" {
-                    return Err(format!("does not answer `reset` with `ready`: {}", in_short(&answer)));
-                }
-                talker
-            }
-        };
-        let text = talker.ask(&self.asked, limit)?;
+    /// A child that is ready for this episode: one that served another, or a new one.
+    fn begin(&self, limit: Duration) -> Result<Talker, String> {
+        let idle = self.shared.idle().pop();
+        let mut talker = idle.map_or_else(|| self.shared.settings.start(&self.shared.hello), Ok)?;
+        // Every bit of a seed counts, and many languages have numbers of 53 bits.
+        let answer = talker.ask(&line(&json!({ "type": "reset", "seed": self.seed.to_string() })), limit)?;
+        let said: Value = serde_json::from_str(&answer).map_err(|e| nonsense(&answer, &e))?;
+        if said["type"] == "ready" {
+            Ok(talker)
+        } else {
+            Err(format!("does not answer `reset` with `ready`: {}", in_short(&answer)))
+        }
+    }
+
+    fn ask(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), String> {
+        let limit = Duration::from_secs_f64(self.shared.settings.timeout_s);
+        let mut talker = self.talker.take().map_or_else(|| self.begin(limit), Ok)?;
+        let text = talker.ask(&line(&Reading::of(sensed)), limit)?;
         let answer: Answer = serde_json::from_str(&text).map_err(|e| nonsense(&text, &e))?;
         if let Some(error) = answer.error {
             return Err(format!("gives up: {error}"));
@@ -238,8 +232,8 @@ impl Remote {
 
 impl Controller for Remote {
     fn tick(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), TickError> {
-        self.asked = line(&Reading::of(sensed));
-        self.ask(command).map_err(|problem| TickError::Failed(format!("{} {problem}", self.shared.settings.name)))
+        self.ask(sensed, command)
+            .map_err(|problem| TickError::Failed(format!("{} {problem}", self.shared.settings.name)))
     }
 
     fn report(&self) -> Report {

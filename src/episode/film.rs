@@ -35,6 +35,11 @@ impl Film {
     /// Usual time (s) for which a film goes on after the episode is decided, because a fall takes a while.
     pub const AFTERMATH_S: f64 = 1.0;
 
+    /// Whether a second film of the trial has the same controller. If so, it is of another engine.
+    pub fn has_controller_of(&self, other: &Film) -> bool {
+        self.controller == other.controller
+    }
+
     /// Runs an episode as [`super::run()`] does, until it is decided and for `aftermath_s` (s) after that, but not beyond
     /// its horizon. `observe` sees every tick.
     pub fn take(

@@ -38,7 +38,7 @@ class Controller:
 
 
 def serve(make):
-    """Answers standfast until it says goodbye or closes the pipe. `make` gets the greeting and returns a controller."""
+    """Answers standfast until it closes the pipe. `make` gets the greeting and returns a controller."""
     answers = sys.stdout
     # What a controller prints must not get between the answers.
     sys.stdout = sys.stderr

@@ -11,8 +11,7 @@ mod yardstick;
 
 use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::spec::Campaign;
-use crate::campaign::ask::trial;
-use crate::campaign::limit::search::{Search, is_random};
+use crate::campaign::limit::search::{Search, is_random, pushed};
 use crate::campaign::plan::{Plan, pool};
 use crate::error::Result;
 use crate::robot::Factory;
@@ -126,10 +125,8 @@ impl<'a> Searches<'a> {
             if pushes > 0 && start.elapsed().as_secs_f64() > LONG_S {
                 break;
             }
-            let mut disturbance = trial::disturbance(self.campaign, first_trial(heading.heading_deg));
-            if let Some(push) = disturbance.pushes.first_mut() {
-                (push.impulse_n_s, push.heading_deg) = (0.5 * heading.bound_one_step_n_s, heading.heading_deg);
-            }
+            let Heading { heading_deg, bound_one_step_n_s, .. } = *heading;
+            let disturbance = pushed(self.campaign, first_trial(heading_deg), 0.5 * bound_one_step_n_s, heading_deg);
             self.plan.records(&self.factories, opening.as_ref(), disturbance, &[set]);
             pushes += 1;
         }

@@ -169,10 +169,9 @@ impl Search<'_> {
                 let impulse_n_s = impulse_n_s * (1.0 + SAFE_IMPULSE * more);
                 let heading_deg = self.heading_deg + SAFE_HEADING_DEG * turned;
                 let late_s = later * self.campaign.episode.control_period_s;
-                let mut disturbance = trial::disturbance(self.campaign, trial);
+                let mut disturbance = pushed(self.campaign, trial, impulse_n_s, heading_deg);
                 let mut start_s = 0.0;
                 if let Some(push) = disturbance.pushes.first_mut() {
-                    (push.impulse_n_s, push.heading_deg) = (impulse_n_s, heading_deg);
                     push.start_s += late_s;
                     start_s = push.start_s;
                 }
@@ -191,16 +190,21 @@ impl Search<'_> {
 
     /// Runs a trial of the campaign with another first push.
     fn outcome(&self, trial: u64, impulse_n_s: f64) -> Outcome {
-        let mut disturbance = trial::disturbance(self.campaign, trial);
-        if let Some(push) = disturbance.pushes.first_mut() {
-            (push.impulse_n_s, push.heading_deg) = (impulse_n_s, self.heading_deg);
-        }
-        self.outcome_of(disturbance)
+        self.outcome_of(pushed(self.campaign, trial, impulse_n_s, self.heading_deg))
     }
 
     fn outcome_of(&self, disturbance: Disturbance) -> Outcome {
         self.plan.records(self.factories, self.opening, disturbance, &[self.set])[0].outcome
     }
+}
+
+/// What happens to the robot in a trial of the campaign with another impulse and heading of the first push.
+pub(super) fn pushed(campaign: &Campaign, trial: u64, impulse_n_s: f64, heading_deg: f64) -> Disturbance {
+    let mut disturbance = trial::disturbance(campaign, trial);
+    if let Some(push) = disturbance.pushes.first_mut() {
+        (push.impulse_n_s, push.heading_deg) = (impulse_n_s, heading_deg);
+    }
+    disturbance
 }
 
 #[cfg(test)]

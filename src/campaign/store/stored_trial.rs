@@ -37,8 +37,13 @@ impl StoredTrial {
             return Err(Error::Unknown { what: "controller", name: name.into(), accepted: sets.join(", ") });
         }
         let block = (0..found.blocks()).find(|&block| found.range(block).1 > trial);
-        let part = block.map(|block| found.part(block)).filter(|part| part.holds().contains(&true));
-        let mut rows = part.map_or(Ok(Vec::new()), |part| part.rows())?;
+        let mut rows = match block.map(|block| found.part(block)) {
+            // A part that is not there yet has no row, and one that is must be right.
+            Some(part) => {
+                part.rows().or_else(|e| if part.holds().contains(&true) { Err(e) } else { Ok(Vec::new()) })?
+            }
+            None => Vec::new(),
+        };
         rows.retain(|row| row.trial == trial);
         let lost = sets.iter().find(|set| rows.iter().any(|r| r.set == **set && !r.has_recovered()));
         let first = rows.first().map_or(&sets[0], |row| &row.set);

@@ -64,7 +64,7 @@ impl<'a> Cast<'a> {
     }
 
     fn is_beside(&self) -> bool {
-        self.second.is_some_and(|second| second.controller != self.film.controller)
+        self.second.is_some_and(|second| !second.has_controller_of(self.film))
     }
 
     /// The second robot at snapshot `k`, or where it was last.

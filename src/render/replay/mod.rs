@@ -67,7 +67,7 @@ pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
         outcomes => outcomes(film, ghost),
         ghost => ghost.map(|ghost| context! {
             ended => ended([film, ghost]).to_vec(),
-            other => if film.controller == ghost.controller { "in the other engine" } else { "with the other controller" },
+            other => if film.has_controller_of(ghost) { "in the other engine" } else { "with the other controller" },
             parted => parted(film, ghost),
             parted_s => Parting::of_films(film, ghost).map(|parting| parting.at_s),
         }),

@@ -9,17 +9,16 @@ use crate::episode::parting::{Parting, half_sole_width_m};
 /// What tells two films apart: their controllers or, if these are the same, their engines.
 pub fn names(films: [&Film; 2]) -> [String; 2] {
     let [a, b] = films;
-    films.map(|film| if a.controller == b.controller { film.engine.title().into() } else { film.controller.clone() })
+    films.map(|film| if a.has_controller_of(b) { film.engine.title().into() } else { film.controller.clone() })
 }
 
 /// How the episodes of two films ended, with what tells these apart.
 pub fn ended(films: [&Film; 2]) -> [String; 2] {
-    let ended = |(name, film): (String, &Film)| {
-        let name = if name == film.engine.title() { film.engine.with_version() } else { name };
+    let [a, b] = films;
+    films.map(|film| {
+        let name = if a.has_controller_of(b) { film.engine.with_version() } else { film.controller.clone() };
         format!("{name}: {}", outcome(&film.record))
-    };
-    let [a, b] = names(films);
-    [(a, films[0]), (b, films[1])].map(ended)
+    })
 }
 
 /// Where two films part, in sentences.
@@ -30,8 +29,8 @@ pub fn parted(film: &Film, ghost: &Film) -> String {
             "COM and soles of the two are never more than {limit_mm:.0} mm apart, which is half the width of a sole."
         );
     };
-    let is_of_engines = film.controller == ghost.controller;
-    let places = names([film, ghost]).map(|name| format!("{} {name}", if is_of_engines { "in" } else { "with" }));
+    let place = if film.has_controller_of(ghost) { "in" } else { "with" };
+    let places = names([film, ghost]).map(|name| format!("{place} {name}"));
     let has_fallen = |film: &Film| film.record.fell_at_s.is_some_and(|fell_s| fell_s < parting.at_s);
     let late = if [film, ghost].into_iter().all(has_fallen) { " By then both have fallen." } else { "" };
     let told = in_words(&parting, &places);

@@ -18,7 +18,12 @@ pub fn wrapped(mark: &str, text: &str) -> String {
     wrapped_to(width.into(), mark, text)
 }
 
-/// The same for a width (columns).
+/// An entry of a story: a label in a column of its own, and what there is to say.
+pub fn entry(label: &str, what: &str) -> String {
+    wrapped(&format!("{label:<12}"), what)
+}
+
+/// The same as [`wrapped`] for a width (columns).
 pub fn wrapped_to(width: usize, mark: &str, text: &str) -> String {
     let together = together(text);
     let mut lines = vec![mark.to_string()];

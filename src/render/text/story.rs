@@ -1,7 +1,7 @@
 //! The story of one episode in a few lines: what happened to the robot, when, and why.
 
 use crate::episode::{AT_LIMIT, EpisodeConfig, Footstep, Lifted, Membership, Outcome, Record, Tick};
-use crate::render::text::layout::wrapped;
+use crate::render::text::layout::entry;
 use crate::render::text::thresholds;
 use crate::render::with_fields_of;
 use crate::robot::{Factory, Robot};
@@ -156,7 +156,7 @@ impl Told<'_> {
     pub fn story(&self) -> String {
         let (record, factory) = (&self.record, self.factory);
         let mut text = String::new();
-        let mut line = |label: &str, what: String| text += &wrapped(&format!("{label:<12}"), &what);
+        let mut line = |label: &str, what: String| text += &entry(label, &what);
         for push in &self.pushes {
             let [height_m, duration_s, start_s] =
                 [push.height_m, push.duration_s, push.start_s].map(|value| short(value, 3));

@@ -2,7 +2,7 @@
 
 use crate::imposed::{ImposedRecord, Start};
 use serde_json::{Value, json};
-use standfast::render::text::{layout::wrapped, story};
+use standfast::render::text::{layout::entry, story};
 use standfast::render::with_fields_of;
 
 /// An imposed error and its record.
@@ -37,7 +37,7 @@ impl ImposedStory<'_> {
     pub fn text(&self) -> String {
         let record = &self.record;
         let mut text = String::new();
-        let mut line = |label: &str, what: String| text += &wrapped(&format!("{label:<12}"), &what);
+        let mut line = |label: &str, what: String| text += &entry(label, &what);
         let [x, y] = record.zmp_error_m.map(|v| 1000.0 * v);
         line(
             "error",
