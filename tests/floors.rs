@@ -27,9 +27,10 @@ const SOCIABLE: usize = 0;
 const INNER_FLOORS: [(&str, &[&str]); 1] = [("campaign", &["ask", "store", "verdict", "run", "limit", "partings"])];
 
 /// Crates that only one room or file may use.
-const RESERVED: [(&str, &str); 12] = [
+const RESERVED: [(&str, &str); 13] = [
     ("rapier3d", "sim/rapier"),
     ("mujoco_rs", "sim/mujoco"),
+    ("tract_onnx", "contest/onnx"),
     ("kiss3d", "view"),
     ("egui_plot", "view"),
     ("parry3d", "view"),

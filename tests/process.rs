@@ -99,6 +99,51 @@ fn ticks(tick: &str) -> String {
     )
 }
 
+/// What it says of a controller whose `tick` is given, and its exit code.
+fn checked(tick: &str) -> (String, Option<i32>) {
+    let dir = folder();
+    let file = controller(dir.path(), "mine", "", &ticks(tick));
+    let check = standfast(dir.path(), &["check", &file, "--horizon=2"]);
+    let told = stdout(&check).split_whitespace().collect::<Vec<_>>().join(" ");
+    (told, check.get_output().status.code())
+}
+
+#[test]
+fn a_controller_is_tried_before_it_is_pushed() {
+    if !has_python() {
+        return;
+    }
+    let stands = "it stands still after 2.00 s; its trunk tilts by 0.0 degrees at most";
+    let same = "again the same to the bit in a second episode, and started anew";
+    let knee = "q = list(home['q_ref']); q[self.joints.index('left_knee_flexion')] += sensed['time_s']\n        ";
+    for (tick, words, code) in [
+        ("return home", [stands, same], 0),
+        (
+            // The count of ticks goes on through a reset.
+            "home['q_ref'] = [q + 1e-9 * (self.count > 1500) for q in home['q_ref']]\n        return home",
+            [stands, "again WARNING: in a second episode, its command differs from 0."],
+            100,
+        ),
+        (
+            "home['q_ref'] = [q + 1e-9 * (os.getpid() % 1000) for q in home['q_ref']]\n        return home",
+            [stands, "again WARNING: started anew, its command differs from 0.000 s on"],
+            100,
+        ),
+        (
+            &format!("{knee}return {{'q_ref': q}}"),
+            ["WARNING: it falls without a push, at", "from its angle of the start is left_knee_flexion, at 0.1"],
+            100,
+        ),
+        ("return {}", ["it fails without a push, at 0.000 s: the controller failed: q_ref has 0 values", same], 100),
+    ] {
+        let (told, found) = checked(tick);
+        assert_eq!(found, Some(code), "{told}");
+        for words in words {
+            assert!(told.contains(words), "{words:?} is not in: {told}");
+        }
+    }
+}
+
 #[test]
 fn a_failure_is_an_outcome_with_its_cause_and_leaves_no_child() {
     if !has_python() {

@@ -14,8 +14,8 @@ use tempfile::TempDir;
 
 /// Commands that can check everything without running. For the others only the options are checked.
 const CHECKED: [&str; 3] = ["run", "push", "limit"];
-const COMMANDS: [&str; 12] =
-    ["run", "merge", "compare", "status", "push", "replay", "limit", "cpi", "model", "view", "slurm", "init"];
+const COMMANDS: [&str; 13] =
+    ["run", "merge", "compare", "status", "push", "replay", "limit", "check", "cpi", "model", "view", "slurm", "init"];
 
 fn root() -> PathBuf {
     env!("CARGO_MANIFEST_DIR").into()

@@ -97,14 +97,18 @@ fn a_trial_ends_alike_however_it_is_looked_at() {
         let set = ["--trial=0", "--json", "--gains", row["set"].as_str().unwrap()];
         let push = ["push", "--campaign=out/campaign.toml"];
         let page = ["replay", "out", "--output=page.html"];
-        let looks: [(&[&str], &[&str]); 6] = [
+        let (both, with_frames) = (["--engine=both"], [frames]);
+        let mut looks: Vec<(&[&str], &[&str])> = vec![
             (&push, &[]),
             (&push, &["--trace=t.csv"]),
             (&push, &["--plot=p.svg", "--replay=r.html"]),
-            (&push, &[frames]),
+            (&push, &with_frames),
             (&page, &[]),
             (&page, &["--trace=t.csv", "--plot=p.svg"]),
         ];
+        if cfg!(feature = "mujoco") {
+            looks.push((&page, &both));
+        }
         for (command, look) in looks {
             let looked = standfast(dir.path(), &[command, &set, look].concat()).success();
             let seen: serde_json::Value = serde_json::from_str(&stdout(&looked)).unwrap();

@@ -4,6 +4,7 @@
 //! (`interrupt`), the end of a campaign (`result`), and the simulation of one episode (`episode`).
 
 pub mod arguments;
+mod check;
 mod columns;
 mod compare;
 mod completions;
@@ -74,6 +75,8 @@ enum Chosen {
     Push(push::PushArgs),
     /// Simulate a trial of a result again, and show it in 3D
     Replay(replay::ReplayArgs),
+    /// Try a controller unpushed: does it stand, and do the same again?
+    Check(check::CheckControllerArgs),
     /// Find the largest recoverable impulse by heading
     Limit(limit::LimitArgs),
     /// Compute the maximal CPI sets of a gain set
@@ -109,6 +112,7 @@ pub fn run() -> Result<ExitCode> {
         Chosen::Status(args) => status::run(&args),
         Chosen::Push(args) => push::run(&args),
         Chosen::Replay(args) => replay::run(&args),
+        Chosen::Check(args) => check::run(&args),
         Chosen::Limit(args) => limit::run(&args),
         Chosen::Cpi(args) => cpi::run(&args),
         Chosen::Model(args) => model::run(&args),

@@ -75,6 +75,10 @@ pub fn say_failed_gates(summary: &Summary, folder: &Path) {
 
 /// Whether all gates of all results pass.
 pub fn exit_code(results: &[Summary]) -> ExitCode {
-    let passes = results.iter().flat_map(|result| &result.gates).all(|gate| gate.passes);
+    exit_code_of_gates(results.iter().flat_map(|result| &result.gates).all(|gate| gate.passes))
+}
+
+/// The exit code for gates all of which pass, or not.
+pub fn exit_code_of_gates(passes: bool) -> ExitCode {
     if passes { ExitCode::SUCCESS } else { ExitCode::from(GATE_FAILED) }
 }

@@ -1,5 +1,6 @@
 //! The kinds of controllers, and the one place where the file of a controller is read.
 
+use super::onnx::Policy;
 use super::posture::Posture;
 use super::process::Process;
 use super::settings::Settings;
@@ -12,8 +13,12 @@ use serde::de::DeserializeOwned;
 use toml::Table;
 
 /// The kinds of controllers, the first of which is that of a file without a kind.
-const KINDS: [KindOf; 3] =
-    [kind::<GainSet>("cpi"), kind::<Posture>("posture"), KindOf { parse: Process::read, ..kind::<Process>("process") }];
+const KINDS: [KindOf; 4] = [
+    kind::<GainSet>("cpi"),
+    kind::<Posture>("posture"),
+    KindOf { parse: Process::read, ..kind::<Process>("process") },
+    KindOf { parse: Policy::read, ..kind::<Policy>("onnx") },
+];
 
 /// A kind of controllers.
 pub(super) struct KindOf {

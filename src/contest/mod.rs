@@ -48,9 +48,11 @@
 //! # }
 //! ```
 
+mod beside;
 mod child;
 mod cpi;
 mod kinds;
+mod onnx;
 mod posture;
 mod process;
 mod settings;

@@ -4,6 +4,7 @@
 //! Each worker has a child, which serves one episode after another. A child that dies, hangs or answers nonsense is replaced,
 //! and its episode ends as diverged, with the cause.
 
+use super::beside;
 use super::child::{Talker, in_short};
 use super::settings::Settings;
 use crate::assets::{Source, parse_toml};
@@ -11,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::robot::{Command, Controller, Factory, Note, PerFoot, Report, Robot, Sensed, TickError, Wrench};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -22,8 +23,6 @@ const PROTOCOL: u64 = 1;
 /// Longest time for which an answer is waited for (s), and that for the first answer, before which a program is loaded.
 const MOST_TIMEOUT_S: f64 = 1000.0;
 const START: Duration = Duration::from_secs(30);
-/// A larger file is no part of a controller.
-const MOST_FILE_BYTES: u64 = 200_000_000;
 
 /// What its file states.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -64,18 +63,13 @@ impl Process {
         Ok(Box::new(Self { file: source.file.clone(), ..parse_toml(source)? }))
     }
 
-    fn folder(&self) -> PathBuf {
-        let folder = Path::new(&self.file).parent().filter(|folder| !folder.as_os_str().is_empty());
-        folder.unwrap_or(Path::new(".")).into()
-    }
-
     fn bad(&self, field: &str, value: impl ToString, problem: &str, accepted: &str) -> Error {
         Error::value(&self.file, field, value.to_string(), problem.to_string(), accepted.to_string())
     }
 
     /// Starts a child and greets it.
     fn start(&self, hello: &str) -> Result<Talker, String> {
-        let (folder, [program, args @ ..]) = (self.folder(), &self.command[..]) else {
+        let (folder, [program, args @ ..]) = (beside::folder(&self.file), &self.command[..]) else {
             return Err("there is no command".into());
         };
         // A path is one in the folder of the file; a plain name is searched for as usual.
@@ -129,21 +123,12 @@ impl Settings for Process {
 
     /// The arguments that are files in the folder of the controller's file, and the files that it lists.
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
-        let folder = self.folder();
-        let is_inside = |name: &str| {
-            Path::new(name).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
-        };
-        let of_command = self.command.iter().filter(|word| is_inside(word) && folder.join(word).is_file());
+        let folder = beside::folder(&self.file);
+        let of_command = self.command.iter().filter(|word| beside::is_inside(word) && folder.join(word).is_file());
         let mut names: Vec<&String> = of_command.chain(&self.files).collect();
         names.sort();
         names.dedup();
-        let read = |name: &String| {
-            if !is_inside(name) {
-                return Err(self.bad("files", name, "is not in the folder of this file", "a path within this folder"));
-            }
-            Ok((name.clone(), crate::assets::read(&folder.join(name), MOST_FILE_BYTES)?))
-        };
-        names.into_iter().map(read).collect()
+        names.into_iter().map(|name| beside::read(&self.file, "files", name)).collect()
     }
 
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory> {
@@ -276,6 +261,7 @@ fn hello(robot: &Robot, period_s: f64, parameters: &Table) -> Value {
             "torque_n_m": servo.torque_n_m,
             "kp": servo.kp,
             "kd": servo.kd,
+            "rotor_inertia_kg_m2": servo.rotor_inertia_kg_m2,
         })
     };
     let link = |link: &crate::robot::Link| json!({ "name": link.name, "mass_kg": link.mass_kg });
@@ -286,6 +272,8 @@ fn hello(robot: &Robot, period_s: f64, parameters: &Table) -> Value {
         "parameters": parameters,
         "robot": {
             "name": robot.name,
+            "urdf": robot.urdf,
+            "trunk": robot.links[robot.trunk].name,
             "mass_kg": robot.mass(),
             "com_height_m": robot.home_com_height(),
             "joints": robot.joints.iter().zip(&robot.servos).map(joint).collect::<Vec<_>>(),

@@ -2,6 +2,7 @@
 //! Everybody who watches sees its ticks ([`Tick`]); a [`Film`] keeps them. Two episodes of one trial in different engines
 //! are set side by side ([`parting`]).
 
+pub mod alone;
 mod closed_loop;
 mod config;
 pub mod film;

@@ -85,7 +85,7 @@ pub struct Record {
     /// a torque within its limit at the start of a physics step, and its damping follows the speed within the step. The
     /// share is therefore larger than 1 if an impact changes the speed of a joint by more than its
     /// `full_torque_speed_rad_s` in one step, or if its damping is so large for its rotor that it would be unstable
-    /// otherwise.
+    /// otherwise. What is too much is taken from the limit of the next steps.
     pub peak_torque_n_m: f64,
     pub peak_torque_ratio: f64,
     /// Time (s) during which the torque of some joint, averaged over a tick, was at its limit. Only ticks with the

@@ -3,6 +3,7 @@
 use super::shape::Shape;
 use crate::assets::exactly;
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
+use std::path::PathBuf;
 
 /// Acceleration of gravity (m/s^2).
 pub const GRAVITY: f64 = 9.81;
@@ -11,6 +12,8 @@ pub const GRAVITY: f64 = 9.81;
 #[derive(Debug, Clone)]
 pub struct Robot {
     pub name: String,
+    /// Its URDF; None if it is compiled in, or came as text.
+    pub urdf: Option<PathBuf>,
     /// Rigid bodies after merging. `links[0]` is the floating base, and `joints[i]` carries `links[i + 1]`. A parent
     /// always stands before its children.
     pub links: Vec<Link>,

@@ -111,7 +111,8 @@ impl Robot {
                 beside.display()
             );
         }
-        let robot = files.robot()?;
+        let mut robot = files.robot()?;
+        robot.urdf = Path::new(&files.urdf.file).canonicalize().ok();
         robot.notes.iter().for_each(|note| log::warn!("{}: {note}", files.urdf.file));
         Ok(robot)
     }
@@ -135,6 +136,7 @@ impl Robot {
             reach: parsed.reach,
             assumptions: parsed.assumptions,
             name: tree.name,
+            urdf: None,
             links: tree.links,
             joints: tree.joints,
             frames: tree.frames,

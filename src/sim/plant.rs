@@ -5,7 +5,7 @@ use super::meeting::{Meeting, Pairs};
 use super::physics::Physics;
 use super::push::Push;
 use super::sensors::Sensors;
-use super::servo;
+use super::servo::{self, Target};
 use super::similar;
 use super::{Engine, Ground, SensorErrors};
 use crate::robot::{Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench};
@@ -47,6 +47,8 @@ pub struct Plant<'a> {
     in_flight: VecDeque<(u64, Command)>,
     acting: Command,
     drives: Vec<servo::Drive>,
+    /// By how much each servo is ahead of its limit (N m).
+    owed: Vec<f64>,
     /// Number of physics steps done.
     steps: u64,
     delay_steps: u64,
@@ -163,6 +165,7 @@ impl<'a> Plant<'a> {
             in_flight: VecDeque::new(),
             acting: initial,
             drives: vec![servo::Drive { constant: 0.0, damping: 0.0 }; joints],
+            owed: vec![0.0; joints],
             steps: 0,
             // Rounded to the nearest physics step.
             delay_steps: (robot.delay_s / clock.physics_step_s).round() as u64,
@@ -281,22 +284,26 @@ impl<'a> Plant<'a> {
 
     /// Sets the servo of every joint for the next physics step.
     fn drive_joints(&mut self) {
-        let Self { physics, robot, clock, acting, drives, .. } = self;
+        let Self { physics, robot, clock, acting, drives, owed, .. } = self;
         physics.set_drives(&mut |i, q, dq| {
             let mut servo = robot.servos[i];
             if let Some(gains) = &acting.gains {
                 [servo.kp, servo.kd] = gains[i];
             }
-            let (q_ref, dq_ref, tau_ff) = (acting.q_ref[i], acting.dq_ref[i], acting.tau_ff[i]);
-            drives[i] = servo::drive(&servo, clock.physics_step_s, q, dq, q_ref, dq_ref, tau_ff);
+            let target = Target { q_ref: acting.q_ref[i], dq_ref: acting.dq_ref[i], tau_ff: acting.tau_ff[i] };
+            drives[i] = servo::drive(&servo, clock.physics_step_s, q, dq, target, owed[i]);
             drives[i]
         });
     }
 
     /// Adds the torques of the past physics step to their averages.
     fn add_torques(&mut self, share: f64) {
-        let Self { physics, truth, drives, .. } = self;
-        physics.speeds(&mut |i, dq| truth.tau[i] += share * (drives[i].constant - drives[i].damping * dq));
+        let Self { physics, robot, truth, drives, owed, .. } = self;
+        physics.speeds(&mut |i, dq| {
+            let tau = drives[i].constant - drives[i].damping * dq;
+            owed[i] = servo::owed(&robot.servos[i], owed[i], tau);
+            truth.tau[i] += share * tau;
+        });
     }
 
     /// Adds the ground's wrenches of the past physics step, and notes which link but the soles touches the ground, and

@@ -17,26 +17,43 @@ pub struct Drive {
     pub damping: f64,
 }
 
+/// What a servo is to do: its reference angle (rad) and speed (rad/s), and a torque in addition (N m).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Target {
+    pub q_ref: f64,
+    pub dq_ref: f64,
+    pub tau_ff: f64,
+}
+
 /// The servo law at joint angle `q` (rad) and joint speed `dq` (rad/s), for one physics step of `step_s`.
 ///
 /// The torque at the end of the step is within the limit, too, if the speed stays or changes towards rest, and then by up
-/// to `full_torque_speed_rad_s` more. The exception is a servo whose rotor is so light that explicit damping would be
-/// unstable: as much of its damping as stability needs remains implicit, and may add to the torque.
-pub fn drive(servo: &Servo, step_s: f64, q: f64, dq: f64, q_ref: f64, dq_ref: f64, tau_ff: f64) -> Drive {
-    let wanted = servo.kp * (q_ref - q) + servo.kd * (dq_ref - dq) + tau_ff;
+/// to `full_torque_speed_rad_s` more. There are two exceptions. One is a harder impact. The other is a servo whose rotor is
+/// so light that explicit damping would be unstable: as much of its damping as stability needs remains implicit, and may
+/// add to the torque. What a step has given too much is [`owed`] (N m), and taken from the limit of the next ones.
+pub fn drive(servo: &Servo, step_s: f64, q: f64, dq: f64, target: Target, owed: f64) -> Drive {
+    let wanted = servo.kp * (target.q_ref - q) + servo.kd * (target.dq_ref - dq) + target.tau_ff;
+    let (most, least) = ((servo.torque_n_m - owed.max(0.0)).max(0.0), (-servo.torque_n_m - owed.min(0.0)).min(0.0));
     // A motor can brake with its full torque; only the driving torque decreases with speed.
-    let forward = if dq > 0.0 { servo.available_torque(dq) } else { servo.torque_n_m };
-    let backward = if dq < 0.0 { servo.available_torque(dq) } else { servo.torque_n_m };
+    let forward = if dq > 0.0 { most.min(servo.available_torque(dq)) } else { most };
+    let backward = if dq < 0.0 { (-least).min(servo.available_torque(dq)) } else { -least };
     if wanted > forward || wanted < -backward {
         return Drive { constant: wanted.clamp(-backward, forward), damping: 0.0 };
     }
     // Distances to the smallest and the largest speed at the end of the step.
     let (down, up) = (dq.max(0.0) + servo.full_torque_speed_rad_s, servo.full_torque_speed_rad_s - dq.min(0.0));
-    let within_limit = ((servo.torque_n_m - wanted) / down).min((servo.torque_n_m + wanted) / up);
+    let within_limit = ((most - wanted) / down).min((wanted - least) / up);
     // Explicit damping of more than the rotor's inertia per step would turn the joint around.
     let stable = (servo.kd - servo.rotor_inertia_kg_m2 / step_s).max(0.0);
     let damping = within_limit.max(stable).min(servo.kd);
     Drive { constant: wanted + damping * dq, damping }
+}
+
+/// By how much a servo is ahead of its limit after a step with torque `tau`, if it was ahead by `owed` before (N m, with
+/// the sign of the torque). With it, no number of steps in a row has more than the limit on average, but for the last one.
+pub fn owed(servo: &Servo, owed: f64, tau: f64) -> f64 {
+    let sum = owed + tau;
+    sum - sum.clamp(-servo.torque_n_m, servo.torque_n_m)
 }
 
 #[cfg(test)]
@@ -54,7 +71,7 @@ mod tests {
 
     /// The drive at 0 rad, without feed-forward.
     fn drive(dq: f64, q_ref: f64) -> Drive {
-        super::drive(&SERVO, 0.002, 0.0, dq, q_ref, 0.0, 0.0)
+        super::drive(&SERVO, 0.002, 0.0, dq, Target { q_ref, dq_ref: 0.0, tau_ff: 0.0 }, 0.0)
     }
 
     #[test]
@@ -67,7 +84,7 @@ mod tests {
 
     #[test]
     fn within_the_limits_it_is_a_damped_spring_with_feed_forward() {
-        let drive = super::drive(&SERVO, 0.002, 0.1, 0.3, 0.12, 0.2, 0.5);
+        let drive = super::drive(&SERVO, 0.002, 0.1, 0.3, Target { q_ref: 0.12, dq_ref: 0.2, tau_ff: 0.5 }, 0.0);
         let torque = drive.constant - drive.damping * 0.3;
         assert!((torque - (80.0 * 0.02 + 2.5 * (0.2 - 0.3) + 0.5)).abs() < 1e-12);
         // The change of torque within a step with steady acceleration is damped.
@@ -91,7 +108,26 @@ mod tests {
     fn a_light_rotor_keeps_the_damping_that_it_needs() {
         // 2.5 N m s/rad for 2 ms would turn around whatever has less than 0.005 kg m^2.
         let light = Servo { rotor_inertia_kg_m2: 0.002, ..SERVO };
-        let drive = super::drive(&light, 0.002, 0.0, 0.0, 0.09, 0.0, 0.0);
+        let drive = super::drive(&light, 0.002, 0.0, 0.0, Target { q_ref: 0.09, dq_ref: 0.0, tau_ff: 0.0 }, 0.0);
         assert!((drive.damping - 1.5).abs() < 1e-12, "{drive:?}");
+    }
+    #[test]
+    fn what_an_impact_adds_to_the_torque_is_taken_from_the_next_steps() {
+        let light = Servo { kd: 40.0, rotor_inertia_kg_m2: 1e-4, ..SERVO };
+        for (servo, impact) in [(SERVO, 300.0), (light, 0.5)] {
+            for sign in [1.0, -1.0] {
+                let target = Target { q_ref: 0.09 * sign, dq_ref: 0.0, tau_ff: 0.0 };
+                let (mut ahead, mut sum, mut highest, mut steps) = (0.0, 0.0, 0.0_f64, 0.0);
+                // The impact is within the first step. After it the joint is at rest, and its motor is asked for much.
+                while steps == 0.0 || ahead != 0.0 {
+                    let drive = super::drive(&servo, 0.002, 0.0, 0.0, target, ahead);
+                    let after = if steps == 0.0 { -impact * sign } else { 0.0 };
+                    let tau = drive.constant - drive.damping * after;
+                    ahead = owed(&servo, ahead, tau);
+                    (sum, highest, steps) = (sum + tau * sign, highest.max(tau * sign), steps + 1.0);
+                }
+                assert!(highest > 16.0 && steps > 1.0 && sum <= 8.0 * steps + 1e-9, "{highest}, {sum} in {steps}");
+            }
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Results as text for the terminal, and as JSON.
 
 mod agreement;
+pub mod alone;
 mod campaign;
 pub mod comparison;
 pub mod cpi;

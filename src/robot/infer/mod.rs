@@ -39,6 +39,7 @@ pub(super) fn settings(urdf: &Source, tree: Tree) -> Result<String> {
     // What is not known yet is filled in step by step.
     let mut robot = Robot {
         name: tree.name,
+        urdf: None,
         links: tree.links,
         joints: tree.joints,
         frames: tree.frames,

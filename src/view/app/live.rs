@@ -166,15 +166,17 @@ impl<'a> Live<'a> {
         }
     }
 
-    /// What happened, in two lines, and a third one on a ghost.
+    /// What happened, in two lines, and one on each robot.
     pub fn account(&self) -> String {
         let counts = self.counts;
-        let ghost = self.ghost.as_ref().map_or_else(String::new, |ghost| {
-            format!("\nghost, in {}: {}", ghost.config.engine.title(), self.verdict_on(ghost).0)
-        });
+        let verdict = |name: &str, robot: &Simulation| {
+            format!("\n{name}, in {}: {}", robot.config.engine.title(), self.verdict_on(robot).0)
+        };
+        let robot = verdict("robot", &self.shown);
+        let ghost = self.ghost.as_ref().map_or_else(String::new, |ghost| verdict("ghost", ghost));
         format!(
             "{}, {} (up to {:.1} N), {}, {}, {}; the COM was up to {:.1} mm from its start\n\
-             {} ({} single), {:.3} s simulated{ghost}",
+             {} ({} single), {:.3} s simulated{robot}{ghost}",
             several(counts.pushes.into(), "push", "pushes"),
             several(counts.drags.into(), "drag", "drags"),
             counts.drag_n,

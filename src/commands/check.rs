@@ -1,0 +1,80 @@
+//! `standfast check`: tries a controller before anybody pushes it.
+
+use super::arguments::{ENGINES, number, one_of};
+use super::result::exit_code_of_gates;
+use super::terminal::print;
+use crate::assets::DEFAULT_ROBOT;
+use crate::campaign::ask::trial;
+use crate::campaign::{Campaign, Overrides, check_episode, check_steps};
+use crate::contest;
+use crate::episode::alone::Alone;
+use crate::episode::{Disturbance, EpisodeConfig};
+use crate::error::Result;
+use crate::render;
+use crate::render::text::alone::Tried;
+use crate::robot::{Robot, Units};
+use crate::sim::{Engine, Variation};
+use std::process::ExitCode;
+
+#[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
+#[command(after_help = "Examples:
+  standfast check mine.toml                         does it stand, and do the same again?
+  standfast check controllers/ankles.toml --campaign standard
+  standfast check catch --robot my.urdf --json
+
+The controller drives the robot three times, and nothing pushes it: twice one after the
+other, and once started anew, which for a program is another process. What is told:
+whether the robot stands, which joint left its angle first, whether all three are the
+same to the bit, how long a tick takes, and what the first command wants of each joint.
+
+With a campaign, the sensors have the noise of its first trial; robot and ground are as
+designed. Exit code 100: it falls, fails, or does not repeat.")]
+pub struct CheckControllerArgs {
+    /// Controller by name or file
+    #[arg(value_name = "NAME|FILE")]
+    pub controller: String,
+    /// A campaign for noise, time steps and thresholds: a name or a TOML file
+    #[arg(long, value_name = "NAME|FILE")]
+    pub campaign: Option<String>,
+    /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub robot: Option<String>,
+    /// Physics engine
+    #[arg(long, value_name = "ENGINE", value_parser = one_of::<Engine, 2>(ENGINES))]
+    pub engine: Option<Engine>,
+    /// Length of each episode (s) [default: that of the campaign, or 6]
+    #[arg(long, value_name = "S", value_parser = number)]
+    pub horizon: Option<f64>,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    pub json: bool,
+}
+
+pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
+    let overrides = Overrides { engine: args.engine, robot: args.robot.clone(), ..Overrides::default() };
+    let campaign = args.campaign.as_ref().map(|name| Campaign::load(name, &overrides)).transpose()?;
+    let robot_name = args.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
+    let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
+    let mut config = campaign.as_ref().map_or_else(|| EpisodeConfig::of(&Units::of(&robot)), |c| c.episode);
+    config.engine = args.engine.unwrap_or(config.engine);
+    config.horizon_s = args.horizon.unwrap_or(config.horizon_s);
+    check_episode("command line", &config)?;
+    config.engine.check(&robot)?;
+    check_steps("command line", &config, &robot)?;
+
+    let settings = contest::load(&args.controller)?;
+    let prepare = || settings.prepare(&robot, config.control_period_s);
+    let factory = prepare()?;
+    factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
+    let quiet = || {
+        let of_trial = campaign.as_ref().map(|c| trial::disturbance(c, 0)).unwrap_or_default();
+        Disturbance { variation: Variation::default(), ..of_trial }
+    };
+    let [first, second] = [(); 2].map(|()| Alone::run(&robot, &factory, &config, quiet()));
+    let third = Alone::run(&robot, &prepare()?, &config, quiet());
+    let (again, anew) = (first.differs(&second), first.differs(&third));
+    let tried = Tried { robot: &robot, factory: &factory, config: &config, alone: &first, again, anew };
+    print(&if args.json { render::json(&tried.json()) } else { tried.text() })?;
+    Ok(exit_code_of_gates(tried.is_good()))
+}

@@ -1,0 +1,26 @@
+//! Files beside the file of a controller, which it needs: a script, a network. They are inputs of a result.
+
+use crate::error::{Error, Result};
+use std::path::{Component, Path, PathBuf};
+
+/// A larger file is no part of a controller.
+const MOST_FILE_BYTES: u64 = 200_000_000;
+
+/// The folder of the controller's `file`.
+pub(super) fn folder(file: &str) -> PathBuf {
+    let folder = Path::new(file).parent().filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new(".")).into()
+}
+
+/// Whether a path leads to somewhere within the folder.
+pub(super) fn is_inside(name: &str) -> bool {
+    Path::new(name).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+}
+
+/// Reads a file of the same folder, which `field` names.
+pub(super) fn read(file: &str, field: &str, name: &str) -> Result<(String, Vec<u8>)> {
+    if !is_inside(name) {
+        return Err(Error::value(file, field, name, "is not in the folder of this file", "a path within this folder"));
+    }
+    Ok((name.into(), crate::assets::read(&folder(file).join(name), MOST_FILE_BYTES)?))
+}

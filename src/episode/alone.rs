@@ -1,0 +1,105 @@
+//! A controller that nothing disturbs: whether the robot stands, and whether it does the same once more. Whoever falls alone
+//! has a mistake in what it reads or commands, and its pushes would say nothing.
+
+use super::closed_loop::run;
+use super::config::{Disturbance, EpisodeConfig, Until};
+use super::record::Record;
+use crate::robot::{Command, Factory, Robot};
+use std::time::Instant;
+
+/// A joint has left its angle of the start when it is so far from it (rad).
+pub const LEAVES_RAD: f64 = 0.1;
+
+/// What happened without a push.
+pub struct Alone {
+    pub record: Record,
+    /// The joint that was the first to leave its angle of the start by [`LEAVES_RAD`], and when (s).
+    pub left_first: Option<(usize, f64)>,
+    /// Largest speed of the COM (m/s) in the second half of the time.
+    pub late_com_speed_m_s: f64,
+    /// Time on the clock of each tick, with its simulation (s).
+    pub tick_s: f64,
+    /// Time (s), joint angles and command of every tick.
+    ticks: Vec<(f64, Vec<f64>, Command)>,
+}
+
+impl Alone {
+    /// Runs an episode without pushes, up to a fall or the horizon.
+    pub fn run(robot: &Robot, factory: &Factory, config: &EpisodeConfig, disturbance: Disturbance) -> Self {
+        let quiet = Disturbance { pushes: Vec::new(), ..disturbance };
+        let (mut ticks, mut late_com_speed_m_s, began) = (Vec::new(), 0.0_f64, Instant::now());
+        let record = run(robot, factory, config, quiet, Until::Fallen, &mut |tick| {
+            if tick.truth.time_s > config.horizon_s / 2.0 {
+                late_com_speed_m_s = late_com_speed_m_s.max(tick.truth.com_vel.norm());
+            }
+            // A command that failed may have any length.
+            if !tick.is_broken() {
+                ticks.push((tick.truth.time_s, tick.truth.posture.q.clone(), tick.command.clone()));
+            }
+        });
+        let tick_s = began.elapsed().as_secs_f64() / ticks.len().max(1) as f64;
+        let leaves = |(time_s, q, _): &(f64, Vec<f64>, Command)| {
+            let far = |(i, angle): (usize, &f64)| ((angle - robot.home_rad[i]).abs() > LEAVES_RAD).then_some(i);
+            Some((q.iter().enumerate().find_map(far)?, *time_s))
+        };
+        Self { record, left_first: ticks.iter().find_map(leaves), late_com_speed_m_s, tick_s, ticks }
+    }
+
+    /// The first command; None if it failed.
+    pub fn first(&self) -> Option<&Command> {
+        self.ticks.first().map(|(_, _, command)| command)
+    }
+
+    /// The time (s) of the first tick at which `other` is not the same to the bit, and what differs; None if nothing does.
+    pub fn differs(&self, other: &Self) -> Option<(f64, &'static str)> {
+        let differ = |(a, b): (&(f64, Vec<f64>, Command), &(f64, Vec<f64>, Command))| match (a.1 == b.1, a.2 == b.2) {
+            (_, false) => Some((a.0, "its command")),
+            (false, true) => Some((a.0, "the robot's joints")),
+            (true, true) => None,
+        };
+        let ends_s = self.record.end_s.min(other.record.end_s);
+        let length = (self.ticks.len() != other.ticks.len()).then_some((ends_s, "its end"));
+        self.ticks.iter().zip(&other.ticks).find_map(differ).or(length)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::{Controller, Report, Sensed, TickError, Units};
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    /// A controller that remembers how often any of its episodes has ticked.
+    struct Forgetful(Arc<AtomicU64>);
+
+    impl Controller for Forgetful {
+        fn tick(&mut self, _: &Sensed, command: &mut Command) -> Result<(), TickError> {
+            if self.0.fetch_add(1, Ordering::Relaxed) == 60 {
+                command.tau_ff[0] += 1e-9;
+            }
+            Ok(())
+        }
+
+        fn report(&self) -> Report {
+            Report::of_phase("forgetful")
+        }
+
+        fn fork(&self) -> Option<Box<dyn Controller>> {
+            None
+        }
+    }
+
+    #[test]
+    fn what_is_remembered_from_an_earlier_episode_is_found() {
+        let robot = Robot::load("ut-mu2").unwrap();
+        let config = EpisodeConfig { horizon_s: 0.1, ..EpisodeConfig::of(&Units::of(&robot)) };
+        let ticks = Arc::new(AtomicU64::new(0));
+        let factory = Factory::new("forgetful", "remembers", move |_seed| Forgetful(Arc::clone(&ticks)));
+        // Some 51 ticks each: the second episode has the odd one, and the third does not.
+        let [first, second, third] = [(); 3].map(|()| Alone::run(&robot, &factory, &config, Disturbance::default()));
+        let (at_s, what) = first.differs(&second).unwrap();
+        assert!(at_s > 0.0 && at_s < 0.1 && what == "its command", "{at_s} s: {what}");
+        assert_eq!(first.differs(&third), None);
+    }
+}

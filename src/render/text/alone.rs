@@ -1,0 +1,138 @@
+//! What a controller does if nothing pushes the robot, as text and JSON: `standfast check`.
+
+use super::layout::{entry, signed};
+use crate::episode::alone::{Alone, LEAVES_RAD};
+use crate::episode::{EpisodeConfig, Outcome};
+use crate::render::table::{Table, headings, texts};
+use crate::robot::{Factory, Robot};
+use serde_json::{Value, json};
+
+/// A gain with some four digits.
+fn short(gain: f64) -> String {
+    let decimals = (3.0 - gain.abs().max(1e-3).log10().floor()).clamp(0.0, 6.0) as i32;
+    let factor = 10f64.powi(decimals);
+    format!("{}", (gain * factor).round() / factor)
+}
+
+/// A controller, tried three times.
+pub struct Tried<'a> {
+    pub robot: &'a Robot,
+    pub factory: &'a Factory,
+    pub config: &'a EpisodeConfig,
+    pub alone: &'a Alone,
+    /// When (s) and in what it differs in a second episode, and in one of a controller that is started anew.
+    pub again: Option<(f64, &'static str)>,
+    pub anew: Option<(f64, &'static str)>,
+}
+
+impl Tried<'_> {
+    /// Whether it neither falls nor fails, and does the same again.
+    pub fn is_good(&self) -> bool {
+        let stays = matches!(self.alone.record.outcome, Outcome::Recovered | Outcome::TimedOut);
+        stays && self.again.is_none() && self.anew.is_none()
+    }
+
+    pub fn text(&self) -> String {
+        let Self { robot, factory, config, alone, .. } = self;
+        let about = if factory.about.is_empty() { String::new() } else { format!(", {}", factory.about) };
+        let period_ms = 1e3 * config.control_period_s;
+        let told = [
+            ("controller", format!("{}{about}", factory.name)),
+            ("robot", format!("{} with {} joints, a tick every {period_ms} ms", robot.name, robot.joints.len())),
+            ("alone", self.alone()),
+            ("again", self.repeats()),
+            ("time", format!("{:.3} ms a tick, with its simulation in {}", 1e3 * alone.tick_s, config.engine.title())),
+        ];
+        let told: String = told.iter().map(|(label, what)| entry(label, what)).collect();
+        format!("{told}\n{}", self.first().map_or_else(String::new, |table| table.text()))
+    }
+
+    /// What the first command wants of each joint.
+    fn first(&self) -> Option<Table> {
+        let command = self.alone.first()?;
+        let columns = ["angle [rad]", "reference [rad]", "torque [N m]", "kp", "kd"];
+        let mut table = Table::new("The first command", headings("joint", columns))
+            .with_note("The first command, in the order of the joints; kp in N m/rad, kd in N m s/rad.");
+        for (i, joint) in self.robot.joints.iter().enumerate() {
+            let [kp, kd] = self.gains(i);
+            let numbers = [self.robot.home_rad[i], command.q_ref[i], command.tau_ff[i]].map(|x| signed(x, 4));
+            let [angle, reference, torque] = numbers;
+            table.row(texts([joint.name.clone(), angle, reference, torque, short(kp), short(kd)]));
+        }
+        Some(table)
+    }
+
+    fn gains(&self, joint: usize) -> [f64; 2] {
+        let servo = &self.robot.servos[joint];
+        let stated = self.alone.first().and_then(|command| command.gains.as_ref());
+        stated.map_or([servo.kp, servo.kd], |gains| gains[joint])
+    }
+
+    fn alone(&self) -> String {
+        let record = &self.alone.record;
+        let cause = record.fall_cause.as_deref().unwrap_or("no cause is known");
+        let left = self.alone.left_first.map_or_else(String::new, |(joint, time_s)| {
+            let joint = &self.robot.joints[joint].name;
+            format!("; the first joint to be {LEAVES_RAD} rad from its angle of the start is {joint}, at {time_s:.3} s")
+        });
+        let tilt = format!("its trunk tilts by {:.1} degrees at most", record.peak_tilt_deg);
+        match record.outcome {
+            Outcome::Recovered => format!("it stands still after {:.2} s; {tilt}{left}", record.end_s),
+            Outcome::TimedOut => format!(
+                "it does not fall in {:.2} s; {tilt}. It does not stand still either: its COM moves at up to {:.3} \
+                 m/s in the second half, and {:.3} m/s is still. No trial of such a controller counts as recovered{left}",
+                record.end_s, self.alone.late_com_speed_m_s, self.config.judge.standing_com_speed_m_s
+            ),
+            Outcome::Fell => format!(
+                "WARNING: it falls without a push, at {:.3} s: {cause}{left}",
+                record.fell_at_s.unwrap_or(record.end_s)
+            ),
+            Outcome::Diverged => format!("WARNING: it fails without a push, at {:.3} s: {cause}{left}", record.end_s),
+        }
+    }
+
+    fn repeats(&self) -> String {
+        let differs = |(at_s, what): (f64, &str), when: &str| {
+            format!(
+                "WARNING: {when}, {what} differs from {at_s:.3} s on. Its results depend on which trials came before, and \
+                 no replay of it is exact. An episode must follow from its readings and its seed alone"
+            )
+        };
+        match (self.again, self.anew) {
+            (Some(found), _) => differs(found, "in a second episode"),
+            (None, Some(found)) => differs(found, "started anew"),
+            (None, None) => "the same to the bit in a second episode, and started anew".into(),
+        }
+    }
+
+    pub fn json(&self) -> Value {
+        let Self { robot, factory, config, alone, .. } = self;
+        let record = &alone.record;
+        let joint = |(i, joint): (usize, &crate::robot::Joint)| {
+            let command = alone.first()?;
+            let [kp, kd] = self.gains(i);
+            Some(json!({
+                "joint": joint.name, "q_rad": robot.home_rad[i], "q_ref_rad": command.q_ref[i],
+                "dq_ref_rad_s": command.dq_ref[i], "tau_ff_n_m": command.tau_ff[i], "kp": kp, "kd": kd,
+            }))
+        };
+        let differs = |found: Option<(f64, &str)>| found.map(|(at_s, what)| json!({ "at_s": at_s, "what": what }));
+        json!({
+            "controller": factory.name,
+            "robot": robot.name,
+            "engine": config.engine.title(),
+            "control_period_s": config.control_period_s,
+            "is_good": self.is_good(),
+            "outcome": record.outcome.name(),
+            "end_s": record.end_s,
+            "fall_cause": record.fall_cause,
+            "peak_tilt_deg": record.peak_tilt_deg,
+            "late_com_speed_m_s": alone.late_com_speed_m_s,
+            "left_first": alone.left_first.map(|(i, at_s)| json!({ "joint": robot.joints[i].name, "at_s": at_s })),
+            "differs_in_a_second_episode": differs(self.again),
+            "differs_started_anew": differs(self.anew),
+            "tick_s": alone.tick_s,
+            "first_command": robot.joints.iter().enumerate().filter_map(joint).collect::<Vec<_>>(),
+        })
+    }
+}

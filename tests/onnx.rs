@@ -1,0 +1,280 @@
+//! Learned policies: a network does what the same law does in Python, mistakes are told in a sentence, and real policies
+//! stand and are pushed where they are at hand.
+
+mod common;
+
+use common::program::{folder, standfast, stderr, stdout};
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The wire format of protobuf, as far as an ONNX file of one layer needs it.
+mod protobuf {
+    pub fn varint(mut value: u64, out: &mut Vec<u8>) {
+        while value >= 0x80 {
+            out.push(value as u8 | 0x80);
+            value >>= 7;
+        }
+        out.push(value as u8);
+    }
+
+    pub fn number(field: u64, value: u64) -> Vec<u8> {
+        let mut out = Vec::new();
+        varint(field << 3, &mut out);
+        varint(value, &mut out);
+        out
+    }
+
+    pub fn bytes(field: u64, content: &[u8]) -> Vec<u8> {
+        let mut out = Vec::new();
+        varint(field << 3 | 2, &mut out);
+        varint(content.len() as u64, &mut out);
+        out.extend(content);
+        out
+    }
+}
+
+/// A network `action = observation * weights + bias`; `weights` has a row for each observed number.
+fn linear(weights: &[Vec<f32>], bias: &[f32]) -> Vec<u8> {
+    use protobuf::{bytes, number};
+    let tensor = |name: &str, dims: &[usize], values: &[f32]| {
+        let dims = dims.iter().flat_map(|&dim| number(1, dim as u64));
+        let raw: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        let rest = [number(2, 1), bytes(8, name.as_bytes()), bytes(9, &raw)].concat();
+        bytes(5, &dims.chain(rest).collect::<Vec<_>>())
+    };
+    let value = |field: u64, name: &str, size: usize| {
+        let dim = |size: usize| bytes(1, &number(1, size as u64));
+        let shape = [number(1, 1), bytes(2, &[dim(1), dim(size)].concat())].concat();
+        bytes(field, &[bytes(1, name.as_bytes()), bytes(2, &bytes(1, &shape))].concat())
+    };
+    let flat: Vec<f32> = weights.concat();
+    let inputs = ["obs", "weights", "bias"].map(|name| bytes(1, name.as_bytes())).concat();
+    let node = [inputs, bytes(2, b"action"), bytes(4, b"Gemm")].concat();
+    let graph = [
+        bytes(1, &node),
+        bytes(2, b"policy"),
+        tensor("weights", &[weights.len(), bias.len()], &flat),
+        tensor("bias", &[bias.len()], bias),
+        value(11, "obs", weights.len()),
+        value(12, "action", bias.len()),
+    ]
+    .concat();
+    [number(1, 8), bytes(7, &graph), bytes(8, &[bytes(1, b""), number(2, 13)].concat())].concat()
+}
+
+/// The ankles of UT-mu2 that bend forward, and their angles at home (rad).
+const ANKLES: [&str; 2] = ["left_ankle_flexion", "right_ankle_flexion"];
+const HOME_RAD: f64 = 0.442;
+
+/// A policy of the two ankles in a folder: its network, and the terms that it sees, with what else its file states.
+fn policy(folder: &Path, name: &str, network: &[u8], terms: &str, more: &str) -> String {
+    fs::write(folder.join("policy.onnx"), network).unwrap();
+    let text = format!(
+        "kind = 'onnx'\nname = '{name}'\nmodel = 'policy.onnx'\nperiod_s = 0.02\njoints = {ANKLES:?}\n\
+         default_rad = [{HOME_RAD}, {HOME_RAD}]\naction_scale = [1.0, 1.0]\nstiffness = [80.0, 80.0]\n\
+         damping = [2.5, 2.5]\n{more}\n{terms}"
+    );
+    fs::write(folder.join(format!("{name}.toml")), text).unwrap();
+    format!("{name}.toml")
+}
+
+/// Terms without settings of their own.
+fn terms(names: &[&str]) -> String {
+    names.iter().fold(String::new(), |mut text, name| {
+        writeln!(text, "[[observation]]\nterm = '{name}'").unwrap();
+        text
+    })
+}
+
+#[test]
+fn a_network_does_what_the_same_law_does_in_python() {
+    let dir = folder();
+    // The ankles follow the angular velocity of the trunk, seen now and one action ago, and lean by 0.01 rad.
+    let gains = [0.0, 0.02, 0.0, 0.0, 0.05, 0.0].map(|gain: f32| vec![gain, gain]);
+    let seen = "[[observation]]\nterm = 'base_angular_velocity'\nhistory = 2\nscale = 2.0\n";
+    let ours = policy(dir.path(), "ours", &linear(&gains, &[0.01, 0.01]), seen, "");
+    let python = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/controllers/python/standfast.py");
+    fs::copy(python, dir.path().join("standfast.py")).unwrap();
+    let script = "import standfast\n\
+        class Same(standfast.Controller):\n    def reset(self, seed):\n        self.ticks, self.past = 0, None\n\
+        \x20   def tick(self, sensed):\n        if self.ticks % 10 == 0:\n            rate = sensed['gyro'][1]\n\
+        \x20           past = rate if self.past is None else self.past\n            self.past = rate\n\
+        \x20           action = 2 * (0.02 * past + 0.05 * rate) + 0.01\n            self.q = list(self.home)\n\
+        \x20           self.torques = list(self.robot['home']['tau_ff'])\n\
+        \x20           for i, name in enumerate(self.joints):\n\
+        \x20               if name in ('left_ankle_flexion', 'right_ankle_flexion'):\n\
+        \x20                   self.q[i], self.torques[i] = 0.442 + action, 0.0\n        self.ticks += 1\n\
+        \x20       return {'q_ref': self.q, 'tau_ff': self.torques}\nstandfast.serve(Same)\n";
+    fs::write(dir.path().join("same.py"), script).unwrap();
+    let file = "kind = 'process'\nname = 'same'\ncommand = ['python3', 'same.py']\nfiles = ['standfast.py']\n";
+    fs::write(dir.path().join("same.toml"), file).unwrap();
+    let told = |controller: &str| -> Value {
+        let args = ["push", "--impulse=1.5", "--json", "--controller", controller];
+        serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap()
+    };
+    let (network, law, stiff) = (told(&ours), told("same.toml"), told("hold"));
+    assert_eq!(network["outcome"], law["outcome"]);
+    let peak = |told: &Value| told["peak_tilt_deg"].as_f64().unwrap();
+    // The network has 24 bits.
+    assert!((peak(&network) - peak(&law)).abs() < 1e-3 * peak(&law), "{network}\n{law}");
+    assert!(
+        (peak(&network) - peak(&stiff)).abs() > 0.01 * peak(&stiff),
+        "the policy does something: {network} {stiff}"
+    );
+}
+
+#[test]
+fn a_policy_is_an_input_of_its_result_and_gives_the_same_bytes_on_any_number_of_threads() {
+    let dir = folder();
+    let all = [
+        "base_linear_velocity",
+        "base_angular_velocity",
+        "projected_gravity",
+        "command",
+        "command_walk",
+        "command_turn",
+        "joint_positions",
+        "joint_velocities",
+        "last_action",
+        "phase_sin",
+        "phase_cos",
+    ];
+    let weights = vec![vec![1e-3, 2e-3]; 12 + 3 + 6 + 4];
+    let ours =
+        policy(dir.path(), "ours", &linear(&weights, &[0.0; 2]), &terms(&all), "action_clip = 1.0\n[gait]\nhz = 1.5");
+    let run = |out: &str, threads: &str| {
+        let args = ["run", "smoke", "--trials=4", "--replays=0", "--gains=hold", "--gains", &ours, out, threads];
+        standfast(dir.path(), &args).success();
+        fs::read(dir.path().join(&out[6..]).join("parts/part-000000.csv")).unwrap()
+    };
+    assert_eq!(run("--out=a", "--threads=1"), run("--out=b", "--threads=2"));
+    assert!(dir.path().join("a/inputs/gains/policy.onnx").is_file());
+    let args = ["replay", "a", "--trial=1", "--gains=ours", "--output=page.html"];
+    let replayed = standfast(dir.path(), &args).success();
+    assert!(!stderr(&replayed).contains("is not as it was"), "{}", stderr(&replayed));
+    standfast(dir.path(), &["check", &ours, "--horizon=1"]).success();
+}
+
+#[test]
+fn what_does_not_fit_is_told_in_a_sentence() {
+    let zero = |observed: usize, actions: usize| linear(&vec![vec![0.0; actions]; observed], &vec![0.0; actions]);
+    let (gyro, two) = (terms(&["base_angular_velocity"]), terms(&["base_angular_velocity", "last_action"]));
+    let phase = terms(&["phase_sin"]);
+    let fine = |text: &str| text.to_string();
+    type Change = Box<dyn Fn(&str) -> String>;
+    let replaced = |from: &'static str, to: &'static str| -> Change { Box::new(move |text| text.replace(from, to)) };
+    let cases: [(Vec<u8>, &str, Change, &str); 11] = [
+        (zero(3, 2), &two, Box::new(fine), "takes 3 numbers, but the terms of its observation are 5"),
+        (zero(3, 3), &gyro, Box::new(fine), "gives 3 numbers, but it drives 2 joints"),
+        (b"no network".to_vec(), &gyro, Box::new(fine), "policy.onnx: cannot be read"),
+        (zero(3, 2), &gyro, replaced("right_ankle_flexion", "right_wheel"), "right_wheel: ut-mu2 has no such joint"),
+        (
+            zero(3, 2),
+            &gyro,
+            replaced("period_s = 0.02", "period_s = 0.005"),
+            "accepted: a multiple of the control period",
+        ),
+        (zero(3, 2), &gyro, replaced("80.0, 80.0", "80.0"), "stiffness = 1 numbers: has another length than joints"),
+        (zero(3, 2), &gyro, replaced("2.5, 2.5", "2.5, -1.0"), "damping = -1: is no such number"),
+        (zero(3, 2), &gyro, replaced("base_angular_velocity", "base_height"), "unknown variant `base_height`"),
+        (zero(2, 2), &phase, Box::new(fine), "needs the clock of a gait; accepted: a table `[gait]`"),
+        (
+            zero(3, 2),
+            &gyro,
+            replaced("model = 'policy.onnx'", "model = '../policy.onnx'"),
+            "is not in the folder of this file",
+        ),
+        (zero(3, 2), &gyro, replaced("model = 'policy.onnx'", "model = 'other.onnx'"), "other.onnx: cannot read"),
+    ];
+    for (network, seen, change, words) in cases {
+        let dir = folder();
+        let file = policy(dir.path(), "ours", &network, seen, "");
+        let text = fs::read_to_string(dir.path().join(&file)).unwrap();
+        fs::write(dir.path().join(&file), change(&text)).unwrap();
+        let told = stderr(&standfast(dir.path(), &["push", "--controller", &file]).code(2));
+        assert!(told.contains(words), "wanted: {words}\n{told}");
+        assert!(told.contains("ours.toml") || told.contains("other.onnx"), "{told}");
+    }
+    // A network that gives nonsense ends the episode, and no more.
+    let dir = folder();
+    let file =
+        policy(dir.path(), "ours", &linear(&[vec![f32::NAN; 2], vec![0.0; 2], vec![0.0; 2]], &[0.0; 2]), &gyro, "");
+    let push = standfast(dir.path(), &["push", "--json", "--controller", &file]).success();
+    let told: Value = serde_json::from_str(&stdout(&push)).unwrap();
+    assert_eq!(told["outcome"], "Diverged");
+    assert!(told["fall_cause"].as_str().unwrap().contains("ours: action 0 of policy.onnx is not finite"), "{told}");
+}
+
+/// The folder with the public policies and robots; None where it is not.
+fn public() -> Option<PathBuf> {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    let is_there = data.join("policies/holosoma-g1-ppo.onnx").is_file();
+    if !is_there {
+        eprintln!("left out: there are no public policies");
+    }
+    is_there.then_some(data)
+}
+
+/// The locomotion policy of holosoma (Apache-2.0) stands on the G1 of Unitree, and recovers from a push that stiff joints
+/// lose. Its gains are rounded here to 0.1.
+#[test]
+fn a_real_policy_stands_and_recovers() {
+    let Some(data) = public() else { return };
+    let dir = folder();
+    let robot = dir.path().join("g1.urdf");
+    let urdf = fs::read_to_string(data.join("robots/g1/g1_29dof_rev_1_0.urdf")).unwrap();
+    fs::write(&robot, urdf).unwrap();
+    fs::create_dir(dir.path().join("meshes")).unwrap();
+    for mesh in fs::read_dir(data.join("robots/g1/meshes")).unwrap().map(|mesh| mesh.unwrap()) {
+        fs::copy(mesh.path(), dir.path().join("meshes").join(mesh.file_name())).unwrap();
+    }
+    standfast(dir.path(), &["init", "g1.urdf"]).success();
+    fs::copy(data.join("policies/holosoma-g1-ppo.onnx"), dir.path().join("ppo.onnx")).unwrap();
+    let leg = ["hip_pitch", "hip_roll", "hip_yaw", "knee", "ankle_pitch", "ankle_roll"];
+    let arm = ["shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow", "wrist_roll", "wrist_pitch", "wrist_yaw"];
+    let of =
+        |side: &str, names: &[&str]| -> Vec<String> { names.iter().map(|n| format!("{side}_{n}_joint")).collect() };
+    let waist = of("waist", &["yaw", "roll", "pitch"]);
+    let joints = [of("left", &leg), of("right", &leg), waist, of("left", &arm), of("right", &arm)].concat();
+    let each = |leg: [f64; 6], waist: [f64; 3], left: [f64; 7], right: [f64; 7]| {
+        [&leg[..], &leg, &waist, &left, &right].concat()
+    };
+    let bent = [-0.312, 0.0, 0.0, 0.669, -0.363, 0.0];
+    let arm_rad = |out: f64| [0.2, out, 0.0, 0.6, 0.0, 0.0, 0.0];
+    let arm_kp = [14.3, 14.3, 14.3, 14.3, 14.3, 16.8, 16.8];
+    let arm_kd = [0.9, 0.9, 0.9, 0.9, 0.9, 1.1, 1.1];
+    let text = format!(
+        "kind = 'onnx'\nname = 'ppo'\nmodel = 'ppo.onnx'\nperiod_s = 0.02\njoints = {joints:?}\ndefault_rad = {:?}\n\
+         action_scale = {:?}\naction_clip = 100.0\nstiffness = {:?}\ndamping = {:?}\n\
+         [gait]\nhz = 1.0\nstanding_rad = [3.141592653589793, 3.141592653589793]\n{}",
+        each(bent, [0.0; 3], arm_rad(0.2), arm_rad(-0.2)),
+        [0.25; 29],
+        each([40.2, 99.1, 40.2, 99.1, 28.5, 28.5], [40.2, 28.5, 28.5], arm_kp, arm_kp),
+        each([2.6, 6.3, 2.6, 6.3, 1.8, 1.8], [2.6, 1.8, 1.8], arm_kd, arm_kd),
+        terms(&[
+            "last_action",
+            "base_angular_velocity'\nscale = 0.25\n#'",
+            "command_turn",
+            "command_walk",
+            "phase_cos",
+            "joint_positions",
+            "joint_velocities'\nscale = 0.05\n#'",
+            "projected_gravity",
+            "phase_sin",
+        ])
+    );
+    fs::write(dir.path().join("ppo.toml"), text).unwrap();
+    let check = standfast(dir.path(), &["check", "ppo.toml", "--robot=g1.urdf"]).success();
+    assert!(stdout(&check).contains("it stands still after"), "{}", stdout(&check));
+    for (heading, outcomes) in [("0", ["Fell", "Recovered"]), ("90", ["Fell", "Recovered"])] {
+        let outcome = |controller: &str| {
+            let args =
+                ["push", "--robot=g1.urdf", "--impulse=30", "--heading", heading, "--json", "--controller", controller];
+            let told: Value = serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
+            told["outcome"].as_str().unwrap().to_string()
+        };
+        assert_eq!([outcome("hold"), outcome("ppo.toml")], outcomes, "30 N s towards {heading} degrees");
+    }
+}
