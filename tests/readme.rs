@@ -46,6 +46,7 @@ fn reader() -> TempDir {
     fs::create_dir_all(&public).unwrap();
     let child = root().join("assets/robots/child.urdf");
     fs::copy(&child, public.join("h1.urdf")).unwrap();
+    fs::copy(&child, dir.path().join("g1.urdf")).unwrap();
     fs::create_dir_all(dir.path().join("assets/robots")).unwrap();
     fs::copy(&child, dir.path().join("assets/robots/child.urdf")).unwrap();
     dir

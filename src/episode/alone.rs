@@ -19,8 +19,14 @@ pub struct Alone {
     pub late_com_speed_m_s: f64,
     /// Time on the clock of each tick, with its simulation (s).
     pub tick_s: f64,
-    /// Time (s), joint angles and command of every tick.
-    ticks: Vec<(f64, Vec<f64>, Command)>,
+    ticks: Vec<Ticked>,
+}
+
+/// What is compared of a tick: joint angles (rad) and command.
+struct Ticked {
+    time_s: f64,
+    q: Vec<f64>,
+    command: Command,
 }
 
 impl Alone {
@@ -34,11 +40,12 @@ impl Alone {
             }
             // A command that failed may have any length.
             if !tick.is_broken() {
-                ticks.push((tick.truth.time_s, tick.truth.posture.q.clone(), tick.command.clone()));
+                let (time_s, q, command) = (tick.truth.time_s, tick.truth.posture.q.clone(), tick.command.clone());
+                ticks.push(Ticked { time_s, q, command });
             }
         });
         let tick_s = began.elapsed().as_secs_f64() / ticks.len().max(1) as f64;
-        let leaves = |(time_s, q, _): &(f64, Vec<f64>, Command)| {
+        let leaves = |Ticked { time_s, q, .. }: &Ticked| {
             let far = |(i, angle): (usize, &f64)| ((angle - robot.home_rad[i]).abs() > LEAVES_RAD).then_some(i);
             Some((q.iter().enumerate().find_map(far)?, *time_s))
         };
@@ -47,14 +54,14 @@ impl Alone {
 
     /// The first command; None if it failed.
     pub fn first(&self) -> Option<&Command> {
-        self.ticks.first().map(|(_, _, command)| command)
+        self.ticks.first().map(|tick| &tick.command)
     }
 
     /// The time (s) of the first tick at which `other` is not the same to the bit, and what differs; None if nothing does.
     pub fn differs(&self, other: &Self) -> Option<(f64, &'static str)> {
-        let differ = |(a, b): (&(f64, Vec<f64>, Command), &(f64, Vec<f64>, Command))| match (a.1 == b.1, a.2 == b.2) {
-            (_, false) => Some((a.0, "its command")),
-            (false, true) => Some((a.0, "the robot's joints")),
+        let differ = |(a, b): (&Ticked, &Ticked)| match (a.q == b.q, a.command == b.command) {
+            (_, false) => Some((a.time_s, "its command")),
+            (false, true) => Some((a.time_s, "the robot's joints")),
             (true, true) => None,
         };
         let ends_s = self.record.end_s.min(other.record.end_s);

@@ -12,7 +12,8 @@
 //! 10. [`watching`]: replays, pictures and the window
 //! 11. [`commands`]: every command with examples, and the exit codes
 //! 12. [`process`]: your own controller in Python, or in any other language
-//! 13. [`columns`]: what the columns of trials and traces mean
+//! 13. [`onnx`]: policies that were learned elsewhere, as ONNX files
+//! 14. [`columns`]: what the columns of trials and traces mean
 //!
 //! The chapters are Markdown files beside this one, to be read in the repository or here.
 
@@ -45,6 +46,7 @@ macro_rules! chapters {
         #[doc = "[figures]: ../../../../../assets/figures.json"]
         #[doc = "[estimate]: crate::guide::history#the-estimate-in-flight-and-at-landing"]
         #[doc = "[robust-sets]: crate::guide::history#robust-sets"]
+        #[doc = "[onnx]: crate::guide::onnx"]
         #[doc = "[paper]: crate::guide::paper"]
         #[doc = "[process]: crate::guide::process"]
         #[doc = "[robots]: crate::guide::robots"]
@@ -68,4 +70,4 @@ macro_rules! chapters {
     )* };
 }
 
-chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands process columns }
+chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands process onnx columns }
