@@ -33,6 +33,15 @@ pub const PYTHON: [(&str, &str); 5] = [
     ("standfast.py", include_str!("../assets/controllers/python/standfast.py")),
 ];
 
+/// Controllers in C++, to begin with: names and texts of their files.
+pub const CPP: [(&str, &str); 5] = [
+    ("ankles.cpp", include_str!("../assets/controllers/cpp/ankles.cpp")),
+    ("ankles.toml", include_str!("../assets/controllers/cpp/ankles.toml")),
+    ("hold.cpp", include_str!("../assets/controllers/cpp/hold.cpp")),
+    ("hold.toml", include_str!("../assets/controllers/cpp/hold.toml")),
+    ("standfast.hpp", include_str!("../assets/controllers/cpp/standfast.hpp")),
+];
+
 /// Files of a folder under `assets`, by their names without the extension.
 macro_rules! texts {
     ($folder:literal, $extension:literal: $($name:literal)*) => {

@@ -9,6 +9,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+/// Where the controllers in C++ are.
+const CPP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/controllers/cpp");
 const PYTHON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/controllers/python");
 
 /// Whether there is Python, without which these tests have nothing to run.
@@ -68,6 +70,44 @@ fn hold_in_python_is_hold_to_the_bit_and_is_replayed_from_its_result() {
     fs::write(dir.path().join("a/inputs/gains/hold.py"), "pass").unwrap();
     let changed = stderr(&standfast(dir.path(), &args).code(3));
     assert!(changed.contains("inputs/gains/hold.py") && changed.contains("restore it"), "{changed}");
+}
+
+/// Both languages have the same two controllers, and what they do is the same to the bit.
+#[test]
+fn controllers_in_cpp_do_what_those_in_python_do_to_the_bit() {
+    if !has_python() || Command::new("g++").arg("--version").output().is_err() {
+        eprintln!("left out: there is no g++");
+        return;
+    }
+    let dir = folder();
+    standfast(dir.path(), &["new", "cpp", "cpp"]).success();
+    for name in ["hold", "ankles"] {
+        let source = format!("{name}.cpp");
+        let options = ["-O2", "-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-o", name, &source];
+        let compiled = Command::new("g++").current_dir(dir.path().join("cpp")).args(options).output().unwrap();
+        assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
+    }
+    let python = [format!("--gains={PYTHON}/hold.toml"), format!("--gains={PYTHON}/ankles.toml")];
+    let run =
+        ["run", "smoke", "--trials=4", "--replays=0", "--out=a", "--gains=cpp/hold.toml", "--gains=cpp/ankles.toml"];
+    standfast(dir.path(), &[&run[..], &[&python[0], &python[1]]].concat()).success();
+    let part = dir.path().join("a/parts/part-000000.csv");
+    let rows = |set: &str| rows_of(&part, set);
+    assert!(rows("hold-cpp").len() == 4 && rows("hold-cpp") == rows("hold-python"));
+    assert!(rows("ankles-cpp") == rows("ankles") && rows("ankles") != rows("hold-cpp"));
+    // The copy in the result can be started.
+    let replay = ["replay", "a", "--trial=0", "--gains=ankles-cpp", "--output=page.html"];
+    let replayed = standfast(dir.path(), &replay).success();
+    assert!(!stderr(&replayed).contains("is not as it was"), "{}", stderr(&replayed));
+    // What a controller throws is told.
+    let source = fs::read_to_string(format!("{CPP}/hold.cpp")).unwrap();
+    let throws = source.replace("return command;", "throw std::runtime_error(\"no \\\"gain\\\" é\");");
+    fs::write(dir.path().join("cpp/hold.cpp"), throws).unwrap();
+    let again = ["-std=c++17", "-o", "hold", "hold.cpp"];
+    assert!(Command::new("g++").current_dir(dir.path().join("cpp")).args(again).status().unwrap().success());
+    let told = stdout(&standfast(dir.path(), &["check", "cpp/hold.toml", "--horizon=1"]).code(100));
+    let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(told.contains("gives up: no \"gain\" é"), "{told}");
 }
 
 #[test]

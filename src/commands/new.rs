@@ -1,8 +1,9 @@
-//! `standfast new`: writes what to begin with, as it is compiled in: a commented file, or a folder of controllers in Python.
+//! `standfast new`: writes what to begin with, as it is compiled in: a commented file, or a folder of controllers in
+//! Python or C++.
 
 use super::arguments::check_output;
 use super::terminal::note;
-use crate::assets::{self, Kind, PYTHON};
+use crate::assets::{self, CPP, Kind, PYTHON};
 use crate::error::{Error, Result};
 use crate::files::{shell_word, write_atomic};
 use std::path::PathBuf;
@@ -13,15 +14,16 @@ use std::process::ExitCode;
   standfast new campaign my.toml                    then: standfast run my.toml
   standfast new controller mine.toml                then: standfast push --controller mine.toml
   standfast new python controllers                  then: standfast push --controller controllers/ankles.toml
+  standfast new cpp controllers                     then: g++ as the files say, and push
 
 The campaign is a copy of `standard`, and the controller one of `switching`, with their
-comments. The folder has two controllers in Python. For the settings of a robot there is
+comments. The folder has two controllers, in Python or in C++. For the settings of a robot there is
 `standfast init`.")]
 pub struct NewArgs {
     /// What to write
-    #[arg(value_parser = ["campaign", "controller", "python"])]
+    #[arg(value_parser = ["campaign", "controller", "python", "cpp"])]
     pub what: String,
-    /// File to write, or folder for python, which must not be there yet
+    /// File to write, or folder for python and cpp, which must not be there yet
     #[arg(value_name = "FILE.toml|DIR")]
     pub file: PathBuf,
 }
@@ -33,11 +35,17 @@ pub fn run(args: &NewArgs) -> Result<ExitCode> {
         return Err(Error::option("FILE.toml|DIR", path.display(), problem, accepted));
     }
     let word = shell_word(&path.to_string_lossy());
-    if args.what == "python" {
-        for (name, text) in PYTHON {
+    let of_language = match args.what.as_str() {
+        "python" => Some((PYTHON, String::new())),
+        "cpp" => Some((CPP, format!("(cd {word} && g++ -O2 -std=c++17 -o ankles ankles.cpp) && "))),
+        _ => None,
+    };
+    if let Some((files, first)) = of_language {
+        for (name, text) in files {
             write_atomic(&path.join(name), text.as_bytes())?;
         }
-        note(&format!("written: {word}, with two controllers; then: standfast push --controller {word}/ankles.toml"));
+        let then = format!("{first}standfast push --controller {word}/ankles.toml");
+        note(&format!("written: {word}, with two controllers; then: {then}"));
         return Ok(ExitCode::SUCCESS);
     }
     check_output("FILE.toml", path, &["toml"])?;
