@@ -1,18 +1,17 @@
 //! `standfast check`: tries a controller before anybody pushes it.
 
 use super::arguments::{ENGINES, number, one_of};
+use super::episode::Setting;
 use super::result::exit_code_of_gates;
 use super::terminal::print;
-use crate::assets::DEFAULT_ROBOT;
+use crate::campaign::Overrides;
 use crate::campaign::ask::trial;
-use crate::campaign::{Campaign, Overrides, check_episode, check_steps};
 use crate::contest;
+use crate::episode::Disturbance;
 use crate::episode::alone::Alone;
-use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::Result;
 use crate::render;
 use crate::render::text::alone::Tried;
-use crate::robot::{Robot, Units};
 use crate::sim::{Engine, Variation};
 use std::process::ExitCode;
 
@@ -53,15 +52,7 @@ pub struct CheckControllerArgs {
 
 pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
     let overrides = Overrides { engine: args.engine, robot: args.robot.clone(), ..Overrides::default() };
-    let campaign = args.campaign.as_ref().map(|name| Campaign::load(name, &overrides)).transpose()?;
-    let robot_name = args.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
-    let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
-    let mut config = campaign.as_ref().map_or_else(|| EpisodeConfig::of(&Units::of(&robot)), |c| c.episode);
-    config.engine = args.engine.unwrap_or(config.engine);
-    config.horizon_s = args.horizon.unwrap_or(config.horizon_s);
-    check_episode("command line", &config)?;
-    config.engine.check(&robot)?;
-    check_steps("command line", &config, &robot)?;
+    let Setting { campaign, robot, config } = Setting::of(args.campaign.as_deref(), &overrides, args.horizon)?;
 
     let settings = contest::load(&args.controller)?;
     let prepare = || settings.prepare(&robot, config.control_period_s);

@@ -3,6 +3,8 @@
 
 use super::arguments::check_output;
 use super::terminal::note;
+use crate::assets::DEFAULT_ROBOT;
+use crate::campaign::{Campaign, Overrides, check_episode, check_steps};
 use crate::columns;
 use crate::episode::{ClosedLoop, Disturbance, EpisodeConfig, Film, Record, Tick};
 use crate::error::{Error, Result};
@@ -13,7 +15,7 @@ use crate::render::replay::{self, Head};
 use crate::render::text::ghost::names;
 use crate::render::text::story::{Told, Witness};
 use crate::render::{self, trace::Trace};
-use crate::robot::{Factory, Robot};
+use crate::robot::{Factory, Robot, Units};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -118,6 +120,31 @@ fn check_length(config: &EpisodeConfig) -> Result<()> {
 
 /// What happened in an episode, and its film.
 pub type Shown<'a> = (Told<'a>, Film);
+
+/// Where an episode takes place.
+pub struct Setting {
+    /// The campaign, if one is named.
+    pub campaign: Option<Campaign>,
+    pub robot: Robot,
+    pub config: EpisodeConfig,
+}
+
+impl Setting {
+    /// The setting of a campaign, or the usual one. `overrides` have the robot and the engine, and change the campaign, too;
+    /// `horizon_s` is the length of the episode (s). Fails if these do not fit together.
+    pub fn of(campaign: Option<&str>, overrides: &Overrides, horizon_s: Option<f64>) -> Result<Self> {
+        let campaign = campaign.map(|name| Campaign::load(name, overrides)).transpose()?;
+        let robot_name = overrides.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
+        let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
+        let mut config = campaign.as_ref().map_or_else(|| EpisodeConfig::of(&Units::of(&robot)), |c| c.episode);
+        config.engine = overrides.engine.unwrap_or(config.engine);
+        config.horizon_s = horizon_s.unwrap_or(config.horizon_s);
+        check_episode("command line", &config)?;
+        config.engine.check(&robot)?;
+        check_steps("command line", &config, &robot)?;
+        Ok(Self { campaign, robot, config })
+    }
+}
 
 /// Robot, controller and settings of an episode.
 #[derive(Clone, Copy)]

@@ -1,17 +1,16 @@
 //! `standfast push`: simulates one push, and tells what happened and why.
 
 use super::arguments::{CampaignArgs, CheckArgs, ENGINES, fine, number, one_of};
-use super::episode::{Case, OutputArgs, command_line};
+use super::episode::{Case, OutputArgs, Setting, command_line};
 use super::terminal::print;
-use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::trial;
-use crate::campaign::{Campaign, Overrides, PushBounds, check_episode, check_steps};
+use crate::campaign::{Campaign, Overrides, PushBounds};
 use crate::contest;
 use crate::episode::{Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
 use crate::render::scene::scale::first_push;
-use crate::robot::{Kinematics, Link, Robot, Units};
+use crate::robot::{Kinematics, Link, Robot};
 use crate::sim::{Engine, Profile, Push, Variation};
 use nalgebra::Vector3;
 use std::process::ExitCode;
@@ -84,21 +83,9 @@ pub struct PushArgs {
 }
 
 pub fn run(args: &PushArgs) -> Result<ExitCode> {
-    let campaign = match args.campaign.name() {
-        Some(name) => {
-            let (seed, engine, robot) = (args.seed, args.engine, args.robot.clone());
-            Some(Campaign::load(name, &Overrides { seed, engine, robot, ..Overrides::default() })?)
-        }
-        None => None,
-    };
-    let robot_name = args.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
-    let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
-    let mut config = campaign.as_ref().map_or_else(|| EpisodeConfig::of(&Units::of(&robot)), |c| c.episode);
-    config.engine = args.engine.unwrap_or(config.engine);
-    config.horizon_s = args.horizon.unwrap_or(config.horizon_s);
-    check_episode("command line", &config)?;
-    config.engine.check(&robot)?;
-    check_steps("command line", &config, &robot)?;
+    let overrides =
+        Overrides { seed: args.seed, engine: args.engine, robot: args.robot.clone(), ..Overrides::default() };
+    let Setting { campaign, robot, config } = Setting::of(args.campaign.name(), &overrides, args.horizon)?;
     let pushes = the_pushes(args, campaign.as_ref(), &config, &robot)?;
     let prepare = |name: &String| {
         let gains = campaign.as_ref().map_or_else(|| name.clone(), |c| c.gains_named(name));

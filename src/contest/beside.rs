@@ -1,10 +1,18 @@
 //! Files beside the file of a controller, which it needs: a script, a network. They are inputs of a result.
 
+use crate::assets::{Source, parse_toml};
 use crate::error::{Error, Result};
 use std::path::{Component, Path, PathBuf};
 
 /// A larger file is no part of a controller.
 const MOST_FILE_BYTES: u64 = 200_000_000;
+
+/// Fails if a controller's file states the key `file`, in which its own path is kept; `accepted` names other keys.
+pub(super) fn refuse_file(source: &Source, accepted: &str) -> Result<()> {
+    let stated: toml::Table = parse_toml(source)?;
+    let refused = |value| Err(Error::value(&source.file, "file", value, "is no key of such a file", accepted));
+    stated.get("file").map_or(Ok(()), refused)
+}
 
 /// The folder of the controller's `file`.
 pub(super) fn folder(file: &str) -> PathBuf {

@@ -1,8 +1,8 @@
 //! Stiff joints: the servos hold the posture of the start, with the torques that carry the weight there, and nothing is
 //! measured. Every controller must beat that. It is also the shortest example of a kind of controllers.
 
-use super::settings::Settings;
-use crate::error::{Error, Result};
+use super::settings::{Settings, check_name};
+use crate::error::Result;
 use crate::robot::{Command, Controller, Factory, Report, Robot, Sensed, TickError};
 use serde::{Deserialize, Serialize};
 use toml::Table;
@@ -23,8 +23,7 @@ impl Settings for Posture {
     }
 
     fn check(&self, file: &str) -> Result<()> {
-        let name = format!("{:?}", self.name);
-        if self.name.trim().is_empty() { Err(Error::value(file, "name", name, "is empty", "a name")) } else { Ok(()) }
+        check_name(file, &self.name)
     }
 
     fn tree(&self) -> Table {

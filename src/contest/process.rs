@@ -6,7 +6,7 @@
 
 use super::beside;
 use super::child::{Talker, in_short};
-use super::settings::Settings;
+use super::settings::{Settings, about, check_name};
 use crate::assets::{Source, parse_toml};
 use crate::error::{Error, Result};
 use crate::robot::{Command, Controller, Factory, Note, PerFoot, Report, Robot, Sensed, TickError, Wrench};
@@ -55,11 +55,7 @@ fn one_second() -> f64 {
 impl Process {
     /// Reads a file, and remembers where it is.
     pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
-        let stated: Table = parse_toml(source)?;
-        if let Some(value) = stated.get("file") {
-            let accepted = "`command`, `files`, `timeout_s`, `parameters`";
-            return Err(Error::value(&source.file, "file", value, "is no key of such a file", accepted));
-        }
+        beside::refuse_file(source, "`command`, `files`, `timeout_s`, `parameters`")?;
         Ok(Box::new(Self { file: source.file.clone(), ..parse_toml(source)? }))
     }
 
@@ -97,9 +93,7 @@ impl Settings for Process {
     }
 
     fn check(&self, file: &str) -> Result<()> {
-        if self.name.trim().is_empty() {
-            return Err(Error::value(file, "name", format!("{:?}", self.name), "is empty", "a name"));
-        }
+        check_name(file, &self.name)?;
         if self.command.first().is_none_or(String::is_empty) {
             let accepted = "a program and its arguments, such as [\"python3\", \"mine.py\"]";
             return Err(Error::value(file, "command", "[]", "names no program", accepted));
@@ -145,12 +139,7 @@ impl Settings for Process {
             phase: "starting".into(),
             numbers: Map::new(),
         };
-        let about = if self.description.is_empty() {
-            format!("by {}", self.command.join(" "))
-        } else {
-            self.description.clone()
-        };
-        Ok(Factory::new(&self.name, about, start))
+        Ok(Factory::new(&self.name, about(&self.description, &self.command.join(" ")), start))
     }
 }
 

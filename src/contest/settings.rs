@@ -1,6 +1,6 @@
 //! What every kind of controllers provides: settings that are read from a file, and make a [`Factory`] for a robot.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::robot::{Factory, Robot};
 use std::any::Any;
 use std::fmt::{self, Debug};
@@ -29,6 +29,17 @@ pub trait Settings: Any + Debug + Send + Sync {
 
     /// Prepares the controller for a robot and a control period (s). Fails if the settings do not suit the robot.
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory>;
+}
+
+/// Checks the name that a file states.
+pub(super) fn check_name(file: &str, name: &str) -> Result<()> {
+    let stated = format!("{name:?}");
+    if name.trim().is_empty() { Err(Error::value(file, "name", stated, "is empty", "a name")) } else { Ok(()) }
+}
+
+/// The description that a file states, or what the controller is made by.
+pub(super) fn about(description: &str, made_by: &str) -> String {
+    if description.is_empty() { format!("by {made_by}") } else { description.into() }
 }
 
 /// A controller of a program of your own, which has no file.

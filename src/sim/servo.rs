@@ -3,8 +3,8 @@
 //! The damping term becomes the joint's own damping, which the engines integrate implicitly. So the servo is as stable
 //! as an implicit position actuator at steps of 1 to 2 ms. The torque then depends on the speed at the end of the step,
 //! which an impact may change by many rad/s. Therefore the implicit part of the damping is limited, so that the torque
-//! stays within its limit for any impact. The rest of the damping acts with the speed at the start of the step. At the
-//! limit, the clamped torque replaces spring and damping.
+//! stays within its limit for all but the hardest impacts, and what those add is taken from the next steps. The rest of
+//! the damping acts with the speed at the start of the step. At the limit, the clamped torque replaces spring and damping.
 
 use crate::robot::Servo;
 

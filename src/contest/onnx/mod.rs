@@ -9,7 +9,7 @@ mod net;
 mod observation;
 
 use super::beside;
-use super::settings::Settings;
+use super::settings::{Settings, about, check_name};
 use crate::assets::{Source, parse_toml};
 use crate::error::{Error, Result};
 use crate::robot::{Command, Controller, Factory, Report, Robot, Sensed, TickError};
@@ -55,10 +55,7 @@ pub struct Policy {
 impl Policy {
     /// Reads a file, and remembers where it is.
     pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
-        let stated: Table = parse_toml(source)?;
-        if let Some(value) = stated.get("file") {
-            return Err(Error::value(&source.file, "file", value, "is no key of such a file", "`model`"));
-        }
+        beside::refuse_file(source, "`model`")?;
         Ok(Box::new(Self { file: source.file.clone(), ..parse_toml(source)? }))
     }
 
@@ -97,9 +94,7 @@ impl Settings for Policy {
         let fail = |field: &str, value: String, problem: &str, accepted: &str| {
             Err(Error::value(file, field, value, problem.to_string(), accepted.to_string()))
         };
-        if self.name.trim().is_empty() {
-            return fail("name", format!("{:?}", self.name), "is empty", "a name");
-        }
+        check_name(file, &self.name)?;
         if !(self.period_s > 0.0 && self.period_s <= 1.0) {
             return fail("period_s", self.period_s.to_string(), "out of range", "more than 0, at most 1");
         }
@@ -156,8 +151,7 @@ impl Settings for Policy {
         home.gains = Some(gains);
         let shared =
             Arc::new(Shared { settings: self.clone(), robot: robot.clone(), joints, ticks_per_action, net, home });
-        let about = if self.description.is_empty() { format!("by {}", self.model) } else { self.description.clone() };
-        Ok(Factory::new(&self.name, about, move |_seed| Actor::new(&shared)))
+        Ok(Factory::new(&self.name, about(&self.description, &self.model), move |_seed| Actor::new(&shared)))
     }
 }
 

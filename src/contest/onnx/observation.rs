@@ -16,7 +16,7 @@ const STANDS: f64 = 0.01;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Term {
-    pub term: Quantity,
+    term: Quantity,
     /// Factor of the term.
     #[serde(default = "one")]
     scale: f64,
@@ -74,7 +74,7 @@ impl Quantity {
     }
 }
 
-/// The clock of a gait: the phase of each foot goes around once a step.
+/// The clock of a gait. The phase of each foot goes around `hz` times a second.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gait {
