@@ -39,6 +39,11 @@ pub enum Error {
     /// Several problems of one input, at least two, in the order in which they stand there.
     #[error("{}", listed(.0))]
     Several(Vec<Error>),
+    /// A controller with which the robot falls before anybody pushes it.
+    #[error(
+        "controller {name}: it {how}. Nothing was run. `standfast check` shows its first command; --untried runs it all the same"
+    )]
+    Falls { name: String, how: String },
     /// A numerical search did not converge.
     #[error("{what}: {problem}")]
     Numeric { what: String, problem: String },
@@ -50,7 +55,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Read { .. } | Error::Syntax { .. } | Error::Value { .. } | Error::Unknown { .. } => 2,
-            Error::NoWindow { .. } | Error::Several(_) => 2,
+            Error::NoWindow { .. } | Error::Several(_) | Error::Falls { .. } => 2,
             Error::Parts { .. } => 3,
             Error::Busy(_) => TRY_AGAIN,
             Error::Write { source, .. } if is_full(source) => TRY_AGAIN,

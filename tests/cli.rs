@@ -251,7 +251,8 @@ fn json_is_one_object_and_all_else_goes_to_the_standard_error() {
     let summary: serde_json::Value = serde_json::from_str(&stdout(&run)).unwrap();
     let set = &summary["sets"][0];
     assert_eq!((set["name"].as_str(), set["trials"].as_u64()), (Some("hold"), Some(3)));
-    let total: u64 = ["recovered", "fell", "diverged", "timed_out"].iter().map(|k| set[k].as_u64().unwrap()).sum();
+    let total: u64 =
+        ["recovered", "fell", "diverged", "failed", "timed_out"].iter().map(|k| set[k].as_u64().unwrap()).sum();
     assert_eq!(total, 3);
     assert_eq!(summary["config_hash"].as_str().unwrap().len(), 64);
     assert_eq!(fs::read_to_string(dir.path().join("out/summary.json")).unwrap(), stdout(&run));

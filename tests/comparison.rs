@@ -279,7 +279,7 @@ fn two_results_that_differ_in_the_engine_alone_are_compared_engine_by_engine() {
     for (of, keys) in [
         ("pairs", "a b both only_a only_b neither difference adjusted_ci95 adjusted_p verdict"),
         ("gates", "name status observed interval required confidence trials passes set"),
-        ("sets", "name trials recovered fell diverged timed_out success_rate ci95"),
+        ("sets", "name trials recovered survived fell diverged failed timed_out success_rate ci95"),
     ] {
         keys.split(' ').for_each(|key| assert!(found[of][0].get(key).is_some(), "{of}: {key}"));
     }
@@ -645,4 +645,38 @@ fn a_result_is_printed_in_full_again_without_a_change() {
     for words in ["campaign smoke: 26 trials", "controller", "hold >= 0"] {
         assert!(short.contains(words) && full.contains(words), "{words} in {short}");
     }
+}
+
+/// A robot that never stands still enough has not recovered, but it has survived: that has a rate of its own, and counts if
+/// the judge is told so.
+#[test]
+fn who_does_not_fall_has_survived() {
+    let dir = folder();
+    let run = |out: &str, more: &[&str]| {
+        let still = "--set=episode.judge.standing_com_speed_m_s=1e-9";
+        let args = ["run", "smoke", "--trials=6", "--replays=0", "--gains=hold", "--gains=catch", still, out];
+        standfast(dir.path(), &[&args[..], more].concat())
+    };
+    let told = stdout(&run("--out=a", &[]).success());
+    assert!(told.contains("survived, 95 %") && told.contains("`--judge survived` counts these"), "{told}");
+    let summed = |run: common::program::Run| -> Value { serde_json::from_str(&stdout(&run.success())).unwrap() };
+    let [stands, lasts] = [&[][..], &["--judge=survived"]].map(|judge: &[&str]| {
+        let out = if judge.is_empty() { "--out=a" } else { "--out=b" };
+        summed(run(out, &[judge, &["--json"]].concat()))
+    });
+    for set in 0..2 {
+        let [stands, lasts] = [&stands, &lasts].map(|summary| &summary["sets"][set]);
+        let of = |key: &str| stands[key].as_u64().unwrap();
+        let survived = stands["survived"]["recovered"].as_u64().unwrap();
+        assert_eq!((of("recovered"), of("timed_out"), of("timed_out") + of("fell")), (0, survived, 6), "{stands}");
+        assert!(survived > 0, "{stands}");
+        assert_eq!((&lasts["recovered"], &lasts["survived"]), (&survived.into(), &stands["survived"]), "{lasts}");
+    }
+    let gated = run("--out=b", &["--judge=survived", "--gate=catch >= 0.5", "--gate=hold >= 0.99"]).code(100);
+    let told = stdout(&gated);
+    assert!(told.contains("judge:  survival: a robot that has not fallen after 6 s counts as recovered"), "{told}");
+    let rows = fs::read_to_string(dir.path().join("b/parts/part-000000.csv")).unwrap();
+    assert!(rows.contains(",Survived,") && !rows.contains(",TimedOut,"), "{rows}");
+    let push = ["push", "--impulse=1", "--gains=hold", "--json", "--horizon=1"];
+    assert!(stdout(&standfast(dir.path(), &push).success()).contains("\"dv_over_sqrt_g_h\": 0.1"));
 }

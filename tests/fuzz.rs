@@ -216,7 +216,7 @@ fn results() {
     };
     let plan = Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();
     let new = plan.folder(Some(&made)).unwrap();
-    let mut work = Work::new(&plan, &new, RunOptions { threads: 1, shard: None }, None).unwrap();
+    let mut work = Work::new(&plan, &new, RunOptions { threads: 1, ..RunOptions::default() }, None).unwrap();
     work.run(&Watch { stop: &AtomicBool::new(false), on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} })
         .unwrap();
     const FILES: [&str; 3] = ["parts/campaign.json", "parts/part-000000.json", "parts/part-000000.csv"];

@@ -69,7 +69,7 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         assert!((of("first_loss/heading_deg") - 180.0 * f64::from(heading)).abs() <= 1.0);
         assert!((0.0..0.002).contains(&(of("first_loss/start_s") - 0.5)));
         assert_eq!(of("safe_trials"), (safe / 0.4).round() + 1.0);
-        assert_eq!(of("trials"), ["recovered", "fell", "timed_out", "diverged"].map(of).iter().sum::<f64>());
+        assert_eq!(of("trials"), ["recovered", "fell", "timed_out", "diverged", "failed"].map(of).iter().sum::<f64>());
         episodes += of("trials") + of("safe_trials");
     }
     // The first loss can be repeated.

@@ -33,13 +33,16 @@ fn controller(folder: &Path, name: &str, more: &str, script: &str) -> String {
     format!("{name}.toml")
 }
 
-/// The lines of a part, as columns by name, without the columns `set`.
+/// The rows of a controller in a part, without its name, and without whether they were tried twice.
 fn rows_of(part: &Path, set: &str) -> Vec<Vec<String>> {
     let mut reader = csv::Reader::from_path(part).unwrap();
-    let at = reader.headers().unwrap().iter().position(|name| name == "set").unwrap();
+    let headers = reader.headers().unwrap().clone();
+    let at = headers.iter().position(|name| name == "set").unwrap();
     let rows = reader.records().map(|row| row.unwrap()).filter(|row| &row[at] == set);
-    let rest =
-        |row: csv::StringRecord| row.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, v)| v.into()).collect();
+    let rest = |row: csv::StringRecord| {
+        let cells = headers.iter().zip(&row).filter(|(name, _)| !["set", "repeats"].contains(name));
+        cells.map(|(_, cell)| cell.into()).collect()
+    };
     rows.map(rest).collect()
 }
 
@@ -133,8 +136,8 @@ fn parameters_are_swept_and_numbers_are_traced() {
 /// The beginning of a controller, whose `tick` is given.
 fn ticks(tick: &str) -> String {
     format!(
-        "import os, standfast, sys, time\nclass Mine(standfast.Controller):\n    count = 0\n    def tick(self, sensed):\n        \
-         self.count += 1\n        home = dict(self.robot['home'])\n        {tick}\nopen('pids', 'a').write(f'{{os.getpid()}}\\n')\n\
+        "import os, standfast, sys, time\nclass Mine(standfast.Controller):\n    count = 0\n    def reset(self, seed):\n        self.pushed = False\n    def tick(self, sensed):\n        \
+         self.count += 1\n        home = dict(self.robot['home'])\n        self.pushed = self.pushed or sensed['time_s'] > 0.1 and max(map(abs, sensed['gyro'])) > 0.2\n        {tick}\nopen('pids', 'a').write(f'{{os.getpid()}}\\n')\n\
          standfast.serve(Mine)\n"
     )
 }
@@ -174,7 +177,7 @@ fn a_controller_is_tried_before_it_is_pushed() {
             ["WARNING: it falls without a push, at", "from its angle of the start is left_knee_flexion, at 0.1"],
             100,
         ),
-        ("return {}", ["it fails without a push, at 0.000 s: the controller failed: q_ref has 0 values", same], 100),
+        ("return {}", ["it fails without a push, at 0.000 s: q_ref has 0 values", same], 100),
     ] {
         let (told, found) = checked(tick);
         assert_eq!(found, Some(code), "{told}");
@@ -192,33 +195,38 @@ fn a_failure_is_an_outcome_with_its_cause_and_leaves_no_child() {
     let nonsense = "sys.__stdout__.write('hello\\n'); sys.__stdout__.flush(); return home";
     let flood = "sys.__stdout__.write('x' * 3000000); sys.__stdout__.flush(); return home";
     for (name, tick, cause) in [
-        (
-            "dies",
-            "if self.count == 3: sys.exit('out of order')\n        return home",
-            "has closed its output (exit status: 1); on stderr: out of order",
-        ),
+        ("dies", "sys.exit('out of order')", "has closed its output (exit status: 1); on stderr: out of order"),
         ("raises", "raise ValueError('no gain')", "ValueError: no gain"),
         ("hangs", "time.sleep(60)", "gave no answer within 2 s"),
         ("gives-up", "return {'error': 'no solution'}", "gives up: no solution"),
         ("short", "return {'q_ref': [0.0] * 3}", "q_ref has 3 values; accepted: one for each of the robot's 20 joints"),
-        (
-            "nan",
-            "home['q_ref'] = [float('nan')] * 20\n        return home",
-            "answered with something else than a command",
-        ),
-        ("unknown", "home['torque'] = 1\n        return home", "unknown field `torque`"),
+        ("nan", "home['q_ref'] = [float('nan')] * 20; return home", "answered with something else than a command"),
+        ("unknown", "home['torque'] = 1; return home", "unknown field `torque`"),
         ("nonsense", nonsense, "answered with something else than a command"),
         ("flood", flood, "answered with a line of more than 1000000 bytes"),
     ] {
         let dir = folder();
+        // Whoever fails before the push is refused, and nothing is run.
         let file = controller(dir.path(), name, "timeout_s = 2\n", &ticks(tick));
-        let args = ["run", "smoke", "--trials=2", "--replays=0", "--gains=hold", "--gains", &file, "--out=a"];
-        standfast(dir.path(), &args).success();
+        let run = ["run", "smoke", "--trials=2", "--replays=0", "--set=push.impulse_n_s=4", "--gains=hold", "--gains"];
+        let args = [&run[..], &[&file, "--out=a"]].concat();
+        let refused = stderr(&standfast(dir.path(), &args).code(2));
+        let fails = format!("controller {name}: it fails without a push, at 0.000 s: ");
+        assert!(refused.contains(&fails) && refused.contains(cause), "{refused}");
+        assert!(refused.contains("Nothing was run") && !dir.path().join("a").exists(), "{refused}");
+        let _ = fs::remove_file(dir.path().join("pids"));
+
+        let later = ticks(&format!("if self.pushed:\n            {tick}\n        return home"));
+        let file = controller(dir.path(), name, "timeout_s = 2\n", &later);
+        let summary = stdout(&standfast(dir.path(), &[&args[..], &["--json"]].concat()).success());
+        let summary: Value = serde_json::from_str(&summary).unwrap();
+        assert_eq!((&summary["sets"][1]["failed"], &summary["sets"][1]["recovered"]), (&2.into(), &0.into()), "{file}");
+        assert!(summary["warnings"].to_string().contains("2 trials ended since the controller failed"), "{summary}");
         let mut reader = csv::Reader::from_path(dir.path().join("a/parts/part-000000.csv")).unwrap();
         let headers = reader.headers().unwrap().clone();
         let at = |column: &str| headers.iter().position(|name| name == column).unwrap();
         for row in reader.records().map(|row| row.unwrap()).filter(|row| &row[at("set")] == name) {
-            assert_eq!(&row[at("outcome")], "Diverged", "{name}");
+            assert_eq!(&row[at("outcome")], "Failed", "{name}");
             assert!(row[at("fall_cause")].contains(cause), "{name}: {}\nwanted: {cause}", &row[at("fall_cause")]);
         }
         let pids = fs::read_to_string(dir.path().join("pids")).unwrap();
@@ -230,6 +238,36 @@ fn a_failure_is_an_outcome_with_its_cause_and_leaves_no_child() {
             assert_eq!(alive, None, "{name}: a child is left");
         }
     }
+}
+
+/// Whoever falls alone is refused by what was seen; what is not the same a second time is told.
+#[test]
+fn a_campaign_tries_its_controllers_before_it_pushes_and_some_trials_twice() {
+    if !has_python() {
+        return;
+    }
+    let dir = folder();
+    let bend =
+        "q = list(home['q_ref']); q[self.joints.index('left_knee_flexion')] += sensed['time_s']; return {'q_ref': q}";
+    let falls = controller(dir.path(), "falls", "", &ticks(bend));
+    for command in [&["run", "smoke", "--trials=2", "--replays=0"][..], &["limit", "--campaign=smoke", "--headings=1"]]
+    {
+        let told = stderr(&standfast(dir.path(), &[command, &["--gains=hold", "--gains", &falls]].concat()).code(2));
+        assert!(told.contains("controller falls: it falls without a push, at "), "{told}");
+        assert!(told.contains("of the start is left_knee_flexion, at 0.1"), "{told}");
+    }
+    let args = ["run", "smoke", "--trials=2", "--replays=0", "--json", "--untried", "--gains", &falls, "--out=a"];
+    let summary: Value = serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
+    let set = &summary["sets"][0];
+    assert_eq!((&set["fell"], &set["run_twice"], &set["not_repeated"]), (&2.into(), &1.into(), &0.into()), "{summary}");
+    // A child that remembers how many ticks it has had.
+    let counts = "home['q_ref'] = [q + 1e-6 * (self.count % 7) for q in home['q_ref']]; return home";
+    let counts = controller(dir.path(), "counts", "", &ticks(counts));
+    let args = ["run", "smoke", "--trials=2", "--json", "--replays=1", "--gains", &counts, "--out=b"];
+    let run = standfast(dir.path(), &args).success();
+    let summary: Value = serde_json::from_str(&stdout(&run)).unwrap();
+    assert_eq!(summary["sets"][0]["not_repeated"], 1, "{summary}");
+    assert!(summary["warnings"].to_string().contains("counts does not repeat itself: of 1 trials that"), "{summary}");
 }
 
 #[test]

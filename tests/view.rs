@@ -160,6 +160,26 @@ mod window {
         view.quit("q");
     }
 
+    /// The window shows a trial. Its robot falls, or has come to a stand, at the time that `push` tells.
+    #[test]
+    fn a_trial_ends_in_the_window_as_it_does_elsewhere() {
+        let folder = folder();
+        let trial = ["--campaign=smoke", "--trial=3"];
+        for (controller, key, words) in
+            [("--gains=hold", "fell_at_s", "fell at"), ("--gains=catch", "settled_at_s", "has stood still since")]
+        {
+            // Each has a display of its own, since one ends with its last window.
+            let Some(display) = Display::start() else { return };
+            let push = standfast(folder.path(), &[&["push", "--json", controller], &trial[..]].concat()).success();
+            let push: serde_json::Value = serde_json::from_str(&stdout(&push)).unwrap();
+            let (at_s, end_s) = (push[key].as_f64().unwrap(), push["end_s"].as_f64().unwrap());
+            let view = View::open(&display, folder.path(), &[&["--speed=1", controller], &trial[..]].concat());
+            view.until("the verdict", |frame| frame.time_s > end_s + 0.1);
+            let told = view.quit("q");
+            assert!(told.contains(&format!("\nrobot, in Rapier: {words} {at_s:.2} s")), "{push} {told}");
+        }
+    }
+
     #[test]
     fn a_window_that_is_lost_ends_the_program() {
         for destroys in [true, false] {

@@ -67,7 +67,7 @@ pub fn threads(c: &mut Criterion) {
 fn run(plan: &Plan, threads: usize) -> Duration {
     let scratch = tempfile::tempdir().expect("a temporary folder");
     let folder = plan.folder(Some(scratch.path())).expect("an empty folder");
-    let mut work = Work::new(plan, &folder, RunOptions { threads, shard: None }, None).expect("a design");
+    let mut work = Work::new(plan, &folder, RunOptions { threads, ..RunOptions::default() }, None).expect("a design");
     let stop = AtomicBool::new(false);
     let start = Instant::now();
     work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} }).expect("to finish");

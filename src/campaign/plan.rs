@@ -8,20 +8,24 @@ use crate::campaign::ask::trial;
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::{Input, MANIFEST, Manifest, each_once, part_trials};
 use crate::campaign::store::part::Marker;
-use crate::campaign::store::row::TrialRow;
+use crate::campaign::store::row::{Repeats, TrialRow};
 use crate::contest::variant::Listed;
 use crate::contest::{self, Settings};
+use crate::episode::alone::Alone;
 use crate::episode::{ClosedLoop, Disturbance, Outcome, Record, caught};
 use crate::error::{Error, Result};
 use crate::files::{sha256_hex, write_atomic};
 use crate::robot::urdf::Files;
 use crate::robot::{Factory, Robot};
-use crate::sim::Engine;
+use crate::sim::{Engine, Variation};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::num::NonZeroU64;
 use std::path::Path;
 use std::time::Instant;
+
+/// One trial of so many is run twice with a controller whose memory is its own.
+const TRIED_AGAIN: u64 = 50;
 
 /// A campaign whose inputs are read and checked. The controllers are designed later.
 pub struct Plan {
@@ -172,6 +176,22 @@ impl Plan {
         Ok(factories)
     }
 
+    /// Prepares all controllers, and lets each drive the robot for an episode without a push: rates of a robot that falls
+    /// alone would mean nothing. The robot is as designed, with the sensors of trial 0. Fails if a robot falls.
+    pub(crate) fn tried_factories(&self) -> Result<Vec<Factory>> {
+        let (factories, campaign) = (self.factories()?, &self.manifest.campaign);
+        if campaign.synthetic {
+            return Ok(factories);
+        }
+        let quiet = || Disturbance { variation: Variation::default(), ..trial::disturbance(campaign, 0) };
+        let lost = |factory: &Factory| {
+            let alone = Alone::run(&self.robot, factory, &campaign.episode, quiet());
+            alone.is_lost().then(|| Error::Falls { name: factory.name.clone(), how: alone.how_lost(&self.robot) })
+        };
+        Error::all(factories.par_iter().filter_map(lost).collect())?;
+        Ok(factories)
+    }
+
     /// The robot as it is simulated in trial 0.
     pub(crate) fn simulated_at_first(&self) -> Robot {
         trial::variation(&self.manifest.campaign, 0).robot(&self.robot)
@@ -241,9 +261,24 @@ impl Plan {
             true => sets.iter().map(|&set| trial::synthetic(campaign, trial, set, hardness)).collect(),
             false => run(sets).unwrap_or_else(|_| sets.iter().map(alone).collect()),
         };
-        let row =
-            |(&set, record): (&usize, _)| TrialRow::new(trial, &names[set], &pushes, no_step_n_s, variation, record);
+        let row = |(&set, record): (&usize, Record)| {
+            let repeats = self.repeats(factories, trial, set, &record);
+            TrialRow { repeats, ..TrialRow::new(trial, &names[set], &pushes, no_step_n_s, variation, record) }
+        };
         sets.iter().zip(records).map(row).collect()
+    }
+
+    /// Whether a second run of a trial with a controller has the same record. None if it was not tried: that is done in one
+    /// trial of [`TRIED_AGAIN`], with controllers that cannot be copied, since what they remember is not known here.
+    fn repeats(&self, factories: &[Factory], trial: u64, set: usize, record: &Record) -> Option<Repeats> {
+        let campaign = &self.manifest.campaign;
+        if campaign.synthetic || !trial.is_multiple_of(TRIED_AGAIN) || factories[set].can_be_copied() {
+            return None;
+        }
+        let again = caught(|| self.records(factories, None, trial::disturbance(campaign, trial), &[set]));
+        // As text, since NaN is not equal to itself.
+        let is_same = again.is_ok_and(|again| format!("{:?}", again[0]) == format!("{record:?}"));
+        Some(if is_same { Repeats::Yes } else { Repeats::No })
     }
 
     /// Writes whose folder it is, with all that is needed to run it again: `campaign.toml` and its inputs.

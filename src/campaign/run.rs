@@ -26,6 +26,8 @@ pub struct RunOptions {
     /// Number of threads; 0 means one for each core.
     pub threads: usize,
     pub shard: Option<Shard>,
+    /// Whether controllers run that have not been tried without a push.
+    pub untried: bool,
 }
 
 /// Functions that are called while a campaign runs, and a flag that stops it.
@@ -59,7 +61,7 @@ pub struct Work<'a> {
 impl<'a> Work<'a> {
     /// What `folder` lacks (of one shard, or of all). If anything is lacking, all controllers are designed here, so that
     /// a controller without a design fails before anything is written or removed. `gates` say when a campaign that ends
-    /// when decided is decided. Errors: no design.
+    /// when decided is decided. Errors: no design, or a robot that falls without a push.
     pub fn new(plan: &'a Plan, folder: &'a Folder, options: RunOptions, gates: Option<&'a Gates>) -> Result<Work<'a>> {
         let Manifest { campaign, sets, .. } = &folder.manifest;
         let mut work = Work {
@@ -78,7 +80,8 @@ impl<'a> Work<'a> {
             None => work.blocks().filter(|&block| work.lacks(block)).collect(),
         };
         if !work.is_done() {
-            work.factories = work.pool.install(|| plan.factories())?;
+            let factories = || if options.untried { plan.factories() } else { plan.tried_factories() };
+            work.factories = work.pool.install(factories)?;
         }
         Ok(work)
     }
@@ -272,7 +275,7 @@ mod tests {
                 stop.store(true, Ordering::Relaxed);
             }
         };
-        let mut work = Work::new(plan, folder, RunOptions { threads: 1, shard: None }, None)?;
+        let mut work = Work::new(plan, folder, RunOptions { threads: 1, ..RunOptions::default() }, None)?;
         work.run(&Watch { stop: &stop, on_episode: &on_episode, on_part: &|_| {}, on_look: &|_, _| {} })?;
         Ok(count.into_inner())
     }
@@ -307,7 +310,7 @@ mod tests {
         let plan = Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();
         let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
         let gates = Gates::new(&plan.manifest, None).unwrap();
-        let options = RunOptions { threads: 1, shard: "1/2".parse().ok() };
+        let options = RunOptions { threads: 1, shard: "1/2".parse().ok(), ..RunOptions::default() };
         let mut work = Work::new(&plan, &folder, options, Some(&gates)).unwrap();
         let (stop, parts) = (AtomicBool::new(false), AtomicUsize::new(0));
         let on_part = |_: &[TrialRow]| {
@@ -328,7 +331,7 @@ mod tests {
         let seen = Mutex::new(Vec::new());
         let on_part =
             |rows: &[TrialRow]| seen.lock().unwrap().push(rows.iter().map(|row| row.trial).collect::<Vec<_>>());
-        let mut work = Work::new(&plan, &folder, RunOptions { threads: 1, shard: None }, None).unwrap();
+        let mut work = Work::new(&plan, &folder, RunOptions { threads: 1, ..RunOptions::default() }, None).unwrap();
         assert_eq!((work.episodes(), work.all_episodes()), (20, 30));
         let stop = AtomicBool::new(false);
         work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_, _| {} }).unwrap();

@@ -3,6 +3,7 @@
 use super::terminal::note;
 use crate::campaign::Overrides;
 use crate::campaign::ask::gate::OnUnresolved;
+use crate::episode::Counts;
 use crate::error::{Error, Result};
 use crate::files::folder_of;
 use crate::sim::Engine;
@@ -76,6 +77,9 @@ pub struct ChangeArgs {
     /// Physics engine
     #[arg(long, value_name = "ENGINE", value_parser = one_of::<EngineChoice, 3>(ENGINE_CHOICES))]
     pub engine: Option<EngineChoice>,
+    /// Which trials count: recovered (it stands still), or survived (it has not fallen at the horizon), for walkers
+    #[arg(long, value_name = "WHICH", value_parser = one_of::<Counts, 2>(["recovered", "survived"]))]
+    pub judge: Option<Counts>,
     /// Seed of all random numbers
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,
@@ -103,6 +107,7 @@ impl ChangeArgs {
             vary: self.vary.clone(),
             robot: self.robot.clone(),
             engine: self.engines()[0],
+            judge: self.judge,
             ..Overrides::default()
         }
     }

@@ -255,7 +255,8 @@ impl<'a> Case<'a> {
             plot.iter_mut().for_each(|plot| plot.push(robot, tick));
         };
         let ran = run(disturbance, outputs.aftermath_s(aftermath_s), &mut observe);
-        let told = Told { factory, config, pushes, variation, record: record_of(&ran), witness };
+        let units = Units::of(robot);
+        let told = Told { factory, config, units, pushes, variation, record: record_of(&ran), witness };
         if let (Some(path), Some(trace)) = (&outputs.trace, trace) {
             columns::write(path, &trace.columns())?;
         }

@@ -69,6 +69,9 @@ pub struct LimitArgs {
     /// Draw limits and bounds around the robot to this file
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
+    /// Do not try first whether the robot stands without a push
+    #[arg(long)]
+    pub untried: bool,
     #[command(flatten)]
     pub check: CheckArgs,
     /// Print one JSON object instead of text
@@ -90,6 +93,7 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         max_trials: args.max_trials,
         replicas: args.replicas,
         threads: args.threads,
+        untried: args.untried,
     };
     stop_on_ctrl_c();
     let search = |campaign| Searches::new(campaign, robot_files.clone(), options);

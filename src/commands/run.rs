@@ -68,6 +68,9 @@ pub struct RunArgs {
     /// Run only part K of N (1/N to N/N) of the trials; `merge` joins the parts
     #[arg(long, value_name = "K/N")]
     pub shard: Option<Shard>,
+    /// Do not try first whether the robot stands without a push
+    #[arg(long)]
+    pub untried: bool,
     #[command(flatten)]
     pub replays: ReplaysArgs,
     #[command(flatten)]
@@ -97,7 +100,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         _ => gates_of(folder, &args.gates).map(Some),
     };
     let gates = folders.iter().map(gates).collect::<Result<Vec<_>>>()?;
-    let options = RunOptions { threads: args.threads, shard: args.shard };
+    let options = RunOptions { threads: args.threads, shard: args.shard, untried: args.untried };
     stop_on_ctrl_c();
     let of_each = plans.iter().zip(&folders).zip(&gates);
     let works = of_each.map(|((plan, folder), gates)| Work::new(plan, folder, options, gates.as_ref()));

@@ -2,7 +2,7 @@
 //! command, as lines of JSON. The guide's chapter `process.md` has the protocol.
 //!
 //! Each worker has a child, which serves one episode after another. A child that dies, hangs or answers nonsense is replaced,
-//! and its episode ends as diverged, with the cause.
+//! and its episode ends as failed, with the cause.
 
 use super::beside;
 use super::child::{Talker, in_short};

@@ -3,7 +3,7 @@
 
 use super::closed_loop::run;
 use super::config::{Disturbance, EpisodeConfig, Until};
-use super::record::Record;
+use super::record::{Outcome, Record};
 use crate::robot::{Command, Factory, Robot};
 use std::time::Instant;
 
@@ -50,6 +50,27 @@ impl Alone {
             Some((q.iter().enumerate().find_map(far)?, *time_s))
         };
         Self { record, left_first: ticks.iter().find_map(leaves), late_com_speed_m_s, tick_s, ticks }
+    }
+
+    /// Whether the robot fell, or the controller failed.
+    pub fn is_lost(&self) -> bool {
+        matches!(self.record.outcome, Outcome::Fell | Outcome::Diverged | Outcome::Failed)
+    }
+
+    /// How it was lost, in words: when, why, and which joint of `robot` left first.
+    pub fn how_lost(&self, robot: &Robot) -> String {
+        let Record { outcome, fell_at_s, end_s, fall_cause, .. } = &self.record;
+        let what = if *outcome == Outcome::Fell { "falls" } else { "fails" };
+        let (at_s, cause) = (fell_at_s.unwrap_or(*end_s), fall_cause.as_deref().unwrap_or("no cause is known"));
+        format!("{what} without a push, at {at_s:.3} s: {cause}{}", self.leaver(robot))
+    }
+
+    /// The joint of `robot` that left first, as a part of a sentence; empty if none did.
+    pub fn leaver(&self, robot: &Robot) -> String {
+        self.left_first.map_or_else(String::new, |(joint, time_s)| {
+            let joint = &robot.joints[joint].name;
+            format!("; the first joint to be {LEAVES_RAD} rad from its angle of the start is {joint}, at {time_s:.3} s")
+        })
     }
 
     /// The first command; None if it failed.

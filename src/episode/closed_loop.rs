@@ -10,7 +10,7 @@
 use super::config::{Disturbance, EpisodeConfig, Until};
 use super::record::Record;
 use super::referee::Referee;
-use super::tick::Tick;
+use super::tick::{Failure, Tick};
 use crate::robot::{Command, Controller, Factory, Robot, Sensed, Units};
 use crate::sim::{Ground, Plant, Pull, Push, Truth};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -51,8 +51,8 @@ struct Pilot<'a> {
     omega: f64,
     controller: Box<dyn Controller>,
     command: Command,
-    /// What went wrong in the controller or in the simulation, if anything did. Then the episode is over.
-    failure: Option<String>,
+    /// What went wrong, if anything did. Then the episode is over.
+    failure: Option<Failure>,
 }
 
 /// Runs one episode of `robot`, for which the controller is made, with the variation and the pushes of `disturbance`.
@@ -183,7 +183,8 @@ impl<'a> ClosedLoop<'a> {
     pub fn advance(&mut self) {
         for Branch { plant, episodes } in &mut self.branches {
             if let Err(panic) = caught(|| plant.advance(episodes[0].pilot.command.clone(), &self.pushes)) {
-                episodes.iter_mut().for_each(|episode| episode.pilot.failure = Some(panic.clone()));
+                let failure = Failure::OfSimulation(panic);
+                episodes.iter_mut().for_each(|episode| episode.pilot.failure = Some(failure.clone()));
             }
         }
         self.tick += 1;
@@ -245,12 +246,12 @@ impl Pilot<'_> {
             let ticked = caught(|| controller.tick(sensed, command).and_then(|()| Ok(command.check(joints)?)));
             match ticked {
                 Ok(Ok(())) => {}
-                Ok(Err(error)) if error.is_final() => *failure = Some(format!("the controller failed: {error}")),
+                Ok(Err(error)) if error.is_final() => *failure = Some(Failure::OfController(error.to_string())),
                 Ok(Err(error)) => log::debug!("{:.3} s: {error}", truth.time_s),
-                Err(panic) => *failure = Some(panic),
+                Err(panic) => *failure = Some(Failure::OfController(panic)),
             }
         }
-        let failure = failure.as_deref();
+        let failure = failure.as_ref();
         let tick = Tick::new(robot, *omega, truth, controller.report(), command);
         Tick { failure, controller: Some(&**controller), ..tick }
     }
@@ -303,27 +304,27 @@ mod tests {
         let config = EpisodeConfig { horizon_s: 0.1, ..EpisodeConfig::of(&Units::of(&robot)) };
         let cases: [(Wrong, &str); 6] = [
             (|_| panic!("no pivot"), "panic: no pivot"),
-            (|_| Err(TickError::Failed("it lost its child".into())), "the controller failed: it lost its child"),
+            (|_| Err(TickError::Failed("it lost its child".into())), "it lost its child"),
             (
                 |command| {
                     command.tau_ff[3] = f64::NAN;
                     Ok(())
                 },
-                "the controller failed: tau_ff[3] = NaN: is not a command; accepted: a finite number",
+                "tau_ff[3] = NaN: is not a command; accepted: a finite number",
             ),
             (
                 |command| {
                     command.q_ref.pop();
                     Ok(())
                 },
-                "the controller failed: q_ref has 19 values; accepted: one for each of the robot's 20 joints",
+                "q_ref has 19 values; accepted: one for each of the robot's 20 joints",
             ),
             (
                 |command| {
                     command.gains = Some(vec![[1.0, -1.0]; 20]);
                     Ok(())
                 },
-                "the controller failed: gains[0] = -1: is not a command; accepted: 0 to 1e12",
+                "gains[0] = -1: is not a command; accepted: 0 to 1e12",
             ),
             (|_| Err(TickError::Unsolvable), ""),
         ];
@@ -334,7 +335,7 @@ mod tests {
                 assert_eq!((record.outcome, record.fall_cause), (Outcome::TimedOut, None), "the last command holds");
                 continue;
             }
-            assert_eq!((record.outcome, record.fall_cause.as_deref()), (Outcome::Diverged, Some(cause)));
+            assert_eq!((record.outcome, record.fall_cause.as_deref()), (Outcome::Failed, Some(cause)));
             assert!((record.end_s - 0.018).abs() < 1e-9, "{record:?}");
         }
     }

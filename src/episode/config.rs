@@ -19,6 +19,9 @@ pub struct Judge {
     pub fallen_tilt_deg: f64,
     /// For fell: the COM height is below this share of its height at home.
     pub fallen_com_height_ratio: f64,
+    /// Which trials are won.
+    #[serde(default, skip_serializing_if = "Counts::is_usual")]
+    pub counts: Counts,
     /// For being home: largest horizontal distance of the COM from the point midway between the soles' centres.
     pub home_radius_m: f64,
 }
@@ -32,8 +35,26 @@ impl Judge {
             standing_time_s: 2.813 * units.time_s(),
             fallen_tilt_deg: 60.0,
             fallen_com_height_ratio: 0.6,
+            counts: Counts::Recovered,
             home_radius_m: 0.01613 * units.length_m,
         }
+    }
+}
+
+/// Which trials are won.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Counts {
+    /// Those in which the robot recovers: it comes to stand still.
+    #[default]
+    Recovered,
+    /// Those in which it has not fallen at the horizon: also walkers win, which never stand still.
+    Survived,
+}
+
+impl Counts {
+    fn is_usual(&self) -> bool {
+        *self == Self::Recovered
     }
 }
 

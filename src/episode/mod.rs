@@ -16,10 +16,10 @@ mod tick;
 
 pub(crate) use closed_loop::caught;
 pub use closed_loop::{ClosedLoop, run};
-pub use config::{CONTROL_PERIOD_S, Disturbance, EpisodeConfig, Judge, Until};
+pub use config::{CONTROL_PERIOD_S, Counts, Disturbance, EpisodeConfig, Judge, Until};
 pub use film::Film;
 pub use footsteps::{Footstep, FootstepLog, Lifted};
 pub use record::{Membership, Outcome, Record, Totals};
 pub use referee::{AT_LIMIT, Referee};
 pub use snapshot::Snapshot;
-pub use tick::{Tick, home_distance};
+pub use tick::{Failure, Tick, home_distance};

@@ -9,22 +9,33 @@ use std::collections::BTreeMap;
 pub enum Outcome {
     /// At its end the robot had stood for the judge's time: trunk upright, COM slow, DCM inside of the support polygon.
     Recovered,
+    /// At the horizon it had not fallen, but did not stand either, and the judge [counts](super::Counts) that.
+    Survived,
     /// A link other than the soles touched the ground, the COM was too low, or the trunk was tilted too far.
     Fell,
-    /// A number became NaN, infinite or absurdly large, or the program failed (a panic).
+    /// A number of the simulation became NaN, infinite or absurdly large, or the simulation failed (a panic).
     Diverged,
-    /// At the horizon the robot had neither fallen nor recovered. An episode has this outcome until it has another.
+    /// The controller failed: its process died, was silent or answered nonsense, or a command was none.
+    Failed,
+    /// At the horizon the robot had neither fallen nor recovered, and the judge does not count that. An episode has this outcome until it has another.
     #[default]
     TimedOut,
 }
 
 impl Outcome {
+    /// Whether the trial was won.
+    pub fn is_success(self) -> bool {
+        matches!(self, Self::Recovered | Self::Survived)
+    }
+
     /// The outcome in words.
     pub fn name(self) -> &'static str {
         match self {
             Self::Recovered => "recovered",
+            Self::Survived => "survived",
             Self::Fell => "fell",
             Self::Diverged => "diverged",
+            Self::Failed => "failed",
             Self::TimedOut => "timed out",
         }
     }
@@ -67,8 +78,8 @@ pub struct Record {
     /// Simulated time (s).
     pub end_s: f64,
     pub fell_at_s: Option<f64>,
-    /// The cause of the fall in words, for example the link that touched the ground; of a trial that diverged, what
-    /// failed.
+    /// The cause of the fall in words, for example the link that touched the ground; of a trial that diverged or
+    /// failed, what went wrong.
     pub fall_cause: Option<String>,
     /// Start of the time of standing that decided the episode.
     pub settled_at_s: Option<f64>,

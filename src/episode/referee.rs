@@ -1,9 +1,9 @@
 //! The referee: watches every tick of an episode and writes its record.
 
-use super::config::{EpisodeConfig, Judge, Until};
+use super::config::{Counts, EpisodeConfig, Judge, Until};
 use super::record::{Outcome, Record};
 use super::slip::Slip;
-use super::tick::{Tick, home_distance};
+use super::tick::{Failure, Tick, home_distance};
 use crate::robot::Robot;
 use crate::sim::{Push, Truth};
 
@@ -67,8 +67,12 @@ impl<'a> Referee<'a> {
             return;
         }
         if tick.is_broken() {
-            self.record.outcome = Outcome::Diverged;
-            self.record.fall_cause = Some(tick.failure.unwrap_or("a number of the simulation was not finite").into());
+            let (outcome, cause) = match tick.failure {
+                Some(Failure::OfController(cause)) => (Outcome::Failed, &cause[..]),
+                Some(Failure::OfSimulation(cause)) => (Outcome::Diverged, &cause[..]),
+                None => (Outcome::Diverged, "a number of the simulation was not finite"),
+            };
+            (self.record.outcome, self.record.fall_cause) = (outcome, Some(cause.into()));
             self.record.settled_at_s = None;
             self.record.home_at_s = None;
             return;
@@ -180,9 +184,11 @@ impl<'a> Referee<'a> {
     pub fn finish(mut self) -> Record {
         if self.record.outcome == Outcome::TimedOut {
             self.record.settled_at_s = self.standing_since_s.filter(|&since| self.has_stood(since));
-            if self.record.settled_at_s.is_some() {
-                self.record.outcome = Outcome::Recovered;
-            }
+            self.record.outcome = match (self.record.settled_at_s, self.judge.counts) {
+                (Some(_), _) => Outcome::Recovered,
+                (None, Counts::Survived) => Outcome::Survived,
+                (None, Counts::Recovered) => Outcome::TimedOut,
+            };
         }
         self.record
     }

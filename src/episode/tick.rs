@@ -5,6 +5,13 @@ use crate::robot::{Command, Controller, Foot, GRAVITY, PerFoot, Pose, Promise, R
 use crate::sim::Truth;
 use nalgebra::Point2;
 
+/// What ends an episode at once, in words.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Failure {
+    OfController(String),
+    OfSimulation(String),
+}
+
 /// One control tick as an observer sees it: the true state now (with averages over the past tick), and what the
 /// controller does with its present readings.
 pub struct Tick<'a> {
@@ -20,8 +27,8 @@ pub struct Tick<'a> {
     /// The controller itself; None if there is none behind the report.
     pub controller: Option<&'a dyn Controller>,
     pub command: &'a Command,
-    /// What went wrong in controller or simulation, if anything did.
-    pub failure: Option<&'a str>,
+    /// What went wrong, if anything did.
+    pub failure: Option<&'a Failure>,
     /// Whether the judge has decided the episode at an earlier tick.
     pub is_after: bool,
 }

@@ -201,6 +201,11 @@ impl Factory {
     pub fn start(&self, seed: u64) -> Box<dyn Controller> {
         (self.start)(seed)
     }
+
+    /// Whether its controllers can be copied at the start: then all that they remember is known.
+    pub fn can_be_copied(&self) -> bool {
+        self.start(0).fork().is_some()
+    }
 }
 
 impl fmt::Debug for Factory {

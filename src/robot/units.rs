@@ -43,6 +43,13 @@ impl Units {
         self.omega() * self.length_m
     }
 
+    /// By how much an impulse (N s) changes the velocity of the COM (m/s), and how much that is of the unit of speed, which
+    /// is sqrt(g h).
+    pub fn velocity_of(&self, impulse_n_s: f64) -> [f64; 2] {
+        let dv_m_s = impulse_n_s / self.mass_kg;
+        [dv_m_s, dv_m_s / self.speed_m_s()]
+    }
+
     /// Unit of force: the weight (N).
     pub fn weight_n(&self) -> f64 {
         self.mass_kg * GRAVITY

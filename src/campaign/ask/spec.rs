@@ -9,7 +9,7 @@ use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
 use crate::campaign::ask::variations::{self, VariationSpec};
 use crate::contest::variant::{self, Listed};
 use crate::contest::{self};
-use crate::episode::EpisodeConfig;
+use crate::episode::{Counts, EpisodeConfig};
 use crate::error::{Error, Result};
 use crate::robot::urdf::Files;
 use crate::robot::{Robot, Units};
@@ -110,6 +110,8 @@ pub struct Overrides {
     pub vary: Vec<String>,
     pub robot: Option<String>,
     pub engine: Option<Engine>,
+    /// Which trials are won.
+    pub judge: Option<Counts>,
     /// See [`Campaign::synthetic`].
     pub synthetic: bool,
     /// Gates in addition to the campaign's own.
@@ -191,6 +193,7 @@ impl Campaign {
             campaign.robot.clone_from(robot);
         }
         campaign.episode.engine = overrides.engine.unwrap_or(campaign.episode.engine);
+        campaign.episode.judge.counts = overrides.judge.unwrap_or(campaign.episode.judge.counts);
         campaign.synthetic |= overrides.synthetic;
         campaign.gates.add(&overrides.gates, overrides.unresolved);
         campaign.stopping.until_resolved |= overrides.until_resolved;

@@ -53,6 +53,8 @@ pub struct LimitOptions {
     pub replicas: u64,
     /// Number of threads; 0 means one per core.
     pub threads: usize,
+    /// Whether controllers run that have not been tried without a push.
+    pub untried: bool,
 }
 
 /// The searches, one for each controller and heading, with all that they need.
@@ -103,7 +105,8 @@ impl<'a> Searches<'a> {
         let heading = |i: usize| yardstick.heading(360.0 * i as f64 / options.headings as f64);
         let headings = (0..options.headings).map(heading).collect();
         let pool = pool(options.threads)?;
-        let factories = pool.install(|| plan.factories())?;
+        let factories = || if options.untried { plan.factories() } else { plan.tried_factories() };
+        let factories = pool.install(factories)?;
         Ok(Self { campaign, options, precision_n_s, plan, yardstick, headings, pool, factories })
     }
 

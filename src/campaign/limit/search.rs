@@ -19,6 +19,9 @@ pub struct SetLimit {
     /// Impulse with 90 % recovery; None if nothing is random.
     pub impulse90_n_s: Option<f64>,
     pub impulse90_ci95: Option<[f64; 2]>,
+    /// The change of velocity by `impulse50_n_s`, over the robot's mass (m/s) and as a multiple of sqrt(g h).
+    pub dv_m_s: f64,
+    pub dv_over_sqrt_g_h: f64,
     /// Ratio of `impulse50_n_s` to the bound with one footstep.
     pub of_one_step_bound: f64,
     /// Whether the interval of `impulse50_n_s` is as narrow as requested.
@@ -35,6 +38,7 @@ pub struct SetLimit {
     pub fell: u64,
     pub timed_out: u64,
     pub diverged: u64,
+    pub failed: u64,
 }
 
 /// A push that was lost, exactly as `standfast push` can repeat it.
@@ -117,7 +121,7 @@ impl Search<'_> {
     pub fn run(&self, rule: Rule) -> Result<SetLimit> {
         let (random, grid_n_s, most_n_s) = (rule.random, rule.precision_n_s, rule.most_n_s);
         let mut posterior = Posterior::new(rule);
-        let [mut recovered, mut fell, mut timed_out, mut diverged] = [0; 4];
+        let [mut recovered, mut fell, mut timed_out, mut diverged, mut failed] = [0; 5];
         while let Some(impulse_n_s) = posterior.next_impulse() {
             if self.stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
@@ -125,21 +129,25 @@ impl Search<'_> {
             let outcome = self.outcome(self.first_trial + posterior.trials(), impulse_n_s);
             (self.on_episode)();
             *match outcome {
-                Outcome::Recovered => &mut recovered,
+                Outcome::Recovered | Outcome::Survived => &mut recovered,
                 Outcome::Fell => &mut fell,
                 Outcome::TimedOut => &mut timed_out,
                 Outcome::Diverged => &mut diverged,
+                Outcome::Failed => &mut failed,
             } += 1;
-            posterior.observe(impulse_n_s, outcome == Outcome::Recovered);
+            posterior.observe(impulse_n_s, outcome.is_success());
         }
         let safe = self.safe(grid_n_s, most_n_s)?;
         let (impulse50, impulse90) = (posterior.impulse50(), posterior.impulse90());
+        let [dv_m_s, dv_over_sqrt_g_h] = self.campaign.units.velocity_of(impulse50.at_n_s);
         Ok(SetLimit {
             name: self.plan.manifest.sets[self.set].clone(),
             impulse50_n_s: impulse50.at_n_s,
             ci95: impulse50.ci95,
             impulse90_n_s: random.then_some(impulse90.at_n_s),
             impulse90_ci95: random.then_some(impulse90.ci95),
+            dv_m_s,
+            dv_over_sqrt_g_h,
             of_one_step_bound: impulse50.at_n_s / self.bound_one_step_n_s,
             resolved: posterior.is_resolved(),
             safe_n_s: (self.replicas > 0).then_some(safe.up_to_n_s),
@@ -150,6 +158,7 @@ impl Search<'_> {
             fell,
             timed_out,
             diverged,
+            failed,
         })
     }
 
@@ -178,7 +187,7 @@ impl Search<'_> {
                 safe.trials += 1;
                 let outcome = self.outcome_of(disturbance);
                 (self.on_episode)();
-                if outcome != Outcome::Recovered {
+                if !outcome.is_success() {
                     safe.first_loss = Some(FirstLoss { impulse_n_s, heading_deg, start_s, trial });
                     return Ok(safe);
                 }

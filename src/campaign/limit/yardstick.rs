@@ -4,7 +4,7 @@ use crate::campaign::ask::spec::Campaign;
 use crate::campaign::limit::search::SetLimit;
 use crate::error::{Error, Result};
 use crate::lipm::capture::{self, Region, SteppingPendulum};
-use crate::robot::{Foot, Kinematics, LandingRegion, PerFoot, Robot};
+use crate::robot::{Foot, Kinematics, LandingRegion, PerFoot, Robot, Units};
 use crate::sim::Profile;
 use nalgebra::Point2;
 use serde::Serialize;
@@ -89,6 +89,11 @@ impl Yardstick {
             push_factor: push_factor(omega_rad_s, push_duration_s),
             height_factor: 1.0 / (1.0 + push_height_m.max(0.0) / com_height_m),
         })
+    }
+
+    /// The units of the robot.
+    pub fn units(&self) -> Units {
+        Units { mass_kg: self.mass_kg, length_m: self.com_height_m, half_sole_m: self.sole_x_m[1] }
     }
 
     /// The bounds for one heading (degrees), still without controllers.

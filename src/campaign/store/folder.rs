@@ -388,8 +388,8 @@ pub(crate) mod tests {
 
     fn rows(folder: &Folder, block: u64) -> Vec<TrialRow> {
         let (first, end) = folder.range(block);
-        let outcomes = [Outcome::Fell, Outcome::Recovered, Outcome::Diverged, Outcome::TimedOut];
-        let row = |t: u64| ["hold", "fixed"].map(|set| row(t, set, t as f64 / 7.0, outcomes[t as usize % 4]));
+        let outcomes = [Outcome::Fell, Outcome::Recovered, Outcome::Diverged, Outcome::Failed, Outcome::TimedOut];
+        let row = |t: u64| ["hold", "fixed"].map(|set| row(t, set, t as f64 / 7.0, outcomes[t as usize % 5]));
         (first..end).flat_map(row).collect()
     }
 

@@ -26,7 +26,16 @@ pub struct TrialRow {
     pub second: SecondPush,
     /// The variation of robot and ground.
     pub variation: Variation,
+    /// Whether a second run of the trial had the same record; None if there was none.
+    pub repeats: Option<Repeats>,
     pub record: Record,
+}
+
+/// Whether a second run of a trial had the same record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Repeats {
+    Yes,
+    No,
 }
 
 /// What a second push has of its own; the rest is as in the first one. All are None if there is no second push.
@@ -54,7 +63,8 @@ impl TrialRow {
             second_start_s: second.map(|push| push.start_s),
         };
         let impulse_over_m_omega_d = no_step_n_s.map(|bound_n_s| push.impulse_n_s / bound_n_s);
-        Self { trial, set: set.into(), impulse_over_m_omega_d, push, second, variation, record }
+        let repeats = None;
+        Self { trial, set: set.into(), impulse_over_m_omega_d, push, second, variation, repeats, record }
     }
 
     /// The pushes, in order of time.
@@ -71,11 +81,11 @@ impl TrialRow {
     /// Errors name `file` as its origin.
     pub fn check(&self, file: &str, episode: &EpisodeConfig) -> Result<()> {
         let (r, outcome, judge) = (&self.record, self.record.outcome, &episode.judge);
-        let [fell, diverged, recovered] =
-            [Outcome::Fell, Outcome::Diverged, Outcome::Recovered].map(|other| outcome == other);
+        let [fell, recovered] = [Outcome::Fell, Outcome::Recovered].map(|other| outcome == other);
+        let broke = matches!(outcome, Outcome::Diverged | Outcome::Failed);
         // A fall may tilt the trunk by any angle.
         let (tilt_deg, least_height) =
-            if fell || diverged { (180.0, f64::MIN) } else { (judge.fallen_tilt_deg, judge.fallen_com_height_ratio) };
+            if fell || broke { (180.0, f64::MIN) } else { (judge.fallen_tilt_deg, judge.fallen_com_height_ratio) };
         let from_s = self.pushed_until_s() - 1e-9;
         let up_to_end = |from_s: f64, at_s: Option<f64>| at_s.is_none_or(|at_s| (from_s..=r.end_s).contains(&at_s));
         let none_or = |at_s: Option<f64>| at_s.map_or("(none)".to_string(), |at_s| at_s.to_string());
@@ -98,8 +108,8 @@ impl TrialRow {
             (
                 "fall_cause",
                 r.fall_cause.clone().unwrap_or("(none)".into()),
-                r.fall_cause.is_some() == (fell || diverged),
-                "a cause if it fell or diverged, else none",
+                r.fall_cause.is_some() == (fell || broke),
+                "a cause if it fell, diverged or failed, else none",
             ),
             (
                 "settled_at_s",
@@ -110,7 +120,7 @@ impl TrialRow {
             (
                 "home_at_s",
                 none_or(r.home_at_s),
-                !(r.home_at_s.is_some() && (fell || diverged)) && up_to_end(from_s, r.home_at_s),
+                !(r.home_at_s.is_some() && (fell || broke)) && up_to_end(from_s, r.home_at_s),
                 "none, or a time from the end of the push to end_s if it did not fall",
             ),
             ("peak_tilt_deg", r.peak_tilt_deg.to_string(), among(r.peak_tilt_deg, tilt_deg), "that of the outcome"),
@@ -141,7 +151,7 @@ impl TrialRow {
     }
 
     pub fn has_recovered(&self) -> bool {
-        self.record.outcome == Outcome::Recovered
+        self.record.outcome.is_success()
     }
 
     /// Time from the end of the last push until the robot stands (s); None unless it recovered.
@@ -252,7 +262,8 @@ pub(crate) mod tests {
             outcome,
             end_s: 2.0,
             fell_at_s: (outcome == Outcome::Fell).then_some(1.5),
-            fall_cause: matches!(outcome, Outcome::Fell | Outcome::Diverged).then(|| "left_knee, at the ground".into()),
+            fall_cause: matches!(outcome, Outcome::Fell | Outcome::Diverged | Outcome::Failed)
+                .then(|| "left_knee, at the ground".into()),
             settled_at_s: (outcome == Outcome::Recovered).then_some(1.25),
             home_at_s: (outcome == Outcome::Recovered).then_some(1.75),
             com_speed_at_push_m_s: Some(0.001),

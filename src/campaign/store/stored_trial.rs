@@ -83,11 +83,15 @@ impl StoredTrial {
         let told = |outcome: Outcome, end_s: f64| format!("{} at {end_s:.3} s", outcome.name());
         let [now, then] = [told(record.outcome, record.end_s), told(row.record.outcome, row.record.end_s)];
         (!same).then(|| {
-            format!(
-                "trial {} of {} is not as it was: {now}, but {then} in the result. The result was made by another build \
-                 of standfast, or its inputs have changed",
-                self.trial, self.set
-            )
+            let why = match self.factory.can_be_copied() {
+                true => "The result was made by another build of standfast, or its inputs have changed",
+                false => {
+                    "The controller does not repeat itself, its inputs have changed, or the result was made by another build \
+                     of standfast"
+                }
+            };
+            let (trial, set) = (self.trial, &self.set);
+            format!("trial {trial} of {set} is not as it was: {now}, but {then} in the result. {why}")
         })
     }
 }

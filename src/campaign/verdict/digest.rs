@@ -8,7 +8,7 @@
 //! have different numbers of trials. Each set has all trials from the first one to its last one.
 
 use crate::campaign::store::folder::Folder;
-use crate::campaign::store::row::TrialRow;
+use crate::campaign::store::row::{Repeats, TrialRow};
 use crate::campaign::verdict::failures::{Failures, FallCause};
 use crate::episode::{EpisodeConfig, Membership, Outcome};
 use crate::error::Result;
@@ -40,6 +40,9 @@ pub struct Counted {
     pub fall_causes: Vec<FallCause>,
     /// Trials in which the push found the COM faster than a robot that counts as standing.
     pub moving_at_push: u64,
+    /// Trials that were run twice, and those of them whose second run was another one.
+    pub run_twice: u64,
+    pub not_repeated: u64,
 }
 
 /// How a trial ended with one controller; names are as in [`TrialRow`].
@@ -107,6 +110,8 @@ impl Digest {
             ended.push(Ended::of(row));
             let is_moving = row.record.com_speed_at_push_m_s.is_some_and(|speed| speed > self.standing_com_speed_m_s);
             counted.moving_at_push += u64::from(is_moving);
+            counted.run_twice += u64::from(row.repeats.is_some());
+            counted.not_repeated += u64::from(row.repeats == Some(Repeats::No));
             counted.failures.add(row);
             FallCause::add(&mut counted.fall_causes, row);
         }
@@ -163,7 +168,7 @@ impl Ended {
     }
 
     pub fn has_recovered(&self) -> bool {
-        self.outcome == Outcome::Recovered
+        self.outcome.is_success()
     }
 
     pub fn impulse_over_m_omega_d(&self) -> Option<f64> {

@@ -17,7 +17,7 @@ pub const SLIPPED_M: f64 = 0.01;
 /// A robot is limited by torque if one of its joints was at its torque limit for longer than this in all.
 pub const TORQUE_LIMITED_S: f64 = 0.1;
 
-/// Numbers of trials from which the robot did not recover. The first five together count each of these trials once.
+/// Numbers of trials from which the robot did not recover. The first six together count each of these trials once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Failures {
     /// Falls before any foot was lifted.
@@ -29,6 +29,8 @@ pub struct Failures {
     /// Trials in which the robot neither fell nor stood at the horizon.
     pub timed_out: u64,
     pub diverged: u64,
+    /// Trials in which the controller failed.
+    pub failed: u64,
     /// Falls in which a sole slid by more than [`SLIPPED_M`] while the trunk was upright. A fall may also be among the
     /// next two counts.
     pub fell_slipped: u64,
@@ -44,9 +46,10 @@ impl Failures {
     /// Counts one more trial.
     pub fn add(&mut self, row: &TrialRow) {
         match row.record.outcome {
-            Outcome::Recovered => {}
+            Outcome::Recovered | Outcome::Survived => {}
             Outcome::TimedOut => self.timed_out += 1,
             Outcome::Diverged => self.diverged += 1,
+            Outcome::Failed => self.failed += 1,
             Outcome::Fell => self.count_fall(row),
         }
     }
@@ -80,7 +83,7 @@ impl FallCause {
     pub fn add(causes: &mut Vec<Self>, row: &TrialRow) {
         let cause = match (row.record.outcome, &row.record.fall_cause) {
             (Outcome::Fell, Some(cause)) => cause.clone(),
-            (Outcome::Diverged, Some(cause)) => format!("diverged, {cause}"),
+            (Outcome::Diverged | Outcome::Failed, Some(cause)) => format!("{}, {cause}", row.record.outcome.name()),
             _ => return,
         };
         match causes.binary_search_by(|found| found.cause.cmp(&cause)) {
@@ -102,7 +105,7 @@ mod tests {
     use super::*;
     use crate::campaign::store::row::tests::row;
     use crate::robot::Foot::{self, Left, Right};
-    use Outcome::{Diverged, Fell, Recovered, TimedOut};
+    use Outcome::{Diverged, Failed, Fell, Recovered, TimedOut};
 
     #[test]
     fn each_failure_is_of_one_time_and_a_fall_may_have_several_flags() {
@@ -126,7 +129,7 @@ mod tests {
             (Fell, 1, Some(Right), 0.0, 0.0, false),
             (TimedOut, 3, Some(Left), 50.0, 500.0, true),
             (Diverged, 0, None, 50.0, 500.0, true),
-            (Diverged, 1, None, 50.0, 500.0, true),
+            (Failed, 1, None, 50.0, 500.0, true),
             (Fell, 1, None, 0.0, 120.0, true),
             (Fell, 1, None, 0.0, 0.0, true),
         ] {
@@ -137,7 +140,8 @@ mod tests {
             fell_in_swing: 3,
             fell_after_landing: 4,
             timed_out: 1,
-            diverged: 2,
+            diverged: 1,
+            failed: 1,
             fell_slipped: 2,
             fell_torque_limited: 4,
             fell_legs_met: 2,
@@ -147,14 +151,14 @@ mod tests {
     }
 
     #[test]
-    fn causes_of_falls_and_of_what_diverged_are_counted_and_the_most_frequent_is_first() {
+    fn causes_of_what_was_lost_are_counted_and_the_most_frequent_is_first() {
         let mut causes = Vec::new();
-        for (cause, outcome) in [("b", Fell), ("c", Fell), ("a", Fell), ("c", Fell), ("b", Diverged)] {
+        for (cause, outcome) in [("b", Fell), ("c", Fell), ("a", Fell), ("c", Fell), ("b", Diverged), ("b", Failed)] {
             let row = row(0, "a", 1.0, outcome).with(|row| row.record.fall_cause = Some(cause.into()));
             FallCause::add(&mut causes, &row);
         }
         let causes = FallCause::most_frequent_first(&causes);
         let causes: Vec<_> = causes.iter().map(|c| (c.cause.as_str(), c.trials)).collect();
-        assert_eq!(causes, [("c", 2), ("a", 1), ("b", 1), ("diverged, b", 1)]);
+        assert_eq!(causes, [("c", 2), ("a", 1), ("b", 1), ("diverged, b", 1), ("failed, b", 1)]);
     }
 }

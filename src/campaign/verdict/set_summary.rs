@@ -23,11 +23,17 @@ pub struct SetSummary {
     pub origin: SetOrigin,
     #[serde(flatten)]
     pub count: SuccessCount,
+    /// How many had not fallen at the end, whether they stood or not.
+    pub survived: SuccessCount,
     pub fell: u64,
     pub diverged: u64,
+    pub failed: u64,
     pub timed_out: u64,
     /// Trials in which the push found the COM faster than a robot that counts as standing.
     pub moving_at_push: u64,
+    /// Trials that were run twice to see whether the controller repeats, and those that ended otherwise the second time.
+    pub run_twice: u64,
+    pub not_repeated: u64,
     /// Over this set's own recovered trials.
     #[serde(flatten)]
     pub times: Times,
@@ -130,8 +136,9 @@ impl SetSummary {
     /// `end_early` is as for [`Times::of`].
     pub(super) fn new(set: usize, all: &Digest, bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
         let (name, trials) = (&all.names[set], all.of(set));
-        let Counted { failures, fall_causes, moving_at_push } = all.counted(set);
+        let Counted { failures, fall_causes, moving_at_push, run_twice, not_repeated } = all.counted(set);
         let with = |outcome| trials.iter().filter(|ended| ended.outcome == outcome).count() as u64;
+        let survived = [Outcome::Recovered, Outcome::Survived, Outcome::TimedOut].map(with).iter().sum();
         let within = |bin: &[f64]| {
             let (from_n_s, to_n_s) = (bin[0], bin[1]);
             let is_within = |trial: &usize| (from_n_s..to_n_s).contains(&all.impulse_n_s(*trial));
@@ -155,10 +162,14 @@ impl SetSummary {
             name: name.clone(),
             origin: SetOrigin::own(name),
             count: success_count(trials),
+            survived: SuccessCount::new(survived, trials.len() as u64),
             fell: with(Outcome::Fell),
             diverged: with(Outcome::Diverged),
+            failed: with(Outcome::Failed),
             timed_out: with(Outcome::TimedOut),
             moving_at_push: *moving_at_push,
+            run_twice: *run_twice,
+            not_repeated: *not_repeated,
             times: Times::of(trials.iter(), end_early),
             foretold: Prediction::new(trials),
             stepped: ByFootsteps::new(trials),

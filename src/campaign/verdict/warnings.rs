@@ -90,13 +90,23 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
     for set in sets.iter().filter(|set| set.diverged > 0) {
         found.push(format!("With {}, {} trials diverged numerically and count as lost.", set.name, set.diverged));
     }
+    for SetSummary { name, run_twice, not_repeated, .. } in sets.iter().filter(|set| set.not_repeated > 0) {
+        found.push(format!(
+            "{name} does not repeat itself: of {run_twice} trials that were run twice, {not_repeated} had another record \
+             the second time. Its replays are not exact, and trials cannot be compared one by one."
+        ));
+    }
+    for set in sets.iter().filter(|set| set.failed > 0) {
+        let told = "trials ended since the controller failed, and count as lost. The causes are in the tables.";
+        found.push(format!("With {}, {} {told}", set.name, set.failed));
+    }
     found
 }
 
 #[cfg(test)]
 mod tests {
     use crate::campaign::verdict::summary::tests::summary;
-    use crate::episode::Outcome::{Diverged, Fell, Recovered};
+    use crate::episode::Outcome::{Diverged, Failed, Fell, Recovered};
 
     #[test]
     fn a_design_that_cannot_support_a_claim_is_told_so() {
@@ -111,6 +121,7 @@ mod tests {
             ("count as one", 1, 100, [Recovered, Fell], &[strong, no_noise].concat()),
             ("could end when decided", 1, 100, [Recovered, Fell], &["stopping.until_resolved=true"]),
             ("diverged numerically", 1, 100, [Recovered, Diverged], &[]),
+            ("since the controller failed", 1, 100, [Recovered, Failed], &[]),
             // With either set.
             ("not at rest", 2, 100, [Recovered, Fell], &["episode.judge.standing_com_speed_m_s=0.0005"]),
             // A sound one.

@@ -36,15 +36,16 @@
   }
 
   // Maps show the trial nearest to the pointer.
-  const RADIUS = 130, NEAR = 9, OUTCOMES = { R: "recovered", F: "fell", D: "diverged", T: "timed out", "-": "not run" };
+  const RADIUS = 130, NEAR = 9, OUTCOMES = { R: "recovered", S: "survived", F: "fell", D: "diverged", E: "failed", T: "timed out", "-": "not run" };
   const place = (trial, most) => {
     const heading = trial[2] * Math.PI / 180, length = RADIUS * trial[1] / most;
     return [-length * Math.sin(heading), -length * Math.cos(heading)];
   };
   const setsOf = (map) => map.dataset.sets.split(" ").map(Number);
   const isRun = (trial, set) => trial[3][set] !== "-";
+  const isWon = (trial, set) => "RS".includes(trial[3][set]);
   const differs = (trial, sets) =>
-    sets.every((set) => isRun(trial, set)) && (trial[3][sets[0]] === "R") !== (trial[3][sets[1]] === "R");
+    sets.every((set) => isRun(trial, set)) && isWon(trial, sets[0]) !== isWon(trial, sets[1]);
   function nearest(map, event) {
     if (!data) return null;
     const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(map.getScreenCTM().inverse());
@@ -102,7 +103,7 @@
     if (!trial) return;
     // On a map of two sets, the command replays the trial with the set that lost it.
     const sets = setsOf(map);
-    const set = sets.find((i) => trial[3][i] !== "R") ?? sets[0];
+    const set = sets.find((i) => !isWon(trial, i)) ?? sets[0];
     copy(data.commands[set].join(trial[0]));
   });
 

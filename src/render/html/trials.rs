@@ -45,8 +45,10 @@ impl Trials<'_> {
 fn letter(outcome: Outcome) -> char {
     match outcome {
         Outcome::Recovered => 'R',
+        Outcome::Survived => 'S',
         Outcome::Fell => 'F',
         Outcome::Diverged => 'D',
+        Outcome::Failed => 'E',
         Outcome::TimedOut => 'T',
     }
 }

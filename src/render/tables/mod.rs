@@ -82,7 +82,12 @@ mod tests {
         let lines = of(&[[Recovered, Fell], [Recovered, Recovered]]);
         assert_eq!(lines[0], "controller | recovered | rate | 95 % | fell");
         assert_eq!(lines[1..], ["a | 2/2 | 100.0 % | 15.8-100.0 % | 0", "b | 1/2 | 50.0 % | 1.3-98.7 % | 1"]);
-        assert!(of(&[[TimedOut, Fell]])[0].ends_with("| fell | timed out"));
+        let lasts = of(&[[TimedOut, Fell]]);
+        assert!(lasts[0].ends_with("| fell | timed out | survived, 95 %"), "{lasts:?}");
+        assert!(
+            lasts[1].ends_with("| 0 | 1 | 1 (2.5-100.0 %)") && lasts[2].ends_with("| 1 | 0 | 0 (0.0-97.5 %)"),
+            "{lasts:?}"
+        );
         assert!(of(&[[Recovered, Diverged]])[0].ends_with("| fell | diverged"));
     }
 

@@ -6,7 +6,7 @@ use crate::campaign::verdict::footsteps::ByFootsteps;
 use crate::campaign::verdict::prediction::Prediction;
 use crate::campaign::verdict::set_summary::{FittedCurve, SetSummary};
 use crate::render::table::{Cell, Column, Mark, Table, cell, headings, number, texts, words};
-use crate::render::text::layout::{percent, seconds};
+use crate::render::text::layout::{percent, seconds, velocity_change};
 use crate::stats::rate::SuccessCount;
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -16,18 +16,30 @@ use std::iter::once;
 pub(super) fn rates(summary: &Summary) -> Table {
     // An outcome that no set had gets no column.
     type Outcome = (&'static str, fn(&SetSummary) -> u64);
-    let rare: [Outcome; 2] = [("diverged", |set| set.diverged), ("timed out", |set| set.timed_out)];
+    let rare: [Outcome; 3] =
+        [("diverged", |set| set.diverged), ("failed", |set| set.failed), ("timed out", |set| set.timed_out)];
     let rare: Vec<_> = rare.into_iter().filter(|(_, of)| summary.sets.iter().any(|set| of(set) > 0)).collect();
     let columns = headings("controller", ["recovered", "rate", "95 %", "fell"]);
-    let mut table = Table::new("Rates of recovery", columns.chain(rare.iter().map(|(label, _)| number(*label))));
+    let columns = columns.chain(rare.iter().map(|(label, _)| number(*label)));
+    // Who stands or falls within the time has survived if it recovered, which needs no column.
+    let lingers = summary.sets.iter().any(|set| set.survived.recovered != set.count.recovered);
+    let mut table = Table::new("Rates of recovery", columns.chain(lingers.then(|| number("survived, 95 %"))));
     for (i, set) in summary.sets.iter().enumerate() {
         let SuccessCount { trials, recovered, success_rate, ci95: [low, high] } = set.count;
         let interval = format!("{:.1}-{}", 100.0 * low, percent(high));
         let cells = [cell(format!("{recovered}/{trials}")), rate(percent(success_rate), set.count, i), cell(interval)];
         let counts = once(set.fell).chain(rare.iter().map(|(_, of)| of(set)));
-        table.row(once(name(i, set)).chain(cells).chain(counts.map(cell)));
+        let [low, high] = set.survived.ci95;
+        let survived = format!("{} ({:.1}-{})", set.survived.recovered, 100.0 * low, percent(high));
+        let survived = lingers.then(|| cell(survived));
+        table.row(once(name(i, set)).chain(cells).chain(counts.map(cell)).chain(survived));
     }
-    table
+    match lingers {
+        true => table.with_note(
+            "Survived: not fallen at the end, whether it stood or not. `--judge survived` counts these as recovered.",
+        ),
+        false => table,
+    }
 }
 
 /// The impulses of which 50 % and 90 % are survived.
@@ -39,11 +51,12 @@ pub(super) fn limits(summary: &Summary) -> Table {
         let levels = [impulse_at(curve, true), impulse_at(curve, false), impulse_at(normalized, true)];
         table.row(once(name(i, set)).chain(texts(levels)));
     }
-    table.with_note(
+    let velocity = velocity_change(&summary.units, 1.0);
+    table.with_note(format!(
         "Impulses at which 50 % and 90 % of the pushes are survived, with 95 % intervals, by a logistic curve fitted over \
          all headings. m w d is mass times omega times the distance from the COM to the edge of the support: the most that \
-         a pendulum takes without a footstep of a push that has no duration.",
-    )
+         a pendulum takes without a footstep of a push that has no duration. Of 1 N s, {velocity}.",
+    ))
 }
 
 /// The impulse (N s, or over m omega d) at which 50 % of the pushes are survived (`half`), or else 90 %, with its
@@ -105,12 +118,13 @@ pub(super) fn kind(by: &str, label: &str) -> String {
 /// How the trials of each set were lost.
 pub(super) fn losses(summary: &Summary) -> Table {
     type Pick = fn(&Failures) -> u64;
-    let kinds: [(&str, Pick); 9] = [
+    let kinds: [(&str, Pick); 10] = [
         ("fell without a footstep", |f| f.fell_before_any_footstep),
         ("fell with a foot in the air", |f| f.fell_in_swing),
         ("fell after a landing", |f| f.fell_after_landing),
         ("not standing at the end", |f| f.timed_out),
         ("diverged", |f| f.diverged),
+        ("the controller failed", |f| f.failed),
         ("  falls: slipped", |f| f.fell_slipped),
         ("  falls: torque at its limit", |f| f.fell_torque_limited),
         ("  falls: legs met", |f| f.fell_legs_met),

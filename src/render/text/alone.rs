@@ -1,7 +1,7 @@
 //! What a controller does if nothing pushes the robot, as text and JSON: `standfast check`.
 
 use super::layout::{entry, signed};
-use crate::episode::alone::{Alone, LEAVES_RAD};
+use crate::episode::alone::Alone;
 use crate::episode::{EpisodeConfig, Outcome};
 use crate::render::table::{Table, headings, texts};
 use crate::robot::{Factory, Robot};
@@ -28,8 +28,7 @@ pub struct Tried<'a> {
 impl Tried<'_> {
     /// Whether it neither falls nor fails, and does the same again.
     pub fn is_good(&self) -> bool {
-        let stays = matches!(self.alone.record.outcome, Outcome::Recovered | Outcome::TimedOut);
-        stays && self.again.is_none() && self.anew.is_none()
+        !self.alone.is_lost() && self.again.is_none() && self.anew.is_none()
     }
 
     pub fn text(&self) -> String {
@@ -69,25 +68,18 @@ impl Tried<'_> {
     }
 
     fn alone(&self) -> String {
-        let record = &self.alone.record;
-        let cause = record.fall_cause.as_deref().unwrap_or("no cause is known");
-        let left = self.alone.left_first.map_or_else(String::new, |(joint, time_s)| {
-            let joint = &self.robot.joints[joint].name;
-            format!("; the first joint to be {LEAVES_RAD} rad from its angle of the start is {joint}, at {time_s:.3} s")
-        });
+        let (record, left) = (&self.alone.record, self.alone.leaver(self.robot));
         let tilt = format!("its trunk tilts by {:.1} degrees at most", record.peak_tilt_deg);
         match record.outcome {
             Outcome::Recovered => format!("it stands still after {:.2} s; {tilt}{left}", record.end_s),
-            Outcome::TimedOut => format!(
+            Outcome::TimedOut | Outcome::Survived => format!(
                 "it does not fall in {:.2} s; {tilt}. It does not stand still either: its COM moves at up to {:.3} \
-                 m/s in the second half, and {:.3} m/s is still. No trial of such a controller counts as recovered{left}",
+                 m/s in the second half, and {:.3} m/s is still. Its trials count with `--judge survived` alone{left}",
                 record.end_s, self.alone.late_com_speed_m_s, self.config.judge.standing_com_speed_m_s
             ),
-            Outcome::Fell => format!(
-                "WARNING: it falls without a push, at {:.3} s: {cause}{left}",
-                record.fell_at_s.unwrap_or(record.end_s)
-            ),
-            Outcome::Diverged => format!("WARNING: it fails without a push, at {:.3} s: {cause}{left}", record.end_s),
+            Outcome::Fell | Outcome::Diverged | Outcome::Failed => {
+                format!("WARNING: it {}", self.alone.how_lost(self.robot))
+            }
         }
     }
 

@@ -6,7 +6,7 @@ use crate::campaign::ask::bounds::digits;
 use crate::campaign::ask::variations;
 use crate::campaign::verdict::pairs::Pair;
 use crate::campaign::verdict::set_summary::SetSummary;
-use crate::episode::Judge;
+use crate::episode::{Counts, Judge};
 use crate::render::replay_command;
 use crate::render::tables::{self, Detail};
 use crate::render::text::layout::{unit_of_impulses, wrapped};
@@ -96,6 +96,11 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
         // The short text has only the names of the varied quantities.
         let names = varied.iter().map(|varied| if full { varied } else { varied.split(' ').next().unwrap_or(varied) });
         head.push(("varied: ", names.collect::<Vec<_>>().join(", ")));
+    }
+    if summary.episode.judge.counts == Counts::Survived {
+        let horizon_s = digits(summary.episode.horizon_s);
+        let told = format!("survival: a robot that has not fallen after {horizon_s} s counts as recovered");
+        head.push(("judge:  ", told));
     }
     if full {
         let (sensors, horizon_s) = (&summary.sensors, digits(summary.episode.horizon_s));

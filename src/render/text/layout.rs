@@ -1,5 +1,6 @@
 //! The layout of text: wrapped lines, and numbers.
 
+use crate::robot::Units;
 use comfy_table::Table;
 
 /// Width of text that does not go to a terminal, and largest width of sentences on a terminal (columns).
@@ -9,6 +10,12 @@ pub const PLAIN_WIDTH: u16 = 80;
 pub fn unit_of_impulses(unit_n_s: f64) -> String {
     let decimals = (2.0 - unit_n_s.log10().floor()).clamp(0.0, 4.0) as usize;
     format!("1 m omega d = {unit_n_s:.decimals$} N s")
+}
+
+/// The change of velocity by an impulse (N s), in m/s and in sqrt(g h).
+pub fn velocity_change(units: &Units, impulse_n_s: f64) -> String {
+    let [m_s, of_unit] = units.velocity_of(impulse_n_s);
+    format!("dv = {m_s:.2} m/s = {of_unit:.2} sqrt(g h)")
 }
 
 /// The text in lines that fit the terminal. `mark` stands before the first line, and the others are indented by its

@@ -2,7 +2,7 @@
 
 use crate::campaign::limit::{FirstLoss, Limits, SetLimit};
 use crate::render::table::{Table, cell, headings, number, texts, words};
-use crate::render::text::layout::{signed, unit_of_impulses, wrapped};
+use crate::render::text::layout::{signed, unit_of_impulses, velocity_change, wrapped};
 use crate::stats::rate::median;
 use std::fmt::Write;
 
@@ -11,7 +11,8 @@ pub fn text(limits: &[Limits]) -> String {
     let [first, more @ ..] = limits else { return String::new() };
     let Limits { robot, campaign, seed, unit_n_s, .. } = first;
     let mut text = format!("Largest recoverable impulse [N s]: {robot}, campaign {campaign}, seed {seed}\n");
-    text += &wrapped("unit:     ", &unit_of_impulses(*unit_n_s));
+    let velocity = velocity_change(&first.yardstick.units(), *unit_n_s);
+    text += &wrapped("unit:     ", &format!("{}, {velocity}", unit_of_impulses(*unit_n_s)));
     for Limits { engine, physics_step_s, .. } in limits {
         text += &wrapped("engine:   ", &format!("{engine}, with a physics step of {} ms", 1e3 * physics_step_s));
     }
@@ -191,6 +192,8 @@ mod tests {
             ci95: [impulse50_n_s - 0.1, impulse50_n_s + 0.1],
             impulse90_n_s: None,
             impulse90_ci95: None,
+            dv_m_s: 0.0,
+            dv_over_sqrt_g_h: 0.0,
             of_one_step_bound: impulse50_n_s / 5.0,
             resolved: impulse50_n_s < 9.0,
             safe_n_s: Some(2.4),
@@ -201,6 +204,7 @@ mod tests {
             fell: 5,
             timed_out: 0,
             diverged: 0,
+            failed: 0,
         };
         let nominal = campaign("nominal", &[]);
         let yardstick = Yardstick::new(&Robot::load("ut-mu2").unwrap(), &nominal).unwrap();
@@ -244,7 +248,7 @@ mod tests {
         let words = told.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(words.contains("80 episodes were run.") && words.contains("*: the interval is wider than +-0.1 N s, "));
         let alone = text(&[a]);
-        assert!(alone.contains("\nunit:     1 m omega d = 2.16 N s\n"), "{alone}");
+        assert!(alone.contains("\nunit:     1 m omega d = 2.16 N s, dv = 0.27 m/s = 0.16 sqrt(g h)\n"), "{alone}");
         assert!(alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"), "{alone}");
         let early = "hole: paper:stepping.x=2 at 0.0 degrees is safe only up to 2.40 N s;\nto see the loss:\n  \
                      standfast push --campaign nominal --seed 1 --trial 202500 --gains paper:stepping.x=2 \\\n  \

@@ -1,10 +1,10 @@
 //! The story of one episode in a few lines: what happened to the robot, when, and why.
 
 use crate::episode::{AT_LIMIT, EpisodeConfig, Footstep, Lifted, Membership, Outcome, Record, Tick};
-use crate::render::text::layout::entry;
+use crate::render::text::layout::{entry, velocity_change};
 use crate::render::text::thresholds;
 use crate::render::with_fields_of;
-use crate::robot::{Factory, Robot};
+use crate::robot::{Factory, Robot, Units};
 use crate::sim::{Engine, Push, Variation};
 use serde_json::{Value, json};
 
@@ -114,6 +114,7 @@ pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String>
 pub struct Told<'a> {
     pub factory: &'a Factory,
     pub config: &'a EpisodeConfig,
+    pub units: Units,
     pub pushes: Vec<Push>,
     pub variation: Variation,
     pub record: Record,
@@ -129,10 +130,13 @@ impl Told<'_> {
     }
 
     pub fn as_json(&self) -> Value {
+        let [dv_m_s, dv_over_sqrt_g_h] = self.units.velocity_of(self.pushes[0].impulse_n_s);
         let mut head = json!({
             "gains": self.factory.name,
             "engine": self.config.engine.with_version(),
             "push": self.pushes[0],
+            "dv_m_s": dv_m_s,
+            "dv_over_sqrt_g_h": dv_over_sqrt_g_h,
             "judge": self.config.judge,
         });
         if let Some(second) = self.pushes.get(1) {
@@ -166,7 +170,8 @@ impl Told<'_> {
                 above => format!("{above} m above the COM"),
             };
             let late = if came(push, record) { "" } else { "; the robot had fallen by then" };
-            line("push", format!("{} for {duration_s} s from t = {start_s} s, {at}{late}", how_hard(push)));
+            let dv = velocity_change(&self.units, push.impulse_n_s);
+            line("push", format!("{} ({dv}) for {duration_s} s from t = {start_s} s, {at}{late}", how_hard(push)));
         }
         let varied: Vec<String> =
             self.variation.varied().iter().map(|(name, value)| format!("{name} {}", short(*value, 4))).collect();
@@ -237,6 +242,11 @@ impl Told<'_> {
             Outcome::Diverged => {
                 format!("diverged at t = {end_s:.3} s: {}", fall_cause.as_deref().unwrap_or("cause unknown"))
             }
+            Outcome::Failed => {
+                let cause = fall_cause.as_deref().unwrap_or("cause unknown");
+                format!("the controller failed at t = {end_s:.3} s: {cause}")
+            }
+            Outcome::Survived => format!("survived: at t = {end_s:.3} s it had not fallen, but did not stand still"),
             Outcome::TimedOut => format!("timed out: at t = {end_s:.3} s it had neither fallen nor come to a stand"),
         }
     }
@@ -319,8 +329,15 @@ mod tests {
         let disturbance = Disturbance { pushes: pushes.clone(), ..Disturbance::default() };
         let record =
             run(&robot, &factory, &config, disturbance, Until::Decided, &mut |tick| witness.watch(&robot, tick));
-        let told =
-            Told { factory: &factory, config: &config, pushes, variation: Variation::default(), record, witness };
+        let told = Told {
+            factory: &factory,
+            config: &config,
+            units: Units::of(&robot),
+            pushes,
+            variation: Variation::default(),
+            record,
+            witness,
+        };
         [told.headline(), told.text()]
     }
 
@@ -336,9 +353,9 @@ mod tests {
         let [title, text] = story("catch", 3.000_123_456_789, 90.0);
         assert!(title.starts_with("3 N s towards 90 degrees, controller catch: recovered"), "{title}");
         let text = read(&text);
-        assert!(text.starts_with(
-            "push 3 N s towards 90 degrees for 0.05 s from t = 0.5 s, level with the COM controller catch"
-        ));
+        let begins = "push 3 N s towards 90 degrees (dv = 0.38 m/s = 0.22 sqrt(g h)) for 0.05 s from t = 0.5 s, level with the \
+                      COM controller catch";
+        assert!(text.starts_with(begins), "{text}");
         assert!(
             text.contains("By the pendulum model a footstep was needed, but the robot recovered without one"),
             "{text}"

@@ -76,7 +76,7 @@ impl<'a> Live<'a> {
         Self { world, shown, ghost, acting, grab: None, lingering: None, counts, start }
     }
 
-    /// Simulates one control period. False if the simulation cannot go on, since it has diverged. The force of the mouse
+    /// Simulates one control period. False if the simulation cannot go on, since it has diverged or its controller failed. The force of the mouse
     /// is that on the shown robot, and acts on the same link of the ghost.
     pub fn advance(&mut self) -> bool {
         let pull = self.grab.map(|grab| grab.pull(&self.shown.kinematics));
@@ -159,7 +159,9 @@ impl<'a> Live<'a> {
                 let cause = record.fall_cause.as_deref().unwrap_or("fell");
                 (format!("fell at {:.2} s: {cause}", record.fell_at_s.unwrap_or(record.end_s)), true)
             }
-            (Outcome::Diverged, _) => (format!("diverged at {:.2} s", record.end_s), true),
+            (Outcome::Diverged | Outcome::Failed, _) => {
+                (format!("{} at {:.2} s", record.outcome.name(), record.end_s), true)
+            }
             _ if self.grab.is_some() => ("held by hand".into(), false),
             (_, Some(since_s)) => (format!("has stood still since {since_s:.2} s"), false),
             (_, None) => ("in motion".into(), false),

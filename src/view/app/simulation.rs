@@ -34,9 +34,9 @@ impl<'a> Simulation<'a> {
         Self { world, config, closed_loop, now, kinematics, trail }
     }
 
-    /// Simulates one control period, with a pull at a link. False if the simulation cannot go on, since it has diverged.
+    /// Simulates one control period, with a pull at a link. False if the simulation cannot go on, since it has diverged or its controller failed.
     pub fn advance(&mut self, pull: Option<Pull>) -> bool {
-        if self.record().outcome == Outcome::Diverged {
+        if matches!(self.record().outcome, Outcome::Diverged | Outcome::Failed) {
             return false;
         }
         self.closed_loop.pull(pull);
@@ -67,7 +67,7 @@ impl<'a> Simulation<'a> {
     /// Judges anew after a push, a pull or a change of controllers, unless the robot has fallen. The judge waits for the
     /// last push to end.
     pub fn judge_anew(&mut self) {
-        if matches!(self.record().outcome, Outcome::TimedOut | Outcome::Recovered) {
+        if matches!(self.record().outcome, Outcome::TimedOut | Outcome::Survived | Outcome::Recovered) {
             self.closed_loop.judge_anew();
         }
     }
