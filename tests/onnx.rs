@@ -64,6 +64,14 @@ fn linear(weights: &[Vec<f32>], bias: &[f32]) -> Vec<u8> {
     [number(1, 8), bytes(7, &graph), bytes(8, &[bytes(1, b""), number(2, 13)].concat())].concat()
 }
 
+/// The same file with metadata.
+fn with_metadata(network: Vec<u8>, metadata: &[(&str, &str)]) -> Vec<u8> {
+    use protobuf::bytes;
+    let prop =
+        |(key, value): &(&str, &str)| bytes(14, &[bytes(1, key.as_bytes()), bytes(2, value.as_bytes())].concat());
+    network.into_iter().chain(metadata.iter().flat_map(prop)).collect()
+}
+
 /// The ankles of UT-mu2 that bend forward, and their angles at home (rad).
 const ANKLES: [&str; 2] = ["left_ankle_flexion", "right_ankle_flexion"];
 const HOME_RAD: f64 = 0.442;
@@ -217,64 +225,144 @@ fn public() -> Option<PathBuf> {
     is_there.then_some(data)
 }
 
-/// The locomotion policy of holosoma (Apache-2.0) stands on the G1 of Unitree, and recovers from a push that stiff joints
-/// lose. Its gains are rounded here to 0.1.
+/// The same policy in the words of three trainers, each with the network that it needs.
 #[test]
-fn a_real_policy_stands_and_recovers() {
+fn a_policy_is_written_from_what_its_training_left() {
+    let dir = folder();
+    let zero = |observed: usize, actions: usize| linear(&vec![vec![0.0; actions]; observed], &vec![0.0; actions]);
+    let write = |name: &str, network: Vec<u8>| fs::write(dir.path().join(name), network).unwrap();
+    let init = |more: &[&str]| standfast(dir.path(), &[&["init", "--robot=ut-mu2"], more].concat());
+    let written = |name: &str| -> toml::Table { fs::read_to_string(dir.path().join(name)).unwrap().parse().unwrap() };
+    let numbers = |table: &toml::Table, key: &str| -> Vec<f64> {
+        table[key].as_array().unwrap().iter().map(|number| number.as_float().unwrap()).collect()
+    };
+    let terms = |table: &toml::Table| -> Vec<String> {
+        let terms = table["observation"].as_array().unwrap().iter();
+        terms.map(|term| term["term"].as_str().unwrap().to_string()).collect()
+    };
+
+    let metadata = [
+        ("joint_names", "left_ankle_flexion,right_ankle_flexion"),
+        ("joint_stiffness", "80.000,81.000"),
+        ("joint_damping", "2.500,2.600"),
+        ("default_joint_pos", "0.442,0.442"),
+        ("observation_names", "base_ang_vel,projected_gravity,joint_pos,actions,command"),
+        ("action_scale", "0.500"),
+    ];
+    write("lab.onnx", with_metadata(zero(13, 2), &metadata));
+    let told = stdout(&init(&["lab.onnx"]).success());
+    assert!(told.contains("drives 2 of the 20 joints of ut-mu2") && told.contains("period_s: mjlab's usual"), "{told}");
+    let lab = written("lab.toml");
+    assert_eq!((numbers(&lab, "stiffness"), numbers(&lab, "action_scale")), (vec![80.0, 81.0], vec![0.5; 2]));
+    let seen = ["base_angular_velocity", "projected_gravity", "joint_positions", "last_action", "command"];
+    assert_eq!(terms(&lab), seen);
+    let check = stdout(&standfast(dir.path(), &["check", "lab.toml", "--horizon=1"]).success());
+    assert!(check.contains("projected_gravity") && check.contains("The first observation"), "{check}");
+    // What is there is kept.
+    assert!(stderr(&init(&["lab.onnx"]).code(2)).contains("this file is there already"));
+    init(&["lab.onnx", "--force"]).success();
+
+    // In the order of the motors are stiffness and damping alone.
+    let robot = standfast::robot::Robot::load("ut-mu2").unwrap();
+    let motor = |name: &str| robot.joints.iter().position(|joint| joint.name == name).unwrap();
+    let [left, right] = ANKLES.map(motor);
+    let each: Vec<String> = (0..20).map(|i| format!("{}.0", 50 + i)).collect();
+    let each = each.join(", ");
+    let deploy = format!(
+        "joint_ids_map: [{right}, {left}]\nstep_dt: 0.02\nstiffness: [{each}]\ndamping: [{each}]\n\
+         default_joint_pos: [0.4, 0.5]\nactions:\n  JointPositionAction:\n    clip: null\n    joint_names: [.*]\n    \
+         scale: [0.25, 0.3]\n    offset: [0.4, 0.5]\n    \
+         joint_ids: !!python/object/apply:builtins.slice [null, null, null]\n\
+         observations:\n  base_ang_vel: {{params: {{}}, clip: [-2.0, 2.0], scale: [0.5, 0.5, 0.5], history_length: 3}}\n  \
+         velocity_commands: {{params: {{command_name: x}}, clip: null, scale: [2.0, 2.0, 0.25], history_length: 1}}\n  \
+         gait_phase: {{params: {{period: 0.8}}, clip: null, scale: [1.0, 1.0], history_length: 1}}\n"
+    );
+    fs::write(dir.path().join("deploy.yaml"), &deploy).unwrap();
+    write("policy.onnx", zero(9 + 3 + 2, 2));
+    let told = stdout(&init(&["policy.onnx"]).success());
+    assert!(told.contains("by unitree_rl_lab, deploy.yaml"), "{told}");
+    let lab = written("policy.toml");
+    let joints: Vec<&str> = lab["joints"].as_array().unwrap().iter().map(|joint| joint.as_str().unwrap()).collect();
+    assert_eq!(joints, [ANKLES[1], ANKLES[0]]);
+    assert_eq!(numbers(&lab, "damping"), [50.0 + right as f64, 50.0 + left as f64]);
+    assert_eq!((numbers(&lab, "default_rad"), numbers(&lab, "action_scale")), (vec![0.4, 0.5], vec![0.25, 0.3]));
+    let first = lab["observation"][0].as_table().unwrap();
+    assert_eq!((first["history"].as_integer(), first["clip"].as_float()), (Some(3), Some(1.0)), "clipped, then scaled");
+    assert_eq!(lab["observation"][1]["scale"].as_array().unwrap().len(), 3);
+    assert_eq!((terms(&lab)[2].as_str(), lab["gait"]["hz"].as_float()), ("phase", Some(1.25)));
+
+    let gym = "simulation_dt: 0.002\ncontrol_decimation: 10\nkps: [100, 90]\nkds: [2, 1]\ndefault_angles: [0.0, 0.1]\n\
+        ang_vel_scale: 0.25\ndof_pos_scale: 1.0\ndof_vel_scale: 0.05\naction_scale: 0.25\ncmd_scale: [2.0, 2.0, 0.25]\n\
+        num_actions: 2\nnum_obs: 17\ncmd_init: [0.5, 0, 0]\n";
+    fs::write(dir.path().join("g.yaml"), gym).unwrap();
+    write("gym.onnx", zero(17, 2));
+    let printed = stdout(&init(&["gym.onnx", "--from=g.yaml", "--print"]).success());
+    let gym: toml::Table = printed.parse().unwrap();
+    assert_eq!((gym["period_s"].as_float(), gym["joints"][0].as_str()), (Some(0.02), Some(&*robot.joints[0].name)));
+    assert!(printed.contains("assumed: the first 2 joints of ut-mu2") && terms(&gym).len() == 7, "{printed}");
+
+    for (network, more, words) in [
+        (zero(3, 2), &["bad.onnx"][..], "says nothing of its joints and of what it observes"),
+        (zero(3, 2), &["bad.onnx", "--from=deploy.yaml"], "takes 3 numbers, but the terms of its observation are 14"),
+        (zero(3, 2), &["bad.onnx", "--from=odd.yaml"], "describes no policy that is known here"),
+        (zero(3, 2), &["bad.onnx", "--from=gone.yaml"], "gone.yaml: cannot read"),
+        (zero(3, 2), &["bad.onnx", "--from=term.yaml"], "observations.joint_effort = joint_effort: is no term"),
+        (zero(3, 2), &["bad.onnx", "--from=map.yaml"], "joint_ids_map = 33: is no joint of the robot"),
+        (zero(3, 2), &["bad.onnx", "--from=clip.yaml"], "is not the same on both sides"),
+        (zero(14, 2), &["bad.onnx", "--from=deploy.yaml", "--out=../x.toml"], "does not lie beside the policy"),
+        (with_metadata(zero(3, 2), &metadata[4..]), &["bad.onnx"], "metadata.joint_names = (none): is missing"),
+        (b"no network".to_vec(), &["bad.onnx"], "cannot be read"),
+    ] {
+        write("bad.onnx", network);
+        // What lies where a trainer puts it would be read.
+        let _ = fs::remove_file(dir.path().join("deploy.yaml"));
+        if more.iter().any(|option| option.contains("deploy")) {
+            fs::write(dir.path().join("deploy.yaml"), &deploy).unwrap();
+        }
+        for (name, text) in [
+            ("odd.yaml", "a: 1\n".to_string()),
+            ("term.yaml", deploy.replace("velocity_commands", "joint_effort")),
+            ("map.yaml", deploy.replace(&format!("[{right}, "), "[33, ")),
+            ("clip.yaml", deploy.replace("[-2.0, 2.0]", "[-1.0, 2.0]")),
+        ] {
+            fs::write(dir.path().join(name), text).unwrap();
+        }
+        let told = stderr(&init(more).code(2));
+        assert!(told.contains(words) && !dir.path().join("bad.toml").exists(), "wanted: {words}\n{told}");
+    }
+    let told = stderr(&standfast(dir.path(), &["init", "x.urdf", "--robot=ut-mu2"]).code(2));
+    assert!(told.contains("is for the robot of a policy"), "{told}");
+}
+
+/// The locomotion policies of holosoma and unitree_rl_lab (Apache-2.0) stand on the G1 of Unitree as `init` writes them, and
+/// recover from pushes that stiff joints lose.
+#[test]
+fn real_policies_stand_and_recover() {
     let Some(data) = public() else { return };
     let dir = folder();
-    let robot = dir.path().join("g1.urdf");
     let urdf = fs::read_to_string(data.join("robots/g1/g1_29dof_rev_1_0.urdf")).unwrap();
-    fs::write(&robot, urdf).unwrap();
+    fs::write(dir.path().join("g1.urdf"), urdf).unwrap();
     fs::create_dir(dir.path().join("meshes")).unwrap();
     for mesh in fs::read_dir(data.join("robots/g1/meshes")).unwrap().map(|mesh| mesh.unwrap()) {
         fs::copy(mesh.path(), dir.path().join("meshes").join(mesh.file_name())).unwrap();
     }
     standfast(dir.path(), &["init", "g1.urdf"]).success();
-    fs::copy(data.join("policies/holosoma-g1-ppo.onnx"), dir.path().join("ppo.onnx")).unwrap();
-    let leg = ["hip_pitch", "hip_roll", "hip_yaw", "knee", "ankle_pitch", "ankle_roll"];
-    let arm = ["shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow", "wrist_roll", "wrist_pitch", "wrist_yaw"];
-    let of =
-        |side: &str, names: &[&str]| -> Vec<String> { names.iter().map(|n| format!("{side}_{n}_joint")).collect() };
-    let waist = of("waist", &["yaw", "roll", "pitch"]);
-    let joints = [of("left", &leg), of("right", &leg), waist, of("left", &arm), of("right", &arm)].concat();
-    let each = |leg: [f64; 6], waist: [f64; 3], left: [f64; 7], right: [f64; 7]| {
-        [&leg[..], &leg, &waist, &left, &right].concat()
+    for file in ["holosoma-g1-ppo.onnx", "unitree-g1-velocity.onnx", "unitree-g1-velocity.deploy.yaml"] {
+        fs::copy(data.join("policies").join(file), dir.path().join(file)).unwrap();
+    }
+    let outcome = |controller: &str, heading: &str| {
+        let push = ["push", "--robot=g1.urdf", "--impulse=30", "--start=2", "--json", "--heading", heading];
+        let told = stdout(&standfast(dir.path(), &[&push[..], &["--controller", controller]].concat()).success());
+        serde_json::from_str::<Value>(&told).unwrap()["outcome"].as_str().unwrap().to_string()
     };
-    let bent = [-0.312, 0.0, 0.0, 0.669, -0.363, 0.0];
-    let arm_rad = |out: f64| [0.2, out, 0.0, 0.6, 0.0, 0.0, 0.0];
-    let arm_kp = [14.3, 14.3, 14.3, 14.3, 14.3, 16.8, 16.8];
-    let arm_kd = [0.9, 0.9, 0.9, 0.9, 0.9, 1.1, 1.1];
-    let text = format!(
-        "kind = 'onnx'\nname = 'ppo'\nmodel = 'ppo.onnx'\nperiod_s = 0.02\njoints = {joints:?}\ndefault_rad = {:?}\n\
-         action_scale = {:?}\naction_clip = 100.0\nstiffness = {:?}\ndamping = {:?}\n\
-         [gait]\nhz = 1.0\nstanding_rad = [3.141592653589793, 3.141592653589793]\n{}",
-        each(bent, [0.0; 3], arm_rad(0.2), arm_rad(-0.2)),
-        [0.25; 29],
-        each([40.2, 99.1, 40.2, 99.1, 28.5, 28.5], [40.2, 28.5, 28.5], arm_kp, arm_kp),
-        each([2.6, 6.3, 2.6, 6.3, 1.8, 1.8], [2.6, 1.8, 1.8], arm_kd, arm_kd),
-        terms(&[
-            "last_action",
-            "base_angular_velocity'\nscale = 0.25\n#'",
-            "command_turn",
-            "command_walk",
-            "phase_cos",
-            "joint_positions",
-            "joint_velocities'\nscale = 0.05\n#'",
-            "projected_gravity",
-            "phase_sin",
-        ])
-    );
-    fs::write(dir.path().join("ppo.toml"), text).unwrap();
-    let check = standfast(dir.path(), &["check", "ppo.toml", "--robot=g1.urdf"]).success();
-    assert!(stdout(&check).contains("it stands still after"), "{}", stdout(&check));
-    for (heading, outcomes) in [("0", ["Fell", "Recovered"]), ("90", ["Fell", "Recovered"])] {
-        let outcome = |controller: &str| {
-            let args =
-                ["push", "--robot=g1.urdf", "--impulse=30", "--heading", heading, "--json", "--controller", controller];
-            let told: Value = serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
-            told["outcome"].as_str().unwrap().to_string()
-        };
-        assert_eq!([outcome("hold"), outcome("ppo.toml")], outcomes, "30 N s towards {heading} degrees");
+    for (policy, recovers) in [("holosoma-g1-ppo", &["0", "90"][..]), ("unitree-g1-velocity", &["90"])] {
+        standfast(dir.path(), &["init", &format!("{policy}.onnx"), "--robot=g1.urdf"]).success();
+        let policy = format!("{policy}.toml");
+        let check = standfast(dir.path(), &["check", &policy, "--robot=g1.urdf"]).success();
+        assert!(stdout(&check).contains("it stands still after"), "{}", stdout(&check));
+        for heading in recovers {
+            let outcomes = [outcome("hold", heading), outcome(&policy, heading)];
+            assert_eq!(outcomes, ["Fell", "Recovered"], "{policy}: 30 N s towards {heading} degrees");
+        }
     }
 }

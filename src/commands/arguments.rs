@@ -192,6 +192,11 @@ where
     })
 }
 
+/// Whether a path ends as files of this kind do.
+pub fn is_file_of(path: &str, extension: &str) -> bool {
+    Path::new(path).extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
+}
+
 /// Checks before any work that a file can be written. Fails if its extension is none of `kinds`, if its folder does not
 /// exist, or if `path` is a folder itself. Errors name `option`.
 pub fn check_output(option: &str, path: &Path, kinds: &[&str]) -> Result<()> {

@@ -1,49 +1,69 @@
-//! `standfast init`: writes the settings of a robot, inferred from its URDF.
+//! `standfast init`: writes the settings of a robot, inferred from its URDF, or the file of a policy, from what its training
+//! left.
 
+use super::arguments::is_file_of;
 use super::terminal::{note, print, tell};
+use crate::assets::{DEFAULT_ROBOT, Source};
+use crate::contest;
+use crate::contest::onnx::{self, Written};
+use crate::episode::CONTROL_PERIOD_S;
 use crate::error::{Error, Result};
-use crate::files::write_atomic;
-use crate::render::{self, text::model};
+use crate::files::{folder_of, is_same_folder, shell_word, write_atomic};
+use crate::render::{self, text::layout::entry, text::model};
 use crate::robot::{Robot, urdf};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(
-    override_usage = "standfast init [OPTIONS] <ROBOT.urdf>",
-    after_help = "Inferred are the feet, the trunk, the soles, the home posture, the servos, sensor
-noise and delay, and where a foot can land. Each figure of the file says whether
-it was read, solved or assumed; edit what you know better. An SRDF beside the
-URDF gives the home posture. A robot without such a file runs with the same
-settings. Macros (xacro) are expanded by the program `xacro`."
+    override_usage = "standfast init [OPTIONS] <ROBOT.urdf>\n       standfast init [OPTIONS] --robot <ROBOT.urdf> <POLICY.onnx>",
+    after_help = "Of a robot are inferred the feet, the trunk, the soles, the home posture, the servos,
+sensor noise and delay, and where a foot can land. Each figure of the file says
+whether it was read, solved or assumed; edit what you know better. An SRDF beside
+the URDF gives the home posture. A robot without such a file runs with the same
+settings. Macros (xacro) are expanded by the program `xacro`.
+
+Of a policy are read joints, gains and what it observes: from the deploy.yaml of
+unitree_rl_lab, a configuration of unitree_rl_gym, or the metadata that holosoma
+and mjlab write into the network. The file is called as the policy, and lies
+beside it."
 )]
 pub struct InitArgs {
-    /// URDF file of a humanoid
-    #[arg(value_name = "ROBOT.urdf")]
-    pub robot: String,
-    /// Where to write; by default a .toml file of the same name beside the URDF
+    /// URDF file of a humanoid, or ONNX file of a policy
+    #[arg(value_name = "ROBOT.urdf|POLICY.onnx")]
+    pub file: String,
+    /// The robot of a policy, by name or URDF file
+    #[arg(long, value_name = "NAME|FILE")]
+    pub robot: Option<String>,
+    /// The description of a policy, if it does not lie where its trainer puts it
+    #[arg(long, value_name = "FILE.yaml", requires = "robot")]
+    pub from: Option<PathBuf>,
+    /// Where to write; by default a .toml file of the same name beside the URDF or the policy
     #[arg(long, value_name = "FILE", conflicts_with = "print")]
     pub out: Option<PathBuf>,
-    /// Print the settings instead of writing them
+    /// Print the file instead of writing it
     #[arg(long)]
     pub print: bool,
     /// Replace a file that is there
     #[arg(long, conflicts_with = "print")]
     pub force: bool,
-    /// Print what was understood as one JSON object, as `standfast model` does
+    /// Print what was understood as one JSON object; of a robot, as `standfast model` does
     #[arg(long, conflicts_with = "print")]
     pub json: bool,
 }
 
 pub fn run(args: &InitArgs) -> Result<ExitCode> {
-    // First of all, since a file of another kind has no settings.
-    let urdf = urdf::opened(&args.robot)?;
-    let path = args.out.clone().unwrap_or_else(|| urdf::settings_path(&args.robot));
-    if !args.print && !args.force && path.exists() {
-        let accepted = "a file that is not there yet, --force to replace it, or --print";
-        return Err(Error::value("init", "--out", path.display(), "this file is there already", accepted));
+    if is_file_of(&args.file, "onnx") {
+        return policy(args);
     }
-    if path == Path::new(&args.robot) {
+    if let Some(robot) = &args.robot {
+        let (problem, accepted) = ("is for the robot of a policy", "none with a URDF");
+        return Err(Error::option("--robot", robot, problem, accepted));
+    }
+    // First of all, since a file of another kind has no settings.
+    let urdf = urdf::opened(&args.file)?;
+    let path = args.path(urdf::settings_path(&args.file))?;
+    if path == Path::new(&args.file) {
         let accepted = "another file than that of the robot";
         return Err(Error::value("init", "--out", path.display(), "it is the robot's URDF", accepted));
     }
@@ -60,4 +80,68 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     note("");
     tell("", &format!("Written: {}. Look at what is marked as assumed, and edit it.", path.display()));
     Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the file of a policy.
+fn policy(args: &InitArgs) -> Result<ExitCode> {
+    let model = Path::new(&args.file);
+    let path = args.path(model.with_extension("toml"))?;
+    if !is_same_folder(folder_of(&path), folder_of(model)) {
+        let accepted = "a file in the folder of the policy";
+        return Err(Error::option("--out", path.display(), "does not lie beside the policy", accepted));
+    }
+    let name = args.robot.as_deref().unwrap_or(DEFAULT_ROBOT);
+    let robot = Robot::load(name)?;
+    let Written { text, by, assumed } = onnx::written(model, args.from.as_deref(), &robot)?;
+    if args.print {
+        return print(&text);
+    }
+    // A network with other sizes, or joints that the robot lacks, are found here.
+    let settings = contest::read(&Source { file: path.to_string_lossy().into(), text: text.clone().into() })?;
+    settings.prepare(&robot, CONTROL_PERIOD_S)?;
+    write_atomic(&path, text.as_bytes())?;
+    let tree = settings.tree();
+    let list = |key: &str| tree.get(key).and_then(toml::Value::as_array).cloned().unwrap_or_default();
+    let term = |term: &toml::Value| {
+        let history = term.get("history").and_then(toml::Value::as_integer).filter(|history| *history > 1);
+        let name = term.get("term").and_then(toml::Value::as_str).unwrap_or_default();
+        history.map_or_else(|| name.to_string(), |history| format!("{name} x {history}"))
+    };
+    let observed: Vec<String> = list("observation").iter().map(term).collect();
+    let told = [
+        (
+            "policy",
+            format!(
+                "{} drives {} of the {} joints of {}",
+                settings.name(),
+                list("joints").len(),
+                robot.joints.len(),
+                robot.name
+            ),
+        ),
+        ("trained", format!("by {by}")),
+        ("observes", observed.join(", ")),
+    ];
+    let told = told.into_iter().chain(assumed.into_iter().map(|assumed| ("assumed", assumed)));
+    print(&match args.json {
+        true => render::json(&tree),
+        false => told.map(|(label, what)| entry(label, &what)).collect(),
+    })?;
+    note("");
+    let [file, robot] = [&path.to_string_lossy()[..], name].map(shell_word);
+    tell("", &format!("Written: {}. Try it:", path.display()));
+    note(&format!("  standfast check {file} --robot {robot}"));
+    Ok(ExitCode::SUCCESS)
+}
+
+impl InitArgs {
+    /// Where to write. Fails if a file is there already that is not to be replaced.
+    fn path(&self, usual: PathBuf) -> Result<PathBuf> {
+        let path = self.out.clone().unwrap_or(usual);
+        if self.print || self.force || !path.exists() {
+            return Ok(path);
+        }
+        let accepted = "a file that is not there yet, --force to replace it, or --print";
+        Err(Error::value("init", "--out", path.display(), "this file is there already", accepted))
+    }
 }

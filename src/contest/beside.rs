@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use std::path::{Component, Path, PathBuf};
 
 /// A larger file is no part of a controller.
-const MOST_FILE_BYTES: u64 = 200_000_000;
+pub(super) const MOST_FILE_BYTES: u64 = 200_000_000;
 
 /// Fails if a controller's file states the key `file`, in which its own path is kept; `accepted` names other keys.
 pub(super) fn refuse_file(source: &Source, accepted: &str) -> Result<()> {

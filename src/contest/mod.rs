@@ -52,7 +52,7 @@ mod beside;
 mod child;
 mod cpi;
 mod kinds;
-mod onnx;
+pub mod onnx;
 mod posture;
 mod process;
 mod settings;

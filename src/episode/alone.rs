@@ -17,6 +17,8 @@ pub struct Alone {
     pub left_first: Option<(usize, f64)>,
     /// Largest speed of the COM (m/s) in the second half of the time.
     pub late_com_speed_m_s: f64,
+    /// What the controller saw at first, as far as it says.
+    pub observed: Vec<(String, Vec<f64>)>,
     /// Time on the clock of each tick, with its simulation (s).
     pub tick_s: f64,
     ticks: Vec<Ticked>,
@@ -34,9 +36,13 @@ impl Alone {
     pub fn run(robot: &Robot, factory: &Factory, config: &EpisodeConfig, disturbance: Disturbance) -> Self {
         let quiet = Disturbance { pushes: Vec::new(), ..disturbance };
         let (mut ticks, mut late_com_speed_m_s, began) = (Vec::new(), 0.0_f64, Instant::now());
+        let mut observed = Vec::new();
         let record = run(robot, factory, config, quiet, Until::Fallen, &mut |tick| {
             if tick.truth.time_s > config.horizon_s / 2.0 {
                 late_com_speed_m_s = late_com_speed_m_s.max(tick.truth.com_vel.norm());
+            }
+            if ticks.is_empty() {
+                observed = tick.controller.map_or_else(Vec::new, |controller| controller.observed());
             }
             // A command that failed may have any length.
             if !tick.is_broken() {
@@ -49,7 +55,7 @@ impl Alone {
             let far = |(i, angle): (usize, &f64)| ((angle - robot.home_rad[i]).abs() > LEAVES_RAD).then_some(i);
             Some((q.iter().enumerate().find_map(far)?, *time_s))
         };
-        Self { record, left_first: ticks.iter().find_map(leaves), late_com_speed_m_s, tick_s, ticks }
+        Self { record, left_first: ticks.iter().find_map(leaves), late_com_speed_m_s, observed, tick_s, ticks }
     }
 
     /// Whether the robot fell, or the controller failed.

@@ -50,6 +50,11 @@ pub trait Controller: Any + Send + Sync {
     /// None if there can be no copy, or if the controller uses its seed; each of its episodes then runs from the start.
     fn fork(&self) -> Option<Box<dyn Controller>>;
 
+    /// What it saw at its last action: parts by name, with their numbers. Empty if it does not say.
+    fn observed(&self) -> Vec<(String, Vec<f64>)> {
+        Vec::new()
+    }
+
     /// From which states the controller says that it recovers by standing. The judge holds it to that.
     fn promise(&self) -> Option<&dyn Promise> {
         None

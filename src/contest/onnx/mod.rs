@@ -7,6 +7,30 @@
 #[cfg_attr(not(feature = "onnx"), path = "absent.rs")]
 mod net;
 mod observation;
+#[cfg(feature = "onnx")]
+mod training;
+
+/// The file of a policy, written from what its training left.
+pub struct Written {
+    pub text: String,
+    /// Who trained it, and where that stands.
+    pub by: String,
+    /// The figures that are assumed, each with the reason.
+    pub assumed: Vec<String>,
+}
+
+#[cfg(not(feature = "onnx"))]
+mod training {
+    //! In the place of what reads a training, where the program was built without ONNX.
+    use super::{Error, Result, Robot, Written};
+
+    pub fn written(model: &std::path::Path, _: Option<&std::path::Path>, _: &Robot) -> Result<Written> {
+        let accepted = "one that was built by `cargo build --release --features onnx`";
+        Err(Error::value("init", "the policy", model.display(), "needs a program with ONNX", accepted))
+    }
+}
+
+pub use training::written;
 
 use super::beside;
 use super::settings::{Settings, about, check_name};
@@ -123,7 +147,7 @@ impl Settings for Policy {
         if self.command.iter().any(|velocity| !velocity.is_finite()) {
             return fail("command", format!("{:?}", self.command), "is not finite", "three finite numbers");
         }
-        observation::check(file, &self.observation, self.gait.as_ref())
+        observation::check(file, &self.observation, self.joints.len(), self.gait.as_ref())
     }
 
     fn tree(&self) -> Table {
@@ -175,6 +199,8 @@ struct Actor {
     memory: Memory,
     ticks: u64,
     acting: Command,
+    /// The last observation.
+    observed: Vec<f32>,
 }
 
 impl Actor {
@@ -186,6 +212,7 @@ impl Actor {
             memory: Memory::new(&settings.observation, settings.gait.as_ref(), settings.command, shared.joints.len()),
             ticks: 0,
             acting: shared.home.clone(),
+            observed: Vec::new(),
         }
     }
 
@@ -197,8 +224,8 @@ impl Actor {
         let (q, joint_velocities) = (of_joints(&sensed.q), of_joints(&sensed.dq));
         let joint_positions = q.iter().zip(&settings.default_rad).map(|(q, default)| q - default).collect();
         let seen = Observation { base: &self.base, command: settings.command, joint_positions, joint_velocities };
-        let observed = self.memory.observe(&settings.observation, &seen);
-        let mut action = net.run(observed).map_err(TickError::Failed)?;
+        self.observed = self.memory.observe(&settings.observation, &seen);
+        let mut action = net.run(self.observed.clone()).map_err(TickError::Failed)?;
         if let Some(i) = action.iter().position(|value| !value.is_finite()) {
             let problem = format!("{}: action {i} of {} is not finite", settings.name, settings.model);
             return Err(TickError::Failed(problem));
@@ -231,5 +258,12 @@ impl Controller for Actor {
 
     fn fork(&self) -> Option<Box<dyn Controller>> {
         Some(Box::new(self.clone()))
+    }
+
+    fn observed(&self) -> Vec<(String, Vec<f64>)> {
+        let mut numbers = self.observed.iter().map(|&number| f64::from(number));
+        let Shared { settings, joints, .. } = &*self.shared;
+        let of_term = |term: &Term| (term.name(), numbers.by_ref().take(term.length(joints.len())).collect());
+        settings.observation.iter().map(of_term).collect()
     }
 }

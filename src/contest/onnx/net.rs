@@ -1,5 +1,6 @@
 //! The network, read from an ONNX file and run by `tract`, on one thread and to the same bits everywhere.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 use tract_onnx::prelude::*;
 use tract_onnx::tract_hir::infer::Factoid;
@@ -9,6 +10,12 @@ pub struct Net {
     model: Arc<TypedRunnableModel>,
     /// The shape of its input.
     shape: Vec<usize>,
+}
+
+/// What a file says of its network beside the network: names and texts. Errors are in words.
+pub fn metadata(bytes: &[u8]) -> Result<HashMap<String, String>, String> {
+    let model = tract_onnx::onnx().proto_model_for_read(&mut &*bytes).map_err(|e| format!("cannot be read: {e}"))?;
+    Ok(model.metadata_props.into_iter().map(|prop| (prop.key, prop.value)).collect())
 }
 
 impl Net {

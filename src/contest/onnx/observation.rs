@@ -16,19 +16,68 @@ const STANDS: f64 = 0.01;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Term {
-    term: Quantity,
+    pub term: Quantity,
     /// Factor of the term.
-    #[serde(default = "one")]
-    scale: f64,
+    #[serde(default)]
+    pub scale: Scale,
     /// Largest magnitude of a number, after scaling.
-    clip: Option<f64>,
+    pub clip: Option<f64>,
     /// How many of its last values are seen, the oldest first. Before the first, its first value counts.
     #[serde(default = "once")]
-    history: usize,
+    pub history: usize,
 }
 
-fn one() -> f64 {
-    1.0
+impl Term {
+    /// How many numbers it is for a policy of so many joints.
+    pub fn length(&self, joints: usize) -> usize {
+        self.history * self.term.length(joints)
+    }
+
+    /// What it is, in the word of a file.
+    pub fn name(&self) -> String {
+        let word = toml::Value::try_from(self.term).ok();
+        word.as_ref().and_then(toml::Value::as_str).unwrap_or_default().into()
+    }
+}
+
+/// One factor for all numbers of a term, or one for each.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Scale {
+    All(f64),
+    Each(Vec<f64>),
+}
+
+impl Default for Scale {
+    fn default() -> Self {
+        Self::All(1.0)
+    }
+}
+
+impl Scale {
+    /// Of a list, of which all may be the same.
+    pub fn of(each: Vec<f64>) -> Self {
+        match each[..] {
+            [first, ..] if each.iter().all(|scale| *scale == first) => Self::All(first),
+            _ => Self::Each(each),
+        }
+    }
+
+    fn at(&self, i: usize) -> f64 {
+        match self {
+            Self::All(scale) => *scale,
+            Self::Each(each) => each[i],
+        }
+    }
+
+    /// Fails, in words, if it is none for so many numbers.
+    fn check(&self, numbers: usize) -> Result<(), String> {
+        match self {
+            Self::Each(each) if each.len() != numbers => Err(format!("{} factors for {numbers} numbers", each.len())),
+            _ if (0..numbers).any(|i| !self.at(i).is_finite()) => Err("is not finite".into()),
+            _ => Ok(()),
+        }
+    }
 }
 
 fn once() -> usize {
@@ -57,20 +106,22 @@ pub enum Quantity {
     /// Sine and cosine of the phases of the left and the right foot.
     PhaseSin,
     PhaseCos,
+    /// Sine and cosine of the phase of the left foot.
+    Phase,
 }
 
 impl Quantity {
     fn length(self, joints: usize) -> usize {
         match self {
             Self::BaseLinearVelocity | Self::BaseAngularVelocity | Self::ProjectedGravity | Self::Command => 3,
-            Self::CommandWalk | Self::PhaseSin | Self::PhaseCos => 2,
+            Self::CommandWalk | Self::PhaseSin | Self::PhaseCos | Self::Phase => 2,
             Self::CommandTurn => 1,
             Self::JointPositions | Self::JointVelocities | Self::LastAction => joints,
         }
     }
 
     fn needs_gait(self) -> bool {
-        matches!(self, Self::PhaseSin | Self::PhaseCos)
+        matches!(self, Self::PhaseSin | Self::PhaseCos | Self::Phase)
     }
 }
 
@@ -78,12 +129,12 @@ impl Quantity {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Gait {
-    hz: f64,
+    pub hz: f64,
     /// Phases of the left and the right foot at first (rad).
     #[serde(default = "opposite")]
-    start_rad: [f64; 2],
+    pub start_rad: [f64; 2],
     /// The phases while the command asks for standing (rad); None if they go on.
-    standing_rad: Option<[f64; 2]>,
+    pub standing_rad: Option<[f64; 2]>,
 }
 
 fn opposite() -> [f64; 2] {
@@ -98,15 +149,17 @@ impl Gait {
     }
 }
 
-/// Checks the values. Errors name `file`.
-pub fn check(file: &str, terms: &[Term], gait: Option<&Gait>) -> Result<()> {
+/// Checks the values, for a policy of so many joints. Errors name `file`.
+pub fn check(file: &str, terms: &[Term], joints: usize, gait: Option<&Gait>) -> Result<()> {
     if terms.is_empty() {
         return Err(Error::value(file, "observation", "[]", "is empty", "the terms that the network sees"));
     }
     for (i, term) in terms.iter().enumerate() {
         let field = |key: &str| format!("observation.{i}.{key}");
-        if !term.scale.is_finite() {
-            return Err(Error::value(file, field("scale"), term.scale, "is not finite", "a finite number"));
+        if let Err(problem) = term.scale.check(term.term.length(joints)) {
+            let (value, accepted) =
+                (format!("{:?}", term.scale), "a finite number, or one for each number of the term");
+            return Err(Error::value(file, field("scale"), value, problem, accepted));
         }
         if let Some(clip) = term.clip.filter(|clip| clip.is_nan() || *clip <= 0.0) {
             return Err(Error::value(file, field("clip"), clip, "out of range", "more than 0"));
@@ -128,7 +181,7 @@ pub fn check(file: &str, terms: &[Term], gait: Option<&Gait>) -> Result<()> {
 
 /// How many numbers these terms are for a policy of so many joints.
 pub fn length(terms: &[Term], joints: usize) -> usize {
-    terms.iter().map(|term| term.history * term.term.length(joints)).sum()
+    terms.iter().map(|term| term.length(joints)).sum()
 }
 
 /// The base, as far as the sensors tell: the IMU is in the trunk, and the joints between are known.
@@ -243,9 +296,11 @@ impl Memory {
             Quantity::LastAction => self.last_action.iter().map(|&value| value.into()).collect(),
             Quantity::PhaseSin => self.seen_rad.map(f64::sin).into(),
             Quantity::PhaseCos => self.seen_rad.map(f64::cos).into(),
+            Quantity::Phase => vec![self.seen_rad[0].sin(), self.seen_rad[0].cos()],
         };
         let clip = term.clip.unwrap_or(f64::INFINITY);
-        numbers.into_iter().map(|number| (term.scale * number).clamp(-clip, clip) as f32).collect()
+        let scaled = |(i, number): (usize, f64)| (term.scale.at(i) * number).clamp(-clip, clip) as f32;
+        numbers.into_iter().enumerate().map(scaled).collect()
     }
 
     /// Keeps an action, and lets the clock of the gait go on by `period_s`.

@@ -3,7 +3,7 @@
 use super::layout::{entry, signed};
 use crate::episode::alone::Alone;
 use crate::episode::{EpisodeConfig, Outcome};
-use crate::render::table::{Table, headings, texts};
+use crate::render::table::{Table, headings, number, texts, words};
 use crate::robot::{Factory, Robot};
 use serde_json::{Value, json};
 
@@ -43,7 +43,23 @@ impl Tried<'_> {
             ("time", format!("{:.3} ms a tick, with its simulation in {}", 1e3 * alone.tick_s, config.engine.title())),
         ];
         let told: String = told.iter().map(|(label, what)| entry(label, what)).collect();
-        format!("{told}\n{}", self.first().map_or_else(String::new, |table| table.text()))
+        let tables = [self.observed(), self.first()].into_iter().flatten().map(|table| format!("\n{}", table.text()));
+        told + &tables.collect::<String>()
+    }
+
+    /// What the controller saw at first.
+    fn observed(&self) -> Option<Table> {
+        /// So many numbers of a part are shown.
+        const SHOWN: usize = 6;
+        let mut table =
+            Table::new("The first observation", [words("observed"), number("numbers"), words("the first ones")])
+                .with_note("The first observation, in its order; standing upright, gravity is 0, 0, -1.");
+        for (name, numbers) in &self.alone.observed {
+            let shown: Vec<String> = numbers.iter().take(SHOWN).map(|value| signed(*value, 3)).collect();
+            let more = if numbers.len() > SHOWN { ", ..." } else { "" };
+            table.row(texts([name.clone(), numbers.len().to_string(), format!("{}{more}", shown.join(", "))]));
+        }
+        (!self.alone.observed.is_empty()).then_some(table)
     }
 
     /// What the first command wants of each joint.
@@ -123,6 +139,7 @@ impl Tried<'_> {
             "left_first": alone.left_first.map(|(i, at_s)| json!({ "joint": robot.joints[i].name, "at_s": at_s })),
             "differs_in_a_second_episode": differs(self.again),
             "differs_started_anew": differs(self.anew),
+            "first_observation": alone.observed.iter().map(|(name, numbers)| json!({ "term": name, "numbers": numbers })).collect::<Vec<_>>(),
             "tick_s": alone.tick_s,
             "first_command": robot.joints.iter().enumerate().filter_map(joint).collect::<Vec<_>>(),
         })
