@@ -215,6 +215,39 @@ fn what_does_not_fit_is_told_in_a_sentence() {
     assert!(told["fall_cause"].as_str().unwrap().contains("ours: action 0 of policy.onnx is not finite"), "{told}");
 }
 
+/// What the training recorded has to come out again: the network, the order of its terms and of its joints.
+#[test]
+fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
+    let dir = folder();
+    let weights = [vec![1.0, -1.0], vec![0.5, 2.0], vec![0.0, 4.0]];
+    let file = policy(dir.path(), "ours", &linear(&weights, &[0.1, 0.2]), &terms(&["projected_gravity"]), "");
+    let check = |pairs: &str, more: &[&str]| {
+        fs::write(dir.path().join("pairs.csv"), pairs).unwrap();
+        let args = ["check", &file, "--horizon=0.6", "--contract=pairs.csv"];
+        standfast(dir.path(), &[&args[..], more].concat())
+    };
+    let good = "x,y,z,a,b\n1,0,0,1.1,-0.8\n0.5,1,-1,1.1,-2.3\n";
+    let told = stdout(&check(good, &["--json"]));
+    let contract = &serde_json::from_str::<Value>(&told).unwrap()["contract"];
+    assert_eq!((&contract["pairs"], &contract["is_kept"]), (&2.into(), &true.into()), "{told}");
+    let told = stdout(&check(&good.replace("-2.3", "-2.2"), &[]).code(100));
+    let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(told.contains("in line 3, action 1 is -2.3000, and -2.2000 was recorded"), "{told}");
+    for (pairs, words) in [
+        ("1,0,0\n", "line 1 = 3 numbers: is too short; accepted: the 3 numbers of an observation"),
+        ("1,0,0,1\n", "line 1 = 1 numbers: is no action of this policy; accepted: 2 numbers"),
+        ("1,0,0,1,2\n1,0,x,1,2\n", "line 2 = "),
+        ("x,y\n", "has no pairs"),
+    ] {
+        let told = stderr(&check(pairs, &[]).code(2));
+        assert!(told.contains(words), "wanted: {words}\n{told}");
+    }
+    let hold = ["check", "hold", "--horizon=0.6", "--contract=pairs.csv"];
+    fs::write(dir.path().join("pairs.csv"), "1,2\n").unwrap();
+    let told = stderr(&standfast(dir.path(), &hold).code(2));
+    assert!(told.contains("this controller takes no observations"), "{told}");
+}
+
 /// The folder with the public policies and robots; None where it is not.
 fn public() -> Option<PathBuf> {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");

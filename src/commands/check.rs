@@ -1,6 +1,7 @@
 //! `standfast check`: tries a controller before anybody pushes it.
 
 use super::arguments::{ENGINES, number, one_of};
+use super::contract;
 use super::episode::Setting;
 use super::result::exit_code_of_gates;
 use super::terminal::print;
@@ -13,6 +14,7 @@ use crate::error::Result;
 use crate::render;
 use crate::render::text::alone::Tried;
 use crate::sim::{Engine, Variation};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -28,7 +30,8 @@ whether the robot stands, which joint left its angle first, whether all three ar
 same to the bit, how long a tick takes, and what the first command wants of each joint.
 
 With a campaign, the sensors have the noise of its first trial; robot and ground are as
-designed. Exit code 100: it falls, fails, or does not repeat.")]
+designed. Exit code 100: it falls, fails, does not repeat, or does not keep a
+--contract.")]
 pub struct CheckControllerArgs {
     /// Controller by name or file
     #[arg(value_name = "NAME|FILE")]
@@ -42,6 +45,9 @@ pub struct CheckControllerArgs {
     /// Physics engine
     #[arg(long, value_name = "ENGINE", value_parser = one_of::<Engine, 2>(ENGINES))]
     pub engine: Option<Engine>,
+    /// Recorded observations and actions of a policy, a pair in each line, which it has to repeat
+    #[arg(long, value_name = "FILE.csv")]
+    pub contract: Option<PathBuf>,
     /// Length of each episode (s) [default: that of the campaign, or 6]
     #[arg(long, value_name = "S", value_parser = number)]
     pub horizon: Option<f64>,
@@ -62,10 +68,11 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
         let of_trial = campaign.as_ref().map(|c| trial::disturbance(c, 0)).unwrap_or_default();
         Disturbance { variation: Variation::default(), ..of_trial }
     };
+    let contract = args.contract.as_ref().map(|path| contract::repeated(path, &*factory.start(0))).transpose()?;
     let [first, second] = [(); 2].map(|()| Alone::run(&robot, &factory, &config, quiet()));
     let third = Alone::run(&robot, &prepare()?, &config, quiet());
     let (again, anew) = (first.differs(&second), first.differs(&third));
-    let tried = Tried { robot: &robot, factory: &factory, config: &config, alone: &first, again, anew };
+    let tried = Tried { robot: &robot, factory: &factory, config: &config, alone: &first, again, anew, contract };
     print(&if args.json { render::json(&tried.json()) } else { tried.text() })?;
     Ok(exit_code_of_gates(tried.is_good()))
 }

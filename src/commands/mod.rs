@@ -8,6 +8,7 @@ mod check;
 mod columns;
 mod compare;
 mod completions;
+mod contract;
 mod cpi;
 pub mod episode;
 mod init;

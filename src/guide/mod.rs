@@ -53,6 +53,7 @@ macro_rules! chapters {
         #[doc = "[error-backward.svg]: ../../../../../assets/pictures/error-backward.svg"]
         #[doc = "[error-diagonal.svg]: ../../../../../assets/pictures/error-diagonal.svg"]
         #[doc = "[ghost.png]: ../../../../../assets/pictures/ghost.png"]
+        #[doc = "[limit-g1.svg]: ../../../../../assets/pictures/limit-g1.svg"]
         #[doc = "[limit-nominal.svg]: ../../../../../assets/pictures/limit-nominal.svg"]
         #[doc = "[limit-standard.svg]: ../../../../../assets/pictures/limit-standard.svg"]
         #[doc = "[loss-46.svg]: ../../../../../assets/pictures/loss-46.svg"]

@@ -55,6 +55,11 @@ pub trait Controller: Any + Send + Sync {
         Vec::new()
     }
 
+    /// Its action for an observation of such numbers, without any memory of it; None if it takes none. Errors are in words.
+    fn answer(&self, _observed: &[f64]) -> Option<Result<Vec<f64>, String>> {
+        None
+    }
+
     /// From which states the controller says that it recovers by standing. The judge holds it to that.
     fn promise(&self) -> Option<&dyn Promise> {
         None

@@ -7,30 +7,12 @@
 #[cfg_attr(not(feature = "onnx"), path = "absent.rs")]
 mod net;
 mod observation;
-#[cfg(feature = "onnx")]
+#[cfg_attr(not(feature = "onnx"), path = "absent_training.rs")]
 mod training;
-
-/// The file of a policy, written from what its training left.
-pub struct Written {
-    pub text: String,
-    /// Who trained it, and where that stands.
-    pub by: String,
-    /// The figures that are assumed, each with the reason.
-    pub assumed: Vec<String>,
-}
-
-#[cfg(not(feature = "onnx"))]
-mod training {
-    //! In the place of what reads a training, where the program was built without ONNX.
-    use super::{Error, Result, Robot, Written};
-
-    pub fn written(model: &std::path::Path, _: Option<&std::path::Path>, _: &Robot) -> Result<Written> {
-        let accepted = "one that was built by `cargo build --release --features onnx`";
-        Err(Error::value("init", "the policy", model.display(), "needs a program with ONNX", accepted))
-    }
-}
+mod written;
 
 pub use training::written;
+pub use written::Written;
 
 use super::beside;
 use super::settings::{Settings, about, check_name};
@@ -212,7 +194,7 @@ impl Actor {
             memory: Memory::new(&settings.observation, settings.gait.as_ref(), settings.command, shared.joints.len()),
             ticks: 0,
             acting: shared.home.clone(),
-            observed: Vec::new(),
+            observed: vec![0.0; observation::length(&settings.observation, shared.joints.len())],
         }
     }
 
@@ -258,6 +240,11 @@ impl Controller for Actor {
 
     fn fork(&self) -> Option<Box<dyn Controller>> {
         Some(Box::new(self.clone()))
+    }
+
+    fn answer(&self, observed: &[f64]) -> Option<Result<Vec<f64>, String>> {
+        let action = self.shared.net.run(observed.iter().map(|&number| number as f32).collect());
+        Some(action.map(|action| action.into_iter().map(f64::from).collect()))
     }
 
     fn observed(&self) -> Vec<(String, Vec<f64>)> {

@@ -14,6 +14,46 @@ fn short(gain: f64) -> String {
     format!("{}", (gain * factor).round() / factor)
 }
 
+/// How far a policy repeats recorded actions.
+pub struct Contract {
+    pub pairs: u64,
+    /// Numbers of an action.
+    pub actions: usize,
+    /// Largest difference of an action.
+    pub largest: f64,
+    /// The first line with a difference, the index of the action there, and its value now and as recorded.
+    pub first_apart: Option<(usize, usize, [f64; 2])>,
+}
+
+impl Contract {
+    /// Actions that differ by less are the same: other programs for networks add in another order.
+    const SAME: f64 = 1e-3;
+
+    /// Takes the pair of a line, with the action now and as recorded.
+    pub fn add(&mut self, line: usize, now: &[f64], recorded: &[f64]) {
+        (self.pairs, self.actions) = (self.pairs + 1, now.len());
+        for (i, (&now, &then)) in now.iter().zip(recorded).enumerate() {
+            // Not finite is not the same.
+            let apart = (now - then).abs();
+            self.largest = if apart > self.largest || apart.is_nan() { apart } else { self.largest };
+            if (apart.is_nan() || apart > Self::SAME) && self.first_apart.is_none() {
+                self.first_apart = Some((line, i, [now, then]));
+            }
+        }
+    }
+
+    fn told(&self) -> String {
+        let Self { pairs, actions, largest, first_apart } = self;
+        match first_apart {
+            None => format!("{pairs} recorded actions of {actions} numbers are repeated, to {largest:.1e}"),
+            Some((line, i, [now, then])) => format!(
+                "WARNING: recorded actions are not repeated: in line {line}, action {i} is {now:.4}, and {then:.4} was recorded. \
+                 The network or the order of its terms is another one"
+            ),
+        }
+    }
+}
+
 /// A controller, tried three times.
 pub struct Tried<'a> {
     pub robot: &'a Robot,
@@ -23,12 +63,14 @@ pub struct Tried<'a> {
     /// When (s) and in what it differs in a second episode, and in one of a controller that is started anew.
     pub again: Option<(f64, &'static str)>,
     pub anew: Option<(f64, &'static str)>,
+    pub contract: Option<Contract>,
 }
 
 impl Tried<'_> {
     /// Whether it neither falls nor fails, and does the same again.
     pub fn is_good(&self) -> bool {
-        !self.alone.is_lost() && self.again.is_none() && self.anew.is_none()
+        let is_kept = self.contract.as_ref().is_none_or(|contract| contract.first_apart.is_none());
+        !self.alone.is_lost() && self.again.is_none() && self.anew.is_none() && is_kept
     }
 
     pub fn text(&self) -> String {
@@ -42,7 +84,8 @@ impl Tried<'_> {
             ("again", self.repeats()),
             ("time", format!("{:.3} ms a tick, with its simulation in {}", 1e3 * alone.tick_s, config.engine.title())),
         ];
-        let told: String = told.iter().map(|(label, what)| entry(label, what)).collect();
+        let contract = self.contract.iter().map(|contract| ("contract", contract.told()));
+        let told: String = told.into_iter().chain(contract).map(|(label, what)| entry(label, &what)).collect();
         let tables = [self.observed(), self.first()].into_iter().flatten().map(|table| format!("\n{}", table.text()));
         told + &tables.collect::<String>()
     }
@@ -139,6 +182,9 @@ impl Tried<'_> {
             "left_first": alone.left_first.map(|(i, at_s)| json!({ "joint": robot.joints[i].name, "at_s": at_s })),
             "differs_in_a_second_episode": differs(self.again),
             "differs_started_anew": differs(self.anew),
+            "contract": self.contract.as_ref().map(|contract| json!({
+                "pairs": contract.pairs, "largest_difference": contract.largest, "is_kept": contract.first_apart.is_none(),
+            })),
             "first_observation": alone.observed.iter().map(|(name, numbers)| json!({ "term": name, "numbers": numbers })).collect::<Vec<_>>(),
             "tick_s": alone.tick_s,
             "first_command": robot.joints.iter().enumerate().filter_map(joint).collect::<Vec<_>>(),

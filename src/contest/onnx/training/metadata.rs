@@ -1,6 +1,6 @@
 //! The metadata in an ONNX file: what holosoma and mjlab write there.
 
-use super::{Figure, Training, plain, quantity, scaled};
+use super::known::{Figure, Training, plain, quantity, scaled};
 use crate::contest::onnx::observation::{Gait, Quantity, Scale};
 use crate::error::{Error, Result};
 use crate::robot::Robot;

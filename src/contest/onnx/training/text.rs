@@ -1,6 +1,6 @@
 //! The file of a policy as commented TOML.
 
-use super::{Figure, Training};
+use super::known::{Figure, Training};
 use crate::contest::onnx::observation::{Gait, Scale, Term};
 use std::fmt::Write;
 use std::path::Path;

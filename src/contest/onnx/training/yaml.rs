@@ -1,6 +1,6 @@
 //! The descriptions of policies in YAML: `deploy.yaml` of unitree_rl_lab, and the configurations of unitree_rl_gym.
 
-use super::{Figure, Training, one_phase, plain, quantity, scaled};
+use super::known::{Figure, Training, one_phase, plain, quantity, scaled};
 use crate::contest::onnx::observation::{Quantity, Scale, Term};
 use crate::error::{Error, Result};
 use crate::robot::Robot;

@@ -1,0 +1,109 @@
+//! What is known of the training of a policy: figures with their origins, and the names that trainers give to what it sees.
+
+use crate::contest::onnx::observation::{Gait, Quantity, Scale, Term};
+use crate::error::{Error, Result};
+
+/// A figure of a policy, and where it is from, in words.
+pub struct Figure<T> {
+    pub value: T,
+    pub origin: String,
+}
+
+impl<T> Figure<T> {
+    pub fn read(value: T) -> Self {
+        Self { value, origin: "read".into() }
+    }
+
+    pub fn inferred(value: T, why: impl Into<String>) -> Self {
+        Self { value, origin: format!("inferred: {}", why.into()) }
+    }
+
+    pub fn assumed(value: T, why: impl Into<String>) -> Self {
+        Self { value, origin: format!("assumed: {}", why.into()) }
+    }
+}
+
+/// What is known of a policy. Lists of joints are in its own order.
+pub struct Training {
+    /// Who trained it, and in which file that stands.
+    pub by: String,
+    pub period_s: Figure<f64>,
+    pub joints: Figure<Vec<String>>,
+    pub default_rad: Figure<Vec<f64>>,
+    pub action_scale: Figure<Vec<f64>>,
+    pub action_clip: Option<Figure<f64>>,
+    pub stiffness: Figure<Vec<f64>>,
+    pub damping: Figure<Vec<f64>>,
+    pub gait: Option<Figure<Gait>>,
+    pub observation: Figure<Vec<Term>>,
+}
+
+impl Training {
+    /// The figures that are assumed, each with the reason.
+    pub fn assumed(&self) -> Vec<String> {
+        let Self {
+            by: _,
+            period_s,
+            joints,
+            default_rad,
+            action_scale,
+            action_clip,
+            stiffness,
+            damping,
+            gait,
+            observation,
+        } = self;
+        let mut origins = vec![
+            ("period_s", &period_s.origin),
+            ("joints", &joints.origin),
+            ("default_rad", &default_rad.origin),
+            ("action_scale", &action_scale.origin),
+            ("stiffness", &stiffness.origin),
+            ("damping", &damping.origin),
+            ("observation", &observation.origin),
+        ];
+        origins.extend(action_clip.iter().map(|figure| ("action_clip", &figure.origin)));
+        origins.extend(gait.iter().map(|figure| ("gait", &figure.origin)));
+        let why = |(key, origin): (&str, &String)| origin.strip_prefix("assumed: ").map(|why| format!("{key}: {why}"));
+        origins.into_iter().filter_map(why).collect()
+    }
+}
+
+/// The quantity that Isaac Lab and mjlab call by this name, with their usual terms. Errors name `file` and `field`.
+pub fn quantity(file: &str, field: &str, name: &str) -> Result<Quantity> {
+    const KNOWN: [(&str, Quantity); 13] = [
+        ("base_lin_vel", Quantity::BaseLinearVelocity),
+        ("base_ang_vel", Quantity::BaseAngularVelocity),
+        ("projected_gravity", Quantity::ProjectedGravity),
+        ("velocity_commands", Quantity::Command),
+        ("generated_commands", Quantity::Command),
+        ("command", Quantity::Command),
+        ("joint_pos_rel", Quantity::JointPositions),
+        ("joint_pos", Quantity::JointPositions),
+        ("joint_vel_rel", Quantity::JointVelocities),
+        ("joint_vel", Quantity::JointVelocities),
+        ("last_action", Quantity::LastAction),
+        ("actions", Quantity::LastAction),
+        ("gait_phase", Quantity::Phase),
+    ];
+    let found = KNOWN.into_iter().find(|(known, _)| *known == name).map(|(_, quantity)| quantity);
+    found.ok_or_else(|| {
+        let accepted = KNOWN.map(|(known, _)| known).join(", ");
+        Error::value(file, field, name, "is no term that is known here", accepted)
+    })
+}
+
+/// A term as it is, once.
+pub fn plain(term: Quantity) -> Term {
+    scaled(term, Scale::default())
+}
+
+pub fn scaled(term: Quantity, scale: Scale) -> Term {
+    Term { term, scale, clip: None, history: 1 }
+}
+
+/// The clock of a gait with one phase, which has gone on by `period_s` (s) at the first observation.
+pub fn one_phase(gait_period_s: f64, period_s: f64) -> Gait {
+    let first_rad = std::f64::consts::TAU * period_s / gait_period_s;
+    Gait { hz: 1.0 / gait_period_s, start_rad: [first_rad, first_rad + std::f64::consts::PI], standing_rad: None }
+}
