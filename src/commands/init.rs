@@ -97,7 +97,7 @@ fn policy(args: &InitArgs) -> Result<ExitCode> {
         return print(&text);
     }
     // A network with other sizes, or joints that the robot lacks, are found here.
-    let settings = contest::read(&Source { file: path.to_string_lossy().into(), text: text.clone().into() })?;
+    let settings = contest::read(&Source { file: path.to_string_lossy().into(), text: text.clone() })?;
     settings.prepare(&robot, CONTROL_PERIOD_S)?;
     write_atomic(&path, text.as_bytes())?;
     let tree = settings.tree();
