@@ -6,6 +6,7 @@ mod common;
 mod shown;
 
 use common::program::{folder, standfast, stderr, stdout};
+use rayon::prelude::*;
 use shown::{commands_of, documents, words_of};
 use standfast::assets::PYTHON;
 use std::fs;
@@ -83,7 +84,8 @@ fn every_command_that_is_shown_is_good() {
     let (shown, examples): (Vec<_>, Vec<_>) = (shown.collect(), COMMANDS.into_iter().flat_map(examples_of).collect());
     assert!(shown.len() > 40 && examples.len() > 30, "only {} and {} found", shown.len(), examples.len());
     let dir = reader();
-    let wrong: Vec<String> = shown.iter().chain(&examples).filter_map(|command| wrong(command, dir.path())).collect();
+    let all: Vec<String> = shown.into_iter().chain(examples).collect();
+    let wrong: Vec<String> = all.par_iter().filter_map(|command| wrong(command, dir.path())).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 

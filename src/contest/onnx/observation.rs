@@ -55,14 +55,6 @@ impl Default for Scale {
 }
 
 impl Scale {
-    /// Of a list, of which all may be the same.
-    pub fn of(each: Vec<f64>) -> Self {
-        match each[..] {
-            [first, ..] if each.iter().all(|scale| *scale == first) => Self::All(first),
-            _ => Self::Each(each),
-        }
-    }
-
     fn at(&self, i: usize) -> f64 {
         match self {
             Self::All(scale) => *scale,

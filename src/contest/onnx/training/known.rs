@@ -93,6 +93,14 @@ pub fn quantity(file: &str, field: &str, name: &str) -> Result<Quantity> {
     })
 }
 
+/// The scale of a term, of which all numbers may have the same.
+pub fn scale_of(each: Vec<f64>) -> Scale {
+    match each[..] {
+        [first, ..] if each.iter().all(|scale| *scale == first) => Scale::All(first),
+        _ => Scale::Each(each),
+    }
+}
+
 /// A term as it is, once.
 pub fn plain(term: Quantity) -> Term {
     scaled(term, Scale::default())

@@ -1,6 +1,6 @@
 //! The descriptions of policies in YAML: `deploy.yaml` of unitree_rl_lab, and the configurations of unitree_rl_gym.
 
-use super::known::{Figure, Training, one_phase, plain, quantity, scaled};
+use super::known::{Figure, Training, one_phase, plain, quantity, scale_of, scaled};
 use crate::contest::onnx::observation::{Quantity, Scale, Term};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
@@ -134,7 +134,7 @@ impl Deploy {
                 };
                 gait = Some(Figure::inferred(one_phase(*gait_period_s, step_dt), "its period"));
             }
-            let scale = observed.scale.map_or_else(Scale::default, |scale| Scale::of(scale.each(1)));
+            let scale = observed.scale.map_or_else(Scale::default, |scale| scale_of(scale.each(1)));
             let clip = match observed.clip {
                 None => None,
                 // It clips before it scales.
@@ -191,7 +191,7 @@ impl Gym {
         let terms = vec![
             scaled(Quantity::BaseAngularVelocity, Scale::All(self.ang_vel_scale)),
             plain(Quantity::ProjectedGravity),
-            scaled(Quantity::Command, Scale::of(self.cmd_scale.into())),
+            scaled(Quantity::Command, scale_of(self.cmd_scale.into())),
             scaled(Quantity::JointPositions, Scale::All(self.dof_pos_scale)),
             scaled(Quantity::JointVelocities, Scale::All(self.dof_vel_scale)),
             plain(Quantity::LastAction),
