@@ -157,7 +157,8 @@ impl Settings for Policy {
         home.gains = Some(gains);
         let shared =
             Arc::new(Shared { settings: self.clone(), robot: robot.clone(), joints, ticks_per_action, net, home });
-        Ok(Factory::new(&self.name, about(&self.description, &self.model), move |_seed| Actor::new(&shared)))
+        let about = format!("{}, with the servos of its training", about(&self.description, &self.model));
+        Ok(Factory::new(&self.name, about, move |_seed| Actor::new(&shared)))
     }
 }
 

@@ -118,9 +118,8 @@ impl Deploy {
         else {
             return Err(bad("actions", "(other actions)".into(), "has no targets of joints", known));
         };
-        // An action is clipped as a target; a limit that is the same on both sides is one of the action.
         if let Some(clip) = clip {
-            let problem = "limits of targets are not known here; leave them out if they are wide";
+            let problem = "limits the targets, which no policy does here; leave it out if it is wide";
             return Err(bad("actions.clip", format!("{clip:?}"), problem, "null"));
         }
         let mut gait = None;
