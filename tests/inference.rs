@@ -102,7 +102,12 @@ fn what_init_writes_is_what_a_robot_without_settings_has() {
     let name = path.to_str().unwrap();
     let without = Robot::load(name).unwrap();
     assert!(Files::open(name).unwrap().are_inferred);
-    standfast(folder.path(), &["init", "mine.urdf"]).success();
+    let init = stderr(&standfast(folder.path(), &["init", "mine.urdf"]).success());
+    let carried: Vec<f64> = init.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    assert!(
+        init.contains("It stands: with stiff joints") && carried[..2].iter().all(|share| (share - 50.0).abs() < 3.0),
+        "{init}"
+    );
     assert!(!Files::open(name).unwrap().are_inferred);
     assert_eq!(format!("{:?}", Robot::load(name).unwrap()), format!("{without:?}"));
 
@@ -112,6 +117,21 @@ fn what_init_writes_is_what_a_robot_without_settings_has() {
     standfast(folder.path(), &["init", "mine.urdf", "--force"]).success();
     let printed = standfast(folder.path(), &["init", "mine.urdf", "--print"]).success();
     assert_eq!(printed.get_output().stdout, fs::read(folder.path().join("mine.toml")).unwrap());
+}
+
+/// A robot that cannot stand on what was found is told so, with what touches the ground.
+#[test]
+fn what_init_writes_is_tried() {
+    let folder = folder();
+    let rod = "<link name=\"left_shank\">\n<collision><origin xyz=\"-0.1 0 -0.2\"/><geometry><box size=\"0.02 0.02 0.3\"/></geometry></collision>";
+    let urdf = CHILD.replace("<link name=\"left_shank\">", rod);
+    assert_ne!(urdf, CHILD);
+    fs::write(folder.path().join("rod.urdf"), urdf).unwrap();
+    let told = stderr(&standfast(folder.path(), &["init", "rod.urdf"]).success());
+    let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(told.contains("with stiff joints it falls without a push, at 0.00"), "{told}");
+    assert!(told.contains("left_shank touched the ground") && told.contains("reaches below the soles"), "{told}");
+    assert!(told.contains("Written: rod.toml") && !told.contains("It stands"), "{told}");
 }
 
 /// The smoke campaign with robots of our own, from their URDF alone: one with weak ankles, and one of adult size with

@@ -6,11 +6,12 @@ use super::terminal::{note, print, tell};
 use crate::assets::{DEFAULT_ROBOT, Source};
 use crate::contest;
 use crate::contest::onnx::{self, Written};
-use crate::episode::CONTROL_PERIOD_S;
+use crate::episode::alone::Alone;
+use crate::episode::{CONTROL_PERIOD_S, Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
 use crate::files::{folder_of, is_same_folder, shell_word, write_atomic};
 use crate::render::{self, text::layout::entry, text::model};
-use crate::robot::{Robot, urdf};
+use crate::robot::{Robot, Units, urdf};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -72,14 +73,44 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     if args.print {
         return print(&settings.text);
     }
+    let stands = stands(&robot)?;
     write_atomic(&path, settings.text.as_bytes())?;
     print(&match args.json {
         true => render::json(&model::kinematics_json(&robot, &robot.zero_posture().q)),
         false => model::description(&robot),
     })?;
     note("");
+    match stands {
+        Ok([left, right]) => tell(
+            "",
+            &format!(
+                "It stands: with stiff joints its left sole carries {left:.0} % of the weight, and its right one {right:.0} %."
+            ),
+        ),
+        Err(problem) => log::warn!("{problem}"),
+    }
     tell("", &format!("Written: {}. Look at what is marked as assumed, and edit it.", path.display()));
     Ok(ExitCode::SUCCESS)
+}
+
+/// What the left and the right sole carry (% of the weight) of a robot that stands for a moment with stiff joints; if it
+/// does not, how it falls, and the likely cause.
+fn stands(robot: &Robot) -> Result<Result<[f64; 2], String>> {
+    /// So long it has to stand, in units of its time: about a second for UT-mu2.
+    const MOMENT: f64 = 6.0;
+    let units = Units::of(robot);
+    let config = EpisodeConfig { horizon_s: MOMENT * units.time_s(), ..EpisodeConfig::of(&units) };
+    let stiff = contest::load("hold")?.prepare(robot, config.control_period_s)?;
+    let alone = Alone::run(robot, &stiff, &config, Disturbance::default());
+    if !alone.is_lost() {
+        return Ok(Ok(alone.carried.map(|share| 100.0 * share)));
+    }
+    let touches = alone.record.fall_cause.as_deref().is_some_and(|cause| cause.ends_with("touched the ground"));
+    let cause = match touches && alone.record.end_s < units.time_s() {
+        true => "that link reaches below the soles as they were found: state [soles], or mend its collision geometry",
+        false => "look at the soles, at [home_rad], and at the stiffness and torques of [[servos]]",
+    };
+    Ok(Err(format!("with stiff joints it {}. Likely {cause}", alone.how_lost(robot))))
 }
 
 /// Writes the file of a policy.

@@ -4,7 +4,7 @@
 use super::closed_loop::run;
 use super::config::{Disturbance, EpisodeConfig, Until};
 use super::record::{Outcome, Record};
-use crate::robot::{Command, Factory, Robot};
+use crate::robot::{Command, Factory, Foot, Robot, Units};
 use std::time::Instant;
 
 /// A joint has left its angle of the start when it is so far from it (rad).
@@ -17,6 +17,8 @@ pub struct Alone {
     pub left_first: Option<(usize, f64)>,
     /// Largest speed of the COM (m/s) in the second half of the time.
     pub late_com_speed_m_s: f64,
+    /// What the left and the right sole carried at last, as shares of the weight.
+    pub carried: [f64; 2],
     /// What the controller saw at first, as far as it says.
     pub observed: Vec<(String, Vec<f64>)>,
     /// Time on the clock of each tick, with its simulation (s).
@@ -36,7 +38,8 @@ impl Alone {
     pub fn run(robot: &Robot, factory: &Factory, config: &EpisodeConfig, disturbance: Disturbance) -> Self {
         let quiet = Disturbance { pushes: Vec::new(), ..disturbance };
         let (mut ticks, mut late_com_speed_m_s, began) = (Vec::new(), 0.0_f64, Instant::now());
-        let mut observed = Vec::new();
+        let (mut observed, mut carried) = (Vec::new(), [0.0; 2]);
+        let weight_n = Units::of(robot).weight_n();
         let record = run(robot, factory, config, quiet, Until::Fallen, &mut |tick| {
             if tick.truth.time_s > config.horizon_s / 2.0 {
                 late_com_speed_m_s = late_com_speed_m_s.max(tick.truth.com_vel.norm());
@@ -44,6 +47,7 @@ impl Alone {
             if ticks.is_empty() {
                 observed = tick.controller.map_or_else(Vec::new, |controller| controller.observed());
             }
+            carried = Foot::BOTH.map(|foot| tick.truth.sole_wrenches[foot].force.z / weight_n);
             // A command that failed may have any length.
             if !tick.is_broken() {
                 let (time_s, q, command) = (tick.truth.time_s, tick.truth.posture.q.clone(), tick.command.clone());
@@ -55,7 +59,7 @@ impl Alone {
             let far = |(i, angle): (usize, &f64)| ((angle - robot.home_rad[i]).abs() > LEAVES_RAD).then_some(i);
             Some((q.iter().enumerate().find_map(far)?, *time_s))
         };
-        Self { record, left_first: ticks.iter().find_map(leaves), late_com_speed_m_s, observed, tick_s, ticks }
+        Self { record, left_first: ticks.iter().find_map(leaves), late_com_speed_m_s, carried, observed, tick_s, ticks }
     }
 
     /// Whether the robot fell, or the controller failed.
@@ -100,7 +104,7 @@ impl Alone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::{Controller, Report, Sensed, TickError, Units};
+    use crate::robot::{Controller, Report, Sensed, TickError};
     use std::sync::Arc;
     use std::sync::atomic::{AtomicU64, Ordering};
 
