@@ -282,3 +282,32 @@ fn a_result_keeps_the_meshes_of_its_robot() {
     assert!(trials(away.path(), "whole") == expected && trials(away.path(), "again") == expected);
     assert!(replay(away.path(), "whole") == page, "the page of a trial differs");
 }
+
+/// Waist and head stay at zero, whichever link is the heaviest, and both arms hang alike.
+#[test]
+fn only_arms_hang_and_both_alike() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/robots/adult.urdf");
+    // Its arms point aside at zero.
+    let adult = fs::read_to_string(file).unwrap();
+    let adult = adult
+        .replace("<origin xyz=\"0 0.05 0\"/><axis", "<origin xyz=\"0 0.05 0\" rpy=\"1 0 0\"/><axis")
+        .replace("<origin xyz=\"0 -0.05 0\"/><axis", "<origin xyz=\"0 -0.05 0\" rpy=\"-1 0 0\"/><axis")
+        .replace("lower=\"-0.2\" upper=\"2.4\"", "lower=\"-1.6\" upper=\"2.4\"")
+        .replace("lower=\"-2.4\" upper=\"0.2\"", "lower=\"-2.4\" upper=\"1.6\"");
+    assert_eq!(adult.matches("rpy=\"1 0 0\"").count() + adult.matches("rpy=\"-1 0 0\"").count(), 2);
+    let light = adult.replace("<mass value=\"19\"/>", "<mass value=\"6\"/>");
+    assert_ne!(light, adult);
+    for (text, trunk) in [(adult, "torso"), (light, "base_link")] {
+        let robot = robot_of(&Source { file: file.into(), text: text.into() });
+        assert_eq!(robot.links[robot.trunk].name, trunk);
+        let angle = |name: &str| robot.home_rad[robot.joints.iter().position(|joint| joint.name == name).unwrap()];
+        for name in ["waist_yaw", "waist_pitch", "neck_yaw", "neck_pitch"] {
+            assert_eq!(angle(name), 0.0, "{trunk}: {name}");
+        }
+        let roll = ["left_shoulder_roll", "right_shoulder_roll"].map(angle);
+        assert!(roll[0] < -0.5 && roll[0] == -roll[1], "{trunk}: {roll:?}");
+        for name in ["shoulder_pitch", "elbow"] {
+            assert_eq!(angle(&format!("left_{name}")), angle(&format!("right_{name}")), "{trunk}: {name}");
+        }
+    }
+}

@@ -24,6 +24,8 @@ const GAP: f64 = 0.02;
 /// Steps of the search for the arms (rad), and how often it goes over all joints.
 const ARM_STEP_RAD: f64 = 0.1;
 const ARM_ROUNDS: usize = 3;
+/// Two arms are mirror images if they differ by less than this, as a share of their size.
+const ALIKE: f64 = 0.02;
 
 /// What of the home posture was found how.
 pub struct Found {
@@ -231,11 +233,36 @@ impl Solver<'_> {
     }
 }
 
+/// The angles of `arm` if it hangs as the mirror image of `other` does in the posture `q` (rad). None if it is built
+/// otherwise, or if its limits are too narrow.
+fn mirrored(robot: &Robot, other: &[usize], arm: &[usize], q: &[f64]) -> Option<Vec<f64>> {
+    let kinematics = Kinematics::new(robot);
+    let size_m =
+        kinematics.com().z.abs().max((kinematics.joint_position(arm[0]) - kinematics.joint_position(other[0])).norm());
+    let angle = |(&there, &here): (&usize, &usize)| {
+        let [at, place] = [there, here].map(|j| kinematics.joint_position(j));
+        let [axis, turns] = [there, here].map(|j| kinematics.joint_axis(j));
+        // The image of a rotation about an axis.
+        let alike = turns.dot(&Vector3::new(-axis.x, axis.y, -axis.z));
+        let is_image =
+            (place - nalgebra::Point3::new(at.x, -at.y, at.z)).norm() < ALIKE * size_m && alike.abs() > 1.0 - ALIKE;
+        let (joint, angle) = (&robot.joints[here], alike.signum() * q[there]);
+        (is_image && within(angle, joint.lower_rad, joint.upper_rad) == angle).then_some(angle)
+    };
+    (other.len() == arm.len()).then(|| other.iter().zip(arm).map(angle).collect()).flatten()
+}
+
 /// Lets the arms hang, clear of trunk, legs and each other.
 fn bring_arms_down(robot: &Robot, limbs: &Limbs, gap_m: f64, q: &mut [f64]) {
     let hulls = Hulls::of(robot);
     let mut kinematics = Kinematics::new(robot);
-    for arm in &limbs.arms {
+    for (i, arm) in limbs.arms.iter().enumerate() {
+        // Two arms hang alike.
+        let other = limbs.arms[..i].iter().find_map(|other| mirrored(robot, other, arm, q));
+        if let Some(angles) = other {
+            arm.iter().zip(angles).for_each(|(&j, angle)| q[j] = angle);
+            continue;
+        }
         let of_arm: Vec<usize> = Limbs::links(arm).collect();
         let carrier = robot.joints[arm[0]].parent;
         let others: Vec<usize> = (0..robot.links.len()).filter(|link| !of_arm.contains(link)).collect();

@@ -4,6 +4,8 @@ use crate::robot::{Foot, Kinematics, PerFoot, Robot};
 
 /// Least number of joints by which a leg moves its foot against the other one.
 const LEAST_JOINTS: usize = 4;
+/// The COM of an arm is at least so far from the middle of the body, as a share of the feet's distance from there.
+const ASIDE: f64 = 0.5;
 
 /// The limbs of a robot by the indices of their joints. Joint `j` carries link `j + 1`.
 #[derive(Debug, Clone)]
@@ -12,8 +14,8 @@ pub struct Limbs {
     pub legs: PerFoot<Vec<usize>>,
     /// From the base to the trunk.
     pub waist: Vec<usize>,
-    /// All that is neither leg nor waist: arms, necks and hands, each a group of joints that hang together, its first
-    /// joint nearest to the trunk.
+    /// The arms, each a group of joints that hang together, its first joint nearest to the trunk. A neck is none, and what
+    /// both arms share is none either: their COMs are in the middle of the body.
     pub arms: Vec<Vec<usize>>,
     /// Index of the heaviest link that is of no leg.
     pub trunk: usize,
@@ -30,6 +32,10 @@ impl Limbs {
         let trunk = others.rev().max_by(|&a, &b| robot.links[a].mass_kg.total_cmp(&robot.links[b].mass_kg))?;
         let mut waist: Vec<usize> = robot.chain(trunk).collect();
         waist.reverse();
+        let kinematics = Kinematics::new(robot);
+        let feet_m = Foot::BOTH.map(|foot| legs[foot].last().map_or(0.0, |&j| kinematics.joint_position(j).y));
+        let (middle_m, apart_m) = ((feet_m[0] + feet_m[1]) / 2.0, (feet_m[0] - feet_m[1]).abs() / 2.0);
+        let is_aside = |j: usize| (kinematics.subtree(j + 1).1.y - middle_m).abs() > ASIDE * apart_m;
         let mut arms: Vec<Vec<usize>> = Vec::new();
         for (j, joint) in robot.joints.iter().enumerate() {
             if of_leg(j + 1) || waist.contains(&j) {
@@ -38,7 +44,8 @@ impl Limbs {
             let carried_by = joint.parent.checked_sub(1);
             match carried_by.and_then(|carrier| arms.iter_mut().find(|arm| arm.contains(&carrier))) {
                 Some(arm) => arm.push(j),
-                None => arms.push(vec![j]),
+                None if is_aside(j) => arms.push(vec![j]),
+                None => {}
             }
         }
         Some(Self { legs, waist, arms, trunk })
