@@ -107,6 +107,11 @@ pub fn is_same_folder(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
+/// Whether two paths name the same file, which need not be there.
+pub fn is_same_file(a: &Path, b: &Path) -> bool {
+    a.file_name() == b.file_name() && is_same_folder(folder_of(a), folder_of(b))
+}
+
 /// JSON on one line.
 pub fn json(value: &impl Serialize) -> Result<String> {
     serde_json::to_string(value).map_err(json_error)

@@ -236,7 +236,8 @@ fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
     for (pairs, words) in [
         ("1,0,0\n", "line 1 = 3 numbers: is too short; accepted: the 3 numbers of an observation"),
         ("1,0,0,1\n", "line 1 = 1 numbers: is no action of this policy; accepted: 2 numbers"),
-        ("1,0,0,1,2\n1,0,x,1,2\n", "line 2 = "),
+        ("1,0,0,1,2\n1,0,x,1,2\n", "line 2 = 1,0,x,1,2: "),
+        ("1,0,x,1,2\n", "line 1 = 1,0,x,1,2: "),
         ("x,y\n", "has no pairs"),
     ] {
         let told = stderr(&check(pairs, &[]).code(2));
@@ -343,6 +344,11 @@ fn a_policy_is_written_from_what_its_training_left() {
         (zero(3, 2), &["bad.onnx", "--from=map.yaml"], "joint_ids_map = 33: is no joint of the robot"),
         (zero(3, 2), &["bad.onnx", "--from=clip.yaml"], "is not the same on both sides"),
         (zero(14, 2), &["bad.onnx", "--from=deploy.yaml", "--out=../x.toml"], "does not lie beside the policy"),
+        (zero(14, 2), &["bad.onnx", "--out=./bad.onnx", "--force"], "is a file of the policy or of its robot"),
+        (zero(14, 2), &["bad.onnx", "--from=deploy.yaml", "--out=deploy.yaml", "--force"], "is a file of the policy"),
+        (zero(14, 2), &["bad.onnx", "--from=offset.yaml", "--print"], "actions.offset = Some([0.4, 0.6]): is another"),
+        (zero(14, 2), &["bad.onnx", "--from=nan.yaml", "--print"], "stiffness = [NaN, "),
+        (zero(14, 2), &["bad.onnx", "--from=gait.yaml"], "gait (1/s) = inf: is not positive"),
         (with_metadata(zero(3, 2), &metadata[4..]), &["bad.onnx"], "metadata.joint_names = (none): is missing"),
         (b"no network".to_vec(), &["bad.onnx"], "cannot be read"),
     ] {
@@ -356,6 +362,9 @@ fn a_policy_is_written_from_what_its_training_left() {
             ("odd.yaml", "a: 1\n".to_string()),
             ("term.yaml", deploy.replace("velocity_commands", "joint_effort")),
             ("map.yaml", deploy.replace(&format!("[{right}, "), "[33, ")),
+            ("offset.yaml", deploy.replace("offset: [0.4, 0.5]", "offset: [0.4, 0.6]")),
+            ("nan.yaml", deploy.replace(&format!(" {}.0,", 50 + right), " .nan,")),
+            ("gait.yaml", deploy.replace("period: 0.8", "period: 0.0")),
             ("clip.yaml", deploy.replace("[-2.0, 2.0]", "[-1.0, 2.0]")),
         ] {
             fs::write(dir.path().join(name), text).unwrap();
@@ -363,6 +372,8 @@ fn a_policy_is_written_from_what_its_training_left() {
         let told = stderr(&init(more).code(2));
         assert!(told.contains(words) && !dir.path().join("bad.toml").exists(), "wanted: {words}\n{told}");
     }
+    let told = stderr(&standfast(dir.path(), &["init", "bad.onnx"]).code(2));
+    assert!(told.contains("--robot = (none): is needed with a policy"), "{told}");
     let told = stderr(&standfast(dir.path(), &["init", "x.urdf", "--robot=ut-mu2"]).code(2));
     assert!(told.contains("is for the robot of a policy"), "{told}");
 }

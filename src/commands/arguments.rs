@@ -77,7 +77,7 @@ pub struct ChangeArgs {
     /// Physics engine
     #[arg(long, value_name = "ENGINE", value_parser = one_of::<EngineChoice, 3>(ENGINE_CHOICES))]
     pub engine: Option<EngineChoice>,
-    /// Which trials count: recovered (it stands still), or survived (it has not fallen at the horizon), for walkers
+    /// Which trials count: recovered (it comes to stand still), or survived (or has not fallen at the horizon, as walkers)
     #[arg(long, value_name = "WHICH", value_parser = one_of::<Counts, 2>(["recovered", "survived"]))]
     pub judge: Option<Counts>,
     /// Seed of all random numbers

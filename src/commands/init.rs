@@ -3,13 +3,13 @@
 
 use super::arguments::is_file_of;
 use super::terminal::{note, print, tell};
-use crate::assets::{DEFAULT_ROBOT, Source};
+use crate::assets::Source;
 use crate::contest;
 use crate::contest::onnx::{self, Written};
 use crate::episode::alone::Alone;
 use crate::episode::{CONTROL_PERIOD_S, Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
-use crate::files::{folder_of, is_same_folder, shell_word, write_atomic};
+use crate::files::{folder_of, is_same_file, is_same_folder, shell_word, write_atomic};
 use crate::render::{self, text::layout::entry, text::model};
 use crate::robot::{Robot, Units, urdf};
 use std::path::{Path, PathBuf};
@@ -64,7 +64,7 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     // First of all, since a file of another kind has no settings.
     let urdf = urdf::opened(&args.file)?;
     let path = args.path(urdf::settings_path(&args.file))?;
-    if path == Path::new(&args.file) {
+    if is_same_file(&path, Path::new(&args.file)) {
         let accepted = "another file than that of the robot";
         return Err(Error::value("init", "--out", path.display(), "it is the robot's URDF", accepted));
     }
@@ -73,7 +73,7 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     if args.print {
         return print(&settings.text);
     }
-    let stands = stands(&robot)?;
+    let stands = stands(&robot).unwrap_or_else(|error| Err(error.to_string()));
     write_atomic(&path, settings.text.as_bytes())?;
     print(&match args.json {
         true => render::json(&model::kinematics_json(&robot, &robot.zero_posture().q)),
@@ -116,20 +116,30 @@ fn stands(robot: &Robot) -> Result<Result<[f64; 2], String>> {
 /// Writes the file of a policy.
 fn policy(args: &InitArgs) -> Result<ExitCode> {
     let model = Path::new(&args.file);
-    let path = args.path(model.with_extension("toml"))?;
+    let Some(name) = args.robot.as_deref() else {
+        return Err(Error::option("--robot", "(none)", "is needed with a policy", "its robot, by name or URDF file"));
+    };
+    let usual = model.with_extension("toml");
+    // Nothing that is read here may be replaced, even with --force.
+    let taken = [model.to_path_buf(), PathBuf::from(name), urdf::settings_path(name)];
+    let out = args.out.as_ref().unwrap_or(&usual);
+    if taken.iter().chain(&args.from).any(|taken| is_same_file(taken, out)) {
+        let accepted = "another file beside the policy";
+        return Err(Error::option("--out", out.display(), "is a file of the policy or of its robot", accepted));
+    }
+    let path = args.path(usual)?;
     if !is_same_folder(folder_of(&path), folder_of(model)) {
         let accepted = "a file in the folder of the policy";
         return Err(Error::option("--out", path.display(), "does not lie beside the policy", accepted));
     }
-    let name = args.robot.as_deref().unwrap_or(DEFAULT_ROBOT);
     let robot = Robot::load(name)?;
     let Written { text, by, assumed } = onnx::written(model, args.from.as_deref(), &robot)?;
-    if args.print {
-        return print(&text);
-    }
     // A network with other sizes, or joints that the robot lacks, are found here.
     let settings = contest::read(&Source { file: path.to_string_lossy().into(), text: text.clone() })?;
     settings.prepare(&robot, CONTROL_PERIOD_S)?;
+    if args.print {
+        return print(&text);
+    }
     write_atomic(&path, text.as_bytes())?;
     let tree = settings.tree();
     let list = |key: &str| tree.get(key).and_then(toml::Value::as_array).cloned().unwrap_or_default();

@@ -48,7 +48,7 @@ pub enum Counts {
     /// Those in which the robot recovers: it comes to stand still.
     #[default]
     Recovered,
-    /// Those in which it has not fallen at the horizon: also walkers win, which never stand still.
+    /// Also those in which it has not fallen at the horizon: walkers never stand still.
     Survived,
 }
 

@@ -4,7 +4,7 @@
 use crate::campaign::ask::no_step::NoStep;
 use crate::campaign::store::fields::{Field, columns, fields};
 use crate::columns::ParquetFile;
-use crate::episode::{EpisodeConfig, Membership, Outcome, Record};
+use crate::episode::{Counts, EpisodeConfig, Membership, Outcome, Record};
 use crate::error::{Error, Result};
 use crate::files::Hashing;
 use crate::sim::{Push, Variation};
@@ -92,7 +92,18 @@ impl TrialRow {
         let among = |value: f64, most: f64| (0.0..=most).contains(&value);
         let positive = |name, value: f64| (name, value.to_string(), among(value, f64::INFINITY), "0 or more");
         let height = r.lowest_com_height_ratio;
+        let counts = match outcome {
+            Outcome::Survived => judge.counts == Counts::Survived,
+            Outcome::TimedOut => judge.counts == Counts::Recovered,
+            _ => true,
+        };
         let columns = [
+            (
+                "outcome",
+                outcome.name().into(),
+                counts,
+                "survived only where the judge counts it, and timed out elsewhere",
+            ),
             (
                 "end_s",
                 r.end_s.to_string(),

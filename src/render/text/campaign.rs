@@ -99,7 +99,8 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
     }
     if summary.episode.judge.counts == Counts::Survived {
         let horizon_s = digits(summary.episode.horizon_s);
-        let told = format!("survival: a robot that has not fallen after {horizon_s} s counts as recovered");
+        let told =
+            format!("survival: a robot that stands still, or has not fallen after {horizon_s} s, counts as recovered");
         head.push(("judge:  ", told));
     }
     if full {

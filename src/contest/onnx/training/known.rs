@@ -39,6 +39,39 @@ pub struct Training {
 }
 
 impl Training {
+    /// Checks lengths and numbers. Errors name the source.
+    pub fn check(&self) -> Result<()> {
+        let joints = self.joints.value.len();
+        for (field, list) in [
+            ("angles at the action 0", &self.default_rad.value),
+            ("action scale", &self.action_scale.value),
+            ("stiffness", &self.stiffness.value),
+            ("damping", &self.damping.value),
+        ] {
+            if list.len() != joints || list.iter().any(|number| !number.is_finite()) {
+                let accepted = format!("a finite number for each of its {joints} joints");
+                return Err(Error::value(&self.by, field, format!("{list:?}"), "does not fit", accepted));
+            }
+        }
+        let times = [("time between two actions (s)", Some(self.period_s.value))];
+        let clock = [("gait (1/s)", self.gait.as_ref().map(|gait| gait.value.hz))];
+        for (field, number) in times.into_iter().chain(clock) {
+            if let Some(number) = number.filter(|number| !(number.is_finite() && *number > 0.0)) {
+                return Err(Error::value(&self.by, field, number, "is not positive", "more than 0"));
+            }
+        }
+        let is_finite = |term: &Term| match &term.scale {
+            Scale::All(scale) => scale.is_finite(),
+            Scale::Each(each) => each.iter().all(|scale| scale.is_finite()),
+        };
+        match self.observation.value.iter().find(|term| !is_finite(term)) {
+            Some(term) => {
+                Err(Error::value(&self.by, "scale of a term", term.name(), "is not finite", "finite numbers"))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// The figures that are assumed, each with the reason.
     pub fn assumed(&self) -> Vec<String> {
         let Self {

@@ -24,25 +24,34 @@ pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Writt
     let bad = |problem: String, accepted: &str| Error::value(&file, "model", file.clone(), problem, accepted);
     let bytes = crate::assets::read(model, beside::MOST_FILE_BYTES)?;
     let metadata = net::metadata(&bytes).map_err(|problem| bad(problem, "an ONNX file"))?;
-    let training = match from.map(PathBuf::from).or_else(|| description(model)) {
-        Some(path) => {
-            let text = String::from_utf8_lossy(&crate::assets::read(&path, MOST_BYTES)?).into_owned();
-            yaml::training(&path.to_string_lossy(), &text, robot)?
-        }
-        None => metadata::training(&file, &metadata, robot)?.ok_or_else(|| {
+    let described = |path: &Path| {
+        let text = String::from_utf8_lossy(&crate::assets::read(path, MOST_BYTES)?).into_owned();
+        yaml::training(&path.to_string_lossy(), &text, robot)
+    };
+    let own = model.with_extension("deploy.yaml");
+    let stated = from.map(Path::to_path_buf).or_else(|| own.is_file().then_some(own));
+    // What is in the file itself is surely of this policy; another description beside it may be of another one.
+    let found = match &stated {
+        Some(path) => Some(described(path)?),
+        None => metadata::training(&file, &metadata, robot)?,
+    };
+    let training = match (found, description(model)) {
+        (Some(training), _) => training,
+        (None, Some(path)) => described(&path)?,
+        (None, None) => {
             let accepted = "the metadata of holosoma or mjlab in it, or --from with a deploy.yaml of unitree_rl_lab or the \
                             configuration of unitree_rl_gym. The guide's chapter onnx.md has the file to write by hand";
-            bad("says nothing of its joints and of what it observes".into(), accepted)
-        })?,
+            return Err(bad("says nothing of its joints and of what it observes".into(), accepted));
+        }
     };
+    training.check()?;
     Ok(Written { text: text::toml(model, &training), assumed: training.assumed(), by: training.by })
 }
 
 /// The description of a policy where its trainer puts it.
 fn description(model: &Path) -> Option<PathBuf> {
     let folder = model.parent().unwrap_or(Path::new(""));
-    let of_stem = |end: &str| model.with_extension(end);
     let exported =
         [folder.join("deploy.yaml"), folder.join("params/deploy.yaml"), folder.join("../params/deploy.yaml")];
-    [of_stem("deploy.yaml"), of_stem("yaml")].into_iter().chain(exported).find(|path| path.is_file())
+    [model.with_extension("yaml")].into_iter().chain(exported).find(|path| path.is_file())
 }

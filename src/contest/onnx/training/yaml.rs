@@ -19,7 +19,7 @@ pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
     } else {
         let accepted =
             "a deploy.yaml of unitree_rl_lab (with joint_ids_map) or a configuration of unitree_rl_gym (with kps)";
-        Err(Error::value(file, "--from", file, "describes no policy that is known here", accepted))
+        Err(Error::value(file, "description", file, "describes no policy that is known here", accepted))
     }
 }
 
@@ -112,12 +112,17 @@ impl Deploy {
             names.get(motor).cloned().ok_or_else(missing)
         };
         let joints: Vec<String> = joint_ids_map.iter().map(name).collect::<Result<_>>()?;
-        let known = "JointPositionAction alone";
-        let Some(Action { scale, offset, clip }) =
-            actions.into_iter().find(|(name, _)| name == "JointPositionAction").map(|(_, action)| action)
+        let names = actions.keys().cloned().collect::<Vec<_>>().join(", ");
+        let mut actions = actions.into_values();
+        let (Some(Action { scale, offset, clip }), None, "JointPositionAction") =
+            (actions.next(), actions.next(), &names[..])
         else {
-            return Err(bad("actions", "(other actions)".into(), "has no targets of joints", known));
+            return Err(bad("actions", names, "is not known here", "JointPositionAction alone"));
         };
+        if offset.as_ref().is_some_and(|offset| *offset != default_joint_pos) {
+            let accepted = "that of default_joint_pos, from which joint positions are seen";
+            return Err(bad("actions.offset", format!("{offset:?}"), "is another posture", accepted));
+        }
         if let Some(clip) = clip {
             let problem = "limits the targets, which no policy does here; leave it out if it is wide";
             return Err(bad("actions.clip", format!("{clip:?}"), problem, "null"));
@@ -150,12 +155,12 @@ impl Deploy {
         Ok(Training {
             by: format!("unitree_rl_lab, {file}"),
             period_s: Figure::read(step_dt),
-            default_rad: Figure::read(offset.unwrap_or(default_joint_pos)),
+            default_rad: Figure::read(default_joint_pos),
             action_scale: Figure::read(scale.each(joints.len())),
             action_clip: None,
             stiffness: Figure::read(of_motor("stiffness", &stiffness)?),
             damping: Figure::read(of_motor("damping", &damping)?),
-            joints: Figure::inferred(
+            joints: Figure::assumed(
                 joints,
                 format!("joint_ids_map counts the joints of {} in their order", robot.name),
             ),
