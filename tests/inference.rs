@@ -298,7 +298,7 @@ fn only_arms_hang_and_both_alike() {
     let light = adult.replace("<mass value=\"19\"/>", "<mass value=\"6\"/>");
     assert_ne!(light, adult);
     for (text, trunk) in [(adult, "torso"), (light, "base_link")] {
-        let robot = robot_of(&Source { file: file.into(), text: text.into() });
+        let robot = robot_of(&Source { file: file.into(), text });
         assert_eq!(robot.links[robot.trunk].name, trunk);
         let angle = |name: &str| robot.home_rad[robot.joints.iter().position(|joint| joint.name == name).unwrap()];
         for name in ["waist_yaw", "waist_pitch", "neck_yaw", "neck_pitch"] {
