@@ -237,3 +237,19 @@ pub fn parse_toml<T: serde::de::DeserializeOwned>(source: &Source) -> Result<T> 
         message: e.to_string().trim_end().replace('\n', "\n  "),
     })
 }
+
+/// A number that TOML reads as one with a fraction.
+pub fn decimal(figure: f64) -> String {
+    let text = (figure + 0.0).to_string();
+    if text.contains('.') { text } else { text + ".0" }
+}
+
+/// A text as a TOML string on one line.
+pub fn quoted(text: &str) -> String {
+    toml::Value::String(one_line(text)).to_string()
+}
+
+/// A text that ends no comment.
+pub fn one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}

@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::files::{sha256_hex, write_atomic};
 use crate::robot::urdf::Files;
 use crate::robot::{Factory, Robot};
-use crate::sim::{Engine, Variation};
+use crate::sim::Engine;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::num::NonZeroU64;
@@ -177,15 +177,14 @@ impl Plan {
     }
 
     /// Prepares all controllers, and lets each drive the robot for an episode without a push: rates of a robot that falls
-    /// alone would mean nothing. The robot is as designed, with the sensors of trial 0. Fails if a robot falls.
-    pub(crate) fn tried_factories(&self) -> Result<Vec<Factory>> {
+    /// alone would mean nothing. Fails if a robot falls. `untried` leaves the episodes out.
+    pub(crate) fn tried_factories(&self, untried: bool) -> Result<Vec<Factory>> {
         let (factories, campaign) = (self.factories()?, &self.manifest.campaign);
-        if campaign.synthetic {
+        if untried || campaign.synthetic {
             return Ok(factories);
         }
-        let quiet = || Disturbance { variation: Variation::default(), ..trial::disturbance(campaign, 0) };
         let lost = |factory: &Factory| {
-            let alone = Alone::run(&self.robot, factory, &campaign.episode, quiet());
+            let alone = Alone::run(&self.robot, factory, &campaign.episode, trial::as_designed(campaign));
             alone.is_lost().then(|| Error::Falls { name: factory.name.clone(), how: alone.how_lost(&self.robot) })
         };
         Error::all(factories.par_iter().filter_map(lost).collect())?;

@@ -80,8 +80,7 @@ impl<'a> Work<'a> {
             None => work.blocks().filter(|&block| work.lacks(block)).collect(),
         };
         if !work.is_done() {
-            let factories = || if options.untried { plan.factories() } else { plan.tried_factories() };
-            work.factories = work.pool.install(factories)?;
+            work.factories = work.pool.install(|| plan.tried_factories(options.untried))?;
         }
         Ok(work)
     }

@@ -8,12 +8,11 @@ use super::terminal::print;
 use crate::campaign::Overrides;
 use crate::campaign::ask::trial;
 use crate::contest;
-use crate::episode::Disturbance;
 use crate::episode::alone::Alone;
 use crate::error::Result;
 use crate::render;
 use crate::render::text::alone::Tried;
-use crate::sim::{Engine, Variation};
+use crate::sim::Engine;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -64,10 +63,7 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
     let prepare = || settings.prepare(&robot, config.control_period_s);
     let factory = prepare()?;
     factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
-    let quiet = || {
-        let of_trial = campaign.as_ref().map(|c| trial::disturbance(c, 0)).unwrap_or_default();
-        Disturbance { variation: Variation::default(), ..of_trial }
-    };
+    let quiet = || campaign.as_ref().map(trial::as_designed).unwrap_or_default();
     let contract = args.contract.as_ref().map(|path| contract::repeated(path, &*factory.start(0))).transpose()?;
     let [first, second] = [(); 2].map(|()| Alone::run(&robot, &factory, &config, quiet()));
     let third = Alone::run(&robot, &prepare()?, &config, quiet());

@@ -142,6 +142,11 @@ pub fn begin_alike(campaign: &Campaign) -> bool {
     sensor_errors(campaign, 0).is_none() && drawn.all(|distribution| distribution.is_constant())
 }
 
+/// The disturbance of trial 0 on the robot and the ground as they are designed.
+pub fn as_designed(campaign: &Campaign) -> Disturbance {
+    Disturbance { variation: Variation::default(), ..disturbance(campaign, 0) }
+}
+
 /// All disturbances of a trial. They are the same for every controller, so sets are compared in pairs.
 pub fn disturbance(campaign: &Campaign, trial: u64) -> Disturbance {
     Disturbance {

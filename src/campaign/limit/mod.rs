@@ -105,8 +105,7 @@ impl<'a> Searches<'a> {
         let heading = |i: usize| yardstick.heading(360.0 * i as f64 / options.headings as f64);
         let headings = (0..options.headings).map(heading).collect();
         let pool = pool(options.threads)?;
-        let factories = || if options.untried { plan.factories() } else { plan.tried_factories() };
-        let factories = pool.install(factories)?;
+        let factories = pool.install(|| plan.tried_factories(options.untried))?;
         Ok(Self { campaign, options, precision_n_s, plan, yardstick, headings, pool, factories })
     }
 

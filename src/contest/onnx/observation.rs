@@ -33,6 +33,11 @@ impl Term {
         self.history * self.term.length(joints)
     }
 
+    /// Fails, in words, if its scale is none for a policy of so many joints.
+    pub fn check_scale(&self, joints: usize) -> Result<(), String> {
+        self.scale.check(self.term.length(joints))
+    }
+
     /// What it is, in the word of a file.
     pub fn name(&self) -> String {
         let word = toml::Value::try_from(self.term).ok();
@@ -148,7 +153,7 @@ pub fn check(file: &str, terms: &[Term], joints: usize, gait: Option<&Gait>) -> 
     }
     for (i, term) in terms.iter().enumerate() {
         let field = |key: &str| format!("observation.{i}.{key}");
-        if let Err(problem) = term.scale.check(term.term.length(joints)) {
+        if let Err(problem) = term.check_scale(joints) {
             let (value, accepted) =
                 (format!("{:?}", term.scale), "a finite number, or one for each number of the term");
             return Err(Error::value(file, field("scale"), value, problem, accepted));

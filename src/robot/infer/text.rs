@@ -2,6 +2,7 @@
 
 use super::servos;
 use super::soles;
+use crate::assets::{decimal, one_line, quoted};
 use crate::robot::swing_time::least_swing_time_s;
 use crate::robot::{LandingRegion, PerFoot, Robot};
 use std::fmt::Write;
@@ -197,22 +198,7 @@ fn figure(line: &mut dyn FnMut(&str), key: &str, value: f64, comment: &str) {
     line(&format!("{:<32}# {comment}", format!("{key} = {}", decimal(value))));
 }
 
-/// A number that TOML reads as one with a fraction.
-fn decimal(figure: f64) -> String {
-    let text = (figure + 0.0).to_string();
-    if text.contains('.') { text } else { text + ".0" }
-}
-
-fn quoted(text: &str) -> String {
-    toml::Value::String(one_line(text)).to_string()
-}
-
 fn key(name: &str) -> String {
     let is_bare = name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c)) && !name.is_empty();
     if is_bare { name.into() } else { quoted(name) }
-}
-
-/// A text that ends no comment.
-fn one_line(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

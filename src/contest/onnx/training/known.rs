@@ -39,15 +39,20 @@ pub struct Training {
 }
 
 impl Training {
+    /// Its lists of numbers, one for each joint: the key in the file, what it is, and the list.
+    pub fn lists(&self) -> [(&'static str, &'static str, &Figure<Vec<f64>>); 4] {
+        [
+            ("default_rad", "Angles at the action 0 [rad]", &self.default_rad),
+            ("action_scale", "How far an action of 1 goes from there [rad]", &self.action_scale),
+            ("stiffness", "Of the servos [N m/rad]", &self.stiffness),
+            ("damping", "Of the servos [N m s/rad]", &self.damping),
+        ]
+    }
+
     /// Checks lengths and numbers. Errors name the source.
     pub fn check(&self) -> Result<()> {
         let joints = self.joints.value.len();
-        for (field, list) in [
-            ("angles at the action 0", &self.default_rad.value),
-            ("action scale", &self.action_scale.value),
-            ("stiffness", &self.stiffness.value),
-            ("damping", &self.damping.value),
-        ] {
+        for (field, _, Figure { value: list, .. }) in self.lists() {
             if list.len() != joints || list.iter().any(|number| !number.is_finite()) {
                 let accepted = format!("a finite number for each of its {joints} joints");
                 return Err(Error::value(&self.by, field, format!("{list:?}"), "does not fit", accepted));
@@ -60,43 +65,22 @@ impl Training {
                 return Err(Error::value(&self.by, field, number, "is not positive", "more than 0"));
             }
         }
-        let is_finite = |term: &Term| match &term.scale {
-            Scale::All(scale) => scale.is_finite(),
-            Scale::Each(each) => each.iter().all(|scale| scale.is_finite()),
-        };
-        match self.observation.value.iter().find(|term| !is_finite(term)) {
-            Some(term) => {
-                Err(Error::value(&self.by, "scale of a term", term.name(), "is not finite", "finite numbers"))
-            }
-            None => Ok(()),
+        for term in &self.observation.value {
+            term.check_scale(joints).map_err(|problem| {
+                let accepted = "a finite number, or one for each number of the term";
+                Error::value(&self.by, "scale of a term", term.name(), problem, accepted)
+            })?;
         }
+        Ok(())
     }
 
     /// The figures that are assumed, each with the reason.
     pub fn assumed(&self) -> Vec<String> {
-        let Self {
-            by: _,
-            period_s,
-            joints,
-            default_rad,
-            action_scale,
-            action_clip,
-            stiffness,
-            damping,
-            gait,
-            observation,
-        } = self;
-        let mut origins = vec![
-            ("period_s", &period_s.origin),
-            ("joints", &joints.origin),
-            ("default_rad", &default_rad.origin),
-            ("action_scale", &action_scale.origin),
-            ("stiffness", &stiffness.origin),
-            ("damping", &damping.origin),
-            ("observation", &observation.origin),
-        ];
-        origins.extend(action_clip.iter().map(|figure| ("action_clip", &figure.origin)));
-        origins.extend(gait.iter().map(|figure| ("gait", &figure.origin)));
+        let mut origins = vec![("period_s", &self.period_s.origin), ("joints", &self.joints.origin)];
+        origins.extend(self.lists().map(|(key, _, figure)| (key, &figure.origin)));
+        origins.push(("observation", &self.observation.origin));
+        origins.extend(self.action_clip.iter().map(|figure| ("action_clip", &figure.origin)));
+        origins.extend(self.gait.iter().map(|figure| ("gait", &figure.origin)));
         let why = |(key, origin): (&str, &String)| origin.strip_prefix("assumed: ").map(|why| format!("{key}: {why}"));
         origins.into_iter().filter_map(why).collect()
     }

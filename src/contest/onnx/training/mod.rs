@@ -16,8 +16,8 @@ use std::path::{Path, PathBuf};
 /// Longest description that is read (bytes).
 const MOST_BYTES: u64 = 10_000_000;
 
-/// The file of the policy in `model` for a robot. It is read from the file `from`, or from one that lies where its trainer
-/// puts it, or from the network's own metadata. Errors: none of these says what the policy observes, or what one says does
+/// The file of the policy in `model` for a robot. It is read from the file `from` or the `.deploy.yaml` of its name, or else
+/// from the network's own metadata, or else from a description where a trainer puts it. Errors: none of these says what the policy observes, or what one says does
 /// not fit the robot.
 pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Written> {
     let file = model.to_string_lossy();

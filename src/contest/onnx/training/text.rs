@@ -1,6 +1,7 @@
 //! The file of a policy as commented TOML.
 
 use super::known::{Figure, Training};
+use crate::assets::{decimal, one_line, quoted};
 use crate::contest::onnx::observation::{Gait, Scale, Term};
 use std::fmt::Write;
 use std::path::Path;
@@ -13,18 +14,7 @@ pub fn toml(model: &Path, training: &Training) -> String {
     let name =
         |part: Option<&std::ffi::OsStr>| part.map(|part| part.to_string_lossy().into_owned()).unwrap_or_default();
     let (file, stem) = (name(model.file_name()), name(model.file_stem()));
-    let Training {
-        by,
-        period_s,
-        joints,
-        default_rad,
-        action_scale,
-        action_clip,
-        stiffness,
-        damping,
-        gait,
-        observation,
-    } = training;
+    let Training { by, period_s, joints, action_clip, gait, observation, .. } = training;
     let mut text = format!(
         "# What {} was trained with, written by `standfast init` from what is known of {}.\n\
          # \"read\" is stated there, \"inferred\" follows from it, and \"assumed\" is what this trainer usually does: check it.\n\n\
@@ -37,15 +27,12 @@ pub fn toml(model: &Path, training: &Training) -> String {
     // Writing to a String cannot fail.
     let _ = writeln!(text, "period_s = {}  # between two actions [s]; {}", decimal(period_s.value), period_s.origin);
     let _ = writeln!(text, "command = [0.0, 0.0, 0.0]  # the velocity asked for: it is to stand; assumed");
-    let numbers = |figure: &Figure<Vec<f64>>| figure.value.iter().map(|value| decimal(*value)).collect::<Vec<_>>();
-    let names = joints.value.iter().map(|joint| quoted(joint)).collect::<Vec<_>>();
-    for (key, items, about, origin) in [
-        ("joints", names, "In the order of the policy", &joints.origin),
-        ("default_rad", numbers(default_rad), "Angles at the action 0 [rad]", &default_rad.origin),
-        ("action_scale", numbers(action_scale), "How far an action of 1 goes from there [rad]", &action_scale.origin),
-        ("stiffness", numbers(stiffness), "Of the servos [N m/rad]", &stiffness.origin),
-        ("damping", numbers(damping), "Of the servos [N m s/rad]", &damping.origin),
-    ] {
+    let names: Vec<String> = joints.value.iter().map(|joint| quoted(joint)).collect();
+    let lists = training.lists().map(|(key, about, Figure { value, origin })| {
+        (key, value.iter().map(|number| decimal(*number)).collect(), about, origin)
+    });
+    let joints = ("joints", names, "In the order of the policy", &joints.origin);
+    for (key, items, about, origin) in std::iter::once(joints).chain(lists) {
         let _ = writeln!(text, "\n# {about}; {}\n{key} = [\n{}]", one_line(origin), listed(&items));
     }
     if let Some(Figure { value, origin }) = action_clip {
@@ -90,18 +77,4 @@ fn listed(items: &[String]) -> String {
         let _ = write!(line, " {item},");
     }
     lines + &line + "\n"
-}
-
-/// A number that TOML reads as one with a fraction.
-fn decimal(number: f64) -> String {
-    format!("{:?}", number + 0.0)
-}
-
-fn quoted(text: &str) -> String {
-    toml::Value::String(one_line(text)).to_string()
-}
-
-/// A text that ends no comment.
-fn one_line(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
