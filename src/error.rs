@@ -40,10 +40,8 @@ pub enum Error {
     #[error("{}", listed(.0))]
     Several(Vec<Error>),
     /// A controller with which the robot falls before anybody pushes it.
-    #[error(
-        "controller {name}: it {how}. Nothing was run. `standfast check` shows its first command; --untried runs it all the same"
-    )]
-    Falls { name: String, how: String },
+    #[error("controller {name}: it {how}. Nothing was run. `{check}` shows more of it; --untried runs it all the same")]
+    Falls { name: String, how: String, check: String },
     /// A numerical search did not converge.
     #[error("{what}: {problem}")]
     Numeric { what: String, problem: String },

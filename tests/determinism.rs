@@ -46,7 +46,6 @@ fn episodes_that_share_a_robot_are_the_same_bits() {
     let benches = names.map(Bench::new);
     let (robot, config) = (&benches[0].robot, common::config(3.0));
     let variation = Variation { slope_deg: Some(1.0), delay_s: Some(0.005), ..Variation::default() };
-    let simulated = variation.robot(robot);
     let pushed = |impulse_n_s, heading_deg| vec![Push { start_s: 0.7, ..push(impulse_n_s, heading_deg) }];
     let disturbance = |pushes: &[Push]| Disturbance {
         pushes: pushes.to_vec(),
@@ -56,7 +55,7 @@ fn episodes_that_share_a_robot_are_the_same_bits() {
     };
     let start = |pushes: &[Push]| {
         let factories = benches.iter().map(|bench| &bench.factory);
-        ClosedLoop::new(robot, &simulated, factories, &config, disturbance(pushes))
+        ClosedLoop::new(robot, factories, &config, disturbance(pushes))
     };
     let shared = start(&pushed(1.0, 0.0)).before(0.7);
     let mut outcomes = Vec::new();
@@ -89,7 +88,7 @@ fn errors_seen(gains: &str) -> Vec<Vec<f64>> {
     use standfast::sim::{Plant, plant::Clock};
     let bench = Bench::new(gains);
     let clock = Clock { engine: engine(), physics_step_s: 0.001, control_period_s: 0.002 };
-    let plant = |errors| Plant::new(&bench.robot, clock, errors, bench.robot.home_command());
+    let plant = |errors| Plant::new(bench.robot.clone(), clock, errors, bench.robot.home_command());
     // The twin without errors gets the same commands, and so shows the true values.
     let (mut noisy, mut ideal) = (plant(Some(sensor_errors(5))), plant(None));
     let mut controller = bench.factory.start(0);

@@ -21,7 +21,7 @@ fn clock(engine: Engine) -> Clock {
 /// The robot under the command that holds its home posture, for `duration_s`, as `see` finds it after each tick.
 fn hold(bench: &Bench, robot: &Robot, ground: Ground, clock: Clock, duration_s: f64, mut see: impl FnMut(&mut Plant)) {
     let home = bench.robot.home_command();
-    let mut plant = Plant::on(ground, robot, clock, None, home.clone());
+    let mut plant = Plant::on(ground, robot.clone(), clock, None, home.clone());
     for _ in 0..(duration_s / clock.control_period_s).round() as usize {
         plant.advance(home.clone(), &[]);
         see(&mut plant);
@@ -130,7 +130,7 @@ fn a_free_arm_swings_with_the_period_of_its_inertia() {
     for engine in Engine::ALL {
         let mut home = bench.robot.home_command();
         home.tau_ff[shoulder] = 0.0;
-        let mut plant = Plant::new(&robot, clock(engine), None, home.clone());
+        let mut plant = Plant::new(robot.clone(), clock(engine), None, home.clone());
         let (mut turns, mut before) = (Vec::new(), 0.0);
         while turns.len() < 5 {
             plant.advance(home.clone(), &[]);

@@ -12,7 +12,7 @@ const CLOCK: Clock = Clock { engine: Engine::Rapier, physics_step_s: 0.002, cont
 
 /// Whether the robot is upright and slow after 5 s if the readings of its sensors freeze at `freeze_s`.
 fn stays_up(bench: &Bench, push: Push, freeze_s: f64) -> bool {
-    let mut plant = Plant::new(&bench.robot, CLOCK, None, bench.robot.home_command());
+    let mut plant = Plant::new(bench.robot.clone(), CLOCK, None, bench.robot.home_command());
     let mut controller = bench.factory.start(0);
     let mut command = bench.robot.home_command();
     let mut sensed = plant.sense();
@@ -70,7 +70,7 @@ fn a_command_reaches_the_servos_after_the_delay() {
     for (clock, (delay_s, tick, share)) in all {
         bench.robot.delay_s = delay_s;
         let torque = |command: &Command| -> Vec<f64> {
-            let mut plant = Plant::new(&bench.robot, clock, None, home.clone());
+            let mut plant = Plant::new(bench.robot.clone(), clock, None, home.clone());
             (0..8)
                 .map(|_| {
                     plant.advance(command.clone(), &[]);

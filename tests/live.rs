@@ -14,7 +14,7 @@ use std::sync::LazyLock;
 static CONFIG: LazyLock<EpisodeConfig> = LazyLock::new(|| config(6.0));
 
 fn closed_loop(bench: &Bench) -> ClosedLoop<'_> {
-    let closed_loop = ClosedLoop::new(&bench.robot, &bench.robot, [&bench.factory], &CONFIG, Disturbance::default());
+    let closed_loop = ClosedLoop::new(&bench.robot, [&bench.factory], &CONFIG, Disturbance::default());
     closed_loop.until(Until::Horizon, 0.0)
 }
 

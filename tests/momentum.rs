@@ -162,7 +162,7 @@ fn limbs_that_are_driven_into_each_other_meet_and_stay_apart() {
         let home = bench.robot.home_command();
         let mut inward = home.clone();
         joints.iter().for_each(|&joint| inward.q_ref[joint] = robot.joints[joint].lower_rad);
-        let mut plant = Plant::new(robot, config.clock(), None, home.clone());
+        let mut plant = Plant::new(robot.clone(), config.clock(), None, home.clone());
         let mut pairs = Vec::new();
         let (mut start, mut apart_m, mut innermost_rad, mut gained) =
             (None, f64::INFINITY, f64::INFINITY, [0.0_f64; 2]);

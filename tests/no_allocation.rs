@@ -46,7 +46,7 @@ fn a_tick_of_any_set_in_any_phase_does_not_allocate() {
         let mut seen = Vec::new();
         for (impulse_n_s, heading_deg) in [(3.6, 30.0), (3.6, -150.0), (9.0, 0.0)] {
             let mut command = bench.robot.home_command();
-            let mut plant = Plant::new(&bench.robot, clock, None, command.clone());
+            let mut plant = Plant::new(bench.robot.clone(), clock, None, command.clone());
             let mut controller = CpiController::new(bench.design().clone());
             for tick in 0..700 {
                 let sensed = plant.sense();

@@ -4,6 +4,8 @@
 mod common;
 
 use common::program::{folder, standfast, stderr, stdout};
+use ndarray::array;
+use ndarray_npy::NpzWriter;
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::fs;
@@ -185,7 +187,7 @@ fn what_does_not_fit_is_told_in_a_sentence() {
             "accepted: a multiple of the control period",
         ),
         (zero(3, 2), &gyro, replaced("80.0, 80.0", "80.0"), "stiffness = 1 numbers: has another length than joints"),
-        (zero(3, 2), &gyro, replaced("2.5, 2.5", "2.5, -1.0"), "damping = -1: is no such number"),
+        (zero(3, 2), &gyro, replaced("2.5, 2.5", "2.5, -1.0"), "damping = -1: out of range; accepted: 0 to 1e12"),
         (zero(3, 2), &gyro, replaced("base_angular_velocity", "base_height"), "unknown variant `base_height`"),
         (zero(2, 2), &phase, Box::new(fine), "needs the clock of a gait; accepted: a table `[gait]`"),
         (
@@ -213,6 +215,50 @@ fn what_does_not_fit_is_told_in_a_sentence() {
     let told: Value = serde_json::from_str(&stdout(&push)).unwrap();
     assert_eq!(told["outcome"], "Failed");
     assert!(told["fall_cause"].as_str().unwrap().contains("ours: action 0 of policy.onnx is not finite"), "{told}");
+}
+
+/// The motors of a policy are simulated with it, and with nobody else.
+#[test]
+fn a_policy_brings_its_own_motors() {
+    let servos = standfast::robot::Robot::load("ut-mu2").unwrap().servos;
+    let robot = standfast::robot::Robot::load("ut-mu2").unwrap();
+    let ankle = robot.joints.iter().position(|joint| joint.name == ANKLES[0]).unwrap();
+    let (torque, rotor) = (servos[ankle].torque_n_m, servos[ankle].rotor_inertia_kg_m2);
+    let dir = folder();
+    let motors = |torque: f64, rotor: f64| {
+        format!("torque_n_m = [{torque:?}, {torque:?}]\nrotor_inertia_kg_m2 = [{rotor:?}, {rotor:?}]\n")
+    };
+    let network = linear(&[vec![0.0; 2], vec![0.02; 2], vec![0.0; 2]], &[0.0, 0.0]);
+    let make = |name: &str, more: &str| policy(dir.path(), name, &network, &terms(&["base_angular_velocity"]), more);
+    let files = [
+        make("plain", ""),
+        make("same", &motors(torque, rotor)),
+        make("weak", &motors(0.1 * torque, rotor)),
+        make("heavy", &motors(torque, 10.0 * rotor)),
+    ];
+    let run = |names: &[&str], out: &str| {
+        let controllers: Vec<String> = names.iter().map(|name| format!("--controller={name}")).collect();
+        let mut args = vec!["run", "smoke", "--trials=3", "--replays=0", "--untried", "--out", out];
+        args.extend(controllers.iter().map(String::as_str));
+        standfast(dir.path(), &args).success();
+        let parts = fs::read_to_string(dir.path().join(out).join("parts/part-000000.csv")).unwrap();
+        // The rows of each controller, without its name.
+        move |name: &str| {
+            let rows = parts.lines().filter(|line| line.split(',').any(|cell| cell == name));
+            rows.map(|line| line.replace(name, "")).collect::<Vec<_>>()
+        }
+    };
+    let all = [&["hold"][..], &files.each_ref().map(String::as_str)].concat();
+    let (rows, alone) = (run(&all, "all"), run(&["hold"], "alone"));
+    assert_eq!(rows("hold").len(), 3);
+    assert_eq!(rows("hold"), alone("hold"));
+    assert_eq!(rows("plain"), rows("same"));
+    for other in ["weak", "heavy"] {
+        assert_ne!(rows("plain"), rows(other), "{other}");
+    }
+    assert!(rows("weak").iter().all(|row| row.contains("Fell")), "{:?}", rows("weak"));
+    let told = stdout(&standfast(dir.path(), &["push", "--controller", &files[1]]));
+    assert!(told.contains("with stiffness, damping, torque limits, rotor"), "{told}");
 }
 
 /// What the training recorded has to come out again: the network, the order of its terms and of its joints.
@@ -243,6 +289,31 @@ fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
         let told = stderr(&check(pairs, &[]).code(2));
         assert!(told.contains(words), "wanted: {words}\n{told}");
     }
+    // The same two pairs in arrays of NumPy, of both widths, in any order.
+    let observed = array![[1.0, 0.0, 0.0], [0.5, 1.0, -1.0]];
+    let npz = |write: &dyn Fn(&mut NpzWriter<fs::File>)| {
+        let mut npz = NpzWriter::new_compressed(fs::File::create(dir.path().join("pairs.npz")).unwrap());
+        write(&mut npz);
+        npz.finish().unwrap();
+        standfast(dir.path(), &["check", &file, "--horizon=0.6", "--contract=pairs.npz"])
+    };
+    let in_a_line = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let told = stdout(&npz(&|npz| {
+        npz.add_array("actions", &array![[1.1_f32, -0.8], [1.1, -2.3]]).unwrap();
+        npz.add_array("observations", &observed).unwrap();
+    }));
+    assert!(in_a_line(&told).contains("2 recorded actions of 2 numbers are repeated"), "{told}");
+    let told = stdout(&npz(&|npz| {
+        npz.add_array("a", &array![[1.1, -0.8], [1.1, -2.2]]).unwrap();
+        npz.add_array("b", &observed).unwrap();
+    }));
+    assert!(in_a_line(&told).contains("in line 2, action 1 is -2.3000, and -2.2000 was recorded"), "{told}");
+    let told = stderr(&npz(&|npz| npz.add_array("seen", &array![[1.0, 2.0]]).unwrap()).code(2));
+    assert!(told.contains("pairs.npz: arrays = seen (1 x 2): are no observations and actions"), "{told}");
+    fs::write(dir.path().join("pairs.npz"), "nothing").unwrap();
+    let told = stderr(&standfast(dir.path(), &["check", &file, "--contract=pairs.npz"]).code(2));
+    assert!(told.contains("pairs.npz"), "{told}");
+
     let hold = ["check", "hold", "--horizon=0.6", "--contract=pairs.csv"];
     fs::write(dir.path().join("pairs.csv"), "1,2\n").unwrap();
     let told = stderr(&standfast(dir.path(), &hold).code(2));

@@ -13,7 +13,7 @@ const PERIOD_S: f64 = 0.002;
 fn watch(impulse: f64, heading: f64, horizon_s: f64, mut see: impl FnMut(&Sensed, &Truth)) {
     let bench = Bench::new("switching");
     let clock = Clock { engine: engine(), physics_step_s: 0.001, control_period_s: PERIOD_S };
-    let mut plant = Plant::new(&bench.robot, clock, None, bench.robot.home_command());
+    let mut plant = Plant::new(bench.robot.clone(), clock, None, bench.robot.home_command());
     let mut controller = bench.factory.start(0);
     let mut command = bench.robot.home_command();
     for _ in 0..(horizon_s / PERIOD_S) as usize {

@@ -186,7 +186,7 @@ fn torques(robot: &Robot, variation: Variation, change: impl Fn(&mut Command)) -
     let varied = variation.robot(robot);
     let clock = Clock { engine: engine(), physics_step_s: 0.001, control_period_s: 0.001 };
     let home = robot.home_command();
-    let mut plant = Plant::on(Ground::default(), &varied, clock, None, home.clone());
+    let mut plant = Plant::on(Ground::default(), varied.clone(), clock, None, home.clone());
     let mut command = home;
     change(&mut command);
     (0..10)

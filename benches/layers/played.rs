@@ -57,7 +57,7 @@ impl Played {
         let design = Design::new(&robot, &gains, clock.control_period_s).expect("built in");
         let push = Push { impulse_n_s, start_s: 0.2, ..Push::default() };
         let home = design.home_command();
-        let mut plant = Plant::on(Ground::default(), &robot, clock, None, home.clone());
+        let mut plant = Plant::on(Ground::default(), robot.clone(), clock, None, home.clone());
         let mut controller = CpiController::new(design.clone());
         let mut command = design.home_command().clone();
         let count = (0.9 / clock.control_period_s) as usize;
@@ -78,7 +78,7 @@ impl Played {
     }
 
     /// The robot at the beginning of the episode.
-    pub fn plant(&self) -> Plant<'_> {
-        Plant::on(Ground::default(), &self.robot, self.clock, None, self.design.home_command().clone())
+    pub fn plant(&self) -> Plant {
+        Plant::on(Ground::default(), self.robot.clone(), self.clock, None, self.design.home_command().clone())
     }
 }

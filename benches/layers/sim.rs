@@ -19,7 +19,7 @@ fn in_engine(c: &mut Criterion, robot: &Robot, engine: Engine) {
     let mut group = c.benchmark_group(format!("control period in {}", engine.name()));
     // Many samples, so that short ones are among them, which other work on the machine does not disturb.
     group.sample_size(50);
-    let start = || Plant::on(Ground::default(), robot, clock(engine), None, home.clone());
+    let start = || Plant::on(Ground::default(), robot.clone(), clock(engine), None, home.clone());
     let mut plant = start();
     group.bench_function("standing", |b| b.iter_custom(|count| advance(&mut plant, &home, count)));
 

@@ -183,26 +183,27 @@ impl Plan {
         if untried || campaign.synthetic {
             return Ok(factories);
         }
-        let lost = |factory: &Factory| {
+        let lost = |(factory, entry): (&Factory, &String)| {
             let alone = Alone::run(&self.robot, factory, &campaign.episode, trial::as_designed(campaign));
-            alone.is_lost().then(|| Error::Falls { name: factory.name.clone(), how: alone.how_lost(&self.robot) })
+            let check = format!(
+                "standfast check {entry} --robot {} --engine {}",
+                campaign.robot,
+                campaign.episode.engine.name().to_lowercase()
+            );
+            let how = alone.how_lost(&self.robot);
+            alone.is_lost().then(|| Error::Falls { name: factory.name.clone(), how, check })
         };
-        Error::all(factories.par_iter().filter_map(lost).collect())?;
+        Error::all(factories.par_iter().zip(&campaign.gains).filter_map(lost).collect())?;
         Ok(factories)
     }
 
-    /// The robot as it is simulated in trial 0.
-    pub(crate) fn simulated_at_first(&self) -> Robot {
-        trial::variation(&self.manifest.campaign, 0).robot(&self.robot)
-    }
-
-    /// The beginning of the episodes of all controllers, if all trials begin alike, on `simulated`, the robot of trial 0.
-    pub(crate) fn opening<'a>(&'a self, simulated: &'a Robot, factories: &'a [Factory]) -> Option<ClosedLoop<'a>> {
+    /// The beginning of the episodes of all controllers, if all trials begin alike.
+    pub(crate) fn opening<'a>(&'a self, factories: &'a [Factory]) -> Option<ClosedLoop<'a>> {
         let campaign = &self.manifest.campaign;
         trial::begin_alike(campaign).then(|| {
             let disturbance = trial::disturbance(campaign, 0);
             let push_s = disturbance.pushes[0].start_s;
-            ClosedLoop::new(&self.robot, simulated, factories, &campaign.episode, disturbance).before(push_s)
+            ClosedLoop::new(&self.robot, factories, &campaign.episode, disturbance).before(push_s)
         })
     }
 
@@ -218,9 +219,8 @@ impl Plan {
         if let Some(shared) = opening.and_then(|opening| opening.with(sets, disturbance.pushes.clone())) {
             return shared.finish();
         }
-        let simulated = disturbance.variation.robot(&self.robot);
         let factories = sets.iter().map(|&set| &factories[set]);
-        ClosedLoop::new(&self.robot, &simulated, factories, &self.manifest.campaign.episode, disturbance).finish()
+        ClosedLoop::new(&self.robot, factories, &self.manifest.campaign.episode, disturbance).finish()
     }
 
     /// How long a trial takes with all controllers, on one core of this machine (s), by as many trials as half a second

@@ -172,8 +172,7 @@ impl<'a> Work<'a> {
         }
         // Taken out, because the opening, which serves at every look, borrows them.
         let (plan, factories) = (self.plan, std::mem::take(&mut self.factories));
-        let simulated = plan.simulated_at_first();
-        let opening = plan.opening(&simulated, &factories);
+        let opening = plan.opening(&factories);
         // Another shard may have decided it, perhaps by parts that are not seen here.
         while !self.is_done() && !self.is_decided() {
             self.pool.install(|| self.run_blocks(&factories, opening.as_ref(), watch))?;

@@ -44,8 +44,9 @@ pub struct CheckControllerArgs {
     /// Physics engine
     #[arg(long, value_name = "ENGINE", value_parser = one_of::<Engine, 2>(ENGINES))]
     pub engine: Option<Engine>,
-    /// Recorded observations and actions of a policy, a pair in each line, which it has to repeat
-    #[arg(long, value_name = "FILE.csv")]
+    /// Recorded observations and actions of a policy, which it has to repeat: a pair in each line of a .csv, or two
+    /// arrays in an .npz
+    #[arg(long, value_name = "FILE")]
     pub contract: Option<PathBuf>,
     /// Length of each episode (s) [default: that of the campaign, or 6]
     #[arg(long, value_name = "S", value_parser = number)]

@@ -171,8 +171,7 @@ impl<'a> Case<'a> {
             shown.0
         } else {
             let run = |disturbance: Disturbance, aftermath_s, observe: &mut dyn FnMut(&Tick)| {
-                let simulated = disturbance.variation.robot(robot);
-                let closed_loop = ClosedLoop::new(robot, &simulated, [factory], config, disturbance);
+                let closed_loop = ClosedLoop::new(robot, [factory], config, disturbance);
                 closed_loop.until(config.until(), aftermath_s).watched(&mut |_, tick| observe(tick)).remove(0)
             };
             self.watched(disturbance, outputs, 0.0, run, Record::clone)?.0

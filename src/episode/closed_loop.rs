@@ -14,6 +14,7 @@ use super::tick::{Failure, Tick};
 use crate::robot::{Command, Controller, Factory, Robot, Sensed, Units};
 use crate::sim::{Ground, Plant, Pull, Push, Truth};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 /// One trial with some controllers, up to some tick.
 pub struct ClosedLoop<'a> {
@@ -31,7 +32,7 @@ pub struct ClosedLoop<'a> {
 
 /// A simulated robot, with the controllers that have given it the same commands so far.
 struct Branch<'a> {
-    plant: Plant<'a>,
+    plant: Plant,
     episodes: Vec<Episode<'a>>,
 }
 
@@ -40,7 +41,7 @@ struct Episode<'a> {
     /// Index of the controller.
     index: usize,
     pilot: Pilot<'a>,
-    referee: Referee<'a>,
+    referee: Referee,
     decided_at_s: Option<f64>,
 }
 
@@ -65,34 +66,40 @@ pub fn run(
     until: Until,
     observe: &mut dyn FnMut(&Tick),
 ) -> Record {
-    let simulated = &disturbance.variation.robot(robot);
-    let closed_loop = ClosedLoop::new(robot, simulated, [factory], config, disturbance);
+    let closed_loop = ClosedLoop::new(robot, [factory], config, disturbance);
     closed_loop.until(until, 0.0).watched(&mut |_, tick| observe(tick)).remove(0)
 }
 
 impl<'a> ClosedLoop<'a> {
-    /// Starts at home and at rest. The controllers are made for `robot`; `simulated` is its variation in this trial.
-    /// Episodes end as the settings say.
+    /// Starts at home and at rest. The controllers are made for `robot`; what is simulated is its variation in this trial,
+    /// with the servos of each controller. Episodes end as the settings say.
     pub fn new<'f>(
         robot: &'a Robot,
-        simulated: &'a Robot,
         factories: impl IntoIterator<Item = &'f Factory>,
         config: &'a EpisodeConfig,
         disturbance: Disturbance,
     ) -> Self {
         let Disturbance { pushes, sensor_errors, variation, seed } = disturbance;
         let (omega, home) = (Units::of(robot).omega(), robot.home_command());
-        let episode = |(index, factory): (usize, &Factory)| Episode {
-            index,
-            pilot: Pilot { robot, omega, controller: factory.start(seed), command: home.clone(), failure: None },
-            referee: Referee::new(simulated, config, &pushes),
-            decided_at_s: None,
-        };
-        let episodes: Vec<Episode> = factories.into_iter().enumerate().map(episode).collect();
-        let records = vec![None; episodes.len()];
-        let ground = Ground::new(robot, &variation);
-        let plant = Plant::on(ground, simulated, config.clock(), sensor_errors, home.clone());
-        let branches = vec![Branch { plant, episodes }];
+        let (ground, factories) = (Ground::new(robot, &variation), factories.into_iter().collect::<Vec<_>>());
+        let mut branches: Vec<Branch> = Vec::new();
+        for (index, factory) in factories.iter().enumerate() {
+            let is_alike = |branch: &Branch| factories[branch.episodes[0].index].servos == factory.servos;
+            let branch = branches.iter().position(is_alike).unwrap_or_else(|| {
+                let simulated = variation.robot(&factory.robot(robot));
+                let plant = Plant::on(ground, simulated, config.clock(), sensor_errors.clone(), home.clone());
+                branches.push(Branch { plant, episodes: Vec::new() });
+                branches.len() - 1
+            });
+            let Branch { plant, episodes } = &mut branches[branch];
+            episodes.push(Episode {
+                index,
+                pilot: Pilot { robot, omega, controller: factory.start(seed), command: home.clone(), failure: None },
+                referee: Referee::new(plant.robot(), config, &pushes),
+                decided_at_s: None,
+            });
+        }
+        let records = vec![None; factories.len()];
         Self { config, until: config.until(), aftermath_s: 0.0, pushes, branches, records, tick: 0 }
     }
 
@@ -205,7 +212,7 @@ impl<'a> ClosedLoop<'a> {
         let (config, pushes) = (self.config, &self.pushes);
         let episodes = self.branches.iter_mut().flat_map(|branch| &mut branch.episodes);
         episodes.for_each(|episode| {
-            episode.referee = Referee::new(episode.referee.robot, config, pushes);
+            episode.referee = Referee::new(Arc::clone(&episode.referee.robot), config, pushes);
             episode.decided_at_s = None;
         });
     }

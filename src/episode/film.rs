@@ -51,9 +51,9 @@ impl Film {
         observe: &mut dyn FnMut(&Tick),
     ) -> Self {
         let (variation, pushes) = (disturbance.variation, disturbance.pushes.clone());
-        let simulated = variation.robot(robot);
+        let simulated = variation.robot(&factory.robot(robot));
         let mut snapshots = Vec::new();
-        let closed_loop = ClosedLoop::new(robot, &simulated, [factory], config, disturbance).until(until, aftermath_s);
+        let closed_loop = ClosedLoop::new(robot, [factory], config, disturbance).until(until, aftermath_s);
         let mut records = closed_loop.watched(&mut |_, tick| {
             observe(tick);
             if tick.truth.is_finite() {

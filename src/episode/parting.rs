@@ -71,9 +71,8 @@ pub fn parting(
     disturbance: impl Fn() -> Disturbance,
     limit_m: f64,
 ) -> Option<Parting> {
-    let simulated = &disturbance().variation.robot(robot);
-    let [mut a, mut b] = configs
-        .map(|config| ClosedLoop::new(robot, simulated, [factory], config, disturbance()).until(Until::Horizon, 0.0));
+    let [mut a, mut b] =
+        configs.map(|config| ClosedLoop::new(robot, [factory], config, disturbance()).until(Until::Horizon, 0.0));
     let mut watch = Watch::new(limit_m);
     let ticks = (configs[0].horizon_s / configs[0].control_period_s).round() as u64;
     for _ in 0..=ticks {

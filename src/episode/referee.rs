@@ -6,6 +6,7 @@ use super::slip::Slip;
 use super::tick::{Failure, Tick, home_distance};
 use crate::robot::Robot;
 use crate::sim::{Push, Truth};
+use std::sync::Arc;
 
 /// A joint counts as being at its torque limit from this share of the limit on.
 pub const AT_LIMIT: f64 = 0.999;
@@ -14,8 +15,8 @@ const ROUNDING: f64 = 5e-4;
 
 /// Watches the ticks of an episode and writes its record.
 #[derive(Clone)]
-pub struct Referee<'a> {
-    pub(super) robot: &'a Robot,
+pub struct Referee {
+    pub(super) robot: Arc<Robot>,
     judge: Judge,
     control_period_s: f64,
     home_height: f64,
@@ -23,22 +24,22 @@ pub struct Referee<'a> {
     pushed_s: [f64; 2],
     /// Time since which the robot has been standing without a break.
     standing_since_s: Option<f64>,
-    slip: Slip<'a>,
+    slip: Slip,
     /// The record up to now.
     pub record: Record,
 }
 
-impl<'a> Referee<'a> {
+impl Referee {
     /// For an episode of `robot`, as it is simulated, with these pushes.
-    pub fn new(robot: &'a Robot, config: &EpisodeConfig, pushes: &[Push]) -> Self {
+    pub fn new(robot: Arc<Robot>, config: &EpisodeConfig, pushes: &[Push]) -> Self {
         Self {
-            robot,
             judge: config.judge,
             control_period_s: config.control_period_s,
             home_height: robot.home_com_height(),
             pushed_s: from_first_to_last(pushes),
             standing_since_s: None,
-            slip: Slip::new(robot),
+            slip: Slip::new(Arc::clone(&robot)),
+            robot,
             record: Record::default(),
         }
     }

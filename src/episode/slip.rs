@@ -8,14 +8,15 @@
 use crate::robot::{Foot, GRAVITY, PerFoot, Pose, Robot};
 use crate::sim::Truth;
 use nalgebra::{Point3, Vector2};
+use std::sync::Arc;
 
 /// Load from which a sole counts, as a share of the robot's weight. With less it is being lifted or set down.
 const LOADED_SHARE: f64 = 0.1;
 
 /// Watches both soles.
 #[derive(Clone)]
-pub(super) struct Slip<'a> {
-    robot: &'a Robot,
+pub(super) struct Slip {
+    robot: Arc<Robot>,
     least_load_n: f64,
     soles: PerFoot<Option<Loaded>>,
 }
@@ -29,9 +30,9 @@ struct Loaded {
     slid: Vector2<f64>,
 }
 
-impl<'a> Slip<'a> {
-    pub(super) fn new(robot: &'a Robot) -> Self {
-        Self { robot, least_load_n: LOADED_SHARE * robot.mass() * GRAVITY, soles: PerFoot::default() }
+impl Slip {
+    pub(super) fn new(robot: Arc<Robot>) -> Self {
+        Self { least_load_n: LOADED_SHARE * robot.mass() * GRAVITY, robot, soles: PerFoot::default() }
     }
 
     /// Takes note of a tick, and returns how far a loaded sole has slid (m), the larger of both.

@@ -28,7 +28,7 @@
 //! }
 //! ```
 
-use super::{Command, CommandError, Foot, Pose, Sensed, SensedError};
+use super::{Command, CommandError, Foot, Pose, Robot, Sensed, SensedError, Servo};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 use std::any::Any;
 use std::borrow::Cow;
@@ -187,6 +187,8 @@ pub struct Factory {
     pub regions: Vec<String>,
     /// Whether it may lift its feet.
     pub takes_footsteps: bool,
+    /// The servos, one for each joint, that are simulated in place of the robot's, since it was made for these.
+    pub servos: Option<Vec<Servo>>,
     start: Box<dyn Fn(u64) -> Box<dyn Controller> + Send + Sync>,
 }
 
@@ -203,8 +205,15 @@ impl Factory {
             warning: None,
             regions: Vec::new(),
             takes_footsteps: true,
+            servos: None,
             start: Box::new(move |seed| Box::new(start(seed))),
         }
+    }
+
+    /// The robot with the servos that the controller was made for.
+    pub fn robot<'r>(&self, robot: &'r Robot) -> Cow<'r, Robot> {
+        let with = |servos: &Vec<Servo>| Cow::Owned(Robot { servos: servos.clone(), ..robot.clone() });
+        self.servos.as_ref().map_or(Cow::Borrowed(robot), with)
     }
 
     /// Starts a controller with the robot at home and at rest. Whatever is random in it follows from the seed.

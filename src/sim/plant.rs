@@ -11,6 +11,7 @@ use super::{Engine, Ground, SensorErrors};
 use crate::robot::{Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench};
 use nalgebra::{DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6};
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// Engine and time steps of the simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,8 +35,8 @@ pub struct Pull {
 
 /// A simulated robot. A copy goes on from the present state to the same bits.
 #[derive(Clone)]
-pub struct Plant<'a> {
-    robot: &'a Robot,
+pub struct Plant {
+    robot: Arc<Robot>,
     /// The ground on its final slope.
     ground: Ground,
     clock: Clock,
@@ -137,15 +138,22 @@ impl Truth {
     }
 }
 
-impl<'a> Plant<'a> {
+impl Plant {
     /// The robot at rest in its home posture on level ground, with servos that hold `initial`.
-    pub fn new(robot: &'a Robot, clock: Clock, errors: Option<SensorErrors>, initial: Command) -> Self {
+    pub fn new(robot: impl Into<Arc<Robot>>, clock: Clock, errors: Option<SensorErrors>, initial: Command) -> Self {
         Self::on(Ground::default(), robot, clock, errors, initial)
     }
 
     /// The same on `ground`, which is level at first and then tilts to its slope. The engine must
     /// [take](Engine::check) the robot.
-    pub fn on(ground: Ground, robot: &'a Robot, clock: Clock, errors: Option<SensorErrors>, initial: Command) -> Self {
+    pub fn on(
+        ground: Ground,
+        robot: impl Into<Arc<Robot>>,
+        clock: Clock,
+        errors: Option<SensorErrors>,
+        initial: Command,
+    ) -> Self {
+        let robot = &robot.into();
         let posture = robot.home_posture();
         let pairs = Pairs::new(robot);
         let physics = similar::start(clock.engine, robot, &ground, &pairs, &posture, clock.physics_step_s);
@@ -155,7 +163,7 @@ impl<'a> Plant<'a> {
         let trunk_body = physics.body(robot.trunk);
         let truth = Truth::at_rest(posture, com, ground.at(0.0));
         let mut plant = Self {
-            robot,
+            robot: Arc::clone(robot),
             ground,
             clock,
             pairs,
@@ -179,6 +187,11 @@ impl<'a> Plant<'a> {
         plant.read_state();
         plant.pretend_contact();
         plant
+    }
+
+    /// The robot that is simulated.
+    pub fn robot(&self) -> Arc<Robot> {
+        Arc::clone(&self.robot)
     }
 
     /// The true state now, with averages over the past tick.
@@ -342,7 +355,7 @@ impl<'a> Plant<'a> {
 
     /// Reads posture and velocity from the engine. All other quantities are computed from these.
     fn read_state(&mut self) {
-        let (robot, truth) = (self.robot, &mut self.truth);
+        let (robot, truth) = (&*self.robot, &mut self.truth);
         truth.time_s = self.steps as f64 * self.clock.physics_step_s;
         self.physics.read(&mut truth.posture, &mut truth.velocity);
         let kinematics = &mut self.kinematics;

@@ -123,7 +123,7 @@ fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f
         Axis::Y => (1, Vector2::y()),
     };
     let factory = Factory::from(design.clone());
-    let mut closed_loop = ClosedLoop::new(robot, robot, [&factory], &what.config, Disturbance::default());
+    let mut closed_loop = ClosedLoop::new(robot, [&factory], &what.config, Disturbance::default());
     closed_loop = closed_loop.until(Until::Horizon, 0.0);
     let [mut wanted, mut truth, mut estimate] = [Complex::new(0.0, 0.0); 3];
     let turn_at = |k: u64| Complex::cis(-TAU * frequency_hz * dt * k as f64);

@@ -120,8 +120,7 @@ impl<'a> Searches<'a> {
         const LONG_S: f64 = 0.5;
         /// Trials of a usual search for the limit, if trials can differ and if they cannot.
         const OF_SEARCH: [f64; 2] = [60.0, 8.0];
-        let simulated = self.plan.simulated_at_first();
-        let opening = self.plan.opening(&simulated, &self.factories);
+        let opening = self.plan.opening(&self.factories);
         let (start, mut pushes) = (Instant::now(), 0);
         for (set, heading) in (0..self.factories.len()).cycle().zip(self.headings.iter().cycle()).take(SAMPLE) {
             if pushes > 0 && start.elapsed().as_secs_f64() > LONG_S {
@@ -150,8 +149,7 @@ impl<'a> Searches<'a> {
         let Self { campaign, options, precision_n_s, plan, yardstick, mut headings, pool, factories } = self;
         let sets = &plan.manifest.sets;
         let random = is_random(campaign);
-        let simulated = plan.simulated_at_first();
-        let opening = plan.opening(&simulated, &factories);
+        let opening = plan.opening(&factories);
         let jobs: Vec<(usize, usize)> =
             (0..headings.len()).flat_map(|h| (0..sets.len()).map(move |s| (h, s))).collect();
         let search = |&(h, s): &(usize, usize)| {

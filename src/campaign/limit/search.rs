@@ -35,6 +35,7 @@ pub struct SetLimit {
     /// Number of trials of the search for `impulse50_n_s`, and how they ended.
     pub trials: u64,
     pub recovered: u64,
+    pub survived: u64,
     pub fell: u64,
     pub timed_out: u64,
     pub diverged: u64,
@@ -121,7 +122,7 @@ impl Search<'_> {
     pub fn run(&self, rule: Rule) -> Result<SetLimit> {
         let (random, grid_n_s, most_n_s) = (rule.random, rule.precision_n_s, rule.most_n_s);
         let mut posterior = Posterior::new(rule);
-        let [mut recovered, mut fell, mut timed_out, mut diverged, mut failed] = [0; 5];
+        let [mut recovered, mut survived, mut fell, mut timed_out, mut diverged, mut failed] = [0; 6];
         while let Some(impulse_n_s) = posterior.next_impulse() {
             if self.stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
@@ -129,7 +130,8 @@ impl Search<'_> {
             let outcome = self.outcome(self.first_trial + posterior.trials(), impulse_n_s);
             (self.on_episode)();
             *match outcome {
-                Outcome::Recovered | Outcome::Survived => &mut recovered,
+                Outcome::Recovered => &mut recovered,
+                Outcome::Survived => &mut survived,
                 Outcome::Fell => &mut fell,
                 Outcome::TimedOut => &mut timed_out,
                 Outcome::Diverged => &mut diverged,
@@ -155,6 +157,7 @@ impl Search<'_> {
             safe_trials: safe.trials,
             trials: posterior.trials(),
             recovered,
+            survived,
             fell,
             timed_out,
             diverged,

@@ -2,7 +2,7 @@
 //! The guide's chapter `onnx.md` has the keys of its file.
 //!
 //! The network runs at a rate of its own, and its last targets hold in between. The servos get the stiffness and the
-//! damping with which it was trained.
+//! damping with which it was trained and, where its file states them, its torque limits and rotor inertias.
 
 #[cfg_attr(not(feature = "onnx"), path = "absent.rs")]
 mod net;
@@ -24,6 +24,10 @@ use observation::{Base, Gait, Memory, Observation, Term};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use toml::Table;
+
+/// The numbers that a servo can have: those of a robot's settings.
+const LEAST: f64 = 1e-12;
+const MOST: f64 = 1e12;
 
 /// What its file states. Lists of joints are in the order of `joints`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -47,6 +51,9 @@ pub struct Policy {
     /// Stiffness (N m/rad) and damping (N m s/rad) of their servos.
     stiffness: Vec<f64>,
     damping: Vec<f64>,
+    /// Torque limits (N m) and rotor inertias (kg m^2) with which it was trained, simulated in place of the robot's.
+    torque_n_m: Option<Vec<f64>>,
+    rotor_inertia_kg_m2: Option<Vec<f64>>,
     /// The velocity that it is asked for: forward, to the left (m/s), and turning (rad/s).
     #[serde(default)]
     command: [f64; 3],
@@ -107,20 +114,23 @@ impl Settings for Policy {
         if let Some(name) = self.joints.iter().enumerate().find(|(i, name)| self.joints[..*i].contains(name)) {
             return fail("joints", name.1.clone(), "is there twice", "each joint once");
         }
+        let any = f64::NEG_INFINITY..=f64::INFINITY;
         let lists = [
-            ("default_rad", &self.default_rad),
-            ("action_scale", &self.action_scale),
-            ("stiffness", &self.stiffness),
-            ("damping", &self.damping),
+            ("default_rad", Some(&self.default_rad), any.clone(), "a finite number"),
+            ("action_scale", Some(&self.action_scale), any, "a finite number"),
+            ("stiffness", Some(&self.stiffness), 0.0..=MOST, "0 to 1e12"),
+            ("damping", Some(&self.damping), 0.0..=MOST, "0 to 1e12"),
+            ("torque_n_m", self.torque_n_m.as_ref(), LEAST..=MOST, "1e-12 to 1e12"),
+            ("rotor_inertia_kg_m2", self.rotor_inertia_kg_m2.as_ref(), LEAST..=MOST, "1e-12 to 1e12"),
         ];
-        for (field, list) in lists {
+        for (field, list, range, accepted) in lists {
+            let Some(list) = list else { continue };
             if list.len() != self.joints.len() {
                 let accepted = format!("one for each of its {} joints", self.joints.len());
                 return fail(field, format!("{} numbers", list.len()), "has another length than joints", &accepted);
             }
-            let least = if matches!(field, "stiffness" | "damping") { 0.0 } else { f64::NEG_INFINITY };
-            if let Some(value) = list.iter().find(|value| !value.is_finite() || **value < least) {
-                return fail(field, value.to_string(), "is no such number", "finite; stiffness and damping 0 or more");
+            if let Some(value) = list.iter().find(|value| !value.is_finite() || !range.contains(value)) {
+                return fail(field, value.to_string(), "out of range", accepted);
             }
         }
         if let Some(clip) = self.action_clip.filter(|clip| clip.is_nan() || *clip <= 0.0) {
@@ -149,16 +159,26 @@ impl Settings for Policy {
             self.bad("model", &self.model, &problem, accepted)
         })?;
         let mut home = robot.home_command();
-        let mut gains: Vec<[f64; 2]> = robot.servos.iter().map(|servo| [servo.kp, servo.kd]).collect();
+        let mut servos = robot.servos.clone();
         for (i, &joint) in joints.iter().enumerate() {
-            gains[joint] = [self.stiffness[i], self.damping[i]];
+            let servo = &mut servos[joint];
+            (servo.kp, servo.kd) = (self.stiffness[i], self.damping[i]);
+            servo.torque_n_m = self.torque_n_m.as_ref().map_or(servo.torque_n_m, |limits| limits[i]);
+            let rotor_inertia = self.rotor_inertia_kg_m2.as_ref().map(|inertias| inertias[i]);
+            servo.rotor_inertia_kg_m2 = rotor_inertia.unwrap_or(servo.rotor_inertia_kg_m2);
             (home.q_ref[joint], home.tau_ff[joint]) = (self.default_rad[i], 0.0);
         }
-        home.gains = Some(gains);
+        home.gains = Some(servos.iter().map(|servo| [servo.kp, servo.kd]).collect());
         let shared =
             Arc::new(Shared { settings: self.clone(), robot: robot.clone(), joints, ticks_per_action, net, home });
-        let about = format!("{}, with the servos of its training", about(&self.description, &self.model));
-        Ok(Factory::new(&self.name, about, move |_seed| Actor::new(&shared)))
+        let stated = [(&self.torque_n_m, "torque limits"), (&self.rotor_inertia_kg_m2, "rotor inertias")];
+        let stated = stated.iter().filter(|(list, _)| list.is_some()).map(|(_, what)| *what);
+        let of_training: Vec<&str> = ["stiffness", "damping"].into_iter().chain(stated).collect();
+        let about =
+            format!("{}, with {} of its training", about(&self.description, &self.model), of_training.join(", "));
+        let mut factory = Factory::new(&self.name, about, move |_seed| Actor::new(&shared));
+        factory.servos = Some(servos);
+        Ok(factory)
     }
 }
 

@@ -201,6 +201,7 @@ mod tests {
             safe_trials: 25,
             trials: 10,
             recovered: 5,
+            survived: 0,
             fell: 5,
             timed_out: 0,
             diverged: 0,

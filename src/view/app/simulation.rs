@@ -23,8 +23,8 @@ pub struct Simulation<'a> {
 impl<'a> Simulation<'a> {
     /// Starts at rest at home. `acting` is the index of the controller in `world.factories`.
     pub fn start(world: &'a World, config: &'a EpisodeConfig, acting: usize) -> Self {
-        let (robot, simulated) = (&world.robot, &world.simulated);
-        let closed_loop = ClosedLoop::new(robot, simulated, [&world.factories[acting]], config, world.disturbance());
+        let simulated = &world.simulated;
+        let closed_loop = ClosedLoop::new(&world.robot, [&world.factories[acting]], config, world.disturbance());
         let mut closed_loop = closed_loop.until(Until::Horizon, 0.0);
         let mut now = None;
         closed_loop.decide(&mut |_, tick| now = Some(Snapshot::of(simulated, tick)));

@@ -34,19 +34,27 @@ pub struct Training {
     pub action_clip: Option<Figure<f64>>,
     pub stiffness: Figure<Vec<f64>>,
     pub damping: Figure<Vec<f64>>,
+    pub torque_n_m: Option<Figure<Vec<f64>>>,
+    pub rotor_inertia_kg_m2: Option<Figure<Vec<f64>>>,
     pub gait: Option<Figure<Gait>>,
     pub observation: Figure<Vec<Term>>,
 }
 
 impl Training {
     /// Its lists of numbers, one for each joint: the key in the file, what it is, and the list.
-    pub fn lists(&self) -> [(&'static str, &'static str, &Figure<Vec<f64>>); 4] {
-        [
+    pub fn lists(&self) -> Vec<(&'static str, &'static str, &Figure<Vec<f64>>)> {
+        let mut lists = vec![
             ("default_rad", "Angles at the action 0 [rad]", &self.default_rad),
             ("action_scale", "How far an action of 1 goes from there [rad]", &self.action_scale),
             ("stiffness", "Of the servos [N m/rad]", &self.stiffness),
             ("damping", "Of the servos [N m s/rad]", &self.damping),
-        ]
+        ];
+        let motors = [
+            ("torque_n_m", "Torque limits of the motors [N m]", &self.torque_n_m),
+            ("rotor_inertia_kg_m2", "Rotor inertias seen at the joints [kg m^2]", &self.rotor_inertia_kg_m2),
+        ];
+        lists.extend(motors.into_iter().filter_map(|(key, what, list)| Some((key, what, list.as_ref()?))));
+        lists
     }
 
     /// Checks lengths and numbers. Errors name the source.
@@ -77,13 +85,26 @@ impl Training {
     /// The figures that are assumed, each with the reason.
     pub fn assumed(&self) -> Vec<String> {
         let mut origins = vec![("period_s", &self.period_s.origin), ("joints", &self.joints.origin)];
-        origins.extend(self.lists().map(|(key, _, figure)| (key, &figure.origin)));
+        origins.extend(self.lists().into_iter().map(|(key, _, figure)| (key, &figure.origin)));
         origins.push(("observation", &self.observation.origin));
         origins.extend(self.action_clip.iter().map(|figure| ("action_clip", &figure.origin)));
         origins.extend(self.gait.iter().map(|figure| ("gait", &figure.origin)));
         let why = |(key, origin): (&str, &String)| origin.strip_prefix("assumed: ").map(|why| format!("{key}: {why}"));
         origins.into_iter().filter_map(why).collect()
     }
+}
+
+/// The rotor inertias (kg m^2) from which stiffness and damping were made, as for the robots of holosoma and mjlab: `kp = I w^2`
+/// and `kd = 2 z I w`, with w of 10 Hz and z of 2. None if they were made otherwise.
+pub fn inertias_of_gains(stiffness: &[f64], damping: &[f64]) -> Option<Figure<Vec<f64>>> {
+    const OMEGA_RAD_S: f64 = 10.0 * std::f64::consts::TAU;
+    const DAMPING_RATIO: f64 = 2.0;
+    let fits = |(kp, kd): (&f64, &f64)| *kp > 0.0 && (kd * OMEGA_RAD_S / (2.0 * DAMPING_RATIO * kp) - 1.0).abs() < 1e-3;
+    // To six digits, which is more than they are known to.
+    let six_digits = |x: f64| format!("{x:.5e}").parse().unwrap_or(x);
+    let inertias = stiffness.iter().map(|kp| six_digits(kp / OMEGA_RAD_S.powi(2))).collect();
+    let why = "stiffness and damping are those of a natural frequency of 10 Hz and a damping ratio of 2 with them";
+    (!stiffness.is_empty() && stiffness.iter().zip(damping).all(fits)).then(|| Figure::inferred(inertias, why))
 }
 
 /// The quantity that Isaac Lab and mjlab call by this name, with their usual terms. Errors name `file` and `field`.

@@ -28,7 +28,7 @@ pub fn toml(model: &Path, training: &Training) -> String {
     let _ = writeln!(text, "period_s = {}  # between two actions [s]; {}", decimal(period_s.value), period_s.origin);
     let _ = writeln!(text, "command = [0.0, 0.0, 0.0]  # the velocity asked for: it is to stand; assumed");
     let names: Vec<String> = joints.value.iter().map(|joint| quoted(joint)).collect();
-    let lists = training.lists().map(|(key, about, Figure { value, origin })| {
+    let lists = training.lists().into_iter().map(|(key, about, Figure { value, origin })| {
         (key, value.iter().map(|number| decimal(*number)).collect(), about, origin)
     });
     let joints = ("joints", names, "In the order of the policy", &joints.origin);

@@ -1,6 +1,6 @@
 //! The descriptions of policies in YAML: `deploy.yaml` of unitree_rl_lab, and the configurations of unitree_rl_gym.
 
-use super::known::{Figure, Training, one_phase, plain, quantity, scale_of, scaled};
+use super::known::{Figure, Training, inertias_of_gains, one_phase, plain, quantity, scale_of, scaled};
 use crate::contest::onnx::observation::{Quantity, Scale, Term};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
@@ -152,14 +152,18 @@ impl Deploy {
             };
             terms.push(Term { term, scale, clip, history: observed.history_length.max(1) });
         }
+        let (stiffness, damping) = (of_motor("stiffness", &stiffness)?, of_motor("damping", &damping)?);
+        let usual = || Figure::assumed(vec![0.01; stiffness.len()], "those of unitree_rl_lab's robots");
         Ok(Training {
             by: format!("unitree_rl_lab, {file}"),
             period_s: Figure::read(step_dt),
             default_rad: Figure::read(default_joint_pos),
             action_scale: Figure::read(scale.each(joints.len())),
             action_clip: None,
-            stiffness: Figure::read(of_motor("stiffness", &stiffness)?),
-            damping: Figure::read(of_motor("damping", &damping)?),
+            torque_n_m: None,
+            rotor_inertia_kg_m2: Some(inertias_of_gains(&stiffness, &damping).unwrap_or_else(usual)),
+            stiffness: Figure::read(stiffness),
+            damping: Figure::read(damping),
             joints: Figure::assumed(
                 joints,
                 format!("joint_ids_map counts the joints of {} in their order", robot.name),
@@ -208,6 +212,8 @@ impl Gym {
             default_rad: Figure::read(self.default_angles),
             action_scale: Figure::read(vec![self.action_scale; count]),
             action_clip: None,
+            torque_n_m: None,
+            rotor_inertia_kg_m2: None,
             stiffness: Figure::read(self.kps),
             damping: Figure::read(self.kds),
             gait: Some(Figure::assumed(
