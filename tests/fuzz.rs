@@ -58,7 +58,7 @@ fn inferred_settings() {
     let valid = [include_str!("../assets/robots/child.urdf").to_string(), builtin(Kind::Robot, "ut-mu2").text];
     fuzz("inferred", &valid, |text| {
         let urdf = file("mine.urdf", text);
-        read_of(urdf::inferred(&urdf).and_then(|settings| Robot::parse(&urdf, &settings)))
+        read_of(urdf::inferred(&urdf, None).and_then(|settings| Robot::parse(&urdf, &settings)))
     });
 }
 

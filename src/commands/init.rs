@@ -1,7 +1,7 @@
 //! `standfast init`: writes the settings of a robot, inferred from its URDF, or the file of a policy, from what its training
 //! left.
 
-use super::arguments::is_file_of;
+use super::arguments::{is_file_of, number};
 use super::terminal::{note, print, tell};
 use crate::assets::Source;
 use crate::contest;
@@ -39,6 +39,9 @@ pub struct InitArgs {
     /// The description of a policy, if it does not lie where its trainer puts it
     #[arg(long, value_name = "FILE.yaml", requires = "robot")]
     pub from: Option<PathBuf>,
+    /// Range of the robot's joints that have none in the URDF, to both sides (rad); otherwise they are locked
+    #[arg(long, value_name = "RAD", value_parser = number)]
+    pub range: Option<f64>,
     /// Where to write; by default a .toml file of the same name beside the URDF or the policy
     #[arg(long, value_name = "FILE", conflicts_with = "print")]
     pub out: Option<PathBuf>,
@@ -68,7 +71,7 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
         let accepted = "another file than that of the robot";
         return Err(Error::value("init", "--out", path.display(), "it is the robot's URDF", accepted));
     }
-    let settings = urdf::inferred(&urdf)?;
+    let settings = urdf::inferred(&urdf, args.range)?;
     let robot = Robot::parse(&urdf, &settings)?;
     if args.print {
         return print(&settings.text);

@@ -31,6 +31,10 @@ pub(super) struct Settings {
     pub assumptions: Vec<String>,
     servos: Vec<ServoGroup>,
     home_rad: BTreeMap<String, f64>,
+    /// The range, to both sides (rad), of the joints whose limits in the URDF leave them none. If it is not stated, these
+    /// joints are locked.
+    #[serde(default)]
+    pub range_rad: Option<f64>,
 }
 
 /// How a sole is stated: by the name of a link with one collision box, or by its face.
@@ -92,6 +96,11 @@ struct ServoGroup {
     rotor_inertia_kg_m2: f64,
 }
 
+/// Checks a range that joints without one are given (rad).
+pub(super) fn check_range(file: &str, range_rad: f64) -> Result<()> {
+    Error::check_ranges(file, "", &[("range_rad", range_rad, 1e-3, std::f64::consts::PI)])
+}
+
 /// Parses the file, and checks all that does not need the tree of links.
 pub(super) fn parse(source: &Source) -> Result<Settings> {
     let settings: Settings = assets::parse_toml(source)?;
@@ -121,6 +130,7 @@ pub(super) fn parse(source: &Source) -> Result<Settings> {
         ];
         Error::check_ranges(file, &format!("servos[{i}]"), &ranges)?;
     }
+    settings.range_rad.map_or(Ok(()), |range_rad| check_range(file, range_rad))?;
     check_reach(file, &settings.reach)?;
     Ok(settings)
 }
@@ -234,13 +244,13 @@ fn stated_sole(file: &str, field: &str, face: &StatedFace, tree: &Tree) -> Resul
     let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
     let center = frames[frame].pose * Isometry3::from_parts(Translation3::new(x, y, z), turn);
     check_mesh(file, &format!("{field}.link"), frame, tree)?;
-    let own = || links[link].collisions.iter().filter(|solid| solid.frame == frame);
-    if own().next().is_none() {
+    let solids = &links[link].collisions;
+    if solids.is_empty() {
         let accepted = "a link with collision geometry, which stands on the ground";
         return Err(Error::value(file, format!("{field}.link"), &face.link, "has no collision geometry", accepted));
     }
     let up = center.rotation * Vector3::z();
-    let top = own().map(|solid| solid.reach_m(&up)).fold(f64::NEG_INFINITY, f64::max);
+    let top = solids.iter().map(|solid| solid.reach_m(&up)).fold(f64::NEG_INFINITY, f64::max);
     Ok(Sole {
         frame,
         link,

@@ -58,8 +58,9 @@ impl Files {
             None if beside.exists() => Some(assets::text(&beside)?),
             None => None,
         };
-        let (tree, are_inferred) = (Tree::parse(&urdf)?, found.is_none());
-        let settings = found.map_or_else(|| inferred_from(&urdf, tree.clone()), Ok)?;
+        let range_rad = found.as_ref().map_or(Ok(None), |found| settings::parse(found).map(|found| found.range_rad))?;
+        let (tree, are_inferred) = (Tree::parse(&urdf, range_rad)?, found.is_none());
+        let settings = found.map_or_else(|| inferred_from(&urdf, tree.clone(), None), Ok)?;
         let meshes = tree.kept_meshes.clone().map(|text| Source { file: format!("meshes of {}", urdf.file), text });
         Ok(Files { urdf, meshes, settings, are_inferred, tree })
     }
@@ -82,13 +83,16 @@ pub fn settings_path(urdf: &str) -> PathBuf {
     if is_urdf { path.with_extension("toml") } else { Path::new(urdf).with_extension("toml") }
 }
 
-/// The settings that are inferred from a URDF. Fails if it cannot be read or is not of a humanoid.
-pub fn inferred(urdf: &Source) -> Result<Source> {
-    inferred_from(urdf, Tree::parse(urdf)?)
+/// The settings that are inferred from a URDF. Joints without a range of their own get one of `range_rad` (rad) to both
+/// sides, or else are locked. Fails if the URDF cannot be read or is not of a humanoid.
+pub fn inferred(urdf: &Source, range_rad: Option<f64>) -> Result<Source> {
+    range_rad.map_or(Ok(()), |range_rad| settings::check_range("init", range_rad))?;
+    inferred_from(urdf, Tree::parse(urdf, range_rad)?, range_rad)
 }
 
-fn inferred_from(urdf: &Source, tree: Tree) -> Result<Source> {
-    Ok(Source { file: format!("settings inferred from {}", urdf.file), text: infer::settings(urdf, tree)? })
+fn inferred_from(urdf: &Source, tree: Tree, range_rad: Option<f64>) -> Result<Source> {
+    let text = infer::settings(urdf, tree, range_rad)?;
+    Ok(Source { file: format!("settings inferred from {}", urdf.file), text })
 }
 
 impl Robot {
@@ -119,7 +123,7 @@ impl Robot {
 
     /// Builds a robot from the text of its two files. It fails as [`load`](Self::load) does.
     pub fn parse(urdf: &Source, settings: &Source) -> Result<Robot> {
-        Robot::of_tree(Tree::parse(urdf)?, settings)
+        Robot::of_tree(Tree::parse(urdf, settings::parse(settings)?.range_rad)?, settings)
     }
 
     fn of_tree(tree: Tree, settings: &Source) -> Result<Robot> {

@@ -4,7 +4,7 @@ use crate::campaign::ask::spec::Campaign;
 use crate::campaign::limit::search::SetLimit;
 use crate::error::{Error, Result};
 use crate::lipm::capture::{self, Region, SteppingPendulum};
-use crate::robot::{Foot, Kinematics, LandingRegion, PerFoot, Robot, Units};
+use crate::robot::{Foot, GRAVITY, Kinematics, LandingRegion, PerFoot, Robot, Units};
 use crate::sim::Profile;
 use nalgebra::Point2;
 use serde::Serialize;
@@ -21,6 +21,10 @@ pub struct Yardstick {
     /// Smallest and largest coordinates about the sole's centre.
     pub sole_x_m: [f64; 2],
     pub sole_y_m: [f64; 2],
+    /// The part of the sole on which the ankles can hold the weight while both feet stand: the pitch of both ankles holds it,
+    /// and the roll of one, as all of the weight is on one foot at the side.
+    pub held_x_m: [f64; 2],
+    pub held_y_m: [f64; 2],
     /// Distance between the soles' centres.
     pub stance_width_m: f64,
     /// Where a foot can land, and how soon.
@@ -42,6 +46,8 @@ pub struct Yardstick {
 pub struct Heading {
     pub heading_deg: f64,
     pub bound_no_step_n_s: f64,
+    /// What limits it: `soles` or, if the ankles cannot hold the weight at their edges, `ankle torque`.
+    pub no_step_limited_by: &'static str,
     pub bound_one_step_n_s: f64,
     pub bound_n_step_n_s: f64,
     /// The bounds multiplied by `height_factor`.
@@ -69,6 +75,14 @@ impl Yardstick {
         let half_m = [0, 1].map(|axis| {
             Foot::BOTH.map(|foot| robot.soles[foot].half_m[axis]).into_iter().fold(f64::INFINITY, f64::min)
         });
+        let weight_n = robot.mass() * GRAVITY;
+        let [held_x_m, held_y_m] = [0.5, 1.0].map(|share| {
+            let axis = usize::from(share == 1.0);
+            let of = |foot: Foot| robot.soles[foot].pressable_m(share * weight_n)[axis];
+            let [left, right] = Foot::BOTH.map(of);
+            // Of feet that differ, what both allow; it has to contain the COM at home.
+            [left[0].max(right[0]).min(0.0), left[1].min(right[1]).max(0.0)]
+        });
         let (push_duration_s, push_height_m) = (campaign.push.duration_s.mean(), campaign.push.height_m.mean());
         let push_factor = match campaign.push.profile {
             Profile::Rectangular => capture::rectangular_push_factor,
@@ -81,6 +95,8 @@ impl Yardstick {
             com_offset_m: [com.x - middle.x, com.y - middle.y],
             sole_x_m: [-half_m[0], half_m[0]],
             sole_y_m: [-half_m[1], half_m[1]],
+            held_x_m,
+            held_y_m,
             stance_width_m: (centre.left.y - centre.right.y).abs(),
             reach: robot.reach.clone(),
             push_duration_s,
@@ -110,10 +126,14 @@ impl Yardstick {
             regions: self.reach.iter().map(region).collect(),
         };
         let bounds = pendulum.bounds(heading_deg);
-        let [no, one, n] = [bounds.no_step_n_s, bounds.one_step_n_s, bounds.n_step_n_s].map(|j| j * self.push_factor);
+        let [by_soles, one, n] =
+            [bounds.no_step_n_s, bounds.one_step_n_s, bounds.n_step_n_s].map(|j| j * self.push_factor);
+        let held = SteppingPendulum { sole_x_m: self.held_x_m, sole_y_m: self.held_y_m, ..pendulum };
+        let no = by_soles.min(held.at_most_n_s(heading_deg, 0) * self.push_factor);
         Heading {
             heading_deg,
             bound_no_step_n_s: no,
+            no_step_limited_by: if no < (1.0 - 1e-6) * by_soles { "ankle torque" } else { "soles" },
             bound_one_step_n_s: one,
             bound_n_step_n_s: n,
             bound_no_step_at_height_n_s: no * self.height_factor,
@@ -141,6 +161,27 @@ mod tests {
         assert!((heading.bound_one_step_at_height_n_s / heading.bound_one_step_n_s - factor).abs() < 1e-12);
         // For a push below the COM, the bound stays as it is.
         assert_eq!(of(&["push.height_m={uniform=[-0.1, 0]}"]).height_factor, 1.0);
+    }
+
+    /// Weak ankles hold less than the soles allow, forward by the torque of both over the weight.
+    #[test]
+    fn weak_ankles_limit_what_is_held_without_a_footstep() {
+        let mut robot = Robot::load("ut-mu2").unwrap();
+        let bound = |robot: &Robot| Yardstick::new(robot, &campaign("nominal", &[])).unwrap().heading(0.0);
+        let strong = bound(&robot);
+        assert_eq!(strong.no_step_limited_by, "soles");
+        let lever_m = 0.02;
+        for foot in Foot::BOTH {
+            robot.soles[foot].ankle.torque_n_m = [0.5 * robot.mass() * GRAVITY * lever_m; 2];
+            robot.soles[foot].ankle.above_m = [0.0; 2];
+        }
+        let weak = bound(&robot);
+        assert_eq!(weak.no_step_limited_by, "ankle torque");
+        let yardstick = Yardstick::new(&robot, &campaign("nominal", &[])).unwrap();
+        let held_m = lever_m - yardstick.com_offset_m[0];
+        let expected = robot.mass() * robot.omega() * held_m * yardstick.push_factor;
+        assert!((weak.bound_no_step_n_s / expected - 1.0).abs() < 1e-9, "{} {expected}", weak.bound_no_step_n_s);
+        assert_eq!(weak.bound_one_step_n_s, strong.bound_one_step_n_s);
     }
 
     /// The measure of a push is the bound without a footstep and without the factor for the push's duration.

@@ -1,6 +1,6 @@
 //! The result of `standfast limit` as text: the largest recoverable impulse by heading.
 
-use crate::campaign::limit::{FirstLoss, Limits, SetLimit};
+use crate::campaign::limit::{FirstLoss, Heading, Limits, SetLimit};
 use crate::render::table::{Table, cell, headings, number, texts, words};
 use crate::render::text::layout::{signed, unit_of_impulses, velocity_change, wrapped};
 use crate::stats::rate::median;
@@ -57,6 +57,8 @@ fn beside_bounds(limits: &Limits) -> String {
         let bounds_n_s = [heading.bound_no_step_n_s, heading.bound_one_step_n_s, heading.bound_n_step_n_s];
         for i in 0..heading.sets.len().max(factors.len()) {
             let bound = |bound_n_s: f64| factors.get(i).map_or(String::new(), |factor| n_s(limits, factor * bound_n_s));
+            let [none, one, any] = bounds_n_s.map(bound);
+            let mark = if by_torque(heading) && !none.is_empty() { "t" } else { "" };
             let at = if i == 0 { format!("{:.1}", heading.heading_deg) } else { String::new() };
             let or_dash = |impulse: Option<f64>| impulse.map_or("-".into(), |impulse| n_s(limits, impulse));
             let of_set = heading.sets.get(i).map_or([const { String::new() }; 5], |set| {
@@ -64,7 +66,8 @@ fn beside_bounds(limits: &Limits) -> String {
                 let [ninety, safe] = [set.impulse90_n_s, set.safe_n_s].map(or_dash);
                 [set.name.clone(), fifty_of(limits, set), ninety, safe, pushes]
             });
-            table.row(std::iter::once(cell(at)).chain(texts(bounds_n_s.map(bound))).chain(texts(of_set)));
+            let bounds = [none + mark, one, any];
+            table.row(std::iter::once(cell(at)).chain(texts(bounds)).chain(texts(of_set)));
         }
     }
     text += &format!("\n{}", table.text());
@@ -80,19 +83,28 @@ fn beside_bounds(limits: &Limits) -> String {
             limits.precision_n_s
         ),
     };
+    let torque = match limits.headings.iter().any(by_torque) {
+        true => " t: the torque of the ankles limits it; the soles would allow more.",
+        false => "",
+    };
     text += &lost_early(limits);
     text += "\n";
     text + &wrapped(
         "",
         &format!(
             "`none`, `one` and `any` are bounds: the largest impulses from which a pendulum recovers with no footstep, with \
-             one, and with any number of them; it keeps its height and has no angular momentum. `50 % recover` is the impulse \
+             one, and with any number of them; it keeps its height and has no angular momentum.{torque} `50 % recover` is the impulse \
              from which the controller recovers in half of the trials, with its 95 % interval, and `90 %` that of nine in ten. \
              {safe} {} episodes were run.{}",
             limits.episodes,
             marked(&[limits])
         ),
     )
+}
+
+/// Whether the ankles limit what is held without a footstep.
+fn by_torque(heading: &Heading) -> bool {
+    heading.no_step_limited_by != "soles"
 }
 
 /// The holes: losses far below the limit, each with the command that repeats it.
@@ -181,7 +193,7 @@ fn side_by_side(a: &Limits, b: &Limits) -> String {
 mod tests {
     use super::*;
     use crate::campaign::ask::spec::tests::campaign;
-    use crate::campaign::limit::{Heading, Yardstick};
+    use crate::campaign::limit::Yardstick;
     use crate::robot::Robot;
 
     /// Two headings with limits of two controllers (N s).

@@ -24,6 +24,9 @@ const GAP: f64 = 0.02;
 /// Steps of the search for the arms (rad), and how often it goes over all joints.
 const ARM_STEP_RAD: f64 = 0.1;
 const ARM_ROUNDS: usize = 3;
+/// Soles are level if one is higher by no more than this (m). Legs may differ by so much of their length.
+const LEVEL_M: f64 = 5e-5;
+const LEGS_DIFFER: f64 = 0.01;
 /// Two arms are mirror images if they differ by less than this, as a share of their size.
 const ALIKE: f64 = 0.02;
 
@@ -33,6 +36,8 @@ pub struct Found {
     /// Joints whose angles were solved for.
     pub solved: Vec<usize>,
     pub warnings: Vec<String>,
+    /// By how much the left sole is higher than the right one (m), in a robot whose legs differ a little; 0 in others.
+    pub apart_m: f64,
 }
 
 /// The joint of a leg that bends its knee: its index, the angle at which the leg is straight, and the sign of bending.
@@ -98,9 +103,9 @@ pub fn find(robot: &Robot, limbs: &Limbs, reference: Option<&[f64]>) -> Result<F
     };
     solver.solve(&mut q);
     q.iter_mut().for_each(|angle| *angle = to_decimals(*angle, 6));
-    solver.check(&q)?;
+    let apart_m = solver.check(&q)?;
     let solved = solver.legs.clone().into_iter().filter(|j| solver.bent.iter().all(|(knee, _)| knee != j)).collect();
-    Ok(Found { home_rad: q, solved, warnings })
+    Ok(Found { home_rad: q, solved, warnings, apart_m })
 }
 
 /// An angle within limits, with a margin if there is room for it.
@@ -214,13 +219,15 @@ impl Solver<'_> {
         }
     }
 
-    /// Fails unless the soles are flat and level.
-    fn check(&mut self, q: &[f64]) -> Result<(), String> {
+    /// Fails unless the soles are flat, and level but for what the legs may differ. Returns how much higher the left one is
+    /// (m), or 0 if both are level.
+    fn check(&mut self, q: &[f64]) -> Result<f64, String> {
         self.update(q);
         let soles = Foot::BOTH.map(|foot| self.kinematics.sole_pose(self.robot, foot));
         let tilt_rad = soles.map(|sole| (sole.rotation * Vector3::z()).angle(&Vector3::z()));
-        let step_m = (soles[0].translation.z - soles[1].translation.z).abs();
-        if tilt_rad.iter().any(|tilt| *tilt > 5e-4) || step_m > 5e-5 {
+        let apart_m = soles[0].translation.z - soles[1].translation.z;
+        let step_m = apart_m.abs();
+        if tilt_rad.iter().any(|tilt| *tilt > 5e-4) || step_m > LEGS_DIFFER * self.length_m {
             return Err(format!(
                 "no home posture with flat, level soles was found: the best one tilts them by {:.4} and {:.4} rad, and \
                  one is {:.2} mm higher",
@@ -229,7 +236,7 @@ impl Solver<'_> {
                 1e3 * step_m
             ));
         }
-        Ok(())
+        Ok(if step_m > LEVEL_M { apart_m } else { 0.0 })
     }
 }
 

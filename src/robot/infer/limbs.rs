@@ -7,6 +7,9 @@ const LEAST_JOINTS: usize = 4;
 /// The COM of an arm is at least so far from the middle of the body, as a share of the feet's distance from there.
 const ASIDE: f64 = 0.5;
 
+/// A link is nearly as heavy as another one from this share on.
+const NEARLY: f64 = 0.6;
+
 /// The limbs of a robot by the indices of their joints. Joint `j` carries link `j + 1`.
 #[derive(Debug, Clone)]
 pub struct Limbs {
@@ -17,7 +20,8 @@ pub struct Limbs {
     /// The arms, each a group of joints that hang together, its first joint nearest to the trunk. A neck is none, and what
     /// both arms share is none either: their COMs are in the middle of the body.
     pub arms: Vec<Vec<usize>>,
-    /// Index of the heaviest link that is of no leg.
+    /// Index of the heaviest link that is of no leg. Of links that are nearly as heavy, it is the one with an IMU or, if that
+    /// does not decide, the one that carries the arms.
     pub trunk: usize,
 }
 
@@ -27,15 +31,25 @@ impl Limbs {
     pub fn of(robot: &Robot) -> Option<Self> {
         let legs = legs(robot)?;
         let of_leg = |link: usize| link > 0 && Foot::BOTH.iter().any(|&foot| legs[foot].contains(&(link - 1)));
+        let mass_kg = |link: usize| robot.links[link].mass_kg;
         let others = (0..robot.links.len()).filter(|&link| !of_leg(link));
-        // The first one of equals.
-        let trunk = others.rev().max_by(|&a, &b| robot.links[a].mass_kg.total_cmp(&robot.links[b].mass_kg))?;
-        let mut waist: Vec<usize> = robot.chain(trunk).collect();
-        waist.reverse();
+        let heaviest_kg = others.clone().map(mass_kg).fold(0.0, f64::max);
         let kinematics = Kinematics::new(robot);
         let feet_m = Foot::BOTH.map(|foot| legs[foot].last().map_or(0.0, |&j| kinematics.joint_position(j).y));
         let (middle_m, apart_m) = ((feet_m[0] + feet_m[1]) / 2.0, (feet_m[0] - feet_m[1]).abs() / 2.0);
         let is_aside = |j: usize| (kinematics.subtree(j + 1).1.y - middle_m).abs() > ASIDE * apart_m;
+        let has_imu = |link: usize| {
+            robot.frames.iter().any(|frame| frame.link == link && frame.name.to_lowercase().contains("imu"))
+        };
+        let carried = |link: usize| (0..robot.joints.len()).filter(move |&j| robot.joints[j].parent == link);
+        let has_arms = |link: usize| carried(link).filter(|&j| !of_leg(j + 1) && is_aside(j)).count() > 1;
+        // The first one of equals.
+        let trunk = others.filter(|&link| mass_kg(link) >= NEARLY * heaviest_kg).rev().max_by(|&a, &b| {
+            let [a, b] = [a, b].map(|link| (has_imu(link), has_arms(link), mass_kg(link)));
+            (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2))
+        })?;
+        let mut waist: Vec<usize> = robot.chain(trunk).collect();
+        waist.reverse();
         let mut arms: Vec<Vec<usize>> = Vec::new();
         for (j, joint) in robot.joints.iter().enumerate() {
             if of_leg(j + 1) || waist.contains(&j) {

@@ -26,16 +26,17 @@ const BY_HAND: &str = "a humanoid, or a TOML file of the same name beside the UR
 /// Number of joints by which a leg leads its sole to any pose.
 const FULL_LEG: usize = 6;
 
-/// The text of the settings (TOML) of the robot that a URDF with this content describes.
+/// The text of the settings (TOML) of the robot that a URDF with this content describes. `range_rad` is the range that its
+/// joints without one were given.
 ///
 /// # Errors
 /// It is not a humanoid; the error says all that cannot be inferred.
-pub(super) fn settings(urdf: &Source, tree: Tree) -> Result<String> {
+pub(super) fn settings(urdf: &Source, tree: Tree, range_rad: Option<f64>) -> Result<String> {
     let fail = |problems: &[String]| {
         let problem = format!("cannot be inferred: {}", problems.join("; "));
         Error::value(&urdf.file, "settings", "(none)", problem, BY_HAND)
     };
-    let (motors, missing) = (tree.motors, tree.missing);
+    let (motors, missing, without_range) = (tree.motors, tree.missing, tree.without_range);
     // What is not known yet is filled in step by step.
     let mut robot = Robot {
         name: tree.name,
@@ -57,7 +58,11 @@ pub(super) fn settings(urdf: &Source, tree: Tree) -> Result<String> {
     robot.home_rad = vec![0.0; robot.joints.len()];
     let Some(limbs) = Limbs::of(&robot) else {
         let problem = "there are no two legs, chains of at least four joints that end in a foot each".to_string();
-        return Err(fail(&[problem]));
+        let locked = format!(
+            "{without_range} joints are locked, since their limits in the URDF leave them no range (lower = upper): state the \
+             limits there, or give these joints a range by `standfast init --range 1.5` (rad, to both sides)"
+        );
+        return Err(fail(&[vec![problem], if without_range > 0 { vec![locked] } else { Vec::new() }].concat()));
     };
     robot.trunk = limbs.trunk;
     let mut warnings = Vec::new();
@@ -66,13 +71,14 @@ pub(super) fn settings(urdf: &Source, tree: Tree) -> Result<String> {
     if let Some((frame, mesh)) = lost {
         return Err(fail(&[format!("the mesh of the foot {} is left out: {mesh}", robot.frames[*frame].name)]));
     }
-    let soles = match Foot::BOTH.map(|foot| soles::find(&robot, foot_link(foot))) {
+    let mut soles = match Foot::BOTH.map(|foot| soles::find(&robot, foot_link(foot))) {
         [Ok(left), Ok(right)] => PerFoot { left, right },
         [left, right] => {
             return Err(fail(&[left, right].into_iter().filter_map(|sole| sole.err()).collect::<Vec<_>>()));
         }
     };
     robot.soles = PerFoot::from_fn(|foot| soles[foot].sole);
+    warnings.extend(Foot::BOTH.into_iter().filter_map(|foot| soles[foot].warning.clone()));
     let joints = Foot::BOTH.map(|foot| limbs.legs[foot].len());
     if joints.iter().any(|count| *count < FULL_LEG) {
         warnings.push(format!(
@@ -85,6 +91,16 @@ pub(super) fn settings(urdf: &Source, tree: Tree) -> Result<String> {
         .map_err(|problem| fail(&[problem]))?;
     robot.home_rad = home.home_rad;
     warnings.extend(home.warnings);
+    if home.apart_m != 0.0 {
+        warnings.push(format!(
+            "the left leg reaches {:.2} mm less far down than the right one; both soles are taken to be level, halfway",
+            1e3 * home.apart_m
+        ));
+        for foot in Foot::BOTH {
+            soles[foot].raise(-0.5 * foot.side() * home.apart_m);
+            robot.soles[foot] = soles[foot].sole;
+        }
+    }
     let (found, unbelieved) = servos::find(&robot, &limbs, &motors);
     warnings.extend(unbelieved);
     robot.servos = found.iter().map(|found| found.servo).collect::<Vec<Servo>>();
@@ -100,6 +116,7 @@ pub(super) fn settings(urdf: &Source, tree: Tree) -> Result<String> {
         servos: found,
         solved: home.solved,
         reference: reference.map(|reference| reference.name),
+        range_rad,
     };
     Ok(text::toml(&urdf.file, &robot, &origins))
 }

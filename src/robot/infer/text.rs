@@ -13,6 +13,8 @@ pub struct Origins {
     pub servos: Vec<servos::Found>,
     /// Joints whose angles at home were solved for.
     pub solved: Vec<usize>,
+    /// The range that joints without one were given (rad).
+    pub range_rad: Option<f64>,
     /// Name of the reference posture from which the home posture started, and its file.
     pub reference: Option<String>,
 }
@@ -35,6 +37,12 @@ pub fn toml(urdf: &str, robot: &Robot, origins: &Origins) -> String {
         "friction coefficient between soles and ground [-]; assumed",
     );
     column(format!("delay_s = {}", robot.delay_s), "delay from sensing to torque [s]; assumed");
+    if let Some(range_rad) = origins.range_rad {
+        column(
+            format!("range_rad = {}", decimal(range_rad)),
+            "range of the joints that have none, to both sides; assumed",
+        );
+    }
     let mut rest = String::new();
     let mut line = |s: &str| _ = writeln!(rest, "{s}");
     line("\n# Shown by `standfast model`.\nassumptions = [");

@@ -6,6 +6,9 @@ use crate::robot::model::Joint;
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use urdf_rs::JointType;
 
+/// Why a joint is locked whose limits are the same.
+pub const WITHOUT_RANGE: &str = "without a range";
+
 /// What becomes of a joint.
 pub enum Kind {
     /// It has a servo. `parent` and `origin` of the joint are those of the URDF.
@@ -27,8 +30,15 @@ pub struct Motor {
 }
 
 impl Kind {
-    /// What becomes of a joint whose child carries something with mass or not.
-    pub fn of(joint: &urdf_rs::Joint, line: usize, has_mass: bool, problems: &mut Problems) -> Self {
+    /// What becomes of a joint whose child carries something with mass or not. If its limits leave it no range, it has one of
+    /// `range_rad` to both sides (rad), or else is locked.
+    pub fn of(
+        joint: &urdf_rs::Joint,
+        line: usize,
+        has_mass: bool,
+        range_rad: Option<f64>,
+        problems: &mut Problems,
+    ) -> Self {
         use JointType::{Continuous, Fixed, Floating, Planar, Prismatic, Revolute, Spherical};
         let origin = isometry(&joint.origin);
         let kind = &joint.joint_type;
@@ -42,6 +52,10 @@ impl Kind {
             return Kind::Fixed(origin);
         };
         let (lower, upper) = match kind {
+            Revolute if joint.limit.lower == joint.limit.upper && joint.mimic.is_none() && range_rad.is_some() => {
+                let range_rad = range_rad.unwrap_or_default();
+                (joint.limit.lower - range_rad, joint.limit.upper + range_rad)
+            }
             Revolute | Prismatic => (joint.limit.lower, joint.limit.upper),
             _ => (f64::NEG_INFINITY, f64::INFINITY),
         };
@@ -58,7 +72,7 @@ impl Kind {
         match kind {
             _ if joint.mimic.is_some() => {
                 let offset = joint.mimic.as_ref().and_then(|mimic| mimic.offset);
-                return locked("mimic", offset.unwrap_or(0.0));
+                return locked("mimic of another joint, which it does not follow", offset.unwrap_or(0.0));
             }
             Prismatic => return locked("prismatic", 0.0),
             Planar => return locked("planar", 0.0),
@@ -68,7 +82,7 @@ impl Kind {
                 problems.add(line, field, value, "is not a range", "lower < upper [rad]");
                 return Kind::Fixed(origin);
             }
-            Revolute if lower == upper => return locked("without a range", lower),
+            Revolute if lower == upper => return locked(WITHOUT_RANGE, lower),
             _ if !has_mass => return locked("without mass", 0.0),
             Revolute | Continuous | Fixed | Spherical => {}
         }

@@ -37,14 +37,17 @@ pub(super) struct Tree {
     pub notes: Vec<String>,
     /// Meshes of collisions that could not be read, each with the index of its frame, and why in words.
     pub missing: Vec<(usize, String)>,
+    /// Number of joints that are locked because their limits leave them no range.
+    pub without_range: usize,
     /// The meshes as a text that can be kept beside the URDF, in place of their files; None if it names none.
     pub kept_meshes: Option<String>,
 }
 
 impl Tree {
     /// Reads the tree of links from a URDF. Meshes are searched from the folder of the file on. Fails as
-    /// [`Robot::load`](super::Robot::load) does, but for the settings.
-    pub fn parse(source: &Source) -> Result<Tree> {
+    /// [`Robot::load`](super::Robot::load) does, but for the settings. Joints without a range get one of `range_rad` to both
+    /// sides (rad), or else are locked.
+    pub fn parse(source: &Source, range_rad: Option<f64>) -> Result<Tree> {
         let mut problems = Problems::new(&source.file);
         let urdf = xml::read(source, &mut problems)?;
         let (links, joints) = (&urdf.robot.links, &urdf.robot.joints);
@@ -72,7 +75,7 @@ impl Tree {
             .zip(ends.iter().zip(&urdf.joint_lines))
             .map(|(joint, (ends, &line))| {
                 let has_mass = ends.is_none_or(|[_, child]| has_mass[child]);
-                Kind::of(joint, line, has_mass, &mut problems)
+                Kind::of(joint, line, has_mass, range_rad, &mut problems)
             })
             .collect();
         let solids = Solids::read(&urdf, &source.file, &mut problems);
@@ -103,6 +106,7 @@ impl Tree {
             bodies[placed[child].0].push(child);
         }
         problems.notes.extend(joints::note(&locked));
+        let without_range = locked.iter().filter(|(_, why)| *why == joints::WITHOUT_RANGE).count();
 
         let mut bodied = Vec::with_capacity(bodies.len());
         for members in &bodies {
@@ -143,6 +147,7 @@ impl Tree {
             motors,
             notes: problems.notes,
             missing: solids.missing,
+            without_range,
             kept_meshes: solids.kept_meshes,
         })
     }

@@ -15,6 +15,8 @@ use std::sync::Arc;
 const MOST_TRIANGLES: usize = 10_000;
 /// Most names that a note lists.
 const MOST_NAMED: usize = 6;
+/// Radius of a collision that is a point (m).
+const POINT_M: f64 = 0.001;
 const GREY: [f64; 4] = [0.7, 0.7, 0.7, 1.0];
 
 /// The solids of all URDF links, each in the frame of its link.
@@ -38,8 +40,14 @@ impl Solids {
         let (meshes, kept_meshes, reasons) = meshes(urdf, file, problems);
         let colors = Colors::of(&urdf.robot);
         let mut solids = Self { collisions: Vec::new(), visuals: Vec::new(), missing: Vec::new(), kept_meshes };
+        let mut points = 0;
         for (index, (link, &line)) in urdf.robot.links.iter().zip(&urdf.link_lines).enumerate() {
             let mut solid = |what: &str, origin: &urdf_rs::Pose, geometry: &urdf_rs::Geometry, color: [f64; 4]| {
+                if let urdf_rs::Geometry::Sphere { radius: 0.0 } = geometry {
+                    points += 1;
+                    let shape = Shape::Sphere { radius: POINT_M };
+                    return (what == "collision").then(|| Solid { frame: index, pose: isometry(origin), shape, color });
+                }
                 let shape = match named(geometry) {
                     Some((named, _)) => Shape::Mesh(meshes.get(&named)?.clone()),
                     None => primitive(geometry)?,
@@ -62,6 +70,11 @@ impl Solids {
                 (index, format!("{name} ({reason})"))
             };
             solids.missing.extend(unread.map(|(name, _)| with_reason(name)));
+        }
+        if points > 0 {
+            let sized =
+                format!("{points} spheres of radius 0 are taken for contact points, balls of {} mm.", 1e3 * POINT_M);
+            problems.notes.push(sized);
         }
         solids
     }

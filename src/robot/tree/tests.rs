@@ -31,7 +31,7 @@ const LIMIT: &str = r#"<limit lower="-1" upper="2" effort="30" velocity="4"/>"#;
 fn parse_in(folder: &Path, parts: &[String]) -> Result<Tree> {
     let file = folder.join("mine.urdf").to_string_lossy().into_owned();
     let text = format!("<robot name=\"mine\">\n{BODY}\n{}\n</robot>", parts.join("\n"));
-    Tree::parse(&Source { file, text })
+    Tree::parse(&Source { file, text }, None)
 }
 
 fn parse(parts: &[String]) -> Result<Tree> {
@@ -78,7 +78,7 @@ fn joints_that_no_servo_drives_are_locked_and_told_in_one_note() {
     assert_eq!(
         noted(&tree, "locked"),
         "Joints that no servo drives are locked at zero, their nearest limit or their offset: to_lift, to_slide \
-         (prismatic); to_free (floating); to_flat (planar); to_thumb (mimic); to_stiff (without a range)."
+         (prismatic); to_free (floating); to_flat (planar); to_thumb (mimic of another joint, which it does not follow); to_stiff (without a range)."
     );
     assert_eq!(tree.notes.len(), 1);
 }

@@ -45,8 +45,8 @@ pub fn start(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
     let mut solids = vec![None; model.ngeom() as usize];
     for (link, &body) in bodies.iter().enumerate() {
         let first = model.geom_bodyid().iter().position(|of| *of as usize == body);
-        for (solid, geom) in robot.links[link].collisions.iter().zip(first.into_iter().flat_map(|first| first..)) {
-            let sole = Foot::BOTH.into_iter().find(|&foot| solid.frame == robot.soles[foot].frame);
+        let sole = Foot::BOTH.into_iter().find(|&foot| robot.soles[foot].link == link);
+        for (_, geom) in robot.links[link].collisions.iter().zip(first.into_iter().flat_map(|first| first..)) {
             solids[geom] = Some((link, sole.map_or(Part::Link(link), Part::Sole)));
         }
     }

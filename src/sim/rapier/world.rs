@@ -175,8 +175,8 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
                 // A sleeping robot would ignore its servos.
                 .can_sleep(false),
         );
+        let foot = Foot::BOTH.into_iter().find(|&foot| robot.soles[foot].link == i);
         for solid in &link.collisions {
-            let foot = Foot::BOTH.into_iter().find(|&f| solid.frame == robot.soles[f].frame);
             let pose = offset.inverse() * solid.pose;
             let shapes = match foot {
                 Some(foot) => standing(&solid.shape, pose, &(robot.soles[foot].center.rotation * -Vector3::z())),
