@@ -25,6 +25,6 @@ criterion_group!(
     name = layers;
     config = settings();
     targets = sets::search, sets::update, sets::membership, sets::footstep, whole_body::whole_body, control::ticks,
-        sim::control_period, campaign::episode, campaign::threads
+        sim::control_period, sim::joints, campaign::episode, campaign::threads
 );
 criterion_main!(layers);

@@ -3,8 +3,10 @@
 
 use crate::played::{Phase, Played, clock};
 use criterion::Criterion;
-use standfast::robot::{Command, Robot};
-use standfast::sim::{Engine, Ground, Plant, Push};
+use standfast::assets::{self, Source};
+use standfast::robot::{Command, Robot, urdf};
+use standfast::sim::{Engine, Ground, Pairs, Plant, Push};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 pub fn control_period(c: &mut Criterion) {
@@ -34,6 +36,54 @@ fn in_engine(c: &mut Criterion, robot: &Robot, engine: Engine) {
     }
     assert!(plant.truth().com.z < 0.15, "the COM is {} m high", plant.truth().com.z);
     group.bench_function("fallen", |b| b.iter_custom(|count| advance(&mut plant, &home, count)));
+}
+
+/// The child with fingers: robots of 12 to 58 joints that stand, with and without collisions of the fingers, so that the
+/// difference is what pairs of links cost.
+pub fn joints(c: &mut Criterion) {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/robots/child.urdf");
+    let stated = assets::text(Path::new(file)).expect("it is there");
+    for engine in [Engine::Rapier, Engine::Mujoco] {
+        let mut group = c.benchmark_group(format!("standing in {}", engine.name()));
+        for joints in [12, 20, 29, 40, 58] {
+            for solid in [true, false] {
+                let urdf = Source { text: with_joints(&stated.text, joints, solid), ..stated.clone() };
+                let settings = urdf::inferred(&urdf, None).expect("a humanoid");
+                let robot = Robot::parse(&urdf, &settings).expect("a humanoid");
+                if engine.check(&robot).is_err() {
+                    return;
+                }
+                assert_eq!(robot.joints.len(), joints);
+                let home = robot.home_command();
+                let pairs = Pairs::new(&robot).count();
+                let mut plant = Plant::on(Ground::default(), robot, clock(engine), None, home.clone());
+                let name = format!("{joints} joints, {pairs} pairs of links");
+                group.bench_function(name, |b| b.iter_custom(|count| advance(&mut plant, &home, count)));
+            }
+        }
+    }
+}
+
+/// The URDF of the child with this number of joints, of which its legs have 12, and fingers on both hands the rest.
+fn with_joints(child: &str, joints: usize, solid: bool) -> String {
+    let arms = ["neck_yaw", "left_shoulder_pitch", "left_elbow", "right_shoulder_pitch", "right_elbow"];
+    let mut text = arms.iter().fold(child.to_string(), |text, arm| {
+        text.replace(&format!("\"{arm}\" type=\"revolute\""), &format!("\"{arm}\" type=\"fixed\""))
+    });
+    let collision = "<collision><geometry><box size=\"0.008 0.008 0.012\"/></geometry></collision>";
+    let collision = if solid { collision } else { "" };
+    for finger in 0..joints - 12 {
+        let side = ["left", "right"][finger % 2];
+        let (x, z) = (-0.02 + 0.01 * (finger / 2 % 5) as f64, -0.18 - 0.02 * (finger / 10) as f64);
+        let added = format!(
+            "<link name=\"finger{finger}\"><inertial><mass value=\"0.01\"/><inertia ixx=\"1e-6\" ixy=\"0\" ixz=\"0\" \
+             iyy=\"1e-6\" iyz=\"0\" izz=\"1e-6\"/></inertial>{collision}</link><joint name=\"to_finger{finger}\" \
+             type=\"revolute\"><parent link=\"{side}_forearm\"/><child link=\"finger{finger}\"/><origin xyz=\"{x} 0 {z}\"/>\
+             <axis xyz=\"0 1 0\"/><limit lower=\"-0.5\" upper=\"0.5\" effort=\"1\" velocity=\"10\"/></joint></robot>"
+        );
+        text = text.replace("</robot>", &added);
+    }
+    text
 }
 
 /// Time of `count` control periods.

@@ -31,23 +31,11 @@ impl Limbs {
     pub fn of(robot: &Robot) -> Option<Self> {
         let legs = legs(robot)?;
         let of_leg = |link: usize| link > 0 && Foot::BOTH.iter().any(|&foot| legs[foot].contains(&(link - 1)));
-        let mass_kg = |link: usize| robot.links[link].mass_kg;
-        let others = (0..robot.links.len()).filter(|&link| !of_leg(link));
-        let heaviest_kg = others.clone().map(mass_kg).fold(0.0, f64::max);
         let kinematics = Kinematics::new(robot);
         let feet_m = Foot::BOTH.map(|foot| legs[foot].last().map_or(0.0, |&j| kinematics.joint_position(j).y));
         let (middle_m, apart_m) = ((feet_m[0] + feet_m[1]) / 2.0, (feet_m[0] - feet_m[1]).abs() / 2.0);
         let is_aside = |j: usize| (kinematics.subtree(j + 1).1.y - middle_m).abs() > ASIDE * apart_m;
-        let has_imu = |link: usize| {
-            robot.frames.iter().any(|frame| frame.link == link && frame.name.to_lowercase().contains("imu"))
-        };
-        let carried = |link: usize| (0..robot.joints.len()).filter(move |&j| robot.joints[j].parent == link);
-        let has_arms = |link: usize| carried(link).filter(|&j| !of_leg(j + 1) && is_aside(j)).count() > 1;
-        // The first one of equals.
-        let trunk = others.filter(|&link| mass_kg(link) >= NEARLY * heaviest_kg).rev().max_by(|&a, &b| {
-            let [a, b] = [a, b].map(|link| (has_imu(link), has_arms(link), mass_kg(link)));
-            (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2))
-        })?;
+        let trunk = trunk(robot, &of_leg, &|j| !of_leg(j + 1) && is_aside(j))?;
         let mut waist: Vec<usize> = robot.chain(trunk).collect();
         waist.reverse();
         let mut arms: Vec<Vec<usize>> = Vec::new();
@@ -69,6 +57,21 @@ impl Limbs {
     pub fn links(joints: &[usize]) -> impl Iterator<Item = usize> + '_ {
         joints.iter().map(|j| j + 1)
     }
+}
+
+/// See [`Limbs::trunk`]. `of_leg` tells which links are of a leg, and `of_arm` which joints could be of an arm.
+fn trunk(robot: &Robot, of_leg: &dyn Fn(usize) -> bool, of_arm: &dyn Fn(usize) -> bool) -> Option<usize> {
+    let mass_kg = |link: usize| robot.links[link].mass_kg;
+    let others = (0..robot.links.len()).filter(|&link| !of_leg(link));
+    let heaviest_kg = others.clone().map(mass_kg).fold(0.0, f64::max);
+    let has_imu =
+        |link: usize| robot.frames.iter().any(|frame| frame.link == link && frame.name.to_lowercase().contains("imu"));
+    let arms = |link: usize| (0..robot.joints.len()).filter(|&j| robot.joints[j].parent == link && of_arm(j)).count();
+    // The first one of equals.
+    others.filter(|&link| mass_kg(link) >= NEARLY * heaviest_kg).rev().max_by(|&a, &b| {
+        let [a, b] = [a, b].map(|link| (has_imu(link), arms(link) > 1, mass_kg(link)));
+        (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2))
+    })
 }
 
 /// The two chains with the lowest ends, as seen with all joints at zero.
