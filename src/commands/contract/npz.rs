@@ -1,6 +1,5 @@
 //! The arrays of NumPy that hold recorded observations and actions.
 
-use super::Pair;
 use crate::error::{Error, Result};
 use ndarray::Array2;
 use ndarray_npy::NpzReader;
@@ -8,7 +7,7 @@ use std::io::Cursor;
 
 /// The pairs of an `.npz` file: the only array whose rows have `size` numbers, or the one whose name begins with `obs`, and
 /// the only other array, or the one whose name begins with `act`.
-pub(super) fn pairs(file: &str, bytes: Vec<u8>, size: usize) -> Result<Vec<Pair>> {
+pub fn pairs(file: &str, bytes: Vec<u8>, size: usize) -> Result<Vec<(usize, Vec<f64>)>> {
     let syntax = |message: String| Error::Syntax { file: file.to_string(), message };
     let mut npz = NpzReader::new(Cursor::new(bytes)).map_err(|e| syntax(e.to_string()))?;
     let mut arrays = Vec::new();
