@@ -15,6 +15,10 @@
 //!   `C_N = B + q1 R1 + q1 q2 R2' + ... + q1 .. qN conv({0} u RN)`: each footstep may take another region, with the
 //!   time of that region. In one dimension and with one region, d_N = (l - r + d_(N-1)) q + r.
 //!
+//! An ankle may be too weak to hold the ZMP at the edge of its sole. Then B is the part on which it can hold all of the
+//! weight. After the last footstep both ankles share it, and hold it on the larger part D, so that the sum has
+//! `(1 - w) B + w D` in the place of B, with w = q1 .. qN.
+//!
 //! The set of all impulses is the union of these sets over the sequences of regions. Each is a polygon: the
 //! hull of two boxes, without and with the last footstep. The largest J along a heading is found by going through the
 //! sequences of at most [`MOST_STEPS`] footsteps in which all footsteps from the second on land in the same region, so
@@ -48,9 +52,12 @@ pub struct SteppingPendulum {
     pub omega: f64,
     /// The COM at rest, where the dcm starts (m).
     pub com: Point2<f64>,
-    /// Smallest and largest coordinates of a sole about its centre (m).
+    /// Smallest and largest coordinates, about the centre of a sole (m), of where the ZMP can be while that foot stands alone.
     pub sole_x_m: [f64; 2],
     pub sole_y_m: [f64; 2],
+    /// The same while both feet stand.
+    pub both_x_m: [f64; 2],
+    pub both_y_m: [f64; 2],
     /// Distance between the soles' centres (m).
     pub stance_width_m: f64,
     /// Where a foot can land. Without any there are no footsteps.
@@ -144,7 +151,8 @@ impl SteppingPendulum {
             let [y0, y1] = region.y_m.map(|y| side * y);
             let places = Span::new(region.x_m, [y0.min(y1), y0.max(y1)]);
             let next = Start { set: start.set.plus(places, weight), weight };
-            *best = best.max(start.set.farthest(along, &next.set));
+            let [stays, steps] = [&start.set, &next.set].map(|set| set.plus(self.gain_of_both(), weight));
+            *best = best.max(stays.farthest(along, &steps));
             let regions = if done + 1 < FREE_STEPS { &self.regions[..] } else { std::slice::from_ref(region) };
             self.step(along, &next, -side, [done + 1, most], regions, best);
         }
@@ -156,9 +164,15 @@ impl SteppingPendulum {
         Span::new(self.sole_x_m.map(|x| x + at.x), self.sole_y_m.map(|y| y + at.y))
     }
 
-    /// The hull of both soles, seen from the COM.
+    /// The hull of both soles, as far as both ankles hold it, seen from the COM.
     fn both_soles(&self) -> Span {
-        Span { low: self.sole(-1.0).low, high: self.sole(1.0).high }
+        Span { low: self.sole(-1.0).low, high: self.sole(1.0).high }.plus(self.gain_of_both(), 1.0)
+    }
+
+    /// How much farther both ankles hold the ZMP than one: D - B.
+    fn gain_of_both(&self) -> Span {
+        let gain = |[both, one]: [[f64; 2]; 2]| [both[0] - one[0], both[1] - one[1]];
+        Span::new(gain([self.both_x_m, self.sole_x_m]), gain([self.both_y_m, self.sole_y_m]))
     }
 }
 

@@ -16,6 +16,8 @@ fn ut_mu2() -> SteppingPendulum {
         com: Point2::origin(),
         sole_x_m: [-0.048086, 0.048086],
         sole_y_m: [-0.034586, 0.034586],
+        both_x_m: [-0.048086, 0.048086],
+        both_y_m: [-0.034586, 0.034586],
         stance_width_m: 0.097,
         regions: vec![BESIDE],
     }
@@ -35,6 +37,20 @@ fn ut_mu2_has_the_bounds_that_others_found() {
             assert!((no - no_step).abs() < 0.01, "{heading_deg}: no step {no}");
             assert!((one - one_step).abs() < 0.05, "{heading_deg}: one step {one}");
         }
+    }
+}
+
+/// One ankle holds the ZMP within 2 cm until the last foot has landed, and both within 4 cm after that.
+#[test]
+fn weak_ankles_hold_less_on_one_foot_than_on_both() {
+    let weak = SteppingPendulum { sole_x_m: [-0.02, 0.02], both_x_m: [-0.04, 0.04], ..ut_mu2() };
+    let weak = SteppingPendulum { regions: vec![Region { y_m: [0.0, 1.0], ..BESIDE }], ..weak };
+    let q = (-5.63_f64 * 0.2).exp();
+    let one = (1.0 - q) * 0.02 + q * (0.15 + 0.04);
+    let two = (1.0 - q * q) * 0.02 + q * 0.15 + q * q * (0.15 + 0.04);
+    for (steps, expected) in [(0, 0.04), (1, one), (2, two)] {
+        let found = weak.at_most_n_s(0.0, steps) / (8.0 * 5.63);
+        assert!((found / expected - 1.0).abs() < 1e-9, "{steps}: {found}, not {expected}");
     }
 }
 

@@ -58,7 +58,7 @@ fn beside_bounds(limits: &Limits) -> String {
         for i in 0..heading.sets.len().max(factors.len()) {
             let bound = |bound_n_s: f64| factors.get(i).map_or(String::new(), |factor| n_s(limits, factor * bound_n_s));
             let [none, one, any] = bounds_n_s.map(bound);
-            let mark = if by_torque(heading) && !none.is_empty() { "t" } else { "" };
+            let mark = if by_torque(heading) && !any.is_empty() { "t" } else { "" };
             let at = if i == 0 { format!("{:.1}", heading.heading_deg) } else { String::new() };
             let or_dash = |impulse: Option<f64>| impulse.map_or("-".into(), |impulse| n_s(limits, impulse));
             let of_set = heading.sets.get(i).map_or([const { String::new() }; 5], |set| {
@@ -66,7 +66,7 @@ fn beside_bounds(limits: &Limits) -> String {
                 let [ninety, safe] = [set.impulse90_n_s, set.safe_n_s].map(or_dash);
                 [set.name.clone(), fifty_of(limits, set), ninety, safe, pushes]
             });
-            let bounds = [none + mark, one, any];
+            let bounds = [none, one, any + mark];
             table.row(std::iter::once(cell(at)).chain(texts(bounds)).chain(texts(of_set)));
         }
     }
@@ -84,7 +84,7 @@ fn beside_bounds(limits: &Limits) -> String {
         ),
     };
     let torque = match limits.headings.iter().any(by_torque) {
-        true => " t: the torque of the ankles limits it; the soles would allow more.",
+        true => " t: the torque of the ankles limits them; the soles would allow more.",
         false => "",
     };
     text += &lost_early(limits);
@@ -102,9 +102,9 @@ fn beside_bounds(limits: &Limits) -> String {
     )
 }
 
-/// Whether the ankles limit what is held without a footstep.
+/// Whether the ankles limit the bounds.
 fn by_torque(heading: &Heading) -> bool {
-    heading.no_step_limited_by != "soles"
+    heading.limited_by != "soles"
 }
 
 /// The holes: losses far below the limit, each with the command that repeats it.
