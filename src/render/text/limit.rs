@@ -260,6 +260,8 @@ mod tests {
         }
         let words = told.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(words.contains("80 episodes were run.") && words.contains("*: the interval is wider than +-0.1 N s, "));
+        let mut weak = a.clone();
+        weak.headings[0].limited_by = "ankle torque";
         let alone = text(&[a]);
         assert!(alone.contains("\nunit:     1 m omega d = 2.16 N s, dv = 0.27 m/s = 0.16 sqrt(g h)\n"), "{alone}");
         assert!(alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"), "{alone}");
@@ -267,6 +269,9 @@ mod tests {
                      standfast push --campaign nominal --seed 1 --trial 202500 --gains paper:stepping.x=2 \\\n  \
                      --impulse 2.5125 --heading -0.75 --start 0.501\n";
         assert!(alone.contains(early) && !alone.contains("hole: hold"), "{alone}");
+        let weak = text(&[weak]);
+        assert!(weak.contains("t  hold") && weak.contains("t: the torque of the ankles limits them"), "{weak}");
+        assert!(!alone.contains("t  hold") && !alone.contains("t: the torque"), "{alone}");
         // A command may be longer.
         let alone: Vec<&str> = alone.lines().filter(|line| !line.starts_with("  standfast push")).collect();
         for text in [told, alone.join("\n")] {
