@@ -40,8 +40,11 @@ pub enum Error {
     #[error("{}", listed(.0))]
     Several(Vec<Error>),
     /// A controller with which the robot falls before anybody pushes it.
-    #[error("controller {name}: it {how}. Nothing was run. `{check}` shows more of it; --untried runs it all the same")]
-    Falls { name: String, how: String, check: String },
+    #[error(
+        "controller {name}: it {how}. Nothing was run. `standfast check` with this robot and engine shows more of it; --untried \
+         runs it all the same"
+    )]
+    Falls { name: String, how: String },
     /// A numerical search did not converge.
     #[error("{what}: {problem}")]
     Numeric { what: String, problem: String },

@@ -183,17 +183,11 @@ impl Plan {
         if untried || campaign.synthetic {
             return Ok(factories);
         }
-        let lost = |(factory, entry): (&Factory, &String)| {
+        let lost = |factory: &Factory| {
             let alone = Alone::run(&self.robot, factory, &campaign.episode, trial::as_designed(campaign));
-            let check = format!(
-                "standfast check {entry} --robot {} --engine {}",
-                campaign.robot,
-                campaign.episode.engine.name().to_lowercase()
-            );
-            let how = alone.how_lost(&self.robot);
-            alone.is_lost().then(|| Error::Falls { name: factory.name.clone(), how, check })
+            alone.is_lost().then(|| Error::Falls { name: factory.name.clone(), how: alone.how_lost(&self.robot) })
         };
-        Error::all(factories.par_iter().zip(&campaign.gains).filter_map(lost).collect())?;
+        Error::all(factories.par_iter().filter_map(lost).collect())?;
         Ok(factories)
     }
 

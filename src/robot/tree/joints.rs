@@ -52,13 +52,13 @@ impl Kind {
             return Kind::Fixed(origin);
         };
         let (lower, upper) = match kind {
-            Revolute if joint.limit.lower == joint.limit.upper && joint.mimic.is_none() && range_rad.is_some() => {
-                let range_rad = range_rad.unwrap_or_default();
-                (joint.limit.lower - range_rad, joint.limit.upper + range_rad)
-            }
             Revolute | Prismatic => (joint.limit.lower, joint.limit.upper),
             _ => (f64::NEG_INFINITY, f64::INFINITY),
         };
+        let needs_range = matches!(kind, Revolute) && lower == upper && joint.mimic.is_none();
+        let (lower, upper) = range_rad
+            .filter(|_| needs_range)
+            .map_or((lower, upper), |range_rad| (lower - range_rad, upper + range_rad));
         let locked = |why: &'static str, at: f64| {
             // The limits of a prismatic joint are often left out.
             let at = if lower < upper { at.clamp(lower, upper) } else { at };
