@@ -60,6 +60,9 @@ pub struct LimitArgs {
     /// nominal campaign then takes a fourteenth of the pushes
     #[arg(long, value_name = "N", default_value_t = 3)]
     pub replicas: u64,
+    /// Try every impulse, in steps of the precision, and draw a map of all pushes, in which a hole is seen
+    #[arg(long)]
+    pub dense: bool,
     /// Number of threads, or 0 for one on each core; the result does not depend on it
     #[arg(long, value_name = "T", default_value_t = 0, value_parser = up_to(MOST_THREADS))]
     pub threads: usize,
@@ -92,6 +95,7 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         precision_n_s: args.precision,
         max_trials: args.max_trials,
         replicas: args.replicas,
+        is_dense: args.dense,
         threads: args.threads,
         untried: args.untried,
     };

@@ -1,8 +1,8 @@
 //! The largest recoverable impulse by heading, beside the bounds of the pendulum ([`crate::lipm::capture`]).
 //!
 //! For each controller and heading, a [psychometric search](crate::stats::psychometric) finds the impulse with 50 %
-//! recovery. A second one goes up from small impulses to the first that is lost: below it nothing was. Each of their
-//! trials is a trial of the campaign with another impulse and heading of the push. Trial k at a heading has the same
+//! recovery. A second one goes up from small impulses to the first that is lost: below it nothing was, and it looks between
+//! the headings, too. A map tries every impulse. Each of their trials is a trial of the campaign with another impulse and heading of the push. Trial k at a heading has the same
 //! noise and variations for every controller. The searches run in parallel and independently of each other, so the result
 //! does not depend on the number of threads.
 
@@ -23,7 +23,7 @@ use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, SetLimit};
+pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, SetLimit, Tried};
 pub use yardstick::{Heading, Yardstick};
 
 /// Distance between the first trials of two headings that are a thousandth of a degree apart. What a seed yields depends
@@ -36,6 +36,10 @@ const BEYOND_THE_BOUND: f64 = 3.0;
 
 /// Usual precision, in m omega d: 0.1 N s for UT-mu2.
 pub const USUAL_PRECISION: f64 = 0.0463;
+/// The search for the first loss looks at headings up to half the distance between two searches to either side, and at
+/// most so far (degrees).
+const SECTOR_DEG: f64 = 11.25;
+
 /// How many times finer and coarser than usual a precision may be.
 const FINER: f64 = 20.0;
 const COARSER: f64 = 1000.0;
@@ -51,6 +55,8 @@ pub struct LimitOptions {
     pub max_trials: u64,
     /// Number of episodes for each impulse of the search for the first loss; 0 leaves it out.
     pub replicas: u64,
+    /// Whether to try every impulse, for a map.
+    pub is_dense: bool,
     /// Number of threads; 0 means one per core.
     pub threads: usize,
     /// Whether controllers run that have not been tried without a push.
@@ -83,6 +89,8 @@ pub struct Limits {
     pub precision_n_s: f64,
     pub max_trials: u64,
     pub replicas: u64,
+    /// The search for the first loss looked at headings up to so far to either side (degrees).
+    pub sector_deg: f64,
     /// Whether trials with the same impulse can differ.
     pub random: bool,
     /// Number of episodes in all searches.
@@ -149,6 +157,7 @@ impl<'a> Searches<'a> {
         let Self { campaign, options, precision_n_s, plan, yardstick, mut headings, pool, factories } = self;
         let sets = &plan.manifest.sets;
         let random = is_random(campaign);
+        let sector_deg = SECTOR_DEG.min(180.0 / options.headings as f64);
         let opening = plan.opening(&factories);
         let jobs: Vec<(usize, usize)> =
             (0..headings.len()).flat_map(|h| (0..sets.len()).map(move |s| (h, s))).collect();
@@ -170,6 +179,8 @@ impl<'a> Searches<'a> {
                 bound_one_step_n_s: heading.bound_one_step_n_s,
                 first_trial: first_trial(heading.heading_deg),
                 replicas: options.replicas,
+                sector_deg,
+                is_dense: options.is_dense,
                 stop,
                 on_episode,
             };
@@ -181,6 +192,7 @@ impl<'a> Searches<'a> {
         let found = pool.install(|| jobs.par_iter().with_max_len(1).map(search).collect::<Result<Vec<SetLimit>>>())?;
         let mut found = found.into_iter();
         headings.iter_mut().for_each(|heading| heading.sets = found.by_ref().take(sets.len()).collect());
+        (0..sets.len()).for_each(|set| compare_losses(&mut headings, set));
         Ok(Limits {
             campaign: campaign.name.clone(),
             robot: campaign.robot.clone(),
@@ -191,11 +203,23 @@ impl<'a> Searches<'a> {
             precision_n_s,
             max_trials: options.max_trials,
             replicas: options.replicas,
+            sector_deg,
             random,
-            episodes: headings.iter().flat_map(|heading| &heading.sets).map(|set| set.trials + set.safe_trials).sum(),
+            episodes: headings.iter().flat_map(|heading| &heading.sets).map(SetLimit::episodes).sum(),
             yardstick,
             headings,
         })
+    }
+}
+
+/// Compares the first losses of a controller with its limits, which between two headings are taken to change evenly.
+fn compare_losses(headings: &mut [Heading], set: usize) {
+    let limits_n_s: Vec<f64> = headings.iter().map(|heading| heading.sets[set].impulse50_n_s).collect();
+    let spacing_deg = 360.0 / headings.len() as f64;
+    for loss in headings.iter_mut().filter_map(|heading| heading.sets[set].first_loss.as_mut()) {
+        let place = loss.heading_deg.rem_euclid(360.0) / spacing_deg;
+        let [before_n_s, after_n_s] = [0, 1].map(|k| limits_n_s[(place as usize + k) % limits_n_s.len()]);
+        loss.of_limit = loss.impulse_n_s / (before_n_s + place.fract() * (after_n_s - before_n_s));
     }
 }
 

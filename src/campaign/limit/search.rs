@@ -32,6 +32,9 @@ pub struct SetLimit {
     pub first_loss: Option<FirstLoss>,
     /// Number of trials of that search.
     pub safe_trials: u64,
+    /// The pushes of the map at this heading, from weak to hard; empty without a map.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub map: Vec<Tried>,
     /// Number of trials of the search for `impulse50_n_s`, and how they ended.
     pub trials: u64,
     pub recovered: u64,
@@ -50,15 +53,36 @@ pub struct FirstLoss {
     pub start_s: f64,
     /// Index of the trial in the campaign, which fixes everything else.
     pub trial: u64,
+    /// Ratio of the impulse to the one with 50 % recovery at this heading, between those of the two nearest searches.
+    pub of_limit: f64,
+}
+
+/// A push of the map.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Tried {
+    pub impulse_n_s: f64,
+    /// Index of the trial in the campaign, which fixes all but impulse and heading.
+    pub trial: u64,
+    pub outcome: Outcome,
 }
 
 /// A loss below this share of the impulse with 50 % recovery is a hole.
 const HOLE: f64 = 0.95;
 
 impl SetLimit {
-    /// Whether the robot survives harder pushes although it loses an easier one.
-    pub fn has_hole(&self) -> bool {
-        self.first_loss.is_some() && self.safe_n_s.is_some_and(|safe_n_s| safe_n_s < HOLE * self.impulse50_n_s)
+    /// The first loss, if the robot survives harder pushes although it loses this one.
+    pub fn hole(&self) -> Option<&FirstLoss> {
+        self.first_loss.as_ref().filter(|loss| loss.of_limit < HOLE)
+    }
+
+    /// The pushes of the map that are lost although the robot survives harder ones.
+    pub fn holes(&self) -> impl Iterator<Item = &Tried> {
+        self.map.iter().filter(|tried| !tried.outcome.is_success() && tried.impulse_n_s < HOLE * self.impulse50_n_s)
+    }
+
+    /// Number of episodes of its searches.
+    pub fn episodes(&self) -> u64 {
+        self.trials + self.safe_trials + self.map.len() as u64
     }
 
     /// Number of pushes from which the robot recovered before the first loss.
@@ -94,10 +118,11 @@ struct Safe {
 /// Distance of its trials from those of the search for 50 %, and its largest number of impulses.
 const SAFE_TRIALS: u64 = 2 * MOST_TRIALS;
 const SAFE_POINTS: u64 = 8_000;
-/// Largest differences of a replica: in the impulse (relative), and in the heading (degrees). The push starts within a
-/// control period.
+/// Largest difference of a replica in the impulse (relative). The push starts within a control period.
 const SAFE_IMPULSE: f64 = 0.01;
-const SAFE_HEADING_DEG: f64 = 1.0;
+/// Distance of the map's trials from those of the search for 50 %, and the end of the map, as a multiple of that impulse.
+const MAP_TRIALS: u64 = MOST_TRIALS;
+const MAP_TO: f64 = 1.15;
 
 pub(super) struct Search<'a> {
     pub campaign: &'a Campaign,
@@ -111,6 +136,10 @@ pub(super) struct Search<'a> {
     /// The pendulum's bound with one footstep (N s).
     pub bound_one_step_n_s: f64,
     pub replicas: u64,
+    /// Largest difference of a replica in the heading (degrees).
+    pub sector_deg: f64,
+    /// Whether to try every impulse, for a map.
+    pub is_dense: bool,
     /// Index of the search's trial 0 in the campaign.
     pub first_trial: u64,
     pub stop: &'a AtomicBool,
@@ -141,6 +170,7 @@ impl Search<'_> {
         }
         let safe = self.safe(grid_n_s, most_n_s)?;
         let (impulse50, impulse90) = (posterior.impulse50(), posterior.impulse90());
+        let map = if self.is_dense { self.map(grid_n_s, MAP_TO * impulse50.at_n_s)? } else { Vec::new() };
         let [dv_m_s, dv_over_sqrt_g_h] = self.campaign.units.velocity_of(impulse50.at_n_s);
         Ok(SetLimit {
             name: self.plan.manifest.sets[self.set].clone(),
@@ -155,6 +185,7 @@ impl Search<'_> {
             safe_n_s: (self.replicas > 0).then_some(safe.up_to_n_s),
             first_loss: safe.first_loss,
             safe_trials: safe.trials,
+            map,
             trials: posterior.trials(),
             recovered,
             survived,
@@ -165,8 +196,8 @@ impl Search<'_> {
         })
     }
 
-    /// Goes up from small impulses, in steps of `grid_n_s`, to the first loss. At each step it tries `replicas` pushes that
-    /// are almost the same, since one of them may recover by luck.
+    /// Goes up from small impulses, in steps of `grid_n_s`, to the first loss. At each step it tries `replicas` pushes whose
+    /// headings differ by up to `sector_deg`, and that are almost the same otherwise, since one may recover by luck.
     fn safe(&self, grid_n_s: f64, most_n_s: f64) -> Result<Safe> {
         let mut safe = Safe { up_to_n_s: 0.0, first_loss: None, trials: 0 };
         let points = ((most_n_s / grid_n_s) as u64).min(SAFE_POINTS);
@@ -179,7 +210,7 @@ impl Search<'_> {
                 let trial = self.first_trial + SAFE_TRIALS + point * MOST_REPLICAS + replica;
                 let [more, turned, later] = trial::replica(self.campaign.seed, trial);
                 let impulse_n_s = impulse_n_s * (1.0 + SAFE_IMPULSE * more);
-                let heading_deg = self.heading_deg + SAFE_HEADING_DEG * turned;
+                let heading_deg = self.heading_deg + self.sector_deg * turned;
                 let late_s = later * self.campaign.episode.control_period_s;
                 let mut disturbance = pushed(self.campaign, trial, impulse_n_s, heading_deg);
                 let mut start_s = 0.0;
@@ -191,13 +222,30 @@ impl Search<'_> {
                 let outcome = self.outcome_of(disturbance);
                 (self.on_episode)();
                 if !outcome.is_success() {
-                    safe.first_loss = Some(FirstLoss { impulse_n_s, heading_deg, start_s, trial });
+                    // The limits beside this one are not known yet.
+                    let of_limit = f64::NAN;
+                    safe.first_loss = Some(FirstLoss { impulse_n_s, heading_deg, start_s, trial, of_limit });
                     return Ok(safe);
                 }
             }
             safe.up_to_n_s = impulse_n_s;
         }
         Ok(safe)
+    }
+
+    /// Tries the impulses up to `to_n_s`, in steps of `grid_n_s`.
+    fn map(&self, grid_n_s: f64, to_n_s: f64) -> Result<Vec<Tried>> {
+        let points = ((to_n_s / grid_n_s) as u64).min(SAFE_POINTS);
+        let tried = |point: u64| {
+            if self.stop.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
+            let (impulse_n_s, trial) = (grid_n_s * point as f64, self.first_trial + MAP_TRIALS + point);
+            let outcome = self.outcome(trial, impulse_n_s);
+            (self.on_episode)();
+            Ok(Tried { impulse_n_s, trial, outcome })
+        };
+        (1..=points).map(tried).collect()
     }
 
     /// Runs a trial of the campaign with another first push.

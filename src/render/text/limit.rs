@@ -111,15 +111,15 @@ fn by_torque(heading: &Heading) -> bool {
 fn lost_early(limits: &Limits) -> String {
     let mut text = String::new();
     let all = limits.headings.iter().flat_map(|heading| heading.sets.iter().map(move |set| (heading, set)));
-    for (heading, set) in all.filter(|(_, set)| set.has_hole()) {
-        let (Some(safe_n_s), Some(loss)) = (set.safe_n_s, set.first_loss) else { continue };
+    for (heading, set) in all {
+        let (Some(safe_n_s), Some(loss)) = (set.safe_n_s, set.hole()) else { continue };
         _ = writeln!(
             text,
             "\nhole: {} at {:.1} degrees is safe only up to {} N s;\nto see the loss:\n  {}",
             set.name,
             heading.heading_deg,
             n_s(limits, safe_n_s),
-            replay(limits, &set.name, &loss)
+            replay(limits, &set.name, loss)
         );
     }
     text
@@ -128,7 +128,7 @@ fn lost_early(limits: &Limits) -> String {
 /// The command that repeats a loss.
 fn replay(limits: &Limits, gains: &str, loss: &FirstLoss) -> String {
     let Limits { campaign, seed, .. } = limits;
-    let FirstLoss { impulse_n_s, heading_deg, start_s, trial } = loss;
+    let FirstLoss { impulse_n_s, heading_deg, start_s, trial, .. } = loss;
     format!(
         "standfast push --campaign {campaign} --seed {seed} --trial {trial} --gains {gains} \\\n  \
          --impulse {impulse_n_s} --heading {heading_deg} --start {start_s}"
@@ -209,8 +209,9 @@ mod tests {
             of_one_step_bound: impulse50_n_s / 5.0,
             resolved: impulse50_n_s < 9.0,
             safe_n_s: Some(2.4),
-            first_loss: Some(FirstLoss { impulse_n_s: 2.5125, heading_deg: -0.75, start_s: 0.501, trial: 202_500 }),
+            first_loss: Some(FirstLoss { impulse_n_s: 2.5125, heading_deg: -0.75, start_s: 0.501, trial: 202_500, of_limit: 2.5125 / impulse50_n_s }),
             safe_trials: 25,
+            map: Vec::new(),
             trials: 10,
             recovered: 5,
             survived: 0,
@@ -235,6 +236,7 @@ mod tests {
             precision_n_s: 0.1,
             max_trials: 150,
             replicas: 1,
+            sector_deg: 11.25,
             random: false,
             episodes: 40,
             headings: [0.0, 180.0].into_iter().zip(impulses_n_s).map(heading).collect(),
