@@ -107,6 +107,11 @@ impl CatchProblem {
     pub fn landing_at(self, place: Vector2<f64>) -> Self {
         Self { reach: [[place.x; 2], [place.y; 2]], ..self }
     }
+
+    /// What a DCM outside of the support by `miss` (m) adds to [`CatchPlan::cost`].
+    pub fn cost_of_miss(&self, miss: f64) -> f64 {
+        MISS * self.home.norm() * miss
+    }
 }
 
 /// The best footstep, in the frame of [`CatchProblem`].
@@ -162,7 +167,7 @@ fn landing(problem: &CatchProblem, dcm: Vector2<f64>, time_s: f64, share: f64) -
         catch.cost += off * off + TIE * (zmp * zmp + (place - problem.home[k]).powi(2));
     }
     catch.miss = outside.norm();
-    catch.cost += MISS * problem.home.norm() * catch.miss;
+    catch.cost += problem.cost_of_miss(catch.miss);
     catch
 }
 

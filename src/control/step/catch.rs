@@ -39,6 +39,11 @@ const BESIDE: f64 = 0.2;
 /// heights. Only a DCM that will still be beside the stance foot after [`FALLS_BACK`], in 1/omega, comes back so.
 const HANGS: f64 = 0.08;
 const FALLS_BACK: f64 = 0.5;
+/// A footstep of which the pendulum does not see the risk ([`is_risky`]) counts as if the DCM missed the support by this
+/// much more, in COM heights. It is then taken only where the others would miss.
+const RISK: f64 = 0.01;
+/// For so long after a landing, the foot that landed is the wrong one to lift, in 1/omega.
+const AGAIN: f64 = 3.0;
 /// A foot that goes home takes this many times as long as one that catches.
 const LEISURE: f64 = 2.0;
 
@@ -112,7 +117,11 @@ impl Footwork for CatchFootwork {
                 to_side(foot, stance.inverse_transform_point(&estimate.footholds[foot].translation.vector.xy().into()));
             for (number, region) in robot.reach.iter().enumerate() {
                 let Some((way, swing_time_s)) = way_to(region, from, now.design) else { continue };
-                let catch = plan(&problem(region, foot, now), dcm, swing_time_s - transfer_s);
+                let problem = problem(region, foot, now);
+                let mut catch = plan(&problem, dcm, swing_time_s - transfer_s);
+                if is_risky(foot, region, dcm, now) {
+                    catch.cost += problem.cost_of_miss(RISK * now.design.units.length_m);
+                }
                 if best.as_ref().is_none_or(|best| catch.cost < best.catch.cost) {
                     best = Some(Candidate { foot, stance, number, way, swing_time_s, catch });
                 }
@@ -261,6 +270,15 @@ fn falls_back(now: &StepState) -> bool {
         && above < HANGS * units.length_m
         && is_beside(hanging.other(), FALLS_BACK * units.time_s(), now)
         && both.polygon.is_some_and(|polygon| polygon.signed_distance(dcm) < 0.0)
+}
+
+/// Whether a footstep is worse than the pendulum knows. `dcm` (m) has the axes of the stance sole. Knees bend forward, so
+/// that a leg which crosses the other one while the body falls backward meets it. A foot that has just landed carries the
+/// robot; lifted again, it moves on a little while the body falls farther.
+fn is_risky(foot: Foot, region: &LandingRegion, dcm: Vector2<f64>, now: &StepState) -> bool {
+    let meets = region.sideways_from > 0.0 && dcm.x < 0.0;
+    let just_landed_s = AGAIN * now.design.units.time_s();
+    meets || now.last_landing.is_some_and(|landing| landing.foot == foot && landing.ago_s < just_landed_s)
 }
 
 /// A footstep that could be taken.
