@@ -2,17 +2,18 @@
 //! the bounds of a pendulum or, with both physics engines, side by side.
 
 use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_output, fine, number, up_to};
+use super::episode::{Case, Origin, OutputArgs, command_line, write_replay};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
 use super::terminal::{note, print};
-use crate::campaign::limit::{LimitOptions, Searches};
+use crate::campaign::limit::{LimitOptions, Limits, Searches, pushed};
 use crate::campaign::{Campaign, Overrides};
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
 use crate::render::{self, figure, text};
 use crate::sim::Engine;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -22,6 +23,7 @@ use std::process::ExitCode;
   standfast limit --campaign nominal                without noise and variations
   standfast limit --campaign nominal --engine both  in both physics engines, side by side
   standfast limit --gains hold --headings 4 --precision 0.3         a quick look
+  standfast limit --campaign nominal --dense --out maps             every push, as a map
 
 For each controller and heading, an adaptive search (Bayesian, by least expected
 entropy) finds the impulse from which the robot recovers in 50 % of trials, and
@@ -60,7 +62,8 @@ pub struct LimitArgs {
     /// nominal campaign then takes a fourteenth of the pushes
     #[arg(long, value_name = "N", default_value_t = 3)]
     pub replicas: u64,
-    /// Try every impulse, in steps of the precision, and draw a map of all pushes, in which a hole is seen
+    /// Try every impulse, in steps of the precision, and with --out draw map.svg, in which a hole is seen, with a replay of
+    /// each hole
     #[arg(long)]
     pub dense: bool,
     /// Number of threads, or 0 for one on each core; the result does not depend on it
@@ -112,8 +115,8 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         ));
     }
     let progress = Progress::of(count, "searches");
-    let run = |searches: Searches| searches.run(&STOP, &|| progress.episode(), &|| progress.tick());
-    let limits = searches.into_iter().map(run).collect::<Result<Vec<_>>>();
+    let run = |searches: &Searches| searches.run(&STOP, &|| progress.episode(), &|| progress.tick());
+    let limits = searches.iter().map(run).collect::<Result<Vec<_>>>();
     progress.finish();
     if let Err(Error::Interrupted) = limits {
         note("interrupted: nothing was kept; the same command starts again from the beginning");
@@ -132,7 +135,38 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         }
         note(&format!("written: {}", path.display()));
     }
+    if let Some(folder) = args.out.as_ref().filter(|_| args.dense) {
+        write_map(folder, &campaigns, &searches, &limits)?;
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Most holes of which a replay is written.
+const MOST_REPLAYS: usize = 24;
+
+/// Writes the map and, beside it, replays of its holes.
+fn write_map(folder: &Path, campaigns: &[Campaign], searches: &[Searches], limits: &[Limits]) -> Result<()> {
+    let of_engine = |i: usize| limits[i].holes().map(move |hole| (i, hole));
+    let holes: Vec<_> = (0..limits.len()).flat_map(of_engine).take(MOST_REPLAYS).collect();
+    let file = |number: usize| format!("hole-{}.html", number + 1);
+    for (number, &(i, (heading_deg, limit, hole))) in holes.iter().enumerate() {
+        let Some((robot, factory)) = searches[i].case(&limit.name) else { continue };
+        let campaign = &campaigns[i];
+        let disturbance = pushed(campaign, hole.trial, hole.impulse_n_s, heading_deg);
+        let shown = Case { robot, factory, config: &campaign.episode }.film(disturbance, &OutputArgs::default())?;
+        let title = Some(format!("Hole {} of {}", number + 1, limits[i].engine));
+        let origin = Origin { title, command: command_line("standfast"), ..Origin::default() };
+        write_replay(&shown, None, &folder.join(file(number)), origin)?;
+    }
+    let map = folder.join("map.svg");
+    figure::limit_map::write(&map, limits, |number| (number < holes.len()).then(|| file(number)))?;
+    let replays = match holes.len() {
+        0 => "no hole".into(),
+        1 => "a replay of its hole".into(),
+        count => format!("replays of {count} holes"),
+    };
+    note(&format!("written: {}, and {replays}", map.display()));
+    Ok(())
 }
 
 impl LimitArgs {
@@ -150,7 +184,8 @@ impl LimitArgs {
                 _ => "limit-both",
             };
             files.extend(["json", "svg"].map(|kind| folder.join(format!("{name}.{kind}"))));
-            if files.iter().any(|file| file.exists()) {
+            let map = self.dense.then(|| folder.join("map.svg"));
+            if files.iter().chain(&map).any(|file| file.exists()) {
                 return fail("it holds a result already");
             }
         }

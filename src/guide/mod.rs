@@ -55,6 +55,7 @@ macro_rules! chapters {
         #[doc = "[ghost.png]: ../../../../../assets/pictures/ghost.png"]
         #[doc = "[limit-g1.svg]: ../../../../../assets/pictures/limit-g1.svg"]
         #[doc = "[limit-nominal.svg]: ../../../../../assets/pictures/limit-nominal.svg"]
+        #[doc = "[map-nominal.svg]: ../../../../../assets/pictures/map-nominal.svg"]
         #[doc = "[limit-standard.svg]: ../../../../../assets/pictures/limit-standard.svg"]
         #[doc = "[loss-46.svg]: ../../../../../assets/pictures/loss-46.svg"]
         #[doc = "[loss-579.svg]: ../../../../../assets/pictures/loss-579.svg"]

@@ -11,11 +11,11 @@ mod yardstick;
 
 use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::spec::Campaign;
-use crate::campaign::limit::search::{Search, is_random, pushed};
+use crate::campaign::limit::search::{Search, is_random};
 use crate::campaign::plan::{Plan, pool};
 use crate::error::Result;
-use crate::robot::Factory;
 use crate::robot::urdf::Files;
+use crate::robot::{Factory, Robot};
 use crate::stats::psychometric::Rule;
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -23,7 +23,7 @@ use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, SetLimit, Tried};
+pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, SetLimit, Tried, pushed};
 pub use yardstick::{Heading, Yardstick};
 
 /// Distance between the first trials of two headings that are a thousandth of a degree apart. What a seed yields depends
@@ -121,6 +121,12 @@ impl<'a> Searches<'a> {
         (self.headings.len() * self.factories.len()) as u64
     }
 
+    /// The robot, and the controller of this name.
+    pub fn case(&self, name: &str) -> Option<(&Robot, &Factory)> {
+        let set = self.plan.manifest.sets.iter().position(|set| set == name)?;
+        Some((&self.plan.robot, &self.factories[set]))
+    }
+
     /// How long the searches take on this machine (s), roughly: by some pushes, and as if each limit were the
     /// bound with one footstep.
     pub fn estimated_s(&self) -> f64 {
@@ -149,16 +155,17 @@ impl<'a> Searches<'a> {
     /// Runs all searches. It calls `on_episode` after each episode and `on_search` after each search, from any thread.
     /// It fails if `stop` is set from outside.
     pub fn run(
-        self,
+        &self,
         stop: &AtomicBool,
         on_episode: &(dyn Fn() + Sync),
         on_search: &(dyn Fn() + Sync),
     ) -> Result<Limits> {
-        let Self { campaign, options, precision_n_s, plan, yardstick, mut headings, pool, factories } = self;
+        let Self { campaign, options, precision_n_s, plan, yardstick, pool, factories, .. } = self;
+        let (precision_n_s, mut headings) = (*precision_n_s, self.headings.clone());
         let sets = &plan.manifest.sets;
         let random = is_random(campaign);
         let sector_deg = SECTOR_DEG.min(180.0 / options.headings as f64);
-        let opening = plan.opening(&factories);
+        let opening = plan.opening(factories);
         let jobs: Vec<(usize, usize)> =
             (0..headings.len()).flat_map(|h| (0..sets.len()).map(move |s| (h, s))).collect();
         let search = |&(h, s): &(usize, usize)| {
@@ -171,8 +178,8 @@ impl<'a> Searches<'a> {
             };
             let search = Search {
                 campaign,
-                plan: &plan,
-                factories: &factories,
+                plan,
+                factories,
                 opening: opening.as_ref(),
                 set: s,
                 heading_deg: heading.heading_deg,
@@ -206,9 +213,20 @@ impl<'a> Searches<'a> {
             sector_deg,
             random,
             episodes: headings.iter().flat_map(|heading| &heading.sets).map(SetLimit::episodes).sum(),
-            yardstick,
+            yardstick: yardstick.clone(),
             headings,
         })
+    }
+}
+
+impl Limits {
+    /// The holes of the maps with their headings (degrees) and controllers, in the order of the controllers.
+    pub fn holes(&self) -> impl Iterator<Item = (f64, &SetLimit, &Tried)> {
+        let sets = self.headings.first().map_or(0, |heading| heading.sets.len());
+        let of = |set: usize| self.headings.iter().map(move |heading| (heading.heading_deg, &heading.sets[set]));
+        (0..sets)
+            .flat_map(of)
+            .flat_map(|(heading_deg, limit)| limit.holes().map(move |hole| (heading_deg, limit, hole)))
     }
 }
 

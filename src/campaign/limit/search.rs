@@ -7,7 +7,7 @@ use crate::episode::{ClosedLoop, Disturbance, Outcome};
 use crate::error::{Error, Result};
 use crate::robot::Factory;
 use crate::stats::psychometric::{Posterior, Rule};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Result for one controller at one heading.
@@ -63,7 +63,12 @@ pub struct Tried {
     pub impulse_n_s: f64,
     /// Index of the trial in the campaign, which fixes all but impulse and heading.
     pub trial: u64,
+    #[serde(serialize_with = "by_name")]
     pub outcome: Outcome,
+}
+
+fn by_name<S: Serializer>(outcome: &Outcome, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.serialize_str(outcome.name())
 }
 
 /// A loss below this share of the impulse with 50 % recovery is a hole.
@@ -75,9 +80,11 @@ impl SetLimit {
         self.first_loss.as_ref().filter(|loss| loss.of_limit < HOLE)
     }
 
-    /// The pushes of the map that are lost although the robot survives harder ones.
+    /// The holes of the map: of each row of pushes that are lost although the robot survives harder ones, the weakest.
     pub fn holes(&self) -> impl Iterator<Item = &Tried> {
-        self.map.iter().filter(|tried| !tried.outcome.is_success() && tried.impulse_n_s < HOLE * self.impulse50_n_s)
+        let is_lost = |tried: &Tried| !tried.outcome.is_success() && tried.impulse_n_s < HOLE * self.impulse50_n_s;
+        let is_first = move |i: usize| i == 0 || !is_lost(&self.map[i - 1]);
+        self.map.iter().enumerate().filter(move |&(i, tried)| is_lost(tried) && is_first(i)).map(|(_, tried)| tried)
     }
 
     /// Number of episodes of its searches.
@@ -259,7 +266,7 @@ impl Search<'_> {
 }
 
 /// What happens to the robot in a trial of the campaign with another impulse and heading of the first push.
-pub(super) fn pushed(campaign: &Campaign, trial: u64, impulse_n_s: f64, heading_deg: f64) -> Disturbance {
+pub fn pushed(campaign: &Campaign, trial: u64, impulse_n_s: f64, heading_deg: f64) -> Disturbance {
     let mut disturbance = trial::disturbance(campaign, trial);
     if let Some(push) = disturbance.pushes.first_mut() {
         (push.impulse_n_s, push.heading_deg) = (impulse_n_s, heading_deg);

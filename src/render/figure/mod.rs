@@ -5,6 +5,7 @@
 pub mod axes;
 pub mod cpi;
 pub mod limit;
+pub mod limit_map;
 pub mod motion;
 pub mod panel;
 pub mod polar;

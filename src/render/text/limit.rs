@@ -1,6 +1,7 @@
 //! The result of `standfast limit` as text: the largest recoverable impulse by heading.
 
-use crate::campaign::limit::{FirstLoss, Heading, Limits, SetLimit};
+use crate::assets::DEFAULT_ROBOT;
+use crate::campaign::limit::{Heading, Limits, SetLimit};
 use crate::render::table::{Table, cell, headings, number, texts, words};
 use crate::render::text::layout::{signed, unit_of_impulses, velocity_change, wrapped};
 use crate::stats::rate::median;
@@ -78,9 +79,10 @@ fn beside_bounds(limits: &Limits) -> String {
     let safe = match limits.replicas {
         0 => "`safe up to` was not searched (--replicas 0).".into(),
         replicas => format!(
-            "`safe up to` is the impulse up to which nothing was lost, in steps of {} N s with {replicas} pushes each; `pushes` \
-             is how many these were. If none of n pushes was lost, fewer than 3 in n are, with 95 % confidence.",
-            limits.precision_n_s
+            "`safe up to` is the impulse up to which nothing was lost, in steps of {} N s with {replicas} pushes each, whose \
+             headings differ by up to {:.4} degrees; `pushes` is how many these were. If none of n pushes was lost, fewer than \
+             3 in n are, with 95 % confidence.",
+            limits.precision_n_s, limits.sector_deg
         ),
     };
     let torque = match limits.headings.iter().any(by_torque) {
@@ -88,6 +90,7 @@ fn beside_bounds(limits: &Limits) -> String {
         false => "",
     };
     text += &lost_early(limits);
+    text += &of_map(limits);
     text += "\n";
     text + &wrapped(
         "",
@@ -115,23 +118,51 @@ fn lost_early(limits: &Limits) -> String {
         let (Some(safe_n_s), Some(loss)) = (set.safe_n_s, set.hole()) else { continue };
         _ = writeln!(
             text,
-            "\nhole: {} at {:.1} degrees is safe only up to {} N s;\nto see the loss:\n  {}",
+            "\nhole: {} about {:.1} degrees is safe only up to {} N s;\nto see the loss:\n  {} --start {}",
             set.name,
             heading.heading_deg,
             n_s(limits, safe_n_s),
-            replay(limits, &set.name, loss)
+            replay(limits, &set.name, loss.trial, [loss.impulse_n_s, loss.heading_deg]),
+            loss.start_s
         );
     }
     text
 }
 
-/// The command that repeats a loss.
-fn replay(limits: &Limits, gains: &str, loss: &FirstLoss) -> String {
-    let Limits { campaign, seed, .. } = limits;
-    let FirstLoss { impulse_n_s, heading_deg, start_s, trial, .. } = loss;
+/// Most holes of a map that are told.
+const MOST_HOLES: usize = 6;
+
+/// The map in numbers, and its holes; empty without a map.
+fn of_map(limits: &Limits) -> String {
+    let sets = || limits.headings.iter().flat_map(|heading| &heading.sets);
+    let pushes: usize = sets().map(|set| set.map.len()).sum();
+    if pushes == 0 {
+        return String::new();
+    }
+    let count = limits.holes().count();
+    let holes = match count {
+        0 => "no hole".into(),
+        1 => "a hole; to see it:".into(),
+        _ => format!("{count} holes; to see them:"),
+    };
+    let mut text = format!("\nmap: {pushes} pushes, {holes}\n");
+    for (heading_deg, set, hole) in limits.holes().take(MOST_HOLES) {
+        text += &format!("  {}\n", replay(limits, &set.name, hole.trial, [hole.impulse_n_s, heading_deg]));
+    }
+    if count > MOST_HOLES {
+        text += &format!("  and {} more: --json has them all\n", count - MOST_HOLES);
+    }
+    text
+}
+
+/// The command that repeats a trial with another impulse (N s) and heading (degrees) of its push.
+fn replay(limits: &Limits, gains: &str, trial: u64, [impulse_n_s, heading_deg]: [f64; 2]) -> String {
+    let Limits { campaign, robot, seed, engine, .. } = limits;
+    let robot = if robot == DEFAULT_ROBOT { String::new() } else { format!(" --robot {robot}") };
+    let engine = if engine.starts_with("MuJoCo") { " --engine mujoco" } else { "" };
     format!(
-        "standfast push --campaign {campaign} --seed {seed} --trial {trial} --gains {gains} \\\n  \
-         --impulse {impulse_n_s} --heading {heading_deg} --start {start_s}"
+        "standfast push --campaign {campaign} --seed {seed} --trial {trial} --gains {gains}{robot}{engine} \\\n  \
+         --impulse {impulse_n_s} --heading {heading_deg}"
     )
 }
 
@@ -190,10 +221,11 @@ fn side_by_side(a: &Limits, b: &Limits) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
     use crate::campaign::ask::spec::tests::campaign;
-    use crate::campaign::limit::Yardstick;
+    use crate::campaign::limit::{FirstLoss, Tried, Yardstick};
+    use crate::episode::Outcome;
     use crate::robot::Robot;
 
     /// Two headings with limits of two controllers (N s).
@@ -209,7 +241,13 @@ mod tests {
             of_one_step_bound: impulse50_n_s / 5.0,
             resolved: impulse50_n_s < 9.0,
             safe_n_s: Some(2.4),
-            first_loss: Some(FirstLoss { impulse_n_s: 2.5125, heading_deg: -0.75, start_s: 0.501, trial: 202_500, of_limit: 2.5125 / impulse50_n_s }),
+            first_loss: Some(FirstLoss {
+                impulse_n_s: 2.5125,
+                heading_deg: -0.75,
+                start_s: 0.501,
+                trial: 202_500,
+                of_limit: 2.5125 / impulse50_n_s,
+            }),
             safe_trials: 25,
             map: Vec::new(),
             trials: 10,
@@ -244,6 +282,26 @@ mod tests {
         }
     }
 
+    /// Of the first controller's map forward, of a limit of 2.5 N s, the second of four pushes is a hole.
+    pub fn with_hole() -> Limits {
+        let mut limits = limits("MuJoCo 3.17.0", [[2.5, 5.0], [2.5, 9.5]]);
+        let pushes = [(0.8, Outcome::Recovered), (1.6, Outcome::Fell), (2.4, Outcome::Recovered), (3.2, Outcome::Fell)];
+        let tried = |(impulse_n_s, outcome)| Tried { impulse_n_s, trial: 100_002, outcome };
+        limits.headings[0].sets[0].map = pushes.map(tried).to_vec();
+        limits
+    }
+
+    #[test]
+    fn a_hole_of_the_map_is_told_with_the_command_that_shows_it() {
+        let told = text(&[with_hole()]);
+        let hole = "\nmap: 4 pushes, a hole; to see it:\n  standfast push --campaign nominal --seed 1 --trial 100002 --gains hold \
+                    --engine mujoco \\\n  --impulse 1.6 --heading 0\n";
+        assert!(told.contains(hole), "{told}");
+        let mut solid = with_hole();
+        solid.headings[0].sets[0].map.remove(1);
+        assert!(text(&[solid]).contains("\nmap: 3 pushes, no hole\n"));
+    }
+
     #[test]
     fn two_engines_stand_side_by_side_and_say_where_they_are_apart() {
         let a = limits("Rapier 0.36.1", [[2.5, 5.0], [2.5, 9.5]]);
@@ -267,7 +325,7 @@ mod tests {
         let alone = text(&[a]);
         assert!(alone.contains("\nunit:     1 m omega d = 2.16 N s, dv = 0.27 m/s = 0.16 sqrt(g h)\n"), "{alone}");
         assert!(alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"), "{alone}");
-        let early = "hole: paper:stepping.x=2 at 0.0 degrees is safe only up to 2.40 N s;\nto see the loss:\n  \
+        let early = "hole: paper:stepping.x=2 about 0.0 degrees is safe only up to 2.40 N s;\nto see the loss:\n  \
                      standfast push --campaign nominal --seed 1 --trial 202500 --gains paper:stepping.x=2 \\\n  \
                      --impulse 2.5125 --heading -0.75 --start 0.501\n";
         assert!(alone.contains(early) && !alone.contains("hole: hold"), "{alone}");

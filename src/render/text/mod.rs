@@ -7,7 +7,7 @@ pub mod comparison;
 pub mod cpi;
 pub mod ghost;
 pub mod layout;
-mod limit;
+pub mod limit;
 pub mod model;
 pub mod so_far;
 pub mod story;
