@@ -2,16 +2,16 @@
 //!
 //! For each controller and heading, a [psychometric search](crate::stats::psychometric) finds the impulse with 50 %
 //! recovery. A second one goes up from small impulses to the first that is lost: below it nothing was, and it looks between
-//! the headings, too. A map tries every impulse. Each of their trials is a trial of the campaign with another impulse and heading of the push. Trial k at a heading has the same
-//! noise and variations for every controller. The searches run in parallel and independently of each other, so the result
-//! does not depend on the number of threads.
+//! the headings, too. A map tries every impulse. Each of their trials is a trial of the campaign with another impulse and
+//! heading of the push. Trial k at a heading has the same noise and variations for every controller. The searches run in
+//! parallel and independently of each other, so the result does not depend on the number of threads.
 
 mod search;
 mod yardstick;
 
 use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::spec::Campaign;
-use crate::campaign::limit::search::{Search, is_random};
+use crate::campaign::limit::search::{MAP_TO, Search, is_random};
 use crate::campaign::plan::{Plan, pool};
 use crate::error::Result;
 use crate::robot::urdf::Files;
@@ -147,7 +147,10 @@ impl<'a> Searches<'a> {
         }
         let of_search = OF_SEARCH[usize::from(!is_random(self.campaign))].min(self.options.max_trials as f64);
         let safe = |heading: &Heading| self.options.replicas as f64 * heading.bound_one_step_n_s / self.precision_n_s;
-        let of_set: f64 = self.headings.iter().map(|heading| of_search + safe(heading)).sum();
+        let map = |heading: &Heading| {
+            f64::from(self.options.is_dense) * MAP_TO * heading.bound_one_step_n_s / self.precision_n_s
+        };
+        let of_set: f64 = self.headings.iter().map(|heading| of_search + safe(heading) + map(heading)).sum();
         let of_push_s = start.elapsed().as_secs_f64() / pushes as f64;
         of_push_s * of_set * self.factories.len() as f64 / self.pool.current_num_threads() as f64
     }

@@ -129,7 +129,7 @@ const SAFE_POINTS: u64 = 8_000;
 const SAFE_IMPULSE: f64 = 0.01;
 /// Distance of the map's trials from those of the search for 50 %, and the end of the map, as a multiple of that impulse.
 const MAP_TRIALS: u64 = MOST_TRIALS;
-const MAP_TO: f64 = 1.15;
+pub(super) const MAP_TO: f64 = 1.15;
 
 pub(super) struct Search<'a> {
     pub campaign: &'a Campaign,
@@ -160,11 +160,7 @@ impl Search<'_> {
         let mut posterior = Posterior::new(rule);
         let [mut recovered, mut survived, mut fell, mut timed_out, mut diverged, mut failed] = [0; 6];
         while let Some(impulse_n_s) = posterior.next_impulse() {
-            if self.stop.load(Ordering::Relaxed) {
-                return Err(Error::Interrupted);
-            }
-            let outcome = self.outcome(self.first_trial + posterior.trials(), impulse_n_s);
-            (self.on_episode)();
+            let outcome = self.outcome(self.first_trial + posterior.trials(), impulse_n_s)?;
             *match outcome {
                 Outcome::Recovered => &mut recovered,
                 Outcome::Survived => &mut survived,
@@ -211,9 +207,6 @@ impl Search<'_> {
         for point in 1..=if self.replicas > 0 { points } else { 0 } {
             let impulse_n_s = grid_n_s * point as f64;
             for replica in 0..self.replicas {
-                if self.stop.load(Ordering::Relaxed) {
-                    return Err(Error::Interrupted);
-                }
                 let trial = self.first_trial + SAFE_TRIALS + point * MOST_REPLICAS + replica;
                 let [more, turned, later] = trial::replica(self.campaign.seed, trial);
                 let impulse_n_s = impulse_n_s * (1.0 + SAFE_IMPULSE * more);
@@ -226,9 +219,7 @@ impl Search<'_> {
                     start_s = push.start_s;
                 }
                 safe.trials += 1;
-                let outcome = self.outcome_of(disturbance);
-                (self.on_episode)();
-                if !outcome.is_success() {
+                if !self.outcome_of(disturbance)?.is_success() {
                     // The limits beside this one are not known yet.
                     let of_limit = f64::NAN;
                     safe.first_loss = Some(FirstLoss { impulse_n_s, heading_deg, start_s, trial, of_limit });
@@ -244,24 +235,25 @@ impl Search<'_> {
     fn map(&self, grid_n_s: f64, to_n_s: f64) -> Result<Vec<Tried>> {
         let points = ((to_n_s / grid_n_s) as u64).min(SAFE_POINTS);
         let tried = |point: u64| {
-            if self.stop.load(Ordering::Relaxed) {
-                return Err(Error::Interrupted);
-            }
             let (impulse_n_s, trial) = (grid_n_s * point as f64, self.first_trial + MAP_TRIALS + point);
-            let outcome = self.outcome(trial, impulse_n_s);
-            (self.on_episode)();
-            Ok(Tried { impulse_n_s, trial, outcome })
+            Ok(Tried { impulse_n_s, trial, outcome: self.outcome(trial, impulse_n_s)? })
         };
         (1..=points).map(tried).collect()
     }
 
     /// Runs a trial of the campaign with another first push.
-    fn outcome(&self, trial: u64, impulse_n_s: f64) -> Outcome {
+    fn outcome(&self, trial: u64, impulse_n_s: f64) -> Result<Outcome> {
         self.outcome_of(pushed(self.campaign, trial, impulse_n_s, self.heading_deg))
     }
 
-    fn outcome_of(&self, disturbance: Disturbance) -> Outcome {
-        self.plan.records(self.factories, self.opening, disturbance, &[self.set])[0].outcome
+    /// Fails if the searches are to stop.
+    fn outcome_of(&self, disturbance: Disturbance) -> Result<Outcome> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(Error::Interrupted);
+        }
+        let outcome = self.plan.records(self.factories, self.opening, disturbance, &[self.set])[0].outcome;
+        (self.on_episode)();
+        Ok(outcome)
     }
 }
 

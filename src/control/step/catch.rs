@@ -1,11 +1,12 @@
 //! Footsteps that are planned anew at every tick while the foot is in the air. The paper leaves this out.
 //!
 //! A foot is lifted as soon as the state is in no CPI set and the DCM is outside of the support polygon. Of all
-//! footsteps, of either foot to any [landing region](LandingRegion), the one is taken that costs least ([`plan`]). Where
-//! the legs cross, the foot goes around the stance leg. At every tick from then on, landing place and ZMP are planned
-//! anew from the estimate, so both follow the DCM. The torques are those of the moving body ([`InverseDynamics`]), since
-//! a leg that swings within 0.2 s pushes the rest of the body off its course. A footstep home is led like any other one:
-//! as soon as it would not catch the DCM, its landing place is planned anew.
+//! footsteps, of either foot to any [landing region](LandingRegion), the one is taken that costs least ([`plan`]), where a
+//! risk that the pendulum does not see costs more ([`is_risky`]). Where the legs cross, the foot goes around the stance
+//! leg. At every tick from then on, landing place and ZMP are planned anew from the estimate, so both follow the DCM. The
+//! torques are those of the moving body ([`InverseDynamics`]), since a leg that swings within 0.2 s pushes the rest of the
+//! body off its course. A footstep home is led like any other one: as soon as it would not catch the DCM, its landing
+//! place is planned anew.
 
 use super::footwork::{Footwork, StepState};
 use super::home::WayHome;

@@ -80,9 +80,10 @@ fn beside_bounds(limits: &Limits) -> String {
         0 => "`safe up to` was not searched (--replicas 0).".into(),
         replicas => format!(
             "`safe up to` is the impulse up to which nothing was lost, in steps of {} N s with {replicas} pushes each, whose \
-             headings differ by up to {:.4} degrees; `pushes` is how many these were. If none of n pushes was lost, fewer than \
+             headings differ by up to {} degrees to either side; `pushes` is how many these were. If none of n pushes was lost, fewer than \
              3 in n are, with 95 % confidence.",
-            limits.precision_n_s, limits.sector_deg
+            limits.precision_n_s,
+            (100.0 * limits.sector_deg).round() / 100.0
         ),
     };
     let torque = match limits.headings.iter().any(by_torque) {
