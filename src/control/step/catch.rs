@@ -2,7 +2,7 @@
 //!
 //! A foot is lifted as soon as the state is in no CPI set and the DCM is outside of the support polygon. Of all
 //! footsteps, of either foot to any [landing region](LandingRegion), the one is taken that costs least ([`plan`]), where a
-//! risk that the pendulum does not see costs more ([`is_risky`]). Where the legs cross, the foot goes around the stance
+//! risk that the pendulum does not see costs more (`is_risky`). Where the legs cross, the foot goes around the stance
 //! leg. At every tick from then on, landing place and ZMP are planned anew from the estimate, so both follow the DCM. The
 //! torques are those of the moving body ([`InverseDynamics`]), since a leg that swings within 0.2 s pushes the rest of the
 //! body off its course. A footstep home is led like any other one: as soon as it would not catch the DCM, its landing
