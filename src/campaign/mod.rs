@@ -6,6 +6,7 @@
 //! Imports between these rooms go one way: [`ask`] does not know [`store`], and neither knows [`verdict`].
 
 pub mod ask;
+pub mod ceiling;
 pub mod interim;
 pub mod limit;
 pub mod partings;

@@ -4,6 +4,7 @@
 //! (`interrupt`), the end of a campaign (`result`), and the simulation of one episode (`episode`).
 
 pub mod arguments;
+mod ceiling;
 mod check;
 mod columns;
 mod compare;
@@ -80,6 +81,8 @@ enum Chosen {
     Check(check::CheckControllerArgs),
     /// Find the largest recoverable impulse by heading
     Limit(limit::LimitArgs),
+    /// Find how many of the pushes that a controller loses can be caught
+    Ceiling(ceiling::CeilingArgs),
     /// Compute the maximal CPI sets of a gain set
     Cpi(cpi::CpiArgs),
     /// Show a robot as it was read, and its kinematics
@@ -115,6 +118,7 @@ pub fn run() -> Result<ExitCode> {
         Chosen::Replay(args) => replay::run(&args),
         Chosen::Check(args) => check::run(&args),
         Chosen::Limit(args) => limit::run(&args),
+        Chosen::Ceiling(args) => ceiling::run(&args),
         Chosen::Cpi(args) => cpi::run(&args),
         Chosen::Model(args) => model::run(&args),
         Chosen::New(args) => new::run(&args),

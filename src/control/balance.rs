@@ -6,6 +6,7 @@ use super::design::Design;
 use super::estimate::Estimate;
 use super::stand::{Supervisor, Support};
 use super::step::{Footwork, Landing, LastLanding, StepState, Swing, footwork};
+use crate::lipm::catching::Departures;
 use crate::robot::{Command, Foot, PerFoot, TickError};
 use nalgebra::{Point2, Vector2};
 use std::sync::Arc;
@@ -63,6 +64,11 @@ impl Balance {
     /// It serves to measure how the ZMP follows.
     pub fn probe_zmp(&mut self, probe: Vector2<f64>) {
         self.supervisor.zmp_probe = probe;
+    }
+
+    /// Lets the first footsteps depart from the footwork rule.
+    pub fn depart(&mut self, departures: &Departures) {
+        self.footwork.iter_mut().for_each(|footwork| footwork.depart(departures));
     }
 
     pub fn in_air(&self) -> Option<Foot> {

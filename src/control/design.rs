@@ -115,7 +115,8 @@ fn footwork_rules(gains: &GainSet, robot: &Robot, units: &Units, stance_m: f64) 
     let beside = Region { x_m: beside.x_m, y_m: beside.y_m, swing_time_s: beside.swing_time_s };
     let stepping =
         gains.stepping.map(|table| FootworkRules::Stepping(table.rules(length_m, time_s, &beside, stance_m)));
-    let catching = gains.catching.map(|table| FootworkRules::Catching(table.rules(length_m, time_s, quickest_s)));
+    let catching =
+        gains.catching.as_ref().map(|table| FootworkRules::Catching(table.rules(length_m, time_s, quickest_s)));
     Ok(stepping.or(catching))
 }
 

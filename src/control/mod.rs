@@ -53,6 +53,7 @@ pub mod estimate;
 pub mod stand;
 pub mod step;
 
+use crate::lipm::catching::Departures;
 use crate::robot::{Command, Controller, Factory, Promise, Region, Report, Sensed, TickError};
 pub use account::{Account, Phase};
 pub use balance::Balance;
@@ -124,6 +125,11 @@ impl CpiController {
     /// It serves to measure how the ZMP follows.
     pub fn probe_zmp(&mut self, probe: Vector2<f64>) {
         self.balance.probe_zmp(probe);
+    }
+
+    /// Lets the first footsteps depart from the rule `[catching]`, as if its gain set said so. To be called before them.
+    pub fn depart(&mut self, departures: &Departures) {
+        self.balance.depart(departures);
     }
 
     /// What the controller is designed for.

@@ -21,12 +21,13 @@
 //! follow the DCM.
 
 use super::relaxation::in_box;
+use crate::assets::exactly;
 use crate::error::{Error, Result};
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// The table `[catching]` of a gain set's file, which holds for robots of every size.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CatchingTable {
     /// In COM heights.
@@ -38,6 +39,58 @@ pub struct CatchingTable {
     pub transfer: f64,
     /// At most the robot's quickest swing.
     pub settle: f64,
+    /// How the first footsteps depart from the rule, in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub departures: Vec<Departure>,
+}
+
+/// How a footstep departs from the one that the rule would take. With zeros it does not. A clairvoyant that knows the push
+/// is a list of departures ([`crate::campaign::ceiling`]).
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Departure {
+    /// The foot is lifted when the DCM is so far outside of the support polygon, in COM heights; sooner if negative.
+    pub lift: f64,
+    /// A footstep of the left foot counts as if it missed by so much more, in COM heights; of the right one if negative.
+    pub left: f64,
+    /// A footstep with crossed legs counts as if it missed by so much more, in COM heights.
+    pub crossed: f64,
+    /// Shift of the landing place within reach, and of the ZMP within the sole, in COM heights: forward, and to the side of
+    /// the foot in the air.
+    #[serde(deserialize_with = "exactly")]
+    pub place: [f64; 2],
+    #[serde(deserialize_with = "exactly")]
+    pub zmp: [f64; 2],
+    /// The swing takes e^slower times as long.
+    pub slower: f64,
+    /// The trunk turns during the swing by so much about the x and y axes of the stance sole (rad), and stays so until the
+    /// next footstep.
+    #[serde(deserialize_with = "exactly")]
+    pub tilt: [f64; 2],
+    /// The COM is so much lower at the landing, in COM heights.
+    pub lower: f64,
+}
+
+impl Departure {
+    /// How many numbers it has.
+    pub const NUMBERS: usize = 11;
+    /// Largest size of each number, in the order of [`numbers`](Self::numbers).
+    pub const MOST: [f64; Self::NUMBERS] = [0.3, 1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 1.0, 1.0, 1.0, 0.5];
+
+    /// Its numbers, in the order of the fields.
+    pub fn numbers(&self) -> [f64; Self::NUMBERS] {
+        let Self { lift, left, crossed, place: [x, y], zmp: [zmp_x, zmp_y], slower, tilt: [roll, pitch], lower } =
+            *self;
+        [lift, left, crossed, x, y, zmp_x, zmp_y, slower, roll, pitch, lower]
+    }
+
+    /// The departure with these numbers, each cut to its largest size.
+    pub fn of_numbers(numbers: [f64; Self::NUMBERS]) -> Self {
+        let mut cut = numbers;
+        cut.iter_mut().zip(Self::MOST).for_each(|(number, most)| *number = number.clamp(-most, most));
+        let [lift, left, crossed, x, y, zmp_x, zmp_y, slower, roll, pitch, lower] = cut;
+        Self { lift, left, crossed, place: [x, y], zmp: [zmp_x, zmp_y], slower, tilt: [roll, pitch], lower }
+    }
 }
 
 impl CatchingTable {
@@ -53,7 +106,18 @@ impl CatchingTable {
             ("transfer", self.transfer, 0.0, 6.0),
             ("settle", self.settle, 0.05, 10.0),
         ];
-        Error::check_ranges(file, "catching", &ranges)
+        Error::check_ranges(file, "catching", &ranges)?;
+        if self.departures.len() > DEPARTURES {
+            let (count, accepted) = (self.departures.len(), format!("up to {DEPARTURES} footsteps"));
+            return Err(Error::value(file, "catching.departures", count, "too many", accepted));
+        }
+        let is_wrong = |departure: &Departure| *departure != Departure::of_numbers(departure.numbers());
+        if let Some(i) = self.departures.iter().position(is_wrong) {
+            let value = format!("{:?}", self.departures[i].numbers());
+            let accepted = format!("numbers up to {:?}", Departure::MOST);
+            return Err(Error::value(file, format!("catching.departures[{i}]"), value, "out of range", accepted));
+        }
+        Ok(())
     }
 
     /// The rules of a robot with the COM height `length_m` (m), 1/omega `time_s` (s) and this quickest swing (s).
@@ -64,6 +128,7 @@ impl CatchingTable {
             pause_s: self.pause * time_s,
             transfer_s: (self.transfer * time_s).min(0.5 * quickest_s),
             settle_s: (self.settle * time_s).min(quickest_s),
+            departures: first(&self.departures),
         }
     }
 }
@@ -83,6 +148,17 @@ pub struct Catching {
     /// Time before the landing from which the landing place is fixed (s). A foot that is redirected to the end lands
     /// fast.
     pub settle_s: f64,
+    pub departures: Departures,
+}
+
+/// How many footsteps can depart from the rule.
+pub const DEPARTURES: usize = 4;
+/// Of the first footsteps.
+pub type Departures = [Departure; DEPARTURES];
+
+/// The first departures of a list, and none for the footsteps that it leaves out.
+pub fn first(list: &[Departure]) -> Departures {
+    std::array::from_fn(|i| list.get(i).copied().unwrap_or_default())
 }
 
 /// The data of the planning problem. Lengths (m) are in the stance sole's frame, with x forward and y to the swing
@@ -213,7 +289,8 @@ mod tests {
     /// A robot with quick legs has less time before a landing than the gain set asks for.
     #[test]
     fn times_of_the_swing_are_at_most_the_swing() {
-        let table = CatchingTable { lift: 0.03, late: 0.6, pause: 0.2, transfer: 0.3, settle: 0.5 };
+        let table =
+            CatchingTable { lift: 0.03, late: 0.6, pause: 0.2, transfer: 0.3, settle: 0.5, departures: Vec::new() };
         let [slow, quick] = [0.5, 0.08].map(|quickest_s| table.rules(0.9, 0.3, quickest_s));
         assert_eq!([slow.transfer_s, slow.settle_s], [0.09, 0.15]);
         assert_eq!([quick.transfer_s, quick.settle_s], [0.04, 0.08]);

@@ -11,7 +11,7 @@ mod yardstick;
 
 use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::spec::Campaign;
-use crate::campaign::limit::search::{MAP_TO, Search, is_random};
+use crate::campaign::limit::search::{MAP_TO, Search, first_trial, is_random};
 use crate::campaign::plan::{Plan, pool};
 use crate::error::Result;
 use crate::robot::urdf::Files;
@@ -26,9 +26,6 @@ use std::time::Instant;
 pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, SetLimit, Tried, pushed};
 pub use yardstick::{Heading, Yardstick};
 
-/// Distance between the first trials of two headings that are a thousandth of a degree apart. What a seed yields depends
-/// on it.
-const TRIALS_APART: u64 = 1 << 20;
 /// Largest number of headings.
 pub const MOST_HEADINGS: usize = 360;
 /// Largest impulse of a search, as a multiple of the bound with any number of footsteps.
@@ -146,7 +143,10 @@ impl<'a> Searches<'a> {
             pushes += 1;
         }
         let of_search = OF_SEARCH[usize::from(!is_random(self.campaign))].min(self.options.max_trials as f64);
-        let safe = |heading: &Heading| self.options.replicas as f64 * heading.bound_one_step_n_s / self.precision_n_s;
+        let safe = |heading: &Heading| {
+            let of_loss = if self.options.replicas > 0 { of_search } else { 0.0 };
+            self.options.replicas as f64 * heading.bound_one_step_n_s / self.precision_n_s + of_loss
+        };
         let map = |heading: &Heading| {
             f64::from(self.options.is_dense) * MAP_TO * heading.bound_one_step_n_s / self.precision_n_s
         };
@@ -187,7 +187,6 @@ impl<'a> Searches<'a> {
                 set: s,
                 heading_deg: heading.heading_deg,
                 bound_one_step_n_s: heading.bound_one_step_n_s,
-                first_trial: first_trial(heading.heading_deg),
                 replicas: options.replicas,
                 sector_deg,
                 is_dense: options.is_dense,
@@ -202,7 +201,6 @@ impl<'a> Searches<'a> {
         let found = pool.install(|| jobs.par_iter().with_max_len(1).map(search).collect::<Result<Vec<SetLimit>>>())?;
         let mut found = found.into_iter();
         headings.iter_mut().for_each(|heading| heading.sets = found.by_ref().take(sets.len()).collect());
-        (0..sets.len()).for_each(|set| compare_losses(&mut headings, set));
         Ok(Limits {
             campaign: campaign.name.clone(),
             robot: campaign.robot.clone(),
@@ -231,22 +229,6 @@ impl Limits {
             .flat_map(of)
             .flat_map(|(heading_deg, limit)| limit.holes().map(move |hole| (heading_deg, limit, hole)))
     }
-}
-
-/// Compares the first losses of a controller with its limits, which between two headings are taken to change evenly.
-fn compare_losses(headings: &mut [Heading], set: usize) {
-    let limits_n_s: Vec<f64> = headings.iter().map(|heading| heading.sets[set].impulse50_n_s).collect();
-    let spacing_deg = 360.0 / headings.len() as f64;
-    for loss in headings.iter_mut().filter_map(|heading| heading.sets[set].first_loss.as_mut()) {
-        let place = loss.heading_deg.rem_euclid(360.0) / spacing_deg;
-        let [before_n_s, after_n_s] = [0, 1].map(|k| limits_n_s[(place as usize + k) % limits_n_s.len()]);
-        loss.of_limit = loss.impulse_n_s / (before_n_s + place.fract() * (after_n_s - before_n_s));
-    }
-}
-
-/// Index of the first trial at a heading. It depends on nothing else, so that neither does what is found there.
-fn first_trial(heading_deg: f64) -> u64 {
-    (1e3 * heading_deg).round() as u64 * TRIALS_APART
 }
 
 /// Rounds a number to two digits.

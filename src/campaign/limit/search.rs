@@ -53,7 +53,10 @@ pub struct FirstLoss {
     pub start_s: f64,
     /// Index of the trial in the campaign, which fixes everything else.
     pub trial: u64,
-    /// Ratio of the impulse to the one with 50 % recovery at this heading, between those of the two nearest searches.
+    /// Impulse with 50 % recovery at this heading (N s), and how many trials found it.
+    pub limit_n_s: f64,
+    pub limit_trials: u64,
+    /// Ratio of the impulse to that one.
     pub of_limit: f64,
 }
 
@@ -89,7 +92,8 @@ impl SetLimit {
 
     /// Number of episodes of its searches.
     pub fn episodes(&self) -> u64 {
-        self.trials + self.safe_trials + self.map.len() as u64
+        let of_loss = self.first_loss.map_or(0, |loss| loss.limit_trials);
+        self.trials + self.safe_trials + of_loss + self.map.len() as u64
     }
 
     /// Number of pushes from which the robot recovered before the first loss.
@@ -110,6 +114,9 @@ pub(super) fn is_random(campaign: &Campaign) -> bool {
     drawn || campaign.second_push.is_random() || !trial::begin_alike(campaign)
 }
 
+/// Distance between the first trials of two headings that are a thousandth of a degree apart. What a seed yields depends
+/// on it.
+const TRIALS_APART: u64 = 1 << 20;
 /// Largest number of trials in one search.
 pub const MOST_TRIALS: u64 = 100_000;
 /// Largest number of episodes for each impulse of the search for the first loss.
@@ -147,8 +154,6 @@ pub(super) struct Search<'a> {
     pub sector_deg: f64,
     /// Whether to try every impulse, for a map.
     pub is_dense: bool,
-    /// Index of the search's trial 0 in the campaign.
-    pub first_trial: u64,
     pub stop: &'a AtomicBool,
     /// Called after every episode.
     pub on_episode: &'a (dyn Fn() + Sync),
@@ -156,11 +161,8 @@ pub(super) struct Search<'a> {
 
 impl Search<'_> {
     pub fn run(&self, rule: Rule) -> Result<SetLimit> {
-        let (random, grid_n_s, most_n_s) = (rule.random, rule.precision_n_s, rule.most_n_s);
-        let mut posterior = Posterior::new(rule);
         let [mut recovered, mut survived, mut fell, mut timed_out, mut diverged, mut failed] = [0; 6];
-        while let Some(impulse_n_s) = posterior.next_impulse() {
-            let outcome = self.outcome(self.first_trial + posterior.trials(), impulse_n_s)?;
+        let posterior = self.limit(rule, self.heading_deg, |outcome| {
             *match outcome {
                 Outcome::Recovered => &mut recovered,
                 Outcome::Survived => &mut survived,
@@ -169,9 +171,9 @@ impl Search<'_> {
                 Outcome::Diverged => &mut diverged,
                 Outcome::Failed => &mut failed,
             } += 1;
-            posterior.observe(impulse_n_s, outcome.is_success());
-        }
-        let safe = self.safe(grid_n_s, most_n_s)?;
+        })?;
+        let (random, grid_n_s) = (rule.random, rule.precision_n_s);
+        let safe = self.safe(rule)?;
         let (impulse50, impulse90) = (posterior.impulse50(), posterior.impulse90());
         let map = if self.is_dense { self.map(grid_n_s, MAP_TO * impulse50.at_n_s)? } else { Vec::new() };
         let [dv_m_s, dv_over_sqrt_g_h] = self.campaign.units.velocity_of(impulse50.at_n_s);
@@ -199,18 +201,31 @@ impl Search<'_> {
         })
     }
 
-    /// Goes up from small impulses, in steps of `grid_n_s`, to the first loss. At each step it tries `replicas` pushes whose
-    /// headings differ by up to `sector_deg`, and that are almost the same otherwise, since one may recover by luck.
-    fn safe(&self, grid_n_s: f64, most_n_s: f64) -> Result<Safe> {
+    /// Searches the impulse with 50 % recovery at a heading. It calls `on_outcome` after each trial.
+    fn limit(&self, rule: Rule, heading_deg: f64, mut on_outcome: impl FnMut(Outcome)) -> Result<Posterior> {
+        let mut posterior = Posterior::new(rule);
+        while let Some(impulse_n_s) = posterior.next_impulse() {
+            let trial = first_trial(heading_deg) + posterior.trials();
+            let outcome = self.outcome(pushed(self.campaign, trial, impulse_n_s, heading_deg))?;
+            on_outcome(outcome);
+            posterior.observe(impulse_n_s, outcome.is_success());
+        }
+        Ok(posterior)
+    }
+
+    /// Goes up from small impulses, in steps of the precision, to the first loss. At each step it tries `replicas` pushes
+    /// whose headings differ by up to `sector_deg`, and that are almost the same otherwise, since one may recover by luck.
+    fn safe(&self, rule: Rule) -> Result<Safe> {
+        let (grid_n_s, most_n_s) = (rule.precision_n_s, rule.most_n_s);
         let mut safe = Safe { up_to_n_s: 0.0, first_loss: None, trials: 0 };
         let points = ((most_n_s / grid_n_s) as u64).min(SAFE_POINTS);
         for point in 1..=if self.replicas > 0 { points } else { 0 } {
             let impulse_n_s = grid_n_s * point as f64;
             for replica in 0..self.replicas {
-                let trial = self.first_trial + SAFE_TRIALS + point * MOST_REPLICAS + replica;
+                let trial = first_trial(self.heading_deg) + SAFE_TRIALS + point * MOST_REPLICAS + replica;
                 let [more, turned, later] = trial::replica(self.campaign.seed, trial);
                 let impulse_n_s = impulse_n_s * (1.0 + SAFE_IMPULSE * more);
-                let heading_deg = self.heading_deg + self.sector_deg * turned;
+                let heading_deg = (self.heading_deg + self.sector_deg * turned).rem_euclid(360.0);
                 let late_s = later * self.campaign.episode.control_period_s;
                 let mut disturbance = pushed(self.campaign, trial, impulse_n_s, heading_deg);
                 let mut start_s = 0.0;
@@ -219,10 +234,12 @@ impl Search<'_> {
                     start_s = push.start_s;
                 }
                 safe.trials += 1;
-                if !self.outcome_of(disturbance)?.is_success() {
-                    // The limits beside this one are not known yet.
-                    let of_limit = f64::NAN;
-                    safe.first_loss = Some(FirstLoss { impulse_n_s, heading_deg, start_s, trial, of_limit });
+                if !self.outcome(disturbance)?.is_success() {
+                    let posterior = self.limit(rule, heading_deg, |_| ())?;
+                    let (limit_n_s, limit_trials) = (posterior.impulse50().at_n_s, posterior.trials());
+                    let of_limit = impulse_n_s / limit_n_s;
+                    safe.first_loss =
+                        Some(FirstLoss { impulse_n_s, heading_deg, start_s, trial, limit_n_s, limit_trials, of_limit });
                     return Ok(safe);
                 }
             }
@@ -235,19 +252,15 @@ impl Search<'_> {
     fn map(&self, grid_n_s: f64, to_n_s: f64) -> Result<Vec<Tried>> {
         let points = ((to_n_s / grid_n_s) as u64).min(SAFE_POINTS);
         let tried = |point: u64| {
-            let (impulse_n_s, trial) = (grid_n_s * point as f64, self.first_trial + MAP_TRIALS + point);
-            Ok(Tried { impulse_n_s, trial, outcome: self.outcome(trial, impulse_n_s)? })
+            let (impulse_n_s, trial) = (grid_n_s * point as f64, first_trial(self.heading_deg) + MAP_TRIALS + point);
+            let outcome = self.outcome(pushed(self.campaign, trial, impulse_n_s, self.heading_deg))?;
+            Ok(Tried { impulse_n_s, trial, outcome })
         };
         (1..=points).map(tried).collect()
     }
 
-    /// Runs a trial of the campaign with another first push.
-    fn outcome(&self, trial: u64, impulse_n_s: f64) -> Result<Outcome> {
-        self.outcome_of(pushed(self.campaign, trial, impulse_n_s, self.heading_deg))
-    }
-
     /// Fails if the searches are to stop.
-    fn outcome_of(&self, disturbance: Disturbance) -> Result<Outcome> {
+    fn outcome(&self, disturbance: Disturbance) -> Result<Outcome> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(Error::Interrupted);
         }
@@ -255,6 +268,11 @@ impl Search<'_> {
         (self.on_episode)();
         Ok(outcome)
     }
+}
+
+/// Index of the first trial at a heading. It depends on nothing else, so that neither does what is found there.
+pub(super) fn first_trial(heading_deg: f64) -> u64 {
+    (1e3 * heading_deg).round() as u64 * TRIALS_APART
 }
 
 /// What happens to the robot in a trial of the campaign with another impulse and heading of the first push.

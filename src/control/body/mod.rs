@@ -79,6 +79,8 @@ pub struct SoleReference {
 #[derive(Debug, Clone)]
 pub struct Body {
     pub com: ComReference,
+    /// How far the trunk is to turn from upright about its x and y axes (rad).
+    pub tilt: Vector2<f64>,
     kinematics: InverseKinematics,
     /// Largest speed at which the COM rises (m/s).
     rising_m_s: f64,
@@ -94,7 +96,7 @@ impl Body {
             shaping: Vector2::zeros(),
         };
         let kinematics = InverseKinematics::at(robot, estimate.posture.clone());
-        Self { com, kinematics, rising_m_s: RISING * units.speed_m_s() }
+        Self { com, tilt: Vector2::zeros(), kinematics, rising_m_s: RISING * units.speed_m_s() }
     }
 
     /// The reference posture, to which the joints are sent.
@@ -116,7 +118,7 @@ impl Body {
         soles: SoleReference,
         command: &mut Command,
     ) {
-        let (com, kinematics) = (&self.com, &mut self.kinematics);
+        let (trunk, com, kinematics) = (self.trunk(estimate), &self.com, &mut self.kinematics);
         let shaped = com.place + com.shaping;
         kinematics.follow(
             robot,
@@ -126,11 +128,16 @@ impl Body {
                 com_vel: Vector3::new(com.vel.x, com.vel.y, com.height[1]),
                 soles: soles.poses,
                 sole_vel: soles.velocities,
-                trunk: upright(estimate),
+                trunk,
             },
         );
         command.q_ref.copy_from_slice(&kinematics.posture.q);
         command.dq_ref.copy_from_slice(&kinematics.velocity.as_slice()[6..]);
+    }
+
+    /// The orientation that the trunk is to have.
+    pub fn trunk(&self, estimate: &Estimate) -> UnitQuaternion<f64> {
+        upright(estimate) * UnitQuaternion::from_scaled_axis(self.tilt.push(0.0))
     }
 }
 

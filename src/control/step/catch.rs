@@ -14,12 +14,12 @@ use super::quintic::Quintic;
 use super::swing::{LATE_SPEED, PlannedFootstep, Swing, SwingTiming, Way};
 use crate::control::body::{
     Body, BodyTargets, ContactModel, DesiredAcceleration, InverseDynamics, InverseKinematics, RISING, SoleReference,
-    upright,
 };
 use crate::control::design::Design;
 use crate::control::estimate::on_ground;
 use crate::control::stand::Support;
-use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, plan};
+use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, Departure, Departures, plan};
+use crate::robot::swing_shape::least_jerk;
 use crate::robot::{Command, Foot, GRAVITY, LandingRegion, PerFoot, TickError};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
@@ -57,6 +57,11 @@ pub struct CatchFootwork {
     way_home: WayHome,
     /// Whether the footstep in the air goes home.
     goes_home: bool,
+    /// How many footsteps were taken that do not go home, and how the one in the air departs from the rule.
+    taken: usize,
+    departure: Departure,
+    /// The tilt of the trunk (rad) at the last lift.
+    tilt_at_lift: Vector2<f64>,
     /// The posture at landing. Where the feet will be far apart, the legs reach the ground only with a lower body, so
     /// the body sinks during the swing. Pulled down only at the end, the robot would leave the ground.
     at_landing: InverseKinematics,
@@ -74,6 +79,9 @@ impl CatchFootwork {
             region: 0,
             way_home: WayHome::default(),
             goes_home: false,
+            taken: 0,
+            departure: Departure::default(),
+            tilt_at_lift: Vector2::zeros(),
             at_landing: InverseKinematics::new(robot),
             dynamics: InverseDynamics::new(robot, contact),
             wanted: DesiredAcceleration::rest(robot, PerFoot::default()),
@@ -90,6 +98,10 @@ impl Footwork for CatchFootwork {
         IMPACT * design.units.time_s()
     }
 
+    fn depart(&mut self, departures: &Departures) {
+        self.rules.departures = *departures;
+    }
+
     /// Lifts the foot whose footstep has the least cost. It lifts none while the DCM is inside of the support polygon,
     /// when the other foot is not in contact, if the DCM would then be nearer to the support of a robot that stands, or
     /// if the body falls back onto a foot that hangs in the air; nor a loaded foot with the DCM just beside it.
@@ -99,8 +111,10 @@ impl Footwork for CatchFootwork {
         if !now.has_waited(0.0, rules.pause_s) {
             return None;
         }
-        let support = now.support();
-        let outside = support.polygon?.signed_distance(support.frame.inverse_transform_point(&dcm_in(0.0, now)));
+        let (support, departure) = (now.support(), rules.departures.get(self.taken).copied().unwrap_or_default());
+        let length_m = now.design.units.length_m;
+        let outside = support.polygon?.signed_distance(support.frame.inverse_transform_point(&dcm_in(0.0, now)))
+            - departure.lift * length_m;
         if outside <= 0.0 || falls_back(now) {
             return None;
         }
@@ -120,9 +134,9 @@ impl Footwork for CatchFootwork {
                 let Some((way, swing_time_s)) = way_to(region, from, now.design) else { continue };
                 let problem = problem(region, foot, now);
                 let mut catch = plan(&problem, dcm, swing_time_s - transfer_s);
-                if is_risky(foot, region, dcm, now) {
-                    catch.cost += problem.cost_of_miss(RISK * now.design.units.length_m);
-                }
+                let risk = if is_risky(foot, region, dcm, now) { RISK } else { 0.0 };
+                let crossed = if region.sideways_from > 0.0 { departure.crossed } else { 0.0 };
+                catch.cost += problem.cost_of_miss((risk + crossed + departure.left * foot.side()) * length_m);
                 if best.as_ref().is_none_or(|best| catch.cost < best.catch.cost) {
                     best = Some(Candidate { foot, stance, number, way, swing_time_s, catch });
                 }
@@ -135,7 +149,10 @@ impl Footwork for CatchFootwork {
             return None;
         }
         (self.region, self.goes_home) = (number, false);
-        let to = stance * Point2::from(to_side(foot, catch.place.into()));
+        (self.taken, self.departure) = (self.taken + 1, departure);
+        let place = catch.place + Vector2::from(departure.place) * length_m;
+        let to = stance * Point2::from(to_side(foot, place.into()));
+        let swing_time_s = swing_time_s * departure.slower.exp();
         Some(self.start(now, body, PlannedFootstep { foot, to, zmp_error: now.zmp_error }, way, swing_time_s))
     }
 
@@ -151,7 +168,7 @@ impl Footwork for CatchFootwork {
         let stance = on_ground(&estimate.footholds[foot.other()]);
         let from = stance.inverse_transform_point(&estimate.footholds[foot].translation.vector.xy().into());
         let (way, swing_time_s) = way_to(region, to_side(foot, from), now.design)?;
-        (self.region, self.goes_home) = (0, true);
+        (self.region, self.goes_home, self.departure) = (0, true, Departure::default());
         let to = stance * Point2::from(to_side(foot, problem(region, foot, now).home.into()));
         let footstep = PlannedFootstep { foot, to, zmp_error: now.zmp_error };
         Some(self.start(now, body, footstep, way, LEISURE * swing_time_s))
@@ -175,7 +192,14 @@ impl Footwork for CatchFootwork {
         let left_or_late_s = left_s.max(LATE_TICKS * pendulum.dt);
         let to_home = plan(&problem.landing_at(problem.home), dcm, left_or_late_s);
         self.goes_home &= to_home.miss == 0.0;
-        let catch = if self.goes_home { to_home } else { plan(&problem, dcm, left_or_late_s) };
+        let mut catch = if self.goes_home { to_home } else { plan(&problem, dcm, left_or_late_s) };
+        let Departure { place, zmp, tilt, .. } = self.departure;
+        catch.place += Vector2::from(place) * now.design.units.length_m;
+        catch.zmp += Vector2::from(zmp) * now.design.units.length_m;
+        for (zmp, [low, high]) in catch.zmp.iter_mut().zip(problem.zmp) {
+            *zmp = zmp.clamp(low, high);
+        }
+        body.tilt = self.tilt_at_lift.lerp(&tilt.into(), least_jerk(swing.share()));
         if left_s > self.rules.settle_s {
             swing.aim(stance * Point2::from(to_side(foot, catch.place.into())));
         }
@@ -208,6 +232,7 @@ impl CatchFootwork {
         swing_time_s: f64,
     ) -> Swing {
         let Catching { lift_m, late_s, .. } = self.rules;
+        self.tilt_at_lift = body.tilt;
         body.com.start(now.estimate);
         self.at_landing.start_at(body.posture());
         body.com.height = [self.at_landing.com_height(&now.design.robot), 0.0, 0.0];
@@ -229,15 +254,16 @@ impl CatchFootwork {
             com_vel: Vector3::zeros(),
             soles,
             sole_vel: PerFoot::default(),
-            trunk: upright(estimate),
+            trunk: body.trunk(estimate),
         };
         for _ in 0..AHEAD_STEPS {
             self.at_landing.follow(robot, &targets);
         }
+        let lower_m = self.departure.lower * now.design.units.length_m;
         let height = &mut body.com.height;
         *height = if left_s > LATE_TICKS * dt {
-            let at_landing =
-                self.at_landing.com_height(robot).min(height[0] + RISING * now.design.units.speed_m_s() * left_s);
+            let at_landing = (self.at_landing.com_height(robot) - lower_m)
+                .min(height[0] + RISING * now.design.units.speed_m_s() * left_s);
             Quintic::new(*height, at_landing, 0.0, left_s).at(dt)
         } else {
             [height[0], 0.0, 0.0]

@@ -5,6 +5,7 @@ use crate::control::body::Body;
 use crate::control::design::Design;
 use crate::control::estimate::Estimate;
 use crate::control::stand::Support;
+use crate::lipm::catching::Departures;
 use crate::robot::{Command, Foot, TickError};
 use nalgebra::{Point2, Vector2};
 use std::fmt::Debug;
@@ -13,6 +14,9 @@ use std::fmt::Debug;
 pub trait Footwork: Debug + Send + Sync {
     /// A copy that goes on from the present state.
     fn copy(&self) -> Box<dyn Footwork>;
+
+    /// Lets the first footsteps depart from the rule. A rule that cannot leaves it at that.
+    fn depart(&mut self, _departures: &Departures) {}
 
     /// Returns the footstep to begin now, if any. It is called at every tick with the state in no CPI set and no foot
     /// in the air.

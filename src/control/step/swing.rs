@@ -140,6 +140,11 @@ impl Swing {
         [self.stance.translation.vector + turned(0), turned(1), turned(2)]
     }
 
+    /// Share of its time that has passed.
+    pub fn share(&self) -> f64 {
+        self.time_s / self.timing.swing_time_s
+    }
+
     /// Time left until the landing is due (s).
     pub fn time_left_s(&self) -> f64 {
         self.timing.swing_time_s - self.time_s

@@ -119,10 +119,14 @@ fn lost_early(limits: &Limits) -> String {
         let (Some(safe_n_s), Some(loss)) = (set.safe_n_s, set.hole()) else { continue };
         _ = writeln!(
             text,
-            "\nhole: {} about {:.1} degrees is safe only up to {} N s;\nto see the loss:\n  {} --start {}",
+            "\nhole: {} about {:.1} degrees is safe only up to {} N s; it loses {} at {:.1} degrees, where its limit is {};\n\
+             to see the loss:\n  {} --start {}",
             set.name,
             heading.heading_deg,
             n_s(limits, safe_n_s),
+            n_s(limits, loss.impulse_n_s),
+            loss.heading_deg,
+            n_s(limits, loss.limit_n_s),
             replay(limits, &set.name, loss.trial, [loss.impulse_n_s, loss.heading_deg]),
             loss.start_s
         );
@@ -244,9 +248,11 @@ pub mod tests {
             safe_n_s: Some(2.4),
             first_loss: Some(FirstLoss {
                 impulse_n_s: 2.5125,
-                heading_deg: -0.75,
+                heading_deg: 359.25,
                 start_s: 0.501,
                 trial: 202_500,
+                limit_n_s: impulse50_n_s,
+                limit_trials: 8,
                 of_limit: 2.5125 / impulse50_n_s,
             }),
             safe_trials: 25,
@@ -328,7 +334,7 @@ pub mod tests {
         assert!(alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"), "{alone}");
         let early = "hole: paper:stepping.x=2 about 0.0 degrees is safe only up to 2.40 N s;\nto see the loss:\n  \
                      standfast push --campaign nominal --seed 1 --trial 202500 --gains paper:stepping.x=2 \\\n  \
-                     --impulse 2.5125 --heading -0.75 --start 0.501\n";
+                     --impulse 2.5125 --heading 359.25 --start 0.501\n";
         assert!(alone.contains(early) && !alone.contains("hole: hold"), "{alone}");
         let weak = text(&[weak]);
         assert!(weak.contains("t  hold") && weak.contains("t: the torque of the ankles limits them"), "{weak}");
