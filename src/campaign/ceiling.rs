@@ -8,10 +8,12 @@
 //!
 //! A push that it catches can be caught. Of a push that it loses, nothing is proven.
 
+use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::limit::Yardstick;
 use crate::campaign::plan::{Plan, pool};
+use crate::contest::gain_set;
 use crate::control::CpiController;
 use crate::episode::{ClosedLoop, Footstep, Outcome, Record};
 use crate::error::{Error, Result};
@@ -20,6 +22,7 @@ use crate::lipm::catching::{DEPARTURES, Departure, Departures};
 use crate::robot::Factory;
 use crate::robot::urdf::Files;
 use crate::sim::Push;
+use crate::stats::rate::SuccessCount;
 use cmaes::{CMAESOptions, DVector};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -42,13 +45,19 @@ pub struct CeilingOptions {
     pub tries: u64,
     /// Number of threads; 0 means one per core.
     pub threads: usize,
+    /// Whether the controller runs that has not been tried without a push.
+    pub untried: bool,
 }
+
+/// Most tries for one push.
+pub const MOST_TRIES: u64 = 1_000_000;
 
 /// The trials of a campaign with a controller that catches, to be tried by the clairvoyant if they are lost.
 pub struct Clairvoyant<'a> {
     campaign: &'a Campaign,
     options: CeilingOptions,
     plan: Plan,
+    gains: GainSet,
     factory: Factory,
     yardstick: Yardstick,
 }
@@ -63,9 +72,11 @@ pub struct Ceiling {
     pub seed: u64,
     pub controller: String,
     pub trials: u64,
-    /// Number of trials from which the controller recovers, and with the clairvoyant in its place.
-    pub recovered: u64,
-    pub recovered_by_search: u64,
+    /// From how many the controller recovers, and from how many it or the clairvoyant does.
+    pub alone: SuccessCount,
+    pub with_search: SuccessCount,
+    /// COM height (m), the unit of the departures' lengths.
+    pub com_height_m: f64,
     /// Most tries for one push.
     pub tries: u64,
     /// The trials that the controller loses.
@@ -98,24 +109,46 @@ pub struct Recovery {
 }
 
 impl<'a> Clairvoyant<'a> {
-    /// Reads the controller, which must be a gain set with footsteps by the rule `[catching]`, and runs nothing.
-    pub fn new(campaign: &'a Campaign, gains: &GainSet, files: Files, options: CeilingOptions) -> Result<Self> {
+    /// Reads the controller, which must be a gain set with footsteps by the rule `[catching]`, and runs nothing but an episode
+    /// without a push.
+    pub fn new(campaign: &'a Campaign, files: Files, options: CeilingOptions) -> Result<Self> {
+        in_range("command line", "--tries", options.tries as f64, [1.0, MOST_TRIES as f64])?;
+        let [entry] = &campaign.gains[..] else {
+            let (count, accepted) = (format!("{} controllers", campaign.gains.len()), "one, such as catch");
+            return Err(Error::value("command line", "--gains", count, "too many", accepted));
+        };
+        let gains = gain_set(entry)?;
         if gains.catching.is_none() {
             let accepted = "a gain set with the table [catching], such as catch";
-            return Err(Error::value("command line", "--gains", &gains.name, "has no table [catching]", accepted));
+            return Err(Error::value("command line", "--gains", entry, "has no table [catching]", accepted));
         }
         let plan = Plan::with(campaign, files)?;
-        let factory = plan.factories()?.remove(0);
         let yardstick = Yardstick::new(&plan.robot, campaign)?;
-        Ok(Self { campaign, options, plan, factory, yardstick })
+        let factory = plan.tried_factories(options.untried)?.remove(0);
+        Ok(Self { campaign, options, plan, gains, factory, yardstick })
     }
 
-    /// Runs all trials, and searches for those that are lost. It calls `on_trial` after each, from any thread. It fails if
-    /// `stop` is set from outside.
-    pub fn run(&self, stop: &AtomicBool, on_trial: &(dyn Fn() + Sync)) -> Result<Ceiling> {
+    /// The gain set that recovers from a push as the clairvoyant does.
+    pub fn gains(&self, trial: u64, recovery: &Recovery) -> GainSet {
+        let (mut gains, departures) = (self.gains.clone(), recovery.departures.clone());
+        gains.name = format!("trial-{trial}");
+        gains.description =
+            format!("Trial {trial} of campaign {}, caught with knowledge of the push", self.campaign.name);
+        gains.catching.iter_mut().for_each(|catching| catching.departures = departures.clone());
+        gains
+    }
+
+    /// Runs all trials, and searches for those that are lost. It calls `on_episode` after each episode and `on_trial` after each
+    /// trial, from any thread. It fails if `stop` is set from outside.
+    pub fn run(
+        &self,
+        stop: &AtomicBool,
+        on_episode: &(dyn Fn() + Sync),
+        on_trial: &(dyn Fn() + Sync),
+    ) -> Result<Ceiling> {
         let Self { campaign, options, plan, factory, .. } = self;
         let run = |trial: u64| {
-            let lost = self.lost(trial, stop)?;
+            let lost = self.lost(trial, stop, on_episode)?;
             on_trial();
             Ok(lost)
         };
@@ -123,6 +156,7 @@ impl<'a> Clairvoyant<'a> {
         let all = || numbers.into_par_iter().with_max_len(1).map(run).collect::<Result<Vec<_>>>();
         let lost: Vec<LostTrial> = pool(options.threads)?.install(all)?.into_iter().flatten().collect();
         let recovered = campaign.trials - lost.len() as u64;
+        let found = lost.iter().filter(|lost| lost.found.is_some()).count() as u64;
         Ok(Ceiling {
             campaign: campaign.name.clone(),
             robot: campaign.robot.clone(),
@@ -130,20 +164,21 @@ impl<'a> Clairvoyant<'a> {
             seed: campaign.seed,
             controller: factory.name.clone(),
             trials: campaign.trials,
-            recovered,
-            recovered_by_search: recovered + lost.iter().filter(|lost| lost.found.is_some()).count() as u64,
+            alone: SuccessCount::new(recovered, campaign.trials),
+            with_search: SuccessCount::new(recovered + found, campaign.trials),
+            com_height_m: self.yardstick.com_height_m,
             tries: options.tries,
             lost,
         })
     }
 
     /// Runs a trial, and searches if it is lost; None if it is not.
-    fn lost(&self, number: u64, stop: &AtomicBool) -> Result<Option<LostTrial>> {
+    fn lost(&self, number: u64, stop: &AtomicBool, on_episode: &(dyn Fn() + Sync)) -> Result<Option<LostTrial>> {
         let Self { campaign, plan, factory, yardstick, .. } = self;
         let disturbance = trial::disturbance(campaign, number);
         let pushes = disturbance.pushes.clone();
         let begun = ClosedLoop::new(&plan.robot, [factory], &campaign.episode, disturbance).before(pushes[0].start_s);
-        let again = Again { begun, pushes };
+        let again = Again { begun, pushes, on_episode };
         let record = again.record(&Departures::default());
         if record.outcome.is_success() {
             return Ok(None);
@@ -211,6 +246,8 @@ impl<'a> Clairvoyant<'a> {
 struct Again<'a> {
     begun: ClosedLoop<'a>,
     pushes: Vec<Push>,
+    /// Called after every episode.
+    on_episode: &'a (dyn Fn() + Sync),
 }
 
 impl Again<'_> {
@@ -220,7 +257,9 @@ impl Again<'_> {
             let controller: Option<&mut CpiController> = (&mut **controller as &mut dyn Any).downcast_mut();
             controller.expect("a gain set is driven by this controller").depart(departures);
         }
-        again.finish().remove(0)
+        let record = again.finish().remove(0);
+        (self.on_episode)();
+        record
     }
 
     /// Leaves out of a recovery, one after the other, the numbers without which the robot still recovers.
@@ -236,7 +275,9 @@ impl Again<'_> {
                 found[i] = kept;
             }
         }
-        Recovery { departures: departures(&found).to_vec(), footsteps: record.footsteps.taken }
+        let mut departures = departures(&found).to_vec();
+        while departures.pop_if(|last| *last == Departure::default()).is_some() {}
+        Recovery { departures, footsteps: record.footsteps.taken }
     }
 }
 

@@ -1,19 +1,35 @@
-//! `standfast ceiling`: tries the pushes that a controller loses again, with knowledge of them, and tells which can be caught.
+//! `standfast ceiling`: tries again what a controller loses, with knowledge of the push, and tells what can be caught.
 
-use super::arguments::{CampaignArgs, ChangeArgs, MOST_THREADS, up_to};
+use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, fine, up_to};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::Progress;
-use super::terminal::print;
-use crate::assets::{self, Kind};
+use super::terminal::{note, print};
 use crate::campaign::ceiling::{CeilingOptions, Clairvoyant};
 use crate::campaign::{Campaign, Overrides};
-use crate::error::Result;
-use crate::lipm::GainSet;
+use crate::error::{Error, Result};
+use crate::files::write_atomic;
 use crate::render;
+use crate::render::text::ceiling as text;
+use crate::sim::Engine;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  standfast ceiling --out ceiling                   what catch loses in the standard campaign
+  standfast ceiling --campaign harsh --trials 200 --engine mujoco
+  standfast ceiling --campaign nominal --trials 1 --set push.impulse_n_s=4.5 --set push.heading_deg=97
+
+Each trial that the controller loses is tried again with other numbers for its
+first four footsteps: when which foot is lifted, where and when it lands, where
+the ZMP is meanwhile, and how the trunk turns and the COM sinks. CMA-ES changes
+the 44 numbers until the robot recovers. So the robot knows the push, itself and
+the ground; but it moves only after the push has begun, and within the torques
+of its joints.
+
+A push that is recovered from so can be caught, and the text tells by what. Of
+one that is not, nothing is proven. With --out, each recovery is written as a
+gain set, which push can show beside the controller.")]
 pub struct CeilingArgs {
     #[command(flatten)]
     pub campaign: CampaignArgs,
@@ -22,33 +38,69 @@ pub struct CeilingArgs {
     /// Number of trials
     #[arg(long, value_name = "N")]
     pub trials: Option<u64>,
-    /// Tries for a push, at most
+    /// Most tries for a push
     #[arg(long, value_name = "N", default_value_t = 2000)]
     pub tries: u64,
+    /// Number of threads, or 0 for one on each core; the result does not depend on it
     #[arg(long, value_name = "T", default_value_t = 0, value_parser = up_to(MOST_THREADS))]
     pub threads: usize,
+    /// Write ceiling.json and the recoveries (trial-N.toml) to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Do not try first whether the robot stands without a push
+    #[arg(long)]
+    pub untried: bool,
+    #[command(flatten)]
+    pub check: CheckArgs,
+    /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
 }
 
+/// The file of the result.
+const RESULT: &str = "ceiling.json";
+
+/// Tries the lost trials, prints what was found and writes it. Nothing of an interrupted search is kept.
 pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
     let name = args.campaign.or_standard();
     let mut overrides = Overrides { trials: args.trials, ..args.change.overrides() };
     if overrides.gains.is_empty() {
         overrides.gains = vec!["catch".into()];
     }
+    if args.change.engines().len() > 1 {
+        let (problem, accepted) = ("a recovery is of one engine", Engine::ALL.map(Engine::name).join(", "));
+        return Err(Error::option("--engine", "both", problem, accepted));
+    }
     let robot_files = Campaign::robot_files(name, &overrides)?;
-    let robot = robot_files.robot()?;
-    let campaign = Campaign::load_for(&robot, name, &overrides)?;
-    let gains = GainSet::parse(&assets::open(Kind::Controller, &campaign.gains[0])?)?;
+    let campaign = Campaign::load_for(&robot_files.robot()?, name, &overrides)?;
+    if let Some(folder) = args.out.as_ref().filter(|folder| folder.join(RESULT).exists() || folder.is_file()) {
+        let (problem, accepted) = ("it holds a result already, or is a file", "a new or empty folder");
+        return Err(Error::option("--out", folder.display(), problem, accepted));
+    }
     stop_on_ctrl_c();
-    let clairvoyant =
-        Clairvoyant::new(&campaign, &gains, robot_files, CeilingOptions { tries: args.tries, threads: args.threads })?;
+    let options = CeilingOptions { tries: args.tries, threads: args.threads, untried: args.untried };
+    let clairvoyant = Clairvoyant::new(&campaign, robot_files, options)?;
+    if args.check.check {
+        let most = format!("up to {} tries for each of {} trials", args.tries, campaign.trials);
+        return fine(&format!("campaign {}: {most}, if it is lost", campaign.name));
+    }
     let progress = Progress::of(campaign.trials, "trials");
-    let found = clairvoyant.run(&STOP, &|| progress.tick());
+    let found = clairvoyant.run(&STOP, &|| progress.episode(), &|| progress.tick());
     progress.finish();
-    print(&render::json(&found?))?;
+    if let Err(Error::Interrupted) = found {
+        note("interrupted: nothing was kept; the same command starts again from the beginning");
+    }
+    let found = found?;
+    let as_json = render::json(&found);
+    print(&if args.json { as_json.clone() } else { text::text(&found, args.out.as_deref()) })?;
+    if let Some(folder) = &args.out {
+        for lost in &found.lost {
+            let Some(recovery) = &lost.found else { continue };
+            let gains = toml::to_string(&clairvoyant.gains(lost.trial, recovery)).expect("a gain set is a table");
+            write_atomic(&folder.join(text::file(lost.trial)), gains.as_bytes())?;
+        }
+        write_atomic(&folder.join(RESULT), as_json.as_bytes())?;
+        note(&format!("written: {}", folder.join(RESULT).display()));
+    }
     Ok(ExitCode::SUCCESS)
 }

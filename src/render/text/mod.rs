@@ -3,6 +3,7 @@
 mod agreement;
 pub mod alone;
 mod campaign;
+pub mod ceiling;
 pub mod comparison;
 pub mod cpi;
 pub mod ghost;
