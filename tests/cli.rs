@@ -336,6 +336,7 @@ fn a_check_says_that_all_is_fine_and_writes_nothing() {
         short(&[FEW, "--gate=hold >= 0.1", "--json"]),
         [&["push", "--impulse=2", "--gains=hold", "--json"], &files[..]].concat(),
         vec!["limit", "--campaign=nominal", "--gains=hold", "--headings=2", "--out=limits", "--plot=limits.svg"],
+        vec!["ceiling", "--campaign=nominal", "--out=ceiling"],
     ] {
         let run = standfast(dir.path(), &[&args[..], &["--check"]].concat()).success();
         assert_eq!(stdout(&run), "", "{args:?}");
@@ -388,7 +389,9 @@ fn a_campaign_is_named_with_its_option_or_without() {
 #[test]
 fn the_help_is_short_and_the_long_one_has_examples() {
     let dir = folder();
-    for (command, most) in [("run", 70), ("slurm", 75), ("limit", 70), ("push", 55), ("cpi", 30), ("model", 20)] {
+    for (command, most) in
+        [("run", 70), ("slurm", 75), ("limit", 70), ("ceiling", 60), ("push", 55), ("cpi", 30), ("model", 20)]
+    {
         let [short, long] = ["-h", "--help"].map(|help| stdout(&standfast(dir.path(), &[command, help]).success()));
         let count = |help: &str| help.lines().count();
         assert!(

@@ -24,10 +24,11 @@ const FLOORS: [&[&str]; 10] = [
 const SOCIABLE: usize = 0;
 
 /// Floors within a room, lowest first.
-const INNER_FLOORS: [(&str, &[&str]); 1] = [("campaign", &["ask", "store", "verdict", "run", "limit", "partings"])];
+const INNER_FLOORS: [(&str, &[&str]); 1] =
+    [("campaign", &["ask", "store", "verdict", "run", "limit", "partings", "ceiling"])];
 
 /// Crates that only one room or file may use.
-const RESERVED: [(&str, &str); 13] = [
+const RESERVED: [(&str, &str); 14] = [
     ("rapier3d", "sim/rapier"),
     ("mujoco_rs", "sim/mujoco"),
     ("tract_onnx", "contest/onnx"),
@@ -39,6 +40,7 @@ const RESERVED: [(&str, &str); 13] = [
     ("indicatif", "commands"),
     ("signal_hook", "commands"),
     ("parquet", "columns"),
+    ("cmaes", "campaign/ceiling"),
     ("rand", "campaign/ask"),
     ("rand_distr", "campaign/ask"),
 ];

@@ -14,9 +14,11 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 /// Commands that can check everything without running. For the others only the options are checked.
-const CHECKED: [&str; 3] = ["run", "push", "limit"];
-const COMMANDS: [&str; 13] =
-    ["run", "merge", "compare", "status", "push", "replay", "limit", "check", "cpi", "model", "view", "slurm", "init"];
+const CHECKED: [&str; 4] = ["run", "push", "limit", "ceiling"];
+const COMMANDS: [&str; 14] = [
+    "ceiling", "run", "merge", "compare", "status", "push", "replay", "limit", "check", "cpi", "model", "view",
+    "slurm", "init",
+];
 
 fn root() -> PathBuf {
     env!("CARGO_MANIFEST_DIR").into()

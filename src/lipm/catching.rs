@@ -50,25 +50,37 @@ pub struct CatchingTable {
 #[serde(default, deny_unknown_fields)]
 pub struct Departure {
     /// The foot is lifted when the DCM is so far outside of the support polygon, in COM heights; sooner if negative.
+    #[serde(skip_serializing_if = "is_none")]
     pub lift: f64,
     /// A footstep of the left foot counts as if it missed by so much more, in COM heights; of the right one if negative.
+    #[serde(skip_serializing_if = "is_none")]
     pub left: f64,
     /// A footstep with crossed legs counts as if it missed by so much more, in COM heights.
+    #[serde(skip_serializing_if = "is_none")]
     pub crossed: f64,
-    /// Shift of the landing place within reach, and of the ZMP within the sole, in COM heights: forward, and to the side of
-    /// the foot in the air.
-    #[serde(deserialize_with = "exactly")]
+    /// Shift of the landing place, also beyond reach, and of the ZMP within the sole, in COM heights: forward, and to the
+    /// side of the foot in the air.
+    #[serde(deserialize_with = "exactly", skip_serializing_if = "are_none")]
     pub place: [f64; 2],
-    #[serde(deserialize_with = "exactly")]
+    #[serde(deserialize_with = "exactly", skip_serializing_if = "are_none")]
     pub zmp: [f64; 2],
     /// The swing takes e^slower times as long.
+    #[serde(skip_serializing_if = "is_none")]
     pub slower: f64,
-    /// The trunk turns during the swing by so much about the x and y axes of the stance sole (rad), and stays so until the
-    /// next footstep.
-    #[serde(deserialize_with = "exactly")]
+    /// The trunk turns during the swing by so much about its x and y axes (rad), and stays so until the next footstep.
+    #[serde(deserialize_with = "exactly", skip_serializing_if = "are_none")]
     pub tilt: [f64; 2],
     /// The COM is so much lower at the landing, in COM heights.
+    #[serde(skip_serializing_if = "is_none")]
     pub lower: f64,
+}
+
+fn is_none(number: &f64) -> bool {
+    *number == 0.0
+}
+
+fn are_none(numbers: &[f64; 2]) -> bool {
+    numbers.iter().all(is_none)
 }
 
 impl Departure {
