@@ -5,7 +5,7 @@ use super::stand::Support;
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::lipm::capture::Region;
-use crate::lipm::catching::Catching;
+use crate::lipm::catching::{Catching, Departures, first};
 use crate::lipm::cpi_set::nesting_warning;
 use crate::lipm::gains::{GainFamily, GainSet};
 use crate::lipm::pendulum::Pendulum;
@@ -22,6 +22,8 @@ pub struct Design {
     pub family: GainFamily,
     /// What to do when no set contains the state; None if the robot only stands.
     pub footwork: Option<FootworkRules>,
+    /// How the first footsteps depart from the rule `[catching]`.
+    pub departures: Departures,
     /// Names the gains whose CPI sets do not nest on the home support; None when all sets nest.
     pub warning: Option<String>,
     /// Joint targets at home, with the torques that carry the weight there.
@@ -55,10 +57,11 @@ impl Design {
         let footholds = Kinematics::at_home(robot).sole_poses(robot);
         let stance = (footholds.left.translation.vector - footholds.right.translation.vector).xy();
         let footwork = footwork_rules(gains, robot, &units, stance.y)?;
+        let departures = gains.catching.as_ref().map_or_else(Departures::default, |table| first(&table.departures));
         check_swing_times(footwork, robot, control_period_s, &gains.name)?;
         let is_rigid_sideways = Foot::BOTH.into_iter().all(|foot| !robot.soles[foot].ankle.rolls());
         let (robot, home) = (Arc::new(robot.clone()), robot.home_command());
-        Ok(Self { robot, family, footwork, warning, home, units, stance, is_rigid_sideways })
+        Ok(Self { robot, family, footwork, departures, warning, home, units, stance, is_rigid_sideways })
     }
 
     /// The paper's stepping rules, if the set uses them.

@@ -140,7 +140,6 @@ impl CatchingTable {
             pause_s: self.pause * time_s,
             transfer_s: (self.transfer * time_s).min(0.5 * quickest_s),
             settle_s: (self.settle * time_s).min(quickest_s),
-            departures: first(&self.departures),
         }
     }
 }
@@ -160,7 +159,6 @@ pub struct Catching {
     /// Time before the landing from which the landing place is fixed (s). A foot that is redirected to the end lands
     /// fast.
     pub settle_s: f64,
-    pub departures: Departures,
 }
 
 /// How many footsteps can depart from the rule.

@@ -52,6 +52,7 @@ const LEISURE: f64 = 2.0;
 #[derive(Debug, Clone)]
 pub struct CatchFootwork {
     rules: Catching,
+    departures: Departures,
     /// Number of the landing region of the footstep in the air.
     region: usize,
     way_home: WayHome,
@@ -76,6 +77,7 @@ impl CatchFootwork {
         let contact = ContactModel { friction: robot.friction, sole_share: SOLE_SHARE };
         Self {
             rules,
+            departures: design.departures,
             region: 0,
             way_home: WayHome::default(),
             goes_home: false,
@@ -99,7 +101,7 @@ impl Footwork for CatchFootwork {
     }
 
     fn depart(&mut self, departures: &Departures) {
-        self.rules.departures = *departures;
+        self.departures = *departures;
     }
 
     /// Lifts the foot whose footstep has the least cost. It lifts none while the DCM is inside of the support polygon,
@@ -111,7 +113,7 @@ impl Footwork for CatchFootwork {
         if !now.has_waited(0.0, rules.pause_s) {
             return None;
         }
-        let (support, departure) = (now.support(), rules.departures.get(self.taken).copied().unwrap_or_default());
+        let (support, departure) = (now.support(), self.departures.get(self.taken).copied().unwrap_or_default());
         let length_m = now.design.units.length_m;
         let outside = support.polygon?.signed_distance(support.frame.inverse_transform_point(&dcm_in(0.0, now)))
             - departure.lift * length_m;
