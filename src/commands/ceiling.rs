@@ -18,7 +18,7 @@ use std::process::ExitCode;
 #[command(after_help = "Examples:
   standfast ceiling --out ceiling                   what catch loses in the standard campaign
   standfast ceiling --campaign harsh --trials 200 --engine mujoco
-  standfast ceiling --campaign nominal --trials 1 --set push.impulse_n_s=4.5 --set push.heading_deg=97
+  standfast ceiling --campaign nominal --trials 1 --set push.impulse_n_s=4.4
 
 Each trial that the controller loses is tried again with other numbers for its
 first four footsteps: when which foot is lifted, where and when it lands, where
@@ -38,7 +38,7 @@ pub struct CeilingArgs {
     /// Number of trials
     #[arg(long, value_name = "N")]
     pub trials: Option<u64>,
-    /// Most tries for a push
+    /// Most tries for a push, in steps of 24
     #[arg(long, value_name = "N", default_value_t = 2000)]
     pub tries: u64,
     /// Number of threads, or 0 for one on each core; the result does not depend on it

@@ -5,7 +5,6 @@ use crate::campaign::limit::{Heading, Limits, SetLimit};
 use crate::render::table::{Table, cell, headings, number, texts, words};
 use crate::render::text::layout::{signed, unit_of_impulses, velocity_change, wrapped};
 use crate::stats::rate::median;
-use std::fmt::Write;
 
 /// The limits in one physics engine beside the bounds of the pendulum, or those in two engines side by side.
 pub fn text(limits: &[Limits]) -> String {
@@ -117,19 +116,18 @@ fn lost_early(limits: &Limits) -> String {
     let all = limits.headings.iter().flat_map(|heading| heading.sets.iter().map(move |set| (heading, set)));
     for (heading, set) in all {
         let (Some(safe_n_s), Some(loss)) = (set.safe_n_s, set.hole()) else { continue };
-        _ = writeln!(
-            text,
-            "\nhole: {} about {:.1} degrees is safe only up to {} N s; it loses {} at {:.1} degrees, where its limit is {};\n\
-             to see the loss:\n  {} --start {}",
+        let hole = format!(
+            "{} about {:.1} degrees is safe only up to {} N s. It loses {} N s at {:.1} degrees, where its limit is {} N s; to \
+             see that:",
             set.name,
             heading.heading_deg,
             n_s(limits, safe_n_s),
             n_s(limits, loss.impulse_n_s),
             loss.heading_deg,
-            n_s(limits, loss.limit_n_s),
-            replay(limits, &set.name, loss.trial, [loss.impulse_n_s, loss.heading_deg]),
-            loss.start_s
+            n_s(limits, loss.limit_n_s)
         );
+        let command = replay(limits, &set.name, loss.trial, [loss.impulse_n_s, loss.heading_deg]);
+        text += &format!("\n{}  {command} --start {}\n", wrapped("hole: ", &hole), loss.start_s);
     }
     text
 }
@@ -332,8 +330,9 @@ pub mod tests {
         let alone = text(&[a]);
         assert!(alone.contains("\nunit:     1 m omega d = 2.16 N s, dv = 0.27 m/s = 0.16 sqrt(g h)\n"), "{alone}");
         assert!(alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"), "{alone}");
-        let early = "hole: paper:stepping.x=2 about 0.0 degrees is safe only up to 2.40 N s;\nto see the loss:\n  \
-                     standfast push --campaign nominal --seed 1 --trial 202500 --gains paper:stepping.x=2 \\\n  \
+        let early = "hole: paper:stepping.x=2 about 0.0 degrees is safe only up to 2.40 N s. It loses";
+        assert!(alone.contains(early) && alone.contains("where its limit is"), "{alone}");
+        let early = "  standfast push --campaign nominal --seed 1 --trial 202500 --gains paper:stepping.x=2 \\\n  \
                      --impulse 2.5125 --heading 359.25 --start 0.501\n";
         assert!(alone.contains(early) && !alone.contains("hole: hold"), "{alone}");
         let weak = text(&[weak]);
