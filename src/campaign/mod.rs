@@ -1,7 +1,8 @@
 //! A campaign: many trials with random pushes on varied robots and grounds, the same for every controller, and a count of
 //! how many each set recovers from. [`ask`] is what a campaign asks, [`plan`] reads what that needs, [`run`] runs it,
 //! [`store`] keeps the results, and [`verdict`] draws the conclusions. [`limit`] searches the largest recoverable
-//! impulse, heading by heading, and [`partings`] shows where two physics engines part company.
+//! impulse, heading by heading, [`ceiling`] tries again what a controller loses, with knowledge of the push, and
+//! [`partings`] shows where two physics engines part company.
 //!
 //! Imports between these rooms go one way: [`ask`] does not know [`store`], and neither knows [`verdict`].
 

@@ -3,7 +3,7 @@
 //! 1. [`campaigns`]: what a campaign draws, every table of a result, and how sure it is
 //! 2. [`gates`]: a build fails if the robot stands worse
 //! 3. [`clusters`]: many machines, and what can go wrong
-//! 4. [`limits`]: the hardest push by heading, and what a pendulum allows
+//! 4. [`limits`]: the hardest push by heading, what a pendulum allows, and what could have been caught
 //! 5. [`robots`]: robots that are not as designed, your own robot, and the controller alone as a library
 //! 6. [`gains`]: your own controller, or your own settings of ours
 //! 7. [`paper`]: the paper's scenarios, and where this program departs from the paper
