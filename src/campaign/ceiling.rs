@@ -13,8 +13,7 @@ use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::limit::Yardstick;
 use crate::campaign::plan::{Plan, pool};
-use crate::contest::gain_set;
-use crate::control::CpiController;
+use crate::contest::{depart, gain_set};
 use crate::episode::{ClosedLoop, Footstep, Outcome, Record};
 use crate::error::{Error, Result};
 use crate::lipm::GainSet;
@@ -26,7 +25,6 @@ use crate::stats::rate::SuccessCount;
 use cmaes::{CMAESOptions, DVector};
 use rayon::prelude::*;
 use serde::Serialize;
-use std::any::Any;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Numbers of a whole list of departures.
@@ -201,31 +199,28 @@ impl<'a> Clairvoyant<'a> {
 
     /// Searches departures with which the robot recovers. Returns how often it tried, and how it recovers.
     fn search(&self, number: u64, again: &Again, stop: &AtomicBool) -> Result<(u64, Option<Recovery>)> {
-        let most = self.options.tries;
-        let mut tries = 0;
-        // A search that has converged starts again with other random numbers.
-        for round in 0_u64.. {
+        let cost = |numbers: &DVector<f64>| self.cost(&again.record(&departures(numbers.as_slice())));
+        let begin = |round: u64| {
             let options = CMAESOptions::new(vec![0.0; NUMBERS], STEP)
                 .population_size(GENERATION)
                 .seed(self.campaign.seed ^ number.rotate_left(20) ^ round.rotate_left(50));
-            let cost = |numbers: &DVector<f64>| self.cost(&again.record(&departures(numbers.as_slice())));
-            let mut search = options.build(cost).expect("the options are within their ranges");
-            loop {
-                if stop.load(Ordering::Relaxed) {
-                    return Err(Error::Interrupted);
-                }
-                if tries >= most {
-                    return Ok((tries, None));
-                }
-                let has_converged = search.next_parallel().is_some();
-                tries += GENERATION as u64;
-                let best = search.overall_best_individual();
-                if let Some(best) = best.filter(|best| best.value <= 0.0) {
-                    return Ok((tries, Some(again.simplest(best.point.as_slice()))));
-                }
-                if has_converged {
-                    break;
-                }
+            options.build(&cost).expect("the options are within their ranges")
+        };
+        let (mut tries, mut round) = (0, 0);
+        let mut search = begin(round);
+        while tries < self.options.tries {
+            if stop.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
+            let has_converged = search.next_parallel().is_some();
+            tries += GENERATION as u64;
+            if let Some(best) = search.overall_best_individual().filter(|best| best.value <= 0.0) {
+                return Ok((tries, Some(again.simplest(best.point.as_slice()))));
+            }
+            // A search that has converged starts again with other random numbers.
+            if has_converged {
+                round += 1;
+                search = begin(round);
             }
         }
         Ok((tries, None))
@@ -253,10 +248,7 @@ struct Again<'a> {
 impl Again<'_> {
     fn record(&self, departures: &Departures) -> Record {
         let mut again = self.begun.with(&[0], self.pushes.clone()).expect("a gain set's controller can be copied");
-        for controller in again.controllers() {
-            let controller: Option<&mut CpiController> = (&mut **controller as &mut dyn Any).downcast_mut();
-            controller.expect("a gain set is driven by this controller").depart(departures);
-        }
+        again.controllers().for_each(|controller| depart(controller, departures));
         let record = again.finish().remove(0);
         (self.on_episode)();
         record

@@ -1,7 +1,7 @@
 //! `standfast ceiling`: tries again what a controller loses, with knowledge of the push, and tells what can be caught.
 
-use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, fine, up_to};
-use super::interrupt::{STOP, stop_on_ctrl_c};
+use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, fine, up_to};
+use super::interrupt::{STOP, nothing_kept, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::terminal::{note, print};
 use crate::campaign::ceiling::{CeilingOptions, Clairvoyant};
@@ -73,9 +73,8 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
     }
     let robot_files = Campaign::robot_files(name, &overrides)?;
     let campaign = Campaign::load_for(&robot_files.robot()?, name, &overrides)?;
-    if let Some(folder) = args.out.as_ref().filter(|folder| folder.join(RESULT).exists() || folder.is_file()) {
-        let (problem, accepted) = ("it holds a result already, or is a file", "a new or empty folder");
-        return Err(Error::option("--out", folder.display(), problem, accepted));
+    if let Some(folder) = &args.out {
+        check_new_result(folder, [&folder.join(RESULT)])?;
     }
     stop_on_ctrl_c();
     let options = CeilingOptions { tries: args.tries, threads: args.threads, untried: args.untried };
@@ -87,10 +86,7 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
     let progress = Progress::of(campaign.trials, "trials");
     let found = clairvoyant.run(&STOP, &|| progress.episode(), &|| progress.tick());
     progress.finish();
-    if let Err(Error::Interrupted) = found {
-        note("interrupted: nothing was kept; the same command starts again from the beginning");
-    }
-    let found = found?;
+    let found = nothing_kept(found)?;
     let as_json = render::json(&found);
     print(&if args.json { as_json.clone() } else { text::text(&found, args.out.as_deref()) })?;
     if let Some(folder) = &args.out {

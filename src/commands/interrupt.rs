@@ -5,7 +5,7 @@
 //! has done nothing wrong, and is to be run again, which its exit code says.
 
 use super::terminal::note;
-use crate::error::{Error, TRY_AGAIN};
+use crate::error::{Error, Result, TRY_AGAIN};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use std::sync::Arc;
@@ -36,6 +36,14 @@ pub fn stop_on_ctrl_c() {
             note(&format!("stopping as soon as what is running ends{again}"));
         }
     });
+}
+
+/// Says of a search that was interrupted that nothing of it is kept.
+pub fn nothing_kept<T>(found: Result<T>) -> Result<T> {
+    if let Err(Error::Interrupted) = found {
+        note("interrupted: nothing was kept; the same command starts again from the beginning");
+    }
+    found
 }
 
 /// Whether the program was started to outlast its terminal, as by `nohup`. Where there is no `/proc`, it was not.

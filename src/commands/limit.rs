@@ -1,14 +1,16 @@
 //! `standfast limit`: searches the largest impulse that each controller recovers from, by heading, and prints it beside
 //! the bounds of a pendulum or, with both physics engines, side by side.
 
-use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_output, fine, number, up_to};
+use super::arguments::{
+    CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, check_output, fine, number, up_to,
+};
 use super::episode::{Case, Origin, OutputArgs, command_line, write_replay};
-use super::interrupt::{STOP, stop_on_ctrl_c};
+use super::interrupt::{STOP, nothing_kept, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
 use super::terminal::{note, print};
 use crate::campaign::limit::{LimitOptions, Limits, Searches, pushed};
 use crate::campaign::{Campaign, Overrides};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::files::write_atomic;
 use crate::render::{self, figure, text};
 use crate::sim::Engine;
@@ -118,10 +120,7 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     let run = |searches: &Searches| searches.run(&STOP, &|| progress.episode(), &|| progress.tick());
     let limits = searches.iter().map(run).collect::<Result<Vec<_>>>();
     progress.finish();
-    if let Err(Error::Interrupted) = limits {
-        note("interrupted: nothing was kept; the same command starts again from the beginning");
-    }
-    let limits = limits?;
+    let limits = nothing_kept(limits)?;
     // The result is printed before it is written, so that it is not lost if it cannot be written.
     let as_json = match &limits[..] {
         [one] => render::json(one),
@@ -174,10 +173,6 @@ impl LimitArgs {
     fn files(&self, campaigns: &[Campaign]) -> Result<Vec<PathBuf>> {
         let mut files = Vec::new();
         if let Some(folder) = &self.out {
-            let fail = |problem| Err(Error::option("--out", folder.display(), problem, "a new or empty folder"));
-            if folder.exists() && !folder.is_dir() {
-                return fail("it is a file");
-            }
             let name = match campaigns {
                 [one] if one.episode.engine == Engine::Rapier => "limit",
                 [_] => "limit-mujoco",
@@ -185,9 +180,7 @@ impl LimitArgs {
             };
             files.extend(["json", "svg"].map(|kind| folder.join(format!("{name}.{kind}"))));
             let map = self.dense.then(|| folder.join("map.svg"));
-            if files.iter().chain(&map).any(|file| file.exists()) {
-                return fail("it holds a result already");
-            }
+            check_new_result(folder, files.iter().chain(&map))?;
         }
         if let Some(path) = &self.plot {
             check_output("--plot", path, &["svg"])?;

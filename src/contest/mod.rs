@@ -59,8 +59,10 @@ mod settings;
 pub mod variant;
 
 use crate::assets::{self, Kind};
+use crate::control::CpiController;
 use crate::error::{Error, Result};
 use crate::lipm::GainSet;
+use crate::lipm::catching::Departures;
 use crate::robot::{Controller, Factory};
 use std::any::Any;
 use variant::Listed;
@@ -93,6 +95,12 @@ pub fn replace(controller: &mut Box<dyn Controller>, factory: &Factory, seed: u6
         (Some(now), Some(next)) => cpi::switch(now, next),
         _ => *controller = next,
     }
+}
+
+/// Lets the first footsteps of a gain set's controller depart from its rule; to be called before them.
+pub fn depart(controller: &mut Box<dyn Controller>, departures: &Departures) {
+    let controller: Option<&mut CpiController> = (&mut **controller as &mut dyn Any).downcast_mut();
+    controller.expect("a gain set is driven by this controller").depart(departures);
 }
 
 #[cfg(test)]

@@ -97,10 +97,9 @@ impl Departure {
     }
 
     /// The departure with these numbers, each cut to its largest size.
-    pub fn of_numbers(numbers: [f64; Self::NUMBERS]) -> Self {
-        let mut cut = numbers;
-        cut.iter_mut().zip(Self::MOST).for_each(|(number, most)| *number = number.clamp(-most, most));
-        let [lift, left, crossed, x, y, zmp_x, zmp_y, slower, roll, pitch, lower] = cut;
+    pub fn of_numbers(mut numbers: [f64; Self::NUMBERS]) -> Self {
+        numbers.iter_mut().zip(Self::MOST).for_each(|(number, most)| *number = number.clamp(-most, most));
+        let [lift, left, crossed, x, y, zmp_x, zmp_y, slower, roll, pitch, lower] = numbers;
         Self { lift, left, crossed, place: [x, y], zmp: [zmp_x, zmp_y], slower, tilt: [roll, pitch], lower }
     }
 }

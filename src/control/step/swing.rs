@@ -165,7 +165,7 @@ impl Swing {
         let late_s = (self.time_s - self.timing.swing_time_s).max(0.0);
         let late_speed = if late_s > 0.0 { self.timing.late_speed_m_s } else { 0.0 };
         let place = Vector3::new(x, y, z + bump - self.timing.late_speed_m_s * late_s);
-        let turned = least_jerk(self.time_s / self.timing.swing_time_s);
+        let turned = least_jerk(self.share());
         let rotation = self.from.rotation.slerp(&self.to.rotation, turned);
         (Pose::from_parts(place.into(), rotation), Vector3::new(vx, vy, vz + bump_rate - late_speed))
     }
@@ -174,7 +174,7 @@ impl Swing {
     /// [`SwingTiming`].
     fn bump(&self, height_m: f64, lead: f64) -> [f64; 3] {
         let duration = self.timing.swing_time_s;
-        let u = (self.time_s / duration).min(1.0);
+        let u = self.share().min(1.0);
         let (w, rate) = (u + lead * u * (1.0 - u), 1.0 + lead * (1.0 - 2.0 * u));
         let [height, slope, curvature] = bump(height_m, w);
         [height, slope * rate / duration, (curvature * rate * rate - 2.0 * lead * slope) / (duration * duration)]

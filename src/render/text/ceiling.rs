@@ -1,11 +1,10 @@
 //! The result of `standfast ceiling` as text: which lost pushes can be caught, and by what.
 
-use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::ceiling::{Ceiling, LostTrial};
 use crate::files::shell_word;
 use crate::lipm::catching::Departure;
 use crate::render::table::{Table, cell, number, texts, words};
-use crate::render::text::layout::{percent, signed, wrapped};
+use crate::render::text::layout::{percent, plant_options, signed, wrapped};
 use crate::stats::rate::SuccessCount;
 use std::path::Path;
 
@@ -37,7 +36,7 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>) -> String {
     text += &wrapped("engine:   ", engine);
     text += &wrapped("alone:    ", &format!("{controller} recovers from {}", told(alone)));
     let more = format!(
-        "with knowledge of each lost push and up to {tries} tries, from {} more; so {} can be caught at least",
+        "with knowledge of each lost push and up to {tries} tries, from {} more; at least {} can be caught",
         found.len(),
         told(with_search)
     );
@@ -62,21 +61,23 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>) -> String {
     needed.sort_by_key(|&(count, _)| std::cmp::Reverse(count));
     let needed = needed.iter().filter(|(count, _)| *count > 0).map(|(count, name)| format!("{name} {count}"));
     if !found.is_empty() {
-        text += &wrapped("", &format!("Recoveries that need another ...: {}.", needed.collect::<Vec<_>>().join(", ")));
+        text += &wrapped(
+            "",
+            &format!("How many of these recoveries need what: {}.", needed.collect::<Vec<_>>().join(", ")),
+        );
     }
     text += &wrapped(
         "",
         "`of one` is the ratio of the impulse to the pendulum's bound with one footstep. `caught by` has what the robot does \
-         otherwise than the controller, footstep by footstep; without any one of these it falls. Landing places and the ZMP \
-         are shifted forward, and to the side of the foot in the air (in mm); tilts of the trunk are about its x and y axes. \
-         What is not recovered by search may be possible all the same.",
+         otherwise than the controller, footstep by footstep; without any one of these it falls. A foot is lifted when the \
+         DCM is so far outside of the support. Landing places and the ZMP are shifted forward, and to the side of the foot \
+         in the air; the trunk tilts about its x and y axes. What is not recovered by search may be possible all the same.",
     );
     if let (Some(lost), Some(folder)) = (found.first(), folder) {
-        let robot = if robot == DEFAULT_ROBOT { String::new() } else { format!(" --robot {}", shell_word(robot)) };
-        let engine = if engine.starts_with("MuJoCo") { " --engine mujoco" } else { "" };
+        let plant = plant_options(robot, engine);
         let gains = shell_word(&folder.join(file(lost.trial)).to_string_lossy());
         text += &format!(
-            "to see one beside the controller:\n  standfast push --campaign {campaign} --seed {seed} --trial {}{robot}{engine} \\\n    \
+            "to see one beside the controller:\n  standfast push --campaign {campaign} --seed {seed} --trial {}{plant} \\\n    \
              --gains {gains} --beside {controller} --replay caught.html\n",
             lost.trial
         );

@@ -1,5 +1,7 @@
 //! The layout of text: wrapped lines, and numbers.
 
+use crate::assets::DEFAULT_ROBOT;
+use crate::files::shell_word;
 use crate::robot::Units;
 use comfy_table::Table;
 
@@ -66,6 +68,14 @@ pub fn together(text: &str) -> String {
         before = word;
     }
     told
+}
+
+/// The options of a command for this robot and this engine (name and version), each with a space before it; none where they
+/// are what a command takes without them.
+pub fn plant_options(robot: &str, engine: &str) -> String {
+    let robot = if robot == DEFAULT_ROBOT { String::new() } else { format!(" --robot {}", shell_word(robot)) };
+    let engine = if engine.starts_with("MuJoCo") { " --engine mujoco" } else { "" };
+    robot + engine
 }
 
 /// A time (s), or a dash if there is none.
