@@ -119,6 +119,23 @@ fn what_init_writes_is_what_a_robot_without_settings_has() {
     assert_eq!(printed.get_output().stdout, fs::read(folder.path().join("mine.toml")).unwrap());
 }
 
+/// With knees of 9.5 instead of 22 N m, a child needs three quarters of their torque on one leg.
+#[test]
+fn a_knee_that_hardly_carries_the_robot_on_one_leg_is_told() {
+    let folder = folder();
+    let weak = CHILD.replace("lower=\"0\" upper=\"2.3\" effort=\"22\"", "lower=\"0\" upper=\"2.3\" effort=\"9.5\"");
+    assert_ne!(weak, CHILD);
+    for (name, text, share) in [("weak.urdf", weak.as_str(), 76), ("mine.urdf", CHILD, 33)] {
+        fs::write(folder.path().join(name), text).unwrap();
+        let init = standfast(folder.path(), &["init", name]).success();
+        let described = stdout(&init);
+        assert!(described.contains(&format!("one leg  carries the robot with {share} % of the torque of ")), "{described}");
+        let told = stderr(&init).split_whitespace().collect::<Vec<_>>().join(" ");
+        let warning = format!("_knee needs {share} % of its torque to carry the robot");
+        assert_eq!(told.contains(&warning), name == "weak.urdf", "{told}");
+    }
+}
+
 /// A robot that cannot stand on what was found is told so, with what touches the ground.
 #[test]
 fn what_init_writes_is_tried() {

@@ -92,9 +92,21 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
         ),
         Err(problem) => log::warn!("{problem}"),
     }
+    if let Some((joint, share)) = robot.hardest_on_one_leg().filter(|(_, share)| *share > MOST_ON_ONE_LEG) {
+        let (name, percent) = (&robot.joints[joint].name, 100.0 * share);
+        log::warn!(
+            "On one leg, {name} needs {percent:.0} % of its torque to carry the robot. What is left is too little for \
+             footsteps: the body sinks, and the foot lands too soon. Look at [home_rad] (straighter knees need less), \
+             and at the torques of [[servos]]"
+        );
+    }
     tell("", &format!("Written: {}. Look at what is marked as assumed, and edit it.", path.display()));
     Ok(ExitCode::SUCCESS)
 }
+
+/// If a joint needs more of its torque than this to carry the robot on one leg, footsteps fail
+/// ([`Robot::hardest_on_one_leg`]).
+const MOST_ON_ONE_LEG: f64 = 0.6;
 
 /// What the left and the right sole carry (% of the weight) of a robot that stands for a moment with stiff joints; if it
 /// does not, how it falls, and the likely cause.

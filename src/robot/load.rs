@@ -54,4 +54,43 @@ impl Robot {
         load_torques(&kinematics, self, -weight / self.mass(), &wrenches, &mut command.tau_ff);
         command
     }
+
+    /// The joint that the weight on one foot asks most of, at home: its number, and its torque as a share of what its motor
+    /// has. Of each leg, the joints count that pitch above the ankle. What rolls is left out, since a robot in the middle of
+    /// a footstep does not balance sideways.
+    pub fn hardest_on_one_leg(&self) -> Option<(usize, f64)> {
+        /// An axis is one of pitch if the cosine of its angle to y is larger than this.
+        const PITCH: f64 = 0.7;
+        let kinematics = Kinematics::at_home(self);
+        let weight = Vector3::new(0.0, 0.0, self.mass() * GRAVITY);
+        let mut tau = vec![0.0; self.joints.len()];
+        let mut of_foot = |foot: Foot| {
+            let stands = PerFoot::from_fn(|f| f == foot);
+            let wrenches = share(self, &kinematics.sole_poses(self), &stands, kinematics.com().xy(), weight);
+            load_torques(&kinematics, self, -weight / self.mass(), &wrenches, &mut tau);
+            let pitching = self.chain(self.soles[foot].link).filter(|&j| kinematics.joint_axis(j).y.abs() > PITCH);
+            pitching.skip(1).map(|j| (j, tau[j].abs() / self.servos[j].torque_n_m)).collect::<Vec<_>>()
+        };
+        Foot::BOTH.into_iter().flat_map(&mut of_foot).max_by(|(_, one), (_, other)| one.total_cmp(other))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In the plane of the leg, the knee carries the weight at the ZMP, less what hangs below it.
+    #[test]
+    fn the_knee_of_ut_mu2_carries_the_body_on_one_leg() {
+        let robot = Robot::ut_mu2();
+        let kinematics = Kinematics::at_home(&robot);
+        let (knee, share) = robot.hardest_on_one_leg().unwrap();
+        assert!(robot.joints[knee].name.ends_with("knee_flexion"), "{}", robot.joints[knee].name);
+        let (below_kg, below) = kinematics.subtree(knee + 1);
+        let at_x = kinematics.joint_position(knee).x;
+        let moment = robot.mass() * (kinematics.com().x - at_x) - below_kg * (below.x - at_x);
+        let by_hand = (GRAVITY * moment * kinematics.joint_axis(knee).y).abs() / robot.servos[knee].torque_n_m;
+        assert!((share - by_hand).abs() < 1e-9, "{share} {by_hand}");
+        assert!(0.4 < share && share < 0.5, "{share}");
+    }
 }

@@ -72,6 +72,10 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
         "trunk": robot.links[robot.trunk].name,
         "soles": { "left": sole(Foot::Left), "right": sole(Foot::Right) },
         "servos": by_joint(&|i| json!(robot.servos[i])),
+        "hardest_on_one_leg": robot.hardest_on_one_leg().map(|(joint, share)| json!({
+            "joint": robot.joints[joint].name,
+            "share_of_torque": share,
+        })),
         "friction": robot.friction,
         "delay_s": robot.delay_s,
         "noise": robot.noise,
@@ -113,6 +117,10 @@ pub fn description(robot: &Robot) -> String {
             signed(1e3 * center.x, 2),
             signed(1e3 * center.y, 2)
         ));
+    }
+    if let Some((joint, share)) = robot.hardest_on_one_leg() {
+        let (name, percent) = (&robot.joints[joint].name, 100.0 * share);
+        line(format!("one leg  carries the robot with {percent:.0} % of the torque of {name}"));
     }
     let noise = &robot.noise;
     line(format!("ground   friction {}", robot.friction));
