@@ -129,7 +129,10 @@ fn a_knee_that_hardly_carries_the_robot_on_one_leg_is_told() {
         fs::write(folder.path().join(name), text).unwrap();
         let init = standfast(folder.path(), &["init", name]).success();
         let described = stdout(&init);
-        assert!(described.contains(&format!("one leg  carries the robot with {share} % of the torque of ")), "{described}");
+        assert!(
+            described.contains(&format!("one leg  carries the robot with {share} % of the torque of ")),
+            "{described}"
+        );
         let told = stderr(&init).split_whitespace().collect::<Vec<_>>().join(" ");
         let warning = format!("_knee needs {share} % of its torque to carry the robot");
         assert_eq!(told.contains(&warning), name == "weak.urdf", "{told}");
