@@ -5,9 +5,54 @@ use crate::files::write_atomic;
 use parquet::basic::{Compression, GzipLevel, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
 use parquet::file::{properties::WriterProperties, writer::SerializedColumnWriter, writer::SerializedFileWriter};
 use parquet::schema::types::Type;
 use std::{io::Write, path::Path, sync::Arc};
+
+/// The chapter of the guide on the columns of trials and traces.
+pub const CHAPTER: &str = include_str!("guide/columns.md");
+
+/// What a column of trials or traces means, as the chapter says; None for what a controller notes in words of its own.
+pub fn meaning(name: &str) -> Option<&'static str> {
+    let rows = CHAPTER.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` | "));
+    // `q_ref_JOINT` fits better than `q_JOINT`.
+    let best = rows.filter(|(pattern, _)| fits(pattern, name)).max_by_key(|(pattern, _)| pattern.len());
+    best.map(|(_, meaning)| meaning.trim_end_matches(" |"))
+}
+
+/// Whether a name is one of a pattern, such as `com_[xyz]_m`, `SIDE_sole_[xyz]_m` or `q_JOINT`.
+fn fits(pattern: &str, name: &str) -> bool {
+    if let Some(rest) = pattern.strip_prefix("SIDE") {
+        return ["left", "right"].iter().any(|side| name.strip_prefix(side).is_some_and(|name| fits(rest, name)));
+    }
+    if let Some(before) = pattern.strip_suffix("JOINT") {
+        return name.starts_with(before);
+    }
+    let (Some((before, rest)), true) = (pattern.split_once('['), pattern.contains(']')) else { return pattern == name };
+    let (letters, after) = rest.split_once(']').unwrap_or_default();
+    let one = name.strip_prefix(before).and_then(|name| name.strip_suffix(after));
+    one.is_some_and(|one| one.len() == 1 && letters.contains(one))
+}
+
+/// The unit at the end of a column's name, as people write it; None where there is none.
+pub fn unit(name: &str) -> Option<&'static str> {
+    let name = name.trim_end_matches("_est");
+    const UNITS: [(&str, &str); 9] = [
+        ("_rad_s", "rad/s"),
+        ("_m_s", "m/s"),
+        ("_n_m", "N m"),
+        ("_n_s", "N s"),
+        ("_deg", "deg"),
+        ("_m", "m"),
+        ("_s", "s"),
+        ("_n", "N"),
+        ("_ratio", "1"),
+    ];
+    let of_joint = [("q_ref_", "rad"), ("dq_", "rad/s"), ("q_", "rad"), ("tau_", "N m")];
+    let by_end = UNITS.iter().find(|(end, _)| name.ends_with(end));
+    of_joint.iter().find(|(start, _)| name.starts_with(start)).or(by_end).map(|(_, unit)| *unit)
+}
 
 /// A named column; the unit is part of the name.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +74,10 @@ pub enum Data {
 impl Column {
     pub fn new(name: impl Into<String>, data: Data) -> Self {
         Self { name: name.into(), data }
+    }
+
+    fn about(&self) -> serde_json::Value {
+        serde_json::json!({ "unit": unit(&self.name), "meaning": meaning(&self.name) })
     }
 
     /// The values as text. A float has the shortest form that reads back to the same bits.
@@ -66,15 +115,20 @@ fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
     write_atomic(path, &out.into_inner().map_err(|e| other(path, e.into_error()))?)
 }
 
-/// A Parquet file in the making, with gzip compression, without host name or time. It is written row group by row group.
+/// A Parquet file in the making, with gzip compression, without host name or time. It is written row group by row group. Its
+/// metadata `columns` say of each column, as JSON, what it means and in which unit.
 pub struct ParquetFile<W: Write + Send>(SerializedFileWriter<W>);
 
 impl<W: Write + Send> ParquetFile<W> {
     /// A file with columns of these names and kinds; their values are not looked at.
     pub fn new(to: W, columns: impl IntoIterator<Item = Column>) -> Result<Self, ParquetError> {
-        let fields = columns.into_iter().map(|c| field(&c).map(Arc::new)).collect::<Result<_, _>>()?;
+        let columns: Vec<Column> = columns.into_iter().collect();
+        let about: serde_json::Map<_, _> = columns.iter().map(|c| (c.name.clone(), c.about())).collect();
+        let fields = columns.iter().map(|c| field(c).map(Arc::new)).collect::<Result<_, _>>()?;
         let schema = Arc::new(Type::group_type_builder("rows").with_fields(fields).build()?);
+        let about = serde_json::to_string(&about).unwrap_or_default();
         let properties = WriterProperties::builder()
+            .set_key_value_metadata(Some(vec![KeyValue::new("columns".into(), about)]))
             .set_compression(Compression::GZIP(GzipLevel::default()))
             .set_created_by(concat!("standfast ", env!("CARGO_PKG_VERSION")).into())
             .build();

@@ -36,6 +36,9 @@ pub enum Error {
     /// The window was lost without being closed by the user.
     #[error("the window is lost: {cause}")]
     LostWindow { cause: String },
+    /// MuJoCo is asked for where it was not built in. The program then goes on in another one that has it.
+    #[error("engine = mujoco: built without the feature mujoco; accepted: rapier")]
+    NoMujoco,
     /// Several problems of one input, at least two, in the order in which they stand there.
     #[error("{}", listed(.0))]
     Several(Vec<Error>),
@@ -56,7 +59,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Read { .. } | Error::Syntax { .. } | Error::Value { .. } | Error::Unknown { .. } => 2,
-            Error::NoWindow { .. } | Error::Several(_) | Error::Falls { .. } => 2,
+            Error::NoWindow { .. } | Error::NoMujoco | Error::Several(_) | Error::Falls { .. } => 2,
             Error::Parts { .. } => 3,
             Error::Busy(_) => TRY_AGAIN,
             Error::Write { source, .. } if is_full(source) => TRY_AGAIN,

@@ -428,22 +428,6 @@ fn the_physics_engine_is_chosen_by_its_name() {
         assert!(message.contains("'bullet' for '--engine <ENGINE>'"), "{message}");
     }
     let in_file = "--set=episode.engine=mujoco";
-    for args in [
-        short(&[FEW, "--engine=mujoco"]),
-        short(&[FEW, in_file]),
-        vec!["push", "--engine=mujoco"],
-        vec!["limit", "--engine=mujoco"],
-        vec!["limit", "--engine=both"],
-    ] {
-        let run = standfast(dir.path(), &[&args[..], &["--check"]].concat());
-        if cfg!(feature = "mujoco") {
-            run.success();
-            continue;
-        }
-        let message = stderr(&run.code(2));
-        let (what, remedy) = ("engine = mujoco: this program was built without MuJoCo", "--features mujoco");
-        assert!(message.contains(what) && message.contains(remedy), "{args:?}: {message}");
-    }
     // The option overrules the campaign.
     standfast(dir.path(), &short(&[FEW, in_file, "--engine=rapier"])).success();
     let status = stdout(&standfast(dir.path(), &["status", "out"]).success());

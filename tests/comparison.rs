@@ -308,17 +308,6 @@ fn two_results_that_differ_in_the_engine_alone_are_compared_engine_by_engine() {
     assert!(refused.contains("episode.engine is \"mujoco\" there and \"rapier\" here"), "{refused}");
 }
 
-#[cfg(not(feature = "mujoco"))]
-#[test]
-fn both_engines_are_asked_for_before_either_runs() {
-    for (more, expected) in [(&[FEW][..], "built without MuJoCo"), (&[FEW, "--shard=1/2"], "`compare` after `merge`")] {
-        let dir = folder();
-        let refused = standfast(dir.path(), &short(&[&["--engine=both"], more].concat())).code(2);
-        assert!(stderr(&refused).contains(expected), "{}", stderr(&refused));
-        assert!(files(dir.path()).is_empty());
-    }
-}
-
 #[cfg(feature = "mujoco")]
 #[test]
 fn a_campaign_in_both_engines_ends_with_their_agreement() {

@@ -332,17 +332,6 @@ fn the_engine_of_the_result_is_the_default() {
     assert!(message.contains("rapier, mujoco, both"), "{message}");
 }
 
-#[cfg(not(feature = "mujoco"))]
-#[test]
-fn without_mujoco_there_is_no_ghost() {
-    let dir = with_result();
-    for engine in ["--engine=mujoco", "--engine=both"] {
-        let message = stderr(&standfast(dir.path(), &["replay", "out", "--trial=1", engine]).code(2));
-        assert!(message.contains("built without MuJoCo"), "{message}");
-        assert!(!dir.path().join("out/replays").exists(), "{engine}");
-    }
-}
-
 #[cfg(feature = "mujoco")]
 #[test]
 fn a_trial_is_replayed_in_another_engine_and_in_both() {

@@ -1,12 +1,10 @@
 //! `standfast columns`: prints what the columns of trials and traces mean.
 
 use super::terminal::print;
+use crate::columns::CHAPTER;
 use crate::error::Result;
 use crate::render::text::layout::wrapped;
 use std::process::ExitCode;
-
-/// The chapter of the guide, so that both say the same.
-const CHAPTER: &str = include_str!("../guide/columns.md");
 
 /// Prints the chapter, with tables as lists.
 pub fn run() -> Result<ExitCode> {

@@ -10,6 +10,7 @@ use crate::episode::{ClosedLoop, Disturbance, EpisodeConfig, Film, Record, Tick}
 use crate::error::{Error, Result};
 use crate::files::{folder_of, is_same_folder, shell_word, write_atomic};
 use crate::render::figure::motion::MotionPlot;
+use crate::render::mcap::McapTrace;
 use crate::render::picture::{self, FramesOptions};
 use crate::render::replay::{self, Head};
 use crate::render::text::ghost::names;
@@ -28,8 +29,8 @@ const MOST_TICKS: f64 = 200_000.0;
 /// Files to make of an episode.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct OutputArgs {
-    /// Write every control tick up to the horizon to this file
-    #[arg(long, value_name = "FILE.csv|.parquet")]
+    /// Write every control tick up to the horizon: .csv, .parquet, .mcap (Foxglove)
+    #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     /// Draw COM, ZMP and feet over time to this file
     #[arg(long, value_name = "FILE.svg")]
@@ -47,7 +48,7 @@ impl OutputArgs {
     /// does not exist or in the folder of `--frames`, and if the folder of `--frames` holds other files.
     pub fn check(&self) -> Result<()> {
         let files = [("--trace", &self.trace), ("--plot", &self.plot), ("--replay", &self.replay)];
-        let kinds: [&[&str]; 3] = [&["csv", "parquet"], &["svg"], &["html"]];
+        let kinds: [&[&str]; 3] = [&["csv", "parquet", "mcap"], &["svg"], &["html"]];
         for ((option, path), kinds) in files.into_iter().zip(kinds) {
             path.iter().try_for_each(|path| check_output(option, path, kinds))?;
         }
@@ -246,18 +247,30 @@ impl<'a> Case<'a> {
         let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
         let simulated = variation.robot(robot);
         let mut trace = outputs.trace.as_ref().map(|_| Trace::new(robot));
+        let mut mcap = match (&outputs.trace, &trace) {
+            (Some(path), Some(trace)) if is_mcap(path) => Some(McapTrace::create(path, robot, trace)),
+            _ => None,
+        }
+        .transpose()?;
+        let mut failed = None;
         let mut plot = outputs.plot.as_ref().map(|_| MotionPlot::of_pushes(&pushes));
         let mut witness = Witness::default();
         let mut observe = |tick: &Tick| {
             witness.watch(&simulated, tick);
             trace.iter_mut().for_each(|trace| trace.push(tick));
+            if let (Some(mcap), Some(trace), None) = (&mut mcap, &trace, &failed) {
+                failed = mcap.push(tick, trace).err();
+            }
             plot.iter_mut().for_each(|plot| plot.push(robot, tick));
         };
         let ran = run(disturbance, outputs.aftermath_s(aftermath_s), &mut observe);
         let units = Units::of(robot);
         let told = Told { factory, config, units, pushes, variation, record: record_of(&ran), witness };
-        if let (Some(path), Some(trace)) = (&outputs.trace, trace) {
-            columns::write(path, &trace.columns())?;
+        match (&outputs.trace, trace, mcap, failed) {
+            (_, _, _, Some(error)) => return Err(error),
+            (_, _, Some(mcap), None) => mcap.finish()?,
+            (Some(path), Some(trace), ..) => columns::write(path, &trace.columns())?,
+            _ => {}
         }
         if let (Some(path), Some(mut plot)) = (&outputs.plot, plot) {
             plot.end_at(end_of_interest_s(&told.record));
@@ -265,6 +278,10 @@ impl<'a> Case<'a> {
         }
         Ok((told, ran))
     }
+}
+
+fn is_mcap(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "mcap")
 }
 
 /// Where the episode of a replay comes from.

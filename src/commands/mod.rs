@@ -15,9 +15,12 @@ pub mod episode;
 mod init;
 mod interrupt;
 mod limit;
+mod man;
 mod merge;
 mod model;
+mod mujoco;
 mod new;
+mod open;
 pub mod progress;
 mod push;
 mod replay;
@@ -32,9 +35,10 @@ pub use interrupt::exit_code;
 pub use terminal::note;
 
 use crate::assets::nearest;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::io::IsTerminal;
 use std::process::ExitCode;
 
 /// The command line of the program.
@@ -73,6 +77,8 @@ enum Chosen {
     Compare(compare::CompareArgs),
     /// Say which trials are missing (exit code 3 if any are)
     Status(status::StatusArgs),
+    /// Show the report of a result in the browser
+    Open(open::OpenArgs),
     /// Simulate one push and tell what happened and why
     Push(push::PushArgs),
     /// Simulate a trial of a result again, and show it in 3D
@@ -97,15 +103,50 @@ enum Chosen {
     Columns,
     /// Print a completion script for a shell
     Completions(completions::CompletionsArgs),
+    /// Write the manual pages
+    Man(man::ManArgs),
+}
+
+/// Said on a terminal where the program is called with nothing else, before it goes on.
+const FIRST_WORDS: &str = "\
+How hard can a humanoid be pushed before it falls, and which controller makes it stand better?
+
+  standfast push                     one push, told as a story (a second)
+  standfast push --replay push.html  the same as a film for the browser
+  standfast run smoke                a campaign of 15 pushes
+  standfast limit --gains hold       how hard, from which side
+  standfast init my.urdf             a robot of your own
+  standfast --help                   all of it
+
+Now the standard campaign runs: 1000 pushes for each of four controllers, which takes minutes. Ctrl-C ends it, and what is
+finished is kept.
+";
+
+/// The program: runs the command with which it is called, and turns an error into an exit code.
+pub fn main() -> ExitCode {
+    env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn")).init();
+    let done = run().or_else(|error| if matches!(error, Error::NoMujoco) { mujoco::go_on() } else { Err(error) });
+    done.unwrap_or_else(|error| {
+        // Whoever was interrupted has said what is left of it.
+        if !matches!(error, Error::Interrupted) {
+            note(&format!("error: {error}"));
+        }
+        ExitCode::from(exit_code(&error))
+    })
 }
 
 /// Runs the command that the program was called with. A command line that cannot be read ends the program here, with
 /// what is wrong and exit code 2.
-pub fn run() -> Result<ExitCode> {
+fn run() -> Result<ExitCode> {
     let matches = command_line().try_get_matches();
     let chosen = matches.and_then(|matches| Cli::from_arg_matches(&matches));
     let chosen = chosen.unwrap_or_else(|error| suggesting(error).exit()).command;
-    let chosen = chosen.unwrap_or_else(|| Chosen::Run(run::RunArgs::standard()));
+    let chosen = chosen.unwrap_or_else(|| {
+        if std::io::stderr().is_terminal() {
+            note(FIRST_WORDS);
+        }
+        Chosen::Run(run::RunArgs::standard())
+    });
     arguments::check_environment()?;
     interrupt::survive_large_files();
     match chosen {
@@ -114,6 +155,7 @@ pub fn run() -> Result<ExitCode> {
         Chosen::Slurm(args) => slurm::run(&args),
         Chosen::Compare(args) => compare::run(&args),
         Chosen::Status(args) => status::run(&args),
+        Chosen::Open(args) => open::run(&args),
         Chosen::Push(args) => push::run(&args),
         Chosen::Replay(args) => replay::run(&args),
         Chosen::Check(args) => check::run(&args),
@@ -126,6 +168,7 @@ pub fn run() -> Result<ExitCode> {
         Chosen::View(args) => view::run(args),
         Chosen::Columns => columns::run(),
         Chosen::Completions(args) => completions::run(&args, Cli::command()),
+        Chosen::Man(args) => man::run(&args, Cli::command()),
     }
 }
 

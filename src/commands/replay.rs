@@ -47,8 +47,8 @@ pub struct ReplayArgs {
     /// Draw snapshots (PNG), a strip of them and an animated picture (GIF) to this folder
     #[arg(long, value_name = "DIR")]
     pub frames: Option<PathBuf>,
-    /// Write every control tick to this file
-    #[arg(long, value_name = "FILE.csv|.parquet")]
+    /// Write every control tick to this file: .csv, .parquet or .mcap (Foxglove)
+    #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     /// Draw COM, ZMP and feet over time to this file
     #[arg(long, value_name = "FILE.svg")]

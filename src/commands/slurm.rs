@@ -4,6 +4,7 @@
 //! requeued, or submitted again with another count of shards, since parts are the same whoever writes them.
 
 use super::arguments::fine;
+use super::mujoco;
 use super::result::gates_of;
 use super::run::RunArgs;
 use super::terminal::{note, print};
@@ -102,7 +103,7 @@ impl SlurmArgs {
         // Whether a campaign is decided depends on its gates, so its shards have to know them.
         let (gates, _) = split(of_merge.clone(), &OF_MERGE[..3]);
         let asked = if campaign.stopping.until_resolved { [rest, gates].concat() } else { rest };
-        let program = std::env::current_exe().map_err(|source| Error::Read { path: "standfast".into(), source })?;
+        let program = mujoco::called().map_err(|source| Error::Read { path: "standfast".into(), source })?;
         let words = |words: &[String]| words.iter().map(|word| shell_word(word)).collect::<Vec<_>>().join(" ");
         let [program, out] = [&program, out].map(|path| shell_word(&path.display().to_string()));
         let (asked, of_merge, options) = (words(&asked), words(&of_merge), words(&self.sbatch));

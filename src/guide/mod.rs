@@ -14,6 +14,7 @@
 //! 12. [`process`]: your own controller in Python, or in any other language
 //! 13. [`onnx`]: policies that were learned elsewhere, as ONNX files
 //! 14. [`columns`]: what the columns of trials and traces mean
+//! 15. [`data`]: results in pandas, polars and DuckDB, and traces in Foxglove
 //!
 //! The chapters are Markdown files beside this one, to be read in the repository or here.
 
@@ -26,6 +27,7 @@ macro_rules! chapters {
         #[doc = "[clusters]: crate::guide::clusters"]
         #[doc = "[commands]: crate::guide::commands"]
         #[doc = "[columns]: crate::guide::columns"]
+        #[doc = "[data]: crate::guide::data"]
         #[doc = "[engines]: crate::guide::engines"]
         #[doc = "[gains]: crate::guide::gains"]
         #[doc = "[gates]: crate::guide::gates"]
@@ -74,4 +76,4 @@ macro_rules! chapters {
     )* };
 }
 
-chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands process onnx columns }
+chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands process onnx columns data }

@@ -6,6 +6,7 @@ pub mod html;
 pub mod html_page;
 pub mod junit;
 pub mod markdown;
+pub mod mcap;
 pub mod picture;
 pub mod replay;
 pub mod result;

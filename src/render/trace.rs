@@ -11,6 +11,7 @@ use crate::columns::{Column, Data};
 use crate::episode::Tick;
 use crate::robot::{Foot, Note, Pose, Robot};
 use nalgebra::Vector3;
+use serde_json::{Map, Value, json};
 
 /// Collects the rows of an episode.
 pub struct Trace {
@@ -108,6 +109,27 @@ impl Trace {
         self.after_verdict.push(i64::from(tick.is_after));
         let names = |[a, b]: [usize; 2]| format!("{} and {}", self.links[a], self.links[b]);
         self.links_met.push(truth.meeting.map(|meeting| names(meeting.links)));
+    }
+
+    /// The numbers and words of the last tick, by name, but those of joints, feet and base.
+    pub fn last_row(&self) -> Map<String, Value> {
+        let numbers = self.names_of_body().zip(&self.values).map(|(name, of_tick)| (name, json!(of_tick.last())));
+        let notes = self.notes.iter().map(|(name, notes)| {
+            let note = match notes.last() {
+                Some(Some(Note::Number(number))) => json!(number),
+                Some(Some(Note::Word(word))) => json!(word.to_string()),
+                _ => Value::Null,
+            };
+            (name.as_str(), note)
+        });
+        let words = [("phase", json!(self.phase.last())), ("links_met", json!(self.links_met.last()))];
+        let after = ("after_verdict", json!(self.after_verdict.last()));
+        numbers.chain(notes).chain(words).chain([after]).map(|(name, value)| (name.to_string(), value)).collect()
+    }
+
+    /// The names of the numbers that every robot has and every controller may have.
+    pub fn names_of_body(&self) -> impl Iterator<Item = &'static str> {
+        BODY.split_whitespace()
     }
 
     /// The finished table. Only columns with missing values are nullable.

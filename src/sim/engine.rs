@@ -7,6 +7,9 @@ use crate::error::Result;
 use crate::robot::{Posture, Robot};
 use serde::{Deserialize, Serialize};
 
+/// The version of MuJoCo's library that this program is made for.
+pub const MUJOCO_VERSION: &str = "3.17.0";
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Engine {
@@ -140,6 +143,12 @@ impl PhysicsStep {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(feature = "mujoco")]
+    #[test]
+    fn the_library_is_of_the_version_that_is_asked_for() {
+        assert_eq!(mujoco::version(), MUJOCO_VERSION);
+    }
 
     #[test]
     fn a_step_is_one_number_or_one_for_each_engine() {

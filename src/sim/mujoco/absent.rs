@@ -9,12 +9,9 @@ pub fn version() -> &'static str {
     "(not in this program)"
 }
 
-/// Always fails, and says how to get MuJoCo.
+/// Always fails.
 pub fn check(_: &Robot) -> Result<()> {
-    let problem = "this program was built without MuJoCo";
-    let accepted =
-        "rapier; for mujoco, build with `eval \"$(.ci/mujoco)\"` and `cargo build --release --features mujoco`";
-    Err(Error::value("engine", "--engine", "mujoco", problem, accepted))
+    Err(Error::NoMujoco)
 }
 
 /// Cannot be called after [`check`] has failed.

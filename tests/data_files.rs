@@ -1,0 +1,172 @@
+//! Traces for other programs (MCAP, Parquet with meanings), and the page of a result in the browser.
+
+mod common;
+
+use common::program::{FEW, PROGRAM, Run, folder, short, standfast, stderr, stdout};
+use mcap::{MessageStream, Summary};
+use serde_json::Value;
+use standfast::columns::{meaning, unit};
+use std::collections::BTreeMap;
+use std::fs;
+use std::process::Command;
+
+const PUSH: [&str; 5] = ["push", "--gains=hold", "--impulse=1", "--horizon=1", "--trace=a.mcap"];
+
+/// The messages of a file by topic, as far as it can be read, and whether it can to its end.
+fn messages(bytes: &[u8]) -> (BTreeMap<String, Vec<Value>>, bool) {
+    let mut found: BTreeMap<String, Vec<Value>> = BTreeMap::new();
+    for message in MessageStream::new(bytes).unwrap() {
+        let Ok(message) = message else { return (found, false) };
+        found.entry(message.channel.topic.clone()).or_default().push(serde_json::from_slice(&message.data).unwrap());
+    }
+    (found, bytes.ends_with(mcap::MAGIC))
+}
+
+#[test]
+fn an_mcap_file_says_the_same_as_a_csv_file() {
+    let dir = folder();
+    standfast(dir.path(), &PUSH).success();
+    standfast(dir.path(), &[&PUSH[..4], &["--trace=a.csv"]].concat()).success();
+    let bytes = fs::read(dir.path().join("a.mcap")).unwrap();
+    let (by_topic, is_whole) = messages(&bytes);
+    assert!(is_whole);
+    let mut csv = csv::Reader::from_path(dir.path().join("a.csv")).unwrap();
+    let names = csv.headers().unwrap().clone();
+    let rows: Vec<csv::StringRecord> = csv.records().map(Result::unwrap).collect();
+    for (topic, count) in [
+        ("/trace", 501),
+        ("/joint_states", 501),
+        ("/joint_commands", 501),
+        ("/tf", 101),
+        ("/forces", 101),
+        ("/robot", 1),
+    ] {
+        assert_eq!(by_topic[topic].len(), count, "{topic}");
+    }
+    let cell = |row: usize, name: &str| {
+        let column = names.iter().position(|n| n == name).unwrap_or_else(|| panic!("{name}"));
+        rows[row][column].to_string()
+    };
+    for tick in [0, 260, 500] {
+        let state = &by_topic["/trace"][tick];
+        assert!(state.as_object().unwrap().len() > 30, "{state}");
+        for (name, value) in state.as_object().unwrap().iter().filter(|(name, _)| *name != "timestamp") {
+            let told = match value {
+                Value::Null => String::new(),
+                Value::String(word) => word.clone(),
+                number => number.as_f64().unwrap().to_string(),
+            };
+            assert_eq!(told, cell(tick, name), "{name} of tick {tick}");
+        }
+        let joint = &by_topic["/joint_states"][tick]["joints"][3];
+        let name = joint["name"].as_str().unwrap();
+        for (field, prefix) in [("position", "q"), ("velocity", "dq"), ("effort", "tau")] {
+            assert_eq!(joint[field].as_f64().unwrap().to_string(), cell(tick, &format!("{prefix}_{name}")), "{field}");
+        }
+    }
+    // The base is a link, and where the trace has it.
+    let base = &by_topic["/tf"][50]["transforms"][0];
+    assert_eq!(
+        (base["parent_frame_id"].as_str(), base["timestamp"]["nsec"].as_u64()),
+        (Some("world"), Some(500_000_000))
+    );
+    assert_eq!(base["translation"]["z"].as_f64().unwrap().to_string(), cell(250, "base_z_m"));
+    assert_eq!(base["rotation"]["w"].as_f64().unwrap().to_string(), cell(250, "base_qw"));
+    let links = by_topic["/tf"][0]["transforms"].as_array().unwrap().len();
+    assert_eq!(by_topic["/robot"][0]["entities"].as_array().unwrap().len(), links);
+
+    let summary = Summary::read(&bytes).unwrap().unwrap();
+    let attached = mcap::read::attachment(&bytes, &summary.attachment_indexes[0]).unwrap();
+    assert_eq!(attached.name, "ut-mu2.urdf");
+    assert_eq!(attached.data.as_ref(), include_bytes!("../assets/robots/ut-mu2.urdf"));
+    // Again, it is the same to the byte.
+    standfast(dir.path(), &[&PUSH[..4], &["--trace=b.mcap"]].concat()).success();
+    assert!(fs::read(dir.path().join("b.mcap")).unwrap() == bytes);
+}
+
+#[test]
+fn an_mcap_file_that_is_cut_off_can_be_read_up_to_the_cut() {
+    let dir = folder();
+    standfast(dir.path(), &PUSH).success();
+    let bytes = fs::read(dir.path().join("a.mcap")).unwrap();
+    let (cut, is_whole) = messages(&bytes[..bytes.len() / 2]);
+    let ticks = cut["/trace"].len();
+    assert!(!is_whole && (100..400).contains(&ticks), "{ticks}");
+    assert_eq!(cut["/trace"].last().unwrap()["time_s"].as_f64().unwrap(), (ticks - 1) as f64 * 0.002);
+}
+
+/// As on a full disk: no file may grow beyond 200 blocks of 512 bytes.
+#[cfg(unix)]
+#[test]
+fn a_disk_that_is_full_in_the_middle_is_an_error_and_leaves_what_there_is() {
+    let dir = folder();
+    let push = format!("ulimit -f 200; exec '{PROGRAM}' {}", PUSH.join(" "));
+    let run = Run::of(Command::new("sh").current_dir(dir.path()).args(["-c", &push])).code(75);
+    assert!(stderr(&run).contains("a.mcap: cannot write: "), "{}", stderr(&run));
+    let (left, is_whole) = messages(&fs::read(dir.path().join("a.mcap")).unwrap());
+    assert!(!is_whole && left["/trace"].len() > 20, "{left:?}");
+}
+
+#[test]
+fn every_column_says_what_it_means() {
+    let dir = folder();
+    standfast(dir.path(), &short(&[FEW])).success();
+    let file = fs::File::open(dir.path().join("out/trials.parquet")).unwrap();
+    let reader = parquet::file::reader::SerializedFileReader::new(file).unwrap();
+    let metadata = parquet::file::reader::FileReader::metadata(&reader).file_metadata().clone();
+    let about = metadata.key_value_metadata().unwrap().iter().find(|pair| pair.key == "columns").unwrap();
+    let about: BTreeMap<String, Value> = serde_json::from_str(about.value.as_deref().unwrap()).unwrap();
+    assert_eq!(about.len(), metadata.schema_descr().num_columns());
+    for (name, about) in &about {
+        assert!(about["meaning"].is_string(), "{name}: {about}");
+    }
+    assert_eq!(about["fell_at_s"]["unit"], "s");
+    assert_eq!(about["peak_torque_n_m"]["unit"], "N m");
+    assert_eq!(about["outcome"]["unit"], Value::Null);
+    for (name, expected, words) in [
+        ("left_sole_moment_x_n_m", Some("N m"), "moment about its centre"),
+        ("com_vel_y_m_s_est", Some("m/s"), "its estimated velocity"),
+        ("q_ref_left_knee", Some("rad"), "joint angle that is commanded"),
+        ("in_cpi_set", None, "1 if some set holds the estimated state"),
+    ] {
+        assert_eq!(unit(name), expected, "{name}");
+        assert!(meaning(name).unwrap().contains(words), "{name}: {:?}", meaning(name));
+    }
+    assert_eq!(meaning("zmp_z_m"), None);
+}
+
+#[cfg(unix)]
+#[test]
+fn the_report_of_a_result_is_opened_or_named() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let dir = folder();
+    standfast(dir.path(), &short(&[FEW])).success();
+    let report = fs::canonicalize(dir.path().join("out/report.html")).unwrap();
+    // What is started in the place of a browser writes down what it is to show.
+    let browser = dir.path().join("xdg-open");
+    fs::write(&browser, "#!/bin/sh\necho \"$1\" > opened.part\nmv opened.part opened\n").unwrap();
+    fs::set_permissions(&browser, fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:{}", dir.path().display(), std::env::var("PATH").unwrap());
+    let open = |display: &str, what: &str| {
+        let mut command = Command::new(PROGRAM);
+        command.current_dir(dir.path()).args(["open", what]).env("PATH", &path).env("DISPLAY", display);
+        Run::of(command.env_remove("WAYLAND_DISPLAY").env_remove("BROWSER"))
+    };
+    assert_eq!(stdout(&open("", "out").success()), format!("{}\n", report.display()));
+    assert!(!dir.path().join("opened").exists(), "a browser without a display");
+    assert_eq!(stdout(&open(":7", "out").success()), format!("{}\n", report.display()));
+    let opened = dir.path().join("opened");
+    for _ in 0..200 {
+        if opened.exists() {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    assert_eq!(fs::read_to_string(&opened).unwrap().trim(), report.to_str().unwrap());
+
+    fs::remove_file(&report).unwrap();
+    assert!(stderr(&open("", "out").code(3)).contains("out: there is no report.html, "));
+    assert!(stderr(&open("", "nothing").code(2)).contains("nothing/report.html: cannot read: "));
+    assert!(stderr(&open("", "out/summary.html").code(2)).contains("out/summary.html: cannot read: "));
+}
