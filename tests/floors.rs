@@ -28,7 +28,7 @@ const INNER_FLOORS: [(&str, &[&str]); 1] =
     [("campaign", &["ask", "store", "verdict", "run", "limit", "partings", "ceiling"])];
 
 /// Crates that only one room or file may use.
-const RESERVED: [(&str, &str); 14] = [
+const RESERVED: [(&str, &str); 17] = [
     ("rapier3d", "sim/rapier"),
     ("mujoco_rs", "sim/mujoco"),
     ("tract_onnx", "contest/onnx"),
@@ -37,6 +37,9 @@ const RESERVED: [(&str, &str); 14] = [
     ("parry3d", "view"),
     ("clap", "commands"),
     ("clap_complete", "commands"),
+    ("clap_mangen", "commands"),
+    ("open", "commands"),
+    ("mcap", "render/mcap"),
     ("indicatif", "commands"),
     ("signal_hook", "commands"),
     ("parquet", "columns"),
