@@ -82,7 +82,7 @@ mod tests {
     /// In the plane of the leg, the knee carries the weight at the ZMP, less what hangs below it.
     #[test]
     fn the_knee_of_ut_mu2_carries_the_body_on_one_leg() {
-        let robot = Robot::ut_mu2();
+        let robot = Robot::load("ut-mu2").unwrap();
         let kinematics = Kinematics::at_home(&robot);
         let (knee, share) = robot.hardest_on_one_leg().unwrap();
         assert!(robot.joints[knee].name.ends_with("knee_flexion"), "{}", robot.joints[knee].name);
