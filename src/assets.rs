@@ -124,7 +124,7 @@ pub fn open(kind: Kind, name: &str) -> Result<Source> {
     }
 }
 
-/// Does the same as [`open`] for inputs that another program has compiled in: `what` they are, and their names and texts
+/// Does the same as [`open()`] for inputs that another program has compiled in: `what` they are, and their names and texts
 /// in the order in which they are listed.
 pub fn open_among(what: &'static str, builtin: &[(&str, &str)], name: &str) -> Result<Source> {
     if let Some((_, text)) = builtin.iter().find(|(n, _)| *n == name) {
