@@ -37,7 +37,9 @@ pub enum Error {
     #[error("the window is lost: {cause}")]
     LostWindow { cause: String },
     /// MuJoCo is asked for where it was not built in. The program then goes on in another one that has it.
-    #[error("engine = mujoco: built without the feature mujoco; accepted: rapier")]
+    #[error(
+        "engine = mujoco: this program was built without MuJoCo; accepted: rapier, or build with `--features mujoco`"
+    )]
     NoMujoco,
     /// Several problems of one input, at least two, in the order in which they stand there.
     #[error("{}", listed(.0))]

@@ -247,11 +247,8 @@ impl<'a> Case<'a> {
         let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
         let simulated = variation.robot(robot);
         let mut trace = outputs.trace.as_ref().map(|_| Trace::new(robot));
-        let mut mcap = match (&outputs.trace, &trace) {
-            (Some(path), Some(trace)) if is_mcap(path) => Some(McapTrace::create(path, robot, trace)),
-            _ => None,
-        }
-        .transpose()?;
+        let mcap = outputs.trace.as_ref().filter(|path| is_mcap(path));
+        let mut mcap = mcap.map(|path| McapTrace::create(path, robot)).transpose()?;
         let mut failed = None;
         let mut plot = outputs.plot.as_ref().map(|_| MotionPlot::of_pushes(&pushes));
         let mut witness = Witness::default();

@@ -18,10 +18,10 @@ use crate::assets::{self, Kind};
 use crate::columns::meaning;
 use crate::episode::Tick;
 use crate::error::{Error, Result};
-use crate::robot::{Foot, Kinematics, Pose, Robot, Shape, Solid};
+use crate::robot::{Foot, GRAVITY, Joint, Kinematics, Link, Pose, Robot, Shape, Solid};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -61,7 +61,7 @@ pub struct McapTrace {
 
 impl McapTrace {
     /// A new file with the robot's shapes and URDF.
-    pub fn create(path: &Path, robot: &Robot, trace: &Trace) -> Result<Self> {
+    pub fn create(path: &Path, robot: &Robot) -> Result<Self> {
         let file = File::create(path).map_err(|source| Error::Write { path: path.into(), source })?;
         let failed = |error| not_written(path, error);
         let options = WriteOptions::new()
@@ -72,7 +72,7 @@ impl McapTrace {
         let mut writer = options.create(file).map_err(failed)?;
         let mut channels = [0; TOPICS.len()];
         for (channel, (topic, schema)) in channels.iter_mut().zip(TOPICS) {
-            let of_schema = schema_of(schema, trace).to_string();
+            let of_schema = schema_of(schema).to_string();
             let id = writer.add_schema(schema, "jsonschema", of_schema.as_bytes()).map_err(failed)?;
             *channel = writer.add_channel(id, topic, "json", &BTreeMap::new()).map_err(failed)?;
         }
@@ -105,7 +105,7 @@ impl McapTrace {
         let nanoseconds = (1e9 * truth.time_s).round() as u64;
         let at = timestamp(nanoseconds);
         let joints = |values: &dyn Fn(usize) -> Value| {
-            let named = |(j, joint): (usize, &crate::robot::Joint)| {
+            let named = |(j, joint): (usize, &Joint)| {
                 let mut state = values(j);
                 state["name"] = json!(joint.name);
                 state
@@ -176,7 +176,7 @@ fn color([r, g, b, a]: [f64; 4]) -> Value {
 
 fn transforms(robot: &Robot, tick: &Tick, at: &Value) -> Value {
     let kinematics = Kinematics::at(robot, &tick.truth.posture);
-    let of_link = |(i, link): (usize, &crate::robot::Link)| {
+    let of_link = |(i, link): (usize, &Link)| {
         let placed = pose(kinematics.link_pose(i));
         json!({
             "timestamp": at,
@@ -203,7 +203,7 @@ fn entity(id: &str, frame: &str, at: &Value, parts: &[(&str, Vec<Value>)]) -> Va
 
 fn shapes(robot: &Robot) -> Value {
     let at = timestamp(0);
-    let of_link = |link: &crate::robot::Link| {
+    let of_link = |link: &Link| {
         let mut parts: [(&str, Vec<Value>); 4] =
             ["cubes", "spheres", "cylinders", "triangles"].map(|kind| (kind, Vec::new()));
         for solid in link.drawn() {
@@ -241,7 +241,7 @@ fn shape(solid: &Solid) -> (usize, Value) {
 
 fn forces(robot: &Robot, tick: &Tick, at: &Value) -> Value {
     let (truth, height) = (tick.truth, robot.home_com_height());
-    let weight_n = robot.mass() * crate::robot::GRAVITY;
+    let weight_n = robot.mass() * GRAVITY;
     let ball = |place: Point3<f64>, paint: [f64; 4]| {
         let size = xyz(Vector3::repeat(BALL * height));
         json!({ "pose": pose(&Pose::translation(place.x, place.y, place.z)), "size": size, "color": color(paint) })
@@ -251,7 +251,7 @@ fn forces(robot: &Robot, tick: &Tick, at: &Value) -> Value {
         vec![ball(truth.com, [0.9, 0.9, 0.9, 1.0]), ball(on_ground(tick.dcm.x, tick.dcm.y), [0.9, 0.2, 0.2, 1.0])];
     balls.extend(truth.zmp.map(|[x, y]| ball(on_ground(x, y), [0.2, 0.4, 0.9, 1.0])));
     let arrow = |from: Point3<f64>, force_n: Vector3<f64>, paint: [f64; 4]| {
-        let along = nalgebra::UnitQuaternion::rotation_between(&Vector3::x(), &force_n);
+        let along = UnitQuaternion::rotation_between(&Vector3::x(), &force_n);
         let turned = Pose::from_parts(from.into(), along.unwrap_or_default());
         let length_m = WEIGHT * height * force_n.norm() / weight_n;
         json!({
@@ -273,7 +273,7 @@ fn forces(robot: &Robot, tick: &Tick, at: &Value) -> Value {
 }
 
 /// The JSON schema of a message. Foxglove goes by its name; the properties tell a reader what to plot.
-fn schema_of(name: &str, trace: &Trace) -> Value {
+fn schema_of(name: &str) -> Value {
     let object = |properties: Value| json!({ "type": "object", "properties": properties });
     let [number, text] = ["number", "string"].map(|kind| json!({ "type": kind }));
     let list = |items: Value| json!({ "type": "array", "items": items });
@@ -293,7 +293,7 @@ fn schema_of(name: &str, trace: &Trace) -> Value {
                 let kind = if name == "phase" || name == "links_met" { "string" } else { "number" };
                 (name.to_string(), json!({ "type": [kind, "null"], "description": meaning(name) }))
             };
-            let mut properties: Map<String, Value> = trace.names_of_body().map(column).collect();
+            let mut properties: Map<String, Value> = Trace::names_of_body().map(column).collect();
             properties.insert("timestamp".into(), time);
             Value::Object(properties)
         }

@@ -113,7 +113,7 @@ impl Trace {
 
     /// The numbers and words of the last tick, by name, but those of joints, feet and base.
     pub fn last_row(&self) -> Map<String, Value> {
-        let numbers = self.names_of_body().zip(&self.values).map(|(name, of_tick)| (name, json!(of_tick.last())));
+        let numbers = Self::names_of_body().zip(&self.values).map(|(name, of_tick)| (name, json!(of_tick.last())));
         let notes = self.notes.iter().map(|(name, notes)| {
             let note = match notes.last() {
                 Some(Some(Note::Number(number))) => json!(number),
@@ -128,7 +128,7 @@ impl Trace {
     }
 
     /// The names of the numbers that every robot has and every controller may have.
-    pub fn names_of_body(&self) -> impl Iterator<Item = &'static str> {
+    pub fn names_of_body() -> impl Iterator<Item = &'static str> {
         BODY.split_whitespace()
     }
 
