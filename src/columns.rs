@@ -8,6 +8,7 @@ use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::{properties::WriterProperties, writer::SerializedColumnWriter, writer::SerializedFileWriter};
 use parquet::schema::types::Type;
+use serde_json::{Map, Value, json};
 use std::{io::Write, path::Path, sync::Arc};
 
 /// The chapter of the guide on the columns of trials and traces.
@@ -29,8 +30,12 @@ fn fits(pattern: &str, name: &str) -> bool {
     if let Some(before) = pattern.strip_suffix("JOINT") {
         return name.starts_with(before);
     }
-    let (Some((before, rest)), true) = (pattern.split_once('['), pattern.contains(']')) else { return pattern == name };
-    let (letters, after) = rest.split_once(']').unwrap_or_default();
+    let in_brackets = || {
+        let (before, rest) = pattern.split_once('[')?;
+        let (letters, after) = rest.split_once(']')?;
+        Some((before, letters, after))
+    };
+    let Some((before, letters, after)) = in_brackets() else { return pattern == name };
     let one = name.strip_prefix(before).and_then(|name| name.strip_suffix(after));
     one.is_some_and(|one| one.len() == 1 && letters.contains(one))
 }
@@ -76,10 +81,6 @@ impl Column {
         Self { name: name.into(), data }
     }
 
-    fn about(&self) -> serde_json::Value {
-        serde_json::json!({ "unit": unit(&self.name), "meaning": meaning(&self.name) })
-    }
-
     /// The values as text. A float has the shortest form that reads back to the same bits.
     fn cells(&self) -> Vec<String> {
         match &self.data {
@@ -122,13 +123,15 @@ pub struct ParquetFile<W: Write + Send>(SerializedFileWriter<W>);
 impl<W: Write + Send> ParquetFile<W> {
     /// A file with columns of these names and kinds; their values are not looked at.
     pub fn new(to: W, columns: impl IntoIterator<Item = Column>) -> Result<Self, ParquetError> {
-        let columns: Vec<Column> = columns.into_iter().collect();
-        let about: serde_json::Map<_, _> = columns.iter().map(|c| (c.name.clone(), c.about())).collect();
-        let fields = columns.iter().map(|c| field(c).map(Arc::new)).collect::<Result<_, _>>()?;
+        let mut about = Map::new();
+        let field_of = |column: Column| {
+            about.insert(column.name.clone(), json!({ "unit": unit(&column.name), "meaning": meaning(&column.name) }));
+            field(&column).map(Arc::new)
+        };
+        let fields = columns.into_iter().map(field_of).collect::<Result<_, _>>()?;
         let schema = Arc::new(Type::group_type_builder("rows").with_fields(fields).build()?);
-        let about = serde_json::to_string(&about).unwrap_or_default();
         let properties = WriterProperties::builder()
-            .set_key_value_metadata(Some(vec![KeyValue::new("columns".into(), about)]))
+            .set_key_value_metadata(Some(vec![KeyValue::new("columns".into(), Value::Object(about).to_string())]))
             .set_compression(Compression::GZIP(GzipLevel::default()))
             .set_created_by(concat!("standfast ", env!("CARGO_PKG_VERSION")).into())
             .build();

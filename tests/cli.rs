@@ -428,6 +428,18 @@ fn the_physics_engine_is_chosen_by_its_name() {
         assert!(message.contains("'bullet' for '--engine <ENGINE>'"), "{message}");
     }
     let in_file = "--set=episode.engine=mujoco";
+    // What a program without MuJoCo says is in `mujoco_beside.rs`.
+    for args in [
+        short(&[FEW, "--engine=mujoco"]),
+        short(&[FEW, in_file]),
+        vec!["push", "--engine=mujoco"],
+        vec!["limit", "--engine=mujoco"],
+        vec!["limit", "--engine=both"],
+    ] {
+        if cfg!(feature = "mujoco") {
+            standfast(dir.path(), &[&args[..], &["--check"]].concat()).success();
+        }
+    }
     // The option overrules the campaign.
     standfast(dir.path(), &short(&[FEW, in_file, "--engine=rapier"])).success();
     let status = stdout(&standfast(dir.path(), &["status", "out"]).success());

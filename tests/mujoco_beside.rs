@@ -28,10 +28,16 @@ fn mujoco_is_asked_for_before_anything_runs() {
     let program = installed(dir.path());
     let before = files(dir.path());
     let campaign = |more| [&SHORT[..SHORT.len() - 1], &["--out=other", FEW, more]].concat();
+    let checked = |args: &[&'static str]| [args, &["--check"]].concat();
     for args in [
         campaign("--engine=mujoco"),
         campaign("--engine=both"),
         campaign("--set=episode.engine=mujoco"),
+        checked(&campaign("--engine=mujoco")),
+        checked(&campaign("--set=episode.engine=mujoco")),
+        checked(&["push", "--engine=mujoco"]),
+        checked(&["limit", "--engine=mujoco"]),
+        checked(&["limit", "--engine=both"]),
         vec!["push", "--engine=mujoco"],
         vec!["limit", "--engine=both"],
         vec!["replay", "out", "--trial=1", "--engine=mujoco"],
@@ -44,7 +50,11 @@ fn mujoco_is_asked_for_before_anything_runs() {
             message.contains(problem) && message.contains("pip install 'standfast[mujoco]'"),
             "{args:?}: {message}"
         );
+        assert!(message.contains("--features mujoco"), "{args:?}: {message}");
     }
+    let shard = [&campaign("--engine=both")[..], &["--shard=1/2"]].concat();
+    let message = stderr(&run(&program, dir.path(), &shard).code(2));
+    assert!(message.contains("`compare` after `merge`"), "{message}");
     assert!(files(dir.path()) == before, "something was written");
 }
 

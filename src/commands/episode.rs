@@ -246,28 +246,26 @@ impl<'a> Case<'a> {
         let Self { robot, factory, config } = *self;
         let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
         let simulated = variation.robot(robot);
-        let mut trace = outputs.trace.as_ref().map(|_| Trace::new(robot));
-        let mcap = outputs.trace.as_ref().filter(|path| is_mcap(path));
+        let (mcap, table): (Option<&PathBuf>, _) = match &outputs.trace {
+            Some(path) if path.extension().is_some_and(|ending| ending == "mcap") => (Some(path), None),
+            table => (None, table.as_ref()),
+        };
         let mut mcap = mcap.map(|path| McapTrace::create(path, robot)).transpose()?;
-        let mut failed = None;
+        let mut table = table.map(|path| (path, Trace::new(robot)));
         let mut plot = outputs.plot.as_ref().map(|_| MotionPlot::of_pushes(&pushes));
         let mut witness = Witness::default();
         let mut observe = |tick: &Tick| {
             witness.watch(&simulated, tick);
-            trace.iter_mut().for_each(|trace| trace.push(tick));
-            if let (Some(mcap), Some(trace), None) = (&mut mcap, &trace, &failed) {
-                failed = mcap.push(tick, trace).err();
-            }
+            mcap.iter_mut().for_each(|mcap| mcap.push(tick));
+            table.iter_mut().for_each(|(_, trace)| trace.push(tick));
             plot.iter_mut().for_each(|plot| plot.push(robot, tick));
         };
         let ran = run(disturbance, outputs.aftermath_s(aftermath_s), &mut observe);
         let units = Units::of(robot);
         let told = Told { factory, config, units, pushes, variation, record: record_of(&ran), witness };
-        match (&outputs.trace, trace, mcap, failed) {
-            (_, _, _, Some(error)) => return Err(error),
-            (_, _, Some(mcap), None) => mcap.finish()?,
-            (Some(path), Some(trace), ..) => columns::write(path, &trace.columns())?,
-            _ => {}
+        mcap.map_or(Ok(()), McapTrace::finish)?;
+        if let Some((path, trace)) = table {
+            columns::write(path, &trace.columns())?;
         }
         if let (Some(path), Some(mut plot)) = (&outputs.plot, plot) {
             plot.end_at(end_of_interest_s(&told.record));
@@ -275,10 +273,6 @@ impl<'a> Case<'a> {
         }
         Ok((told, ran))
     }
-}
-
-fn is_mcap(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending == "mcap")
 }
 
 /// Where the episode of a replay comes from.

@@ -95,8 +95,8 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     if let Some((joint, share)) = robot.hardest_on_one_leg().filter(|(_, share)| *share > MOST_ON_ONE_LEG) {
         let (name, percent) = (&robot.joints[joint].name, 100.0 * share);
         log::warn!(
-            "On one leg, {name} needs {percent:.0} % of its torque to carry the robot. What is left is too little for \
-             footsteps: the body sinks, and the foot lands too soon. Look at [home_rad] (straighter knees need less), \
+            "On one leg, {name} needs {percent:.0} % of its torque to carry the robot. What is left may be too little \
+             for footsteps: the body sinks, and the foot lands too soon. Look at [home_rad] (straighter knees need less), \
              and at the torques of [[servos]]"
         );
     }
@@ -104,7 +104,7 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// If a joint needs more of its torque than this to carry the robot on one leg, footsteps fail
+/// A joint that needs more of its torque than this to carry the robot on one leg is told
 /// ([`Robot::hardest_on_one_leg`]).
 const MOST_ON_ONE_LEG: f64 = 0.6;
 

@@ -109,7 +109,8 @@ enum Chosen {
 
 /// Said on a terminal where the program is called with nothing else, before it goes on.
 const FIRST_WORDS: &str = "\
-How hard can a humanoid be pushed before it falls, and which controller makes it stand better?
+How hard can a humanoid be pushed before it falls, and which controller makes it
+stand better?
 
   standfast push                     one push, told as a story (a second)
   standfast push --replay push.html  the same as a film for the browser
@@ -118,8 +119,8 @@ How hard can a humanoid be pushed before it falls, and which controller makes it
   standfast init my.urdf             a robot of your own
   standfast --help                   all of it
 
-Now the standard campaign runs: 1000 pushes for each of four controllers, which takes minutes. Ctrl-C ends it, and what is
-finished is kept.
+Now the standard campaign runs: 1000 pushes for each of four controllers, which
+takes minutes. Ctrl-C ends it; the same command then goes on where it ended.
 ";
 
 /// The program: runs the command with which it is called, and turns an error into an exit code.

@@ -8,7 +8,7 @@
 //! | `/forces` | foxglove.SceneUpdate: COM, DCM, ZMP as balls, forces as arrows | every 10 ms |
 //! | `/joint_states` | foxglove.JointStates: what the joints do | every tick |
 //! | `/joint_commands` | foxglove.JointStates: what is asked of them | every tick |
-//! | `/trace` | standfast.Trace: the columns of the trace but those of joints | every tick |
+//! | `/trace` | standfast.Trace: the columns of the trace but those of joints, soles and base | every tick |
 //!
 //! The URDF of the robot is an attachment. The file is written in chunks while the episode runs. If it is cut off, all
 //! chunks before the cut can be read.
@@ -38,7 +38,7 @@ const ARROW: f64 = 0.02;
 const WEIGHT: f64 = 0.5;
 const WORLD: &str = "world";
 
-/// The channels, in the order of their numbers in the file.
+/// The topics, each with its schema.
 const TOPICS: [(&str, &str); 6] = [
     ("/tf", "foxglove.FrameTransforms"),
     ("/robot", "foxglove.SceneUpdate"),
@@ -49,19 +49,24 @@ const TOPICS: [(&str, &str); 6] = [
 ];
 
 /// An MCAP file that is being written.
-pub struct McapTrace {
+pub struct McapTrace<'a> {
     path: PathBuf,
     writer: Writer<File>,
+    /// The number of each topic in the file, as in [`TOPICS`].
     channels: [u16; TOPICS.len()],
-    robot: Robot,
-    /// Numbers of messages so far.
+    robot: &'a Robot,
+    /// The same ticks as a table, whose last row is the next message of `/trace`.
+    rows: Trace,
+    /// How many messages there are so far.
     written: u32,
     next_picture_s: f64,
+    /// What went wrong first. From then on nothing more is written.
+    failure: Option<Error>,
 }
 
-impl McapTrace {
+impl<'a> McapTrace<'a> {
     /// A new file with the robot's shapes and URDF.
-    pub fn create(path: &Path, robot: &Robot) -> Result<Self> {
+    pub fn create(path: &Path, robot: &'a Robot) -> Result<Self> {
         let file = File::create(path).map_err(|source| Error::Write { path: path.into(), source })?;
         let failed = |error| not_written(path, error);
         let options = WriteOptions::new()
@@ -78,7 +83,10 @@ impl McapTrace {
         }
         let urdf = match &robot.urdf {
             Some(path) => std::fs::read(path).ok(),
-            None => assets::open(Kind::Robot, &robot.name).ok().map(|source| source.text.into_bytes()),
+            None => {
+                let builtin = assets::open(Kind::Robot, &robot.name).ok().filter(|source| source.is_builtin());
+                builtin.map(|source| source.text.into_bytes())
+            }
         };
         if let Some(urdf) = urdf {
             let attachment = Attachment {
@@ -93,15 +101,22 @@ impl McapTrace {
         let facts = [("robot", robot.name.clone()), ("mass_kg", robot.mass().to_string())];
         let metadata = facts.into_iter().map(|(key, value)| (key.to_string(), value)).collect();
         writer.write_metadata(&Metadata { name: "standfast".into(), metadata }).map_err(failed)?;
-        let (path, robot) = (path.into(), robot.clone());
-        let mut made = Self { path, writer, channels, robot, written: 0, next_picture_s: 0.0 };
-        made.write(1, 0, &shapes(&made.robot))?;
+        let (path, rows) = (path.into(), Trace::new(robot));
+        let mut made = Self { path, writer, channels, robot, rows, written: 0, next_picture_s: 0.0, failure: None };
+        made.write("/robot", 0, &shapes(robot))?;
         Ok(made)
     }
 
-    /// Adds a tick, which `trace` has as its last row.
-    pub fn push(&mut self, tick: &Tick, trace: &Trace) -> Result<()> {
-        let (truth, robot) = (tick.truth, &self.robot);
+    /// Adds a tick. If it cannot be written, [`finish`](Self::finish) says so.
+    pub fn push(&mut self, tick: &Tick) {
+        if self.failure.is_none() {
+            self.failure = self.add(tick).err();
+        }
+    }
+
+    fn add(&mut self, tick: &Tick) -> Result<()> {
+        let (truth, robot) = (tick.truth, self.robot);
+        self.rows.push(tick);
         let nanoseconds = (1e9 * truth.time_s).round() as u64;
         let at = timestamp(nanoseconds);
         let joints = |values: &dyn Fn(usize) -> Value| {
@@ -116,33 +131,32 @@ impl McapTrace {
             &|j| json!({ "position": truth.posture.q[j], "velocity": truth.velocity[6 + j], "effort": truth.tau[j] }),
         );
         let commands = joints(&|j| json!({ "position": tick.command.q_ref[j], "velocity": tick.command.dq_ref[j] }));
-        let mut row = trace.last_row();
+        let mut row = self.rows.last_row();
         row.insert("timestamp".into(), at.clone());
-        let pictures =
-            (truth.time_s >= self.next_picture_s).then(|| [transforms(robot, tick, &at), forces(robot, tick, &at)]);
-        if let Some([transforms, forces]) = pictures {
+        if truth.time_s >= self.next_picture_s {
             self.next_picture_s = truth.time_s + PICTURE_S * (1.0 - 1e-6);
-            self.write(0, nanoseconds, &transforms)?;
-            self.write(2, nanoseconds, &forces)?;
+            self.write("/tf", nanoseconds, &transforms(robot, tick, &at))?;
+            self.write("/forces", nanoseconds, &forces(robot, tick, &at))?;
         }
-        self.write(3, nanoseconds, &states)?;
-        self.write(4, nanoseconds, &commands)?;
-        self.write(5, nanoseconds, &Value::Object(row))
+        self.write("/joint_states", nanoseconds, &states)?;
+        self.write("/joint_commands", nanoseconds, &commands)?;
+        self.write("/trace", nanoseconds, &Value::Object(row))
     }
 
-    /// Ends the file with its index.
+    /// Ends the file with its index. Fails if any of it could not be written; what was written before stays.
     pub fn finish(mut self) -> Result<()> {
+        if let Some(failure) = self.failure {
+            return Err(failure);
+        }
         self.writer.finish().map_err(|error| not_written(&self.path, error))?;
         self.writer.into_inner().sync_all().map_err(|source| Error::Write { path: self.path, source })
     }
 
-    fn write(&mut self, topic: usize, log_time: u64, message: &Value) -> Result<()> {
-        let header = MessageHeader {
-            channel_id: self.channels[topic],
-            sequence: self.written,
-            log_time,
-            publish_time: log_time,
-        };
+    /// Writes a message on one of [`TOPICS`], of a time in nanoseconds.
+    fn write(&mut self, topic: &str, log_time: u64, message: &Value) -> Result<()> {
+        let number = TOPICS.iter().position(|(name, _)| *name == topic).expect("it is one of the topics");
+        let (channel_id, sequence) = (self.channels[number], self.written);
+        let header = MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
         self.written += 1;
         let written = self.writer.write_to_known_channel(&header, message.to_string().as_bytes());
         written.map_err(|error| not_written(&self.path, error))

@@ -112,6 +112,13 @@ impl Kinematics {
         PerFoot::from_fn(|foot| self.sole_pose(robot, foot))
     }
 
+    /// Whether a joint pitches: its axis points sideways, or nearly so.
+    pub fn pitches(&self, joint: usize) -> bool {
+        /// Least cosine of the angle between the axis and y.
+        const PITCH: f64 = 0.7;
+        self.joint_axis(joint).y.abs() > PITCH
+    }
+
     /// Axis of a joint, a unit vector.
     pub fn joint_axis(&self, joint: usize) -> Vector3<f64> {
         self.axes[joint]

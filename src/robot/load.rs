@@ -59,8 +59,6 @@ impl Robot {
     /// has. Of each leg, the joints count that pitch above the ankle. What rolls is left out, since a robot in the middle of
     /// a footstep does not balance sideways.
     pub fn hardest_on_one_leg(&self) -> Option<(usize, f64)> {
-        /// An axis is one of pitch if the cosine of its angle to y is larger than this.
-        const PITCH: f64 = 0.7;
         let kinematics = Kinematics::at_home(self);
         let weight = Vector3::new(0.0, 0.0, self.mass() * GRAVITY);
         let mut tau = vec![0.0; self.joints.len()];
@@ -68,7 +66,7 @@ impl Robot {
             let stands = PerFoot::from_fn(|f| f == foot);
             let wrenches = share(self, &kinematics.sole_poses(self), &stands, kinematics.com().xy(), weight);
             load_torques(&kinematics, self, -weight / self.mass(), &wrenches, &mut tau);
-            let pitching = self.chain(self.soles[foot].link).filter(|&j| kinematics.joint_axis(j).y.abs() > PITCH);
+            let pitching = self.chain(self.soles[foot].link).filter(|&j| kinematics.pitches(j));
             pitching.skip(1).map(|j| (j, tau[j].abs() / self.servos[j].torque_n_m)).collect::<Vec<_>>()
         };
         Foot::BOTH.into_iter().flat_map(&mut of_foot).max_by(|(_, one), (_, other)| one.total_cmp(other))

@@ -8,8 +8,6 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 /// Angle by which the knees are bent (rad), from a straight leg.
 const KNEE_RAD: f64 = 0.7;
-/// An axis of a leg counts as one of pitch if the cosine of its angle to y is larger than this.
-const PITCH: f64 = 0.7;
 /// A leg whose knee is bent by less with all joints at zero (rad) is taken to be straight there.
 const STRAIGHT_RAD: f64 = 0.35;
 /// What the joints keep from their limits at home (rad), where they have as much.
@@ -127,7 +125,7 @@ pub fn leg_length_m(robot: &Robot, limbs: &Limbs) -> f64 {
 /// The joints of a leg that pitch with all joints at zero, with the y component of their axes.
 fn pitch_joints(robot: &Robot, leg: &[usize]) -> Vec<(usize, f64)> {
     let kinematics = Kinematics::new(robot);
-    leg.iter().map(|&j| (j, kinematics.joint_axis(j).y)).filter(|(_, y)| y.abs() > PITCH).collect()
+    leg.iter().filter(|&&j| kinematics.pitches(j)).map(|&j| (j, kinematics.joint_axis(j).y)).collect()
 }
 
 fn knee(robot: &Robot, leg: &[usize]) -> Option<Knee> {
