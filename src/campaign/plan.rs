@@ -243,16 +243,13 @@ impl Plan {
     ) -> Vec<TrialRow> {
         let Manifest { campaign, sets: names, .. } = &self.manifest;
         let (pushes, variation) = (trial::pushes(campaign, trial), trial::variation(campaign, trial));
-        let run =
-            |sets: &[usize]| caught(|| self.records(factories, opening, trial::disturbance(campaign, trial), sets));
         let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
         let hardness = pushes[0].impulse_n_s / no_step_n_s.unwrap_or(1.0);
-        // A panic is the outcome of the controller that caused it. The others are run again, each alone.
-        let failed = |panic| Record { outcome: Outcome::Diverged, fall_cause: Some(panic), ..Record::default() };
-        let alone = |set: &usize| run(&[*set]).map_or_else(failed, |mut records| records.remove(0));
         let records = match campaign.synthetic {
             true => sets.iter().map(|&set| trial::synthetic(campaign, trial, set, hardness)).collect(),
-            false => run(sets).unwrap_or_else(|_| sets.iter().map(alone).collect()),
+            false => {
+                each_caught(sets, |sets| self.records(factories, opening, trial::disturbance(campaign, trial), sets))
+            }
         };
         let row = |(&set, record): (&usize, Record)| {
             let repeats = self.repeats(factories, trial, set, &record);
@@ -286,6 +283,14 @@ impl Plan {
         }
         folder.write_campaign()
     }
+}
+
+/// The records that `run` gives of some controllers. A panic is the outcome of the controller that caused it; the others are
+/// run again, each alone.
+pub(super) fn each_caught<T: Copy>(controllers: &[T], run: impl Fn(&[T]) -> Vec<Record>) -> Vec<Record> {
+    let failed = |panic| Record { outcome: Outcome::Diverged, fall_cause: Some(panic), ..Record::default() };
+    let alone = |one: &T| caught(|| run(&[*one])).map_or_else(failed, |mut records| records.remove(0));
+    caught(|| run(controllers)).unwrap_or_else(|_| controllers.iter().map(alone).collect())
 }
 
 /// Lets a copy of a program be started.

@@ -29,6 +29,7 @@ mod run;
 mod slurm;
 mod status;
 pub mod terminal;
+mod tune;
 mod view;
 
 pub use interrupt::exit_code;
@@ -89,6 +90,8 @@ enum Chosen {
     Limit(limit::LimitArgs),
     /// Find how many of the pushes that a controller loses can be caught
     Ceiling(ceiling::CeilingArgs),
+    /// Search better numbers for a controller, and judge them by unseen trials
+    Tune(tune::TuneArgs),
     /// Compute the maximal CPI sets of a gain set
     Cpi(cpi::CpiArgs),
     /// Show a robot as it was read, and its kinematics
@@ -162,6 +165,7 @@ fn run() -> Result<ExitCode> {
         Chosen::Check(args) => check::run(&args),
         Chosen::Limit(args) => limit::run(&args),
         Chosen::Ceiling(args) => ceiling::run(&args),
+        Chosen::Tune(args) => tune::run(&args),
         Chosen::Cpi(args) => cpi::run(&args),
         Chosen::Model(args) => model::run(&args),
         Chosen::New(args) => new::run(&args),

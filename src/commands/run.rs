@@ -163,7 +163,7 @@ fn time_s(plans: &[Plan], works: &[Work]) -> Result<f64> {
 
 /// Runs the episodes that are missing, and shows how far the campaign is and what it has found. With `tells_time` it
 /// also says how long the campaign will take here, as soon as the pace of the first episodes is known.
-fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<()> {
+pub(super) fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<()> {
     let (folder, all, missing) = (work.folder, work.all_episodes(), work.episodes());
     let stopping = folder.manifest.campaign.stopping;
     let progress = (!work.is_done()).then(|| Progress::of_episodes(all, all - missing, stopping.until_resolved));

@@ -1,12 +1,15 @@
 //! Gain sets: our own controller ([`crate::control`]), which stands and steps by maximal CPI sets.
 
 use super::settings::Settings;
+use super::tunable::Tunable;
 use crate::control::{CpiController, Design};
 use crate::error::Result;
 use crate::lipm::GainSet;
+use crate::lipm::catching::{CatchingTable, Departure};
+use crate::lipm::stepping::SteppingTable;
 use crate::robot::{Factory, Robot};
 use std::sync::Arc;
-use toml::Table;
+use toml::{Table, Value};
 
 /// Continues from the state of `now` with the gains and rules of `next`, for the same robot.
 pub fn switch(now: &mut CpiController, next: &CpiController) {
@@ -23,11 +26,63 @@ impl Settings for GainSet {
     }
 
     fn tree(&self) -> Table {
-        Table::try_from(self).expect("it was read from a table")
+        let mut tree = Table::try_from(self).expect("it was read from a table");
+        if let (Some(catching), Some(Value::Table(table))) = (&self.catching, tree.get_mut("catching")) {
+            // Its file leaves out zeros; as a table that can be changed it has them.
+            let Departure { lift, left, crossed, place, zmp, slower, tilt, lower } = catching.every;
+            let [place, zmp, tilt] = [place, zmp, tilt].map(|pair| Value::from(pair.to_vec()));
+            let numbers = [("lift", lift), ("left", left), ("crossed", crossed), ("slower", slower), ("lower", lower)];
+            let numbers = numbers.map(|(name, number)| (name, Value::from(number)));
+            let every = numbers.into_iter().chain([("place", place), ("zmp", zmp), ("tilt", tilt)]);
+            table.insert("every".into(), Value::Table(every.map(|(name, value)| (name.into(), value)).collect()));
+        }
+        tree
+    }
+
+    fn text(&self) -> String {
+        toml::to_string(self).expect("it was read from a table")
     }
 
     fn totals(&self) -> &'static [&'static str] {
         &["gain_switches", "left_sets_at_s"]
+    }
+
+    /// The margin and the slowest pole of each gain, and of one gain alone also the fastest; and of footsteps what is no
+    /// matter of taste. The ranges hold for robots of every size, as the values do.
+    fn tunables(&self) -> Vec<Tunable> {
+        let about = |value: f64, factor: f64| [value / factor, value * factor];
+        let mut found = vec![Tunable::new("zmp_margin", self.zmp_margin, [0.0, 0.3])];
+        for (i, gain) in self.gains.iter().enumerate() {
+            for (axis, poles) in [("x", gain.x), ("y", gain.y)] {
+                found.push(Tunable::new(format!("gains.{i}.{axis}.0"), poles[0], about(poles[0], 2.5)));
+                if self.gains.len() == 1 {
+                    found.push(Tunable::new(format!("gains.{i}.{axis}.2"), poles[2], about(poles[2], 2.0)));
+                }
+            }
+        }
+        if let Some(CatchingTable { lift, pause, transfer, settle, every, .. }) = &self.catching {
+            let mut of = |key: &str, now: f64, range: [f64; 2]| {
+                found.push(Tunable::new(format!("catching.{key}"), now, range));
+            };
+            of("lift", *lift, [0.03, 0.13]);
+            of("pause", *pause, [0.03, 0.8]);
+            of("transfer", *transfer, [0.08, 0.8]);
+            of("settle", *settle, [0.15, 1.2]);
+            of("every.lift", every.lift, [-0.03, 0.03]);
+            of("every.crossed", every.crossed, [-0.02, 0.06]);
+            of("every.place.0", every.place[0], [-0.05, 0.05]);
+            of("every.place.1", every.place[1], [-0.05, 0.05]);
+            of("every.slower", every.slower, [-0.3, 0.3]);
+            of("every.tilt.1", every.tilt[1], [-0.2, 0.2]);
+            of("every.lower", every.lower, [-0.03, 0.06]);
+        }
+        if let Some(SteppingTable { alpha, swing_time, lift, pause, .. }) = &self.stepping {
+            found.push(Tunable::new("stepping.alpha", *alpha, [1.0, 60.0]));
+            found.push(Tunable::new("stepping.swing_time", *swing_time, [0.6, 3.0]));
+            found.push(Tunable::new("stepping.lift", *lift, [0.03, 0.13]));
+            found.push(Tunable::new("stepping.pause", *pause, [0.0, 1.0]));
+        }
+        found
     }
 
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory> {

@@ -56,6 +56,7 @@ pub mod onnx;
 mod posture;
 mod process;
 mod settings;
+pub mod tunable;
 pub mod variant;
 
 use crate::assets::{self, Kind};

@@ -7,11 +7,14 @@
 use super::beside;
 use super::child::{Talker, in_short};
 use super::settings::{Settings, about, check_name};
+use super::tunable::Tunable;
 use crate::assets::{Source, parse_toml};
 use crate::error::{Error, Result};
 use crate::robot::{Command, Controller, Factory, Note, PerFoot, Report, Robot, Sensed, TickError, Wrench};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -43,6 +46,9 @@ pub struct Process {
     /// Whatever the program wants to know; `--vary` can change it.
     #[serde(default)]
     parameters: Table,
+    /// Which numbers of `parameters` are worth tuning, each with the ends of its range.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    tunable: BTreeMap<String, [f64; 2]>,
     /// The file itself. No file states it.
     #[serde(default)]
     file: String,
@@ -55,7 +61,7 @@ fn one_second() -> f64 {
 impl Process {
     /// Reads a file, and remembers where it is.
     pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
-        beside::refuse_file(source, "`command`, `files`, `timeout_s`, `parameters`")?;
+        beside::refuse_file(source, "`command`, `files`, `timeout_s`, `parameters`, `tunable`")?;
         Ok(Box::new(Self { file: source.file.clone(), ..parse_toml(source)? }))
     }
 
@@ -98,6 +104,19 @@ impl Settings for Process {
             let accepted = "a program and its arguments, such as [\"python3\", \"mine.py\"]";
             return Err(Error::value(file, "command", "[]", "names no program", accepted));
         }
+        for (name, [from, to]) in &self.tunable {
+            let (field, value) = (format!("tunable.{name}"), format!("[{from}, {to}]"));
+            let is_number = |value: &toml::Value| value.is_float() || value.is_integer();
+            if !self.parameters.get(name).is_some_and(is_number) {
+                let numbers = self.parameters.iter().filter(|(_, value)| is_number(value));
+                let numbers: Vec<&str> = numbers.map(|(name, _)| name.as_str()).collect();
+                let problem = "is no number among the parameters";
+                return Err(Error::value(file, field, value, problem, format!("one of: {}", numbers.join(", "))));
+            }
+            if from.partial_cmp(to) != Some(Ordering::Less) {
+                return Err(Error::value(file, field, value, "its range has no extent", "[FROM, TO]"));
+            }
+        }
         let is_time = self.timeout_s > 0.0 && self.timeout_s <= MOST_TIMEOUT_S;
         if is_time {
             return Ok(());
@@ -123,6 +142,15 @@ impl Settings for Process {
         names.sort();
         names.dedup();
         names.into_iter().map(|name| beside::read(&self.file, "files", name)).collect()
+    }
+
+    fn tunables(&self) -> Vec<Tunable> {
+        let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
+        let of = |(name, range): (&String, &[f64; 2])| {
+            let now = self.parameters.get(name).and_then(number).unwrap_or_default();
+            Tunable::new(format!("parameters.{name}"), now, *range)
+        };
+        self.tunable.iter().map(of).collect()
     }
 
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory> {

@@ -1,5 +1,6 @@
 //! What every kind of controllers provides: settings that are read from a file, and make a [`Factory`] for a robot.
 
+use super::tunable::Tunable;
 use crate::error::{Error, Result};
 use crate::robot::{Factory, Robot};
 use std::any::Any;
@@ -17,6 +18,14 @@ pub trait Settings: Any + Debug + Send + Sync {
     /// The file with all defaults filled in, in which a [variant](super::variant) changes a value.
     fn tree(&self) -> Table;
 
+    /// The file that states these settings. Its numbers are those of the tree.
+    fn text(&self) -> String {
+        let mut tree = self.tree();
+        // Where a controller was read from is not in its file.
+        tree.remove("file");
+        toml::to_string(&tree).expect("it was read from a table")
+    }
+
     /// Names of the totals that its reports have, which become columns of a result.
     fn totals(&self) -> &'static [&'static str] {
         &[]
@@ -25,6 +34,11 @@ pub trait Settings: Any + Debug + Send + Sync {
     /// The files that the controller needs beside its own, each by its path relative to that one. They are inputs of a result.
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
         Ok(Vec::new())
+    }
+
+    /// The numbers that are worth tuning, each with a range that is worth searching.
+    fn tunables(&self) -> Vec<Tunable> {
+        Vec::new()
     }
 
     /// Prepares the controller for a robot and a control period (s). Fails if the settings do not suit the robot.

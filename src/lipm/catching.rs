@@ -27,7 +27,7 @@ use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// The table `[catching]` of a gain set's file, which holds for robots of every size.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CatchingTable {
     /// In COM heights.
@@ -39,13 +39,17 @@ pub struct CatchingTable {
     pub transfer: f64,
     /// At most the robot's quickest swing.
     pub settle: f64,
-    /// How the first footsteps depart from the rule, in order.
+    /// How every footstep that catches departs from the rule.
+    #[serde(default, skip_serializing_if = "Departure::is_none")]
+    pub every: Departure,
+    /// How the first footsteps depart from it beyond that, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub departures: Vec<Departure>,
 }
 
 /// How a footstep departs from the one that the rule would take. With zeros it does not. A clairvoyant that knows the push
-/// is a list of departures ([`crate::campaign::ceiling`]).
+/// is a list of departures ([`crate::campaign::ceiling`]); a departure of every footstep is a constant of the rule, to be
+/// tuned.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Departure {
@@ -96,6 +100,17 @@ impl Departure {
         [lift, left, crossed, x, y, zmp_x, zmp_y, slower, roll, pitch, lower]
     }
 
+    fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Both departures at once: the sum of each number.
+    pub fn and(&self, other: &Self) -> Self {
+        let mut numbers = self.numbers();
+        numbers.iter_mut().zip(other.numbers()).for_each(|(number, more)| *number += more);
+        Self::of_numbers(numbers)
+    }
+
     /// The departure with these numbers, each cut to its largest size.
     pub fn of_numbers(mut numbers: [f64; Self::NUMBERS]) -> Self {
         numbers.iter_mut().zip(Self::MOST).for_each(|(number, most)| *number = number.clamp(-most, most));
@@ -122,11 +137,13 @@ impl CatchingTable {
             let (count, accepted) = (self.departures.len(), format!("up to {DEPARTURES} footsteps"));
             return Err(Error::value(file, "catching.departures", count, "too many", accepted));
         }
-        let is_wrong = |departure: &Departure| *departure != Departure::of_numbers(departure.numbers());
-        if let Some(i) = self.departures.iter().position(is_wrong) {
-            let value = format!("{:?}", self.departures[i].numbers());
-            let accepted = format!("numbers up to {:?}", Departure::MOST);
-            return Err(Error::value(file, format!("catching.departures[{i}]"), value, "out of range", accepted));
+        let named = self.departures.iter().enumerate().map(|(i, departure)| (format!("departures[{i}]"), departure));
+        for (name, departure) in named.chain([("every".into(), &self.every)]) {
+            if *departure != Departure::of_numbers(departure.numbers()) {
+                let (value, accepted) =
+                    (format!("{:?}", departure.numbers()), format!("numbers up to {:?}", Departure::MOST));
+                return Err(Error::value(file, format!("catching.{name}"), value, "out of range", accepted));
+            }
         }
         Ok(())
     }
@@ -139,6 +156,7 @@ impl CatchingTable {
             pause_s: self.pause * time_s,
             transfer_s: (self.transfer * time_s).min(0.5 * quickest_s),
             settle_s: (self.settle * time_s).min(quickest_s),
+            every: self.every,
         }
     }
 }
@@ -158,6 +176,8 @@ pub struct Catching {
     /// Time before the landing from which the landing place is fixed (s). A foot that is redirected to the end lands
     /// fast.
     pub settle_s: f64,
+    /// How every footstep that catches departs from the rule.
+    pub every: Departure,
 }
 
 /// How many footsteps can depart from the rule.
@@ -299,7 +319,7 @@ mod tests {
     #[test]
     fn times_of_the_swing_are_at_most_the_swing() {
         let table =
-            CatchingTable { lift: 0.03, late: 0.6, pause: 0.2, transfer: 0.3, settle: 0.5, departures: Vec::new() };
+            CatchingTable { lift: 0.03, late: 0.6, pause: 0.2, transfer: 0.3, settle: 0.5, ..CatchingTable::default() };
         let [slow, quick] = [0.5, 0.08].map(|quickest_s| table.rules(0.9, 0.3, quickest_s));
         assert_eq!([slow.transfer_s, slow.settle_s], [0.09, 0.15]);
         assert_eq!([quick.transfer_s, quick.settle_s], [0.04, 0.08]);

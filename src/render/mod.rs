@@ -16,6 +16,7 @@ pub mod tables;
 pub mod text;
 pub mod trace;
 pub mod trial_page;
+pub mod tune_page;
 
 use crate::campaign::Summary;
 use crate::campaign::verdict::set_summary::SetOrigin;

@@ -40,6 +40,9 @@ const SECOND_HEADING: u64 = 49;
 const SECOND_AFTER: u64 = 50;
 const REPLICA: u64 = 56;
 const CONTROLLER: u64 = 57;
+const SEEDS: u64 = 58;
+const NORMALS: u64 = 59;
+const SHARE: u64 = 60;
 
 fn stream(seed: u64, trial: u64, quantity: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -91,6 +94,22 @@ pub fn replica(seed: u64, trial: u64) -> [f64; 3] {
     let mut rng = stream(seed, trial, REPLICA);
     let [more, turned, later]: [f64; 3] = std::array::from_fn(|_| rng.random::<f64>());
     [2.0 * more - 1.0, 2.0 * turned - 1.0, later]
+}
+
+/// The `number`th of the seeds that follow from one, with at most 63 bits as a campaign's seed.
+pub fn derived_seed(seed: u64, number: u64) -> u64 {
+    stream(seed, number, SEEDS).random::<u64>() >> 1
+}
+
+/// So many standard normal numbers of a search: of a generation and one of its samples.
+pub fn normals(seed: u64, generation: u64, sample: u64, count: usize) -> Vec<f64> {
+    let mut rng = stream(seed, generation << 24 | sample, NORMALS);
+    (0..count).map(|_| rng.sample(StandardNormal)).collect()
+}
+
+/// A number from 0 to 1, with even chances, that belongs to a trial.
+pub fn share(seed: u64, trial: u64) -> f64 {
+    stream(seed, trial, SHARE).random()
 }
 
 /// Variation of robot and ground in a trial.

@@ -16,6 +16,7 @@ pub use written::Written;
 
 use super::beside;
 use super::settings::{Settings, about, check_name};
+use super::tunable::Tunable;
 use crate::assets::{Source, parse_toml};
 use crate::error::{Error, Result};
 use crate::robot::{Command, Controller, Factory, Report, Robot, Sensed, TickError};
@@ -144,6 +145,11 @@ impl Settings for Policy {
 
     fn tree(&self) -> Table {
         Table::try_from(self).expect("it was read from a table")
+    }
+
+    /// Factors on what belongs to the servos, not to the network.
+    fn tunables(&self) -> Vec<Tunable> {
+        ["action_scale", "stiffness", "damping"].map(|key| Tunable::new(key, 1.0, [0.5, 2.0])).into()
     }
 
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {

@@ -113,7 +113,8 @@ impl Footwork for CatchFootwork {
         if !now.has_waited(0.0, rules.pause_s) {
             return None;
         }
-        let (support, departure) = (now.support(), self.departures.get(self.taken).copied().unwrap_or_default());
+        let departure = rules.every.and(&self.departures.get(self.taken).copied().unwrap_or_default());
+        let support = now.support();
         let length_m = now.design.units.length_m;
         let outside = support.polygon?.signed_distance(support.frame.inverse_transform_point(&dcm_in(0.0, now)))
             - departure.lift * length_m;

@@ -12,6 +12,7 @@ pub mod limit;
 pub mod model;
 pub mod so_far;
 pub mod story;
+pub mod tune;
 
 pub use agreement::{about_traces, parted, with_warnings as agreement};
 pub use campaign::{campaign, endings, settings, thresholds};

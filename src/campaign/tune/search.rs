@@ -1,0 +1,273 @@
+//! The search, whatever candidates are and wherever they compete: generations of candidates around a mean that moves to
+//! where the better ones are ([`Cma`]), each a [race](super::race) on fresh trials.
+//!
+//! Outcomes are random, so ranks may be wrong. Where the candidates of a generation differ no more than by chance, the next
+//! one gets more trials, and fewer where they differ clearly. The incumbent and the mean run in every generation, so how
+//! much the mean is better is told by trials that did not choose it. What the search proposes is the average of its last
+//! means, since that is less at the mercy of chance than any candidate.
+
+use super::cma::Cma;
+use super::race::{Drawn, Race, Standing, Tally};
+use crate::campaign::ask::trial;
+use crate::contest::tunable::Tunable;
+use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::AtomicBool;
+
+/// Where candidates compete.
+pub trait Arena: Sync {
+    /// A candidate that is ready to run.
+    type Entrant: Send + Sync;
+
+    /// The candidate with these values. Fails if there can be none.
+    fn enter(&self, values: &[f64]) -> Result<Self::Entrant>;
+
+    /// So many trials of a generation, for each case.
+    fn draw(&self, generation: u64, count: usize) -> Vec<Vec<Drawn>>;
+
+    /// What happens in a trial of a case to each of these candidates.
+    fn judge(&self, case: usize, trial: u64, entrants: &[&Self::Entrant]) -> Vec<Tally>;
+}
+
+/// Trials of a generation: at first, at least and at most.
+const TRIALS: [usize; 3] = [64, 48, 512];
+/// By what factor they change, and the [signals](super::race::Raced::signal) below and above which they do.
+const MORE: f64 = 1.5;
+const SIGNAL: [f64; 2] = [1.5, 4.0];
+/// The candidates that are no samples: the incumbent and the mean.
+const GUESTS: usize = 2;
+/// How often a sample is drawn again that can be no candidate.
+const ATTEMPTS: u64 = 100;
+/// The share of the generations whose means are averaged in the end.
+const LAST: f64 = 1.0 / 3.0;
+/// Fewest generations of which anything is to be expected.
+const LEAST_GENERATIONS: u64 = 6;
+
+/// A generation, as it is written down.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Generation {
+    pub number: u64,
+    /// Trials of each case.
+    pub trials: usize,
+    /// The incumbent, the mean, and the samples.
+    pub candidates: Vec<Candidate>,
+    /// The numbers of the samples, the best one first.
+    pub order: Vec<usize>,
+    pub signal: f64,
+    pub episodes: u64,
+}
+
+/// A candidate and how it did.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Candidate {
+    /// In the order of the tunable numbers.
+    pub values: Vec<f64>,
+    #[serde(flatten)]
+    pub standing: Standing,
+}
+
+/// Fewest episodes of a search of which anything is to be expected.
+pub fn least_episodes(tunables: usize, cases: usize) -> u64 {
+    LEAST_GENERATIONS * ((Cma::samples_of(tunables) + GUESTS) * TRIALS[0] * cases) as u64
+}
+
+/// A search on its way.
+pub struct Search<'a, A: Arena> {
+    arena: &'a A,
+    tunables: &'a [Tunable],
+    seed: u64,
+    cases: usize,
+    cma: Cma,
+    means: Vec<Vec<f64>>,
+    trials: usize,
+}
+
+impl<'a, A: Arena> Search<'a, A> {
+    pub fn new(arena: &'a A, tunables: &'a [Tunable], seed: u64, cases: usize) -> Self {
+        let start: Vec<f64> = tunables.iter().map(|tunable| tunable.share_of(tunable.now)).collect();
+        Self { arena, tunables, seed, cases, cma: Cma::new(&start), means: Vec::new(), trials: TRIALS[0] }
+    }
+
+    /// Most episodes of the next generation.
+    pub fn next_episodes(&self) -> u64 {
+        ((Cma::samples_of(self.tunables.len()) + GUESTS) * self.trials * self.cases) as u64
+    }
+
+    /// The spread of the samples, as a share of the ranges on average.
+    pub fn spread(&self) -> f64 {
+        self.cma.spread().iter().sum::<f64>() / self.tunables.len() as f64
+    }
+
+    fn values(&self, shares: &[f64]) -> Vec<f64> {
+        self.tunables.iter().zip(shares).map(|(tunable, share)| tunable.at(*share)).collect()
+    }
+
+    /// Runs the next generation. Fails if it is stopped from outside, or if no sample can be a candidate.
+    pub fn generation(&mut self, stop: &AtomicBool) -> Result<Generation> {
+        let number = self.means.len() as u64 + 1;
+        let now: Vec<f64> = self.tunables.iter().map(|tunable| tunable.now).collect();
+        let mean = Some(self.values(self.cma.mean())).filter(|mean| self.arena.enter(mean).is_ok());
+        let mut values = vec![now.clone(), mean.unwrap_or(now)];
+        for slot in 0..Cma::samples_of(self.tunables.len()) as u64 {
+            values.push(self.sample(number, slot)?);
+        }
+        let entrants = values.iter().map(|values| self.arena.enter(values)).collect::<Result<Vec<_>>>()?;
+        let cases = self.arena.draw(number, self.trials);
+        let judge = |case: usize, trial: u64, active: &[usize]| {
+            let entrants: Vec<&A::Entrant> = active.iter().map(|&i| &entrants[i]).collect();
+            self.arena.judge(case, trial, &entrants)
+        };
+        let race = Race { candidates: values.len(), guests: GUESTS, cases: &cases, judge: &judge, stop };
+        let raced = race.run()?;
+        let candidates = values.into_iter().zip(raced.standings);
+        let generation = Generation {
+            number,
+            trials: self.trials,
+            candidates: candidates.map(|(values, standing)| Candidate { values, standing }).collect(),
+            order: raced.order,
+            signal: raced.signal,
+            episodes: raced.episodes,
+        };
+        self.follow(&generation);
+        Ok(generation)
+    }
+
+    /// The first of the samples for a place in a generation that can be a candidate.
+    fn sample(&self, generation: u64, slot: u64) -> Result<Vec<f64>> {
+        let mut refused = None;
+        for attempt in 0..ATTEMPTS {
+            let normal = trial::normals(self.seed, generation, slot * ATTEMPTS + attempt, self.tunables.len());
+            let values = self.values(&self.cma.sample(&normal));
+            match self.arena.enter(&values) {
+                Ok(_) => return Ok(values),
+                Err(error) => refused = Some(error),
+            }
+        }
+        let (what, problem) = ("tune".into(), "no values within the ranges can be used, such as these: ".to_string());
+        Err(Error::Numeric { what, problem: problem + &refused.map_or(String::new(), |error| error.to_string()) })
+    }
+
+    /// Moves on after a generation, which was run now or earlier.
+    pub fn follow(&mut self, generation: &Generation) {
+        let shares = |i: &usize| -> Vec<f64> {
+            let values = self.tunables.iter().zip(&generation.candidates[*i].values);
+            values.map(|(tunable, value)| tunable.share_of(*value)).collect()
+        };
+        let ranked: Vec<Vec<f64>> = generation.order.iter().map(shares).collect();
+        self.cma.tell(&ranked.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        self.means.push(self.cma.mean().to_vec());
+        let [_, least, most] = TRIALS;
+        let trials = match generation.signal {
+            signal if signal < SIGNAL[0] => (self.trials as f64 * MORE) as usize,
+            signal if signal > SIGNAL[1] => (self.trials as f64 / MORE) as usize,
+            _ => self.trials,
+        };
+        self.trials = trials.clamp(least, most);
+    }
+
+    /// What the search proposes: the average of the last means or, if that can be no candidate, the last mean that can;
+    /// without one the present values.
+    pub fn proposed(&self) -> Vec<f64> {
+        let count = ((self.means.len() as f64 * LAST).ceil() as usize).max(1);
+        let last = &self.means[self.means.len().saturating_sub(count)..];
+        let sum = |i: usize| last.iter().map(|mean| mean[i]).sum::<f64>();
+        let average: Vec<f64> = (0..self.tunables.len()).map(|i| sum(i) / last.len().max(1) as f64).collect();
+        let choices = (!last.is_empty()).then_some(&average).into_iter().chain(self.means.iter().rev());
+        let mut values = choices.map(|shares| self.values(shares));
+        let now = || self.tunables.iter().map(|tunable| tunable.now).collect();
+        values.find(|values| self.arena.enter(values).is_ok()).unwrap_or_else(now)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::mcnemar::PairedCounts;
+
+    /// Trials that are won with a chance that depends on the values.
+    struct Landscape {
+        seed: u64,
+        chance: fn(&[f64]) -> f64,
+    }
+
+    impl Landscape {
+        /// Half of the luck is that of the trial, which all candidates share.
+        fn is_won(&self, values: &[f64], trial: u64) -> bool {
+            let own = values.iter().fold(trial, |mixed, value| mixed.rotate_left(17) ^ value.to_bits());
+            let luck = 0.5 * (trial::share(self.seed, trial) + trial::share(self.seed ^ 1, own >> 8));
+            luck < (self.chance)(values)
+        }
+    }
+
+    impl Arena for Landscape {
+        type Entrant = Vec<f64>;
+
+        fn enter(&self, values: &[f64]) -> Result<Vec<f64>> {
+            Ok(values.to_vec())
+        }
+
+        fn draw(&self, generation: u64, count: usize) -> Vec<Vec<Drawn>> {
+            vec![(0..count as u64).map(|i| Drawn { trial: generation << 32 | i, weight: 1.0 }).collect()]
+        }
+
+        fn judge(&self, _case: usize, trial: u64, entrants: &[&Vec<f64>]) -> Vec<Tally> {
+            entrants.iter().map(|values| Tally { won: self.is_won(values, trial), ..Tally::default() }).collect()
+        }
+    }
+
+    fn tunables(now: f64) -> Vec<Tunable> {
+        (0..4).map(|i| Tunable::new(format!("k{i}"), now, [0.0, 1.0])).collect()
+    }
+
+    /// Searches with a budget, and judges what is proposed by sealed trials.
+    fn sealed(landscape: &Landscape, tunables: &[Tunable], episodes: u64, trials: u64) -> (Vec<f64>, PairedCounts) {
+        let mut search = Search::new(landscape, tunables, landscape.seed, 1);
+        let (stop, mut spent) = (AtomicBool::new(false), 0);
+        while spent + search.next_episodes() <= episodes {
+            spent += search.generation(&stop).unwrap().episodes;
+        }
+        let (proposed, now) = (search.proposed(), tunables.iter().map(|t| t.now).collect::<Vec<_>>());
+        let pair = |trial| (landscape.is_won(&proposed, trial), landscape.is_won(&now, trial));
+        let counts = PairedCounts::of((0..trials).map(|i| pair(u64::MAX / 512 - i)));
+        (proposed, counts)
+    }
+
+    /// Where nothing that is tuned matters, a winner is claimed in at most 5 % of searches.
+    #[test]
+    fn noise_has_no_winner() {
+        let claims = (0..1000).filter(|&seed| {
+            let landscape = Landscape { seed: 2 * seed, chance: |_| 0.5 };
+            let (_, counts) = sealed(&landscape, &tunables(0.5), 2500, 400);
+            counts.difference() > 0.0 && counts.mcnemar_p() < 0.05
+        });
+        let claims = claims.count();
+        assert!(claims <= 50, "{claims} of 1000");
+    }
+
+    /// Where it matters, the search finds what is better, and the sealed trials say so.
+    #[test]
+    fn a_hill_is_climbed() {
+        let hill = |values: &[f64]| 0.6 - values.iter().map(|x| (x - 0.7).powi(2)).sum::<f64>().min(0.5);
+        for seed in 0..10 {
+            let landscape = Landscape { seed: 2 * seed, chance: hill };
+            let (proposed, counts) = sealed(&landscape, &tunables(0.4), 12_000, 1000);
+            assert!(counts.difference() > 0.1 && counts.mcnemar_p() < 1e-6, "{proposed:?}: {counts:?}");
+            assert!(hill(&proposed) > 0.57, "{proposed:?}");
+        }
+    }
+
+    /// A search that goes on from what was written down is the same search.
+    #[test]
+    fn a_search_goes_on_where_it_stopped() {
+        let landscape = Landscape { seed: 6, chance: |values| 0.4 + 0.2 * values[0] };
+        let (tunables, stop) = (tunables(0.5), AtomicBool::new(false));
+        let mut whole = Search::new(&landscape, &tunables, 6, 1);
+        let generations: Vec<Generation> = (0..4).map(|_| whole.generation(&stop).unwrap()).collect();
+        let mut again = Search::new(&landscape, &tunables, 6, 1);
+        let written = serde_json::to_string(&generations[..2]).unwrap();
+        let read: Vec<Generation> = serde_json::from_str(&written).unwrap();
+        read.iter().for_each(|generation| again.follow(generation));
+        assert_eq!([again.generation(&stop).unwrap(), again.generation(&stop).unwrap()], generations[2..]);
+        assert_eq!(again.proposed(), whole.proposed());
+    }
+}

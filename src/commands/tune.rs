@@ -1,0 +1,270 @@
+//! `standfast tune`: searches better numbers for a controller, and judges what it finds by trials that the search has not
+//! seen.
+
+use super::arguments::{CheckArgs, ENGINE_CHOICES, EngineChoice, MOST_THREADS, ReplaysArgs, fine, one_of, up_to};
+use super::interrupt::{STOP, stop_on_ctrl_c};
+use super::progress::Progress;
+use super::result::conclude;
+use super::run::simulate;
+use super::terminal::{note, print};
+use crate::campaign::run::{RunOptions, Work};
+use crate::campaign::tune::search::Generation;
+use crate::campaign::tune::{Budget, CaseId, TuneOptions, Tuned, Tuning, Verdict};
+use crate::campaign::verdict::gates::Gates;
+use crate::campaign::{Campaign, Overrides, Plan};
+use crate::episode::Counts;
+use crate::error::{Error, Result};
+use crate::files::{is_same_file, write_atomic};
+use crate::render::{self, text::tune as text, tune_page};
+use crate::robot::urdf::Files;
+use crate::sim::Engine;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::str::FromStr;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  standfast tune catch --campaign harsh --robot my.urdf
+  standfast tune catch --robot my.urdf --engine both --budget 2h
+  standfast tune catch --robot ut-mu2 --robot child --vary catching.pause=0.03..0.5
+  standfast tune mine.toml --vary zmp_margin --vary gains.0.x.0=0.5..2 --check
+  standfast tune policy.toml --robot g1.urdf --judge survived --vary action_scale
+
+A search changes the numbers of the controller: those that it names itself, or
+those of --vary. The key of a list, such as a policy's stiffness, stands for a
+factor on all its numbers. Each generation of candidates goes through the same
+fresh pushes, and one that has certainly lost stops early. With several robots,
+or both engines, the worst case of a candidate counts.
+
+What is found is then compared with the controller as it was, by a campaign of
+--trials pushes whose seed is written down before the search and used once. That
+verdict is the result. Only a controller that is better is written, to
+NAME-tuned.toml in the folder of --out; tune.html shows the search.
+
+A search that was interrupted goes on where it stopped when the same command is
+given again. The guide's chapter tuning.md has more.")]
+pub struct TuneArgs {
+    /// Controller by name or file
+    #[arg(value_name = "CONTROLLER")]
+    pub controller: String,
+    /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
+    #[arg(long, value_name = "NAME|FILE", default_value = "standard")]
+    pub campaign: String,
+    /// Robot by name or URDF file; may be repeated
+    #[arg(long, value_name = "NAME|FILE")]
+    pub robot: Vec<String>,
+    /// Physics engine
+    #[arg(long, value_name = "ENGINE", value_parser = one_of::<EngineChoice, 3>(ENGINE_CHOICES))]
+    pub engine: Option<EngineChoice>,
+    /// A number to change, with or without its range; may be repeated
+    #[arg(long, value_name = "KEY[=FROM..TO]")]
+    pub vary: Vec<String>,
+    /// Most episodes, those of the final campaign among them, or a time on this machine, such as 10min or 2h
+    #[arg(long, value_name = "N|TIME", default_value = "12000")]
+    pub budget: Budget,
+    /// Pushes of the final campaign
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub trials: u64,
+    /// Which trials count: recovered (it comes to stand still), or survived (or has not fallen at the horizon, as walkers)
+    #[arg(long, value_name = "WHICH", value_parser = one_of::<Counts, 2>(["recovered", "survived"]))]
+    pub judge: Option<Counts>,
+    /// Seed from which those of the search and of the final campaign follow
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Change a value of the campaign, such as push.height_m=0.05
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Number of threads, or 0 for one on each core; the result does not depend on it
+    #[arg(long, value_name = "T", default_value_t = 0, value_parser = up_to(MOST_THREADS))]
+    pub threads: usize,
+    /// Folder for the search and its result [default: standfast-results/tune-NAME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Do not try first whether the robot stands without a push
+    #[arg(long)]
+    pub untried: bool,
+    #[command(flatten)]
+    pub check: CheckArgs,
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl FromStr for Budget {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let units = [("min", 60.0), ("h", 3600.0), ("s", 1.0)];
+        let time = units.iter().find_map(|(unit, s)| Some((text.strip_suffix(unit)?.trim(), s)));
+        let refused = || format!("{text} is no budget; accepted: a number of episodes, or a time such as 10min or 2h");
+        match time {
+            Some((number, s)) => match number.parse::<f64>() {
+                Ok(number) if number.is_finite() && number > 0.0 => Ok(Self::Time(number * s)),
+                _ => Err(refused()),
+            },
+            None => text.parse().map(Self::Episodes).map_err(|_| refused()),
+        }
+    }
+}
+
+/// Searches, judges, and writes what was found.
+pub fn run(args: &TuneArgs) -> Result<ExitCode> {
+    let cases = args.cases()?;
+    let options = TuneOptions {
+        vary: args.vary.clone(),
+        budget: args.budget,
+        trials: args.trials,
+        threads: args.threads,
+        untried: args.untried,
+    };
+    stop_on_ctrl_c();
+    let mut tuning = Tuning::new(&cases, options)?;
+    let folder = args
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new("standfast-results").join(format!("tune-{}", tuning.task.controller)));
+    if folder.exists() && !folder.is_dir() {
+        return Err(Error::option("--out", folder.display(), "it is a file", "a folder, new or of this search"));
+    }
+    let begun = tuning.begun(&folder)?;
+    let numbers = tuning.task.tunables.len();
+    let told = format!(
+        "{numbers} {} of {} on {}, up to {} episodes, then {} to judge",
+        if numbers == 1 { "number" } else { "numbers" },
+        tuning.task.controller,
+        text::cases(&tuning.task.cases),
+        tuning.task.episodes - tuning.final_episodes(),
+        tuning.final_episodes(),
+    );
+    if args.check.check {
+        print(&text::ranges(&tuning.task))?;
+        return fine(&told);
+    }
+    note(&told);
+    if begun.is_some() {
+        note(&format!("{}: goes on with what is there", folder.display()));
+    }
+    let mut tuned = search(&mut tuning, &folder)?;
+    judge(args, &tuning, &cases, &mut tuned, &folder)?;
+    finish(args, &tuning, &tuned, &folder)
+}
+
+/// Searches, with a line for each generation.
+fn search(tuning: &mut Tuning, folder: &Path) -> Result<Tuned> {
+    let most = tuning.task.episodes - tuning.final_episodes();
+    let progress = Progress::of_episodes(most, 0, true);
+    let on_generation =
+        |generation: &Generation, spread: f64, spent: u64| note(&text::generation(generation, spread, spent));
+    let tuned = tuning.search(folder, &STOP, &|| progress.episode(), &on_generation);
+    progress.finish();
+    if let Err(Error::Interrupted) = tuned {
+        note("interrupted: finished generations are kept, and the same command goes on from there");
+    }
+    tuned
+}
+
+/// Compares what is proposed with the incumbent by the final campaigns, unless it is the incumbent.
+fn judge(
+    args: &TuneArgs,
+    tuning: &Tuning,
+    cases: &[(Campaign, Files)],
+    tuned: &mut Tuned,
+    folder: &Path,
+) -> Result<()> {
+    let is_same = tuned.proposed.iter().zip(&tuned.task.tunables).all(|(value, tunable)| *value == tunable.now);
+    if is_same {
+        return Ok(());
+    }
+    let proposed = tuning.write_controller(tuned, folder, "proposed.toml", &[])?;
+    let options = RunOptions { threads: args.threads, shard: None, untried: true };
+    for ((campaign, files), case) in cases.iter().zip(&tuned.task.cases) {
+        let name = final_folder(case, cases.len());
+        let mut campaign =
+            Campaign { seed: tuned.task.final_seed, trials: tuned.task.final_trials, ..campaign.clone() };
+        campaign.gains.push(proposed.display().to_string());
+        let plan = Plan::with(&campaign, files.clone())?;
+        let result = plan.folder(Some(&folder.join(&name)))?;
+        let gates = Gates::new(&result.manifest, None)?;
+        note(&format!(
+            "judges {} on {} by {} pushes that the search has not seen:",
+            tuned.name,
+            text::case(case),
+            campaign.trials
+        ));
+        let mut work = Work::new(&plan, &result, options, Some(&gates))?;
+        simulate(&mut work, Some(&gates), false)?;
+        let summary = work.within_threads(|| conclude(&result, &gates, &ReplaysArgs::default(), None))?;
+        tuned.verdicts.extend(Verdict::of(case, &name, &summary, &tuned.name));
+    }
+    tuned.is_better = !tuned.verdicts.is_empty() && tuned.verdicts.iter().all(Verdict::is_better);
+    Ok(())
+}
+
+/// Name of the result folder of a case's final campaign.
+fn final_folder(case: &CaseId, cases: usize) -> String {
+    let robot = Path::new(&case.robot).file_stem().map_or("robot".into(), |stem| stem.to_string_lossy());
+    let engine = case.engine.split_whitespace().next().unwrap_or_default().to_lowercase();
+    if cases == 1 { "final".into() } else { format!("final-{robot}-{engine}") }
+}
+
+/// Writes and prints the result.
+fn finish(args: &TuneArgs, tuning: &Tuning, tuned: &Tuned, folder: &Path) -> Result<ExitCode> {
+    let as_json = render::json(tuned);
+    print(&if args.json { as_json.clone() } else { text::text(tuned) })?;
+    write_atomic(&folder.join("tune.json"), as_json.as_bytes())?;
+    write_atomic(&folder.join("tune.html"), tune_page::page(tuned)?.as_bytes())?;
+    if tuned.is_better {
+        let file = format!("{}.toml", tuned.name);
+        let path = tuning.write_controller(tuned, folder, &file, &text::provenance(tuned))?;
+        note(&format!("written: {}", path.display()));
+    }
+    note(&format!("written: {}, tune.json", folder.join("tune.html").display()));
+    Ok(ExitCode::SUCCESS)
+}
+
+impl TuneArgs {
+    /// The campaign of each robot in each engine, with the files of the robot.
+    fn cases(&self) -> Result<Vec<(Campaign, Files)>> {
+        let robots: Vec<Option<String>> = match &self.robot[..] {
+            [] => vec![None],
+            some => some.iter().cloned().map(Some).collect(),
+        };
+        if let Some(twice) = (1..robots.len()).find(|&i| {
+            robots[..i].iter().flatten().any(|other| robots[i].as_ref().is_some_and(|robot| is_same(robot, other)))
+        }) {
+            let robot = robots[twice].clone().unwrap_or_default();
+            return Err(Error::option("--robot", robot, "is given twice", "each robot once"));
+        }
+        let engines = match self.engine {
+            Some(EngineChoice::Both) => Engine::ALL.map(Some).to_vec(),
+            one => vec![one.and_then(EngineChoice::one)],
+        };
+        let mut cases = Vec::new();
+        for robot in robots {
+            for &engine in &engines {
+                let overrides = Overrides {
+                    set: self.set.clone(),
+                    seed: self.seed,
+                    gains: vec![self.controller.clone()],
+                    robot: robot.clone(),
+                    engine,
+                    judge: self.judge,
+                    ..Overrides::default()
+                };
+                let files = Campaign::robot_files(&self.campaign, &overrides)?;
+                let campaign = Campaign::load_for(&files.robot()?, &self.campaign, &overrides)?;
+                if campaign.stopping.until_resolved {
+                    let (problem, accepted) = ("ends when decided", "a campaign with a fixed number of trials");
+                    return Err(Error::option("--campaign", &self.campaign, problem, accepted));
+                }
+                cases.push((campaign, files));
+            }
+        }
+        Ok(cases)
+    }
+}
+
+/// Whether two names are of the same robot.
+fn is_same(a: &str, b: &str) -> bool {
+    a == b || is_same_file(Path::new(a), Path::new(b))
+}

@@ -1,0 +1,156 @@
+//! The numbers of a controller that a search may change, and the controller that results.
+
+use super::kinds::kind_of;
+use super::settings::Settings;
+use crate::assets::{self, nearest};
+use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+/// A number of a controller, and where to look for a better one. The key of a list stands for a factor by which all its
+/// numbers are multiplied.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tunable {
+    /// Dotted, as for [variants](super::variant).
+    pub key: String,
+    /// The present value.
+    pub now: f64,
+    pub range: [f64; 2],
+}
+
+/// A range whose ends differ by this factor or more is searched by ratios.
+const BY_RATIOS: f64 = 3.0;
+/// Significant digits of the values that are tried: what is tried can then be written down.
+const DIGITS: i32 = 4;
+
+impl Tunable {
+    pub fn new(key: impl Into<String>, now: f64, range: [f64; 2]) -> Self {
+        Self { key: key.into(), now, range }
+    }
+
+    fn is_by_ratios(&self) -> bool {
+        self.range[0] > 0.0 && self.range[1] >= BY_RATIOS * self.range[0]
+    }
+
+    /// The value at a share of the range (0 to 1), to so many digits as it is written with.
+    pub fn at(&self, share: f64) -> f64 {
+        let [from, to] = self.range;
+        let value = if self.is_by_ratios() { from * (to / from).powf(share) } else { from + (to - from) * share };
+        rounded(value.clamp(from, to), to - from)
+    }
+
+    /// The share of the range at which a value lies, cut to 0 to 1.
+    pub fn share_of(&self, value: f64) -> f64 {
+        let [from, to] = self.range;
+        let share = match self.is_by_ratios() {
+            true => (value.max(f64::MIN_POSITIVE) / from).ln() / (to / from).ln(),
+            false => (value - from) / (to - from),
+        };
+        share.clamp(0.0, 1.0)
+    }
+
+    /// Reads `KEY=FROM..TO`, or the key of a number that the controller names itself.
+    pub fn parse(text: &str, of: &dyn Settings) -> Result<Self> {
+        let accepted = "KEY=FROM..TO, such as zmp_margin=0.02..0.3";
+        let refuse = |problem: &str| Error::option("--vary", text, problem, accepted);
+        let (key, range) = text.split_once('=').map_or((text, None), |(key, range)| (key, Some(range)));
+        let (key, named) = (key.trim(), of.tunables());
+        let known = named.iter().find(|tunable| tunable.key == key);
+        let mut tree = Value::Table(of.tree());
+        let now = match assets::place(&mut tree, key).ok().as_deref() {
+            Some(value) => {
+                is_number_or_list(value).ok_or_else(|| refuse("is neither a number nor a list of numbers"))?
+            }
+            None => known.map(|known| known.now).ok_or_else(|| {
+                let keys: Vec<String> = keys_of(&tree).into_iter().chain(named.iter().map(|t| t.key.clone())).collect();
+                let nearest = nearest(key, keys.iter().map(String::as_str));
+                let accepted = nearest.map_or_else(|| keys.join(", "), |nearest| format!("{nearest}, for example"));
+                Error::option("--vary", key, format!("{} has no such number", of.name()), accepted)
+            })?,
+        };
+        let Some(range) = range else {
+            let known = known.cloned();
+            return known.ok_or_else(|| refuse("has no range, and the controller names none for it"));
+        };
+        let ends = range.split_once("..").map(|(from, to)| [from.trim().parse(), to.trim().parse()]);
+        match ends {
+            Some([Ok(from), Ok(to)]) if f64::is_finite(from) && f64::is_finite(to) && from < to => {
+                Ok(Self::new(key, now, [from, to]))
+            }
+            Some([Ok(_), Ok(_)]) => Err(refuse("its range has no extent")),
+            _ => Err(refuse("has no range of two numbers")),
+        }
+    }
+}
+
+/// The value of a number, or the factor 1 of a list of numbers.
+fn is_number_or_list(value: &Value) -> Option<f64> {
+    let number = |value: &Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
+    match value {
+        Value::Array(list) => (!list.is_empty() && list.iter().all(|value| number(value).is_some())).then_some(1.0),
+        one => number(one),
+    }
+}
+
+/// The keys of all numbers and lists of numbers in a tree.
+fn keys_of(tree: &Value) -> Vec<String> {
+    let inner = |name: &str, value: &Value| -> Vec<String> {
+        let own = is_number_or_list(value).map(|_| name.to_string());
+        own.into_iter().chain(keys_of(value).into_iter().map(|key| format!("{name}.{key}"))).collect()
+    };
+    match tree {
+        Value::Table(table) => table.iter().flat_map(|(name, value)| inner(name, value)).collect(),
+        Value::Array(list) => list.iter().enumerate().flat_map(|(i, value)| inner(&i.to_string(), value)).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// A number to four digits, or to four digits of the range in which it lies if that is coarser.
+fn rounded(value: f64, range: f64) -> f64 {
+    let size = value.abs().max(1e-2 * range);
+    if size == 0.0 || !size.is_finite() {
+        return value;
+    }
+    let decimals = (DIGITS - 1 - size.log10().floor() as i32).clamp(0, 300) as usize;
+    // By way of the text, so that it is the number that the file will state.
+    format!("{value:.decimals$}").parse().unwrap_or(value)
+}
+
+/// The controller with these values in place of its own. Fails if the values do not fit together.
+pub fn with_values(base: &dyn Settings, name: &str, values: &[(&str, f64)]) -> Result<Box<dyn Settings>> {
+    let mut tree = Value::Table(base.tree());
+    for &(key, value) in values {
+        set(&mut tree, key, value);
+    }
+    let Value::Table(mut tree) = tree else { unreachable!("a table") };
+    tree.insert("name".into(), name.into());
+    let settings = (kind_of(&tree, name)?.of_tree)(tree)
+        .map_err(|e| Error::Syntax { file: name.into(), message: e.message().trim_end().into() })?;
+    settings.check(name)?;
+    Ok(settings)
+}
+
+/// Sets a number, or multiplies the numbers of a list. Tables that are missing on the way are made.
+fn set(tree: &mut Value, key: &str, value: f64) {
+    let mut at = tree;
+    for name in key.split('.') {
+        at = match at {
+            Value::Array(list) => match name.parse().ok().and_then(|i: usize| list.get_mut(i)) {
+                Some(inner) => inner,
+                None => return,
+            },
+            Value::Table(table) => table.entry(name.to_string()).or_insert_with(|| Value::Table(Table::new())),
+            _ => return,
+        };
+    }
+    *at = match &*at {
+        Value::Array(list) => {
+            let scaled = |number: &Value| {
+                let number = is_number_or_list(number).unwrap_or_default();
+                Value::Float(rounded(value * number, 0.0))
+            };
+            Value::Array(list.iter().map(scaled).collect())
+        }
+        _ => Value::Float(value),
+    };
+}

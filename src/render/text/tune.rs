@@ -1,0 +1,126 @@
+//! The text of a search for better numbers.
+
+use super::layout::{plant_options, signed, wrapped};
+use crate::campaign::tune::search::Generation;
+use crate::campaign::tune::{CaseId, Task, Tuned, Verdict};
+use crate::campaign::verdict::pairs::p_value;
+
+/// A robot in an engine.
+pub fn case(case: &CaseId) -> String {
+    format!("{} in {}", case.robot, case.engine)
+}
+
+/// All robots and engines of a search.
+pub fn cases(cases: &[CaseId]) -> String {
+    cases.iter().map(case).collect::<Vec<_>>().join(", ")
+}
+
+/// A line on a generation: how much better than the incumbent the mean was on trials that did not choose it.
+pub fn generation(generation: &Generation, spread: f64, spent: u64) -> String {
+    let (mean, best) = (&generation.candidates[1].standing, &generation.candidates[generation.order[0]].standing);
+    let points = |share: f64| signed(100.0 * share, 1);
+    format!(
+        "generation {:3}: {:3} trials, mean {:>5} points (+-{:.1}), best {:>5}, spread {:4.1} %, {spent} episodes",
+        generation.number,
+        generation.trials,
+        points(mean.advantage),
+        200.0 * mean.error,
+        points(best.advantage),
+        100.0 * spread,
+    )
+}
+
+/// The numbers with their ranges.
+pub fn ranges(task: &Task) -> String {
+    table(task, None)
+}
+
+fn table(task: &Task, proposed: Option<&[f64]>) -> String {
+    let width = task.tunables.iter().map(|tunable| tunable.key.len()).max().unwrap_or(0).max(3);
+    let head = if proposed.is_some() { "   proposed" } else { "" };
+    let mut text = format!("  {:width$}        now{head}   range\n", "key");
+    for (i, tunable) in task.tunables.iter().enumerate() {
+        let value = proposed.map_or(String::new(), |values| format!(" {:10}", values[i]));
+        let [from, to] = tunable.range;
+        text += &format!("  {:width$} {:10}{value}   {from} to {to}\n", tunable.key, tunable.now);
+    }
+    text
+}
+
+/// The result.
+pub fn text(tuned: &Tuned) -> String {
+    let Tuned { task, generations, searched, .. } = tuned;
+    let mut text = wrapped(
+        "",
+        &format!(
+            "{} of campaign {}, on {}: {} generations, {searched} episodes.",
+            task.controller,
+            task.campaign,
+            cases(&task.cases),
+            generations.len()
+        ),
+    );
+    text += &format!("\n{}\n", table(task, Some(&tuned.proposed)));
+    for verdict in &tuned.verdicts {
+        text += &wrapped(" - ", &sentence(tuned, verdict));
+    }
+    text += &wrapped("", conclusion(tuned));
+    text
+}
+
+/// What a final campaign says.
+pub fn sentence(tuned: &Tuned, verdict: &Verdict) -> String {
+    let rate = |count: u64| format!("{:.1} %", 100.0 * count as f64 / verdict.trials.max(1) as f64);
+    let [before, after] = verdict.recovered.map(rate);
+    let [from, to] = verdict.ci95.map(|end| signed(100.0 * end, 1));
+    format!(
+        "{} in {}: {} recovers from {after} and {} from {before} of {} pushes that the search has not seen (seed {}): {} \
+         points (95 %: {from} to {to}), {}.",
+        verdict.robot,
+        verdict.engine,
+        tuned.name,
+        tuned.task.controller,
+        verdict.trials,
+        tuned.task.final_seed,
+        signed(100.0 * verdict.difference, 1),
+        p_value(verdict.p),
+    )
+}
+
+/// What that means.
+pub fn conclusion(tuned: &Tuned) -> &'static str {
+    let several = tuned.verdicts.len() > 1;
+    match (tuned.is_better, tuned.verdicts.iter().any(Verdict::is_better)) {
+        (true, _) if several => "A better one was found, for all of them.",
+        (true, _) => "A better one was found.",
+        (false, true) => "No better one was found: it is not better for all of them.",
+        (false, false) => "No better one was found.",
+    }
+}
+
+/// Where a controller comes from, as lines of comment in its file.
+pub fn provenance(tuned: &Tuned) -> Vec<String> {
+    let task = &tuned.task;
+    let mut lines = vec![
+        format!(
+            "By standfast {} tune from {}: {} generations,",
+            task.standfast,
+            task.controller,
+            tuned.generations.len()
+        ),
+        format!("{} episodes of campaign {}, seed {}.", tuned.searched, task.campaign, task.seed),
+    ];
+    for verdict in &tuned.verdicts {
+        lines.extend(wrapped("", &sentence(tuned, verdict)).lines().map(String::from));
+    }
+    lines
+}
+
+/// The command that judges again, with another seed.
+pub fn command(tuned: &Tuned, case: &CaseId) -> String {
+    let plant = plant_options(&case.robot, &case.engine);
+    format!(
+        "standfast run {} --trials {}{plant} --gains {} --gains {}.toml",
+        tuned.task.campaign, tuned.task.final_trials, tuned.task.controller, tuned.name
+    )
+}
