@@ -389,9 +389,16 @@ fn a_campaign_is_named_with_its_option_or_without() {
 #[test]
 fn the_help_is_short_and_the_long_one_has_examples() {
     let dir = folder();
-    for (command, most) in
-        [("run", 70), ("slurm", 75), ("limit", 70), ("ceiling", 60), ("push", 55), ("cpi", 30), ("model", 20)]
-    {
+    for (command, most) in [
+        ("run", 70),
+        ("slurm", 75),
+        ("limit", 70),
+        ("ceiling", 60),
+        ("tune", 75),
+        ("push", 55),
+        ("cpi", 30),
+        ("model", 20),
+    ] {
         let [short, long] = ["-h", "--help"].map(|help| stdout(&standfast(dir.path(), &[command, help]).success()));
         let count = |help: &str| help.lines().count();
         assert!(

@@ -25,7 +25,7 @@ const SOCIABLE: usize = 0;
 
 /// Floors within a room, lowest first.
 const INNER_FLOORS: [(&str, &[&str]); 1] =
-    [("campaign", &["ask", "store", "verdict", "run", "limit", "partings", "ceiling"])];
+    [("campaign", &["ask", "store", "verdict", "run", "limit", "partings", "ceiling", "tune"])];
 
 /// Crates that only one room or file may use.
 const RESERVED: [(&str, &str); 17] = [

@@ -14,10 +14,10 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 /// Commands that can check everything without running. For the others only the options are checked.
-const CHECKED: [&str; 4] = ["run", "push", "limit", "ceiling"];
-const COMMANDS: [&str; 14] = [
+const CHECKED: [&str; 5] = ["run", "push", "limit", "ceiling", "tune"];
+const COMMANDS: [&str; 15] = [
     "ceiling", "run", "merge", "compare", "status", "push", "replay", "limit", "check", "cpi", "model", "view",
-    "slurm", "init",
+    "slurm", "init", "tune",
 ];
 
 fn root() -> PathBuf {

@@ -9,9 +9,9 @@ use super::run::simulate;
 use super::terminal::{note, print};
 use crate::campaign::run::{RunOptions, Work};
 use crate::campaign::tune::search::Generation;
-use crate::campaign::tune::{Budget, CaseId, TuneOptions, Tuned, Tuning, Verdict};
+use crate::campaign::tune::{Budget, TuneOptions, Tuned, Tuning, Verdict, Watch};
 use crate::campaign::verdict::gates::Gates;
-use crate::campaign::{Campaign, Overrides, Plan};
+use crate::campaign::{Campaign, Folder, Overrides, Plan, Shard, Summary};
 use crate::episode::Counts;
 use crate::error::{Error, Result};
 use crate::files::{is_same_file, write_atomic};
@@ -21,14 +21,17 @@ use crate::sim::Engine;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::str::FromStr;
+use std::sync::atomic::Ordering;
+use std::thread::sleep;
+use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  standfast tune catch --campaign harsh --robot my.urdf
-  standfast tune catch --robot my.urdf --engine both --budget 2h
-  standfast tune catch --robot ut-mu2 --robot child --vary catching.pause=0.03..0.5
-  standfast tune mine.toml --vary zmp_margin --vary gains.0.x.0=0.5..2 --check
-  standfast tune policy.toml --robot g1.urdf --judge survived --vary action_scale
+  standfast tune catch --campaign harsh --robot g1.urdf
+  standfast tune catch --robot g1.urdf --engine both --budget 2h
+  standfast tune catch --robot ut-mu2 --robot g1.urdf --vary catching.pause
+  standfast tune mine.toml --vary zmp_margin --vary gains.0.x.0=0.1..0.3
+  standfast tune catch --budget 100000 --shard 1/4 --out /shared/tuned
 
 A search changes the numbers of the controller: those that it names itself, or
 those of --vary. The key of a list, such as a policy's stiffness, stands for a
@@ -77,6 +80,9 @@ pub struct TuneArgs {
     /// Number of threads, or 0 for one on each core; the result does not depend on it
     #[arg(long, value_name = "T", default_value_t = 0, value_parser = up_to(MOST_THREADS))]
     pub threads: usize,
+    /// Run only part K of N (1/N to N/N) of each generation; all N run at the same time, and share the folder
+    #[arg(long, value_name = "K/N")]
+    pub shard: Option<Shard>,
     /// Folder for the search and its result [default: standfast-results/tune-NAME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -116,6 +122,7 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
         trials: args.trials,
         threads: args.threads,
         untried: args.untried,
+        shard: args.shard,
     };
     stop_on_ctrl_c();
     let mut tuning = Tuning::new(&cases, options)?;
@@ -142,7 +149,8 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
     }
     note(&told);
     if begun.is_some() {
-        note(&format!("{}: goes on with what is there", folder.display()));
+        let there = tuning.episodes_there(&folder)?;
+        note(&format!("{}: goes on, {there} episodes are there", folder.display()));
     }
     let mut tuned = search(&mut tuning, &folder)?;
     judge(args, &tuning, &cases, &mut tuned, &folder)?;
@@ -152,10 +160,13 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
 /// Searches, with a line for each generation.
 fn search(tuning: &mut Tuning, folder: &Path) -> Result<Tuned> {
     let most = tuning.task.episodes - tuning.final_episodes();
-    let progress = Progress::of_episodes(most, 0, true);
+    let progress = Progress::of_episodes(most, tuning.episodes_there(folder)?, true);
     let on_generation =
         |generation: &Generation, spread: f64, spent: u64| note(&text::generation(generation, spread, spent));
-    let tuned = tuning.search(folder, &STOP, &|| progress.episode(), &on_generation);
+    let on_wait = |missing: Shard| log::info!("waits for shard {missing}");
+    let on_episode = || progress.episode();
+    let watch = Watch { stop: &STOP, on_episode: &on_episode, on_generation: &on_generation, on_wait: &on_wait };
+    let tuned = tuning.search(folder, &watch);
     progress.finish();
     if let Err(Error::Interrupted) = tuned {
         note("interrupted: finished generations are kept, and the same command goes on from there");
@@ -176,9 +187,8 @@ fn judge(
         return Ok(());
     }
     let proposed = tuning.write_controller(tuned, folder, "proposed.toml", &[])?;
-    let options = RunOptions { threads: args.threads, shard: None, untried: true };
-    for ((campaign, files), case) in cases.iter().zip(&tuned.task.cases) {
-        let name = final_folder(case, cases.len());
+    for (number, ((campaign, files), case)) in cases.iter().zip(&tuned.task.cases).enumerate() {
+        let name = if cases.len() == 1 { "final".into() } else { format!("final-{}", number + 1) };
         let mut campaign =
             Campaign { seed: tuned.task.final_seed, trials: tuned.task.final_trials, ..campaign.clone() };
         campaign.gains.push(proposed.display().to_string());
@@ -191,24 +201,37 @@ fn judge(
             text::case(case),
             campaign.trials
         ));
+        let options = RunOptions { threads: args.threads, shard: args.shard, untried: true };
         let mut work = Work::new(&plan, &result, options, Some(&gates))?;
         simulate(&mut work, Some(&gates), false)?;
-        let summary = work.within_threads(|| conclude(&result, &gates, &ReplaysArgs::default(), None))?;
+        wait_for_others(&result)?;
+        let summary = match args.writes() {
+            true => work.within_threads(|| conclude(&result, &gates, &ReplaysArgs::default(), None))?,
+            false => Summary::read(&result, &gates)?.0,
+        };
         tuned.verdicts.extend(Verdict::of(case, &name, &summary, &tuned.name));
     }
     tuned.is_better = !tuned.verdicts.is_empty() && tuned.verdicts.iter().all(Verdict::is_better);
     Ok(())
 }
 
-/// Name of the result folder of a case's final campaign.
-fn final_folder(case: &CaseId, cases: usize) -> String {
-    let robot = Path::new(&case.robot).file_stem().map_or("robot".into(), |stem| stem.to_string_lossy());
-    let engine = case.engine.split_whitespace().next().unwrap_or_default().to_lowercase();
-    if cases == 1 { "final".into() } else { format!("final-{robot}-{engine}") }
+/// Waits until other shards have run what is missing in a final campaign.
+fn wait_for_others(result: &Folder) -> Result<()> {
+    while !result.missing().is_empty() {
+        if STOP.load(Ordering::Relaxed) {
+            return Err(Error::Interrupted);
+        }
+        sleep(Duration::from_millis(500));
+    }
+    Ok(())
 }
 
 /// Writes and prints the result.
 fn finish(args: &TuneArgs, tuning: &Tuning, tuned: &Tuned, folder: &Path) -> Result<ExitCode> {
+    if !args.writes() {
+        note("this shard is done; shard 1 writes the result");
+        return Ok(ExitCode::SUCCESS);
+    }
     let as_json = render::json(tuned);
     print(&if args.json { as_json.clone() } else { text::text(tuned) })?;
     write_atomic(&folder.join("tune.json"), as_json.as_bytes())?;
@@ -223,6 +246,11 @@ fn finish(args: &TuneArgs, tuning: &Tuning, tuned: &Tuned, folder: &Path) -> Res
 }
 
 impl TuneArgs {
+    /// Whether the result is written here, and not by another shard.
+    fn writes(&self) -> bool {
+        self.shard.is_none_or(|shard| shard.index == 1)
+    }
+
     /// The campaign of each robot in each engine, with the files of the robot.
     fn cases(&self) -> Result<Vec<(Campaign, Files)>> {
         let robots: Vec<Option<String>> = match &self.robot[..] {

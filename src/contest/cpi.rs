@@ -47,28 +47,22 @@ impl Settings for GainSet {
         &["gain_switches", "left_sets_at_s"]
     }
 
-    /// The margin and the slowest pole of each gain, and of one gain alone also the fastest; and of footsteps what is no
-    /// matter of taste. The ranges hold for robots of every size, as the values do.
+    /// The margin and the slowest pole of each gain, and of footsteps what decides most. The ranges hold for robots of every size, as the values do.
     fn tunables(&self) -> Vec<Tunable> {
         let about = |value: f64, factor: f64| [value / factor, value * factor];
         let mut found = vec![Tunable::new("zmp_margin", self.zmp_margin, [0.0, 0.3])];
         for (i, gain) in self.gains.iter().enumerate() {
             for (axis, poles) in [("x", gain.x), ("y", gain.y)] {
                 found.push(Tunable::new(format!("gains.{i}.{axis}.0"), poles[0], about(poles[0], 2.5)));
-                if self.gains.len() == 1 {
-                    found.push(Tunable::new(format!("gains.{i}.{axis}.2"), poles[2], about(poles[2], 2.0)));
-                }
             }
         }
-        if let Some(CatchingTable { lift, pause, transfer, settle, every, .. }) = &self.catching {
+        if let Some(CatchingTable { pause, transfer, settle, every, .. }) = &self.catching {
             let mut of = |key: &str, now: f64, range: [f64; 2]| {
                 found.push(Tunable::new(format!("catching.{key}"), now, range));
             };
-            of("lift", *lift, [0.03, 0.13]);
             of("pause", *pause, [0.03, 0.8]);
             of("transfer", *transfer, [0.08, 0.8]);
             of("settle", *settle, [0.15, 1.2]);
-            of("every.lift", every.lift, [-0.03, 0.03]);
             of("every.crossed", every.crossed, [-0.02, 0.06]);
             of("every.place.0", every.place[0], [-0.05, 0.05]);
             of("every.place.1", every.place[1], [-0.05, 0.05]);

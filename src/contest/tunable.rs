@@ -83,11 +83,14 @@ impl Tunable {
     }
 }
 
-/// The value of a number, or the factor 1 of a list of numbers.
+/// The value of a number, or the factor 1 of a list of numbers that are not all 0.
 fn is_number_or_list(value: &Value) -> Option<f64> {
     let number = |value: &Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
     match value {
-        Value::Array(list) => (!list.is_empty() && list.iter().all(|value| number(value).is_some())).then_some(1.0),
+        Value::Array(list) => {
+            let numbers = list.iter().map(number).collect::<Option<Vec<f64>>>()?;
+            numbers.iter().any(|number| *number != 0.0).then_some(1.0)
+        }
         one => number(one),
     }
 }
@@ -147,10 +150,54 @@ fn set(tree: &mut Value, key: &str, value: f64) {
         Value::Array(list) => {
             let scaled = |number: &Value| {
                 let number = is_number_or_list(number).unwrap_or_default();
-                Value::Float(rounded(value * number, 0.0))
+                Value::Float(if value == 1.0 { number } else { rounded(value * number, 0.0) })
             };
             Value::Array(list.iter().map(scaled).collect())
         }
         _ => Value::Float(value),
     };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contest::{gain_set, read};
+    use crate::lipm::GainSet;
+    use std::any::Any;
+
+    #[test]
+    fn a_share_of_a_range_is_a_value_that_can_be_written_down() {
+        let even = Tunable::new("k", 0.0, [-1.0, 1.0]);
+        assert_eq!([0.0, 0.5, 0.12345, 1.0].map(|share| even.at(share)), [-1.0, 0.0, -0.7531, 1.0]);
+        let by_ratios = Tunable::new("k", 1.0, [0.1, 10.0]);
+        assert_eq!([0.0, 0.25, 0.5, 1.0].map(|share| by_ratios.at(share)), [0.1, 0.3162, 1.0, 10.0]);
+        for tunable in [even, by_ratios] {
+            for share in [0.0, 0.2, 0.7, 1.0] {
+                let value = tunable.at(share);
+                assert!((tunable.share_of(value) - share).abs() < 1e-3);
+                assert_eq!(tunable.at(tunable.share_of(value)), value);
+            }
+            assert_eq!(tunable.share_of(-5.0), 0.0);
+        }
+    }
+
+    #[test]
+    fn values_are_put_where_their_keys_say_and_change_nothing_else() {
+        let base = gain_set("catch").unwrap();
+        let values = [("zmp_margin", 0.1), ("gains.0.y.2", 6.0), ("catching.every.tilt.1", 0.05), ("gains.0.x", 2.0)];
+        let tuned: Box<dyn Any> = with_values(&base, "mine", &values).unwrap();
+        let mut expected = GainSet { name: "mine".into(), zmp_margin: 0.1, ..base.clone() };
+        expected.gains[0].y[2] = 6.0;
+        expected.gains[0].x = [2.4, 2.0, 10.0];
+        expected.catching.as_mut().unwrap().every.tilt[1] = 0.05;
+        assert_eq!(*tuned.downcast::<GainSet>().unwrap(), expected);
+        // The present values change nothing, and the written file states the same.
+        let now: Vec<(String, f64)> = base.tunables().into_iter().map(|tunable| (tunable.key, tunable.now)).collect();
+        let now: Vec<(&str, f64)> = now.iter().map(|(key, value)| (key.as_str(), *value)).collect();
+        let same = with_values(&base, "catch", &now).unwrap();
+        let text = same.text();
+        assert!(!text.contains("every"), "{text}");
+        let again: Box<dyn Any> = read(&crate::assets::Source { file: "c.toml".into(), text }).unwrap();
+        assert_eq!(*again.downcast::<GainSet>().unwrap(), base);
+    }
 }

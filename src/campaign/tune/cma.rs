@@ -4,8 +4,8 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// First step, as a share of each range.
-const STEP: f64 = 0.2;
+/// How far samples are from the first mean, as a share of the ranges: the root of the sum over all coordinates.
+const DISTANCE: f64 = 0.4;
 
 /// A search in the unit cube.
 #[derive(Debug, Clone)]
@@ -32,13 +32,17 @@ impl Cma {
         let sum: f64 = (1..=parents).map(weight).sum();
         Self {
             mean: DVector::from_column_slice(start),
-            step: STEP,
+            step: Self::first_step(n),
             covariance: DMatrix::identity(n, n),
             step_path: DVector::zeros(n),
             path: DVector::zeros(n),
             generation: 0,
             weights: (1..=parents).map(|rank| weight(rank) / sum).collect(),
         }
+    }
+
+    fn first_step(n: usize) -> f64 {
+        DISTANCE / (n as f64).sqrt()
     }
 
     /// Samples of a generation in so many dimensions.
@@ -104,7 +108,7 @@ impl Cma {
             self.covariance += of_all * *weight * sample * sample.transpose();
         }
         self.step *= ((of_step / damping) * (self.step_path.norm() / usual_length - 1.0)).exp();
-        self.step = self.step.min(2.0 * STEP);
+        self.step = self.step.min(2.0 * Self::first_step(self.mean.len()));
     }
 }
 

@@ -10,10 +10,12 @@ mod cma;
 mod draw;
 mod race;
 pub mod search;
+pub mod team;
 
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::plan::{Plan, each_caught, pool};
+use crate::campaign::store::shard::Shard;
 use crate::campaign::verdict::summary::Summary;
 use crate::contest::tunable::{Tunable, with_values};
 use crate::contest::{self, Settings};
@@ -24,13 +26,11 @@ use crate::robot::Factory;
 use crate::robot::urdf::Files;
 use draw::Sample;
 use race::{Drawn, Tally};
-use rayon::prelude::*;
 use search::{Arena, Generation, Search, least_episodes};
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
+use team::{Team, read};
 
 /// Trials of the incumbent alone, by which later trials are chosen.
 const SAMPLE: u64 = 200;
@@ -49,6 +49,20 @@ pub struct TuneOptions {
     pub threads: usize,
     /// Whether a controller is tuned that falls without a push.
     pub untried: bool,
+    /// The share of this program, if several run the search together.
+    pub shard: Option<Shard>,
+}
+
+/// Functions that are called during a search, and a flag that stops it.
+pub struct Watch<'a> {
+    /// Somebody sets this to stop the search early.
+    pub stop: &'a AtomicBool,
+    /// Called after every episode that is run here, from any thread.
+    pub on_episode: &'a (dyn Fn() + Sync),
+    /// Called after each generation, first of those that are there, with the spread of the samples and the episodes so far.
+    pub on_generation: &'a (dyn Fn(&Generation, f64, u64) + Sync),
+    /// Called where others are waited for, with the first shard that is missing.
+    pub on_wait: &'a (dyn Fn(Shard) + Sync),
 }
 
 /// How much a search may cost, with its final campaign.
@@ -246,6 +260,10 @@ impl Tuning {
         let least = SAMPLE * cases + 2 * final_trials * cases + search;
         let (budget_s, episodes) = match self.options.budget {
             Budget::Episodes(episodes) => (None, episodes),
+            Budget::Time(time_s) if self.options.shard.is_some() => {
+                let (problem, accepted) = ("each shard would measure another pace", "a number of episodes");
+                return Err(Error::option("--budget", format!("{time_s} s"), problem, accepted));
+            }
             Budget::Time(time_s) => {
                 let of_each = self.plans.iter().map(Plan::seconds_a_trial).collect::<Result<Vec<_>>>()?;
                 let episode_s = of_each.iter().sum::<f64>() / cases as f64 / self.threads()? as f64;
@@ -260,6 +278,17 @@ impl Tuning {
         }
         (self.task.budget_s, self.task.episodes) = (budget_s, episodes);
         Ok(())
+    }
+
+    /// Episodes of the search that are in the folder already.
+    pub fn episodes_there(&self, folder: &Path) -> Result<u64> {
+        let sample = read::<Vec<Vec<bool>>>(&folder.join("sample.json"))?.iter().flatten().map(Vec::len).sum::<usize>();
+        let mut episodes = sample as u64;
+        for number in 1.. {
+            let Some(there) = read::<Generation>(&generation_file(folder, number))? else { break };
+            episodes += there.episodes;
+        }
+        Ok(episodes)
     }
 
     fn threads(&self) -> Result<usize> {
@@ -277,19 +306,12 @@ impl Tuning {
     }
 
     /// Searches, from where the folder stopped if anything is there. What is finished is written to the folder, so that the
-    /// same command goes on. It calls `on_episode` after each episode, from any thread, and `on_generation` after each
-    /// generation, first of those that are there, with the spread of the samples and the episodes so far. Fails if the folder
-    /// holds something else, if it is stopped from outside, or if the robot falls without a push.
-    pub fn search(
-        &mut self,
-        folder: &Path,
-        stop: &AtomicBool,
-        on_episode: &(dyn Fn() + Sync),
-        on_generation: &(dyn Fn(&Generation, f64, u64) + Sync),
-    ) -> Result<Tuned> {
+    /// same command goes on. Fails if the folder holds something else, if it is stopped from outside, or if the robot falls
+    /// without a push.
+    pub fn search(&mut self, folder: &Path, watch: &Watch) -> Result<Tuned> {
         self.begin(folder)?;
         let this = &*self;
-        pool(this.options.threads)?.install(|| this.searched(folder, stop, on_episode, on_generation))
+        pool(this.options.threads)?.install(|| this.searched(folder, watch))
     }
 
     /// Writes the task to the folder, or checks that it is the one that is there.
@@ -316,36 +338,31 @@ impl Tuning {
         Ok(Some(there))
     }
 
-    fn searched(
-        &self,
-        folder: &Path,
-        stop: &AtomicBool,
-        on_episode: &(dyn Fn() + Sync),
-        on_generation: &(dyn Fn(&Generation, f64, u64) + Sync),
-    ) -> Result<Tuned> {
-        let sampled = self.sample(folder, stop, on_episode)?;
+    fn searched(&self, folder: &Path, watch: &Watch) -> Result<Tuned> {
+        let team = Team { shard: self.options.shard, folder, stop: watch.stop, on_wait: watch.on_wait };
+        let sampled = self.sample(team, watch)?;
         let samples = self.plans.iter().zip(&sampled).map(|(plan, won)| Sample::new(&plan.manifest.campaign, won));
-        let arena = Robots { tuning: self, samples: samples.collect(), on_episode };
+        let arena = Robots { tuning: self, samples: samples.collect(), on_episode: watch.on_episode };
         let Task { tunables, episodes, search_seed, .. } = &self.task;
         let mut search = Search::new(&arena, tunables, *search_seed, self.plans.len());
         let mut spent = SAMPLE * self.plans.len() as u64;
         let most = episodes - self.final_episodes();
         let mut generations: Vec<Generation> = Vec::new();
         while spent + search.next_episodes() <= most {
-            let path = folder.join(format!("generation-{:03}.json", generations.len() + 1));
+            let path = generation_file(folder, generations.len() + 1);
             let generation = match read(&path)? {
                 Some(there) => {
                     search.follow(&there);
                     there
                 }
                 None => {
-                    let new = search.generation(stop)?;
+                    let new = search.generation(team)?;
                     write_atomic(&path, json_pretty(&new)?.as_bytes())?;
                     new
                 }
             };
             spent += generation.episodes;
-            on_generation(&generation, search.spread(), spent);
+            (watch.on_generation)(&generation, search.spread(), spent);
             generations.push(generation);
         }
         let rate = |won: &Vec<bool>| won.iter().filter(|won| **won).count() as f64 / won.len() as f64;
@@ -362,25 +379,21 @@ impl Tuning {
     }
 
     /// The outcomes of the incumbent in the first trials, for each case.
-    fn sample(&self, folder: &Path, stop: &AtomicBool, on_episode: &(dyn Fn() + Sync)) -> Result<Vec<Vec<bool>>> {
-        let path = folder.join("sample.json");
+    fn sample(&self, team: Team, watch: &Watch) -> Result<Vec<Vec<bool>>> {
+        let path = team.folder.join("sample.json");
         if let Some(there) = read(&path)? {
             return Ok(there);
         }
-        let of_plan = |plan: &Plan| {
+        let of_plan = |(case, plan): (usize, &Plan)| {
             let factory = &plan.tried_factories(self.options.untried)?[0];
-            let won = |number: u64| {
-                if stop.load(Ordering::Relaxed) {
-                    return Err(Error::Interrupted);
-                }
-                let tally = tallies(plan, &[factory], number)[0];
-                on_episode();
+            let won = |number: usize| {
+                let tally = tallies(plan, &[factory], number as u64)[0];
+                (watch.on_episode)();
                 Ok(tally.won)
             };
-            let numbers: Vec<u64> = (0..SAMPLE).collect();
-            numbers.into_par_iter().with_max_len(1).map(won).collect::<Result<Vec<bool>>>()
+            team.gather(&format!("sample-{}", case + 1), SAMPLE as usize, won)
         };
-        let sampled = self.plans.iter().map(of_plan).collect::<Result<Vec<_>>>()?;
+        let sampled = self.plans.iter().enumerate().map(of_plan).collect::<Result<Vec<_>>>()?;
         write_atomic(&path, json_pretty(&sampled)?.as_bytes())?;
         Ok(sampled)
     }
@@ -402,17 +415,8 @@ impl Tuning {
     }
 }
 
-/// The file of JSON at a path, if there is one.
-fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
-    let text = match fs::read_to_string(path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(source) => return Err(Error::Read { path: path.into(), source }),
-    };
-    serde_json::from_str(&text).map(Some).map_err(|e| {
-        let problem = format!("is damaged ({e}); remove it, and the same command makes it again");
-        Error::Parts { path: path.into(), problem }
-    })
+fn generation_file(folder: &Path, number: usize) -> PathBuf {
+    folder.join(format!("generation-{number:03}.json"))
 }
 
 /// What happens in a trial of a plan's campaign to each of these controllers.

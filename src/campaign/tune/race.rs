@@ -5,11 +5,10 @@
 //! engines) the worst. As in an F-race (Birattari et al. 2002), a candidate stops if the trials on which it and the leader
 //! differ speak against it: if their weighted sum is beyond [`CERTAIN`] times the root of the sum of their squares.
 
-use crate::error::{Error, Result};
-use rayon::prelude::*;
+use super::team::Team;
+use crate::error::Result;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// Standard errors by which a candidate must be behind to stop.
 const CERTAIN: f64 = 2.0;
@@ -27,7 +26,7 @@ pub struct Drawn {
 }
 
 /// What counts of an episode.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Tally {
     pub won: bool,
     pub footsteps: u64,
@@ -56,7 +55,9 @@ pub struct Race<'a> {
     pub cases: &'a [Vec<Drawn>],
     /// The episodes of a case and trial with some candidates, by their numbers in ascending order.
     pub judge: &'a (dyn Fn(usize, u64, &[usize]) -> Vec<Tally> + Sync),
-    pub stop: &'a AtomicBool,
+    pub team: Team<'a>,
+    /// What tells this race from others.
+    pub name: String,
 }
 
 /// The result of a race.
@@ -71,7 +72,7 @@ pub struct Raced {
 }
 
 impl Race<'_> {
-    /// Runs the race on all cores. Fails if it is stopped from outside.
+    /// Runs the race. Fails as [`Team::gather`] does.
     pub fn run(&self) -> Result<Raced> {
         let all = self.cases.iter().map(Vec::len).min().unwrap_or(0);
         let mut board = Board { cases: self.cases, tallies: vec![Vec::new(); self.cases.len()] };
@@ -81,17 +82,16 @@ impl Race<'_> {
             let to = ((all as f64 * share).ceil() as usize).min(all);
             let jobs: Vec<(usize, usize)> =
                 (from..to).flat_map(|i| (0..self.cases.len()).map(move |case| (case, i))).collect();
-            let run = |&(case, i): &(usize, usize)| {
-                if self.stop.load(Relaxed) {
-                    return Err(Error::Interrupted);
-                }
-                let mut row = vec![None; self.candidates];
-                let tallies = (self.judge)(case, self.cases[case][i].trial, &active);
-                active.iter().zip(tallies).for_each(|(&candidate, tally)| row[candidate] = Some(tally));
-                Ok((case, row))
+            let run = |job: usize| {
+                let (case, i) = jobs[job];
+                Ok((self.judge)(case, self.cases[case][i].trial, &active))
             };
-            let rows = jobs.par_iter().with_max_len(1).map(run).collect::<Result<Vec<_>>>()?;
-            rows.into_iter().for_each(|(case, row)| board.tallies[case].push(row));
+            let found = self.team.gather(&format!("{}-{}", self.name, look + 1), jobs.len(), run)?;
+            for ((case, _), tallies) in jobs.iter().zip(found) {
+                let mut row = vec![None; self.candidates];
+                active.iter().zip(tallies).for_each(|(&candidate, tally)| row[candidate] = Some(tally));
+                board.tallies[*case].push(row);
+            }
             episodes += (jobs.len() * active.len()) as u64;
             from = to;
             if look == 0 {

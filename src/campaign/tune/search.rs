@@ -8,11 +8,11 @@
 
 use super::cma::Cma;
 use super::race::{Drawn, Race, Standing, Tally};
+use super::team::Team;
 use crate::campaign::ask::trial;
 use crate::contest::tunable::Tunable;
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::AtomicBool;
 
 /// Where candidates compete.
 pub trait Arena: Sync {
@@ -30,10 +30,10 @@ pub trait Arena: Sync {
 }
 
 /// Trials of a generation: at first, at least and at most.
-const TRIALS: [usize; 3] = [64, 48, 512];
+const TRIALS: [usize; 3] = [48, 32, 256];
 /// By what factor they change, and the [signals](super::race::Raced::signal) below and above which they do.
-const MORE: f64 = 1.5;
-const SIGNAL: [f64; 2] = [1.5, 4.0];
+const MORE: f64 = 1.25;
+const SIGNAL: [f64; 2] = [1.25, 3.0];
 /// The candidates that are no samples: the incumbent and the mean.
 const GUESTS: usize = 2;
 /// How often a sample is drawn again that can be no candidate.
@@ -102,8 +102,8 @@ impl<'a, A: Arena> Search<'a, A> {
         self.tunables.iter().zip(shares).map(|(tunable, share)| tunable.at(*share)).collect()
     }
 
-    /// Runs the next generation. Fails if it is stopped from outside, or if no sample can be a candidate.
-    pub fn generation(&mut self, stop: &AtomicBool) -> Result<Generation> {
+    /// Runs the next generation. Fails as [`Team::gather`] does, or if no sample can be a candidate.
+    pub fn generation(&mut self, team: Team) -> Result<Generation> {
         let number = self.means.len() as u64 + 1;
         let now: Vec<f64> = self.tunables.iter().map(|tunable| tunable.now).collect();
         let mean = Some(self.values(self.cma.mean())).filter(|mean| self.arena.enter(mean).is_ok());
@@ -117,7 +117,8 @@ impl<'a, A: Arena> Search<'a, A> {
             let entrants: Vec<&A::Entrant> = active.iter().map(|&i| &entrants[i]).collect();
             self.arena.judge(case, trial, &entrants)
         };
-        let race = Race { candidates: values.len(), guests: GUESTS, cases: &cases, judge: &judge, stop };
+        let (candidates, name) = (values.len(), format!("generation-{number:03}"));
+        let race = Race { candidates, guests: GUESTS, cases: &cases, judge: &judge, team, name };
         let raced = race.run()?;
         let candidates = values.into_iter().zip(raced.standings);
         let generation = Generation {
@@ -183,6 +184,14 @@ impl<'a, A: Arena> Search<'a, A> {
 mod tests {
     use super::*;
     use crate::stats::mcnemar::PairedCounts;
+    use std::hash::{DefaultHasher, Hasher};
+    use std::path::Path;
+    use std::sync::atomic::AtomicBool;
+
+    static GO_ON: AtomicBool = AtomicBool::new(false);
+    fn alone() -> Team<'static> {
+        Team { shard: None, folder: Path::new("."), stop: &GO_ON, on_wait: &|_| {} }
+    }
 
     /// Trials that are won with a chance that depends on the values.
     struct Landscape {
@@ -193,8 +202,9 @@ mod tests {
     impl Landscape {
         /// Half of the luck is that of the trial, which all candidates share.
         fn is_won(&self, values: &[f64], trial: u64) -> bool {
-            let own = values.iter().fold(trial, |mixed, value| mixed.rotate_left(17) ^ value.to_bits());
-            let luck = 0.5 * (trial::share(self.seed, trial) + trial::share(self.seed ^ 1, own >> 8));
+            let mut own = DefaultHasher::new();
+            values.iter().for_each(|value| own.write_u64(value.to_bits() ^ trial.rotate_left(20)));
+            let luck = 0.5 * (trial::share(self.seed, trial) + trial::share(self.seed + 1, own.finish() >> 8));
             luck < (self.chance)(values)
         }
     }
@@ -222,9 +232,9 @@ mod tests {
     /// Searches with a budget, and judges what is proposed by sealed trials.
     fn sealed(landscape: &Landscape, tunables: &[Tunable], episodes: u64, trials: u64) -> (Vec<f64>, PairedCounts) {
         let mut search = Search::new(landscape, tunables, landscape.seed, 1);
-        let (stop, mut spent) = (AtomicBool::new(false), 0);
+        let mut spent = 0;
         while spent + search.next_episodes() <= episodes {
-            spent += search.generation(&stop).unwrap().episodes;
+            spent += search.generation(alone()).unwrap().episodes;
         }
         let (proposed, now) = (search.proposed(), tunables.iter().map(|t| t.now).collect::<Vec<_>>());
         let pair = |trial| (landscape.is_won(&proposed, trial), landscape.is_won(&now, trial));
@@ -260,14 +270,14 @@ mod tests {
     #[test]
     fn a_search_goes_on_where_it_stopped() {
         let landscape = Landscape { seed: 6, chance: |values| 0.4 + 0.2 * values[0] };
-        let (tunables, stop) = (tunables(0.5), AtomicBool::new(false));
+        let tunables = tunables(0.5);
         let mut whole = Search::new(&landscape, &tunables, 6, 1);
-        let generations: Vec<Generation> = (0..4).map(|_| whole.generation(&stop).unwrap()).collect();
+        let generations: Vec<Generation> = (0..4).map(|_| whole.generation(alone()).unwrap()).collect();
         let mut again = Search::new(&landscape, &tunables, 6, 1);
         let written = serde_json::to_string(&generations[..2]).unwrap();
         let read: Vec<Generation> = serde_json::from_str(&written).unwrap();
         read.iter().for_each(|generation| again.follow(generation));
-        assert_eq!([again.generation(&stop).unwrap(), again.generation(&stop).unwrap()], generations[2..]);
+        assert_eq!([again.generation(alone()).unwrap(), again.generation(alone()).unwrap()], generations[2..]);
         assert_eq!(again.proposed(), whole.proposed());
     }
 }

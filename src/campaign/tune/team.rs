@@ -1,0 +1,143 @@
+//! Several programs that run one search together, by a folder that all of them see.
+//!
+//! Each runs the whole search, but simulates only its share of the trials, writes what happened in them to a part, and
+//! waits for the parts of the others. So all know the same, decide the same, and write the same bytes, whatever their
+//! number. A part that is there is not run again: a member that was stopped can be started again, while the others wait.
+
+use crate::campaign::store::shard::Shard;
+use crate::error::{Error, Result};
+use crate::files::{json, write_atomic};
+use rayon::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::sleep;
+use std::time::Duration;
+
+/// How often a member looks for the parts of the others.
+const LOOKS_EVERY: Duration = Duration::from_millis(500);
+
+/// A member of a team, or who works alone.
+#[derive(Clone, Copy)]
+pub struct Team<'a> {
+    pub shard: Option<Shard>,
+    pub folder: &'a Path,
+    /// Somebody sets this to stop early.
+    pub stop: &'a AtomicBool,
+    /// Called once for each piece of work for which others are waited for, with their first shard that is missing.
+    pub on_wait: &'a (dyn Fn(Shard) + Sync),
+}
+
+impl Team<'_> {
+    /// The results of all jobs, in order. `name` tells this piece of work from all others of the search. Fails if it is
+    /// stopped from outside, if a part cannot be written or read, or as a job does.
+    pub fn gather<T: Serialize + DeserializeOwned + Send>(
+        &self,
+        name: &str,
+        jobs: usize,
+        run: impl Fn(usize) -> Result<T> + Sync,
+    ) -> Result<Vec<T>> {
+        let is_own = |job: &usize| self.shard.is_none_or(|shard| shard.takes(*job as u64));
+        let own: Vec<usize> = (0..jobs).filter(is_own).collect();
+        let one = |job: &usize| match self.stop.load(Ordering::Relaxed) {
+            true => Err(Error::Interrupted),
+            false => run(*job),
+        };
+        let run_own = || own.par_iter().with_max_len(1).map(one).collect::<Result<Vec<T>>>();
+        let Some(shard) = self.shard else { return run_own() };
+        let path = self.part(name, shard);
+        if read::<Vec<T>>(&path)?.is_none() {
+            write_atomic(&path, json(&run_own()?)?.as_bytes())?;
+        }
+        let members = (1..=shard.count).map(|index| Shard { index, ..shard });
+        let mut parts =
+            members.map(|member| self.wait(name, member).map(Vec::into_iter)).collect::<Result<Vec<_>>>()?;
+        let turns = (0..jobs).map(|job| parts[job % shard.count as usize].next());
+        turns.collect::<Option<Vec<T>>>().ok_or_else(|| {
+            let problem =
+                format!("parts of {name} are of another search; remove this folder, and start all shards again");
+            Error::Parts { path: self.folder.into(), problem }
+        })
+    }
+
+    fn part(&self, name: &str, shard: Shard) -> PathBuf {
+        self.folder.join("parts").join(format!("{name}-{}-of-{}.json", shard.index, shard.count))
+    }
+
+    /// The part of a member, as soon as it is there.
+    fn wait<T: DeserializeOwned>(&self, name: &str, member: Shard) -> Result<Vec<T>> {
+        let path = self.part(name, member);
+        let mut is_told = false;
+        loop {
+            if let Some(part) = read(&path)? {
+                return Ok(part);
+            }
+            if self.stop.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
+            if !is_told {
+                (self.on_wait)(member);
+                is_told = true;
+            }
+            sleep(LOOKS_EVERY);
+        }
+    }
+}
+
+/// The file of JSON at a path, if there is one.
+pub fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(source) => return Err(Error::Read { path: path.into(), source }),
+    };
+    serde_json::from_str(&text).map(Some).map_err(|e| {
+        let problem = format!("is damaged ({e}); remove it, and the same command makes it again");
+        Error::Parts { path: path.into(), problem }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicUsize;
+
+    #[test]
+    fn a_team_knows_what_one_would_know_and_runs_no_job_twice() {
+        let dir = tempfile::tempdir().unwrap();
+        let (stop, count) = (AtomicBool::new(false), AtomicUsize::new(0));
+        let job = |i: usize| {
+            count.fetch_add(1, Ordering::Relaxed);
+            Ok(i * i)
+        };
+        let member = |shard: &str| {
+            let shard = Some(shard.parse().unwrap());
+            Team { shard, folder: dir.path(), stop: &stop, on_wait: &|_| {} }.gather("squares", 10, job).unwrap()
+        };
+        let all = std::thread::scope(|scope| {
+            ["1/3", "2/3", "3/3"].map(|shard| scope.spawn(move || member(shard))).map(|one| one.join().unwrap())
+        });
+        let squares: Vec<usize> = (0..10).map(|i| i * i).collect();
+        assert!(all.iter().all(|gathered| *gathered == squares));
+        assert_eq!((member("2/3"), count.load(Ordering::Relaxed)), (squares.clone(), 10));
+        let alone = Team { shard: None, folder: dir.path(), stop: &stop, on_wait: &|_| {} };
+        assert_eq!(alone.gather("squares", 10, job).unwrap(), squares);
+        assert_eq!(count.load(Ordering::Relaxed), 20);
+    }
+
+    #[test]
+    fn whoever_waits_can_be_stopped_and_a_damaged_part_is_named() {
+        let dir = tempfile::tempdir().unwrap();
+        let stop = AtomicBool::new(false);
+        let on_wait = |missing: Shard| {
+            assert_eq!(missing.to_string(), "2/2");
+            stop.store(true, Ordering::Relaxed);
+        };
+        let team = Team { shard: Some("1/2".parse().unwrap()), folder: dir.path(), stop: &stop, on_wait: &on_wait };
+        assert!(matches!(team.gather("a", 4, Ok), Err(Error::Interrupted)));
+        std::fs::write(dir.path().join("parts/a-2-of-2.json"), "[1,").unwrap();
+        let message = team.gather("a", 4, Ok).unwrap_err().to_string();
+        assert!(message.contains("parts/a-2-of-2.json: is damaged") && message.contains("remove it"), "{message}");
+    }
+}
