@@ -15,6 +15,7 @@
 //! 13. [`onnx`]: policies that were learned elsewhere, as ONNX files
 //! 14. [`columns`]: what the columns of trials and traces mean
 //! 15. [`data`]: results in pandas, polars and DuckDB, and traces in Foxglove
+//! 16. [`tuning`]: from a controller to a better one
 //!
 //! The chapters are Markdown files beside this one, to be read in the repository or here.
 
@@ -54,6 +55,7 @@ macro_rules! chapters {
         #[doc = "[paper]: crate::guide::paper"]
         #[doc = "[process]: crate::guide::process"]
         #[doc = "[robots]: crate::guide::robots"]
+        #[doc = "[tuning]: crate::guide::tuning"]
         #[doc = "[error-backward.svg]: ../../../../../assets/pictures/error-backward.svg"]
         #[doc = "[error-diagonal.svg]: ../../../../../assets/pictures/error-diagonal.svg"]
         #[doc = "[ghost.png]: ../../../../../assets/pictures/ghost.png"]
@@ -76,4 +78,4 @@ macro_rules! chapters {
     )* };
 }
 
-chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands process onnx columns data }
+chapters! { campaigns gates clusters limits robots gains paper measured history engines watching commands process onnx columns data tuning }

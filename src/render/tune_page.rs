@@ -6,6 +6,8 @@ use super::figure::panel::Panel;
 use super::html_page;
 use super::text::tune as text;
 use crate::campaign::tune::Tuned;
+use crate::campaign::tune::search::Generation;
+use crate::contest::tunable::Tunable;
 use crate::error::Result;
 use minijinja::UndefinedBehavior;
 use serde_json::json;
@@ -19,9 +21,11 @@ const LEAST_POINTS: f64 = 5.0;
 /// The page. Fails only if the template is wrong.
 pub fn page(tuned: &Tuned) -> Result<String> {
     let task = &tuned.task;
-    let row = |(tunable, proposed): (&crate::contest::tunable::Tunable, &f64)| {
+    let row = |(tunable, proposed): (&Tunable, &f64)| {
         let [from, to] = tunable.range;
-        json!({ "key": tunable.key, "now": tunable.now, "proposed": proposed, "from": from, "to": to })
+        let [now, proposed, from, to] =
+            [tunable.now, *proposed, from, to].map(|x| x.to_string().replace('-', "\u{2212}"));
+        json!({ "key": tunable.key, "now": now, "proposed": proposed, "from": from, "to": to })
     };
     let picture = |i: usize| values(tuned, i).svg("role=\"img\"");
     let context = json!({
@@ -78,7 +82,7 @@ fn progress(tuned: &Tuned) -> Panel {
 fn values(tuned: &Tuned, number: usize) -> Panel {
     let mut panel = Panel::new(330.0, 240.0);
     let tunable = &tuned.task.tunables[number];
-    let shown = |generation: &crate::campaign::tune::search::Generation| {
+    let shown = |generation: &Generation| {
         let all = generation.trials;
         let whole = generation.candidates.iter().skip(1).filter(move |one| one.standing.trials == all);
         whole.map(|one| [one.values[number], 100.0 * one.standing.advantage]).collect::<Vec<_>>()
