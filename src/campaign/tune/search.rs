@@ -106,12 +106,15 @@ impl<'a, A: Arena> Search<'a, A> {
     pub fn generation(&mut self, team: Team) -> Result<Generation> {
         let number = self.means.len() as u64 + 1;
         let now: Vec<f64> = self.tunables.iter().map(|tunable| tunable.now).collect();
-        let mean = Some(self.values(self.cma.mean())).filter(|mean| self.arena.enter(mean).is_ok());
-        let mut values = vec![now.clone(), mean.unwrap_or(now)];
-        for slot in 0..Cma::samples_of(self.tunables.len()) as u64 {
-            values.push(self.sample(number, slot)?);
-        }
-        let entrants = values.iter().map(|values| self.arena.enter(values)).collect::<Result<Vec<_>>>()?;
+        let mean = self.values(self.cma.mean());
+        let incumbent = (now.clone(), self.arena.enter(&now)?);
+        let mean = match self.arena.enter(&mean) {
+            Ok(entrant) => (mean, entrant),
+            Err(_) => (now.clone(), self.arena.enter(&now)?),
+        };
+        let samples = (0..Cma::samples_of(self.tunables.len()) as u64).map(|slot| self.sample(number, slot));
+        let samples = samples.collect::<Result<Vec<_>>>()?;
+        let (values, entrants): (Vec<_>, Vec<_>) = [incumbent, mean].into_iter().chain(samples).unzip();
         let cases = self.arena.draw(number, self.trials);
         let judge = |case: usize, trial: u64, active: &[usize]| {
             let entrants: Vec<&A::Entrant> = active.iter().map(|&i| &entrants[i]).collect();
@@ -134,13 +137,13 @@ impl<'a, A: Arena> Search<'a, A> {
     }
 
     /// The first of the samples for a place in a generation that can be a candidate.
-    fn sample(&self, generation: u64, slot: u64) -> Result<Vec<f64>> {
+    fn sample(&self, generation: u64, slot: u64) -> Result<(Vec<f64>, A::Entrant)> {
         let mut refused = None;
         for attempt in 0..ATTEMPTS {
             let normal = trial::normals(self.seed, generation, slot * ATTEMPTS + attempt, self.tunables.len());
             let values = self.values(&self.cma.sample(&normal));
             match self.arena.enter(&values) {
-                Ok(_) => return Ok(values),
+                Ok(entrant) => return Ok((values, entrant)),
                 Err(error) => refused = Some(error),
             }
         }
