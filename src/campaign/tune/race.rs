@@ -47,14 +47,16 @@ pub struct Standing {
     pub trials: usize,
 }
 
+/// Runs the episodes of a case and trial with some candidates, given by their numbers in ascending order.
+pub type Judge<'a> = dyn Fn(usize, u64, &[usize]) -> Vec<Tally> + Sync + 'a;
+
 /// The candidates and the trials of a race. The first candidates, of which the incumbent is number 0, run to the end.
 pub struct Race<'a> {
     pub candidates: usize,
     pub guests: usize,
     /// The trials of each case, as many in each.
     pub cases: &'a [Vec<Drawn>],
-    /// The episodes of a case and trial with some candidates, by their numbers in ascending order.
-    pub judge: &'a (dyn Fn(usize, u64, &[usize]) -> Vec<Tally> + Sync),
+    pub judge: &'a Judge<'a>,
     pub team: Team<'a>,
     /// What tells this race from others.
     pub name: String,
@@ -202,5 +204,66 @@ impl Board<'_> {
             if within > 0.0 { between / within } else { 0.0 }
         };
         (0..self.cases.len()).map(of_case).sum::<f64>() / self.cases.len().max(1) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+    use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+    static GO_ON: AtomicBool = AtomicBool::new(false);
+
+    /// A race of the incumbent, the mean and some samples on 40 trials of each case.
+    fn race(candidates: usize, cases: usize, judge: &Judge) -> Raced {
+        let team = Team { shard: None, folder: Path::new("."), stop: &GO_ON, on_wait: &|_| {} };
+        let trials = vec![(0..40).map(|trial| Drawn { trial, weight: 1.0 + (trial % 2) as f64 }).collect(); cases];
+        Race { candidates, guests: 2, cases: &trials, judge, team, name: "race".into() }.run().unwrap()
+    }
+
+    #[test]
+    fn who_has_certainly_lost_stops_and_ranks_behind_those_who_go_on() {
+        let episodes = AtomicU64::new(0);
+        // Candidate 2 loses all, 3 wins all, and 4 wins all but every eighth; the incumbent wins every second.
+        let judge = |_: usize, trial: u64, active: &[usize]| {
+            episodes.fetch_add(active.len() as u64, Ordering::Relaxed);
+            let won = |candidate: &usize| match candidate {
+                0 | 1 => trial.is_multiple_of(2),
+                2 => false,
+                3 => true,
+                _ => !trial.is_multiple_of(8),
+            };
+            active.iter().map(|candidate| Tally { won: won(candidate), ..Tally::default() }).collect()
+        };
+        let raced = race(5, 1, &judge);
+        assert_eq!(raced.order, [3, 4, 2]);
+        let trials: Vec<usize> = raced.standings.iter().map(|standing| standing.trials).collect();
+        assert_eq!(trials, [40, 40, 10, 40, 40]);
+        assert_eq!((raced.episodes, episodes.into_inner()), (170, 170));
+        // By weight, even trials are a third: the incumbent wins these, so the others are what 3 wins more.
+        assert!((raced.standings[3].advantage - 2.0 / 3.0).abs() < 1e-12 && raced.standings[1].advantage == 0.0);
+        assert!(raced.signal > 3.0, "{}", raced.signal);
+    }
+
+    #[test]
+    fn the_worst_case_counts_and_footsteps_break_a_tie() {
+        let judge = |case: usize, trial: u64, active: &[usize]| {
+            let of = |candidate: &usize| {
+                let won = match (candidate, case) {
+                    (0 | 1, _) => trial.is_multiple_of(2),
+                    // Better in one case, and as much worse in the other.
+                    (2, 0) => true,
+                    (2, _) => trial.is_multiple_of(4),
+                    // A little better in both, one of them with more footsteps.
+                    (_, _) => trial.is_multiple_of(2) || trial % 5 == 1,
+                };
+                Tally { won, footsteps: if *candidate == 3 { 4 } else { 2 }, ..Tally::default() }
+            };
+            active.iter().map(of).collect()
+        };
+        let raced = race(5, 2, &judge);
+        assert_eq!(raced.order, [4, 3, 2]);
+        assert!(raced.standings[2].advantage < 0.0 && raced.standings[3].advantage > 0.0, "{raced:?}");
     }
 }
