@@ -48,7 +48,7 @@ A search that was interrupted goes on where it stopped when the same command is
 given again. The guide's chapter tuning.md has more.")]
 pub struct TuneArgs {
     /// Controller by name or file
-    #[arg(value_name = "CONTROLLER")]
+    #[arg(value_name = "CONTROLLER", default_value = "catch")]
     pub controller: String,
     /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
     #[arg(long, value_name = "NAME|FILE", default_value = "standard")]

@@ -57,6 +57,7 @@ mod posture;
 mod process;
 mod settings;
 pub mod tunable;
+pub mod values;
 pub mod variant;
 
 use crate::assets::{self, Kind};

@@ -123,10 +123,13 @@ fn split_values(text: &str) -> Option<Vec<&str>> {
     (depth == 0 && quote.is_none()).then_some(values)
 }
 
-/// How many keys in the tree have this name.
+/// How many keys in the tree have this name. A table of ranges names numbers that are elsewhere.
 fn count(tree: &Value, name: &str) -> usize {
     match tree {
-        Value::Table(table) => table.iter().map(|(key, value)| usize::from(key == name) + count(value, name)).sum(),
+        Value::Table(table) => {
+            let named = table.iter().filter(|(key, _)| *key != "tunable");
+            named.map(|(key, value)| usize::from(key == name) + count(value, name)).sum()
+        }
         Value::Array(values) => values.iter().map(|value| count(value, name)).sum(),
         _ => 0,
     }

@@ -17,7 +17,8 @@ use crate::campaign::ask::trial;
 use crate::campaign::plan::{Plan, each_caught, pool};
 use crate::campaign::store::shard::Shard;
 use crate::campaign::verdict::summary::Summary;
-use crate::contest::tunable::{Tunable, with_values};
+use crate::contest::tunable::Tunable;
+use crate::contest::values::{number_to_vary, with_values};
 use crate::contest::{self, Settings};
 use crate::episode::ClosedLoop;
 use crate::error::{Error, Result};
@@ -212,7 +213,7 @@ impl Tuning {
         let (base, vary) = (&*self.base, &self.options.vary);
         let mut named = match vary.is_empty() {
             true => base.tunables(),
-            false => vary.iter().map(|text| Tunable::parse(text, base)).collect::<Result<_>>()?,
+            false => vary.iter().map(|text| number_to_vary(text, base)).collect::<Result<_>>()?,
         };
         if named.is_empty() {
             let accepted = "--vary KEY=FROM..TO with a number of its file, or another controller";
