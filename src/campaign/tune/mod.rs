@@ -1,14 +1,14 @@
 //! From a controller to a better one: its numbers are searched on the trials of a campaign, and what is found is judged by
 //! trials that the search has never seen.
 //!
-//! The seeds of both follow from one seed before anything runs, and are written down ([`Task`]). The [search](search) sees
+//! The seeds of both follow from one seed before anything runs, and are written down ([`Task`]). The [search] sees
 //! only trials of the first; the second is used once, by an ordinary campaign of the incumbent and what the search
 //! proposes. That campaign's exact test is the result, and "no better one was found" is one, too. Several robots, or both
 //! engines, can be cases of one search: then the worst case of a candidate counts.
 
-mod cma;
-mod draw;
-mod race;
+pub mod cma;
+pub mod draw;
+pub mod race;
 pub mod search;
 pub mod team;
 

@@ -3,7 +3,7 @@
 //! A trial counts by its weight, since trials are drawn more often where they are undecided ([`super::draw`]). What counts
 //! is a candidate's advantage over the incumbent: the difference of their weighted rates, and of several cases (robots,
 //! engines) the worst. As in an F-race (Birattari et al. 2002), a candidate stops if the trials on which it and the leader
-//! differ speak against it: if their weighted sum is beyond [`CERTAIN`] times the root of the sum of their squares.
+//! differ speak against it: if their weighted sum is beyond `CERTAIN` times the root of the sum of their squares.
 
 use super::team::Team;
 use crate::error::Result;
