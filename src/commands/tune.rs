@@ -133,7 +133,7 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
     if folder.exists() && !folder.is_dir() {
         return Err(Error::option("--out", folder.display(), "it is a file", "a folder, new or of this search"));
     }
-    let begun = tuning.begun(&folder)?;
+    let goes_on = tuning.goes_on(&folder)?;
     let numbers = tuning.task.tunables.len();
     let told = format!(
         "{numbers} {} of {} on {}, up to {} episodes, then {} to judge",
@@ -148,7 +148,7 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
         return fine(&told);
     }
     note(&told);
-    if begun.is_some() {
+    if goes_on {
         let there = tuning.episodes_there(&folder)?;
         note(&format!("{}: goes on, {there} episodes are there", folder.display()));
     }

@@ -55,6 +55,7 @@ macro_rules! chapters {
         #[doc = "[paper]: crate::guide::paper"]
         #[doc = "[process]: crate::guide::process"]
         #[doc = "[robots]: crate::guide::robots"]
+        #[doc = "[tuned]: crate::guide::history#with-numbers-of-their-own"]
         #[doc = "[tuning]: crate::guide::tuning"]
         #[doc = "[error-backward.svg]: ../../../../../assets/pictures/error-backward.svg"]
         #[doc = "[error-diagonal.svg]: ../../../../../assets/pictures/error-diagonal.svg"]

@@ -33,6 +33,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use team::{Team, read};
 
+/// The file of the task.
+const TASK: &str = "task.json";
 /// Trials of the incumbent alone, by which later trials are chosen.
 const SAMPLE: u64 = 200;
 /// Halvings of a range that a controller names itself, until both ends can be used.
@@ -310,33 +312,24 @@ impl Tuning {
     /// same command goes on. Fails if the folder holds something else, if it is stopped from outside, or if the robot falls
     /// without a push.
     pub fn search(&mut self, folder: &Path, watch: &Watch) -> Result<Tuned> {
-        self.begin(folder)?;
+        if !self.goes_on(folder)? {
+            write_atomic(&folder.join(TASK), json_pretty(&self.task)?.as_bytes())?;
+        }
         let this = &*self;
         pool(this.options.threads)?.install(|| this.searched(folder, watch))
     }
 
-    /// Writes the task to the folder, or checks that it is the one that is there.
-    fn begin(&mut self, folder: &Path) -> Result<()> {
-        let path = folder.join("task.json");
-        match self.begun(folder)? {
-            Some(there) => {
-                // A time makes other numbers of episodes on other days; a folder keeps to its first one.
-                self.task.episodes = there.episodes;
-                Ok(())
-            }
-            None => write_atomic(&path, json_pretty(&self.task)?.as_bytes()),
-        }
-    }
-
-    /// The task of a folder, if it has one. Fails if that is another one.
-    pub fn begun(&self, folder: &Path) -> Result<Option<Task>> {
-        let Some(there) = read::<Task>(&folder.join("task.json"))? else { return Ok(None) };
+    /// Whether the search was begun in a folder, whose number of episodes it then keeps to: a time makes other numbers on
+    /// other days. Fails if the folder holds another search.
+    pub fn goes_on(&mut self, folder: &Path) -> Result<bool> {
+        let Some(there) = read::<Task>(&folder.join(TASK))? else { return Ok(false) };
         let is_same = self.task.budget_s.is_some() || there.episodes == self.task.episodes;
         if !is_same || (Task { episodes: self.task.episodes, ..there.clone() }) != self.task {
             let problem = "holds another search (its task differs); give a new folder, or remove this one";
             return Err(Error::Parts { path: folder.into(), problem: problem.into() });
         }
-        Ok(Some(there))
+        self.task.episodes = there.episodes;
+        Ok(true)
     }
 
     fn searched(&self, folder: &Path, watch: &Watch) -> Result<Tuned> {
