@@ -192,6 +192,11 @@ pub fn toml_value(text: &str) -> toml::Value {
         .unwrap_or_else(|| toml::Value::String(text.into()))
 }
 
+/// The value as a number, if it is one.
+pub fn number(value: &toml::Value) -> Option<f64> {
+    value.as_float().or(value.as_integer().map(|whole| whole as f64))
+}
+
 /// A part of a dotted key that does not exist.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Missing {

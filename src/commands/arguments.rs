@@ -26,6 +26,14 @@ pub enum EngineChoice {
 }
 
 impl EngineChoice {
+    /// The engines that are asked for, one or two. None stands for that of the campaign.
+    pub fn all(choice: Option<Self>) -> Vec<Option<Engine>> {
+        match choice {
+            Some(EngineChoice::Both) => Engine::ALL.map(Some).into(),
+            one => vec![one.and_then(EngineChoice::one)],
+        }
+    }
+
     /// The engine that is asked for; None for both.
     pub fn one(self) -> Option<Engine> {
         match self {
@@ -91,10 +99,7 @@ pub struct ChangeArgs {
 impl ChangeArgs {
     /// The engines that are asked for, one or two. None stands for that of the campaign.
     pub fn engines(&self) -> Vec<Option<Engine>> {
-        match self.engine {
-            Some(EngineChoice::Both) => Engine::ALL.map(Some).into(),
-            one => vec![one.and_then(EngineChoice::one)],
-        }
+        EngineChoice::all(self.engine)
     }
 
     /// These changes in the form that [`Campaign::load`](crate::campaign::Campaign::load) takes, with the first of

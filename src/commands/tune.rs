@@ -17,7 +17,6 @@ use crate::error::{Error, Result};
 use crate::files::{is_same_file, write_atomic};
 use crate::render::{self, text::tune as text, tune_page};
 use crate::robot::urdf::Files;
-use crate::sim::Engine;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::str::FromStr;
@@ -263,10 +262,7 @@ impl TuneArgs {
             let robot = robots[twice].clone().unwrap_or_default();
             return Err(Error::option("--robot", robot, "is given twice", "each robot once"));
         }
-        let engines = match self.engine {
-            Some(EngineChoice::Both) => Engine::ALL.map(Some).to_vec(),
-            one => vec![one.and_then(EngineChoice::one)],
-        };
+        let engines = EngineChoice::all(self.engine);
         let mut cases = Vec::new();
         for robot in robots {
             for &engine in &engines {

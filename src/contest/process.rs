@@ -8,7 +8,7 @@ use super::beside;
 use super::child::{Talker, in_short};
 use super::settings::{Settings, about, check_name};
 use super::tunable::Tunable;
-use crate::assets::{Source, parse_toml};
+use crate::assets::{Source, number, parse_toml};
 use crate::error::{Error, Result};
 use crate::robot::{Command, Controller, Factory, Note, PerFoot, Report, Robot, Sensed, TickError, Wrench};
 use serde::{Deserialize, Serialize};
@@ -106,9 +106,8 @@ impl Settings for Process {
         }
         for (name, [from, to]) in &self.tunable {
             let (field, value) = (format!("tunable.{name}"), format!("[{from}, {to}]"));
-            let is_number = |value: &toml::Value| value.is_float() || value.is_integer();
-            if !self.parameters.get(name).is_some_and(is_number) {
-                let numbers = self.parameters.iter().filter(|(_, value)| is_number(value));
+            if self.parameters.get(name).and_then(number).is_none() {
+                let numbers = self.parameters.iter().filter(|(_, value)| number(value).is_some());
                 let numbers: Vec<&str> = numbers.map(|(name, _)| name.as_str()).collect();
                 let problem = "is no number among the parameters";
                 return Err(Error::value(file, field, value, problem, format!("one of: {}", numbers.join(", "))));
@@ -145,7 +144,6 @@ impl Settings for Process {
     }
 
     fn tunables(&self) -> Vec<Tunable> {
-        let number = |value: &toml::Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
         let of = |(name, range): (&String, &[f64; 2])| {
             let now = self.parameters.get(name).and_then(number).unwrap_or_default();
             Tunable::new(format!("parameters.{name}"), now, *range)

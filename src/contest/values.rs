@@ -3,29 +3,28 @@
 use super::kinds::kind_of;
 use super::settings::Settings;
 use super::tunable::{Tunable, rounded};
-use crate::assets::{self, nearest};
+use crate::assets::{self, Missing, nearest, number};
 use crate::error::{Error, Result};
-use toml::{Table, Value};
+use toml::Value;
 
 /// Reads `KEY=FROM..TO`, or the key of a number that the controller names itself.
 pub fn number_to_vary(text: &str, of: &dyn Settings) -> Result<Tunable> {
     let accepted = "KEY=FROM..TO, such as zmp_margin=0.02..0.3";
     let refuse = |problem: &str| Error::option("--vary", text, problem, accepted);
     let (key, range) = text.split_once('=').map_or((text, None), |(key, range)| (key, Some(range)));
-    let (key, named) = (key.trim(), of.tunables());
-    let known = named.iter().find(|tunable| tunable.key == key);
+    let key = key.trim();
     let mut tree = Value::Table(of.tree());
     let now = match assets::place(&mut tree, key).ok().as_deref() {
         Some(value) => is_number_or_list(value).ok_or_else(|| refuse("is neither a number nor a list of numbers"))?,
-        None => known.map(|known| known.now).ok_or_else(|| {
-            let keys: Vec<String> = keys_of(&tree).into_iter().chain(named.iter().map(|t| t.key.clone())).collect();
+        None => {
+            let keys = keys_of(&tree);
             let nearest = nearest(key, keys.iter().map(String::as_str));
             let accepted = nearest.map_or_else(|| keys.join(", "), |nearest| format!("{nearest}, for example"));
-            Error::option("--vary", key, format!("{} has no such number", of.name()), accepted)
-        })?,
+            return Err(Error::option("--vary", key, format!("{} has no such number", of.name()), accepted));
+        }
     };
     let Some(range) = range else {
-        let known = known.cloned();
+        let known = of.tunables().into_iter().find(|tunable| tunable.key == key);
         return known.ok_or_else(|| refuse("has no range, and the controller names none for it"));
     };
     let ends = range.split_once("..").map(|(from, to)| [from.trim().parse(), to.trim().parse()]);
@@ -40,7 +39,6 @@ pub fn number_to_vary(text: &str, of: &dyn Settings) -> Result<Tunable> {
 
 /// The value of a number, or the factor 1 of a list of numbers that are not all 0.
 fn is_number_or_list(value: &Value) -> Option<f64> {
-    let number = |value: &Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
     match value {
         Value::Array(list) => {
             let numbers = list.iter().map(number).collect::<Option<Vec<f64>>>()?;
@@ -67,7 +65,8 @@ fn keys_of(tree: &Value) -> Vec<String> {
 pub fn with_values(base: &dyn Settings, name: &str, values: &[(&str, f64)]) -> Result<Box<dyn Settings>> {
     let mut tree = Value::Table(base.tree());
     for &(key, value) in values {
-        set(&mut tree, key, value);
+        let missing = |missing: Missing| Error::value(name, key, value, "unknown key", missing.accepted);
+        set(assets::place(&mut tree, key).map_err(missing)?, value);
     }
     let Value::Table(mut tree) = tree else { unreachable!("a table") };
     tree.insert("name".into(), name.into());
@@ -77,27 +76,14 @@ pub fn with_values(base: &dyn Settings, name: &str, values: &[(&str, f64)]) -> R
     Ok(settings)
 }
 
-/// Sets a number, or multiplies the numbers of a list. Tables that are missing on the way are made.
-fn set(tree: &mut Value, key: &str, value: f64) {
-    let mut at = tree;
-    for name in key.split('.') {
-        at = match at {
-            Value::Array(list) => match name.parse().ok().and_then(|i: usize| list.get_mut(i)) {
-                Some(inner) => inner,
-                None => return,
-            },
-            Value::Table(table) => table.entry(name.to_string()).or_insert_with(|| Value::Table(Table::new())),
-            _ => return,
-        };
-    }
+/// Sets a number, or multiplies the numbers of a list.
+fn set(at: &mut Value, value: f64) {
+    let scaled = |one: &Value| {
+        let one = number(one).unwrap_or_default();
+        Value::Float(if value == 1.0 { one } else { rounded(value * one, 0.0) })
+    };
     *at = match &*at {
-        Value::Array(list) => {
-            let scaled = |number: &Value| {
-                let number = is_number_or_list(number).unwrap_or_default();
-                Value::Float(if value == 1.0 { number } else { rounded(value * number, 0.0) })
-            };
-            Value::Array(list.iter().map(scaled).collect())
-        }
+        Value::Array(list) => Value::Array(list.iter().map(scaled).collect()),
         _ => Value::Float(value),
     };
 }

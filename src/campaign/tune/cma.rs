@@ -83,8 +83,8 @@ impl Cma {
 
         let moves: Vec<DVector<f64>> = ranked
             .iter()
-            .zip(&self.weights)
-            .map(|(sample, _)| (DVector::from_column_slice(sample) - &self.mean) / self.step)
+            .take(self.weights.len())
+            .map(|sample| (DVector::from_column_slice(sample) - &self.mean) / self.step)
             .collect();
         let mut mean_move = DVector::zeros(self.mean.len());
         moves.iter().zip(&self.weights).for_each(|(sample, weight)| mean_move += *weight * sample);

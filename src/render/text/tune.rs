@@ -1,6 +1,6 @@
 //! The text of a search for better numbers.
 
-use super::layout::{plant_options, signed, wrapped};
+use super::layout::{signed, wrapped};
 use crate::campaign::tune::search::Generation;
 use crate::campaign::tune::{CaseId, Task, Tuned, Verdict};
 use crate::campaign::verdict::pairs::p_value;
@@ -114,13 +114,4 @@ pub fn provenance(tuned: &Tuned) -> Vec<String> {
         lines.extend(wrapped("", &sentence(tuned, verdict)).lines().map(String::from));
     }
     lines
-}
-
-/// The command that judges again, with another seed.
-pub fn command(tuned: &Tuned, case: &CaseId) -> String {
-    let plant = plant_options(&case.robot, &case.engine);
-    format!(
-        "standfast run {} --trials {}{plant} --gains {} --gains {}.toml",
-        tuned.task.campaign, tuned.task.final_trials, tuned.task.controller, tuned.name
-    )
 }
