@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
-"""What `standfast tune` gains per episode, beside pycma and a random search with the same budget.
+"""What a search for better numbers gains per CPU time: `standfast tune`, pycma and a random search, with as many episodes.
 
     python3 -m pip install cma
-    python3 benches/tune_peers.py FOLDER_OF_TUNE [--program target/release/standfast]
+    python3 benches/tune_peers.py [--program target/release/standfast] -- ARGUMENTS OF tune
 
-FOLDER_OF_TUNE is what `tune` left: its numbers, ranges and budget are read from there, and so are the trials of its final
-campaign, by which all are judged. The peers run their candidates by `standfast run`, with fresh trials in every generation.
+Everything after `--` goes to `standfast tune`. The peers search the same numbers in the same ranges, run their candidates by
+`standfast run` with fresh trials in every generation, and all three are judged by the final campaign of `tune`.
 """
 
 import argparse
 import json
 import math
+import os
 import random
+import resource
 import subprocess
 import tempfile
 import tomllib
@@ -20,13 +22,36 @@ from pathlib import Path
 import cma
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-parser.add_argument("folder", type=Path)
 parser.add_argument("--program", default="target/release/standfast")
+parser.add_argument("tune", nargs="+", metavar="ARGUMENT")
 args = parser.parse_args()
-tuned = json.loads((args.folder / "tune.json").read_text())
-numbers, scratch = tuned["tunables"], Path(tempfile.mkdtemp())
-final = args.folder / tuned["verdicts"][0]["folder"]
-episodes, trials = tuned["searched"], tuned["verdicts"][0]["trials"]
+scratch = Path(tempfile.mkdtemp())
+
+
+def children_s():
+    """CPU time of all commands so far."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def tune():
+    """Runs the search of `tune`. Returns the CPU time up to its final campaign."""
+    command = [args.program, "tune", *args.tune, "--out", scratch / "tune"]
+    search_s = 0.0
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as program:
+        for line in program.stderr:
+            if line.startswith("judges "):
+                fields = Path(f"/proc/{program.pid}/stat").read_text().rsplit(")", 1)[1].split()
+                search_s = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    assert program.returncode == 0 and search_s > 0.0, "tune failed, or proposed nothing"
+    return search_s
+
+
+tune_s = tune()
+tuned = json.loads((scratch / "tune/tune.json").read_text())
+numbers, episodes = tuned["tunables"], tuned["searched"]
+final = scratch / "tune" / tuned["verdicts"][0]["folder"]
+proposed = (scratch / "tune/proposed.toml").read_text()
 
 
 def is_by_ratios(number):
@@ -46,11 +71,16 @@ def share(number):
     return math.log(now / low) / math.log(high / low) if is_by_ratios(number) else (now - low) / (high - low)
 
 
-proposed = (args.folder / "proposed.toml").read_text()
+def toml(item):
+    if isinstance(item, dict):
+        return "{" + ", ".join(f"{key} = {toml(inner)}" for key, inner in item.items()) + "}"
+    if isinstance(item, list):
+        return "[" + ", ".join(map(toml, item)) + "]"
+    return json.dumps(item)
 
 
 def write(shares, name):
-    """A gain set with these shares of the ranges: the proposed one with other values."""
+    """The proposed gain set with other values."""
     tree = tomllib.loads(proposed)
     for number, one in zip(numbers, shares):
         at, *keys = [tree, *number["key"].split(".")]
@@ -61,36 +91,30 @@ def write(shares, name):
         last = keys[-1]
         at[int(last) if isinstance(at, list) else last] = float(value(number, one))
     tree["name"] = name
-
-    def inline(item):
-        if isinstance(item, dict):
-            return "{" + ", ".join(f"{key} = {inline(inner)}" for key, inner in item.items()) + "}"
-        if isinstance(item, list):
-            return "[" + ", ".join(map(inline, item)) + "]"
-        return json.dumps(item)
-
     path = scratch / f"{name}.toml"
-    path.write_text("".join(f"{key} = {inline(item)}\n" for key, item in tree.items()))
+    path.write_text("".join(f"{key} = {toml(item)}\n" for key, item in tree.items()))
     return path
 
 
 def rates(paths, seed, count, out):
     """How often each recovers from the same `count` pushes."""
     gains = [word for path in paths for word in ("--gains", str(path))]
-    command = [args.program, "run", str(final / "campaign.toml"), "--seed", str(seed), "--trials", str(count), *gains]
-    command += ["--replays", "0", "--untried", "--out", str(scratch / out)]
+    command = [args.program, "run", final / "campaign.toml", "--seed", str(seed), "--trials", str(count), *gains]
+    command += ["--replays", "0", "--untried", "--out", scratch / out]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     sets = json.loads((scratch / out / "summary.json").read_text())["sets"]
     return [one["success_rate"] for one in sets]
 
 
 now = [share(number) for number in numbers]
+# The first spread of tune's samples.
+spread = min(0.7 / math.sqrt(len(now)), 0.3)
 
 
 def by_cma(count=48):
     """pycma as it comes, with the noise left to its recombination."""
     options = {"bounds": [0, 1], "verbose": -9, "seed": 1}
-    search, spent = cma.CMAEvolutionStrategy(now, 0.4 / math.sqrt(len(now)), options), 0
+    search, spent = cma.CMAEvolutionStrategy(now, spread, options), 0
     while spent + search.popsize * count <= episodes:
         samples = search.ask()
         paths = [write(sample, f"c{i}") for i, sample in enumerate(samples)]
@@ -100,11 +124,10 @@ def by_cma(count=48):
     return search.result.xfavorite
 
 
-def at_random(count=48, near=0.15):
+def at_random(count=48, rounds=6):
     """Candidates around the present values; the better half goes on with twice the trials, until one is left."""
     draw = random.Random(1)
-    rounds = 6
-    left = [[one + draw.gauss(0, near) for one in now] for _ in range(episodes // (rounds * count))]
+    left = [[one + draw.gauss(0, spread) for one in now] for _ in range(episodes // (rounds * count))]
     for k in range(rounds):
         if len(left) > 1:
             paths = [write(sample, f"r{i}") for i, sample in enumerate(left)]
@@ -114,10 +137,15 @@ def at_random(count=48, near=0.15):
     return left[0]
 
 
-peers = {"pycma": by_cma(), "random": at_random()}
-paths = [write(shares, name) for name, shares in peers.items()]
-before, after = (100 * count / trials for count in tuned["verdicts"][0]["recovered"])
-print(f"{tuned['controller']} {before:.1f} %; after {episodes} episodes each:")
-print(f"  standfast tune {after:.1f} %")
-for name, rate in zip(peers, rates(paths, tuned["final_seed"], trials, "judged")):
-    print(f"  {name} {100 * rate:.1f} %")
+searches, used_s = {"standfast tune": scratch / "tune/proposed.toml"}, {"standfast tune": tune_s}
+for name, search in {"pycma": by_cma, "random": at_random}.items():
+    before_s = children_s()
+    searches[name] = write(search(), name)
+    used_s[name] = children_s() - before_s
+trials, before = tuned["verdicts"][0]["trials"], tuned["verdicts"][0]["recovered"][0]
+before = 100 * before / tuned["verdicts"][0]["trials"]
+print(f"{tuned['controller']}: {before:.1f} % of {trials} trials; after {episodes} episodes each:")
+for name, rate in zip(searches, rates(searches.values(), tuned["final_seed"], trials, "judged")):
+    gained = 100 * rate - before
+    each = f"{used_s[name] / 60 / gained:.1f} min a point" if gained > 0 else "nothing gained"
+    print(f"  {name:14} {100 * rate:5.1f} % ({gained:+.1f})  {used_s[name] / 60:6.1f} min of CPU time, {each}")

@@ -124,15 +124,13 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
         shard: args.shard,
     };
     stop_on_ctrl_c();
-    let mut tuning = Tuning::new(&cases, options)?;
-    let folder = args
-        .out
-        .clone()
-        .unwrap_or_else(|| Path::new("standfast-results").join(format!("tune-{}", tuning.task.controller)));
+    let name = Path::new(&args.controller).file_stem().unwrap_or_default().to_string_lossy();
+    let of_name = || Path::new("standfast-results").join(format!("tune-{name}"));
+    let folder = args.out.clone().unwrap_or_else(of_name);
     if folder.exists() && !folder.is_dir() {
         return Err(Error::option("--out", folder.display(), "it is a file", "a folder, new or of this search"));
     }
-    let goes_on = tuning.goes_on(&folder)?;
+    let tuning = Tuning::new(&cases, options, &folder)?;
     let numbers = tuning.task.tunables.len();
     let told = format!(
         "{numbers} {} of {} on {}, up to {} episodes, then {} to judge",
@@ -147,25 +145,25 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
         return fine(&told);
     }
     note(&told);
-    if goes_on {
-        let there = tuning.episodes_there(&folder)?;
+    if tuning.goes_on {
+        let there = tuning.episodes_there()?;
         note(&format!("{}: goes on, {there} episodes are there", folder.display()));
     }
-    let mut tuned = search(&mut tuning, &folder)?;
+    let mut tuned = search(&tuning)?;
     judge(args, &tuning, &cases, &mut tuned, &folder)?;
     finish(args, &tuning, &tuned, &folder)
 }
 
 /// Searches, with a line for each generation.
-fn search(tuning: &mut Tuning, folder: &Path) -> Result<Tuned> {
+fn search(tuning: &Tuning) -> Result<Tuned> {
     let most = tuning.task.episodes - tuning.final_episodes();
-    let progress = Progress::of_episodes(most, tuning.episodes_there(folder)?, true);
+    let progress = Progress::of_episodes(most, tuning.episodes_there()?, true);
     let on_generation =
         |generation: &Generation, spread: f64, spent: u64| note(&text::generation(generation, spread, spent));
     let on_wait = |missing: Shard| log::info!("waits for shard {missing}");
     let on_episode = || progress.episode();
     let watch = Watch { stop: &STOP, on_episode: &on_episode, on_generation: &on_generation, on_wait: &on_wait };
-    let tuned = tuning.search(folder, &watch);
+    let tuned = tuning.search(&watch);
     progress.finish();
     if let Err(Error::Interrupted) = tuned {
         note("interrupted: finished generations are kept, and the same command goes on from there");
@@ -185,7 +183,7 @@ fn judge(
     if is_same {
         return Ok(());
     }
-    let proposed = tuning.write_controller(tuned, folder, "proposed.toml", &[])?;
+    let proposed = tuning.write_controller(tuned, "proposed.toml", &[])?;
     for (number, ((campaign, files), case)) in cases.iter().zip(&tuned.task.cases).enumerate() {
         let name = if cases.len() == 1 { "final".into() } else { format!("final-{}", number + 1) };
         let mut campaign =
@@ -237,7 +235,7 @@ fn finish(args: &TuneArgs, tuning: &Tuning, tuned: &Tuned, folder: &Path) -> Res
     write_atomic(&folder.join("tune.html"), tune_page::page(tuned)?.as_bytes())?;
     if tuned.is_better {
         let file = format!("{}.toml", tuned.name);
-        let path = tuning.write_controller(tuned, folder, &file, &text::provenance(tuned))?;
+        let path = tuning.write_controller(tuned, &file, &text::provenance(tuned))?;
         note(&format!("written: {}", path.display()));
     }
     note(&format!("written: {}, tune.json", folder.join("tune.html").display()));

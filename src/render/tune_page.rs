@@ -21,11 +21,12 @@ const LEAST_POINTS: f64 = 5.0;
 /// The page. Fails only if the template is wrong.
 pub fn page(tuned: &Tuned) -> Result<String> {
     let task = &tuned.task;
-    let row = |(tunable, proposed): (&Tunable, &f64)| {
+    let row = |(i, tunable): (usize, &Tunable)| {
         let [from, to] = tunable.range;
         let [now, proposed, from, to] =
-            [tunable.now, *proposed, from, to].map(|x| x.to_string().replace('-', "\u{2212}"));
-        json!({ "key": tunable.key, "now": now, "proposed": proposed, "from": from, "to": to })
+            [tunable.now, tuned.proposed[i], from, to].map(|x| x.to_string().replace('-', "\u{2212}"));
+        let worth = text::worth(tuned, i).replace("+-", "\u{b1}").replace('-', "\u{2212}");
+        json!({ "key": tunable.key, "now": now, "proposed": proposed, "worth": worth, "from": from, "to": to })
     };
     let picture = |i: usize| values(tuned, i).svg("role=\"img\"");
     let context = json!({
@@ -39,7 +40,7 @@ pub fn page(tuned: &Tuned) -> Result<String> {
         "sentences": tuned.verdicts.iter().map(|verdict| text::sentence(tuned, verdict)).collect::<Vec<_>>(),
         "folders": tuned.verdicts.iter().map(|verdict| &verdict.folder).collect::<Vec<_>>(),
         "progress": progress(tuned).svg("role=\"img\""),
-        "rows": task.tunables.iter().zip(&tuned.proposed).map(row).collect::<Vec<_>>(),
+        "rows": task.tunables.iter().enumerate().map(row).collect::<Vec<_>>(),
         "pictures": (0..task.tunables.len()).map(picture).collect::<Vec<_>>(),
     });
     html_page::render("tune.html", TEMPLATE, UndefinedBehavior::SemiStrict, |_| {}, &context)

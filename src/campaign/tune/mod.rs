@@ -6,9 +6,9 @@
 //! proposes. That campaign's exact test is the result, and "no better one was found" is one, too. Several robots, or both
 //! engines, can be cases of one search: then the worst case of a candidate counts.
 
-pub mod cma;
 pub mod draw;
 pub mod race;
+pub mod response;
 pub mod search;
 pub mod team;
 
@@ -116,6 +116,9 @@ pub struct Tuned {
     pub searched: u64,
     /// The proposed values, in the order of the tunable numbers.
     pub proposed: Vec<f64>,
+    /// By how much each of them alone is better than the present value, as a share of the trials, with the standard error:
+    /// from all candidates that were tried.
+    pub worth: Vec<[f64; 2]>,
     /// Name of the proposed controller.
     pub name: String,
     /// The verdict for each case; none if the proposed values are the present ones.
@@ -168,6 +171,9 @@ impl Verdict {
 /// A search on its robots, checked and ready.
 pub struct Tuning {
     pub task: Task,
+    /// Whether its folder holds its beginning.
+    pub goes_on: bool,
+    folder: PathBuf,
     base: Box<dyn Settings>,
     /// Of each case, the campaign with the seed of the search.
     plans: Vec<Plan>,
@@ -176,8 +182,9 @@ pub struct Tuning {
 
 impl Tuning {
     /// Reads and checks everything. `campaigns` are the cases, all with the same single controller, each with the files of
-    /// its robot. Errors: a controller without numbers to tune, a range that cannot be used, a budget that is too small.
-    pub fn new(campaigns: &[(Campaign, Files)], options: TuneOptions) -> Result<Self> {
+    /// its robot. Errors: a controller without numbers to tune, a range that cannot be used, a budget that is too small, a
+    /// folder that holds another search.
+    pub fn new(campaigns: &[(Campaign, Files)], options: TuneOptions, folder: &Path) -> Result<Self> {
         let (first, _) = campaigns.first().expect("a search has a case");
         let [entry] = &first.gains[..] else { unreachable!("a search has one controller") };
         let base = contest::load(entry)?;
@@ -204,9 +211,14 @@ impl Tuning {
             budget_s: None,
             episodes: 0,
         };
-        let mut tuning = Self { task, base, plans, options };
+        let there = read::<Task>(&folder.join(TASK))?;
+        let mut tuning = Self { task, goes_on: there.is_some(), folder: folder.into(), base, plans, options };
         tuning.task.tunables = tuning.tunables()?;
-        tuning.set_budget()?;
+        tuning.set_budget(there.as_ref())?;
+        if there.is_some_and(|there| there != tuning.task) {
+            let problem = "holds another search (its task differs); give a new folder, or remove this one";
+            return Err(Error::Parts { path: folder.into(), problem: problem.into() });
+        }
         Ok(tuning)
     }
 
@@ -256,8 +268,9 @@ impl Tuning {
         self.plans.iter().map(prepare).collect()
     }
 
-    /// Makes episodes of the budget, and fails if they are too few.
-    fn set_budget(&mut self) -> Result<()> {
+    /// Makes episodes of the budget, and fails if they are too few. A search that was begun keeps to its number: a time would
+    /// make another one on another day.
+    fn set_budget(&mut self, there: Option<&Task>) -> Result<()> {
         let (cases, Task { tunables, final_trials, .. }) = (self.plans.len() as u64, &self.task);
         let search = least_episodes(tunables.len(), self.plans.len());
         let least = SAMPLE * cases + 2 * final_trials * cases + search;
@@ -266,6 +279,9 @@ impl Tuning {
             Budget::Time(time_s) if self.options.shard.is_some() => {
                 let (problem, accepted) = ("each shard would measure another pace", "a number of episodes");
                 return Err(Error::option("--budget", format!("{time_s} s"), problem, accepted));
+            }
+            Budget::Time(time_s) if there.is_some_and(|there| there.budget_s == Some(time_s)) => {
+                (Some(time_s), there.map_or(0, |there| there.episodes))
             }
             Budget::Time(time_s) => {
                 let of_each = self.plans.iter().map(Plan::seconds_a_trial).collect::<Result<Vec<_>>>()?;
@@ -284,11 +300,12 @@ impl Tuning {
     }
 
     /// Episodes of the search that are in the folder already.
-    pub fn episodes_there(&self, folder: &Path) -> Result<u64> {
-        let sample = read::<Vec<Vec<bool>>>(&folder.join("sample.json"))?.iter().flatten().map(Vec::len).sum::<usize>();
+    pub fn episodes_there(&self) -> Result<u64> {
+        let sample =
+            read::<Vec<Vec<bool>>>(&self.folder.join("sample.json"))?.iter().flatten().map(Vec::len).sum::<usize>();
         let mut episodes = sample as u64;
         for number in 1.. {
-            let Some(there) = read::<Generation>(&generation_file(folder, number))? else { break };
+            let Some(there) = read::<Generation>(&self.generation_file(number))? else { break };
             episodes += there.episodes;
         }
         Ok(episodes)
@@ -309,31 +326,17 @@ impl Tuning {
     }
 
     /// Searches, from where the folder stopped if anything is there. What is finished is written to the folder, so that the
-    /// same command goes on. Fails if the folder holds something else, if it is stopped from outside, or if the robot falls
-    /// without a push.
-    pub fn search(&mut self, folder: &Path, watch: &Watch) -> Result<Tuned> {
-        if !self.goes_on(folder)? {
-            write_atomic(&folder.join(TASK), json_pretty(&self.task)?.as_bytes())?;
+    /// same command goes on. Fails if it is stopped from outside, or if the robot falls without a push.
+    pub fn search(&self, watch: &Watch) -> Result<Tuned> {
+        if !self.goes_on {
+            write_atomic(&self.folder.join(TASK), json_pretty(&self.task)?.as_bytes())?;
         }
-        let this = &*self;
-        pool(this.options.threads)?.install(|| this.searched(folder, watch))
+        pool(self.options.threads)?.install(|| self.searched(watch))
     }
 
-    /// Whether the search was begun in a folder, whose number of episodes it then keeps to: a time makes other numbers on
-    /// other days. Fails if the folder holds another search.
-    pub fn goes_on(&mut self, folder: &Path) -> Result<bool> {
-        let Some(there) = read::<Task>(&folder.join(TASK))? else { return Ok(false) };
-        let is_same = self.task.budget_s.is_some() || there.episodes == self.task.episodes;
-        if !is_same || (Task { episodes: self.task.episodes, ..there.clone() }) != self.task {
-            let problem = "holds another search (its task differs); give a new folder, or remove this one";
-            return Err(Error::Parts { path: folder.into(), problem: problem.into() });
-        }
-        self.task.episodes = there.episodes;
-        Ok(true)
-    }
-
-    fn searched(&self, folder: &Path, watch: &Watch) -> Result<Tuned> {
-        let team = Team { shard: self.options.shard, folder, stop: watch.stop, on_wait: watch.on_wait };
+    fn searched(&self, watch: &Watch) -> Result<Tuned> {
+        let Self { options, folder, .. } = self;
+        let team = Team { shard: options.shard, folder, stop: watch.stop, on_wait: watch.on_wait };
         let sampled = self.sample(team, watch)?;
         let samples = self.plans.iter().zip(&sampled).map(|(plan, won)| Sample::new(&plan.manifest.campaign, won));
         let arena = Robots { tuning: self, samples: samples.collect(), on_episode: watch.on_episode };
@@ -343,7 +346,7 @@ impl Tuning {
         let most = episodes - self.final_episodes();
         let mut generations: Vec<Generation> = Vec::new();
         while spent + search.next_episodes() <= most {
-            let path = generation_file(folder, generations.len() + 1);
+            let path = self.generation_file(generations.len() + 1);
             let generation = match read(&path)? {
                 Some(there) => {
                     search.follow(&there);
@@ -359,13 +362,15 @@ impl Tuning {
             (watch.on_generation)(&generation, search.spread(), spent);
             generations.push(generation);
         }
+        let proposed = search.proposed();
         let rate = |won: &Vec<bool>| won.iter().filter(|won| **won).count() as f64 / won.len() as f64;
         Ok(Tuned {
             task: self.task.clone(),
             sampled: sampled.iter().map(rate).collect(),
             generations,
             searched: spent,
-            proposed: search.proposed(),
+            worth: search.worth(&proposed),
+            proposed,
             name: self.name(),
             verdicts: Vec::new(),
             is_better: false,
@@ -392,25 +397,25 @@ impl Tuning {
         Ok(sampled)
     }
 
+    fn generation_file(&self, number: usize) -> PathBuf {
+        self.folder.join(format!("generation-{number:03}.json"))
+    }
+
     /// Writes the proposed controller to a file of the folder, beside the files that it needs, with lines of comment before
     /// it. Returns its path.
-    pub fn write_controller(&self, tuned: &Tuned, folder: &Path, file: &str, comment: &[String]) -> Result<PathBuf> {
+    pub fn write_controller(&self, tuned: &Tuned, file: &str, comment: &[String]) -> Result<PathBuf> {
         let keys = self.task.tunables.iter().map(|tunable| tunable.key.as_str());
         let values: Vec<(&str, f64)> = keys.zip(tuned.proposed.iter().copied()).collect();
         let settings = with_values(&*self.base, &tuned.name, &values)?;
         let text = settings.text();
         let head: String = comment.iter().map(|line| format!("# {line}\n")).collect();
         for (name, bytes) in self.base.files()? {
-            write_atomic(&folder.join(name), &bytes)?;
+            write_atomic(&self.folder.join(name), &bytes)?;
         }
-        let path = folder.join(file);
+        let path = self.folder.join(file);
         write_atomic(&path, (head + &text).as_bytes())?;
         Ok(path)
     }
-}
-
-fn generation_file(folder: &Path, number: usize) -> PathBuf {
-    folder.join(format!("generation-{number:03}.json"))
 }
 
 /// What happens in a trial of a plan's campaign to each of these controllers.

@@ -2,14 +2,18 @@
 //! where the better ones are ([`Cma`]), each a [race](super::race) on fresh trials.
 //!
 //! Outcomes are random, so ranks may be wrong. Where the candidates of a generation differ no more than by chance, the next
-//! one gets more trials, and fewer where they differ clearly. The incumbent and the mean run in every generation, so how
-//! much the mean is better is told by trials that did not choose it. What the search proposes is the average of its last
-//! means, since that is less at the mercy of chance than any candidate.
+//! one gets more trials, and fewer where they differ clearly. All generations together tell what a single one does not: a
+//! quadratic is fitted to everything that was tried ([`Response`]). It sets how far the samples spread, which are to be a little
+//! worse than their mean: if they are nearer they teach nothing, and if they are farther away they only fall. What the search
+//! proposes is halfway between the best of that quadratic and the average of the last means, since both are less at the
+//! mercy of chance than any candidate. The incumbent and the mean run in every generation, so how much the mean is better is
+//! told by trials that did not choose it.
 
-use super::cma::Cma;
 use super::race::{Drawn, Race, Standing, Tally};
+use super::response::{Response, Tried};
 use super::team::Team;
 use crate::campaign::ask::trial;
+use crate::campaign::cma::Cma;
 use crate::contest::tunable::Tunable;
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -29,6 +33,14 @@ pub trait Arena: Sync {
     fn judge(&self, case: usize, trial: u64, entrants: &[&Self::Entrant]) -> Vec<Tally>;
 }
 
+/// How far samples are from the first mean, as a share of the ranges: the root of the sum over all numbers.
+const DISTANCE: f64 = 0.4;
+/// By how much samples are to be worse than their mean, as a share of the trials; how fast their spread follows that; and the
+/// widest spread, as a share of a range.
+const LOSS: f64 = 0.06;
+const NARROWER: f64 = 0.6;
+const WIDER: f64 = 1.25;
+const WIDEST: f64 = 0.3;
 /// Trials of a generation: at first, at least and at most.
 const TRIALS: [usize; 3] = [48, 32, 256];
 /// By what factor they change, and the [signals](super::race::Raced::signal) below and above which they do.
@@ -77,15 +89,22 @@ pub struct Search<'a, A: Arena> {
     tunables: &'a [Tunable],
     seed: u64,
     cases: usize,
+    start: Vec<f64>,
     cma: Cma,
     means: Vec<Vec<f64>>,
+    tried: Vec<Tried>,
+    response: Option<Response>,
     trials: usize,
 }
 
 impl<'a, A: Arena> Search<'a, A> {
     pub fn new(arena: &'a A, tunables: &'a [Tunable], seed: u64, cases: usize) -> Self {
         let start: Vec<f64> = tunables.iter().map(|tunable| tunable.share_of(tunable.now)).collect();
-        Self { arena, tunables, seed, cases, cma: Cma::new(&start), means: Vec::new(), trials: TRIALS[0] }
+        let count = tunables.len();
+        let first_step = (DISTANCE / (count as f64).sqrt()).min(WIDEST);
+        let cma = Cma::new(&start, first_step, Cma::samples_of(count));
+        let (means, tried, response, trials) = (Vec::new(), Vec::new(), None, TRIALS[0]);
+        Self { arena, tunables, seed, cases, start, cma, means, tried, response, trials }
     }
 
     /// Most episodes of the next generation.
@@ -100,6 +119,10 @@ impl<'a, A: Arena> Search<'a, A> {
 
     fn values(&self, shares: &[f64]) -> Vec<f64> {
         self.tunables.iter().zip(shares).map(|(tunable, share)| tunable.at(*share)).collect()
+    }
+
+    fn shares(&self, values: &[f64]) -> Vec<f64> {
+        self.tunables.iter().zip(values).map(|(tunable, value)| tunable.share_of(*value)).collect()
     }
 
     /// Runs the next generation. Fails as [`Team::gather`] does, or if no sample can be a candidate.
@@ -141,7 +164,8 @@ impl<'a, A: Arena> Search<'a, A> {
         let mut refused = None;
         for attempt in 0..ATTEMPTS {
             let normal = trial::normals(self.seed, generation, slot * ATTEMPTS + attempt, self.tunables.len());
-            let values = self.values(&self.cma.sample(&normal));
+            let shares: Vec<f64> = self.cma.sample(&normal).into_iter().map(mirrored).collect();
+            let values = self.values(&shares);
             match self.arena.enter(&values) {
                 Ok(entrant) => return Ok((values, entrant)),
                 Err(error) => refused = Some(error),
@@ -153,13 +177,22 @@ impl<'a, A: Arena> Search<'a, A> {
 
     /// Moves on after a generation, which was run now or earlier.
     pub fn follow(&mut self, generation: &Generation) {
-        let shares = |i: &usize| -> Vec<f64> {
-            let values = self.tunables.iter().zip(&generation.candidates[*i].values);
-            values.map(|(tunable, value)| tunable.share_of(*value)).collect()
-        };
-        let ranked: Vec<Vec<f64>> = generation.order.iter().map(shares).collect();
+        let shares = |candidate: &Candidate| self.shares(&candidate.values);
+        let ranked: Vec<Vec<f64>> = generation.order.iter().map(|i| shares(&generation.candidates[*i])).collect();
+        let tried = generation.candidates.iter().skip(1).map(|candidate| {
+            let Standing { advantage, error, trials, .. } = candidate.standing;
+            // That nothing differed in so many trials is no proof that nothing does.
+            Tried { shares: shares(candidate), advantage, error: error.max(1.0 / trials as f64) }
+        });
+        self.tried.extend(tried.collect::<Vec<_>>());
+        let step = self.cma.step();
         self.cma.tell(&ranked.iter().map(Vec::as_slice).collect::<Vec<_>>());
         self.means.push(self.cma.mean().to_vec());
+        self.cma.set_step(step);
+        self.response = Response::fit(&self.start, &self.tried);
+        let loss = self.response.as_ref().map_or(LOSS, |response| response.loss(&self.cma.spread()));
+        let factor = (LOSS / loss.max(f64::MIN_POSITIVE)).sqrt().clamp(NARROWER, WIDER);
+        self.cma.set_step((step * factor).min(WIDEST));
         let [_, least, most] = TRIALS;
         let trials = match generation.signal {
             signal if signal < SIGNAL[0] => (self.trials as f64 * MORE) as usize,
@@ -169,18 +202,36 @@ impl<'a, A: Arena> Search<'a, A> {
         self.trials = trials.clamp(least, most);
     }
 
-    /// What the search proposes: the average of the last means or, if that can be no candidate, the last mean that can;
-    /// without one the present values.
+    /// What the search proposes: halfway between the average of the last means and the best of what is fitted or, if that can
+    /// be no candidate, that average, or the last mean that can; without one the present values.
     pub fn proposed(&self) -> Vec<f64> {
         let count = ((self.means.len() as f64 * LAST).ceil() as usize).max(1);
         let last = &self.means[self.means.len().saturating_sub(count)..];
         let sum = |i: usize| last.iter().map(|mean| mean[i]).sum::<f64>();
-        let average: Vec<f64> = (0..self.tunables.len()).map(|i| sum(i) / last.len().max(1) as f64).collect();
-        let choices = (!last.is_empty()).then_some(&average).into_iter().chain(self.means.iter().rev());
-        let mut values = choices.map(|shares| self.values(shares));
+        let average = (!last.is_empty())
+            .then(|| (0..self.tunables.len()).map(|i| sum(i) / last.len() as f64).collect::<Vec<f64>>());
+        let halfway = average.iter().zip(&self.response).map(|(average, response)| {
+            average.iter().zip(response.best()).map(|(a, b)| 0.5 * (a + b)).collect::<Vec<f64>>()
+        });
+        let choices = halfway.chain(average.clone()).chain(self.means.iter().rev().cloned());
+        let mut values = choices.map(|shares| self.values(&shares));
         let now = || self.tunables.iter().map(|tunable| tunable.now).collect();
         values.find(|values| self.arena.enter(values).is_ok()).unwrap_or_else(now)
     }
+
+    /// By how much each of these values alone is better than the present one, with the standard error.
+    pub fn worth(&self, values: &[f64]) -> Vec<[f64; 2]> {
+        let response = Response::fit(&self.start, &self.tried);
+        let worth =
+            |(i, share): (usize, &f64)| response.as_ref().map_or([0.0; 2], |response| response.worth(i, *share));
+        self.shares(values).iter().enumerate().map(worth).collect()
+    }
+}
+
+/// A share of a range; what is outside of the range is mirrored into it.
+fn mirrored(share: f64) -> f64 {
+    let share = share.rem_euclid(2.0);
+    if share > 1.0 { 2.0 - share } else { share }
 }
 
 #[cfg(test)]
@@ -282,5 +333,13 @@ mod tests {
         read.iter().for_each(|generation| again.follow(generation));
         assert_eq!([again.generation(alone()).unwrap(), again.generation(alone()).unwrap()], generations[2..]);
         assert_eq!(again.proposed(), whole.proposed());
+    }
+    #[test]
+    fn samples_stay_within_their_ranges() {
+        assert_eq!([-0.25, 1.25, 2.5, 0.5].map(mirrored), [0.25, 0.75, 0.5, 0.5]);
+        let (landscape, tunables) = (Landscape { seed: 2, chance: |_| 0.5 }, tunables(1.0));
+        let generation = Search::new(&landscape, &tunables, 2, 1).generation(alone()).unwrap();
+        let is_within = |candidate: &Candidate| candidate.values.iter().all(|value| (0.0..=1.0).contains(value));
+        assert!(generation.candidates.iter().all(is_within), "{generation:?}");
     }
 }

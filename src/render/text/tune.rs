@@ -35,16 +35,22 @@ pub fn ranges(task: &Task) -> String {
     table(task, None)
 }
 
-fn table(task: &Task, proposed: Option<&[f64]>) -> String {
+fn table(task: &Task, tuned: Option<&Tuned>) -> String {
     let width = task.tunables.iter().map(|tunable| tunable.key.len()).max().unwrap_or(0).max(3);
-    let head = if proposed.is_some() { "   proposed" } else { "" };
+    let head = tuned.map_or("", |_| "   proposed   alone, points");
     let mut text = format!("  {:width$}        now{head}   range\n", "key");
     for (i, tunable) in task.tunables.iter().enumerate() {
-        let value = proposed.map_or(String::new(), |values| format!(" {:10}", values[i]));
+        let found = tuned.map_or(String::new(), |tuned| format!(" {:10}   {:>13}", tuned.proposed[i], worth(tuned, i)));
         let [from, to] = tunable.range;
-        text += &format!("  {:width$} {:10}{value}   {from} to {to}\n", tunable.key, tunable.now);
+        text += &format!("  {:width$} {:10}{found}   {from} to {to}\n", tunable.key, tunable.now);
     }
     text
+}
+
+/// By how many points the proposed value of a number alone is better, with two standard errors.
+pub fn worth(tuned: &Tuned, number: usize) -> String {
+    let [value, error] = tuned.worth[number];
+    format!("{} +-{:.1}", signed(100.0 * value, 1), 200.0 * error)
 }
 
 /// The result.
@@ -60,7 +66,7 @@ pub fn text(tuned: &Tuned) -> String {
             generations.len()
         ),
     );
-    text += &format!("\n{}\n", table(task, Some(&tuned.proposed)));
+    text += &format!("\n{}\n", table(task, Some(tuned)));
     for verdict in &tuned.verdicts {
         text += &wrapped(" - ", &sentence(tuned, verdict));
     }
