@@ -11,7 +11,6 @@
 use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
-use crate::campaign::cma::Cma;
 use crate::campaign::limit::Yardstick;
 use crate::campaign::plan::{Plan, pool};
 use crate::contest::{depart, gain_set};
@@ -23,6 +22,7 @@ use crate::robot::Factory;
 use crate::robot::urdf::Files;
 use crate::sim::Push;
 use crate::stats::rate::SuccessCount;
+use cmaes::{CMAESOptions, DVector};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -33,9 +33,8 @@ const NUMBERS: usize = DEPARTURES * Departure::NUMBERS;
 const SPREAD: [f64; Departure::NUMBERS] = [0.02, 0.03, 0.03, 0.06, 0.06, 0.03, 0.03, 0.15, 0.1, 0.1, 0.03];
 /// Tries of one generation.
 const GENERATION: usize = 24;
-/// Steps of the search, in spreads: the first one, and one that is too small to find anything new.
+/// First step size of the search and of each that starts again, when the one before has converged; in spreads.
 const STEP: f64 = 1.0;
-const LEAST_STEP: f64 = 0.02;
 
 /// Settings of the search.
 #[derive(Debug, Clone, Copy)]
@@ -200,35 +199,31 @@ impl<'a> Clairvoyant<'a> {
 
     /// Searches departures with which the robot recovers. Returns how often it tried, and how it recovers.
     fn search(&self, number: u64, again: &Again, stop: &AtomicBool) -> Result<(u64, Option<Recovery>)> {
-        let (seed, mut tries) = (self.campaign.seed ^ number.rotate_left(20), 0);
-        let mut round: u64 = 0;
-        loop {
-            let mut search = Cma::new(&[0.0; NUMBERS], STEP, GENERATION);
-            for generation in 0.. {
-                if tries >= self.options.tries {
-                    return Ok((tries, None));
-                }
-                if stop.load(Ordering::Relaxed) {
-                    return Err(Error::Interrupted);
-                }
-                let normals = |slot| trial::normals(seed ^ round.rotate_left(50), generation, slot, NUMBERS);
-                let samples: Vec<Vec<f64>> = (0..GENERATION as u64).map(|slot| search.sample(&normals(slot))).collect();
-                let cost = |sample: &Vec<f64>| self.cost(&again.record(&departures(sample)));
-                let costs: Vec<f64> = samples.par_iter().with_max_len(1).map(cost).collect();
-                tries += GENERATION as u64;
-                let mut order: Vec<usize> = (0..GENERATION).collect();
-                order.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]));
-                if costs[order[0]] <= 0.0 {
-                    return Ok((tries, Some(again.simplest(&samples[order[0]]))));
-                }
-                search.tell(&order.iter().map(|i| samples[*i].as_slice()).collect::<Vec<_>>());
-                if search.spread().iter().all(|spread| *spread < LEAST_STEP) {
-                    break;
-                }
+        let cost = |numbers: &DVector<f64>| self.cost(&again.record(&departures(numbers.as_slice())));
+        let begin = |round: u64| {
+            let options = CMAESOptions::new(vec![0.0; NUMBERS], STEP)
+                .population_size(GENERATION)
+                .seed(self.campaign.seed ^ number.rotate_left(20) ^ round.rotate_left(50));
+            options.build(&cost).expect("the options are within their ranges")
+        };
+        let (mut tries, mut round) = (0, 0);
+        let mut search = begin(round);
+        while tries < self.options.tries {
+            if stop.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
+            let has_converged = search.next_parallel().is_some();
+            tries += GENERATION as u64;
+            if let Some(best) = search.overall_best_individual().filter(|best| best.value <= 0.0) {
+                return Ok((tries, Some(again.simplest(best.point.as_slice()))));
             }
             // A search that has converged starts again with other random numbers.
-            round += 1;
+            if has_converged {
+                round += 1;
+                search = begin(round);
+            }
         }
+        Ok((tries, None))
     }
 
     /// How far an episode is from recovery: 0 if it recovers, and more the sooner the robot falls.

@@ -8,7 +8,6 @@
 
 pub mod ask;
 pub mod ceiling;
-pub mod cma;
 pub mod interim;
 pub mod limit;
 pub mod partings;

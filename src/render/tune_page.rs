@@ -15,6 +15,8 @@ use serde_json::json;
 const TEMPLATE: &str = include_str!("tune_page.html.jinja");
 /// Shades of the dots, from the first generations to the last.
 const SHADES: [&str; 4] = [".25", ".45", ".7", "1"];
+/// Pieces of the fitted curve.
+const CURVE: usize = 60;
 /// Least height of an axis, above and below zero (points).
 const LEAST_POINTS: f64 = 5.0;
 
@@ -25,8 +27,8 @@ pub fn page(tuned: &Tuned) -> Result<String> {
         let [from, to] = tunable.range;
         let [now, proposed, from, to] =
             [tunable.now, tuned.proposed[i], from, to].map(|x| x.to_string().replace('-', "\u{2212}"));
-        let worth = text::worth(tuned, i).replace("+-", "\u{b1}").replace('-', "\u{2212}");
-        json!({ "key": tunable.key, "now": now, "proposed": proposed, "worth": worth, "from": from, "to": to })
+        let alone = text::alone(tuned, i).replace("+-", "\u{b1}").replace('-', "\u{2212}");
+        json!({ "key": tunable.key, "now": now, "proposed": proposed, "alone": alone, "from": from, "to": to })
     };
     let picture = |i: usize| values(tuned, i).svg("role=\"img\"");
     let context = json!({
@@ -51,16 +53,16 @@ fn ends(points: impl Iterator<Item = f64>) -> [f64; 2] {
     points.fold([-LEAST_POINTS, LEAST_POINTS], |[from, to], x| [from.min(x), to.max(x)])
 }
 
-/// The advantage of the mean and of the best candidate, by generation.
+/// The advantage of the middle and of the best candidate, by generation.
 fn progress(tuned: &Tuned) -> Panel {
     let mut panel = Panel::new(760.0, 320.0);
-    let mean = |i: usize| &tuned.generations[i].candidates[1].standing;
+    let middle = |i: usize| &tuned.generations[i].candidates[1].standing;
     let best = |i: usize| {
         let generation = &tuned.generations[i];
         100.0 * generation.candidates[generation.order[0]].standing.advantage
     };
     let count = tuned.generations.len();
-    let bar = |i: usize| [-1.0, 1.0].map(|side| 100.0 * (mean(i).advantage + side * 2.0 * mean(i).error));
+    let bar = |i: usize| [-1.0, 1.0].map(|side| 100.0 * (middle(i).advantage + side * 2.0 * middle(i).error));
     let points = ends((0..count).flat_map(bar).chain((0..count).map(best)));
     let across = [0.5, count.max(1) as f64 + 0.5];
     panel.axes([64.0, 14.0, 736.0, 266.0], &Axis::new("generation", across), &Axis::new("points", points));
@@ -69,11 +71,11 @@ fn progress(tuned: &Tuned) -> Panel {
         (0..count).for_each(|i| panel.circle("hollow", [i as f64 + 1.0, best(i)], 3.5));
     });
     panel.group("class=\"s0\"", |panel| {
-        panel.polyline("", (0..count).map(|i| [i as f64 + 1.0, 100.0 * mean(i).advantage]));
+        panel.polyline("", (0..count).map(|i| [i as f64 + 1.0, 100.0 * middle(i).advantage]));
         for i in 0..count {
-            let words = format!("generation {}: {:+.1} points", i + 1, 100.0 * mean(i).advantage);
+            let words = format!("generation {}: {:+.1} points", i + 1, 100.0 * middle(i).advantage);
             panel.error_bar("interval", i as f64 + 1.0, bar(i));
-            panel.told(&words, |panel| panel.circle("dot", [i as f64 + 1.0, 100.0 * mean(i).advantage], 4.0));
+            panel.told(&words, |panel| panel.circle("dot", [i as f64 + 1.0, 100.0 * middle(i).advantage], 4.0));
         }
     });
     panel
@@ -96,6 +98,14 @@ fn values(tuned: &Tuned, number: usize) -> Panel {
             shown(generation).into_iter().for_each(|at| panel.circle("dot", at, 3.0));
         });
     }
+    let (effect, start) = (&tuned.effects[number], tunable.share_of(tunable.now));
+    let fitted = (0..=CURVE).map(|i| {
+        let share = i as f64 / CURVE as f64;
+        let off = share - start;
+        let y = 100.0 * (effect.slope * off + effect.bend * off * off);
+        (points[0]..=points[1]).contains(&y).then(|| [tunable.at(share), y].into())
+    });
+    panel.group("class=\"s0\"", |panel| panel.curve("", fitted));
     let upright =
         |panel: &mut Panel, class: &str, value: f64| panel.line(class, [value, points[0]], [value, points[1]]);
     if (tunable.range[0]..=tunable.range[1]).contains(&tunable.now) {

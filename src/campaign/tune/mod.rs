@@ -27,6 +27,7 @@ use crate::robot::Factory;
 use crate::robot::urdf::Files;
 use draw::Sample;
 use race::{Drawn, Tally};
+use response::Effect;
 use search::{Arena, Generation, Search, least_episodes};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -116,9 +117,8 @@ pub struct Tuned {
     pub searched: u64,
     /// The proposed values, in the order of the tunable numbers.
     pub proposed: Vec<f64>,
-    /// By how much each of them alone is better than the present value, as a share of the trials, with the standard error:
-    /// from all candidates that were tried.
-    pub worth: Vec<[f64; 2]>,
+    /// What each number does, fitted to all candidates that were tried.
+    pub effects: Vec<Effect>,
     /// Name of the proposed controller.
     pub name: String,
     /// The verdict for each case; none if the proposed values are the present ones.
@@ -369,7 +369,7 @@ impl Tuning {
             sampled: sampled.iter().map(rate).collect(),
             generations,
             searched: spent,
-            worth: search.worth(&proposed),
+            effects: search.effects(&proposed),
             proposed,
             name: self.name(),
             verdicts: Vec::new(),

@@ -68,8 +68,6 @@ pub struct Raced {
     pub standings: Vec<Standing>,
     /// The candidates that are no guests, the best one first.
     pub order: Vec<usize>,
-    /// How far the candidates differ: the variance between their rates, in units of what chance alone would give.
-    pub signal: f64,
     pub episodes: u64,
 }
 
@@ -79,7 +77,7 @@ impl Race<'_> {
         let all = self.cases.iter().map(Vec::len).min().unwrap_or(0);
         let mut board = Board { cases: self.cases, tallies: vec![Vec::new(); self.cases.len()] };
         let mut active: Vec<usize> = (0..self.candidates).collect();
-        let (mut stopped, mut signal, mut episodes, mut from) = (Vec::new(), 0.0, 0, 0);
+        let (mut stopped, mut episodes, mut from) = (Vec::new(), 0, 0);
         for (look, share) in LOOKS.into_iter().enumerate() {
             let to = ((all as f64 * share).ceil() as usize).min(all);
             let jobs: Vec<(usize, usize)> =
@@ -96,9 +94,6 @@ impl Race<'_> {
             }
             episodes += (jobs.len() * active.len()) as u64;
             from = to;
-            if look == 0 {
-                signal = board.signal(self.guests..self.candidates);
-            }
             if look + 1 < LOOKS.len() {
                 stopped.splice(0..0, self.losers(&board, &mut active));
             }
@@ -107,7 +102,7 @@ impl Race<'_> {
         order.sort_by(|a, b| board.compare(*a, *b));
         order.extend(stopped);
         let standings = (0..self.candidates).map(|candidate| board.standing(candidate)).collect();
-        Ok(Raced { standings, order, signal, episodes })
+        Ok(Raced { standings, order, episodes })
     }
 
     /// Takes those out of `active` that have certainly lost against the leader; the best one first.
@@ -179,32 +174,6 @@ impl Board<'_> {
         let different = self.both(case, leader, candidate).filter(|(_, a, b)| a.won != b.won).count();
         different >= LEAST_DIFFERENT && best - own > CERTAIN * error
     }
-
-    /// The variance between the rates of some candidates, over that within a trial: about 1 if they are all alike. The mean
-    /// of all cases.
-    fn signal(&self, candidates: std::ops::Range<usize>) -> f64 {
-        let count = candidates.len() as f64;
-        let of_case = |case: usize| {
-            let rows = &self.tallies[case];
-            let won = |row: &Vec<Option<Tally>>, i: usize| f64::from(u8::from(row[i].is_some_and(|tally| tally.won)));
-            let trials = rows.len() as f64;
-            let rate = |i: usize| rows.iter().map(|row| won(row, i)).sum::<f64>() / trials;
-            let rates: Vec<f64> = candidates.clone().map(rate).collect();
-            let all = rates.iter().sum::<f64>() / count;
-            let between = trials * rates.iter().map(|rate| (rate - all).powi(2)).sum::<f64>() / (count - 1.0);
-            let within: f64 = rows
-                .iter()
-                .map(|row| {
-                    let mean = candidates.clone().map(|i| won(row, i)).sum::<f64>() / count;
-                    let off = |(i, rate): (usize, &f64)| (won(row, i) - rate - mean + all).powi(2);
-                    candidates.clone().zip(&rates).map(off).sum::<f64>()
-                })
-                .sum::<f64>()
-                / ((count - 1.0) * (trials - 1.0));
-            if within > 0.0 { between / within } else { 0.0 }
-        };
-        (0..self.cases.len()).map(of_case).sum::<f64>() / self.cases.len().max(1) as f64
-    }
 }
 
 #[cfg(test)]
@@ -243,7 +212,6 @@ mod tests {
         assert_eq!((raced.episodes, episodes.into_inner()), (170, 170));
         // By weight, even trials are a third: the incumbent wins these, so the others are what 3 wins more.
         assert!((raced.standings[3].advantage - 2.0 / 3.0).abs() < 1e-12 && raced.standings[1].advantage == 0.0);
-        assert!(raced.signal > 3.0, "{}", raced.signal);
     }
 
     #[test]

@@ -1,24 +1,36 @@
 //! What each number does to the success rate: a quadratic that is fitted to all candidates of a search.
 //!
 //! A generation is judged by so few trials that its ranks are mostly chance, but all generations together tell more. The
-//! advantage over the incumbent is taken as a sum over all numbers of `slope d + bend d^2`, with d the share of its range by
-//! which a number differs from the incumbent's. Slopes and bends are supposed to be normally distributed about zero, so the
-//! fit is a ridge regression (Hoerl and Kennard 1970), in which a candidate counts by the inverse square of its
-//! standard error.
+//! rate is taken as a sum over all numbers of `slope d + bend d^2`, with d the share of its range by which a number differs
+//! from the incumbent's, and of a constant for each generation, since some have harder trials. Slopes and bends are supposed
+//! to be normally distributed about zero, so the fit is a ridge regression (Hoerl and Kennard 1970), in which a candidate
+//! counts by the inverse square of its standard error.
 
 use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
 
 /// Standard deviations of slopes and bends before anything is known: the share of the trials that a whole range is worth.
-const SLOPE: f64 = 0.2;
-const BEND: f64 = 0.3;
+const SLOPE: f64 = 0.3;
+const BEND: f64 = 1.0;
 
 /// A candidate that was tried.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tried {
     /// Of each range.
     pub shares: Vec<f64>,
-    /// Its rate less the incumbent's, and the standard error of that.
-    pub advantage: f64,
+    /// Its rate in its generation, up to a constant, and the standard error of that.
+    pub rate: f64,
+    pub error: f64,
+}
+
+/// What a number does to the rate, as fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Effect {
+    /// By which share of the trials the rate grows along the whole range, and how that changes.
+    pub slope: f64,
+    pub bend: f64,
+    /// What its proposed value alone gains, as a share of the trials, and the standard error of that.
+    pub alone: f64,
     pub error: f64,
 }
 
@@ -34,63 +46,64 @@ pub struct Response {
 }
 
 impl Response {
-    /// Fits what was tried around an incumbent. It is None without any.
-    pub fn fit(start: &[f64], tried: &[Tried]) -> Option<Self> {
+    /// Fits what was tried around an incumbent, generation by generation. It is None without any.
+    pub fn fit(start: &[f64], generations: &[Vec<Tried>]) -> Option<Self> {
         let n = start.len();
-        let mut precision = DMatrix::zeros(2 * n, 2 * n);
+        let mut precision =
+            DMatrix::from_diagonal(&DVector::from_fn(2 * n, |i, _| if i < n { SLOPE } else { BEND }.powi(-2)));
         let mut sum = DVector::zeros(2 * n);
-        for i in 0..n {
-            (precision[(i, i)], precision[(n + i, n + i)]) = (SLOPE.powi(-2), BEND.powi(-2));
-        }
-        for one in tried {
-            let off = |i: usize| one.shares[i] - start[i];
-            let terms = DVector::from_fn(2 * n, |i, _| if i < n { off(i) } else { off(i - n).powi(2) });
-            let weight = one.error.powi(-2);
-            precision.ger(weight, &terms, &terms, 1.0);
-            sum.axpy(weight * one.advantage, &terms, 1.0);
+        for generation in generations {
+            let off = |one: &Tried, i: usize| one.shares[i] - start[i];
+            let terms =
+                |one: &Tried| DVector::from_fn(2 * n, |i, _| if i < n { off(one, i) } else { off(one, i - n).powi(2) });
+            let rows: Vec<_> = generation.iter().map(|one| (one.error.powi(-2), terms(one), one.rate)).collect();
+            // What all of a generation have in common is left out, and with it the constant.
+            let all: f64 = rows.iter().map(|(weight, ..)| weight).sum();
+            let common = rows.iter().fold(DVector::zeros(2 * n), |sum, (weight, terms, _)| sum + *weight / all * terms);
+            let common_rate: f64 = rows.iter().map(|(weight, _, rate)| weight / all * rate).sum();
+            for (weight, terms, rate) in &rows {
+                let own = terms - &common;
+                precision.ger(*weight, &own, &own, 1.0);
+                sum.axpy(weight * (rate - common_rate), &own, 1.0);
+            }
         }
         let covariance = precision.cholesky()?.inverse();
+        let tried: Vec<&Tried> = generations.iter().flatten().collect();
         let count = tried.len() as f64;
         let spread = |i: usize| {
             let mean = tried.iter().map(|one| one.shares[i]).sum::<f64>() / count;
             let variance = tried.iter().map(|one| (one.shares[i] - mean).powi(2)).sum::<f64>() / count;
             [mean, variance.sqrt()]
         };
-        let fitted = &covariance * sum;
-        (!tried.is_empty()).then(|| Self {
-            start: start.to_vec(),
-            fitted,
-            covariance,
-            tried: (0..n).map(spread).collect(),
-        })
+        let (fitted, tried) = (&covariance * sum, (0..n).map(spread).collect());
+        (count > 0.0).then(|| Self { start: start.to_vec(), fitted, covariance, tried })
     }
 
-    /// How much better the incumbent would be with one number at another share of its range, and the standard error of that.
-    pub fn worth(&self, number: usize, share: f64) -> [f64; 2] {
-        let (n, off) = (self.start.len(), share - self.start[number]);
-        let at = [number, n + number];
+    /// What a number does, and what the incumbent gains with it alone at another share of its range.
+    pub fn effect(&self, number: usize, share: f64) -> Effect {
+        let (at, off) = ([number, self.start.len() + number], share - self.start[number]);
         let terms = [off, off * off];
-        let value = at.iter().zip(terms).map(|(i, term)| self.fitted[*i] * term).sum();
         let of_pair = |(i, j): (usize, usize)| terms[i] * terms[j] * self.covariance[(at[i], at[j])];
         let variance: f64 = [(0, 0), (0, 1), (1, 0), (1, 1)].map(of_pair).iter().sum();
-        [value, variance.max(0.0).sqrt()]
+        let [slope, bend] = at.map(|i| self.fitted[i]);
+        Effect { slope, bend, alone: slope * off + bend * off * off, error: variance.max(0.0).sqrt() }
     }
 
-    /// By how much the mean of samples with this spread of each number is worse than the sample in their middle.
-    pub fn loss(&self, spread: &[f64]) -> f64 {
-        let bends = self.fitted.iter().skip(self.start.len());
-        -bends.zip(spread).map(|(bend, spread)| bend * spread * spread).sum::<f64>()
+    /// By how much samples with this spread in every number are worse on average than the one in their middle.
+    pub fn loss(&self, spread: f64) -> f64 {
+        -self.fitted.rows(self.start.len(), self.start.len()).sum() * spread * spread
     }
 
     /// The shares at which it is greatest, each within a standard deviation of where it was tried.
     pub fn best(&self) -> Vec<f64> {
         let best = |i: usize| {
             let [mean, deviation] = self.tried[i];
-            let (slope, bend) = (self.fitted[i], self.fitted[self.start.len() + i]);
+            let Effect { slope, bend, .. } = self.effect(i, mean);
             let [from, to] = [mean - deviation, mean + deviation].map(|share| share.clamp(0.0, 1.0));
             let top = (bend < 0.0).then(|| (self.start[i] - 0.5 * slope / bend).clamp(from, to));
             let choices = [from, to].into_iter().chain(top);
-            choices.max_by(|a, b| self.worth(i, *a)[0].total_cmp(&self.worth(i, *b)[0])).unwrap_or(mean)
+            let alone = |share: &f64| self.effect(i, *share).alone;
+            choices.max_by(|a, b| alone(a).total_cmp(&alone(b))).unwrap_or(mean)
         };
         (0..self.start.len()).map(best).collect()
     }
@@ -109,17 +122,19 @@ mod tests {
         let one = |i: u64| {
             let [shares, noise] = [0, 1].map(|what| normals(3, what, i, 3));
             let shares: Vec<f64> = shares.iter().zip(start).map(|(z, x)| x + 0.2 * z).collect();
-            Tried { advantage: truth(&shares) - truth(&start) + 0.05 * noise[0], shares, error: 0.05 }
+            // Some generations have harder trials.
+            let harder = 0.2 * (i / 10 % 3) as f64;
+            Tried { rate: truth(&shares) - harder + 0.05 * noise[0], shares, error: 0.05 }
         };
-        let tried: Vec<Tried> = (0..150).map(one).collect();
+        let tried: Vec<Vec<Tried>> = (0..15).map(|g| (10 * g..10 * g + 10).map(one).collect()).collect();
         let response = Response::fit(&start, &tried).unwrap();
-        let near = |[value, error]: [f64; 2], truth: f64| (value - truth).abs() < 3.0 * error && error < 0.02;
-        assert!(near(response.worth(0, 0.6), 0.08), "{:?}", response.worth(0, 0.6));
-        assert!(near(response.worth(1, 0.3), 0.04), "{:?}", response.worth(1, 0.3));
-        assert!(near(response.worth(2, 0.7), 0.0), "{:?}", response.worth(2, 0.7));
+        for (number, share, alone) in [(0, 0.6, 0.08), (1, 0.3, 0.04), (2, 0.7, 0.0)] {
+            let effect = response.effect(number, share);
+            assert!((effect.alone - alone).abs() < 3.0 * effect.error && effect.error < 0.02, "{effect:?}");
+        }
         let best = response.best();
         assert!(best[0] > 0.55 && best[1] < 0.35, "{best:?}");
-        let loss = response.loss(&[0.2, 0.0, 0.0]);
+        let loss = response.loss(0.2);
         assert!((loss - 0.04).abs() < 0.01, "{loss}");
         assert!(Response::fit(&start, &[]).is_none());
     }

@@ -1,19 +1,17 @@
-//! The search, whatever candidates are and wherever they compete: generations of candidates around a mean that moves to
-//! where the better ones are ([`Cma`]), each a [race](super::race) on fresh trials.
+//! The search, whatever candidates are and wherever they compete: generations of candidates around a middle, each a
+//! [race](super::race) on fresh trials.
 //!
-//! Outcomes are random, so ranks may be wrong. Where the candidates of a generation differ no more than by chance, the next
-//! one gets more trials, and fewer where they differ clearly. All generations together tell what a single one does not: a
-//! quadratic is fitted to everything that was tried ([`Response`]). It sets how far the samples spread, which are to be a little
-//! worse than their mean: if they are nearer they teach nothing, and if they are farther away they only fall. What the search
-//! proposes is halfway between the best of that quadratic and the average of the last means, since both are less at the
-//! mercy of chance than any candidate. The incumbent and the mean run in every generation, so how much the mean is better is
-//! told by trials that did not choose it.
+//! Outcomes are random, and a generation has too few trials to rank its candidates. So nothing is concluded from one alone: after
+//! each, a quadratic is fitted to everything that was tried so far ([`Response`]). Its best is the next middle (the response
+//! surfaces of Box and Wilson 1951), and it sets how far candidates spread: so that they are a little worse than their
+//! middle, since nearer ones teach nothing and farther ones only fall. What the search proposes is the average of its last
+//! middles. The incumbent and the middle run in every generation, so how much the middle is better is told by trials that did
+//! not choose it.
 
 use super::race::{Drawn, Race, Standing, Tally};
-use super::response::{Response, Tried};
+use super::response::{Effect, Response, Tried};
 use super::team::Team;
 use crate::campaign::ask::trial;
-use crate::campaign::cma::Cma;
 use crate::contest::tunable::Tunable;
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -33,27 +31,29 @@ pub trait Arena: Sync {
     fn judge(&self, case: usize, trial: u64, entrants: &[&Self::Entrant]) -> Vec<Tally>;
 }
 
-/// How far samples are from the first mean, as a share of the ranges: the root of the sum over all numbers.
+/// How far samples are from the first middle, as a share of the ranges: the root of the sum over all numbers.
 const DISTANCE: f64 = 0.4;
-/// By how much samples are to be worse than their mean, as a share of the trials; how fast their spread follows that; and the
+/// By how much samples are to be worse than their middle, as a share of the trials; how fast their spread follows that; and the
 /// widest spread, as a share of a range.
 const LOSS: f64 = 0.06;
 const NARROWER: f64 = 0.6;
 const WIDER: f64 = 1.25;
 const WIDEST: f64 = 0.3;
-/// Trials of a generation: at first, at least and at most.
-const TRIALS: [usize; 3] = [48, 32, 256];
-/// By what factor they change, and the [signals](super::race::Raced::signal) below and above which they do.
-const MORE: f64 = 1.25;
-const SIGNAL: [f64; 2] = [1.25, 3.0];
-/// The candidates that are no samples: the incumbent and the mean.
+/// What a footstep more in each trial costs, and as much torque more as a joint has, as a share of the trials: little, so that it
+/// counts where rates hardly differ.
+const EFFORT: f64 = 0.01;
+/// Least variance of a trial's outcome that is supposed: that nothing differed is no proof that nothing does.
+const LEAST_VARIANCE: f64 = 0.01;
+/// Trials of a generation.
+const TRIALS: usize = 32;
+/// The candidates that are no samples: the incumbent and the middle.
 const GUESTS: usize = 2;
 /// How often a sample is drawn again that can be no candidate.
 const ATTEMPTS: u64 = 100;
-/// The share of the generations whose means are averaged in the end.
+/// The share of the generations whose middles are averaged in the end.
 const LAST: f64 = 1.0 / 3.0;
 /// Fewest generations of which anything is to be expected.
-const LEAST_GENERATIONS: u64 = 6;
+const LEAST_GENERATIONS: u64 = 8;
 
 /// A generation, as it is written down.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -61,11 +61,10 @@ pub struct Generation {
     pub number: u64,
     /// Trials of each case.
     pub trials: usize,
-    /// The incumbent, the mean, and the samples.
+    /// The incumbent, the middle, and the samples.
     pub candidates: Vec<Candidate>,
     /// The numbers of the samples, the best one first.
     pub order: Vec<usize>,
-    pub signal: f64,
     pub episodes: u64,
 }
 
@@ -78,9 +77,19 @@ pub struct Candidate {
     pub standing: Standing,
 }
 
+/// Samples of a generation, of so many numbers: as many as are usual for CMA-ES.
+fn samples_of(tunables: usize) -> usize {
+    4 + (3.0 * (tunables as f64).ln()) as usize
+}
+
+/// Most episodes of a generation.
+fn episodes_of(tunables: usize, cases: usize) -> u64 {
+    ((samples_of(tunables) + GUESTS) * TRIALS * cases) as u64
+}
+
 /// Fewest episodes of a search of which anything is to be expected.
 pub fn least_episodes(tunables: usize, cases: usize) -> u64 {
-    LEAST_GENERATIONS * ((Cma::samples_of(tunables) + GUESTS) * TRIALS[0] * cases) as u64
+    LEAST_GENERATIONS * episodes_of(tunables, cases)
 }
 
 /// A search on its way.
@@ -90,31 +99,29 @@ pub struct Search<'a, A: Arena> {
     seed: u64,
     cases: usize,
     start: Vec<f64>,
-    cma: Cma,
-    means: Vec<Vec<f64>>,
-    tried: Vec<Tried>,
+    /// The middles of all generations and of the next one, and the spread of that, as shares of the ranges.
+    middles: Vec<Vec<f64>>,
+    spread: f64,
+    tried: Vec<Vec<Tried>>,
     response: Option<Response>,
-    trials: usize,
 }
 
 impl<'a, A: Arena> Search<'a, A> {
     pub fn new(arena: &'a A, tunables: &'a [Tunable], seed: u64, cases: usize) -> Self {
         let start: Vec<f64> = tunables.iter().map(|tunable| tunable.share_of(tunable.now)).collect();
-        let count = tunables.len();
-        let first_step = (DISTANCE / (count as f64).sqrt()).min(WIDEST);
-        let cma = Cma::new(&start, first_step, Cma::samples_of(count));
-        let (means, tried, response, trials) = (Vec::new(), Vec::new(), None, TRIALS[0]);
-        Self { arena, tunables, seed, cases, start, cma, means, tried, response, trials }
+        let spread = (DISTANCE / (tunables.len() as f64).sqrt()).min(WIDEST);
+        let (middles, tried, response) = (vec![start.clone()], Vec::new(), None);
+        Self { arena, tunables, seed, cases, start, middles, spread, tried, response }
     }
 
     /// Most episodes of the next generation.
     pub fn next_episodes(&self) -> u64 {
-        ((Cma::samples_of(self.tunables.len()) + GUESTS) * self.trials * self.cases) as u64
+        episodes_of(self.tunables.len(), self.cases)
     }
 
-    /// The spread of the samples, as a share of the ranges on average.
+    /// The spread of the next samples, as a share of the ranges.
     pub fn spread(&self) -> f64 {
-        self.cma.spread().iter().sum::<f64>() / self.tunables.len() as f64
+        self.spread
     }
 
     fn values(&self, shares: &[f64]) -> Vec<f64> {
@@ -127,18 +134,18 @@ impl<'a, A: Arena> Search<'a, A> {
 
     /// Runs the next generation. Fails as [`Team::gather`] does, or if no sample can be a candidate.
     pub fn generation(&mut self, team: Team) -> Result<Generation> {
-        let number = self.means.len() as u64 + 1;
+        let number = self.middles.len() as u64;
         let now: Vec<f64> = self.tunables.iter().map(|tunable| tunable.now).collect();
-        let mean = self.values(self.cma.mean());
+        let middle = self.values(&self.middles[self.middles.len() - 1]);
         let incumbent = (now.clone(), self.arena.enter(&now)?);
-        let mean = match self.arena.enter(&mean) {
-            Ok(entrant) => (mean, entrant),
+        let middle = match self.arena.enter(&middle) {
+            Ok(entrant) => (middle, entrant),
             Err(_) => (now.clone(), self.arena.enter(&now)?),
         };
-        let samples = (0..Cma::samples_of(self.tunables.len()) as u64).map(|slot| self.sample(number, slot));
+        let samples = (0..samples_of(self.tunables.len()) as u64).map(|slot| self.sample(number, slot));
         let samples = samples.collect::<Result<Vec<_>>>()?;
-        let (values, entrants): (Vec<_>, Vec<_>) = [incumbent, mean].into_iter().chain(samples).unzip();
-        let cases = self.arena.draw(number, self.trials);
+        let (values, entrants): (Vec<_>, Vec<_>) = [incumbent, middle].into_iter().chain(samples).unzip();
+        let cases = self.arena.draw(number, TRIALS);
         let judge = |case: usize, trial: u64, active: &[usize]| {
             let entrants: Vec<&A::Entrant> = active.iter().map(|&i| &entrants[i]).collect();
             self.arena.judge(case, trial, &entrants)
@@ -149,10 +156,9 @@ impl<'a, A: Arena> Search<'a, A> {
         let candidates = values.into_iter().zip(raced.standings);
         let generation = Generation {
             number,
-            trials: self.trials,
+            trials: TRIALS,
             candidates: candidates.map(|(values, standing)| Candidate { values, standing }).collect(),
             order: raced.order,
-            signal: raced.signal,
             episodes: raced.episodes,
         };
         self.follow(&generation);
@@ -164,7 +170,8 @@ impl<'a, A: Arena> Search<'a, A> {
         let mut refused = None;
         for attempt in 0..ATTEMPTS {
             let normal = trial::normals(self.seed, generation, slot * ATTEMPTS + attempt, self.tunables.len());
-            let shares: Vec<f64> = self.cma.sample(&normal).into_iter().map(mirrored).collect();
+            let middle = &self.middles[self.middles.len() - 1];
+            let shares: Vec<f64> = middle.iter().zip(&normal).map(|(x, z)| mirrored(x + self.spread * z)).collect();
             let values = self.values(&shares);
             match self.arena.enter(&values) {
                 Ok(entrant) => return Ok((values, entrant)),
@@ -177,54 +184,42 @@ impl<'a, A: Arena> Search<'a, A> {
 
     /// Moves on after a generation, which was run now or earlier.
     pub fn follow(&mut self, generation: &Generation) {
-        let shares = |candidate: &Candidate| self.shares(&candidate.values);
-        let ranked: Vec<Vec<f64>> = generation.order.iter().map(|i| shares(&generation.candidates[*i])).collect();
-        let tried = generation.candidates.iter().skip(1).map(|candidate| {
-            let Standing { advantage, error, trials, .. } = candidate.standing;
-            // That nothing differed in so many trials is no proof that nothing does.
-            Tried { shares: shares(candidate), advantage, error: error.max(1.0 / trials as f64) }
+        let incumbent = &generation.candidates[0].standing;
+        // One error of a trial for all: their own ones are small by chance where little differed by chance. Half of the variance
+        // of a difference is the incumbent's.
+        let others = || generation.candidates[1..].iter().map(|candidate| &candidate.standing);
+        let variance =
+            others().map(|one| 0.5 * one.error.powi(2) * one.trials as f64).sum::<f64>() / others().count() as f64;
+        let tried = generation.candidates.iter().map(|candidate| {
+            let standing = &candidate.standing;
+            let effort = standing.footsteps - incumbent.footsteps + standing.torque - incumbent.torque;
+            let error = (variance.max(LEAST_VARIANCE) / standing.trials as f64).sqrt();
+            Tried { shares: self.shares(&candidate.values), rate: standing.advantage - EFFORT * effort, error }
         });
-        self.tried.extend(tried.collect::<Vec<_>>());
-        let step = self.cma.step();
-        self.cma.tell(&ranked.iter().map(Vec::as_slice).collect::<Vec<_>>());
-        self.means.push(self.cma.mean().to_vec());
-        self.cma.set_step(step);
+        self.tried.push(tried.collect());
         self.response = Response::fit(&self.start, &self.tried);
-        let loss = self.response.as_ref().map_or(LOSS, |response| response.loss(&self.cma.spread()));
-        let factor = (LOSS / loss.max(f64::MIN_POSITIVE)).sqrt().clamp(NARROWER, WIDER);
-        self.cma.set_step((step * factor).min(WIDEST));
-        let [_, least, most] = TRIALS;
-        let trials = match generation.signal {
-            signal if signal < SIGNAL[0] => (self.trials as f64 * MORE) as usize,
-            signal if signal > SIGNAL[1] => (self.trials as f64 / MORE) as usize,
-            _ => self.trials,
-        };
-        self.trials = trials.clamp(least, most);
+        let Some(response) = &self.response else { return };
+        self.middles.push(response.best());
+        let factor = (LOSS / response.loss(self.spread).max(f64::MIN_POSITIVE)).sqrt();
+        self.spread = (self.spread * factor.clamp(NARROWER, WIDER)).min(WIDEST);
     }
 
-    /// What the search proposes: halfway between the average of the last means and the best of what is fitted or, if that can
-    /// be no candidate, that average, or the last mean that can; without one the present values.
+    /// What the search proposes: the average of the last middles or, if that can be no candidate, the last middle that can. The
+    /// first one is the incumbent.
     pub fn proposed(&self) -> Vec<f64> {
-        let count = ((self.means.len() as f64 * LAST).ceil() as usize).max(1);
-        let last = &self.means[self.means.len().saturating_sub(count)..];
-        let sum = |i: usize| last.iter().map(|mean| mean[i]).sum::<f64>();
-        let average = (!last.is_empty())
-            .then(|| (0..self.tunables.len()).map(|i| sum(i) / last.len() as f64).collect::<Vec<f64>>());
-        let halfway = average.iter().zip(&self.response).map(|(average, response)| {
-            average.iter().zip(response.best()).map(|(a, b)| 0.5 * (a + b)).collect::<Vec<f64>>()
-        });
-        let choices = halfway.chain(average.clone()).chain(self.means.iter().rev().cloned());
-        let mut values = choices.map(|shares| self.values(&shares));
+        let count = (((self.middles.len() - 1) as f64 * LAST).ceil() as usize).max(1);
+        let last = &self.middles[self.middles.len() - count..];
+        let sum = |i: usize| last.iter().map(|middle| middle[i]).sum::<f64>();
+        let average: Vec<f64> = (0..self.tunables.len()).map(|i| sum(i) / count as f64).collect();
+        let mut values = std::iter::once(&average).chain(self.middles.iter().rev()).map(|shares| self.values(shares));
         let now = || self.tunables.iter().map(|tunable| tunable.now).collect();
         values.find(|values| self.arena.enter(values).is_ok()).unwrap_or_else(now)
     }
 
-    /// By how much each of these values alone is better than the present one, with the standard error.
-    pub fn worth(&self, values: &[f64]) -> Vec<[f64; 2]> {
-        let response = Response::fit(&self.start, &self.tried);
-        let worth =
-            |(i, share): (usize, &f64)| response.as_ref().map_or([0.0; 2], |response| response.worth(i, *share));
-        self.shares(values).iter().enumerate().map(worth).collect()
+    /// What each number does, and what these values gain.
+    pub fn effects(&self, values: &[f64]) -> Vec<Effect> {
+        let effect = |(i, share): (usize, &f64)| self.response.as_ref().map(|response| response.effect(i, *share));
+        self.shares(values).iter().enumerate().map(|number| effect(number).unwrap_or_default()).collect()
     }
 }
 
@@ -316,7 +311,7 @@ mod tests {
             let landscape = Landscape { seed: 2 * seed, chance: hill };
             let (proposed, counts) = sealed(&landscape, &tunables(0.4), 12_000, 1000);
             assert!(counts.difference() > 0.1 && counts.mcnemar_p() < 1e-6, "{proposed:?}: {counts:?}");
-            assert!(hill(&proposed) > 0.57, "{proposed:?}");
+            assert!(hill(&proposed) > 0.58, "{proposed:?}");
         }
     }
 

@@ -15,16 +15,16 @@ pub fn cases(cases: &[CaseId]) -> String {
     cases.iter().map(case).collect::<Vec<_>>().join(", ")
 }
 
-/// A line on a generation: how much better than the incumbent the mean was on trials that did not choose it.
+/// A line on a generation: how much better than the incumbent its middle was on trials that did not choose it.
 pub fn generation(generation: &Generation, spread: f64, spent: u64) -> String {
-    let (mean, best) = (&generation.candidates[1].standing, &generation.candidates[generation.order[0]].standing);
+    let (middle, best) = (&generation.candidates[1].standing, &generation.candidates[generation.order[0]].standing);
     let points = |share: f64| signed(100.0 * share, 1);
     format!(
-        "generation {:3}: {:3} trials, mean {:>5} points (+-{:.1}), best {:>5}, spread {:4.1} %, {spent} episodes",
+        "generation {:3}: {:3} trials, middle {:>5} points (+-{:.1}), best {:>5}, spread {:4.1} %, {spent} episodes",
         generation.number,
         generation.trials,
-        points(mean.advantage),
-        200.0 * mean.error,
+        points(middle.advantage),
+        200.0 * middle.error,
         points(best.advantage),
         100.0 * spread,
     )
@@ -40,7 +40,7 @@ fn table(task: &Task, tuned: Option<&Tuned>) -> String {
     let head = tuned.map_or("", |_| "   proposed   alone, points");
     let mut text = format!("  {:width$}        now{head}   range\n", "key");
     for (i, tunable) in task.tunables.iter().enumerate() {
-        let found = tuned.map_or(String::new(), |tuned| format!(" {:10}   {:>13}", tuned.proposed[i], worth(tuned, i)));
+        let found = tuned.map_or(String::new(), |tuned| format!(" {:10}   {:>13}", tuned.proposed[i], alone(tuned, i)));
         let [from, to] = tunable.range;
         text += &format!("  {:width$} {:10}{found}   {from} to {to}\n", tunable.key, tunable.now);
     }
@@ -48,9 +48,9 @@ fn table(task: &Task, tuned: Option<&Tuned>) -> String {
 }
 
 /// By how many points the proposed value of a number alone is better, with two standard errors.
-pub fn worth(tuned: &Tuned, number: usize) -> String {
-    let [value, error] = tuned.worth[number];
-    format!("{} +-{:.1}", signed(100.0 * value, 1), 200.0 * error)
+pub fn alone(tuned: &Tuned, number: usize) -> String {
+    let effect = &tuned.effects[number];
+    format!("{} +-{:.1}", signed(100.0 * effect.alone, 1), 200.0 * effect.error)
 }
 
 /// The result.
