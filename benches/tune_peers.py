@@ -108,7 +108,7 @@ def rates(paths, seed, count, out):
 
 now = [share(number) for number in numbers]
 # The first spread of tune's samples.
-spread = min(0.7 / math.sqrt(len(now)), 0.3)
+spread = min(0.4 / math.sqrt(len(now)), 0.3)
 
 
 def by_cma(count=48):

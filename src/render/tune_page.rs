@@ -103,7 +103,7 @@ fn values(tuned: &Tuned, number: usize) -> Panel {
         let share = i as f64 / CURVE as f64;
         let off = share - start;
         let y = 100.0 * (effect.slope * off + effect.bend * off * off);
-        (points[0]..=points[1]).contains(&y).then(|| [tunable.at(share), y].into())
+        (points[0]..=points[1]).contains(&y).then(|| [tunable.at(share), y])
     });
     panel.group("class=\"s0\"", |panel| panel.curve("", fitted));
     let upright =

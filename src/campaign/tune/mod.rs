@@ -341,9 +341,9 @@ impl Tuning {
         let samples = self.plans.iter().zip(&sampled).map(|(plan, won)| Sample::new(&plan.manifest.campaign, won));
         let arena = Robots { tuning: self, samples: samples.collect(), on_episode: watch.on_episode };
         let Task { tunables, episodes, search_seed, .. } = &self.task;
-        let mut search = Search::new(&arena, tunables, *search_seed, self.plans.len());
         let mut spent = SAMPLE * self.plans.len() as u64;
         let most = episodes - self.final_episodes();
+        let mut search = Search::new(&arena, tunables, *search_seed, self.plans.len(), most - spent);
         let mut generations: Vec<Generation> = Vec::new();
         while spent + search.next_episodes() <= most {
             let path = self.generation_file(generations.len() + 1);

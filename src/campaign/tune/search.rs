@@ -44,16 +44,17 @@ const WIDEST: f64 = 0.3;
 const EFFORT: f64 = 0.01;
 /// Least variance of a trial's outcome that is supposed: that nothing differed is no proof that nothing does.
 const LEAST_VARIANCE: f64 = 0.01;
-/// Trials of a generation.
-const TRIALS: usize = 32;
+/// Fewest and most trials of a generation. If there are more, more machines can share them.
+const TRIALS: [usize; 2] = [32, 256];
+/// As many generations as there are to be with more than the fewest trials, and fewest of which anything is to be expected.
+const GENERATIONS: usize = 16;
+const LEAST_GENERATIONS: usize = 8;
 /// The candidates that are no samples: the incumbent and the middle.
 const GUESTS: usize = 2;
 /// How often a sample is drawn again that can be no candidate.
 const ATTEMPTS: u64 = 100;
 /// The share of the generations whose middles are averaged in the end.
 const LAST: f64 = 1.0 / 3.0;
-/// Fewest generations of which anything is to be expected.
-const LEAST_GENERATIONS: u64 = 8;
 
 /// A generation, as it is written down.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -82,14 +83,14 @@ fn samples_of(tunables: usize) -> usize {
     4 + (3.0 * (tunables as f64).ln()) as usize
 }
 
-/// Most episodes of a generation.
-fn episodes_of(tunables: usize, cases: usize) -> u64 {
-    ((samples_of(tunables) + GUESTS) * TRIALS * cases) as u64
+/// Most episodes of a generation for each of its trials.
+fn episodes_a_trial(tunables: usize, cases: usize) -> usize {
+    (samples_of(tunables) + GUESTS) * cases
 }
 
 /// Fewest episodes of a search of which anything is to be expected.
 pub fn least_episodes(tunables: usize, cases: usize) -> u64 {
-    LEAST_GENERATIONS * episodes_of(tunables, cases)
+    (LEAST_GENERATIONS * TRIALS[0] * episodes_a_trial(tunables, cases)) as u64
 }
 
 /// A search on its way.
@@ -98,6 +99,8 @@ pub struct Search<'a, A: Arena> {
     tunables: &'a [Tunable],
     seed: u64,
     cases: usize,
+    /// Trials of a generation.
+    trials: usize,
     start: Vec<f64>,
     /// The middles of all generations and of the next one, and the spread of that, as shares of the ranges.
     middles: Vec<Vec<f64>>,
@@ -107,16 +110,19 @@ pub struct Search<'a, A: Arena> {
 }
 
 impl<'a, A: Arena> Search<'a, A> {
-    pub fn new(arena: &'a A, tunables: &'a [Tunable], seed: u64, cases: usize) -> Self {
+    /// A search on trials of so many cases, with so many episodes.
+    pub fn new(arena: &'a A, tunables: &'a [Tunable], seed: u64, cases: usize, episodes: u64) -> Self {
+        let trials = episodes as usize / (GENERATIONS * episodes_a_trial(tunables.len(), cases));
+        let trials = trials.clamp(TRIALS[0], TRIALS[1]);
         let start: Vec<f64> = tunables.iter().map(|tunable| tunable.share_of(tunable.now)).collect();
         let spread = (DISTANCE / (tunables.len() as f64).sqrt()).min(WIDEST);
         let (middles, tried, response) = (vec![start.clone()], Vec::new(), None);
-        Self { arena, tunables, seed, cases, start, middles, spread, tried, response }
+        Self { arena, tunables, seed, cases, trials, start, middles, spread, tried, response }
     }
 
     /// Most episodes of the next generation.
     pub fn next_episodes(&self) -> u64 {
-        episodes_of(self.tunables.len(), self.cases)
+        (self.trials * episodes_a_trial(self.tunables.len(), self.cases)) as u64
     }
 
     /// The spread of the next samples, as a share of the ranges.
@@ -145,7 +151,7 @@ impl<'a, A: Arena> Search<'a, A> {
         let samples = (0..samples_of(self.tunables.len()) as u64).map(|slot| self.sample(number, slot));
         let samples = samples.collect::<Result<Vec<_>>>()?;
         let (values, entrants): (Vec<_>, Vec<_>) = [incumbent, middle].into_iter().chain(samples).unzip();
-        let cases = self.arena.draw(number, TRIALS);
+        let cases = self.arena.draw(number, self.trials);
         let judge = |case: usize, trial: u64, active: &[usize]| {
             let entrants: Vec<&A::Entrant> = active.iter().map(|&i| &entrants[i]).collect();
             self.arena.judge(case, trial, &entrants)
@@ -156,7 +162,7 @@ impl<'a, A: Arena> Search<'a, A> {
         let candidates = values.into_iter().zip(raced.standings);
         let generation = Generation {
             number,
-            trials: TRIALS,
+            trials: self.trials,
             candidates: candidates.map(|(values, standing)| Candidate { values, standing }).collect(),
             order: raced.order,
             episodes: raced.episodes,
@@ -280,7 +286,7 @@ mod tests {
 
     /// Searches with a budget, and judges what is proposed by sealed trials.
     fn sealed(landscape: &Landscape, tunables: &[Tunable], episodes: u64, trials: u64) -> (Vec<f64>, PairedCounts) {
-        let mut search = Search::new(landscape, tunables, landscape.seed, 1);
+        let mut search = Search::new(landscape, tunables, landscape.seed, 1, episodes);
         let mut spent = 0;
         while spent + search.next_episodes() <= episodes {
             spent += search.generation(alone()).unwrap().episodes;
@@ -320,9 +326,9 @@ mod tests {
     fn a_search_goes_on_where_it_stopped() {
         let landscape = Landscape { seed: 6, chance: |values| 0.4 + 0.2 * values[0] };
         let tunables = tunables(0.5);
-        let mut whole = Search::new(&landscape, &tunables, 6, 1);
+        let mut whole = Search::new(&landscape, &tunables, 6, 1, 4000);
         let generations: Vec<Generation> = (0..4).map(|_| whole.generation(alone()).unwrap()).collect();
-        let mut again = Search::new(&landscape, &tunables, 6, 1);
+        let mut again = Search::new(&landscape, &tunables, 6, 1, 4000);
         let written = serde_json::to_string(&generations[..2]).unwrap();
         let read: Vec<Generation> = serde_json::from_str(&written).unwrap();
         read.iter().for_each(|generation| again.follow(generation));
@@ -333,7 +339,7 @@ mod tests {
     fn samples_stay_within_their_ranges() {
         assert_eq!([-0.25, 1.25, 2.5, 0.5].map(mirrored), [0.25, 0.75, 0.5, 0.5]);
         let (landscape, tunables) = (Landscape { seed: 2, chance: |_| 0.5 }, tunables(1.0));
-        let generation = Search::new(&landscape, &tunables, 2, 1).generation(alone()).unwrap();
+        let generation = Search::new(&landscape, &tunables, 2, 1, 4000).generation(alone()).unwrap();
         let is_within = |candidate: &Candidate| candidate.values.iter().all(|value| (0.0..=1.0).contains(value));
         assert!(generation.candidates.iter().all(is_within), "{generation:?}");
     }
