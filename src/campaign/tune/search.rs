@@ -47,7 +47,7 @@ const LEAST_VARIANCE: f64 = 0.01;
 /// Fewest and most trials of a generation. If there are more, more machines can share them.
 const TRIALS: [usize; 2] = [32, 256];
 /// As many generations as there are to be with more than the fewest trials, and fewest of which anything is to be expected.
-const GENERATIONS: usize = 16;
+const GENERATIONS: usize = 40;
 const LEAST_GENERATIONS: usize = 8;
 /// The candidates that are no samples: the incumbent and the middle.
 const GUESTS: usize = 2;
