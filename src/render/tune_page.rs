@@ -99,11 +99,14 @@ fn values(tuned: &Tuned, number: usize) -> Panel {
         });
     }
     let (effect, start) = (&tuned.effects[number], tunable.share_of(tunable.now));
+    let tried = tuned.generations.iter().flat_map(|generation| &generation.candidates).map(|one| one.values[number]);
+    let [least, most] = tried.fold([tunable.now; 2], |[least, most], value| [least.min(value), most.max(value)]);
     let fitted = (0..=CURVE).map(|i| {
-        let share = i as f64 / CURVE as f64;
+        let (share, value) = (i as f64 / CURVE as f64, tunable.at(i as f64 / CURVE as f64));
         let off = share - start;
         let y = 100.0 * (effect.slope * off + effect.bend * off * off);
-        (points[0]..=points[1]).contains(&y).then(|| [tunable.at(share), y])
+        let is_known = (least..=most).contains(&value) && (points[0]..=points[1]).contains(&y);
+        is_known.then_some([value, y])
     });
     panel.group("class=\"s0\"", |panel| panel.curve("", fitted));
     let upright =
