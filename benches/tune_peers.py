@@ -124,16 +124,22 @@ def by_cma(count=48):
     return search.result.xfavorite
 
 
-def at_random(count=48, rounds=6):
+def at_random(count=48):
     """Candidates around the present values; the better half goes on with twice the trials, until one is left."""
+
+    def cost(candidates):
+        return 0 if candidates < 2 else candidates * count + 2 * cost(candidates // 2)
+
     draw = random.Random(1)
-    left = [[one + draw.gauss(0, spread) for one in now] for _ in range(episodes // (rounds * count))]
-    for k in range(rounds):
-        if len(left) > 1:
-            paths = [write(sample, f"r{i}") for i, sample in enumerate(left)]
-            found = rates(paths, 5000 + k, count * 2**k, f"random-{k}")
-            order = sorted(range(len(left)), key=lambda i: -found[i])
-            left = [left[i] for i in order[: max(1, len(left) // 2)]]
+    candidates = max(n for n in range(2, episodes // count + 1) if cost(n) <= episodes)
+    left = [[one + draw.gauss(0, spread) for one in now] for _ in range(candidates)]
+    k = 0
+    while len(left) > 1:
+        paths = [write(sample, f"r{i}") for i, sample in enumerate(left)]
+        found = rates(paths, 5000 + k, count * 2**k, f"random-{k}")
+        order = sorted(range(len(left)), key=lambda i: -found[i])
+        left = [left[i] for i in order[: len(left) // 2]]
+        k += 1
     return left[0]
 
 
