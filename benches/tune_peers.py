@@ -148,8 +148,8 @@ for name, search in {"pycma": by_cma, "random": at_random}.items():
     before_s = children_s()
     searches[name] = write(search(), name)
     used_s[name] = children_s() - before_s
-trials, before = tuned["verdicts"][0]["trials"], tuned["verdicts"][0]["recovered"][0]
-before = 100 * before / tuned["verdicts"][0]["trials"]
+trials = tuned["verdicts"][0]["trials"]
+before = 100 * tuned["verdicts"][0]["recovered"][0] / trials
 print(f"{tuned['controller']}: {before:.1f} % of {trials} trials; after {episodes} episodes each:")
 for name, rate in zip(searches, rates(searches.values(), tuned["final_seed"], trials, "judged")):
     gained = 100 * rate - before

@@ -102,9 +102,8 @@ fn values(tuned: &Tuned, number: usize) -> Panel {
     let tried = tuned.generations.iter().flat_map(|generation| &generation.candidates).map(|one| one.values[number]);
     let [least, most] = tried.fold([tunable.now; 2], |[least, most], value| [least.min(value), most.max(value)]);
     let fitted = (0..=CURVE).map(|i| {
-        let (share, value) = (i as f64 / CURVE as f64, tunable.at(i as f64 / CURVE as f64));
-        let off = share - start;
-        let y = 100.0 * (effect.slope * off + effect.bend * off * off);
+        let share = i as f64 / CURVE as f64;
+        let (value, y) = (tunable.at(share), 100.0 * effect.gain(share - start));
         let is_known = (least..=most).contains(&value) && (points[0]..=points[1]).contains(&y);
         is_known.then_some([value, y])
     });

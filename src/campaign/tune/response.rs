@@ -34,6 +34,13 @@ pub struct Effect {
     pub error: f64,
 }
 
+impl Effect {
+    /// What the rate gains where the number differs from the incumbent's by this share of its range.
+    pub fn gain(&self, off: f64) -> f64 {
+        (self.slope + self.bend * off) * off
+    }
+}
+
 /// The fitted quadratic.
 #[derive(Debug, Clone)]
 pub struct Response {
@@ -86,7 +93,8 @@ impl Response {
         let of_pair = |(i, j): (usize, usize)| terms[i] * terms[j] * self.covariance[(at[i], at[j])];
         let variance: f64 = [(0, 0), (0, 1), (1, 0), (1, 1)].map(of_pair).iter().sum();
         let [slope, bend] = at.map(|i| self.fitted[i]);
-        Effect { slope, bend, alone: slope * off + bend * off * off, error: variance.max(0.0).sqrt() }
+        let effect = Effect { slope, bend, alone: 0.0, error: variance.max(0.0).sqrt() };
+        Effect { alone: effect.gain(off), ..effect }
     }
 
     /// By how much samples with this spread in every number are worse on average than the one in their middle.
@@ -98,12 +106,12 @@ impl Response {
     pub fn best(&self) -> Vec<f64> {
         let best = |i: usize| {
             let [mean, deviation] = self.tried[i];
-            let Effect { slope, bend, .. } = self.effect(i, mean);
+            let effect = self.effect(i, mean);
             let [from, to] = [mean - deviation, mean + deviation].map(|share| share.clamp(0.0, 1.0));
-            let top = (bend < 0.0).then(|| (self.start[i] - 0.5 * slope / bend).clamp(from, to));
+            let top = (effect.bend < 0.0).then(|| (self.start[i] - 0.5 * effect.slope / effect.bend).clamp(from, to));
             let choices = [from, to].into_iter().chain(top);
-            let alone = |share: &f64| self.effect(i, *share).alone;
-            choices.max_by(|a, b| alone(a).total_cmp(&alone(b))).unwrap_or(mean)
+            let gain = |share: &f64| effect.gain(share - self.start[i]);
+            choices.max_by(|a, b| gain(a).total_cmp(&gain(b))).unwrap_or(mean)
         };
         (0..self.start.len()).map(best).collect()
     }

@@ -140,7 +140,7 @@ impl<'a, A: Arena> Search<'a, A> {
 
     /// Runs the next generation. Fails as [`Team::gather`] does, or if no sample can be a candidate.
     pub fn generation(&mut self, team: Team) -> Result<Generation> {
-        let number = self.middles.len() as u64;
+        let number = self.tried.len() as u64 + 1;
         let now: Vec<f64> = self.tunables.iter().map(|tunable| tunable.now).collect();
         let middle = self.values(&self.middles[self.middles.len() - 1]);
         let incumbent = (now.clone(), self.arena.enter(&now)?);
