@@ -201,7 +201,8 @@ pub fn read_csv(text: &[u8]) -> csv::Result<Vec<TrialRow>> {
     csv.records().map(|record| record?.deserialize(None)).collect()
 }
 
-/// Number of rows in a row group of `trials.parquet`; the last one may have fewer. So many wait in memory, some 13 MB, and are text for a moment.
+/// Number of rows in a row group of `trials.parquet`; the last one may have fewer. So many wait in memory, some 13 MB, and
+/// are text for a moment.
 const GROUP_ROWS: usize = 16_384;
 
 /// `trials.parquet` in the making. Rows are written as they come, and hashed.
