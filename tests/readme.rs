@@ -15,6 +15,8 @@ use tempfile::TempDir;
 
 /// Commands that can check everything without running. For the others only the options are checked.
 const CHECKED: [&str; 5] = ["run", "push", "limit", "ceiling", "tune"];
+/// Those that first try whether the robot stands, which is not asked here: it would be most of the time.
+const TRYING: [&str; 4] = ["run", "limit", "ceiling", "tune"];
 const COMMANDS: [&str; 15] = [
     "ceiling", "run", "merge", "compare", "status", "push", "replay", "limit", "check", "cpi", "model", "view",
     "slurm", "init", "tune",
@@ -67,14 +69,15 @@ fn put_baseline(words: &[String], folder: &Path) {
 /// Why a command is not valid; None if it is.
 fn wrong(command: &str, folder: &Path) -> Option<String> {
     let words = words_of(&command.replace("${{ matrix.k }}", "1"));
-    let checked = words.get(1).is_some_and(|name| CHECKED.contains(&name.as_str()));
+    let is_among = |names: &[&str]| words.get(1).is_some_and(|name| names.contains(&name.as_str()));
     // Arguments are parsed before help is printed, so an unknown one or an invalid value is an error.
-    let only = if checked { "--check" } else { "--help" };
+    let only = if is_among(&CHECKED) { "--check" } else { "--help" };
+    let untried = is_among(&TRYING).then_some("--untried");
     // In a program without MuJoCo the rest of the command can still be checked.
     let there = |word| if cfg!(feature = "mujoco") || !["mujoco", "both"].contains(&word) { word } else { "rapier" };
-    let given = words[1..].iter().map(|word| there(word)).filter(|word| *word != only);
+    let given = words[1..].iter().map(|word| there(word)).filter(|word| *word != only && Some(*word) != untried);
     put_baseline(&words, folder);
-    let args: Vec<&str> = given.chain([only]).collect();
+    let args: Vec<&str> = given.chain([only]).chain(untried).collect();
     let run = standfast(folder, &args);
     (!run.get_output().status.success()).then(|| format!("{command}: {}", stderr(&run)))
 }

@@ -1,5 +1,5 @@
-//! `standfast tune`: a search is the same however it is run, goes on where it stopped, and its verdict is that of an ordinary
-//! campaign with a seed of its own.
+//! `standfast tune`: a search is the same however it is run, goes on where it stopped, and its verdict is that of an
+//! ordinary campaign with a seed of its own.
 
 mod common;
 

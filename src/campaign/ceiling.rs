@@ -107,8 +107,8 @@ pub struct Recovery {
 }
 
 impl<'a> Clairvoyant<'a> {
-    /// Reads the controller, which must be a gain set with footsteps by the rule `[catching]`, and runs nothing but an episode
-    /// without a push.
+    /// Reads the controller, which must be a gain set with footsteps by the rule `[catching]`, and runs nothing but an
+    /// episode without a push.
     pub fn new(campaign: &'a Campaign, files: Files, options: CeilingOptions) -> Result<Self> {
         in_range("command line", "--tries", options.tries as f64, [1.0, MOST_TRIES as f64])?;
         let [entry] = &campaign.gains[..] else {
@@ -136,8 +136,8 @@ impl<'a> Clairvoyant<'a> {
         gains
     }
 
-    /// Runs all trials, and searches for those that are lost. It calls `on_episode` after each episode and `on_trial` after each
-    /// trial, from any thread. It fails if `stop` is set from outside.
+    /// Runs all trials, and searches for those that are lost. It calls `on_episode` after each episode and `on_trial` after
+    /// each trial, from any thread. It fails if `stop` is set from outside.
     pub fn run(
         &self,
         stop: &AtomicBool,

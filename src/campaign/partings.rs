@@ -22,8 +22,8 @@ pub struct Partings<'a> {
 }
 
 impl<'a> Partings<'a> {
-    /// Of each controller the first `most` trials on which two results, `folders`, do not agree. Errors: an input is gone, or
-    /// the program lacks an engine.
+    /// Of each controller the first `most` trials on which two results, `folders`, do not agree. Errors: an input is gone,
+    /// or the program lacks an engine.
     pub fn new(folders: [&Folder; 2], agreement: &'a mut Agreement, most: usize) -> Result<Self> {
         let plan = |folder: &Folder| {
             let file = folder.path.join("campaign.toml").display().to_string();

@@ -26,14 +26,6 @@ pub enum EngineChoice {
 }
 
 impl EngineChoice {
-    /// The engines that are asked for, one or two. None stands for that of the campaign.
-    pub fn all(choice: Option<Self>) -> Vec<Option<Engine>> {
-        match choice {
-            Some(EngineChoice::Both) => Engine::ALL.map(Some).into(),
-            one => vec![one.and_then(EngineChoice::one)],
-        }
-    }
-
     /// The engine that is asked for; None for both.
     pub fn one(self) -> Option<Engine> {
         match self {
@@ -82,6 +74,13 @@ pub struct ChangeArgs {
     /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
+    #[command(flatten)]
+    pub settings: SettingArgs,
+}
+
+/// Those that are the same for several controllers and robots.
+#[derive(Debug, Default, Args)]
+pub struct SettingArgs {
     /// Physics engine
     #[arg(long, value_name = "ENGINE", value_parser = one_of::<EngineChoice, 3>(ENGINE_CHOICES))]
     pub engine: Option<EngineChoice>,
@@ -97,24 +96,31 @@ pub struct ChangeArgs {
 }
 
 impl ChangeArgs {
-    /// The engines that are asked for, one or two. None stands for that of the campaign.
-    pub fn engines(&self) -> Vec<Option<Engine>> {
-        EngineChoice::all(self.engine)
-    }
-
-    /// These changes in the form that [`Campaign::load`](crate::campaign::Campaign::load) takes, with the first of
-    /// [`engines`](Self::engines).
+    /// These changes in the form that [`Campaign::load`](crate::campaign::Campaign::load) takes, with the first of the
+    /// engines.
     pub fn overrides(&self) -> Overrides {
         Overrides {
-            set: self.set.clone(),
-            seed: self.seed,
             gains: self.gains.clone(),
             vary: self.vary.clone(),
             robot: self.robot.clone(),
-            engine: self.engines()[0],
-            judge: self.judge,
-            ..Overrides::default()
+            ..self.settings.overrides()
         }
+    }
+}
+
+impl SettingArgs {
+    /// The engines that are asked for, one or two. None stands for that of the campaign.
+    pub fn engines(&self) -> Vec<Option<Engine>> {
+        match self.engine {
+            Some(EngineChoice::Both) => Engine::ALL.map(Some).into(),
+            one => vec![one.and_then(EngineChoice::one)],
+        }
+    }
+
+    /// As those of [`ChangeArgs`].
+    pub fn overrides(&self) -> Overrides {
+        let (set, engine) = (self.set.clone(), self.engines()[0]);
+        Overrides { set, seed: self.seed, engine, judge: self.judge, ..Overrides::default() }
     }
 }
 

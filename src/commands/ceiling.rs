@@ -67,7 +67,7 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
     if overrides.gains.is_empty() {
         overrides.gains = vec!["catch".into()];
     }
-    if args.change.engines().len() > 1 {
+    if args.change.settings.engines().len() > 1 {
         let (problem, accepted) = ("a recovery is of one engine", Engine::ALL.map(Engine::name).join(", "));
         return Err(Error::option("--engine", "both", problem, accepted));
     }

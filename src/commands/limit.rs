@@ -93,7 +93,7 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     let robot_files = Campaign::robot_files(name, &args.change.overrides())?;
     let robot = robot_files.robot()?;
     let load = |engine| Campaign::load_for(&robot, name, &Overrides { engine, ..args.change.overrides() });
-    let campaigns = args.change.engines().into_iter().map(load).collect::<Result<Vec<_>>>()?;
+    let campaigns = args.change.settings.engines().into_iter().map(load).collect::<Result<Vec<_>>>()?;
     let files = args.files(&campaigns)?;
     let options = LimitOptions {
         headings: args.headings,

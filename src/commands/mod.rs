@@ -128,7 +128,9 @@ takes minutes. Ctrl-C ends it; the same command then goes on where it ended.
 
 /// The program: runs the command with which it is called, and turns an error into an exit code.
 pub fn main() -> ExitCode {
-    env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn")).init();
+    let logger = env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn")).build();
+    log::set_max_level(logger.filter());
+    log::set_boxed_logger(Box::new(terminal::Once::new(logger))).expect("there is no logger yet");
     let done = run().or_else(|error| if matches!(error, Error::NoMujoco) { mujoco::go_on() } else { Err(error) });
     done.unwrap_or_else(|error| {
         // Whoever was interrupted has said what is left of it.

@@ -165,8 +165,8 @@ impl Page<'_> {
 }
 
 /// Writes the missing pages of the first `for_each_set` telling trials of each controller, and returns the number of new
-/// pages, and of those that were to be written. It asks `stop` before each page, and writes no more once this is true. A page that cannot be written is left
-/// out with a warning.
+/// pages, and of those that were to be written. It asks `stop` before each page, and writes no more once this is true. A
+/// page that cannot be written is left out with a warning.
 pub fn write_telling(
     folder: &Folder,
     summary: &Summary,

@@ -228,7 +228,7 @@ impl RunArgs {
             let folder = self.folder(&plan)?;
             Ok((plan, folder))
         };
-        self.change.engines().into_iter().map(plan).collect()
+        self.change.settings.engines().into_iter().map(plan).collect()
     }
 
     /// The changes of the campaign that these arguments ask for.
@@ -247,7 +247,7 @@ impl RunArgs {
     /// The folder for the result of a plan. Of two engines, each has its own in that of `--out`.
     fn folder(&self, plan: &Plan) -> Result<Folder> {
         let engine = plan.manifest.campaign.episode.engine.name();
-        match (&self.out, self.change.engine) {
+        match (&self.out, self.change.settings.engine) {
             (Some(out), Some(EngineChoice::Both)) => plan.folder(Some(&out.join(engine))),
             (out, _) => plan.folder(out.as_deref()),
         }
@@ -271,7 +271,7 @@ impl RunArgs {
                 "--trials in its place, or --until-resolved beside it",
             ));
         }
-        if let (Some(shard), Some(EngineChoice::Both)) = (self.shard, self.change.engine) {
+        if let (Some(shard), Some(EngineChoice::Both)) = (self.shard, self.change.settings.engine) {
             let (problem, accepted) =
                 ("engines are compared by whole results", "--engine rapier or mujoco, and `compare` after `merge`");
             return Err(Error::option("--shard", shard, problem, accepted));

@@ -3,6 +3,8 @@
 use crate::error::{Error, Result};
 use crate::render::text::layout::wrapped;
 use indicatif::ProgressBar;
+use log::{Log, Metadata, Record};
+use std::collections::HashSet;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
@@ -22,12 +24,44 @@ pub fn print(text: &str) -> Result<ExitCode> {
 
 /// Prints a line to the standard error. If that fails, nobody can be told, and the work goes on.
 pub fn note(line: &str) {
-    let write = || {
+    above_the_bar(|| {
         let _ = writeln!(std::io::stderr().lock(), "{line}");
-    };
+    });
+}
+
+fn above_the_bar(write: impl FnOnce()) {
     match &*BAR.lock().unwrap_or_else(PoisonError::into_inner) {
         Some(bar) => bar.suspend(write),
         None => write(),
+    }
+}
+
+/// Prints warnings by another logger, each once: that of a robot would else come again with every replay of it.
+pub struct Once<L> {
+    logger: L,
+    told: Mutex<HashSet<String>>,
+}
+
+impl<L: Log> Once<L> {
+    pub fn new(logger: L) -> Self {
+        Self { logger, told: Mutex::default() }
+    }
+}
+
+impl<L: Log> Log for Once<L> {
+    fn enabled(&self, metadata: &Metadata) -> bool {
+        self.logger.enabled(metadata)
+    }
+
+    fn log(&self, record: &Record) {
+        let is_new = || self.told.lock().unwrap_or_else(PoisonError::into_inner).insert(record.args().to_string());
+        if self.enabled(record.metadata()) && is_new() {
+            above_the_bar(|| self.logger.log(record));
+        }
+    }
+
+    fn flush(&self) {
+        self.logger.flush();
     }
 }
 
@@ -39,4 +73,35 @@ pub fn tell(mark: &str, sentences: &str) {
 /// Prints the notes that follow above this progress bar; None if there is no bar any more.
 pub fn make_way_for(bar: Option<ProgressBar>) {
     *BAR.lock().unwrap_or_else(PoisonError::into_inner) = bar;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    struct Count(AtomicUsize);
+
+    impl Log for Count {
+        fn enabled(&self, metadata: &Metadata) -> bool {
+            metadata.level() == log::Level::Warn
+        }
+
+        fn log(&self, _: &Record) {
+            self.0.fetch_add(1, Ordering::Relaxed);
+        }
+
+        fn flush(&self) {}
+    }
+
+    #[test]
+    fn a_warning_is_told_once() {
+        let once = Once::new(Count(AtomicUsize::new(0)));
+        let told =
+            [("warn", "no mesh"), ("warn", "no mesh"), ("info", "loaded"), ("warn", "no joint"), ("warn", "no mesh")];
+        for (level, text) in told {
+            once.log(&Record::builder().level(level.parse().unwrap()).args(format_args!("{text}")).build());
+        }
+        assert_eq!(once.logger.0.into_inner(), 2);
+    }
 }

@@ -1,7 +1,7 @@
 //! `standfast tune`: searches better numbers for a controller, and judges what it finds by trials that the search has not
 //! seen.
 
-use super::arguments::{CheckArgs, ENGINE_CHOICES, EngineChoice, MOST_THREADS, ReplaysArgs, fine, one_of, up_to};
+use super::arguments::{CheckArgs, MOST_THREADS, ReplaysArgs, SettingArgs, fine, up_to};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::result::conclude;
@@ -12,7 +12,6 @@ use crate::campaign::tune::search::Generation;
 use crate::campaign::tune::{Budget, TuneOptions, Tuned, Tuning, Verdict, Watch};
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::{Campaign, Folder, Overrides, Plan, Shard, Summary};
-use crate::episode::Counts;
 use crate::error::{Error, Result};
 use crate::files::{is_same_file, write_atomic};
 use crate::render::{self, text::tune as text, tune_page};
@@ -55,9 +54,6 @@ pub struct TuneArgs {
     /// Robot by name or URDF file; may be repeated
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Vec<String>,
-    /// Physics engine
-    #[arg(long, value_name = "ENGINE", value_parser = one_of::<EngineChoice, 3>(ENGINE_CHOICES))]
-    pub engine: Option<EngineChoice>,
     /// A number to change, with or without its range; may be repeated
     #[arg(long, value_name = "KEY[=FROM..TO]")]
     pub vary: Vec<String>,
@@ -67,15 +63,8 @@ pub struct TuneArgs {
     /// Pushes of the final campaign
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub trials: u64,
-    /// Which trials count: recovered (it comes to stand still), or survived (or has not fallen at the horizon, as walkers)
-    #[arg(long, value_name = "WHICH", value_parser = one_of::<Counts, 2>(["recovered", "survived"]))]
-    pub judge: Option<Counts>,
-    /// Seed from which those of the search and of the final campaign follow
-    #[arg(long, value_name = "S")]
-    pub seed: Option<u64>,
-    /// Change a value of the campaign, such as push.height_m=0.05
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub set: Vec<String>,
+    #[command(flatten)]
+    pub settings: SettingArgs,
     /// Number of threads, or 0 for one on each core; the result does not depend on it
     #[arg(long, value_name = "T", default_value_t = 0, value_parser = up_to(MOST_THREADS))]
     pub threads: usize,
@@ -260,19 +249,11 @@ impl TuneArgs {
             let robot = robots[twice].clone().unwrap_or_default();
             return Err(Error::option("--robot", robot, "is given twice", "each robot once"));
         }
-        let engines = EngineChoice::all(self.engine);
         let mut cases = Vec::new();
         for robot in robots {
-            for &engine in &engines {
-                let overrides = Overrides {
-                    set: self.set.clone(),
-                    seed: self.seed,
-                    gains: vec![self.controller.clone()],
-                    robot: robot.clone(),
-                    engine,
-                    judge: self.judge,
-                    ..Overrides::default()
-                };
+            for engine in self.settings.engines() {
+                let (gains, robot) = (vec![self.controller.clone()], robot.clone());
+                let overrides = Overrides { gains, robot, engine, ..self.settings.overrides() };
                 let files = Campaign::robot_files(&self.campaign, &overrides)?;
                 let campaign = Campaign::load_for(&files.robot()?, &self.campaign, &overrides)?;
                 if campaign.stopping.until_resolved {

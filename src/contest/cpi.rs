@@ -47,7 +47,8 @@ impl Settings for GainSet {
         &["gain_switches", "left_sets_at_s"]
     }
 
-    /// The margin and the slowest pole of each gain, and of footsteps what decides most. The ranges hold for robots of every size, as the values do.
+    /// The margin and the slowest pole of each gain, and of footsteps what decides most. The ranges hold for robots of
+    /// every size, as the values do.
     fn tunables(&self) -> Vec<Tunable> {
         let about = |value: f64, factor: f64| [value / factor, value * factor];
         let mut found = vec![Tunable::new("zmp_margin", self.zmp_margin, [0.0, 0.3])];

@@ -1,8 +1,8 @@
 //! Programs of any language: a controller that runs in a process of its own, and answers the readings of each tick with a
 //! command, as lines of JSON. The guide's chapter `process.md` has the protocol.
 //!
-//! Each worker has a child, which serves one episode after another. A child that dies, hangs or answers nonsense is replaced,
-//! and its episode ends as failed, with the cause.
+//! Each worker has a child, which serves one episode after another. A child that dies, hangs or answers nonsense is
+//! replaced, and its episode ends as failed, with the cause.
 
 use super::beside;
 use super::child::{Talker, in_short};

@@ -31,7 +31,8 @@ pub trait Settings: Any + Debug + Send + Sync {
         &[]
     }
 
-    /// The files that the controller needs beside its own, each by its path relative to that one. They are inputs of a result.
+    /// The files that the controller needs beside its own, each by its path relative to that one. They are inputs of a
+    /// result.
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
         Ok(Vec::new())
     }

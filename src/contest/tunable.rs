@@ -45,7 +45,8 @@ impl Tunable {
     }
 }
 
-/// A number to so many digits as it is written with: four, or to four digits of the range in which it lies if that is coarser.
+/// A number to so many digits as it is written with: four, or to four digits of the range in which it lies if that is
+/// coarser.
 pub fn rounded(value: f64, range: f64) -> f64 {
     let size = value.abs().max(1e-2 * range);
     if size == 0.0 || !size.is_finite() {

@@ -17,7 +17,8 @@ pub enum Outcome {
     Diverged,
     /// The controller failed: its process died, was silent or answered nonsense, or a command was none.
     Failed,
-    /// At the horizon the robot had neither fallen nor recovered, and the judge does not count that. An episode has this outcome until it has another.
+    /// At the horizon the robot had neither fallen nor recovered, and the judge does not count that. An episode has this
+    /// outcome until it has another.
     #[default]
     TimedOut,
 }

@@ -52,7 +52,8 @@ pub struct SteppingPendulum {
     pub omega: f64,
     /// The COM at rest, where the dcm starts (m).
     pub com: Point2<f64>,
-    /// Smallest and largest coordinates, about the centre of a sole (m), of where the ZMP can be while that foot stands alone.
+    /// Smallest and largest coordinates, about the centre of a sole (m), of where the ZMP can be while that foot stands
+    /// alone.
     pub sole_x_m: [f64; 2],
     pub sole_y_m: [f64; 2],
     /// The same while both feet stand.

@@ -12,8 +12,8 @@ use serde::Serialize;
 const STYLES: [(&str, &str); 2] =
     [("page_style", include_str!("html_page.css")), ("document_style", include_str!("html_document.css"))];
 
-/// Makes a page from `template`, which reads `context` and the shared styles (`page_style`, `document_style`), and
-/// calls the functions and filters that `add` gives it. `name` must end in `.html` or `.xml`, so that values are escaped. Fails
+/// Makes a page from `template`, which reads `context` and the shared styles (`page_style`, `document_style`), and calls
+/// the functions and filters that `add` gives it. `name` must end in `.html` or `.xml`, so that values are escaped. Fails
 /// only if the template is wrong.
 pub fn render(
     name: &str,

@@ -1,5 +1,5 @@
-//! The trace of an episode as an MCAP file, which Foxglove shows without any configuration: the robot moves in a 3D panel with
-//! COM, DCM, ZMP and the forces, and every number can be plotted. All messages are JSON with a JSON schema.
+//! The trace of an episode as an MCAP file, which Foxglove shows without any configuration: the robot moves in a 3D panel
+//! with COM, DCM, ZMP and the forces, and every number can be plotted. All messages are JSON with a JSON schema.
 //!
 //! | topic | schema | how often |
 //! |---|---|---|

@@ -1,11 +1,11 @@
 //! What a plant (simulated or real) and a controller exchange at each control tick, and when.
 //!
-//! At the beginning of each tick the plant supplies a [`Sensed`] and takes the resulting [`Command`], which holds until
-//! the next one. Joint angles and speeds, orientation and angular velocity are those of this moment. The accelerometer gives the
-//! change of the trunk's velocity over the past tick ([`Imu::over`]), and the wrenches are means over it, since contact
-//! forces vary too fast for one sample. At the first tick there is no past: the trunk counts as at rest, and the weight
-//! is on the soles. Until the first command, a plant holds its posture ([`Command::hold`]), or the home posture with
-//! the torques that carry it ([`Robot::home_command`](super::Robot::home_command)).
+//! At the beginning of each tick the plant supplies a [`Sensed`] and takes the resulting [`Command`], which holds until the
+//! next one. Joint angles and speeds, orientation and angular velocity are those of this moment. The accelerometer gives
+//! the change of the trunk's velocity over the past tick ([`Imu::over`]), and the wrenches are means over it, since contact
+//! forces vary too fast for one sample. At the first tick there is no past: the trunk counts as at rest, and the weight is
+//! on the soles. Until the first command, a plant holds its posture ([`Command::hold`]), or the home posture with the
+//! torques that carry it ([`Robot::home_command`](super::Robot::home_command)).
 
 use super::model::{Foot, GRAVITY, PerFoot};
 use nalgebra::{UnitQuaternion, Vector3};

@@ -149,7 +149,8 @@ mod tests {
             assert!(!pairs.collide(a, b) && !pairs.collide(b, a), "{a} {b}");
         }
         assert!(pairs.are_legs([right_foot, hip]) && !pairs.are_legs([hand, hip]) && !pairs.are_legs([hip, knee]));
-        // 36 pairs of links of the legs, 16 of the arms, 96 of arm and leg, and 6 of arm and trunk, whose shoulders it carries.
+        // 36 pairs of links of the legs, 16 of the arms, 96 of arm and leg, and 6 of arm and trunk, whose shoulders it
+        // carries.
         assert_eq!((pairs.count(), pairs.touching_at_home.len()), (36 + 16 + 96 + 6, 0));
         // A hand as large as this is in everything, so that it meets nothing.
         robot.links[hand].collisions[0].shape = Shape::Sphere { radius: 2.0 };

@@ -47,8 +47,8 @@ pub struct Yardstick {
 pub struct Heading {
     pub heading_deg: f64,
     pub bound_no_step_n_s: f64,
-    /// What limits the bounds beside places and times of footsteps: `soles` or, if the ankles cannot hold the weight at their
-    /// edges, `ankle torque`.
+    /// What limits the bounds beside places and times of footsteps: `soles` or, if the ankles cannot hold the weight at
+    /// their edges, `ankle torque`.
     pub limited_by: &'static str,
     pub bound_one_step_n_s: f64,
     pub bound_n_step_n_s: f64,

@@ -1,10 +1,10 @@
 //! Which trials a search runs: more of those that are undecided.
 //!
 //! A push far below the limit is recovered from by every candidate, and one far above it by none; both tell nothing. What
-//! the incumbent does in a sample of the campaign tells how likely a trial is won, p, from those with a similar push. A trial is
-//! drawn with a chance in proportion to the standard deviation of its outcome, sqrt(p (1 - p)), and counts by the inverse
-//! of that chance. So the weighted rate estimates the rate of the campaign without a bias, whatever p is, and with a
-//! smaller error.
+//! the incumbent does in a sample of the campaign tells how likely a trial is won, p, from those with a similar push. A
+//! trial is drawn with a chance in proportion to the standard deviation of its outcome, sqrt(p (1 - p)), and counts by the
+//! inverse of that chance. So the weighted rate estimates the rate of the campaign without a bias, whatever p is, and with
+//! a smaller error.
 
 use super::race::Drawn;
 use crate::campaign::ask::spec::Campaign;
@@ -16,7 +16,8 @@ const SIMILAR_IMPULSE: f64 = 0.12;
 const SIMILAR_HEADING_DEG: f64 = 20.0;
 /// Weight of what is supposed where there is no similar push: that it is won or lost with even chances.
 const SUPPOSED: f64 = 0.3;
-/// The least chance with which a trial is drawn: p is only an estimate, and one outcome of a large weight would outweigh many.
+/// The least chance with which a trial is drawn: p is only an estimate, and one outcome of a large weight would outweigh
+/// many.
 const LEAST: f64 = 0.4;
 /// Distance between the first trials of two generations; those of the sample are before that.
 const TRIALS_APART: u64 = 1 << 32;

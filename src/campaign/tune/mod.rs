@@ -268,8 +268,8 @@ impl Tuning {
         self.plans.iter().map(prepare).collect()
     }
 
-    /// Makes episodes of the budget, and fails if they are too few. A search that was begun keeps to its number: a time would
-    /// make another one on another day.
+    /// Makes episodes of the budget, and fails if they are too few. A search that was begun keeps to its number: a time
+    /// would make another one on another day.
     fn set_budget(&mut self, there: Option<&Task>) -> Result<()> {
         let (cases, Task { tunables, final_trials, .. }) = (self.plans.len() as u64, &self.task);
         let search = least_episodes(tunables.len(), self.plans.len());

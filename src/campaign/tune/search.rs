@@ -1,12 +1,12 @@
 //! The search, whatever candidates are and wherever they compete: generations of candidates around a middle, each a
 //! [race](super::race) on fresh trials.
 //!
-//! Outcomes are random, and a generation has too few trials to rank its candidates. So nothing is concluded from one alone: after
-//! each, a quadratic is fitted to everything that was tried so far ([`Response`]). Its best is the next middle (the response
-//! surfaces of Box and Wilson 1951), and it sets how far candidates spread: so that they are a little worse than their
-//! middle, since nearer ones teach nothing and farther ones only fall. What the search proposes is the average of its last
-//! middles. The incumbent and the middle run in every generation, so how much the middle is better is told by trials that did
-//! not choose it.
+//! Outcomes are random, and a generation has too few trials to rank its candidates. So nothing is concluded from one alone:
+//! after each, a quadratic is fitted to everything that was tried so far ([`Response`]). Its best is the next middle (the
+//! response surfaces of Box and Wilson 1951), and it sets how far candidates spread: so that they are a little worse than
+//! their middle, since nearer ones teach nothing and farther ones only fall. What the search proposes is the average of its
+//! last middles. The incumbent and the middle run in every generation, so how much the middle is better is told by trials
+//! that did not choose it.
 
 use super::race::{Drawn, Race, Standing, Tally};
 use super::response::{Effect, Response, Tried};
@@ -33,14 +33,14 @@ pub trait Arena: Sync {
 
 /// How far samples are from the first middle, as a share of the ranges: the root of the sum over all numbers.
 const DISTANCE: f64 = 0.4;
-/// By how much samples are to be worse than their middle, as a share of the trials; how fast their spread follows that; and the
-/// widest spread, as a share of a range.
+/// By how much samples are to be worse than their middle, as a share of the trials; how fast their spread follows that; and
+/// the widest spread, as a share of a range.
 const LOSS: f64 = 0.06;
 const NARROWER: f64 = 0.6;
 const WIDER: f64 = 1.25;
 const WIDEST: f64 = 0.3;
-/// What a footstep more in each trial costs, and as much torque more as a joint has, as a share of the trials: little, so that it
-/// counts where rates hardly differ.
+/// What a footstep more in each trial costs, and as much torque more as a joint has, as a share of the trials: little, so
+/// that it counts where rates hardly differ.
 const EFFORT: f64 = 0.01;
 /// Least variance of a trial's outcome that is supposed: that nothing differed is no proof that nothing does.
 const LEAST_VARIANCE: f64 = 0.01;
@@ -191,8 +191,8 @@ impl<'a, A: Arena> Search<'a, A> {
     /// Moves on after a generation, which was run now or earlier.
     pub fn follow(&mut self, generation: &Generation) {
         let incumbent = &generation.candidates[0].standing;
-        // One error of a trial for all: their own ones are small by chance where little differed by chance. Half of the variance
-        // of a difference is the incumbent's.
+        // One error of a trial for all: their own ones are small by chance where little differed by chance. Half of the
+        // variance of a difference is the incumbent's.
         let others = || generation.candidates[1..].iter().map(|candidate| &candidate.standing);
         let variance =
             others().map(|one| 0.5 * one.error.powi(2) * one.trials as f64).sum::<f64>() / others().count() as f64;
@@ -210,8 +210,8 @@ impl<'a, A: Arena> Search<'a, A> {
         self.spread = (self.spread * factor.clamp(NARROWER, WIDER)).min(WIDEST);
     }
 
-    /// What the search proposes: the average of the last middles or, if that can be no candidate, the last middle that can. The
-    /// first one is the incumbent.
+    /// What the search proposes: the average of the last middles or, if that can be no candidate, the last middle that can.
+    /// The first one is the incumbent.
     pub fn proposed(&self) -> Vec<f64> {
         let count = (((self.middles.len() - 1) as f64 * LAST).ceil() as usize).max(1);
         let last = &self.middles[self.middles.len() - count..];
@@ -335,6 +335,7 @@ mod tests {
         assert_eq!([again.generation(alone()).unwrap(), again.generation(alone()).unwrap()], generations[2..]);
         assert_eq!(again.proposed(), whole.proposed());
     }
+
     #[test]
     fn samples_stay_within_their_ranges() {
         assert_eq!([-0.25, 1.25, 2.5, 0.5].map(mirrored), [0.25, 0.75, 0.5, 0.5]);

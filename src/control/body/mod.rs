@@ -1,5 +1,6 @@
 //! The body: turns desired positions of COM and soles into joint angles ([`InverseKinematics`]), and desired ground
-//! reaction forces into joint torques. The body is taken to be at rest ([`crate::robot::load`]) or to move ([`inverse_dynamics`]).
+//! reaction forces into joint torques. The body is taken to be at rest ([`crate::robot::load`]) or to move
+//! ([`inverse_dynamics`]).
 
 pub mod inverse_dynamics;
 pub mod inverse_kinematics;

@@ -29,7 +29,8 @@ const SHADOW: f32 = 0.62;
 pub(super) struct Floor {
     view: View,
     ground: Ground,
-    /// The eye, the directions right, up and back, and the target in the frame of the plane, which is that of everything below.
+    /// The eye, the directions right, up and back, and the target in the frame of the plane, which is that of everything
+    /// below.
     eye: Vector3<f64>,
     right: Vector3<f64>,
     up: Vector3<f64>,

@@ -153,8 +153,8 @@ pub(super) fn causes(summary: &Summary) -> Table {
     counts(summary, "What ended the falls", "cause of the fall", causes.into_iter().map(row))
 }
 
-/// A table of counts with a row for each kind that any set has. Where controllers have different numbers of trials, the first
-/// row has these.
+/// A table of counts with a row for each kind that any set has. Where controllers have different numbers of trials, the
+/// first row has these.
 fn counts<'a, F: Fn(&SetSummary) -> u64>(
     summary: &Summary,
     title: &str,

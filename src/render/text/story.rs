@@ -79,8 +79,8 @@ fn short(value: f64, digits: i32) -> f64 {
     (value * unit).round() / unit + 0.0
 }
 
-/// A few sentences on each footstep: when it was taken, for which ZMP error if the controller says so, and from where to where its sole moved
-/// (mm, world frame).
+/// A few sentences on each footstep: when it was taken, for which ZMP error if the controller says so, and from where to
+/// where its sole moved (mm, world frame).
 pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String> {
     // Adding 0 turns -0 into 0.
     let round = |m: f64| (1000.0 * m).round() + 0.0;

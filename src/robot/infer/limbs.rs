@@ -20,8 +20,8 @@ pub struct Limbs {
     /// The arms, each a group of joints that hang together, its first joint nearest to the trunk. A neck is none, and what
     /// both arms share is none either: their COMs are in the middle of the body.
     pub arms: Vec<Vec<usize>>,
-    /// Index of the heaviest link that is of no leg. Of links that are nearly as heavy, it is the one with an IMU or, if that
-    /// does not decide, the one that carries the arms.
+    /// Index of the heaviest link that is of no leg. Of links that are nearly as heavy, it is the one with an IMU or, if
+    /// that does not decide, the one that carries the arms.
     pub trunk: usize,
 }
 

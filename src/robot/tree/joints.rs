@@ -30,8 +30,8 @@ pub struct Motor {
 }
 
 impl Kind {
-    /// What becomes of a joint whose child carries something with mass or not. If its limits leave it no range, it has one of
-    /// `range_rad` to both sides (rad), or else is locked.
+    /// What becomes of a joint whose child carries something with mass or not. If its limits leave it no range, it has one
+    /// of `range_rad` to both sides (rad), or else is locked.
     pub fn of(
         joint: &urdf_rs::Joint,
         line: usize,

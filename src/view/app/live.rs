@@ -76,8 +76,8 @@ impl<'a> Live<'a> {
         Self { world, shown, ghost, acting, grab: None, lingering: None, counts, start }
     }
 
-    /// Simulates one control period. False if the simulation cannot go on, since it has diverged or its controller failed. The force of the mouse
-    /// is that on the shown robot, and acts on the same link of the ghost.
+    /// Simulates one control period. False if the simulation cannot go on, since it has diverged or its controller failed.
+    /// The force of the mouse is that on the shown robot, and acts on the same link of the ghost.
     pub fn advance(&mut self) -> bool {
         let pull = self.grab.map(|grab| grab.pull(&self.shown.kinematics));
         let fell_before = self.shown.record().fell_at_s.is_some();

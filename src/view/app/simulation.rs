@@ -34,7 +34,8 @@ impl<'a> Simulation<'a> {
         Self { world, config, closed_loop, now, kinematics, trail }
     }
 
-    /// Simulates one control period, with a pull at a link. False if the simulation cannot go on, since it has diverged or its controller failed.
+    /// Simulates one control period, with a pull at a link. False if the simulation cannot go on, since it has diverged or
+    /// its controller failed.
     pub fn advance(&mut self, pull: Option<Pull>) -> bool {
         if matches!(self.record().outcome, Outcome::Diverged | Outcome::Failed) {
             return false;

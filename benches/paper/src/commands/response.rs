@@ -1,5 +1,5 @@
-//! `standfast-paper response`: measures how well the ZMP follows the commanded ZMP, and compares the bandwidth with the poles
-//! of the gains.
+//! `standfast-paper response`: measures how well the ZMP follows the commanded ZMP, and compares the bandwidth with the
+//! poles of the gains.
 
 use crate::render::bode;
 use crate::render::response::Response;

@@ -94,8 +94,8 @@ impl Training {
     }
 }
 
-/// The rotor inertias (kg m^2) from which stiffness and damping were made, as for the robots of holosoma and mjlab: `kp = I w^2`
-/// and `kd = 2 z I w`, with w of 10 Hz and z of 2. None if they were made otherwise.
+/// The rotor inertias (kg m^2) from which stiffness and damping were made, as for the robots of holosoma and mjlab:
+/// `kp = I w^2` and `kd = 2 z I w`, with w of 10 Hz and z of 2. None if they were made otherwise.
 pub fn inertias_of_gains(stiffness: &[f64], damping: &[f64]) -> Option<Figure<Vec<f64>>> {
     const OMEGA_RAD_S: f64 = 10.0 * std::f64::consts::TAU;
     const DAMPING_RATIO: f64 = 2.0;

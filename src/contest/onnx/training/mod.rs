@@ -1,5 +1,5 @@
-//! What the training of a policy left, read into its file: `standfast init POLICY.onnx`. Each figure says whether it was read,
-//! inferred, or assumed as its trainer usually does it.
+//! What the training of a policy left, read into its file: `standfast init POLICY.onnx`. Each figure says whether it was
+//! read, inferred, or assumed as its trainer usually does it.
 
 mod known;
 mod metadata;
@@ -16,9 +16,9 @@ use std::path::{Path, PathBuf};
 /// Longest description that is read (bytes).
 const MOST_BYTES: u64 = 10_000_000;
 
-/// The file of the policy in `model` for a robot. It is read from the file `from` or the `.deploy.yaml` of its name, or else
-/// from the network's own metadata, or else from a description where a trainer puts it. Errors: none of these says what the policy observes, or what one says does
-/// not fit the robot.
+/// The file of the policy in `model` for a robot. It is read from the file `from` or the `.deploy.yaml` of its name, or
+/// else from the network's own metadata, or else from a description where a trainer puts it. Errors: none of these says
+/// what the policy observes, or what one says does not fit the robot.
 pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Written> {
     let file = model.to_string_lossy();
     let bad = |problem: String, accepted: &str| Error::value(&file, "model", file.clone(), problem, accepted);
