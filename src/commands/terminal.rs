@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::render::text::layout::wrapped;
 use indicatif::ProgressBar;
-use log::{Log, Metadata, Record};
+use log::{Level, Log, Metadata, Record};
 use std::collections::HashSet;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
@@ -36,7 +36,7 @@ fn above_the_bar(write: impl FnOnce()) {
     }
 }
 
-/// Prints warnings by another logger, each once: that of a robot would else come again with every replay of it.
+/// Logs by another logger, but each warning only once: that of a robot would else come again with every replay of it.
 pub struct Once<L> {
     logger: L,
     told: Mutex<HashSet<String>>,
@@ -55,7 +55,8 @@ impl<L: Log> Log for Once<L> {
 
     fn log(&self, record: &Record) {
         let is_new = || self.told.lock().unwrap_or_else(PoisonError::into_inner).insert(record.args().to_string());
-        if self.enabled(record.metadata()) && is_new() {
+        // Whoever asks for more than warnings wants all of it.
+        if self.enabled(record.metadata()) && (record.level() > Level::Warn || is_new()) {
             above_the_bar(|| self.logger.log(record));
         }
     }
@@ -84,7 +85,7 @@ mod tests {
 
     impl Log for Count {
         fn enabled(&self, metadata: &Metadata) -> bool {
-            metadata.level() == log::Level::Warn
+            metadata.level() <= Level::Info
         }
 
         fn log(&self, _: &Record) {
@@ -97,11 +98,10 @@ mod tests {
     #[test]
     fn a_warning_is_told_once() {
         let once = Once::new(Count(AtomicUsize::new(0)));
-        let told =
-            [("warn", "no mesh"), ("warn", "no mesh"), ("info", "loaded"), ("warn", "no joint"), ("warn", "no mesh")];
-        for (level, text) in told {
+        let [mesh, joint, waits] = [("warn", "no mesh"), ("warn", "no joint"), ("info", "waits")];
+        for (level, text) in [mesh, mesh, waits, joint, mesh, waits] {
             once.log(&Record::builder().level(level.parse().unwrap()).args(format_args!("{text}")).build());
         }
-        assert_eq!(once.logger.0.into_inner(), 2);
+        assert_eq!(once.logger.0.into_inner(), 4);
     }
 }
