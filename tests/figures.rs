@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 use sha2::{Digest, Sha256};
+use std::collections::HashSet;
 use std::fs;
 use std::path::PathBuf;
 
@@ -99,6 +100,29 @@ fn readme_and_guide_state_the_same_figures() {
         let told: Vec<&str> = told.take(text.matches("/1000").count()).collect();
         assert!(told.iter().all(|told| known.contains(&told.to_string())), "{file}: {told:?}, measured {known:?}");
     }
+}
+
+/// A rate is no luck of the choice if nothing was chosen by the pushes from which it comes.
+#[test]
+fn the_standard_campaign_has_the_last_seed_of_the_list_and_the_figures_are_of_it() {
+    let table = |file: &str| text(file).parse::<toml::Table>().unwrap_or_else(|e| panic!("{file}: {e}"));
+    let seeds = table("assets/seeds.toml");
+    let used: Vec<(i64, &str)> = seeds["used"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|used| (used["seed"].as_integer().unwrap(), used["for"].as_str().unwrap()))
+        .collect();
+    let different: HashSet<i64> = used.iter().map(|(seed, _)| *seed).collect();
+    assert_eq!(different.len(), used.len(), "a seed is there twice");
+    let &(last, what) = used.last().unwrap();
+    assert!(what.starts_with("`standard` since ") && what.ends_with("and no choice."), "{what}");
+    assert_eq!(table("assets/campaigns/standard.toml")["seed"].as_integer(), Some(last));
+    for file in ["README.md", "src/guide/measured.md"] {
+        let words = text(file).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains(&format!("seed {last}")), "{file} does not name seed {last}");
+    }
+    assert_eq!(figures()["standard"]["seed"].as_i64(), Some(last), "figures.json: .ci/figures --keep-seed measures it");
 }
 
 #[test]
