@@ -1,5 +1,5 @@
 //! `standfast limit`: searches the largest impulse that each controller recovers from, by heading, and prints it beside
-//! the bounds of a pendulum or, with both physics engines, side by side.
+//! the pendulum bounds or, with both physics engines, side by side.
 
 use super::arguments::{
     CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, check_output, fine, number, up_to,
@@ -33,7 +33,7 @@ its 95 % interval. The trials are as in the campaign, but for impulse and
 heading of the first push. A heading of 0 degrees pushes forward, one of 90
 degrees to the left.
 
-Beside it stand the bounds of a pendulum that takes no footstep, one, or any
+Beside it stand the pendulum bounds with no footstep, one, or any
 number, for the mean duration of the push. If the push acts above the COM on
 average, a second line has the bounds divided by 1 + height / COM height. The
 bounds need the regions `[[reach]]` in the robot's settings.
@@ -53,7 +53,7 @@ pub struct LimitArgs {
     /// Number of headings, evenly spaced
     #[arg(long, value_name = "N", default_value_t = 16)]
     pub headings: usize,
-    /// End a search when the 95 % interval of its impulse is no wider than +- this (N s) [default: 0.0463 m omega d of the
+    /// End a search when the 95 % interval of its impulse is no wider than +- this (N s) [default: 0.0463 sole impulses of the
     /// robot, 0.1 N s for ut-mu2]
     #[arg(long, value_name = "N_S", allow_negative_numbers = true, value_parser = number)]
     pub precision: Option<f64>,

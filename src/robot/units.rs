@@ -15,7 +15,7 @@ pub struct Units {
     pub mass_kg: f64,
     /// Height h of its COM (m).
     pub length_m: f64,
-    /// Half length d of the shorter sole (m).
+    /// Half the length of the shorter sole (m).
     pub half_sole_m: f64,
 }
 
@@ -55,8 +55,9 @@ impl Units {
         self.mass_kg * GRAVITY
     }
 
-    /// Unit of impulses, `m omega d` (N s): a short push of that size forward brings the DCM from above the middle of
-    /// the feet to their front edge.
+    /// Unit of impulses, the sole impulse (N s): mass times omega times half the length of the shorter sole. A short push of
+    /// that size forward brings the DCM from above the middle of the feet to their front edge. (m omega d, by which a result
+    /// compares pushes, has the way to the edge in the direction of the push instead.)
     pub fn impulse_n_s(&self) -> f64 {
         self.mass_kg * self.omega() * self.half_sole_m
     }

@@ -1,5 +1,5 @@
 //! The quantities of a campaign that a file states in units of its robot, so that a campaign asks the same of robots of
-//! every size. Each may be stated in SI units instead, under a key of its own: `push.impulse = 1.0` in m omega d, or
+//! every size. Each may be stated in SI units instead, under a key of its own: `push.impulse = 1.0` in sole impulses, or
 //! `push.impulse_n_s = 2.16`. A campaign is converted once, when it meets its robot, and is in SI units from then on.
 
 use crate::error::{Error, Result};
@@ -9,7 +9,7 @@ use toml::{Table, Value};
 /// What 1 of a quantity means.
 #[derive(Debug, Clone, Copy)]
 enum Unit {
-    /// m omega d.
+    /// Sole impulses.
     Impulse,
     /// COM height h.
     Length,

@@ -31,7 +31,7 @@ pub const MOST_HEADINGS: usize = 360;
 /// Largest impulse of a search, as a multiple of the bound with any number of footsteps.
 const BEYOND_THE_BOUND: f64 = 3.0;
 
-/// Usual precision, in m omega d: 0.1 N s for UT-mu2.
+/// Usual precision, in sole impulses: 0.1 N s for UT-mu2.
 pub const USUAL_PRECISION: f64 = 0.0463;
 /// The search for the first loss looks at headings up to half the distance between two searches to either side, and at
 /// most so far (degrees).
@@ -81,8 +81,8 @@ pub struct Limits {
     pub engine: String,
     pub physics_step_s: f64,
     pub seed: u64,
-    /// The robot's unit of impulses, m omega d.
-    pub unit_n_s: f64,
+    /// The robot's unit of impulses, the sole impulse (N s).
+    pub sole_impulse_n_s: f64,
     pub precision_n_s: f64,
     pub max_trials: u64,
     pub replicas: u64,
@@ -207,7 +207,7 @@ impl<'a> Searches<'a> {
             engine: plan.manifest.engine.clone(),
             physics_step_s: campaign.episode.clock().physics_step_s,
             seed: campaign.seed,
-            unit_n_s: campaign.units.impulse_n_s(),
+            sole_impulse_n_s: campaign.units.impulse_n_s(),
             precision_n_s,
             max_trials: options.max_trials,
             replicas: options.replicas,

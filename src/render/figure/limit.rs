@@ -1,4 +1,4 @@
-//! The picture of `standfast limit`: the largest recoverable impulses by heading, over the bounds of a pendulum.
+//! The picture of `standfast limit`: the largest recoverable impulses by heading, over the pendulum bounds.
 
 use super::axes::Scale;
 use super::class_of_set;
@@ -111,7 +111,7 @@ fn legend(limits: &[Limits]) -> Vec<Row> {
     if all(limits).any(|set| !set.resolved) {
         note("hollow: not precise enough");
     }
-    note("A pendulum stays up with");
+    note("Pendulum bounds: a pendulum stays up with");
     rows.extend(BOUNDS.map(|(class, words, _)| (class.into(), Sample::Area, words.into())));
     rows.push((String::new(), Sample::Nothing, "read from the middle along a heading".into()));
     rows

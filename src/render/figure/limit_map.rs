@@ -26,7 +26,7 @@ pub fn write(path: &Path, limits: &[Limits], replay_of: impl Fn(usize) -> Option
         ("cell lost", Sample::Area, "it does not"),
         ("cell hole", Sample::Area, "a hole: it recovers from harder pushes; click for the replay, if there is one"),
         ("s0", Sample::DottedLine(""), "50 % recover"),
-        ("limit", Sample::Line, "bound of a pendulum with one footstep"),
+        ("limit", Sample::Line, "pendulum bound with one footstep"),
     ];
     panels.push(Panel::of_legend(&rows.map(|(class, sample, words)| -> Row { (class.into(), sample, words.into()) })));
     super::write(path, &format!("Pushes by heading and impulse: {robot}, campaign {campaign}"), &panels, 1)

@@ -44,7 +44,7 @@ pub(super) fn rates(summary: &Summary) -> Table {
 
 /// The impulses of which 50 % and 90 % are survived.
 pub(super) fn limits(summary: &Summary) -> Table {
-    let units = [number("50 %").in_unit("N s"), number("90 %").in_unit("N s"), number("50 %").in_unit("m w d")];
+    let units = [number("50 %").in_unit("N s"), number("90 %").in_unit("N s"), number("50 %").in_unit("m omega d")];
     let mut table = Table::new("Impulses of which so many recover", once(words("controller")).chain(units));
     for (i, set) in summary.sets.iter().enumerate() {
         let (curve, normalized) = (&set.curve, &set.normalized_curve);
@@ -54,8 +54,8 @@ pub(super) fn limits(summary: &Summary) -> Table {
     let velocity = velocity_change(&summary.units, 1.0);
     table.with_note(format!(
         "Impulses at which 50 % and 90 % of the pushes are survived, with 95 % intervals, by a logistic curve fitted over \
-         all headings. m w d is mass times omega times the distance from the COM to the edge of the support: the most that \
-         a pendulum takes without a footstep of a push that has no duration. Of 1 N s, {velocity}.",
+         all headings. m omega d is mass times omega times the way d from the COM to the edge of the soles in the direction \
+         of the push: the most that a pendulum takes without a footstep of a push that has no duration. Of 1 N s, {velocity}.",
     ))
 }
 

@@ -9,7 +9,7 @@ use crate::campaign::verdict::set_summary::SetSummary;
 use crate::episode::{Counts, Judge};
 use crate::render::replay_command;
 use crate::render::tables::{self, Detail};
-use crate::render::text::layout::{unit_of_impulses, wrapped};
+use crate::render::text::layout::{sole_impulse, wrapped};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -73,7 +73,7 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
         Some(_) => format!("up to {trials} trials{most} for each controller"),
     };
     let mut asked = format!("{name}: {trials}; robot {}, seed {seed}", summary.robot);
-    let unit = unit_of_impulses(summary.units.impulse_n_s());
+    let unit = sole_impulse(summary.units.impulse_n_s());
     let mut pushed = format!("impulse {} N s ({unit}), heading {} deg", push.impulse_n_s, push.heading_deg);
     let varied = variations::described(&summary.variations);
     let mut head = Vec::new();

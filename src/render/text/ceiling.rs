@@ -68,7 +68,7 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>) -> String {
     }
     text += &wrapped(
         "",
-        "`of one` is the ratio of the impulse to the pendulum's bound with one footstep. `caught by` has what the robot does \
+        "`of one` is the ratio of the impulse to the pendulum bound with one footstep. `caught by` has what the robot does \
          otherwise than the controller, footstep by footstep; without any one of these it falls. A foot is lifted when the \
          DCM is so far outside of the support. Landing places and the ZMP are shifted forward, and to the side of the foot \
          in the air; the trunk tilts about its x and y axes. What is not recovered by search may be possible all the same.",

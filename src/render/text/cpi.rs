@@ -27,7 +27,7 @@ const HEADINGS: [(&str, Vector2<f64>); 4] = [
 const EXPLAINED: &str = "Poles are multiples of -omega. The set of a gain is what keeps the ZMP within its region over the \
                          horizon, which takes so many inequalities (rows). Forward, left, backward and right are the \
                          largest impulses in these directions that a robot at rest can take within the set, over m omega d: \
-                         mass times natural frequency times the distance from the origin to the edge. A standing pendulum \
+                         mass times omega times the way d from the origin to the edge in the direction of the push. A standing pendulum \
                          can take 1 at most.";
 /// Explains the table of the sets without disturbances.
 const UNDISTURBED_EXPLAINED: &str = "Without disturbances the same gains have these sets, as in the paper.";

@@ -8,10 +8,10 @@ use comfy_table::Table;
 /// Width of text that does not go to a terminal, and largest width of sentences on a terminal (columns).
 pub const PLAIN_WIDTH: u16 = 80;
 
-/// The unit of impulses in which robots compare, for a robot of which it is `unit_n_s` (N s).
-pub fn unit_of_impulses(unit_n_s: f64) -> String {
-    let decimals = (2.0 - unit_n_s.log10().floor()).clamp(0.0, 4.0) as usize;
-    format!("1 m omega d = {unit_n_s:.decimals$} N s")
+/// The unit of impulses of a robot, which is `sole_impulse_n_s` (N s).
+pub fn sole_impulse(sole_impulse_n_s: f64) -> String {
+    let decimals = (2.0 - sole_impulse_n_s.log10().floor()).clamp(0.0, 4.0) as usize;
+    format!("1 sole impulse = {sole_impulse_n_s:.decimals$} N s")
 }
 
 /// The change of velocity by an impulse (N s), in m/s and in sqrt(g h).

@@ -2,16 +2,16 @@
 
 use crate::campaign::limit::{Heading, Limits, SetLimit};
 use crate::render::table::{Table, cell, headings, number, texts, words};
-use crate::render::text::layout::{plant_options, signed, unit_of_impulses, velocity_change, wrapped};
+use crate::render::text::layout::{plant_options, signed, sole_impulse, velocity_change, wrapped};
 use crate::stats::rate::median;
 
 /// The limits in one physics engine beside the bounds of the pendulum, or those in two engines side by side.
 pub fn text(limits: &[Limits]) -> String {
     let [first, more @ ..] = limits else { return String::new() };
-    let Limits { robot, campaign, seed, unit_n_s, .. } = first;
+    let Limits { robot, campaign, seed, sole_impulse_n_s, .. } = first;
     let mut text = format!("Largest recoverable impulse [N s]: {robot}, campaign {campaign}, seed {seed}\n");
-    let velocity = velocity_change(&first.yardstick.units(), *unit_n_s);
-    text += &wrapped("unit:     ", &format!("{}, {velocity}", unit_of_impulses(*unit_n_s)));
+    let velocity = velocity_change(&first.yardstick.units(), *sole_impulse_n_s);
+    text += &wrapped("unit:     ", &format!("{}, {velocity}", sole_impulse(*sole_impulse_n_s)));
     for Limits { engine, physics_step_s, .. } in limits {
         text += &wrapped("engine:   ", &format!("{engine}, with a physics step of {} ms", 1e3 * physics_step_s));
     }
@@ -43,7 +43,7 @@ fn beside_bounds(limits: &Limits) -> String {
     let at_home = format!("at home the feet are {:.3} m apart, and one can land", y.stance_width_m);
     text += &wrapped("footstep: ", &format!("{at_home}, x ahead of the other and y beside it, {reach}"));
     let push = format!(
-        "{:.0} ms long, so that the bounds are {:.3} times those of a push of no duration; {} mm above the COM",
+        "{:.0} ms long, so that the pendulum bounds are {:.3} times those of a push of no duration; {} mm above the COM",
         1e3 * y.push_duration_s,
         y.push_factor,
         signed(1e3 * y.push_height_m, 0)
@@ -72,7 +72,7 @@ fn beside_bounds(limits: &Limits) -> String {
     text += &format!("\n{}", table.text());
     if y.height_factor < 1.0 {
         let factor = format!("it is the first times {:.3}.", y.height_factor);
-        text += &wrapped("", &format!("The second line of bounds takes the height of the push into account: {factor}"));
+        text += &wrapped("", &format!("The second line of pendulum bounds takes the height of the push into account: {factor}"));
     }
     let safe = match limits.replicas {
         0 => "`safe up to` was not searched (--replicas 0).".into(),
@@ -94,8 +94,9 @@ fn beside_bounds(limits: &Limits) -> String {
     text + &wrapped(
         "",
         &format!(
-            "`none`, `one` and `any` are bounds: the largest impulses from which a pendulum recovers with no footstep, with \
-             one, and with any number of them; it keeps its height and has no angular momentum.{torque} `50 % recover` is the impulse \
+            "`none`, `one` and `any` are pendulum bounds: the largest impulses from which an ideal pendulum recovers with no \
+             footstep, with one, and with any number of them; it keeps its height, has no angular momentum, and a footstep \
+             takes the time that the robot's settings state. A robot may take more.{torque} `50 % recover` is the impulse \
              from which the controller recovers in half of the trials, with its 95 % interval, and `90 %` that of nine in ten. \
              {safe} {} episodes were run.{}",
             limits.episodes,
@@ -213,7 +214,7 @@ fn side_by_side(a: &Limits, b: &Limits) -> String {
     let about = format!(
         "Each impulse is the one from which the controller recovers in half of the trials, with its 95 % interval. `ratio` is \
          the second engine's impulse over that of the first, and `apart` says that the intervals do not overlap. The trials \
-         are the same in both engines; {} episodes were run. The bounds of the pendulum are the same, too: --json, --plot and \
+         are the same in both engines; {} episodes were run. The pendulum bounds are the same, too: --json, --plot and \
          --out have them.{}",
         a.episodes + b.episodes,
         marked(&[a, b])
@@ -273,7 +274,7 @@ pub mod tests {
             engine: engine.into(),
             physics_step_s: 0.002,
             seed: 1,
-            unit_n_s: 2.164,
+            sole_impulse_n_s: 2.164,
             precision_n_s: 0.1,
             max_trials: 150,
             replicas: 1,
@@ -326,7 +327,7 @@ pub mod tests {
         let mut weak = a.clone();
         weak.headings[0].limited_by = "ankle torque";
         let alone = text(&[a]);
-        assert!(alone.contains("\nunit:     1 m omega d = 2.16 N s, dv = 0.27 m/s = 0.16 sqrt(g h)\n"), "{alone}");
+        assert!(alone.contains("\nunit:     1 sole impulse = 2.16 N s, dv = 0.27 m/s = 0.16 sqrt(g h)\n"), "{alone}");
         assert!(alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"), "{alone}");
         let early = "hole: paper:stepping.x=2 about 0.0 degrees is safe only up to 2.40 N s. It loses\n      \
                      2.51 N s at 359.2 degrees, where its limit is 5.00 N s; to see that:\n  standfast push --campaign nominal --seed 1 --trial 202500 --gains paper:stepping.x=2 \\\n  \
