@@ -5,6 +5,7 @@ mod common;
 
 use common::program::{FEW, PROGRAM, Run, SEVERAL_PARTS, files, folder, short, standfast, stderr, stdout};
 use standfast::assets::Kind;
+use std::process::Command;
 use std::{collections::BTreeMap, fs};
 
 /// Runs the short campaign in a new folder with further arguments, and returns what it wrote.
@@ -487,6 +488,35 @@ fn a_campaign_in_its_folder_is_not_written_over() {
     let refused = standfast(dir.path(), &["run", "campaign.toml", "--out=."]).code(3);
     assert!(stderr(&refused).contains("is not the folder of a campaign"), "{}", stderr(&refused));
     assert_eq!(fs::read_to_string(dir.path().join("campaign.toml")).unwrap(), text);
+}
+
+/// Lines are broken between words alone, whatever the terminal's width, and COLUMNS states it where there is none.
+#[test]
+fn no_number_no_name_and_no_unit_is_broken_at_any_width() {
+    let dir = folder();
+    let child = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/robots/child.urdf");
+    fs::copy(child, dir.path().join("child.urdf")).unwrap();
+    let campaign = short(&["--gains=catch", "--full", FEW]);
+    for args in [&["model"][..], &["model", child], &["init", "child.urdf", "--force"], &["cpi"], &campaign] {
+        let of_width = |columns: &str| {
+            let mut command = Command::new(PROGRAM);
+            let run = Run::of(command.current_dir(dir.path()).args(args).env("COLUMNS", columns)).success();
+            let told = stdout(&run).replace('─', " ");
+            let mut words: Vec<String> = told.split_whitespace().map(String::from).collect();
+            words.sort();
+            (words, told.lines().map(|line| line.trim_end().chars().count()).max().unwrap())
+        };
+        let (whole, widest) = of_width("400");
+        // The names of a robot's links and joints, and the paths of files, may need more.
+        for (columns, most) in [("30", 100), ("60", 100), ("80", 100), ("120", 120)] {
+            let (words, width) = of_width(columns);
+            assert!(words == whole && width <= most, "{args:?} at {columns} columns, {width} wide: {words:?}\n{whole:?}");
+        }
+        assert!(widest > 60, "{args:?}: {widest}");
+    }
+    let joints = standfast(dir.path(), &["model"]);
+    let lines = stdout(&joints).lines().map(|line| line.chars().count()).max().unwrap();
+    assert!(lines <= 80, "UT-mu2 has room in 80 columns: {lines}");
 }
 
 /// A pipe without a writer would be waited for without end.

@@ -84,7 +84,14 @@ fn readme_and_guide_state_the_same_figures() {
     let n_s = |value: &Value| format!("{:.2}", value.as_f64().unwrap());
     let hardest = n_s(&forward["sets"]["catch"]["impulse50_n_s"]);
     for (file, figure) in [
-        ("README.md", format!("takes at most {} N s with one footstep", n_s(&forward["one"]))),
+        (
+            "README.md",
+            format!(
+                "takes at most {} N s with one footstep and {} N s with any number",
+                n_s(&forward["one"]),
+                n_s(&forward["any"])
+            ),
+        ),
         ("README.md", format!("to {hardest} N s with several")),
         ("src/guide/limits.md", format!("catch       {hardest} (")),
         ("src/guide/limits.md", format!("catch              {hardest} (")),

@@ -70,8 +70,7 @@ fn a_gate_of_a_difference_errs_as_seldom_as_said_and_sees_what_is_far() {
         };
         let judge = |(only_a, only_b)| {
             let counts = PairedCounts { both: trials - only_a - only_b, only_a, only_b, neither: 0 };
-            let (observed, interval) = (counts.difference(), counts.difference_interval(0.95));
-            Evidence { observed, interval, trials, sequential: false }.answer(&gate, 0.95)
+            Evidence::difference(&counts, 0.95, false).answer(&gate, 0.95)
         };
         let shares = shares(pairs, judge);
         println!("{text}, {discordance} {difference} {trials}: {shares:.4?}");
@@ -111,6 +110,30 @@ fn so_many_more_trials_resolve_in_about_four_of_five_campaigns() {
             let resolved = if rate > required { passed } else { failed };
             assert!((0.7..0.97).contains(&resolved), "{resolved}");
         }
+    }
+    // The same of a difference: in so many of 100 trials only the first recovered, or only the second.
+    for (text, only_a, only_b) in
+        [("catch >= hold", 12, 6), ("catch >= hold", 3, 9), ("catch >= hold + 0.10", 22, 6), ("catch >= hold - 0.05", 5, 4)]
+    {
+        let gate = gate(text);
+        let counts = |trials: u64, only_a: u64, only_b: u64| PairedCounts {
+            both: trials - only_a - only_b,
+            only_a,
+            only_b,
+            neither: 0,
+        };
+        let judge = |counts: &PairedCounts| Evidence::difference(counts, 0.95, false).answer(&gate, 0.95);
+        let seen = judge(&counts(100, only_a, only_b));
+        let (trials, [a, b]) = (seen.more_trials.unwrap(), [only_a, only_b].map(|count| count as f64 / 100.0));
+        let pairs = |rng: &mut ChaCha8Rng| {
+            let differ = draw(rng, trials, a + b);
+            let only_a = draw(rng, differ, a / (a + b));
+            (only_a, differ - only_a)
+        };
+        let [passed, failed, _] = shares(pairs, |(only_a, only_b)| judge(&counts(trials, only_a, only_b)));
+        println!("{text}, {only_a} and {only_b} of 100: {trials} trials, {passed} {failed}");
+        let resolved = if a - b > gate.offset { passed } else { failed };
+        assert!((0.72..0.9).contains(&resolved), "{text}: {resolved}");
     }
 }
 

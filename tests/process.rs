@@ -187,6 +187,26 @@ fn a_controller_is_tried_before_it_is_pushed() {
     }
 }
 
+/// What a program says before it fails keeps its lines, and the story has no sentence about a joint that is none.
+#[test]
+fn the_traceback_of_a_controller_keeps_its_lines() {
+    if !has_python() {
+        return;
+    }
+    let dir = folder();
+    let tick = "raise ValueError('no gain for ' + ', '.join(self.joints))";
+    let file = controller(dir.path(), "mine", "", &ticks(tick));
+    for args in [&["push", "--gains", &file][..], &["check", &file]] {
+        let told = stdout(&standfast(dir.path(), args));
+        let lines: Vec<&str> = told.lines().map(str::trim).collect();
+        let raised = lines.iter().position(|line| line.starts_with("ValueError: no gain for ")).unwrap_or_else(|| panic!("{told}"));
+        assert!(lines[raised].len() > 200, "{told}");
+        assert!(lines[raised - 1].starts_with("raise ValueError(") || lines[raised - 1].starts_with('^'), "{told}");
+        assert!(lines.iter().any(|line| line.starts_with("File \"") && line.ends_with(", in tick")), "{told}");
+        assert!(!told.contains("of the limit, at"), "{told}");
+    }
+}
+
 #[test]
 fn a_failure_is_an_outcome_with_its_cause_and_leaves_no_child() {
     if !has_python() {

@@ -138,6 +138,66 @@ fn what_a_push_tells_is_what_the_guide_shows() {
     }
 }
 
+/// One thing has one name, on pages, in texts and in tables: m omega d (with d in the direction of the push) and the sole impulse
+/// are two measures, the pendulum bound is no bound of physics, and what is compared are controllers.
+#[test]
+fn a_thing_has_one_name() {
+    let mut texts = documents(&root());
+    texts.extend(["assets/python/README.md", "src/render/html/report.html.jinja"].map(|file| root().join(file)));
+    for folder in ["assets/campaigns", "src/render/text", "src/render/tables", "src/render/figure", "src/campaign/verdict"] {
+        texts.extend(fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path()));
+    }
+    assert!(texts.len() > 60, "{texts:?}");
+    for path in texts {
+        // A sentence may go on in the next line.
+        let text = fs::read_to_string(&path).unwrap();
+        let words = text.split_whitespace().filter(|word| *word != "\\").collect::<Vec<_>>().join(" ");
+        for wrong in [
+            "m w d",
+            "m&omega;d",
+            "m\u{3c9}d",
+            "m omega d with half",
+            "1 m omega d = ",
+            "bound that physics sets",
+            "bound of a pendulum",
+            "bounds of a pendulum",
+            "bounds of the pendulum",
+            "pendulum's bound",
+            "two sets end",
+            "which set is better",
+            "pair of gain sets",
+        ] {
+            assert!(!words.contains(wrong), "{}: {wrong:?}", path.display());
+        }
+    }
+    for file in ["README.md", "src/guide/limits.md", "src/guide/measured.md", "assets/python/README.md"] {
+        let words = fs::read_to_string(root().join(file)).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains("pendulum bound") && words.to_lowercase().contains("a robot can pass"), "{file}");
+    }
+}
+
+/// The files that the README names are there, or are made by the line above.
+#[test]
+fn the_commands_of_the_readme_make_the_files_that_they_name() {
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    let commands = commands_of(&readme, "standfast");
+    let made: Vec<Vec<String>> =
+        commands.iter().map(|command| words_of(command)).filter(|words| words.get(1).is_some_and(|word| word == "new")).collect();
+    let dir = folder();
+    for words in &made {
+        standfast(dir.path(), &words[1..].iter().map(String::as_str).collect::<Vec<_>>()).success();
+    }
+    let own = commands.iter().flat_map(|command| words_of(command)).filter(|word| word.ends_with(".toml"));
+    let own: Vec<String> = own.filter(|word| !word.contains('/')).collect();
+    assert!(own.len() >= 4 && made.len() >= 2, "{own:?} {made:?}");
+    for file in own {
+        assert!(dir.path().join(&file).is_file(), "{file} is made by no command of the README");
+    }
+    let run = commands.iter().map(|command| words_of(command)).find(|words| words[1] == "run" && words[2] == "my.toml").unwrap();
+    let args: Vec<&str> = run[1..].iter().map(String::as_str).chain(["--check", "--untried"]).collect();
+    standfast(dir.path(), &args).success();
+}
+
 /// Targets of a document's links: those in its text, and those in the list of targets at its end.
 fn targets_of(document: &str) -> impl Iterator<Item = &str> {
     let inline = document.split("](").skip(1).filter_map(|rest| rest.split(')').next());

@@ -47,6 +47,7 @@ macro_rules! chapters {
         #[doc = "[step]: crate::guide::history#the-physics-step"]
         #[doc = "[varied]: crate::guide::history#under-the-variations-of-standard"]
         #[doc = "[figures]: ../../../../../assets/figures.json"]
+        #[doc = "[seeds]: ../../../../../assets/seeds.toml"]
         #[doc = "[clairvoyant]: crate::guide::history#what-a-clairvoyant-does-otherwise"]
         #[doc = "[caught]: crate::guide::limits#what-could-have-been-caught"]
         #[doc = "[estimate]: crate::guide::history#the-estimate-in-flight-and-at-landing"]

@@ -4,16 +4,31 @@ use super::table::{MOST_ROWS, escaped, left_out};
 use super::tables::{self, Detail};
 use crate::campaign::Summary;
 use crate::campaign::verdict::evidence::Status;
+use crate::campaign::verdict::gates::GateResult;
 use crate::render::replay_command;
 use crate::render::text::{gate_words, settings};
 use std::fmt::Write;
 use std::path::Path;
 
-/// The whole text: verdicts and gates first, then the numbers behind them; all but the most important tables are folded.
-/// Its commands are for a shell in the result folder.
+/// The whole text: failed gates first, then verdicts and the other gates, then the numbers behind them; all but the most
+/// important tables are folded. Its commands are for a shell in the result folder.
 pub fn text(summary: &Summary) -> String {
-    let mut text = format!("## standfast: {}\n\n{}\n", escaped(&summary.name), escaped(&summary.headline));
-    // Writing to a String cannot fail.
+    let mut text = format!("## standfast: {}\n\n", escaped(&summary.name));
+    let failed: Vec<_> = summary.gates.iter().filter(|gate| !gate.passes).collect();
+    if !failed.is_empty() {
+        let (count, all) = (failed.len(), summary.gates.len());
+        let names: Vec<_> = failed.iter().take(MOST_ROWS).map(|gate| escaped(&gate.judged.name)).collect();
+        // Writing to a String cannot fail.
+        _ = writeln!(
+            text,
+            "**{count} of {all} {} failed: {}.**{}\n",
+            if all == 1 { "gate" } else { "gates" },
+            names.join(", "),
+            left_out(count, "`junit.xml`")
+        );
+        failed.into_iter().take(MOST_ROWS).for_each(|gate| tell_gate(&mut text, summary, gate));
+    }
+    _ = writeln!(text, "{}", escaped(&summary.headline));
     for warning in summary.warnings.iter().take(MOST_ROWS) {
         _ = writeln!(text, "\n> **Note** {}", escaped(warning));
     }
@@ -22,16 +37,8 @@ pub fn text(summary: &Summary) -> String {
         _ = writeln!(text, "- {}", escaped(&pair.words));
     }
     _ = writeln!(text, "{}", left_out(summary.pairs.len(), "pairs"));
-    for gate in summary.gates.iter().filter(|gate| gate.judged.status != Status::Passed).take(MOST_ROWS) {
-        _ = writeln!(text, "{}\n", escaped(&gate_words(gate)));
-        if let Some(trial) = gate.lost_trial {
-            let command = replay_command(summary, &gate.set, trial, Path::new(""));
-            _ = writeln!(
-                text,
-                "To replay a trial that it lost, run this in the result folder:\n\n```sh\n{command}\n```\n"
-            );
-        }
-    }
+    let unresolved = summary.gates.iter().filter(|gate| gate.passes && gate.judged.status != Status::Passed);
+    unresolved.take(MOST_ROWS).for_each(|gate| tell_gate(&mut text, summary, gate));
     let (short, full): (Vec<_>, Vec<_>) = tables::of(summary)
         .into_iter()
         .filter(|told| told.detail <= Detail::Full)
@@ -51,6 +58,15 @@ pub fn text(summary: &Summary) -> String {
     text
 }
 
+/// A gate that did not pass, what was seen, and the command that replays a lost trial.
+fn tell_gate(text: &mut String, summary: &Summary, gate: &GateResult) {
+    _ = writeln!(text, "{}\n", escaped(&gate_words(gate)));
+    if let Some(trial) = gate.lost_trial {
+        let command = replay_command(summary, &gate.set, trial, Path::new(""));
+        _ = writeln!(text, "To replay a trial that it lost, run this in the result folder:\n\n```sh\n{command}\n```\n");
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,16 +74,18 @@ mod tests {
     use crate::episode::Outcome::{Fell, Recovered};
 
     #[test]
-    fn verdicts_and_gates_come_first_and_names_are_text() {
+    fn failed_gates_come_first_then_verdicts_and_names_are_text() {
         let outcomes: Vec<_> = (0..100).map(|i| [Recovered, if i < 50 { Recovered } else { Fell }]).collect();
-        let mut summary = summary(&outcomes, &[], &["b >= 0.8"]);
+        let mut summary = summary(&outcomes, &[], &["b >= 0.8", "a >= 0.9"]);
         summary.name = "<b>|x|`_".into();
         let text = text(&summary);
         let place = |part: &str| text.find(part).unwrap_or_else(|| panic!("{part} not in {text}"));
-        assert!(place("- a is better than b by 50.0 points") < place("--trial 50 --gains b"));
-        assert!(place("--trial 50 --gains b") < place("| b &gt;= 0.8 | FAILED |"));
+        let begins = "## standfast: &lt;b&gt;\\|x\\|\\`\\_\n\n**1 of 2 gates failed: b &gt;= 0.8.**\n\nb &gt;= 0.8: the rate is 50.0 %";
+        assert!(text.starts_with(begins), "{text}");
+        assert!(place("--trial 50 --gains b") < place("a recovers most often: "));
+        assert!(place("a recovers most often: ") < place("- a is better than b by 50.0 points"));
+        assert!(place("- a is better than b by 50.0 points") < place("| b &gt;= 0.8 | FAILED |"));
         assert!(place("| b &gt;= 0.8 | FAILED |") < place("| a | b | 50 | 50 | 0 | 0 | +50.0 |"));
-        assert!(text.starts_with("## standfast: &lt;b&gt;\\|x\\|\\`\\_"), "{text}");
         assert!(text.contains(" The intervals hold at 95 %; p is that of the exact McNemar test.\n"), "{text}");
     }
 
@@ -80,6 +98,6 @@ mod tests {
         summary.warnings = vec!["a design that does not support a claim".repeat(5); 10_000];
         let text = text(&summary);
         assert!(text.len() < 200_000, "{} bytes", text.len());
-        assert_eq!(text.matches(" 9900 more ").count(), 3);
+        assert_eq!(text.matches(" 9900 more ").count(), 4);
     }
 }

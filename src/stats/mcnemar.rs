@@ -99,23 +99,24 @@ impl PairedCounts {
         [self.least_difference(z), -self.swapped().least_difference(z)]
     }
 
-    /// Trials in all after which a McNemar test at the two-sided level `alpha` finds the difference with the chance
-    /// `power`, if the rates are as observed (Connor 1987, "Sample size for testing differences in proportions for the
-    /// paired-sample design"): `(z_alpha sqrt(s) + z_power sqrt(s - d^2))^2 / d^2`, s the share of discordant trials, d the
-    /// difference. None where no difference was seen.
+    /// Trials in all after which the score test at the two-sided level `alpha` tells the difference from `required` (a
+    /// share) with the chance `power`, if the rates are as observed: `(z_alpha sqrt(v) + z_power sqrt(s - d^2))^2 / (d -
+    /// required)^2`, s the share of discordant trials, d the difference, and v the variance of a trial's difference at the
+    /// likeliest rates that differ by `required`. For 0, v is s, and the test McNemar's (Connor 1987, "Sample size for testing
+    /// differences in proportions for the paired-sample design"). None where just the required difference was seen.
     ///
     /// This is a rough guess: an observed difference that is not resolved may well be twice the true one.
-    pub fn trials_to_resolve(&self, power: f64, alpha: f64) -> Option<u64> {
+    pub fn trials_to_resolve(&self, required: f64, power: f64, alpha: f64) -> Option<u64> {
         let d = self.difference();
-        if d == 0.0 {
+        if self.trials() == 0 || d == required {
             return None;
         }
         let discordant = (self.only_a + self.only_b) as f64 / self.trials() as f64;
         let z = |p: f64| Normal::standard().inverse_cdf(p);
         // Rounding may leave s - d^2 a little below 0 where all trials are discordant to one side.
         let spread = (discordant - d * d).max(0.0).sqrt();
-        let root = z(1.0 - alpha / 2.0) * discordant.sqrt() + z(power) * spread;
-        Some((root / d).powi(2).ceil() as u64)
+        let root = z(1.0 - alpha / 2.0) * self.variance_at(required).sqrt() + z(power) * spread;
+        Some((root / (d - required)).powi(2).ceil().max(1.0) as u64)
     }
 
     /// The smallest difference that the score test does not reject.
@@ -242,7 +243,7 @@ mod tests {
             ([5, 3, 3, 5], 0.8, 0.05, None),
             ([0; 4], 0.8, 0.05, None),
         ] {
-            assert_eq!(table(both, only_a, only_b, neither).trials_to_resolve(power, alpha), expected);
+            assert_eq!(table(both, only_a, only_b, neither).trials_to_resolve(0.0, power, alpha), expected);
         }
     }
 }

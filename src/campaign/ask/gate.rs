@@ -134,12 +134,12 @@ impl Gate {
         }
         let against = match other {
             BASELINE if sets.iter().any(|set| set == BASELINE) => {
-                let problem = "a set of this campaign is itself named `baseline`".into();
-                return refuse(problem, "another name for that set".into());
+                let problem = "a controller of this campaign is itself named `baseline`".into();
+                return refuse(problem, "another name for that controller".into());
             }
             BASELINE => Against::Baseline,
             other if other == set => {
-                return refuse("compares a set with itself".into(), "another set, or baseline".into());
+                return refuse("compares a controller with itself".into(), "another controller, or baseline".into());
             }
             other => Against::Set(other.into()),
         };
@@ -211,7 +211,7 @@ mod tests {
             ("catch >= 80", "`80` is not a rate; accepted: 0 to 1, or 0 % to 100 %"),
             ("catch >= hold + 10", "`10` is not a difference of rates; accepted: -1 to 1"),
             ("catch >= hold - much", "`much` is not a number; accepted: SET >= RATE"),
-            ("catch >= catch - 0.1", "compares a set with itself; accepted: another set"),
+            ("catch >= catch - 0.1", "compares a controller with itself; accepted: another controller"),
         ] {
             let error = Gate::parse(text, &sets(&["catch", "hold"])).unwrap_err();
             assert!(matches!(error, Error::Value { .. }));

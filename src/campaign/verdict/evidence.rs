@@ -18,7 +18,8 @@ use crate::stats::sequential;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// The 80 % quantile of the standard normal distribution. So large is the chance that `more_trials` resolve a gate.
+/// So large is the chance that `more_trials` resolve a gate, and the quantile of the standard normal distribution at it.
+const POWER: f64 = 0.8;
 const Z80: f64 = 0.841_621_233_572_914_3;
 /// At the same confidence, an interval that holds at every look is about so many times as wide as one for a fixed
 /// number of trials (1000 to 10,000 trials at 95 %).
@@ -34,6 +35,8 @@ pub struct Evidence {
     pub trials: u64,
     /// Whether the interval holds at every look, as one of [`sequential`] does, or for a fixed number of trials only.
     pub sequential: bool,
+    /// Of a difference, in how many trials each of the two recovered; None of a rate.
+    pub counts: Option<PairedCounts>,
 }
 
 impl Evidence {
@@ -42,27 +45,25 @@ impl Evidence {
     pub fn rate(recovered: u64, trials: u64, confidence: f64, sequential: bool) -> Self {
         let interval = if sequential { sequential::rate_interval } else { clopper_pearson };
         let observed = recovered as f64 / trials.max(1) as f64;
-        Self { observed, interval: interval(recovered, trials, confidence), trials, sequential }
+        Self { observed, interval: interval(recovered, trials, confidence), trials, sequential, counts: None }
     }
 
     /// Evidence of the difference of two rates, with an interval of this `confidence` (a share).
     pub fn difference(counts: &PairedCounts, confidence: f64, sequential: bool) -> Self {
         let interval = counts.interval(confidence, sequential);
-        Self { observed: counts.difference(), interval, trials: counts.trials(), sequential }
+        Self { observed: counts.difference(), interval, trials: counts.trials(), sequential, counts: Some(*counts) }
     }
 
     /// The answer to a gate. This is the evidence of the gate's rate, or of the rate of its set less the rate with
     /// which the gate compares it. `confidence` is that of the interval (a two-sided share).
     pub fn answer(&self, gate: &Gate, confidence: f64) -> GateAnswer {
-        let &Self { observed, interval: [least, most], trials, sequential } = self;
+        let &Self { observed, interval: [least, most], trials, sequential, .. } = self;
         let status = match gate.offset {
             required if least >= required => Status::Passed,
             required if most < required => Status::Failed,
             _ => Status::Unresolved,
         };
-        // A campaign with a fixed number of trials cannot be continued, so a new campaign needs all of them.
-        let again = if sequential { 0 } else { trials };
-        let more_trials = self.more_trials(gate.offset, confidence).filter(|_| status == Status::Unresolved);
+        let more_trials = if status == Status::Unresolved { self.more_trials(gate.offset, confidence) } else { None };
         GateAnswer {
             name: gate.text.clone(),
             status,
@@ -71,18 +72,25 @@ impl Evidence {
             required: gate.offset,
             confidence,
             trials,
-            more_trials: more_trials.map(|more| again + more),
+            more_trials,
             sequential,
         }
     }
 
-    /// About how many more trials decide with a chance of 80 % whether the `required` value is reached, if the true
-    /// value is the observed one. It is None if the observed value is just the required one, because then no number of
-    /// trials decides. By the normal approximation, the interval narrows with the root of the number of trials.
-    pub fn more_trials(&self, required: f64, confidence: f64) -> Option<u64> {
+    /// About how many trials that are still to be run decide with a chance of 80 % whether the `required` value is reached,
+    /// if the true value is the observed one: of a new campaign, since one with a fixed number of trials cannot be
+    /// continued, or more of this one if its interval holds at every look. It is None if the observed value is just the
+    /// required one, because then no number of trials decides.
+    ///
+    /// Of a difference and a fixed number of trials, they are those of the score test. Otherwise the interval narrows
+    /// with the root of the number of trials (normal approximation).
+    fn more_trials(&self, required: f64, confidence: f64) -> Option<u64> {
         let distance = (self.observed - required).abs();
         if self.trials == 0 || distance < ROUNDING {
             return None;
+        }
+        if let (Some(counts), false) = (&self.counts, self.sequential) {
+            return counts.trials_to_resolve(required, POWER, 1.0 - confidence);
         }
         let [least, most] = self.interval;
         // Near a rate of 0 or 1 the side towards the requirement may be the shorter one, but it does not stay so with
@@ -93,7 +101,8 @@ impl Evidence {
         // requirement is 0.84 standard errors farther away.
         let z = Normal::standard().inverse_cdf(0.5 + confidence / 2.0) * if self.sequential { WIDER } else { 1.0 };
         let times = (half_width * (1.0 + Z80 / z) / distance).powi(2);
-        Some((self.trials as f64 * (times - 1.0)).ceil().max(1.0) as u64)
+        let again = if self.sequential { 0 } else { self.trials };
+        Some(again + (self.trials as f64 * (times - 1.0)).ceil().max(1.0) as u64)
     }
 }
 
@@ -146,7 +155,7 @@ mod tests {
             ([0.0, 0.0999], Status::Failed, [true, true]),
             ([0.0, 0.1], Status::Unresolved, [false, true]),
         ] {
-            let found = Evidence { observed: 0.1, interval, trials: 100, sequential: false }.answer(&gate, 0.95);
+            let found = Evidence { observed: 0.1, interval, trials: 100, sequential: false, counts: None }.answer(&gate, 0.95);
             assert_eq!((found.status, found.more_trials, &found.name[..]), (status, None, "catch >= hold + 0.10"));
             assert_eq!([OnUnresolved::Pass, OnUnresolved::Fail].map(|unresolved| status.fails(unresolved)), fails);
         }

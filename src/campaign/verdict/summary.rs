@@ -191,7 +191,7 @@ fn stopped(sets: &[SetSummary], trials: u64) -> Option<String> {
     let why = format!("because all that was to be decided about {about} was decided by then");
     let subject = if are_several { "Some controllers" } else { "One controller" };
     let rates =
-        "Each rate is over the controller's own trials, and each pair is compared over the trials that both sets have.";
+        "Each rate is over the controller's own trials, and each pair is compared over the trials that both have.";
     (!by_trials.is_empty()).then(|| format!("{subject} stopped before the others, {why}: {told}. {rates}"))
 }
 
@@ -204,9 +204,9 @@ const INTERVAL: &str = "All intervals are at 95 %. Those of the differences of p
 /// Explains the intervals of a campaign that could end when decided.
 const SEQUENTIAL_INTERVAL: &str = "All intervals are at 95 %. Those of the differences of pairs, and of gates, are \
                                    what betting confidence sequences leave of them at all looks together: they hold \
-                                   however often one looks, for all pairs and for all gates together. Which set of a \
+                                   however often one looks, for all pairs and for all gates together. Which controller of a \
                                    pair is better is decided by an exact test at planned looks; the interval of a better \
-                                   set is cut off at 0, which does not belong to it, and any other is widened to touch \
+                                   one is cut off at 0, which does not belong to it, and any other is widened to touch \
                                    0. The others hold each for itself, and as for a fixed count of trials: \
                                    rates have Wilson's, or Clopper and Pearson's where fewer than 5 trials recovered or \
                                    fewer than 5 did not; differences by kind of trial have Tango's.";

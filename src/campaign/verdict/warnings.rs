@@ -45,12 +45,12 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
     let rates = || sets.iter().map(|set| set.count.success_rate);
     if sets.len() > 1 && rates().all(|rate| rate > NEARLY) {
         found.push(
-            "Every controller recovered from nearly every trial: the pushes are too weak to tell the sets apart."
+            "Every controller recovered from nearly every trial: the pushes are too weak to tell the controllers apart."
                 .into(),
         );
     } else if sets.len() > 1 && rates().all(|rate| rate < 1.0 - NEARLY) {
         found.push(
-            "No controller recovered from more than a few trials: the pushes are too hard to tell the sets apart."
+            "No controller recovered from more than a few trials: the pushes are too hard to tell the controllers apart."
                 .into(),
         );
     }

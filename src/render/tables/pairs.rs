@@ -138,7 +138,7 @@ pub(super) fn agreement(summary: &Summary) -> Table {
     let Some(agreement) = &summary.agreement else { return Table::default() };
     let [a, b] = agreement.engines.map(|engine| format!("only {}", engine.title()));
     let columns = headings("controller", ["both", &a, &b, "neither", "agree", "kappa", "95 %"]);
-    let mut table = Table::new("Agreement, set by set", columns);
+    let mut table = Table::new("Agreement, controller by controller", columns);
     for set in &agreement.sets {
         let kappa = set.agreed.kappa.map_or("-".into(), |kappa| format!("{kappa:.2}"));
         let interval = set.agreed.kappa_ci95.map_or("-".into(), |[least, most]| {

@@ -112,11 +112,11 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
     head
 }
 
-/// The command that replays a trial in which two sets end differently, or else one that was lost.
+/// The command that replays a trial in which two controllers end differently, or else one that was lost.
 fn replay(summary: &Summary, folder: &Path) -> String {
     let differ = |pair: &Pair| {
         let lost =
-            |trials: &[u64], by: &str| Some((*trials.first()?, by.to_string(), "in which two sets end differently"));
+            |trials: &[u64], by: &str| Some((*trials.first()?, by.to_string(), "in which two controllers end differently"));
         lost(&pair.first_only_a, &pair.b).or_else(|| lost(&pair.first_only_b, &pair.a))
     };
     // The telling trials of a set begin with those that it lost.
@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn the_trial_to_replay_is_described() {
         let text = |outcomes| replay(&summary(&[outcomes; 3], &[], &[]), Path::new("out"));
-        assert!(text([Recovered, Fell]).contains("to replay a trial in which two sets end differently (report"));
+        assert!(text([Recovered, Fell]).contains("to replay a trial in which two controllers end differently (report"));
         assert!(text([Recovered, Fell]).ends_with("--campaign out/campaign.toml --trial 0 --gains b\n"));
         assert!(text([Fell, Fell]).contains("to replay a trial that was lost (report"));
         assert_eq!(text([Recovered, Recovered]), "");

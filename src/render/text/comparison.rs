@@ -32,7 +32,7 @@ pub fn about_pairs(summary: &Summary) -> String {
     let times = if several { format!(" times {count}") } else { String::new() };
     match summary.stopping.until_resolved {
         true => format!(
-            "The intervals hold at 95 %{together}, however often one looks; which set is better is decided by an exact \
+            "The intervals hold at 95 %{together}, however often one looks; which controller is better is decided by an exact \
              test at planned looks."
         ),
         false => format!("The intervals hold at 95 %{together}; p is that of the exact McNemar test{times}."),
@@ -202,6 +202,22 @@ mod tests {
             told.len() == 1 && words.starts_with("gate failed: b >= a + 0.1: ") && words.contains(alone),
             "{words}"
         );
+    }
+
+    #[test]
+    fn a_pair_and_its_gate_need_as_many_trials() {
+        // Of 40 trials, a alone recovers from six, and b alone from one.
+        let outcomes = (0..40).map(|i| match i {
+            0..6 => [Recovered, Fell],
+            6 => [Fell, Recovered],
+            _ => [Recovered; 2],
+        });
+        let summary = summary(&outcomes.collect::<Vec<_>>(), &[], &["a >= b"]);
+        let (pair, gate) = (&summary.pairs[0], &summary.gates[0]);
+        assert_eq!(gate.judged.status, Status::Unresolved);
+        assert_eq!((pair.more_trials, gate.judged.more_trials), (Some(85), Some(85)));
+        let about = "a new campaign with another seed and about 85 trials would";
+        assert!(pair.words.contains(about) && gate_words(gate).contains(about), "{} {}", pair.words, gate_words(gate));
     }
 
     #[test]

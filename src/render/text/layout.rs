@@ -6,7 +6,13 @@ use crate::robot::Units;
 use comfy_table::Table;
 
 /// Width of text that does not go to a terminal, and largest width of sentences on a terminal (columns).
-pub const PLAIN_WIDTH: u16 = 80;
+const PLAIN_WIDTH: usize = 80;
+
+/// Width of the terminal (columns): that of the variable COLUMNS if it is set, even where no terminal is.
+pub fn terminal_width() -> usize {
+    let set = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok()).filter(|columns| *columns > 0);
+    set.or_else(|| Table::new().width().map(usize::from)).unwrap_or(PLAIN_WIDTH)
+}
 
 /// The unit of impulses of a robot, which is `sole_impulse_n_s` (N s).
 pub fn sole_impulse(sole_impulse_n_s: f64) -> String {
@@ -23,8 +29,7 @@ pub fn velocity_change(units: &Units, impulse_n_s: f64) -> String {
 /// The text in lines that fit the terminal. `mark` stands before the first line, and the others are indented by its
 /// width. A number stays on one line with its unit and with a sign such as `=` before it.
 pub fn wrapped(mark: &str, text: &str) -> String {
-    let width = Table::new().width().unwrap_or(PLAIN_WIDTH).min(PLAIN_WIDTH);
-    wrapped_to(width.into(), mark, text)
+    wrapped_to(terminal_width().min(PLAIN_WIDTH), mark, text)
 }
 
 /// An entry of a story: a label in a column of its own, and what there is to say.
@@ -34,6 +39,8 @@ pub fn entry(label: &str, what: &str) -> String {
 
 /// The same as [`wrapped`] for a width (columns).
 pub fn wrapped_to(width: usize, mark: &str, text: &str) -> String {
+    // What has lines of its own, such as what a program said before it failed, keeps them.
+    let (text, own) = text.split_once('\n').unwrap_or((text, ""));
     let together = together(text);
     let mut lines = vec![mark.to_string()];
     for piece in together.split(' ') {
@@ -46,6 +53,7 @@ pub fn wrapped_to(width: usize, mark: &str, text: &str) -> String {
             *line += piece;
         }
     }
+    lines.extend(own.lines().map(|line| " ".repeat(mark.len()) + line));
     lines.join("\n").replace('\u{a0}', " ") + "\n"
 }
 
@@ -55,7 +63,10 @@ pub fn together(text: &str) -> String {
     let stays = |before: &str, word: &str| {
         is_one_of(
             word,
-            &["=", "<", ">=", "%", "s", "ms", "mm", "m", "m/s", "N", "deg", "degrees", "points", "cm\u{b2}"],
+            &[
+                "=", "<", ">=", "%", "s", "ms", "mm", "m", "m/s", "m/s^2", "N", "kg", "rad", "rad/s", "deg", "degrees", "points",
+                "cm\u{b2}",
+            ],
         ) || is_one_of(before, &["=", "<", ">=", "N"])
             || (before.starts_with('(') && before.ends_with(',') && !before.contains(')'))
     };
@@ -108,6 +119,15 @@ mod tests {
         assert_eq!(wrapped("- ", &format!("{words}x at 12.5 N s. z")), format!("- {words}x at\n  12.5 N s. z\n"));
         let told = together("home after 2.77 s. 3.74 to 4.38 N s (1 to 2, p = 0.06) of 5 sets");
         assert_eq!(told.replace('\u{a0}', "~"), "home after 2.77~s. 3.74 to 4.38~N~s (1 to 2, p~=~0.06) of 5 sets");
+    }
+
+    #[test]
+    fn what_has_lines_of_its_own_keeps_them() {
+        let said = format!("it has ended; on stderr: Traceback\n  File \"a.py\", line 1\n    {}\nError: 3 < 4", "x ".repeat(40));
+        let told = entry("outcome", &said);
+        let lines: Vec<&str> = told.lines().collect();
+        assert_eq!(lines[..2], ["outcome     it has ended; on stderr: Traceback", "              File \"a.py\", line 1"]);
+        assert!(lines.len() == 4 && lines[3] == "            Error: 3 < 4", "{told}");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! A robot as it was read, and its kinematics at given joint angles, as text and JSON.
 
-use crate::render::table::{Table, headings, number, texts};
+use crate::render::table::{Table, headings, texts};
 use crate::render::text::layout::{signed, wrapped};
 use crate::robot::swing_time::least_swing_time_s;
 use crate::robot::{Foot, Joint, Kinematics, Robot};
@@ -97,51 +97,64 @@ pub fn description(robot: &Robot) -> String {
     // Writing to a String cannot fail.
     let mut line = |s: String| _ = writeln!(text, "{s}");
     line(format!("{}: {} joints, {:.6} kg", robot.name, robot.joints.len(), robot.mass()));
-    line(format!(
-        "home     the COM is at {}, {} mm (x, y) from the middle of the soles,\n         {:.4} m above them; omega is {:.4} rad/s",
-        signed(1e3 * com.x, 2),
-        signed(1e3 * com.y, 2),
-        com.z,
-        robot.omega()
-    ));
-    line(format!("trunk    {} (it carries the IMU, and pushes act on it)", robot.links[robot.trunk].name));
+    let mut told = |mark: &str, what: String| line(wrapped(mark, &what).trim_end().into());
+    told(
+        "home     ",
+        format!(
+            "the COM is at {}, {} mm (x, y) from the middle of the soles, {:.4} m above them; omega is {:.4} rad/s",
+            signed(1e3 * com.x, 2),
+            signed(1e3 * com.y, 2),
+            com.z,
+            robot.omega()
+        ),
+    );
+    told("trunk    ", format!("{} (it carries the IMU, and pushes act on it)", robot.links[robot.trunk].name));
     for foot in Foot::BOTH {
         let sole = &robot.soles[foot];
         let center = kinematics.sole_pose(robot, foot).translation;
-        line(format!(
-            "sole     {}: {} x {} x {} mm (x, y, z),\n         at home centred at {}, {} mm",
-            robot.frames[sole.frame].name,
-            short(2e3 * sole.half_m[0]),
-            short(2e3 * sole.half_m[1]),
-            short(1e3 * sole.thickness_m),
-            signed(1e3 * center.x, 2),
-            signed(1e3 * center.y, 2)
-        ));
+        told(
+            "sole     ",
+            format!(
+                "{}: {} x {} x {} mm (x, y, z), at home centred at {}, {} mm",
+                robot.frames[sole.frame].name,
+                short(2e3 * sole.half_m[0]),
+                short(2e3 * sole.half_m[1]),
+                short(1e3 * sole.thickness_m),
+                signed(1e3 * center.x, 2),
+                signed(1e3 * center.y, 2)
+            ),
+        );
     }
     if let Some((joint, share)) = robot.hardest_on_one_leg() {
         let (name, percent) = (&robot.joints[joint].name, 100.0 * share);
-        line(format!("one leg  carries the robot with {percent:.0} % of the torque of {name}"));
+        told("one leg  ", format!("carries the robot with {percent:.0} % of the torque of {name}"));
     }
     let noise = &robot.noise;
-    line(format!("ground   friction {}", robot.friction));
-    line(format!("delay    {} ms from sensing to torque", 1e3 * robot.delay_s));
-    line(format!(
-        "noise    encoders {} rad, gyro {} rad/s, orientation {} rad,\n         accelerometer {} m/s^2, soles {} N and {} N m",
-        noise.joint_angle_rad,
-        noise.gyro_rad_s,
-        noise.orientation_rad,
-        noise.accelerometer_m_s2,
-        noise.sole_force_n,
-        noise.sole_moment_n_m
-    ));
+    told("ground   ", format!("friction {}", robot.friction));
+    told("delay    ", format!("{} ms from sensing to torque", 1e3 * robot.delay_s));
+    told(
+        "noise    ",
+        format!(
+            "encoders {} rad, gyro {} rad/s, orientation {} rad, accelerometer {} m/s^2, soles {} N and {} N m",
+            noise.joint_angle_rad,
+            noise.gyro_rad_s,
+            noise.orientation_rad,
+            noise.accelerometer_m_s2,
+            noise.sole_force_n,
+            noise.sole_moment_n_m
+        ),
+    );
     let pairs = Pairs::new(robot);
-    line(format!(
-        "contact  {} pairs of links collide: of both legs, and of an arm with trunk,\n         legs and the other arm; {} more \
-         touch at home, and do not",
-        pairs.count(),
-        pairs.touching_at_home.len()
-    ));
-    reach_text(robot, &mut line);
+    told(
+        "contact  ",
+        format!(
+            "{} pairs of links collide: of both legs, and of an arm with trunk, legs and the other arm; {} more touch at home, \
+             and do not",
+            pairs.count(),
+            pairs.touching_at_home.len()
+        ),
+    );
+    reach_text(robot, &mut told);
     line("\nTree of links: mass of each moving link, and in brackets what is fixed to it".into());
     tree_text(robot, 0, 1, &mut line);
     line(format!("\n{}\n{}", joint_table(robot), servo_table(robot).trim_end()));
@@ -157,15 +170,13 @@ pub fn description(robot: &Robot) -> String {
 }
 
 /// Writes where a foot can land, and whether the motors can swing it there in the time that the settings state.
-fn reach_text(robot: &Robot, line: &mut impl FnMut(String)) {
+fn reach_text(robot: &Robot, told: &mut impl FnMut(&str, String)) {
     if robot.reach.is_empty() {
-        return line("reach    not given".into());
+        return told("reach    ", "not given".into());
     }
-    line(
-        "reach    where a foot can land: offsets from the stance sole's centre, x forward and\n         y to the side \
-         of the swing foot, and the time of the swing (`limit` uses this)"
-            .into(),
-    );
+    let about = "where a foot can land: offsets from the stance sole's centre, x forward and y to the side of the swing foot, and \
+                 the time of the swing (`limit` uses this)";
+    told("reach    ", about.into());
     for region in &robot.reach {
         let ([x0, x1], [y0, y1]) = (region.x_m, region.y_m);
         let mm = |length_m: f64| short(1e3 * length_m);
@@ -173,25 +184,19 @@ fn reach_text(robot: &Robot, line: &mut impl FnMut(String)) {
             0.0 => String::new(),
             share => format!(", sideways from {share} of it on"),
         };
-        line(format!(
-            "         {}: x {} to {} mm, y {} to {} mm, in {} s{around};",
-            region.name,
-            mm(x0),
-            mm(x1),
-            mm(y0),
-            mm(y1),
-            region.swing_time_s
-        ));
-        line(match least_swing_time_s(robot, region) {
-            Some(least_s) if least_s <= region.swing_time_s => {
-                format!("           the motors of a leg need {least_s:.3} s for its farthest corner")
+        let [x0, x1, y0, y1] = [x0, x1, y0, y1].map(mm);
+        let (name, time_s) = (&region.name, region.swing_time_s);
+        told("         ", format!("{name}: x {x0} to {x1} mm, y {y0} to {y1} mm, in {time_s} s{around};"));
+        let needs = match least_swing_time_s(robot, region) {
+            Some(least_s) if least_s <= time_s => {
+                format!("the motors of a leg need {least_s:.3} s for its farthest corner")
             }
-            Some(least_s) => format!(
-                "           WARNING: less than the {least_s:.3} s that the motors of a leg need for its\n           \
-                 farthest corner"
-            ),
-            None => "           WARNING: the legs do not reach all of it".into(),
-        });
+            Some(least_s) => {
+                format!("WARNING: less than the {least_s:.3} s that the motors of a leg need for its farthest corner")
+            }
+            None => "WARNING: the legs do not reach all of it".into(),
+        };
+        told("           ", needs);
     }
 }
 
@@ -240,15 +245,11 @@ fn short(component: f64) -> String {
 }
 
 fn servo_table(robot: &Robot) -> String {
-    let head = [
-        "home [rad]",
-        "kp [N\u{a0}m /rad]",
-        "kd [N\u{a0}m s/rad]",
-        "torque [N\u{a0}m]",
-        "full\u{a0}to [rad/s]",
-        "none\u{a0}at [rad/s]",
-    ];
-    let mut servos = Table::new("", headings("joint", head).chain([number("rotor [kg m^2]")]));
+    let head = ["home", "kp", "kd", "torque", "full to", "none at", "rotor"];
+    let mut servos = Table::new("", headings("joint", head)).with_note(
+        "Servos: the angle at home in rad, kp in N m/rad, kd in N m s/rad, the torque in N m, up to which speed it is there in \
+         full and at which there is none in rad/s, and the inertia of the rotor in kg m^2.",
+    );
     for ((joint, servo), home_rad) in robot.joints.iter().zip(&robot.servos).zip(&robot.home_rad) {
         let numbers = [servo.kp, servo.kd, servo.torque_n_m, servo.full_torque_speed_rad_s];
         let more = [servo.no_torque_speed_rad_s, servo.rotor_inertia_kg_m2].map(|number| number.to_string());

@@ -206,7 +206,9 @@ impl Told<'_> {
         if let (Some(at), Some(links)) = (record.legs_met_at_s, &record.legs_met) {
             line("legs", format!("they met at t = {at:.3} s: {links}"));
         }
-        line("torque", self.torque());
+        if let Some(told) = self.torque() {
+            line("torque", told);
+        }
         line(
             "peaks",
             format!("tilt {:.1} degrees, joint speed {:.1} rad/s", record.peak_tilt_deg, record.peak_joint_speed_rad_s),
@@ -295,22 +297,22 @@ impl Told<'_> {
         })
     }
 
-    /// The largest torques in a sentence or two.
-    fn torque(&self) -> String {
+    /// The largest torques in a sentence or two; None if there were none, as where the controller fails at its first tick.
+    fn torque(&self) -> Option<String> {
         let (ratio, joint) = &self.witness.most_torque;
         let percent = 100.0 * ratio;
         let Some((at, first)) = &self.witness.torque_limited else {
-            return format!("at most {percent:.0} % of the limit, at {joint}");
+            return (*ratio > 0.0).then(|| format!("at most {percent:.0} % of the limit, at {joint}"));
         };
         let limited = format!("{first} was the first joint at its limit, at t = {at:.3} s");
-        match percent.round() > 100.0 {
+        Some(match percent.round() > 100.0 {
             // A torque beyond the limit is possible if a rotor is so light that its servo needs implicit damping.
             true => format!(
                 "{limited}. The peak, {percent:.0} % of the limit at {joint}, lasted one physics step, as when an impact \
                  stops a joint"
             ),
             false => limited,
-        }
+        })
     }
 }
 
