@@ -61,7 +61,8 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Read { .. } | Error::Syntax { .. } | Error::Value { .. } | Error::Unknown { .. } => 2,
-            Error::NoWindow { .. } | Error::NoMujoco | Error::Several(_) | Error::Falls { .. } => 2,
+            Error::NoWindow { .. } | Error::NoMujoco | Error::Falls { .. } => 2,
+            Error::Several(all) => all.iter().map(Error::exit_code).max().unwrap_or(2),
             Error::Parts { .. } => 3,
             Error::Busy(_) => TRY_AGAIN,
             Error::Write { source, .. } if is_full(source) => TRY_AGAIN,

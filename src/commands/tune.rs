@@ -192,7 +192,7 @@ fn judge(
         simulate(&mut work, Some(&gates), false)?;
         wait_for_others(&result)?;
         let summary = match args.writes() {
-            true => work.within_threads(|| conclude(&result, &gates, &ReplaysArgs::default(), None))?,
+            true => work.within_threads(|| conclude(&result, &gates, &ReplaysArgs::default(), None, false))?.0,
             false => Summary::read(&result, &gates)?.0,
         };
         tuned.verdicts.extend(Verdict::of(case, &name, &summary, &tuned.name));
