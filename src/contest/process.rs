@@ -13,7 +13,6 @@ use crate::error::{Error, Result};
 use crate::robot::{Command, Controller, Factory, Note, PerFoot, Report, Robot, Sensed, TickError, Wrench};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
-use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process;
@@ -106,14 +105,14 @@ impl Settings for Process {
         }
         for (name, [from, to]) in &self.tunable {
             let (field, value) = (format!("tunable.{name}"), format!("[{from}, {to}]"));
-            if self.parameters.get(name).and_then(number).is_none() {
-                let numbers = self.parameters.iter().filter(|(_, value)| number(value).is_some());
+            if !self.parameters.get(name).and_then(number).is_some_and(f64::is_finite) {
+                let numbers = self.parameters.iter().filter(|(_, value)| number(value).is_some_and(f64::is_finite));
                 let numbers: Vec<&str> = numbers.map(|(name, _)| name.as_str()).collect();
                 let problem = "is no number among the parameters";
                 return Err(Error::value(file, field, value, problem, format!("one of: {}", numbers.join(", "))));
             }
-            if from.partial_cmp(to) != Some(Ordering::Less) {
-                return Err(Error::value(file, field, value, "its range has no extent", "[FROM, TO]"));
+            if let Some(problem) = Tunable::problem([*from, *to]) {
+                return Err(Error::value(file, field, value, problem, "[FROM, TO], two finite numbers"));
             }
         }
         let is_time = self.timeout_s > 0.0 && self.timeout_s <= MOST_TIMEOUT_S;
