@@ -13,7 +13,11 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "The exit code is 3 if parts are missing or cannot be, or if a trial that is
-simulated again for its replay does not end as its part says.")]
+simulated again for its replay does not end as its part says.
+
+For its replays, a controller that is a program is started out of the result's
+folder. If this machine has not made its files, you are asked first; where there
+is no terminal, --run-inputs allows it, and --replays 0 does without.")]
 pub struct MergeArgs {
     /// Result folder of `run`, with the parts of all shards
     pub dir: PathBuf,

@@ -24,7 +24,11 @@ use std::process::ExitCode;
   standfast replay standfast-results/standard --trial 17
   standfast replay results --trial 17 --gains hold -o hold.html
   standfast replay results --trial 17 --frames pictures     snapshots and a GIF
-  standfast replay results --trial 17 --engine both    both physics engines")]
+  standfast replay results --trial 17 --engine both    both physics engines
+
+A controller that is a program is started out of the result's folder. If this
+machine has not made its files, you are asked first; where there is no terminal,
+--run-inputs allows it.")]
 pub struct ReplayArgs {
     /// Result folder of `run`
     pub dir: PathBuf,
@@ -173,6 +177,8 @@ pub struct Replays {
     pub written: usize,
     /// How each of these trials differs that did not end as it did in the result.
     pub differ: Vec<String>,
+    /// The first error about a command that may not be started.
+    pub refused: Option<Error>,
 }
 
 /// Writes the pages of the first `for_each_set` telling trials of each controller, only those that are missing or, with
@@ -190,12 +196,23 @@ pub fn write_telling(
         wanted.extend(set.telling.iter().take(for_each_set).map(|telling| (telling.trial, set.name.as_str())));
     }
     wanted.retain(|(trial, set)| afresh || !folder.path.join(replay_file(*trial, set, None)).is_file());
-    let page = |&(trial, set): &(u64, &str)| {
-        let written = if stop() { return None } else { write_page(&folder.path, trial, set) };
-        written.inspect_err(|error| log::warn!("no replay of trial {trial} of {set}: {error}")).ok()
+    let count = wanted.len();
+    let page = |(trial, set)| {
+        if stop() { None } else { Some(write_page(&folder.path, trial, set).map_err(|error| (trial, set, error))) }
     };
-    let written: Vec<Option<String>> = wanted.par_iter().filter_map(page).collect();
-    Replays { wanted: wanted.len(), written: written.len(), differ: written.into_iter().flatten().collect() }
+    let pages: Vec<_> = wanted.into_par_iter().filter_map(page).collect();
+    let mut replays = Replays { wanted: count, written: 0, differ: Vec::new(), refused: None };
+    for page in pages {
+        match page {
+            Ok(differs) => {
+                replays.written += 1;
+                replays.differ.extend(differs);
+            }
+            Err((.., error @ Error::NotStarted { .. })) => _ = replays.refused.get_or_insert(error),
+            Err((trial, set, error)) => log::warn!("no replay of trial {trial} of {set}: {error}"),
+        }
+    }
+    replays
 }
 
 /// Simulates a trial of the result in `folder` again, and writes its page and a small picture into this folder. Returns how

@@ -61,12 +61,16 @@ pub fn conclude(
     note(&result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));
     say_failed_gates(&summary, &folder.path);
     let stop = || STOP.load(Ordering::Relaxed);
-    let Replays { wanted, written: replays, differ } = write_telling(folder, &summary, args.replays, afresh, &stop);
+    let Replays { wanted, written: replays, differ, refused } =
+        write_telling(folder, &summary, args.replays, afresh, &stop);
     if replays > 0 {
         // The page is written again, now with links to the replays.
         result::write(&summary, &rows, &folder.path)?;
         let these = if replays == 1 { "replay of a telling trial" } else { "replays of telling trials" };
         note(&format!("written: {}: {replays} {these}", folder.path.join("replays").display()));
+    }
+    if let Some(refused) = refused {
+        return Err(refused);
     }
     if stop() && replays < wanted {
         note("interrupted: the result is complete; the same command writes the replays that are missing");

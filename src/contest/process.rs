@@ -6,6 +6,7 @@
 
 use super::beside;
 use super::child::{Talker, in_short};
+use super::kept;
 use super::settings::{Settings, about, check_name};
 use super::tunable::Tunable;
 use crate::assets::{Source, number, parse_toml};
@@ -142,6 +143,10 @@ impl Settings for Process {
         names.into_iter().map(|name| beside::read(&self.file, "files", name)).collect()
     }
 
+    fn is_program(&self) -> bool {
+        true
+    }
+
     fn tunables(&self) -> Vec<Tunable> {
         let of = |(name, range): (&String, &[f64; 2])| {
             let now = self.parameters.get(name).and_then(number).unwrap_or_default();
@@ -151,6 +156,7 @@ impl Settings for Process {
     }
 
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory> {
+        kept::check(&self.file, &self.command)?;
         let hello = line(&hello(robot, period_s, &self.parameters));
         let first = self.start(&hello).map_err(|problem| {
             let accepted = "a program that speaks the protocol of the guide's chapter process.md";
