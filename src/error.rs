@@ -21,6 +21,12 @@ pub enum Error {
     /// An unknown name, for example of a gain set that is neither built in nor a file.
     #[error("{what} {name:?} not found; accepted: {accepted}")]
     Unknown { what: &'static str, name: String, accepted: String },
+    /// A command that a result keeps, which nobody has allowed to start.
+    #[error(
+        "{file}: command = {command}: was not started, because this machine has not made the files of this result, and a \
+         command may do anything; accepted: --run-inputs, once you have read them"
+    )]
+    NotStarted { file: String, command: String },
     /// Parts of a campaign are missing, damaged, or belong to another campaign.
     #[error("{}: {problem}", path.display())]
     Parts { path: PathBuf, problem: String },
@@ -61,7 +67,8 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Read { .. } | Error::Syntax { .. } | Error::Value { .. } | Error::Unknown { .. } => 2,
-            Error::NoWindow { .. } | Error::NoMujoco | Error::Several(_) | Error::Falls { .. } => 2,
+            Error::NoWindow { .. } | Error::NoMujoco | Error::Falls { .. } | Error::NotStarted { .. } => 2,
+            Error::Several(all) => all.iter().map(Error::exit_code).max().unwrap_or(2),
             Error::Parts { .. } => 3,
             Error::Busy(_) => TRY_AGAIN,
             Error::Write { source, .. } if is_full(source) => TRY_AGAIN,

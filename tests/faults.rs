@@ -7,6 +7,7 @@ mod common;
 
 use common::program::{PROGRAM, Run, files, folder, send, standfast, stderr};
 use serde_json::Value;
+use standfast::files::sha256_hex;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -79,11 +80,32 @@ fn change(path: &Path, change: impl FnOnce(&mut Value)) {
     fs::write(path, value.to_string()).unwrap();
 }
 
+/// Changes the cells of a column in a part, and the hash of the part in its marker.
+fn forge(dir: &Path, part: &str, column: &str, change: impl Fn(f64) -> f64) {
+    let [csv, marker] = ["csv", "json"].map(|kind| dir.join(format!("out/parts/{part}.{kind}")));
+    let mut reader = csv::Reader::from_path(&csv).unwrap();
+    let heads = reader.headers().unwrap().clone();
+    let at = heads.iter().position(|head| head == column).unwrap();
+    let mut written = csv::Writer::from_writer(Vec::new());
+    written.write_record(&heads).unwrap();
+    for row in reader.records().map(Result::unwrap) {
+        let cell = change(row[at].parse().unwrap()).to_string();
+        written.write_record(row.iter().enumerate().map(|(i, old)| if i == at { &cell } else { old })).unwrap();
+    }
+    let bytes = written.into_inner().unwrap();
+    change_marker(&marker, sha256_hex(&bytes));
+    fs::write(&csv, bytes).unwrap();
+}
+
+fn change_marker(marker: &Path, sha256: String) {
+    change(marker, |value| value["sha256"] = sha256.into());
+}
+
 /// What was done to the campaign in a folder that is new or, after `begin`, begun. Returns what happened. After that the
 /// same command has to end with the whole result.
 type Fault = (&'static str, fn(&Path) -> &'static str);
 
-const FAULTS: [Fault; 12] = [
+const FAULTS: [Fault; 14] = [
     ("killed (SIGKILL) in the middle", |dir| {
         let mut child = started(dir);
         child.kill().unwrap();
@@ -136,6 +158,32 @@ const FAULTS: [Fault; 12] = [
         fs::write(&part, bytes).unwrap();
         standfast(dir, &["merge", "out"]).code(3);
         "`merge` refuses, exit code 3, and names the trials; they are run again"
+    }),
+    ("an impulse changed in a part, and the part's hash made anew", |dir| {
+        run(dir).success();
+        forge(dir, "part-000003", "impulse_n_s", |_| 0.001);
+        for command in ["merge", "status"] {
+            let said = stderr(&standfast(dir, &[command, "out"]).code(3));
+            let told = "trial 15 of hold: impulse_n_s = 0.001: is not what seed 1 draws for this trial; accepted: ";
+            assert!(said.contains("part-000003.csv: ") && said.contains(told), "{said}");
+            assert!(said.contains("remove part-000003.csv and part-000003.json"), "{said}");
+        }
+        standfast(dir, &["replay", "out", "--trial=15"]).code(3);
+        ["csv", "json"]
+            .iter()
+            .for_each(|kind| fs::remove_file(dir.join(format!("out/parts/part-000003.{kind}"))).unwrap());
+        "`merge` and `status` refuse, exit code 3, and name the trial and the files to remove; it is run again"
+    }),
+    ("outcomes changed in all parts, and the hashes of the parts made anew", |dir| {
+        run(dir).success();
+        (0..12).for_each(|part| forge(dir, &format!("part-{part:06}"), "end_s", |end_s| end_s + 0.001));
+        standfast(dir, &["status", "out"]).success();
+        for _ in 0..2 {
+            let said = stderr(&standfast(dir, &["merge", "out", "--replays=1"]).code(3));
+            assert!(said.contains("of the trials that were simulated again do not end as its parts say"), "{said}");
+        }
+        fs::remove_dir_all(dir.join("out")).unwrap();
+        "`merge` ends with exit code 3, since the trials that it simulates again end otherwise"
     }),
     ("the seed changed in `parts/campaign.json`", |dir| {
         run(dir).success();

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::program::{folder, standfast, stderr, stdout};
+use common::program::{PROGRAM, Run, folder, standfast, stderr, stdout};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -323,4 +323,58 @@ fn what_cannot_be_a_controller_is_refused_before_any_episode() {
     fs::write(dir.path().join("bad.toml"), outside).unwrap();
     let message = stderr(&standfast(dir.path(), &["run", "smoke", "--gains=bad.toml", "--check"]).code(2));
     assert!(message.contains("files = ../secret: is not in the folder of this file"), "{message}");
+}
+
+/// A result from elsewhere may hold any command, so what starts it says so, and asks before.
+#[test]
+fn the_command_of_a_result_from_elsewhere_starts_only_if_it_is_allowed() {
+    if !has_python() {
+        return;
+    }
+    let dir = folder();
+    let started = dir.path().join("started");
+    let script = format!(
+        "import standfast\nopen({:?}, 'a').write('x')\nclass Mine(standfast.Controller):\n    def tick(self, sensed):\n        \
+         return {{'q_ref': self.home}}\nstandfast.serve(Mine)\n",
+        started.display().to_string()
+    );
+    let mine = controller(dir.path(), "mine", "", &script);
+    let on = |machine: &str, args: &[&str]| {
+        let state = dir.path().join(machine);
+        Run::of(Command::new(PROGRAM).current_dir(dir.path()).args(args).env("XDG_STATE_HOME", state))
+    };
+    let starts = |run: &dyn Fn() -> Run| {
+        let count = || fs::read(&started).map_or(0, |text| text.len());
+        let before = count();
+        (run(), count() > before)
+    };
+    let run = ["run", "smoke", "--trials=2", "--replays=1", "--out=out"];
+    on("ours", &[&run[..], &[&format!("--gains={mine}")]].concat()).success();
+    let told = "out/inputs/gains/mine.toml: its controller is the program: python3 mine.py";
+    for args in [&["merge", "out", "--replays=1"][..], &["replay", "out", "--trial=0"]] {
+        let (ours, has_started) = starts(&|| on("ours", args).success());
+        assert!(has_started && stderr(&ours).contains(told), "{}", stderr(&ours));
+        let (theirs, has_started) = starts(&|| on("theirs", args).code(2));
+        let said = stderr(&theirs);
+        assert!(!has_started && said.contains("mine.toml: command = python3 mine.py: was not started"), "{said}");
+        assert!(said.contains("accepted: --run-inputs"), "{said}");
+        let (allowed, has_started) = starts(&|| on("theirs", &[args, &["--run-inputs"]].concat()).success());
+        assert!(has_started && stderr(&allowed).contains(told), "{}", stderr(&allowed));
+    }
+    for args in [
+        &["run", "out/campaign.toml", "--out=new"][..],
+        &["push", "--campaign=out/campaign.toml", "--trial=0"],
+        &["check", "out/inputs/gains/mine.toml"],
+    ] {
+        let (run, has_started) = starts(&|| on("theirs", args).code(2));
+        assert!(!has_started && stderr(&run).contains("was not started"), "{args:?}: {}", stderr(&run));
+    }
+    on("theirs", &["merge", "out", "--replays=0"]).success();
+    // Python would load this in place of its own module.
+    fs::write(dir.path().join("out/inputs/gains/json.py"), "").unwrap();
+    let (planted, has_started) = starts(&|| on("ours", &["merge", "out", "--replays=1"]).code(2));
+    assert!(!has_started, "{}", stderr(&planted));
+    // Controllers that are no programs are nobody's commands.
+    on("ours", &["run", "smoke", "--trials=1", "--gains=hold", "--replays=0", "--out=plain"]).success();
+    on("theirs", &["merge", "plain", "--replays=1"]).success();
 }

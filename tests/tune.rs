@@ -87,8 +87,103 @@ fn a_search_is_the_same_for_any_number_of_threads_and_shards_and_goes_on_where_i
     assert!(told.contains("points that") || told.contains("pushes that the search has not seen"), "{told}");
     let page = String::from_utf8(one["tune.html"].clone()).unwrap();
     assert!(page.matches("<svg").count() == 3 && page.contains("gains.0.x.0") && !page.contains("http://"), "{page}");
-    // What is written can be used.
+    // The page, the text and the JSON say by which pushes it was judged.
+    let seed = task["final_seed"].to_string();
+    for told in [&told, &page] {
+        let words = told.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(
+            words.contains(&format!("Seed {seed} of the pushes that judge follows from all of task.json")),
+            "{words}"
+        );
+        assert!(words.contains(&format!("(trials 0 to 19 of seed {seed})")), "{words}");
+    }
+    assert_eq!(verdict["seed"], task["final_seed"]);
+    // What is written can be used, and names the seed for those who tune it again.
     standfast(dir.path(), &["push", "--check", "--gains=two/proposed.toml"]).success();
+    let proposed = fs::read_to_string(two.join("proposed.toml")).unwrap();
+    assert!(proposed.starts_with(&format!("# judged_by_seeds = [{seed}]\n")), "{proposed}");
+    files_that_no_search_has_written_are_refused(dir.path());
+}
+
+/// Spoils the folder `two` of a finished search in many ways.
+fn files_that_no_search_has_written_are_refused(dir: &Path) {
+    let two = dir.join("two");
+    type Change = (&'static str, &'static str, fn(&mut Value));
+    let changes: [Change; 10] = [
+        ("generation-003.json", "its task is another one", |file| file["task"] = "0".into()),
+        ("generation-002.json", "`candidates` are not as many", |file| {
+            file["found"]["candidates"] = Value::Array(vec![])
+        }),
+        ("generation-002.json", "`candidates` are not as many", |file| {
+            file["found"]["candidates"].as_array_mut().unwrap().truncate(1);
+        }),
+        ("generation-001.json", "`values` are not a finite number for each key", |file| {
+            file["found"]["candidates"][2]["values"] = Value::Array(vec![]);
+        }),
+        ("generation-001.json", "`order` does not name each sample once", |file| file["found"]["order"][0] = 99.into()),
+        ("generation-001.json", "a candidate cannot have done so", |file| {
+            file["found"]["candidates"][2]["advantage"] = 1e300.into();
+        }),
+        ("sample.json", "its task is another one", |file| file["task"] = "0".into()),
+        ("sample.json", "it has not 200 outcomes for each case", |file| file["found"] = Value::Array(vec![])),
+        ("sample.json", "it has not 200 outcomes for each case", |file| {
+            file["found"][0].as_array_mut().unwrap().truncate(7);
+        }),
+        ("sample.json", "missing field", |file| *file = Value::Object(Default::default())),
+    ];
+    let refused = |words: &str| {
+        let message = stderr(&standfast(dir, &search(&["--out=two"])).code(3));
+        assert!(message.contains(words), "{words}: {message}");
+    };
+    for (name, words, change) in changes {
+        let (path, mut file) = (two.join(name), json(&two.join(name)));
+        let before = fs::read(&path).unwrap();
+        change(&mut file);
+        fs::write(&path, file.to_string()).unwrap();
+        refused(&format!("two/{name}: is damaged ({words}"));
+        fs::write(&path, before).unwrap();
+    }
+    fs::remove_file(two.join("task.json")).unwrap();
+    refused("two: holds generation-001.json of a search, but no task.json");
+}
+
+/// Whatever the verdict depends on gives it other pushes, and so does what has judged the controller before.
+#[test]
+fn no_two_tasks_are_judged_by_the_same_pushes() {
+    let dir = folder();
+    for (name, line) in
+        [("mine.toml", ""), ("judged.toml", "# judged_by_seeds = [5, 7]\n"), ("bad.toml", "# judged_by_seeds = x\n")]
+    {
+        let fixed = "name = 'mine'\nzmp_margin = 0.1\n[[gains]]\nname = 'a'\nx = [1, 1, 5]\ny = [1, 1, 5]\n";
+        fs::write(dir.path().join(name), format!("{line}{fixed}")).unwrap();
+    }
+    let checked = |controller: &str, more: &[&str]| {
+        let args = [&search(&[])[..], more].concat();
+        let args: Vec<&str> = args.into_iter().map(|arg| if arg == "fixed" { controller } else { arg }).collect();
+        standfast(dir.path(), &[&args[..], &["--check"]].concat())
+    };
+    let seed = |controller: &str, more: &[&str]| -> u64 {
+        let told = stderr(&checked(controller, more).success());
+        let seed = told.split("by pushes of seed ").nth(1).and_then(|rest| rest.split(';').next()).unwrap_or_default();
+        seed.parse().unwrap_or_else(|_| panic!("{told}"))
+    };
+    let mut seeds = vec![
+        seed("fixed", &[]),
+        seed("fixed", &["--seed=5"]),
+        seed("fixed", &["--vary=gains.0.y.0"]),
+        seed("fixed", &["--set=trials=30"]),
+        seed("fixed", &["--set=push.height_m=0.01"]),
+        seed("fixed", &["--judge=survived"]),
+        seed("mine.toml", &[]),
+        seed("judged.toml", &[]),
+        seed("fixed:zmp_margin=0.07", &[]),
+    ];
+    assert_eq!(seed("fixed", &[]), seeds[0], "the same task");
+    seeds.sort_unstable();
+    seeds.dedup();
+    assert_eq!(seeds.len(), 9, "{seeds:?}");
+    let message = stderr(&checked("bad.toml", &[]).code(2));
+    assert!(message.contains("bad.toml: line 1: `x` is no list of seeds"), "{message}");
 }
 
 #[test]
@@ -98,6 +193,12 @@ fn bad_input_is_told_before_anything_runs() {
     let policy = "kind = 'process'\nname = 'mine'\ncommand = ['cat']\n[parameters]\ngain = 1\n[tunable]\n";
     fs::write(dir.path().join("unknown.toml"), format!("{policy}gian = [0, 2]\n")).unwrap();
     fs::write(dir.path().join("empty.toml"), format!("{policy}gain = [2, 2]\n")).unwrap();
+    fs::write(dir.path().join("endless.toml"), format!("{policy}gain = [0, inf]\n")).unwrap();
+    for name in ["task.json", "Generation-001.json", "mine-tuned.toml"] {
+        fs::write(dir.path().join(name), "").unwrap();
+        let files = format!("files = ['{name}']\n{policy}gain = [0, 2]\n");
+        fs::write(dir.path().join(format!("with-{name}.toml")), files).unwrap();
+    }
     for (args, words) in [
         (vec!["tune", "hold"], "hold: names no number to tune; accepted: --vary KEY=FROM..TO"),
         (vec!["tune", "catch", "--vary=zmp_margn=0..1"], "zmp_margn: catch has no such number; accepted: zmp_margin"),
@@ -125,12 +226,24 @@ fn bad_input_is_told_before_anything_runs() {
             "tunable.gian = [0, 2]: is no number among the parameters; accepted: one of: gain",
         ),
         (vec!["tune", "empty.toml"], "tunable.gain = [2, 2]: its range has no extent"),
+        (vec!["tune", "endless.toml"], "tunable.gain = [0, inf]: its range is too wide"),
+        (vec!["tune", "catch", "--vary=zmp_margin=-1e308..1e308"], "its range is too wide"),
+        (vec!["tune", "with-task.json.toml"], "file = task.json: the search writes what has this name; accepted: "),
+        (vec!["tune", "with-Generation-001.json.toml"], "file = Generation-001.json: the search writes"),
+        (vec!["tune", "with-mine-tuned.toml.toml"], "file = mine-tuned.toml: the search writes"),
+        (
+            vec!["tune", "catch", "--budget=1e308h"],
+            "1e308h is no budget; accepted: a number of episodes up to 1000000000",
+        ),
+        (vec!["tune", "catch", "--budget=infs"], "infs is no budget"),
+        (vec!["tune", "catch", "--budget=9000h"], "or a time such as 10min or 2h, up to 8760h"),
+        (vec!["tune", "catch", "--budget=18446744073709551615"], "is no budget"),
     ] {
         let run: Run = standfast(dir.path(), &args).code(2);
         let message = stderr(&run);
         assert!(message.contains(words), "{args:?}: {message}");
     }
-    assert_eq!(files(dir.path()).len(), 3, "something was written");
+    assert_eq!(files(dir.path()).len(), 10, "something was written");
     let ranges = stdout(&standfast(dir.path(), &["tune", "catch", "--check"]).success());
     assert!(ranges.contains("catching.pause") && ranges.contains("0.03 to 0.8"), "{ranges}");
 }

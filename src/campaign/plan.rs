@@ -281,6 +281,9 @@ impl Plan {
                 make_executable(&path)?;
             }
         }
+        if self.controllers.iter().any(|controller| controller.is_program()) {
+            contest::kept::note(&folder.path, &self.inputs);
+        }
         folder.write_campaign()
     }
 }

@@ -23,7 +23,10 @@ is 3 if the two folders do not hold the same trials.
 Results that differ in the physics engine alone are compared engine by engine:
 how far the two agree trial by trial, where they part company, and which
 verdicts hold in one engine only. Controllers are then called by the engine, as in
-`catch (mujoco)`.")]
+`catch (mujoco)`. To find where, trials are simulated again: a controller that is
+a program is started out of the result's folder. If this machine has not made its
+files, you are asked first; where there is no terminal, --run-inputs allows it,
+and --traces 0 does without.")]
 pub struct CompareArgs {
     /// A result folder of `run`
     pub dir_a: PathBuf,

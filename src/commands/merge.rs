@@ -7,11 +7,17 @@ use super::terminal::tell;
 use crate::campaign::Folder;
 use crate::campaign::interim::InterimLooks;
 use crate::campaign::store::claim::{Access, Claim};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "The exit code is 3 if parts are missing or cannot be, or if a trial that is
+simulated again for its replay does not end as its part says.
+
+For its replays, a controller that is a program is started out of the result's
+folder. If this machine has not made its files, you are asked first; where there
+is no terminal, --run-inputs allows it, and --replays 0 does without.")]
 pub struct MergeArgs {
     /// Result folder of `run`, with the parts of all shards
     pub dir: PathBuf,
@@ -45,6 +51,14 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
         }
     }
     folder.create()?;
-    let summary = conclude(&folder, &gates, &args.replays, Some(args.printing))?;
-    Ok(exit_code(&[summary]))
+    let (summary, differ) = conclude(&folder, &gates, &args.replays, Some(args.printing), true)?;
+    if differ.is_empty() {
+        return Ok(exit_code(&[summary]));
+    }
+    // Each was told with its page.
+    let problem = format!(
+        "the result was written, but {} of the trials that were simulated again do not end as its parts say",
+        differ.len()
+    );
+    Err(Error::Parts { path: folder.path, problem })
 }

@@ -36,6 +36,7 @@ pub use interrupt::exit_code;
 pub use terminal::note;
 
 use crate::assets::nearest;
+use crate::contest::kept;
 use crate::error::{Error, Result};
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -64,6 +65,9 @@ in use), 100 a gate failed, 130 interrupted"
 struct Cli {
     #[command(subcommand)]
     command: Option<Chosen>,
+    /// Start the commands of controllers out of a result's folder, though this machine has not made its files
+    #[arg(long, global = true, hide = true)]
+    run_inputs: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -146,7 +150,8 @@ pub fn main() -> ExitCode {
 fn run() -> Result<ExitCode> {
     let matches = command_line().try_get_matches();
     let chosen = matches.and_then(|matches| Cli::from_arg_matches(&matches));
-    let chosen = chosen.unwrap_or_else(|error| suggesting(error).exit()).command;
+    let Cli { command: chosen, run_inputs } = chosen.unwrap_or_else(|error| suggesting(error).exit());
+    kept::ask_by(move |kept| terminal::may_start(kept, run_inputs));
     let chosen = chosen.unwrap_or_else(|| {
         if std::io::stderr().is_terminal() {
             note(FIRST_WORDS);

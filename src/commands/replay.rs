@@ -24,7 +24,11 @@ use std::process::ExitCode;
   standfast replay standfast-results/standard --trial 17
   standfast replay results --trial 17 --gains hold -o hold.html
   standfast replay results --trial 17 --frames pictures     snapshots and a GIF
-  standfast replay results --trial 17 --engine both    both physics engines")]
+  standfast replay results --trial 17 --engine both    both physics engines
+
+A controller that is a program is started out of the result's folder. If this
+machine has not made its files, you are asked first; where there is no terminal,
+--run-inputs allows it.")]
 pub struct ReplayArgs {
     /// Result folder of `run`
     pub dir: PathBuf,
@@ -144,7 +148,8 @@ struct Page<'a> {
 
 impl Page<'_> {
     /// Writes the page, with a ghost from another engine, and warns if the trial does not end as it did in the result.
-    fn write(&self, shown: &Shown, ghost: Option<&Shown>, path: &Path) -> Result<()> {
+    /// Returns that warning.
+    fn write(&self, shown: &Shown, ghost: Option<&Shown>, path: &Path) -> Result<Option<String>> {
         let (Self { replayed, suffix, folder }, (told, film)) = (self, shown);
         let is_same_engine = film.engine == replayed.engine();
         let warning = replayed.difference(&told.record).filter(|_| is_same_engine);
@@ -160,40 +165,67 @@ impl Page<'_> {
         if ghost.is_some() || !is_same_engine {
             title += &format!(" in {}", film.engine.title());
         }
-        write_replay(shown, ghost, path, Origin { title: Some(title), command, of_result, warning })
+        let origin = Origin { title: Some(title), command, of_result, warning: warning.clone() };
+        write_replay(shown, ghost, path, origin)?;
+        Ok(warning)
     }
 }
 
-/// Writes the missing pages of the first `for_each_set` telling trials of each controller, and returns the number of new
-/// pages, and of those that were to be written. It asks `stop` before each page, and writes no more once this is true. A
-/// page that cannot be written is left out with a warning.
+/// The pages of telling trials that were to be written.
+pub struct Replays {
+    pub wanted: usize,
+    pub written: usize,
+    /// How each of these trials differs that did not end as it did in the result.
+    pub differ: Vec<String>,
+    /// The first error about a command that may not be started.
+    pub refused: Option<Error>,
+}
+
+/// Writes the pages of the first `for_each_set` telling trials of each controller, only those that are missing or, with
+/// `afresh`, all. It asks `stop` before each page, and writes no more once this is true. A page that cannot be written is
+/// left out with a warning.
 pub fn write_telling(
     folder: &Folder,
     summary: &Summary,
     for_each_set: usize,
+    afresh: bool,
     stop: &(dyn Fn() -> bool + Sync),
-) -> [usize; 2] {
+) -> Replays {
     let mut wanted: Vec<(u64, &str)> = Vec::new();
     for set in &summary.sets {
         wanted.extend(set.telling.iter().take(for_each_set).map(|telling| (telling.trial, set.name.as_str())));
     }
-    wanted.retain(|(trial, set)| !folder.path.join(replay_file(*trial, set, None)).is_file());
-    let is_written = |&&(trial, set): &&(u64, &str)| {
-        let written = if stop() { return false } else { write_page(&folder.path, trial, set) };
-        written.inspect_err(|error| log::warn!("no replay of trial {trial} of {set}: {error}")).is_ok()
+    wanted.retain(|(trial, set)| afresh || !folder.path.join(replay_file(*trial, set, None)).is_file());
+    let count = wanted.len();
+    let page = |(trial, set)| {
+        if stop() { None } else { Some(write_page(&folder.path, trial, set).map_err(|error| (trial, set, error))) }
     };
-    [wanted.par_iter().filter(is_written).count(), wanted.len()]
+    let pages: Vec<_> = wanted.into_par_iter().filter_map(page).collect();
+    let mut replays = Replays { wanted: count, written: 0, differ: Vec::new(), refused: None };
+    for page in pages {
+        match page {
+            Ok(differs) => {
+                replays.written += 1;
+                replays.differ.extend(differs);
+            }
+            Err((.., error @ Error::NotStarted { .. })) => _ = replays.refused.get_or_insert(error),
+            Err((trial, set, error)) => log::warn!("no replay of trial {trial} of {set}: {error}"),
+        }
+    }
+    replays
 }
 
-/// Simulates a trial of the result in `folder` again, and writes its page and a small picture into this folder.
-fn write_page(folder: &Path, trial: u64, set: &str) -> Result<()> {
+/// Simulates a trial of the result in `folder` again, and writes its page and a small picture into this folder. Returns how
+/// the trial differs if it does not end as it did in the result.
+fn write_page(folder: &Path, trial: u64, set: &str) -> Result<Option<String>> {
     let (replayed, path) = (StoredTrial::open(folder, trial, Some(set))?, page_in(folder, trial, set, None)?);
     let config = replayed.config_in(replayed.engine())?;
     let case = Case { robot: &replayed.robot, factory: &replayed.factory, config: &config };
     let outputs = OutputArgs { replay: Some(path.clone()), ..OutputArgs::default() };
     let shown = case.film(replayed.disturbance(), &outputs)?;
-    Page { replayed: &replayed, suffix: None, folder: None }.write(&shown, None, &path)?;
-    write_atomic(&path.with_extension("png"), &picture::thumbnail(&shown.1))
+    let differs = Page { replayed: &replayed, suffix: None, folder: None }.write(&shown, None, &path)?;
+    write_atomic(&path.with_extension("png"), &picture::thumbnail(&shown.1))?;
+    Ok(differs)
 }
 
 /// The path of the page of a trial in a result folder. Creates the folder of the pages.

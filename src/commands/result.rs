@@ -3,7 +3,7 @@
 
 use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::STOP;
-use super::replay::write_telling;
+use super::replay::{Replays, write_telling};
 use super::terminal::{note, print};
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::{Folder, Summary};
@@ -46,26 +46,37 @@ pub fn gates_of(folder: &Folder, args: &GateArgs) -> Result<Gates> {
 }
 
 /// Writes the files of the result, prints it (unless `printing` is None), and says which gates did not pass. The
-/// replays are written after that, so that nobody has to wait for them to read the result.
-pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, printing: Option<Printing>) -> Result<Summary> {
+/// replays are written after that, so that nobody has to wait for them to read the result. With the summary it returns how
+/// trials differ that did not end in their replay as they did in the result; `afresh` writes replays that are there, too.
+pub fn conclude(
+    folder: &Folder,
+    gates: &Gates,
+    args: &ReplaysArgs,
+    printing: Option<Printing>,
+    afresh: bool,
+) -> Result<(Summary, Vec<String>)> {
     let (summary, rows) = Summary::of_folder(folder, gates)?;
     result::write(&summary, &rows, &folder.path)?;
     printing.map(|printing| print(&printing.of(&summary, &folder.path))).transpose()?;
     note(&result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));
     say_failed_gates(&summary, &folder.path);
     let stop = || STOP.load(Ordering::Relaxed);
-    let [replays, wanted] = write_telling(folder, &summary, args.replays, &stop);
+    let Replays { wanted, written: replays, differ, refused } =
+        write_telling(folder, &summary, args.replays, afresh, &stop);
     if replays > 0 {
         // The page is written again, now with links to the replays.
         result::write(&summary, &rows, &folder.path)?;
         let these = if replays == 1 { "replay of a telling trial" } else { "replays of telling trials" };
         note(&format!("written: {}: {replays} {these}", folder.path.join("replays").display()));
     }
+    if let Some(refused) = refused {
+        return Err(refused);
+    }
     if stop() && replays < wanted {
         note("interrupted: the result is complete; the same command writes the replays that are missing");
         return Err(Error::Interrupted);
     }
-    Ok(summary)
+    Ok((summary, differ))
 }
 
 /// Says which gates did not pass, each with the command that replays a trial that was lost.

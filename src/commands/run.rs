@@ -133,7 +133,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
             Some(gates) if args.shard.is_none() => {
                 // Of two engines there is one JSON object for both.
                 let printing = (agreement.is_none() || !args.printing.json).then_some(args.printing);
-                summaries.push(work.within_threads(|| conclude(folder, gates, &args.replays, printing))?);
+                summaries.push(work.within_threads(|| conclude(folder, gates, &args.replays, printing, false))?.0);
             }
             _ => print_status(folder, args.gates.baseline.as_deref(), args.printing).map(|_| ())?,
         }

@@ -52,13 +52,14 @@ pub struct SlurmArgs {
 /// Options of this command, and those of `run` that are for the merge; `true` where a value follows.
 const OWN: [(&str, bool); 5] =
     [("--shards", true), ("--minutes", true), ("--cpus", true), ("--sbatch", true), ("--submit", false)];
-const OF_MERGE: [(&str, bool); 6] = [
+const OF_MERGE: [(&str, bool); 7] = [
     ("--gate", true),
     ("--unresolved", true),
     ("--baseline", true),
     ("--replays", true),
     ("--full", false),
     ("--json", false),
+    ("--run-inputs", false),
 ];
 /// Those that a task chooses itself.
 const OF_TASK: [(&str, bool); 2] = [("--threads", true), ("--out", true)];
@@ -98,7 +99,9 @@ impl SlurmArgs {
         let parts = campaign.trials.div_ceil(plan.manifest.part_trials.get());
         let by_time = || (whole_s / (60.0 * self.minutes as f64)).ceil().max(1.0) as u64;
         let shards = self.shards.unwrap_or_else(by_time).min(parts);
-        let (of_merge, rest) = split(typed, &OF_MERGE);
+        let (of_merge, mut rest) = split(typed, &OF_MERGE);
+        // Both may start commands of a result's folder.
+        rest.extend(of_merge.iter().filter(|word| *word == "--run-inputs").cloned());
         let (_, rest) = split(rest, &[&OWN[..], &OF_TASK].concat());
         // Whether a campaign is decided depends on its gates, so its shards have to know them.
         let (gates, _) = split(of_merge.clone(), &OF_MERGE[..3]);

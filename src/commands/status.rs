@@ -39,6 +39,7 @@ pub struct StatusArgs {
 
 pub fn run(args: &StatusArgs) -> Result<ExitCode> {
     let (folder, baseline) = (Folder::existing(&args.dir)?, args.baseline.as_deref());
+    folder.check_rows()?;
     if let Some(shards) = args.shards {
         let missing = missing(&folder, baseline)?;
         print(&format!("{}\n", shards_of(&missing, shards)))?;

@@ -1,11 +1,12 @@
 //! Where a command prints: its result goes to the standard output, and everything else to the standard error.
 
+use crate::contest::kept::{Kept, Made};
 use crate::error::{Error, Result};
 use crate::render::text::layout::wrapped;
 use indicatif::ProgressBar;
 use log::{Level, Log, Metadata, Record};
 use std::collections::HashSet;
-use std::io::{ErrorKind, Write};
+use std::io::{BufRead, ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 
@@ -69,6 +70,26 @@ impl<L: Log> Log for Once<L> {
 /// Prints sentences to the standard error, in lines that fit the terminal. `mark` stands before the first line.
 pub fn tell(mark: &str, sentences: &str) {
     note(wrapped(mark, sentences).trim_end());
+}
+
+/// Whether a command that a result keeps may be started, and says which one. If this machine has not made the result, it
+/// asks, unless `is_allowed`; where there is no terminal, it may not.
+pub fn may_start(kept: &Kept, is_allowed: bool) -> bool {
+    let Kept { file, command, made } = kept;
+    if *made == Made::Now {
+        return true;
+    }
+    note(&format!("{file}: its controller is the program: {command}"));
+    if *made == Made::Earlier || is_allowed {
+        return true;
+    }
+    let mut stdin = std::io::stdin().lock();
+    if !(stdin.is_terminal() && std::io::stderr().is_terminal()) {
+        return false;
+    }
+    note("This machine has not made the files of this result, and a program may do anything. Start it? [y/N]");
+    let mut answer = String::new();
+    stdin.read_line(&mut answer).is_ok() && ["y", "yes"].contains(&answer.trim().to_lowercase().as_str())
 }
 
 /// Prints the notes that follow above this progress bar; None if there is no bar any more.

@@ -9,7 +9,7 @@ use super::run::simulate;
 use super::terminal::{note, print};
 use crate::campaign::run::{RunOptions, Work};
 use crate::campaign::tune::search::Generation;
-use crate::campaign::tune::{Budget, TuneOptions, Tuned, Tuning, Verdict, Watch};
+use crate::campaign::tune::{Budget, MOST_EPISODES, TuneOptions, Tuned, Tuning, Verdict, Watch};
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::{Campaign, Folder, Overrides, Plan, Shard, Summary};
 use crate::error::{Error, Result};
@@ -38,8 +38,9 @@ fresh pushes, and one that has certainly lost stops early. With several robots,
 or both engines, the worst case of a candidate counts.
 
 What is found is then compared with the controller as it was, by a campaign of
---trials pushes whose seed is written down before the search and used once. That
-verdict is the result. Only a controller that is better is written, to
+--trials pushes. Their seed follows from the whole task, so no other task has
+them; it is written down before the search and used once. That verdict is the
+result. Only a controller that is better is written, to
 NAME-tuned.toml in the folder of --out; tune.html shows the search.
 
 A search that was interrupted goes on where it stopped when the same command is
@@ -84,19 +85,30 @@ pub struct TuneArgs {
     pub json: bool,
 }
 
+/// Longest time of a budget, a year (h).
+const MOST_HOURS: f64 = 8760.0;
+
 impl FromStr for Budget {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         let units = [("min", 60.0), ("h", 3600.0), ("s", 1.0)];
         let time = units.iter().find_map(|(unit, s)| Some((text.strip_suffix(unit)?.trim(), s)));
-        let refused = || format!("{text} is no budget; accepted: a number of episodes, or a time such as 10min or 2h");
+        let refused = || {
+            format!(
+                "{text} is no budget; accepted: a number of episodes up to {MOST_EPISODES}, or a time such as 10min or 2h, up to \
+                 {MOST_HOURS}h"
+            )
+        };
         match time {
-            Some((number, s)) => match number.parse::<f64>() {
-                Ok(number) if number.is_finite() && number > 0.0 => Ok(Self::Time(number * s)),
+            Some((number, s)) => match number.parse::<f64>().map(|number| number * s) {
+                Ok(time_s) if time_s > 0.0 && time_s <= 3600.0 * MOST_HOURS => Ok(Self::Time(time_s)),
                 _ => Err(refused()),
             },
-            None => text.parse().map(Self::Episodes).map_err(|_| refused()),
+            None => {
+                let episodes = text.parse().ok().filter(|episodes| *episodes <= MOST_EPISODES);
+                episodes.map(Self::Episodes).ok_or_else(refused)
+            }
         }
     }
 }
@@ -122,12 +134,13 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
     let tuning = Tuning::new(&cases, options, &folder)?;
     let numbers = tuning.task.tunables.len();
     let told = format!(
-        "{numbers} {} of {} on {}, up to {} episodes, then {} to judge",
+        "{numbers} {} of {} on {}, up to {} episodes, then {} to judge, by pushes of seed {}",
         if numbers == 1 { "number" } else { "numbers" },
         tuning.task.controller,
         text::cases(&tuning.task.cases),
         tuning.task.episodes - tuning.final_episodes(),
         tuning.final_episodes(),
+        tuning.task.final_seed,
     );
     if args.check.check {
         print(&text::ranges(&tuning.task))?;
@@ -192,7 +205,7 @@ fn judge(
         simulate(&mut work, Some(&gates), false)?;
         wait_for_others(&result)?;
         let summary = match args.writes() {
-            true => work.within_threads(|| conclude(&result, &gates, &ReplaysArgs::default(), None))?,
+            true => work.within_threads(|| conclude(&result, &gates, &ReplaysArgs::default(), None, false))?.0,
             false => Summary::read(&result, &gates)?.0,
         };
         tuned.verdicts.extend(Verdict::of(case, &name, &summary, &tuned.name));

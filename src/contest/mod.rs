@@ -51,6 +51,7 @@
 mod beside;
 mod child;
 mod cpi;
+pub mod kept;
 mod kinds;
 pub mod onnx;
 mod posture;

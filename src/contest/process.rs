@@ -6,6 +6,7 @@
 
 use super::beside;
 use super::child::{Talker, in_short};
+use super::kept;
 use super::settings::{Settings, about, check_name};
 use super::tunable::Tunable;
 use crate::assets::{Source, number, parse_toml};
@@ -13,7 +14,6 @@ use crate::error::{Error, Result};
 use crate::robot::{Command, Controller, Factory, Note, PerFoot, Report, Robot, Sensed, TickError, Wrench};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
-use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process;
@@ -106,14 +106,14 @@ impl Settings for Process {
         }
         for (name, [from, to]) in &self.tunable {
             let (field, value) = (format!("tunable.{name}"), format!("[{from}, {to}]"));
-            if self.parameters.get(name).and_then(number).is_none() {
-                let numbers = self.parameters.iter().filter(|(_, value)| number(value).is_some());
+            if !self.parameters.get(name).and_then(number).is_some_and(f64::is_finite) {
+                let numbers = self.parameters.iter().filter(|(_, value)| number(value).is_some_and(f64::is_finite));
                 let numbers: Vec<&str> = numbers.map(|(name, _)| name.as_str()).collect();
                 let problem = "is no number among the parameters";
                 return Err(Error::value(file, field, value, problem, format!("one of: {}", numbers.join(", "))));
             }
-            if from.partial_cmp(to) != Some(Ordering::Less) {
-                return Err(Error::value(file, field, value, "its range has no extent", "[FROM, TO]"));
+            if let Some(problem) = Tunable::problem([*from, *to]) {
+                return Err(Error::value(file, field, value, problem, "[FROM, TO], two finite numbers"));
             }
         }
         let is_time = self.timeout_s > 0.0 && self.timeout_s <= MOST_TIMEOUT_S;
@@ -143,6 +143,10 @@ impl Settings for Process {
         names.into_iter().map(|name| beside::read(&self.file, "files", name)).collect()
     }
 
+    fn is_program(&self) -> bool {
+        true
+    }
+
     fn tunables(&self) -> Vec<Tunable> {
         let of = |(name, range): (&String, &[f64; 2])| {
             let now = self.parameters.get(name).and_then(number).unwrap_or_default();
@@ -152,6 +156,7 @@ impl Settings for Process {
     }
 
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory> {
+        kept::check(&self.file, &self.command)?;
         let hello = line(&hello(robot, period_s, &self.parameters));
         let first = self.start(&hello).map_err(|problem| {
             let accepted = "a program that speaks the protocol of the guide's chapter process.md";

@@ -37,6 +37,11 @@ pub trait Settings: Any + Debug + Send + Sync {
         Ok(Vec::new())
     }
 
+    /// Whether it starts a command that its file names.
+    fn is_program(&self) -> bool {
+        false
+    }
+
     /// The numbers that are worth tuning, each with a range that is worth searching.
     fn tunables(&self) -> Vec<Tunable> {
         Vec::new()

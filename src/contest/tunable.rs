@@ -23,6 +23,19 @@ impl Tunable {
         Self { key: key.into(), now, range }
     }
 
+    /// Why a range cannot be searched, in words. It is None if it can.
+    pub fn problem(range: [f64; 2]) -> Option<&'static str> {
+        let [from, to] = range;
+        // Its shares are worked out by the difference or the ratio of its ends.
+        let is_finite = (to - from).is_finite() && (from <= 0.0 || (to / from).is_finite());
+        match from < to {
+            false if !(from >= to) || !is_finite => Some("its ends are no finite numbers"),
+            false => Some("its range has no extent"),
+            true if !is_finite => Some("its range is too wide"),
+            true => None,
+        }
+    }
+
     fn is_by_ratios(&self) -> bool {
         self.range[0] > 0.0 && self.range[1] >= BY_RATIOS * self.range[0]
     }
@@ -60,6 +73,24 @@ pub fn rounded(value: f64, range: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_range_is_refused_that_has_no_shares() {
+        let (none, endless, wide) = ("has no extent", "no finite numbers", "too wide");
+        for (range, expected) in [
+            ([2.0, 2.0], none),
+            ([2.0, 1.0], none),
+            ([f64::NAN, 1.0], endless),
+            ([1.0, f64::NAN], endless),
+            ([f64::INFINITY, f64::INFINITY], endless),
+            ([0.0, f64::INFINITY], wide),
+            ([-1e308, 1e308], wide),
+            ([1e-300, 1e300], wide),
+        ] {
+            assert!(Tunable::problem(range).is_some_and(|problem| problem.contains(expected)), "{range:?}");
+        }
+        assert!([[0.0, 1.0], [-1.0, 1.0], [1e-9, 1e9]].into_iter().all(|range| Tunable::problem(range).is_none()));
+    }
 
     #[test]
     fn a_share_of_a_range_is_a_value_that_can_be_written_down() {

@@ -29,10 +29,10 @@ pub fn number_to_vary(text: &str, of: &dyn Settings) -> Result<Tunable> {
     };
     let ends = range.split_once("..").map(|(from, to)| [from.trim().parse(), to.trim().parse()]);
     match ends {
-        Some([Ok(from), Ok(to)]) if f64::is_finite(from) && f64::is_finite(to) && from < to => {
-            Ok(Tunable::new(key, now, [from, to]))
-        }
-        Some([Ok(_), Ok(_)]) => Err(refuse("its range has no extent")),
+        Some([Ok(from), Ok(to)]) => match Tunable::problem([from, to]) {
+            None => Ok(Tunable::new(key, now, [from, to])),
+            Some(problem) => Err(refuse(problem)),
+        },
         _ => Err(refuse("has no range of two numbers")),
     }
 }

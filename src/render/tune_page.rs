@@ -38,6 +38,7 @@ pub fn page(tuned: &Tuned) -> Result<String> {
             "{}, on {}: {} generations, {} episodes, seed {}.",
             task.controller, text::cases(&task.cases), tuned.generations.len(), tuned.searched, task.seed
         ),
+        "judges": text::judges(task),
         "figure_style": page_style(),
         "sentences": tuned.verdicts.iter().map(|verdict| text::sentence(tuned, verdict)).collect::<Vec<_>>(),
         "folders": tuned.verdicts.iter().map(|verdict| &verdict.folder).collect::<Vec<_>>(),

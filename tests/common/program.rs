@@ -22,6 +22,9 @@ pub const SEVERAL_PARTS: &str = "--trials=26";
 
 pub use super::PROGRAM;
 
+/// Where the program notes which inputs it has made.
+pub const STATE: &str = env!("CARGO_TARGET_TMPDIR");
+
 /// A run of the program that has ended.
 pub struct Run(Output);
 
@@ -48,7 +51,7 @@ impl Run {
 }
 
 pub fn standfast(folder: &Path, args: &[&str]) -> Run {
-    Run::of(Command::new(PROGRAM).current_dir(folder).args(args))
+    Run::of(Command::new(PROGRAM).current_dir(folder).args(args).env("XDG_STATE_HOME", STATE))
 }
 
 /// Sends a signal, by its name, to a program that runs.

@@ -6,6 +6,7 @@ use crate::campaign::store::part::{Marker, PartFile};
 use crate::campaign::store::row::TrialRow;
 use crate::error::{Error, Result};
 use crate::files::{build_id, is_temporary, json, shell_word, write_atomic};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeSet, HashMap};
 use std::ffi::OsString;
@@ -208,14 +209,19 @@ impl Folder {
         set_trials.iter().zip(holds).map(|(&trials, is_there)| first < trials && !is_there).collect()
     }
 
+    /// Fails if complete parts have rows that cannot be, with a problem for each of these parts.
+    pub fn check_rows(&self) -> Result<()> {
+        let blocks = (0..self.blocks()).into_par_iter();
+        Error::all(blocks.filter_map(|block| self.part(block).contradiction()).collect())
+    }
+
     /// The part of a block, whether it is complete or not.
     pub fn part(&self, block: u64) -> PartFile<'_> {
         let stem = self.path.join(format!("parts/part-{block:06}"));
         let (first, end) = self.range(block);
         let Manifest { sets, config_hash, planned_trials, campaign, .. } = &self.manifest;
         let planned_trials = campaign.stopping.until_resolved.then_some(*planned_trials);
-        let episode = &self.manifest.campaign.episode;
-        PartFile { stem, trials: first..end, sets, config_hash, planned_trials, episode }
+        PartFile { stem, trials: first..end, sets, config_hash, planned_trials, campaign }
     }
 
     /// Writes the manifest. It fails if the folder is not writable.
@@ -347,9 +353,11 @@ fn remove(path: &Path) -> Result<()> {
 pub(crate) mod tests {
     use super::*;
     use crate::campaign::ask::spec::Overrides;
+    use crate::campaign::ask::spec::tests::campaign;
     use crate::campaign::store::manifest::part_trials;
-    use crate::campaign::store::row::tests::row;
+    use crate::campaign::store::row::tests::record;
     use crate::episode::Outcome;
+    use crate::sim::Profile;
     use std::num::NonZeroU64;
 
     /// Manifest of the campaign `smoke` with these changes.
@@ -389,8 +397,13 @@ pub(crate) mod tests {
     fn rows(folder: &Folder, block: u64) -> Vec<TrialRow> {
         let (first, end) = folder.range(block);
         let outcomes = [Outcome::Fell, Outcome::Recovered, Outcome::Diverged, Outcome::Failed, Outcome::TimedOut];
-        let row = |t: u64| ["hold", "fixed"].map(|set| row(t, set, t as f64 / 7.0, outcomes[t as usize % 5]));
-        (first..end).flat_map(row).collect()
+        let campaign = &folder.manifest.campaign;
+        let of_trial = |t: u64| {
+            let record = record(outcomes[t as usize % 5]);
+            let row = TrialRow { record, ..TrialRow::drawn(campaign, t) };
+            ["hold", "fixed"].map(|set| TrialRow { set: set.into(), ..row.clone() })
+        };
+        (first..end).flat_map(of_trial).collect()
     }
 
     #[test]
@@ -407,16 +420,28 @@ pub(crate) mod tests {
         assert_eq!(folder.missing(), [0, 1, 2]);
     }
 
+    /// Writes the first part with a change in its first row of this outcome, and returns what is said of it.
+    fn contradicted(folder: &Folder, outcome: Outcome, change: impl Fn(&mut TrialRow)) -> String {
+        let mut rows = rows(folder, 0);
+        change(rows.iter_mut().find(|row| row.record.outcome == outcome).unwrap());
+        folder.part(0).write(&rows).unwrap();
+        let read = folder.parts().and_then(|parts| parts.collect::<Result<Vec<_>>>());
+        let errors = [read.unwrap_err(), folder.check_rows().unwrap_err()];
+        assert_eq!(errors.each_ref().map(Error::exit_code), [3, 3]);
+        let [message, told_by_status] = errors.map(|error| error.to_string());
+        assert_eq!(message, told_by_status);
+        let advice = "To have its trials run again, remove part-000000.csv and part-000000.json";
+        assert!(message.contains("part-000000.csv: trial ") && message.contains(advice), "{message}");
+        message
+    }
+
     /// The marker matches, so both files were changed on purpose. Each change is alone, in a row with the outcome that it
     /// contradicts.
     #[test]
-    fn a_push_that_cannot_be_and_a_row_that_contradicts_itself_are_refused() {
+    fn a_row_that_contradicts_itself_is_refused() {
         let (_dir, folder) = written(&[1, 2]);
         type Change = (&'static str, Outcome, fn(&mut TrialRow));
-        let changes: [Change; 12] = [
-            ("part-000000.csv: impulse_n_s = ", Outcome::Fell, |r| r.push.impulse_n_s = -1.0),
-            ("part-000000.csv: impulse_n_s = ", Outcome::Fell, |r| r.push.impulse_n_s = f64::NAN),
-            ("part-000000.csv: impulse_n_s = ", Outcome::Fell, |r| r.push.impulse_n_s = 1e300),
+        let changes: [Change; 9] = [
             ("fell_at_s = 1.5", Outcome::Fell, |r| r.record.outcome = Outcome::Recovered),
             ("fell_at_s = (none)", Outcome::Recovered, |r| r.record.outcome = Outcome::Fell),
             ("settled_at_s = (none)", Outcome::TimedOut, |r| r.record.outcome = Outcome::Recovered),
@@ -428,14 +453,47 @@ pub(crate) mod tests {
             ("peak_slip_m = -0.1", Outcome::TimedOut, |r| r.record.peak_slip_m = -0.1),
         ];
         for (expected, outcome, change) in changes {
-            let mut rows = rows(&folder, 0);
-            change(rows.iter_mut().find(|row| row.record.outcome == outcome).unwrap());
-            folder.part(0).write(&rows).unwrap();
-            let parts = folder.parts().and_then(|parts| parts.collect::<Result<Vec<_>>>());
-            let message = parts.unwrap_err().to_string();
-            let is_told = message.contains("of hold: ") && message.contains(": cannot be in an episode that ");
-            assert!(message.contains(expected) && (is_told || expected.starts_with("part")), "{message}");
+            let message = contradicted(&folder, outcome, change);
+            assert!(message.contains(" of hold: ") && message.contains(expected), "{expected}: {message}");
+            assert!(message.contains(": cannot be in an episode that "), "{message}");
         }
+    }
+
+    /// What is drawn follows from the seed and the trial's number, so a change of one bit in any of it is noticed.
+    #[test]
+    fn a_row_with_another_push_or_variation_than_its_trial_draws_is_refused() {
+        let (_dir, mut folder) = written(&[]);
+        let campaign = campaign(
+            "smoke",
+            &["second_push={impulse_n_s={uniform=[1, 2]}, after_s=1}", "variations.friction={uniform=[0.5, 1]}"],
+        );
+        folder.manifest.campaign = Campaign { trials: 60, ..campaign };
+        [1, 2].into_iter().for_each(|block| folder.part(block).write(&rows(&folder, block)).unwrap());
+        let a_bit_more = |value: f64| f64::from_bits(value.to_bits() + 1);
+        type Change<'a> = (&'static str, &'a dyn Fn(&mut TrialRow));
+        let changes: [Change; 12] = [
+            ("impulse_n_s", &|r| r.push.impulse_n_s = 0.001),
+            ("impulse_n_s", &|r| r.push.impulse_n_s = f64::NAN),
+            ("impulse_n_s", &|r| r.push.impulse_n_s = a_bit_more(r.push.impulse_n_s)),
+            ("heading_deg", &|r| r.push.heading_deg = 1e300),
+            ("height_m", &|r| r.push.height_m = -0.0),
+            ("duration_s", &|r| r.push.duration_s = -1.0),
+            ("start_s", &|r| r.push.start_s = a_bit_more(r.push.start_s)),
+            ("profile", &|r| r.push.profile = Profile::HalfSine),
+            ("second_impulse_n_s", &|r| r.second.second_impulse_n_s = None),
+            ("second_start_s", &|r| r.second.second_start_s = r.second.second_start_s.map(a_bit_more)),
+            ("friction", &|r| r.variation.friction = r.variation.friction.map(a_bit_more)),
+            ("delay_s", &|r| r.variation.delay_s = Some(0.01)),
+        ];
+        for (column, change) in changes {
+            let message = contradicted(&folder, Outcome::Fell, change);
+            let seed = folder.manifest.campaign.seed;
+            let told = format!("is not what seed {seed} draws for this trial; accepted: ");
+            assert!(message.contains(&format!(" of hold: {column} = ")) && message.contains(&told), "{message}");
+        }
+        // Parts of another seed, with markers that say they are of this one.
+        folder.manifest.campaign.seed += 1;
+        assert!(folder.check_rows().unwrap_err().to_string().starts_with("3 problems"));
     }
 
     #[test]

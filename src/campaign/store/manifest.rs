@@ -2,8 +2,10 @@
 //! inputs and versions they were made.
 //!
 //! It is checked whenever a folder is opened. Its values are checked as if a user had typed them, and the configuration
-//! hash is computed again from campaign and inputs. A seal over the whole file shows any change by hand or by a failing
-//! disk.
+//! hash is computed again from campaign and inputs. A seal over the whole file shows accidents: a failing disk, or an edit
+//! that leaves the seal as it was. It is no signature: whoever forges a result can compute every hash anew. What was drawn
+//! for a row is therefore compared with what the campaign draws ([`part`](super::part)), and only a simulation tells
+//! whether an outcome is true.
 
 use crate::assets;
 use crate::campaign::ask::gate::GateSpec;

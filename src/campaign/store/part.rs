@@ -7,9 +7,8 @@
 //! sets early. Then a part has only the other sets, and its marker names them.
 
 use crate::assets::read;
-use crate::campaign::ask::bounds::{PushBounds, in_range};
+use crate::campaign::ask::spec::Campaign;
 use crate::campaign::store::row::{TrialRow, read_csv, write_csv};
-use crate::episode::EpisodeConfig;
 use crate::error::{Error, Result};
 use crate::files::{build_id, json, sha256_hex, write_atomic};
 use serde::{Deserialize, Serialize};
@@ -29,8 +28,8 @@ pub struct PartFile<'a> {
     pub config_hash: &'a str,
     /// The planned number of trials of a campaign that ends when decided. The looks follow from it.
     pub planned_trials: Option<u64>,
-    /// Settings of its episodes, against which its rows are checked.
-    pub episode: &'a EpisodeConfig,
+    /// Its campaign, against which its rows are checked.
+    pub campaign: &'a Campaign,
 }
 
 /// The marker beside the rows of a part. It states what the part has to contain.
@@ -73,18 +72,36 @@ impl PartFile<'_> {
     /// campaign, or has a row that cannot be.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
         let (content, sets) = self.content()?;
-        let rows = read_csv(&content).map_err(|e| self.damaged(e.to_string()))?;
+        self.checked(&content, &sets)
+    }
+
+    /// What is wrong with the rows of a complete part. It is None if nothing is, or if the part is missing or damaged.
+    pub fn contradiction(&self) -> Option<Error> {
+        let (content, sets) = self.content().ok()?;
+        self.checked(&content, &sets).err()
+    }
+
+    /// The rows of a complete part. It fails if they are not those of its trials, or if a row cannot be: a hash shows an
+    /// accident, but whoever changes a row can compute a new hash. What was drawn for a trial follows from the campaign,
+    /// so it is compared to the bit.
+    fn checked(&self, content: &[u8], sets: &[&String]) -> Result<Vec<TrialRow>> {
+        let [csv, marker] = ["csv", "json"].map(|extension| self.path(extension));
+        let refused = |problem: String| {
+            let [csv, marker] = [&csv, &marker].map(|path| path.file_name().unwrap_or_default().display());
+            let advice = format!("To have its trials run again, remove {csv} and {marker}");
+            self.damaged(format!("{problem}. {advice}, and give the command that began the campaign again"))
+        };
+        let rows = read_csv(content).map_err(|e| refused(e.to_string()))?;
         let expected = self.trials.clone().flat_map(|trial| sets.iter().map(move |&set| (trial, set)));
         if !rows.iter().map(|row| (row.trial, &row.set)).eq(expected) {
-            let problem =
-                "its rows are not those of its trials and sets, each once and in order; remove it to run them again";
-            return Err(self.damaged(problem.into()));
+            return Err(refused("its rows are not those of its trials and sets, each once and in order".into()));
         }
-        let (name, impulses) =
-            (self.path("csv").display().to_string(), PushBounds::new(self.episode.horizon_s).impulse_n_s);
-        for row in &rows {
-            row.pushes().iter().try_for_each(|push| in_range(&name, "impulse_n_s", push.impulse_n_s, impulses))?;
-            row.check(&name, self.episode)?;
+        for of_trial in rows.chunk_by(|a, b| a.trial == b.trial) {
+            let drawn = TrialRow::drawn(self.campaign, of_trial[0].trial);
+            for row in of_trial {
+                row.check_drawn(&drawn, self.campaign.seed).map_err(refused)?;
+                row.check(&self.campaign.episode).map_err(refused)?;
+            }
         }
         Ok(rows)
     }

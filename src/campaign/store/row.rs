@@ -2,6 +2,8 @@
 
 #[cfg(doc)]
 use crate::campaign::ask::no_step::NoStep;
+use crate::campaign::ask::spec::Campaign;
+use crate::campaign::ask::trial;
 use crate::campaign::store::fields::{Field, columns, fields};
 use crate::columns::ParquetFile;
 use crate::episode::{Counts, EpisodeConfig, Membership, Outcome, Record};
@@ -77,9 +79,51 @@ impl TrialRow {
         std::iter::once(self.push).chain(second()).collect()
     }
 
+    /// A row of this trial before it was run: with all that is drawn, and without a controller.
+    pub fn drawn(campaign: &Campaign, trial: u64) -> Self {
+        let (pushes, variation) = (trial::pushes(campaign, trial), trial::variation(campaign, trial));
+        Self::new(trial, "", &pushes, None, variation, Record::default())
+    }
+
+    /// The columns with numbers that are drawn.
+    fn drawn_columns(&self) -> Vec<(&'static str, Option<f64>)> {
+        let Push { impulse_n_s, heading_deg, height_m, duration_s, start_s, profile: _ } = self.push;
+        let SecondPush { second_impulse_n_s, second_heading_deg, second_start_s } = self.second;
+        let mut columns = vec![
+            ("impulse_n_s", Some(impulse_n_s)),
+            ("heading_deg", Some(heading_deg)),
+            ("height_m", Some(height_m)),
+            ("duration_s", Some(duration_s)),
+            ("start_s", Some(start_s)),
+            ("second_impulse_n_s", second_impulse_n_s),
+            ("second_heading_deg", second_heading_deg),
+            ("second_start_s", second_start_s),
+        ];
+        columns.extend(self.variation.list());
+        columns
+    }
+
+    /// Fails, in words, if a column differs by a bit from what `seed` [draws](Self::drawn) for this trial.
+    pub fn check_drawn(&self, drawn: &Self, seed: u64) -> Result<(), String> {
+        let bits = |value: Option<f64>| value.map(f64::to_bits);
+        let told = |value: Option<f64>| value.map_or("(none)".to_string(), |value| value.to_string());
+        let mut numbers = self.drawn_columns().into_iter().zip(drawn.drawn_columns());
+        let other = numbers.find(|((_, found), (_, drawn))| bits(*found) != bits(*drawn));
+        let other = other.map(|((name, found), (_, drawn))| (name, told(found), told(drawn)));
+        let [found, of_seed] = [self, drawn].map(|row| row.push.profile);
+        let other = other.or((found != of_seed).then(|| ("profile", found.name().into(), of_seed.name().into())));
+        let Some((name, value, accepted)) = other else { return Ok(()) };
+        Err(self.refused(name, &value, &format!("is not what seed {seed} draws for this trial"), &accepted))
+    }
+
+    /// In words, why a column cannot have a value.
+    fn refused(&self, column: &str, value: &str, problem: &str, accepted: &str) -> String {
+        format!("trial {} of {}: {column} = {value}: {problem}; accepted: {accepted}", self.trial, self.set)
+    }
+
     /// Checks that an episode with these settings can have such a record: that its columns do not contradict each other.
-    /// Errors name `file` as its origin.
-    pub fn check(&self, file: &str, episode: &EpisodeConfig) -> Result<()> {
+    /// Fails in words.
+    pub fn check(&self, episode: &EpisodeConfig) -> Result<(), String> {
         let (r, outcome, judge) = (&self.record, self.record.outcome, &episode.judge);
         let [fell, recovered] = [Outcome::Fell, Outcome::Recovered].map(|other| outcome == other);
         let broke = matches!(outcome, Outcome::Diverged | Outcome::Failed);
@@ -151,9 +195,7 @@ impl TrialRow {
         let Some((name, value, _, accepted)) = columns.into_iter().find(|(_, _, can_be, _)| !can_be) else {
             return Ok(());
         };
-        let field = format!("trial {} of {}: {name}", self.trial, self.set);
-        let problem = format!("cannot be in an episode that {}", outcome.name());
-        Err(Error::value(file, field, value, problem, accepted))
+        Err(self.refused(name, &value, &format!("cannot be in an episode that {}", outcome.name()), accepted))
     }
 
     /// Where the true state lay at the end of the last push; None without a promise.

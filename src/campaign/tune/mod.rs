@@ -1,10 +1,11 @@
 //! From a controller to a better one: its numbers are searched on the trials of a campaign, and what is found is judged by
 //! trials that the search has never seen.
 //!
-//! The seeds of both follow from one seed before anything runs, and are written down ([`Task`]). The [search] sees
-//! only trials of the first; the second is used once, by an ordinary campaign of the incumbent and what the search
-//! proposes. That campaign's exact test is the result, and "no better one was found" is one, too. Several robots, or both
-//! engines, can be cases of one search: then the worst case of a candidate counts.
+//! Two seeds are written down before anything runs ([`Task`]). The [search] sees only trials of the first, which follows
+//! from the seed that is asked for. The second follows from the whole task, so no other task has its pushes, and is used
+//! once, by an ordinary campaign of the incumbent and what the search proposes. That campaign's exact test is the result,
+//! and "no better one was found" is one, too. Several robots, or both engines, can be cases of one search: then the worst
+//! case of a candidate counts.
 
 pub mod draw;
 pub mod race;
@@ -12,6 +13,7 @@ pub mod response;
 pub mod search;
 pub mod team;
 
+use crate::assets::{self, Kind, Source};
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::plan::{Plan, each_caught, pool};
@@ -19,23 +21,28 @@ use crate::campaign::store::shard::Shard;
 use crate::campaign::verdict::summary::Summary;
 use crate::contest::tunable::Tunable;
 use crate::contest::values::{number_to_vary, with_values};
+use crate::contest::variant::Listed;
 use crate::contest::{self, Settings};
 use crate::episode::ClosedLoop;
 use crate::error::{Error, Result};
-use crate::files::{json_pretty, write_atomic};
+use crate::files::{json, json_pretty, sha256_hex, write_atomic};
 use crate::robot::Factory;
 use crate::robot::urdf::Files;
 use draw::Sample;
 use race::{Drawn, Tally};
 use response::Effect;
-use search::{Arena, Generation, Search, least_episodes};
+use search::{Arena, Generation, Search, least_episodes, trials_of};
 use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use team::{Team, read};
+use team::{Bound, Team, damaged, read, read_of};
 
 /// The file of the task.
 const TASK: &str = "task.json";
+/// The file of the sample.
+const SAMPLE_FILE: &str = "sample.json";
+/// Most episodes of a budget: some years of simulation on a core.
+pub const MOST_EPISODES: u64 = 1_000_000_000;
 /// Trials of the incumbent alone, by which later trials are chosen.
 const SAMPLE: u64 = 200;
 /// Halvings of a range that a controller names itself, until both ends can be used.
@@ -86,14 +93,48 @@ pub struct Task {
     pub cases: Vec<CaseId>,
     pub tunables: Vec<Tunable>,
     pub seed: u64,
-    /// The seed of the search, and that of the final campaign, which is used once.
     pub search_seed: u64,
+    /// Seeds of the final campaigns that have judged what the controller comes from, as its file says.
+    pub judged_before: Vec<u64>,
+    /// The seed of the final campaign, which is used once. It follows from all the rest of the task.
     pub final_seed: u64,
     pub final_trials: u64,
     /// The budget as it was asked for: a time (s), or nothing if it was a number of episodes.
     pub budget_s: Option<f64>,
     /// Most episodes, those of the final campaign among them.
     pub episodes: u64,
+}
+
+impl Task {
+    /// SHA-256 of all but the seed of the final campaign. Every file of the search carries it.
+    pub fn hash(&self) -> Result<String> {
+        Ok(sha256_hex(json(&Self { final_seed: 0, ..self.clone() })?.as_bytes()))
+    }
+
+    /// The seed of the final campaign for a task with this [hash](Self::hash): one that has judged nothing before, and is
+    /// not that of the search.
+    fn final_seed_of(&self, hash: &str) -> u64 {
+        let seed = u64::from_str_radix(&hash[..16], 16).expect("a hash begins with 16 hexadecimal digits");
+        let is_new = |derived: &u64| *derived != self.search_seed && !self.judged_before.contains(derived);
+        (0..).map(|number| trial::derived_seed(seed, number)).find(is_new).expect("one of so many is new")
+    }
+}
+
+/// How the line of a controller's file begins that names the seeds of the campaigns which judged it.
+const JUDGED_BY: &str = "# judged_by_seeds = ";
+
+/// The seeds that the file of a controller names as those of the campaigns which judged it.
+fn judged_by(source: &Source) -> Result<Vec<u64>> {
+    let mut seeds = Vec::new();
+    for (number, line) in source.text.lines().enumerate() {
+        let Some(list) = line.strip_prefix(JUDGED_BY) else { continue };
+        let listed: Vec<u64> = serde_json::from_str(list).map_err(|_| {
+            let message = format!("line {}: `{list}` is no list of seeds; accepted: such as [17, 4]", number + 1);
+            Error::Syntax { file: source.file.clone(), message }
+        })?;
+        seeds.extend(listed);
+    }
+    Ok(seeds)
 }
 
 /// A robot in an engine.
@@ -134,6 +175,8 @@ pub struct Verdict {
     pub engine: String,
     /// Its result folder, in that of the search.
     pub folder: String,
+    /// The pushes are those of this seed, from trial 0 on.
+    pub seed: u64,
     pub trials: u64,
     /// From how many the incumbent and the proposed controller recover.
     pub recovered: [u64; 2],
@@ -155,6 +198,7 @@ impl Verdict {
             robot: case.robot.clone(),
             engine: case.engine.clone(),
             folder: folder.into(),
+            seed: summary.seed,
             trials: counts.trials(),
             recovered: [counts.both + counts.only_b, counts.both + counts.only_a],
             difference: counts.difference(),
@@ -173,6 +217,8 @@ pub struct Tuning {
     pub task: Task,
     /// Whether its folder holds its beginning.
     pub goes_on: bool,
+    /// The [hash](Task::hash) of the task.
+    hash: String,
     folder: PathBuf,
     base: Box<dyn Settings>,
     /// Of each case, the campaign with the seed of the search.
@@ -188,7 +234,9 @@ impl Tuning {
         let (first, _) = campaigns.first().expect("a search has a case");
         let [entry] = &first.gains[..] else { unreachable!("a search has one controller") };
         let base = contest::load(entry)?;
-        let (search_seed, final_seed) = (trial::derived_seed(first.seed, 0), trial::derived_seed(first.seed, 1));
+        check_files(&*base, entry)?;
+        let judged_before = judged_by(&assets::open(Kind::Controller, Listed::split(entry).base)?)?;
+        let search_seed = trial::derived_seed(first.seed, 0);
         let plan = |(campaign, files): &(Campaign, Files)| {
             Plan::with(&Campaign { seed: search_seed, ..campaign.clone() }, files.clone())
         };
@@ -206,15 +254,22 @@ impl Tuning {
             tunables: Vec::new(),
             seed: first.seed,
             search_seed,
-            final_seed,
+            judged_before,
+            final_seed: 0,
             final_trials: options.trials,
             budget_s: None,
             episodes: 0,
         };
         let there = read::<Task>(&folder.join(TASK))?;
-        let mut tuning = Self { task, goes_on: there.is_some(), folder: folder.into(), base, plans, options };
+        if there.is_none() {
+            check_new(folder)?;
+        }
+        let (goes_on, hash) = (there.is_some(), String::new());
+        let mut tuning = Self { task, goes_on, hash, folder: folder.into(), base, plans, options };
         tuning.task.tunables = tuning.tunables()?;
         tuning.set_budget(there.as_ref())?;
+        tuning.hash = tuning.task.hash()?;
+        tuning.task.final_seed = tuning.task.final_seed_of(&tuning.hash);
         if there.is_some_and(|there| there != tuning.task) {
             let problem = "holds another search (its task differs); give a new folder, or remove this one";
             return Err(Error::Parts { path: folder.into(), problem: problem.into() });
@@ -237,6 +292,12 @@ impl Tuning {
             return Err(Error::option("--vary", &named[twice].key, "is given twice", "each key once"));
         }
         for tunable in &mut named {
+            let problem = Tunable::problem(tunable.range);
+            if let Some(problem) = problem.or((!tunable.now.is_finite()).then_some("its present value is not finite")) {
+                let Tunable { key, now, range: [from, to] } = &*tunable;
+                let value = format!("{key}={from}..{to}, now {now}");
+                return Err(Error::option("--vary", value, problem, "finite numbers, the smaller end first"));
+            }
             for end in 0..2 {
                 let mut refused = self.refuses(tunable, tunable.range[end]);
                 let mut left = HALVINGS;
@@ -286,7 +347,7 @@ impl Tuning {
             Budget::Time(time_s) => {
                 let of_each = self.plans.iter().map(Plan::seconds_a_trial).collect::<Result<Vec<_>>>()?;
                 let episode_s = of_each.iter().sum::<f64>() / cases as f64 / self.threads()? as f64;
-                (Some(time_s), (time_s / episode_s) as u64)
+                (Some(time_s), ((time_s / episode_s) as u64).min(MOST_EPISODES))
             }
         };
         if episodes < least {
@@ -299,16 +360,43 @@ impl Tuning {
         Ok(())
     }
 
-    /// Episodes of the search that are in the folder already.
+    /// Episodes of the search that are in the folder already. Fails if a file there is not as a search writes it.
     pub fn episodes_there(&self) -> Result<u64> {
-        let sample =
-            read::<Vec<Vec<bool>>>(&self.folder.join("sample.json"))?.iter().flatten().map(Vec::len).sum::<usize>();
-        let mut episodes = sample as u64;
+        let mut episodes = self.sample_there()?.iter().flatten().map(Vec::len).sum::<usize>() as u64;
         for number in 1.. {
-            let Some(there) = read::<Generation>(&self.generation_file(number))? else { break };
+            let Some(there) = self.generation_there(number)? else { break };
             episodes += there.episodes;
         }
         Ok(episodes)
+    }
+
+    /// The sample that is in the folder.
+    fn sample_there(&self) -> Result<Option<Vec<Vec<bool>>>> {
+        let path = self.folder.join(SAMPLE_FILE);
+        let there: Option<Vec<Vec<bool>>> = read_of(&path, &self.hash)?;
+        let are_all = |all: &Vec<Vec<bool>>| {
+            all.len() == self.plans.len() && all.iter().all(|of_case| of_case.len() as u64 == SAMPLE)
+        };
+        match there.as_ref().is_none_or(are_all) {
+            true => Ok(there),
+            false => Err(damaged(&path, &format!("it has not {SAMPLE} outcomes for each case"))),
+        }
+    }
+
+    /// A generation that is in the folder.
+    fn generation_there(&self, number: usize) -> Result<Option<Generation>> {
+        let (path, tunables, cases) = (self.generation_file(number), self.task.tunables.len(), self.plans.len());
+        let there: Option<Generation> = read_of(&path, &self.hash)?;
+        let trials = trials_of(tunables, cases, self.search_episodes());
+        match there.as_ref().and_then(|there| there.problem(number as u64, trials, tunables, cases)) {
+            None => Ok(there),
+            Some(problem) => Err(damaged(&path, problem)),
+        }
+    }
+
+    /// Episodes of all generations, at most.
+    fn search_episodes(&self) -> u64 {
+        self.task.episodes - self.final_episodes() - SAMPLE * self.plans.len() as u64
     }
 
     fn threads(&self) -> Result<usize> {
@@ -336,25 +424,25 @@ impl Tuning {
 
     fn searched(&self, watch: &Watch) -> Result<Tuned> {
         let Self { options, folder, .. } = self;
-        let team = Team { shard: options.shard, folder, stop: watch.stop, on_wait: watch.on_wait };
+        let team = Team { shard: options.shard, folder, task: &self.hash, stop: watch.stop, on_wait: watch.on_wait };
         let sampled = self.sample(team, watch)?;
         let samples = self.plans.iter().zip(&sampled).map(|(plan, won)| Sample::new(&plan.manifest.campaign, won));
         let arena = Robots { tuning: self, samples: samples.collect(), on_episode: watch.on_episode };
-        let Task { tunables, episodes, search_seed, .. } = &self.task;
+        let Task { tunables, search_seed, .. } = &self.task;
         let mut spent = SAMPLE * self.plans.len() as u64;
-        let most = episodes - self.final_episodes();
-        let mut search = Search::new(&arena, tunables, *search_seed, self.plans.len(), most - spent);
+        let most = spent + self.search_episodes();
+        let mut search = Search::new(&arena, tunables, *search_seed, self.plans.len(), self.search_episodes());
         let mut generations: Vec<Generation> = Vec::new();
         while spent + search.next_episodes() <= most {
-            let path = self.generation_file(generations.len() + 1);
-            let generation = match read(&path)? {
+            let number = generations.len() + 1;
+            let generation = match self.generation_there(number)? {
                 Some(there) => {
                     search.follow(&there);
                     there
                 }
                 None => {
                     let new = search.generation(team)?;
-                    write_atomic(&path, json_pretty(&new)?.as_bytes())?;
+                    self.write(&self.generation_file(number), &new)?;
                     new
                 }
             };
@@ -379,8 +467,7 @@ impl Tuning {
 
     /// The outcomes of the incumbent in the first trials, for each case.
     fn sample(&self, team: Team, watch: &Watch) -> Result<Vec<Vec<bool>>> {
-        let path = team.folder.join("sample.json");
-        if let Some(there) = read(&path)? {
+        if let Some(there) = self.sample_there()? {
             return Ok(there);
         }
         let of_plan = |(case, plan): (usize, &Plan)| {
@@ -393,8 +480,14 @@ impl Tuning {
             team.gather(&format!("sample-{}", case + 1), SAMPLE as usize, won)
         };
         let sampled = self.plans.iter().enumerate().map(of_plan).collect::<Result<Vec<_>>>()?;
-        write_atomic(&path, json_pretty(&sampled)?.as_bytes())?;
+        self.write(&self.folder.join(SAMPLE_FILE), &sampled)?;
         Ok(sampled)
+    }
+
+    /// Writes a file of the search, which says of which task it is.
+    fn write<T: Clone + Serialize>(&self, path: &Path, found: &T) -> Result<()> {
+        let bound = Bound { task: self.hash.clone(), found: found.clone() };
+        write_atomic(path, json_pretty(&bound)?.as_bytes())
     }
 
     fn generation_file(&self, number: usize) -> PathBuf {
@@ -402,13 +495,15 @@ impl Tuning {
     }
 
     /// Writes the proposed controller to a file of the folder, beside the files that it needs, with lines of comment before
-    /// it. Returns its path.
+    /// it, of which the last one names the seeds that judge it or have judged what it comes from. Returns its path.
     pub fn write_controller(&self, tuned: &Tuned, file: &str, comment: &[String]) -> Result<PathBuf> {
         let keys = self.task.tunables.iter().map(|tunable| tunable.key.as_str());
         let values: Vec<(&str, f64)> = keys.zip(tuned.proposed.iter().copied()).collect();
         let settings = with_values(&*self.base, &tuned.name, &values)?;
         let text = settings.text();
-        let head: String = comment.iter().map(|line| format!("# {line}\n")).collect();
+        let mut head: String = comment.iter().map(|line| format!("# {line}\n")).collect();
+        let seeds: Vec<u64> = self.task.judged_before.iter().copied().chain([self.task.final_seed]).collect();
+        head += &format!("{JUDGED_BY}{}\n", json(&seeds)?);
         for (name, bytes) in self.base.files()? {
             write_atomic(&self.folder.join(name), &bytes)?;
         }
@@ -428,9 +523,44 @@ fn tallies(plan: &Plan, factories: &[&Factory], number: u64) -> Vec<Tally> {
     let tally = |record: crate::episode::Record| Tally {
         won: record.outcome.is_success(),
         footsteps: record.footsteps.taken.len() as u64,
-        torque: record.peak_torque_ratio,
+        // That of a robot whose simulation broke may be anything.
+        torque: Some(record.peak_torque_ratio).filter(|ratio| ratio.is_finite()).unwrap_or(1.0),
     };
     each_caught(factories, run).into_iter().map(tally).collect()
+}
+
+/// Names of files and folders that a search writes, and how the names of others begin.
+const WRITTEN: [&str; 7] = [TASK, SAMPLE_FILE, "parts", "final", "proposed.toml", "tune.html", "tune.json"];
+const WRITTEN_FROM: [&str; 3] = ["generation-", "final-", ".tmp-"];
+
+/// Fails if a file that the controller needs has a name that the search writes itself: both are to lie in one folder.
+fn check_files(base: &dyn Settings, entry: &str) -> Result<()> {
+    let own = format!("{}-tuned.toml", base.name());
+    for (name, _) in base.files()? {
+        let mut parts = Path::new(&name).components().filter(|part| *part != Component::CurDir);
+        // Some file systems know no capitals.
+        let first = parts.next().map(|part| part.as_os_str().to_string_lossy().to_lowercase()).unwrap_or_default();
+        let is_written = first == own.to_lowercase() || WRITTEN.contains(&first.as_str());
+        if is_written || WRITTEN_FROM.iter().any(|start| first.starts_with(start)) {
+            let [names, starts] = [WRITTEN.join(", "), WRITTEN_FROM.join(", ")];
+            let accepted = format!("a name other than {own}, {names}, and one that does not begin with {starts}");
+            return Err(Error::value(entry, "file", name, "the search writes what has this name", accepted));
+        }
+    }
+    Ok(())
+}
+
+/// Fails if a folder without a task has files of a search: nobody can say of which one.
+fn check_new(folder: &Path) -> Result<()> {
+    let names = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<String> = names.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    let of_search = |name: &&String| name.as_str() == SAMPLE_FILE || name.starts_with("generation-");
+    let Some(name) = names.iter().find(of_search) else { return Ok(()) };
+    let problem = format!(
+        "holds {name} of a search, but no {TASK} that says of which; restore {TASK}, give a new folder, or remove this one"
+    );
+    Err(Error::Parts { path: folder.into(), problem })
 }
 
 /// The robots of a search as an arena.
@@ -457,5 +587,35 @@ impl Arena for Robots<'_> {
         let found = tallies(&self.tuning.plans[case], &factories, trial);
         found.iter().for_each(|_| (self.on_episode)());
         found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Even if by chance the seed that follows from the task has judged before, or is that of the search.
+    #[test]
+    fn no_seed_judges_twice() {
+        let task = Task {
+            standfast: String::new(),
+            controller: String::new(),
+            campaign: String::new(),
+            cases: Vec::new(),
+            tunables: vec![Tunable::new("k", 0.5, [0.0, 1.0])],
+            seed: 1,
+            search_seed: 2,
+            judged_before: Vec::new(),
+            final_seed: 0,
+            final_trials: 20,
+            budget_s: None,
+            episodes: 3000,
+        };
+        let hash = task.hash().unwrap();
+        let first = task.final_seed_of(&hash);
+        assert_eq!(Task { final_seed: first, ..task.clone() }.hash().unwrap(), hash);
+        let others = [Task { judged_before: vec![first], ..task.clone() }, Task { search_seed: first, ..task.clone() }];
+        assert!(others.iter().all(|other| other.final_seed_of(&hash) != first && other.hash().unwrap() != hash));
+        assert_ne!(Task { episodes: 3001, ..task }.hash().unwrap(), hash);
     }
 }

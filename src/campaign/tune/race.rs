@@ -6,7 +6,7 @@
 //! differ speak against it: if their weighted sum is beyond `CERTAIN` times the root of the sum of their squares.
 
 use super::team::Team;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
@@ -86,7 +86,13 @@ impl Race<'_> {
                 let (case, i) = jobs[job];
                 Ok((self.judge)(case, self.cases[case][i].trial, &active))
             };
-            let found = self.team.gather(&format!("{}-{}", self.name, look + 1), jobs.len(), run)?;
+            let name = format!("{}-{}", self.name, look + 1);
+            let found = self.team.gather(&name, jobs.len(), run)?;
+            if found.iter().any(|tallies| tallies.len() != active.len()) {
+                let problem =
+                    format!("parts of {name} do not have all candidates; remove them, and start all shards again");
+                return Err(Error::Parts { path: self.team.folder.into(), problem });
+            }
             for ((case, _), tallies) in jobs.iter().zip(found) {
                 let mut row = vec![None; self.candidates];
                 active.iter().zip(tallies).for_each(|(&candidate, tally)| row[candidate] = Some(tally));
@@ -186,7 +192,7 @@ mod tests {
 
     /// A race of the incumbent, the mean and some samples on 40 trials of each case.
     fn race(candidates: usize, cases: usize, judge: &Judge) -> Raced {
-        let team = Team { shard: None, folder: Path::new("."), stop: &GO_ON, on_wait: &|_| {} };
+        let team = Team { shard: None, folder: Path::new("."), task: "", stop: &GO_ON, on_wait: &|_| {} };
         let trials = vec![(0..40).map(|trial| Drawn { trial, weight: 1.0 + (trial % 2) as f64 }).collect(); cases];
         Race { candidates, guests: 2, cases: &trials, judge, team, name: "race".into() }.run().unwrap()
     }

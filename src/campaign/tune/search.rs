@@ -78,6 +78,42 @@ pub struct Candidate {
     pub standing: Standing,
 }
 
+impl Generation {
+    /// Why this cannot be generation `number` of a search of so many numbers on so many cases, with `trials` in each; in
+    /// words. It is None if it can.
+    pub fn problem(&self, number: u64, trials: usize, tunables: usize, cases: usize) -> Option<&'static str> {
+        let count = samples_of(tunables) + GUESTS;
+        let has_values =
+            |one: &Candidate| one.values.len() == tunables && one.values.iter().all(|value| value.is_finite());
+        let can_be = |(i, one): (usize, &Candidate)| {
+            let Standing { advantage, error, footsteps, torque, trials: own } = one.standing;
+            let are_shares = (-1.0..=1.0).contains(&advantage) && (0.0..=1.0).contains(&error);
+            let are_means = [footsteps, torque].iter().all(|mean| mean.is_finite() && *mean >= 0.0);
+            are_shares && are_means && (1..=trials).contains(&own) && (own == trials || i >= GUESTS)
+        };
+        let mut order = self.order.clone();
+        order.sort_unstable();
+        // All cases have as many trials of a candidate.
+        let episodes = || cases * self.candidates.iter().map(|one| one.standing.trials).sum::<usize>();
+        match () {
+            () if self.number != number => Some("`number` is not that of its name"),
+            () if self.trials != trials => Some("`trials` are not those that the budget allows"),
+            () if self.candidates.len() != count => Some("`candidates` are not as many as there are in a generation"),
+            () if !self.candidates.iter().all(has_values) => Some("`values` are not a finite number for each key"),
+            () if !self.candidates.iter().enumerate().all(can_be) => Some("a candidate cannot have done so"),
+            () if !order.into_iter().eq(GUESTS..count) => Some("`order` does not name each sample once"),
+            () if self.episodes != episodes() as u64 => Some("`episodes` are not those of its candidates"),
+            () => None,
+        }
+    }
+}
+
+/// Trials of a generation in a search of so many numbers, on so many cases, with so many episodes.
+pub fn trials_of(tunables: usize, cases: usize, episodes: u64) -> usize {
+    let trials = episodes as usize / (GENERATIONS * episodes_a_trial(tunables, cases));
+    trials.clamp(TRIALS[0], TRIALS[1])
+}
+
 /// Samples of a generation, of so many numbers: as many as are usual for CMA-ES.
 fn samples_of(tunables: usize) -> usize {
     4 + (3.0 * (tunables as f64).ln()) as usize
@@ -112,8 +148,7 @@ pub struct Search<'a, A: Arena> {
 impl<'a, A: Arena> Search<'a, A> {
     /// A search on trials of so many cases, with so many episodes.
     pub fn new(arena: &'a A, tunables: &'a [Tunable], seed: u64, cases: usize, episodes: u64) -> Self {
-        let trials = episodes as usize / (GENERATIONS * episodes_a_trial(tunables.len(), cases));
-        let trials = trials.clamp(TRIALS[0], TRIALS[1]);
+        let trials = trials_of(tunables.len(), cases, episodes);
         let start: Vec<f64> = tunables.iter().map(|tunable| tunable.share_of(tunable.now)).collect();
         let spread = (DISTANCE / (tunables.len() as f64).sqrt()).min(WIDEST);
         let (middles, tried, response) = (vec![start.clone()], Vec::new(), None);
@@ -245,7 +280,7 @@ mod tests {
 
     static GO_ON: AtomicBool = AtomicBool::new(false);
     fn alone() -> Team<'static> {
-        Team { shard: None, folder: Path::new("."), stop: &GO_ON, on_wait: &|_| {} }
+        Team { shard: None, folder: Path::new("."), task: "", stop: &GO_ON, on_wait: &|_| {} }
     }
 
     /// Trials that are won with a chance that depends on the values.
@@ -334,6 +369,42 @@ mod tests {
         read.iter().for_each(|generation| again.follow(generation));
         assert_eq!([again.generation(alone()).unwrap(), again.generation(alone()).unwrap()], generations[2..]);
         assert_eq!(again.proposed(), whole.proposed());
+    }
+
+    /// Each change is alone, and what was written is as it should be.
+    #[test]
+    fn a_generation_that_no_search_can_have_written_is_told() {
+        let (landscape, tunables) = (Landscape { seed: 6, chance: |values| 0.4 + 0.2 * values[0] }, tunables(0.5));
+        let written = Search::new(&landscape, &tunables, 6, 1, 4000).generation(alone()).unwrap();
+        let told = |change: &dyn Fn(&mut Generation)| {
+            let mut changed = written.clone();
+            change(&mut changed);
+            changed.problem(1, trials_of(4, 1, 4000), 4, 1).unwrap_or("nothing")
+        };
+        assert_eq!(told(&|_| {}), "nothing");
+        type Change<'a> = (&'static str, &'a dyn Fn(&mut Generation));
+        let changes: [Change; 16] = [
+            ("`number`", &|g| g.number = 2),
+            ("`trials`", &|g| g.trials = 31),
+            ("`candidates`", &|g| g.candidates.clear()),
+            ("`candidates`", &|g| g.candidates.truncate(1)),
+            ("`candidates`", &|g| g.candidates.push(g.candidates[0].clone())),
+            ("`values`", &|g| g.candidates[3].values.clear()),
+            ("`values`", &|g| g.candidates[3].values[1] = f64::NAN),
+            ("a candidate", &|g| g.candidates[3].standing.advantage = 1e300),
+            ("a candidate", &|g| g.candidates[3].standing.error = f64::NAN),
+            ("a candidate", &|g| g.candidates[3].standing.torque = f64::INFINITY),
+            ("a candidate", &|g| g.candidates[3].standing.trials = 0),
+            ("a candidate", &|g| g.candidates[1].standing.trials -= 1),
+            ("`order`", &|g| g.order[0] = 99),
+            ("`order`", &|g| g.order[0] = g.order[1]),
+            ("`order`", &|g| g.order.clear()),
+            ("`episodes`", &|g| g.episodes = 0),
+        ];
+        for (expected, change) in changes {
+            let told = told(change);
+            assert!(told.starts_with(expected), "{expected}: {told}");
+        }
     }
 
     #[test]

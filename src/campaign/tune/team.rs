@@ -4,17 +4,20 @@
 //! waits for the parts of the others. So all know the same, decide the same, and write the same bytes, whatever their
 //! number. A part that is there is not run again: a member that was stopped can be started again, while the others wait.
 
+use crate::assets;
 use crate::campaign::store::shard::Shard;
 use crate::error::{Error, Result};
 use crate::files::{json, write_atomic};
 use rayon::prelude::*;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
 use std::time::Duration;
 
+/// A larger file is not read. Those of a search are far smaller.
+const MOST_BYTES: u64 = 100_000_000;
 /// How often a member looks for the parts of the others.
 const LOOKS_EVERY: Duration = Duration::from_millis(500);
 
@@ -23,6 +26,8 @@ const LOOKS_EVERY: Duration = Duration::from_millis(500);
 pub struct Team<'a> {
     pub shard: Option<Shard>,
     pub folder: &'a Path,
+    /// The hash of the task, which every file of the search carries.
+    pub task: &'a str,
     /// Somebody sets this to stop early.
     pub stop: &'a AtomicBool,
     /// Called once for each piece of work for which others are waited for, with their first shard that is missing.
@@ -47,8 +52,9 @@ impl Team<'_> {
         let run_own = || own.par_iter().with_max_len(1).map(one).collect::<Result<Vec<T>>>();
         let Some(shard) = self.shard else { return run_own() };
         let path = self.part(name, shard);
-        if read::<Vec<T>>(&path)?.is_none() {
-            write_atomic(&path, json(&run_own()?)?.as_bytes())?;
+        if read_of::<Vec<T>>(&path, self.task)?.is_none() {
+            let part = Bound { task: self.task.into(), found: run_own()? };
+            write_atomic(&path, json(&part)?.as_bytes())?;
         }
         let members = (1..=shard.count).map(|index| Shard { index, ..shard });
         let mut parts =
@@ -70,7 +76,7 @@ impl Team<'_> {
         let path = self.part(name, member);
         let mut is_told = false;
         loop {
-            if let Some(part) = read(&path)? {
+            if let Some(part) = read_of(&path, self.task)? {
                 return Ok(part);
             }
             if self.stop.load(Ordering::Relaxed) {
@@ -85,17 +91,34 @@ impl Team<'_> {
     }
 }
 
-/// The file of JSON at a path, if there is one.
+/// What a file of a search holds, with the hash of the task to which it belongs.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Bound<T> {
+    pub task: String,
+    pub found: T,
+}
+
+/// What the file at a path holds for a task, given by its hash, if there is one. Fails as [`read`] does, or if it belongs to
+/// another task.
+pub fn read_of<T: DeserializeOwned>(path: &Path, task: &str) -> Result<Option<T>> {
+    match read::<Bound<T>>(path)? {
+        Some(there) if there.task != task => Err(damaged(path, "its task is another one")),
+        there => Ok(there.map(|there| there.found)),
+    }
+}
+
+/// The file of JSON at a path, if there is one. Fails if it is no file, cannot be read, or is no such JSON.
 pub fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
-    let text = match std::fs::read_to_string(path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(source) => return Err(Error::Read { path: path.into(), source }),
-    };
-    serde_json::from_str(&text).map(Some).map_err(|e| {
-        let problem = format!("is damaged ({e}); remove it, and the same command makes it again");
-        Error::Parts { path: path.into(), problem }
-    })
+    match assets::read(path, MOST_BYTES) {
+        Err(Error::Read { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        text => serde_json::from_slice(&text?).map(Some).map_err(|e| damaged(path, &e.to_string())),
+    }
+}
+
+/// The error of a file that is not as the search wrote it.
+pub fn damaged(path: &Path, problem: &str) -> Error {
+    let problem = format!("is damaged ({problem}); remove it, and the same command makes it again");
+    Error::Parts { path: path.into(), problem }
 }
 
 #[cfg(test)]
@@ -113,7 +136,9 @@ mod tests {
         };
         let member = |shard: &str| {
             let shard = Some(shard.parse().unwrap());
-            Team { shard, folder: dir.path(), stop: &stop, on_wait: &|_| {} }.gather("squares", 10, job).unwrap()
+            Team { shard, folder: dir.path(), task: "a", stop: &stop, on_wait: &|_| {} }
+                .gather("squares", 10, job)
+                .unwrap()
         };
         let all = std::thread::scope(|scope| {
             ["1/3", "2/3", "3/3"].map(|shard| scope.spawn(move || member(shard))).map(|one| one.join().unwrap())
@@ -121,7 +146,7 @@ mod tests {
         let squares: Vec<usize> = (0..10).map(|i| i * i).collect();
         assert!(all.iter().all(|gathered| *gathered == squares));
         assert_eq!((member("2/3"), count.load(Ordering::Relaxed)), (squares.clone(), 10));
-        let alone = Team { shard: None, folder: dir.path(), stop: &stop, on_wait: &|_| {} };
+        let alone = Team { shard: None, folder: dir.path(), task: "a", stop: &stop, on_wait: &|_| {} };
         assert_eq!(alone.gather("squares", 10, job).unwrap(), squares);
         assert_eq!(count.load(Ordering::Relaxed), 20);
     }
@@ -134,10 +159,14 @@ mod tests {
             assert_eq!(missing.to_string(), "2/2");
             stop.store(true, Ordering::Relaxed);
         };
-        let team = Team { shard: Some("1/2".parse().unwrap()), folder: dir.path(), stop: &stop, on_wait: &on_wait };
+        let team =
+            Team { shard: Some("1/2".parse().unwrap()), folder: dir.path(), task: "a", stop: &stop, on_wait: &on_wait };
         assert!(matches!(team.gather("a", 4, Ok), Err(Error::Interrupted)));
-        std::fs::write(dir.path().join("parts/a-2-of-2.json"), "[1,").unwrap();
-        let message = team.gather("a", 4, Ok).unwrap_err().to_string();
-        assert!(message.contains("parts/a-2-of-2.json: is damaged") && message.contains("remove it"), "{message}");
+        for (part, problem) in [("[1,", "EOF"), ("{\"task\": \"b\", \"found\": [1, 3]}", "its task is another one")] {
+            std::fs::write(dir.path().join("parts/a-2-of-2.json"), part).unwrap();
+            let message = team.gather("a", 4, Ok).unwrap_err().to_string();
+            let is_named = message.contains("parts/a-2-of-2.json: is damaged") && message.contains("remove it");
+            assert!(is_named && message.contains(problem), "{message}");
+        }
     }
 }

@@ -70,6 +70,7 @@ pub fn text(tuned: &Tuned) -> String {
     for verdict in &tuned.verdicts {
         text += &wrapped(" - ", &sentence(tuned, verdict));
     }
+    text += &wrapped("", &judges(task));
     text += &wrapped("", conclusion(tuned));
     text
 }
@@ -80,16 +81,32 @@ pub fn sentence(tuned: &Tuned, verdict: &Verdict) -> String {
     let [before, after] = verdict.recovered.map(rate);
     let [from, to] = verdict.ci95.map(|end| signed(100.0 * end, 1));
     format!(
-        "{} in {}: {} recovers from {after} and {} from {before} of {} pushes that the search has not seen (seed {}): {} \
-         points (95 %: {from} to {to}), {}.",
+        "{} in {}: {} recovers from {after} and {} from {before} of {} pushes that the search has not seen (trials 0 to {} \
+         of seed {}): {} points (95 %: {from} to {to}), {}.",
         verdict.robot,
         verdict.engine,
         tuned.name,
         tuned.task.controller,
         verdict.trials,
-        tuned.task.final_seed,
+        verdict.trials.saturating_sub(1),
+        verdict.seed,
         signed(100.0 * verdict.difference, 1),
         p_value(verdict.p),
+    )
+}
+
+/// Where the pushes come from that judge.
+pub fn judges(task: &Task) -> String {
+    let before = match &task.judged_before[..] {
+        [] => String::new(),
+        seeds => {
+            let seeds: Vec<String> = seeds.iter().map(u64::to_string).collect();
+            format!(" What the controller comes from was judged by the pushes of other seeds: {}.", seeds.join(", "))
+        }
+    };
+    format!(
+        "Seed {} of the pushes that judge follows from all of task.json, so no other task is judged by these pushes.{before}",
+        task.final_seed
     )
 }
 
