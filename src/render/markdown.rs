@@ -64,8 +64,8 @@ mod tests {
         summary.name = "<b>|x|`_".into();
         let text = text(&summary);
         let place = |part: &str| text.find(part).unwrap_or_else(|| panic!("{part} not in {text}"));
-        assert!(place("- a is better than b by 50.0 points") < place("--trial 50 --gains b"));
-        assert!(place("--trial 50 --gains b") < place("| b &gt;= 0.8 | FAILED |"));
+        assert!(place("- a is better than b by 50.0 points") < place("--trial 50 --controller b"));
+        assert!(place("--trial 50 --controller b") < place("| b &gt;= 0.8 | FAILED |"));
         assert!(place("| b &gt;= 0.8 | FAILED |") < place("| a | b | 50 | 50 | 0 | 0 | +50.0 |"));
         assert!(text.starts_with("## standfast: &lt;b&gt;\\|x\\|\\`\\_"), "{text}");
         assert!(text.contains(" The intervals hold at 95 %; p is that of the exact McNemar test.\n"), "{text}");
