@@ -103,12 +103,12 @@ fn a_command_that_is_wrong_inside_is_not_good() {
         ("standfast run --set foo=bar", "--set: foo = bar: unknown key"),
         ("standfast run --gate nonsense --set foo=bar", "foo"),
         ("standfast run --gate 'best >= 0.8'", "no controller is named `best`"),
-        ("standfast run --gains hold --until-resolved", "nothing to decide"),
+        ("standfast run --controller hold --until-resolved", "nothing to decide"),
         ("standfast run --vary paper:stepping.beta=2", "stepping.beta"),
         ("standfast run missing.toml", "missing.toml: cannot read"),
-        ("standfast push --impulse 2 --gains best", "controller \"best\" not found"),
+        ("standfast push --impulse 2 --controller best", "controller \"best\" not found"),
         ("standfast push --impulse 2 --trace push.txt", "--trace = push.txt: unknown kind"),
-        ("standfast limit --headings 0", "--headings = 0: out of range"),
+        ("standfast limit --headings 0", "'0' for '--headings <N>': out of range"),
     ] {
         let told = wrong(command, dir.path()).unwrap_or_else(|| panic!("{command} is taken for good"));
         assert!(told.contains(words), "{told}");

@@ -1,8 +1,9 @@
 //! `standfast replay`: simulates a trial of a result again and writes a page that shows it in 3D. `run` and `merge`
 //! write such pages for the telling trials of a result.
 
-use super::arguments::{ENGINE_CHOICES, EngineChoice, check_output, one_of};
+use super::arguments::{ENGINE_CHOICES, EngineChoice, MOST_TRIAL, check_output, count, one_of};
 use super::episode::{Case, Origin, OutputArgs, Shown, write_replay};
+use super::progress::Progress;
 use super::terminal::{note, print, tell};
 use crate::campaign::{Folder, StoredTrial, Summary};
 use crate::episode::parting::Parting;
@@ -22,14 +23,14 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   standfast replay standfast-results/standard --trial 17
-  standfast replay results --trial 17 --gains hold -o hold.html
+  standfast replay results --trial 17 --controller hold -o hold.html
   standfast replay results --trial 17 --frames pictures     snapshots and a GIF
   standfast replay results --trial 17 --engine both    both physics engines")]
 pub struct ReplayArgs {
     /// Result folder of `run`
     pub dir: PathBuf,
     /// Number of the trial
-    #[arg(long, value_name = "I")]
+    #[arg(long, value_name = "I", value_parser = count::<u64>(0..=MOST_TRIAL))]
     pub trial: u64,
     /// Controller by its name in the result [default: the first that lost the trial, or else the first]
     #[arg(long = "controller", visible_alias = "gains", value_name = "NAME")]
@@ -152,7 +153,7 @@ impl Page<'_> {
         let of_result = folder.is_none();
         let folder = folder.unwrap_or(Path::new(".")).display().to_string();
         let [folder, set] = [&folder, &replayed.set].map(|word| shell_word(word));
-        let mut command = format!("standfast replay {folder} --trial {} --gains {set}", replayed.trial);
+        let mut command = format!("standfast replay {folder} --trial {} --controller {set}", replayed.trial);
         let mut title = format!("Trial {} of {}", replayed.trial, replayed.campaign.name);
         if let Some(engine) = suffix {
             command += &format!(" --engine {engine}");
@@ -164,25 +165,31 @@ impl Page<'_> {
     }
 }
 
-/// Writes the missing pages of the first `for_each_set` telling trials of each controller, and returns the number of new
-/// pages, and of those that were to be written. It asks `stop` before each page, and writes no more once this is true. A
-/// page that cannot be written is left out with a warning.
-pub fn write_telling(
-    folder: &Folder,
-    summary: &Summary,
-    for_each_set: usize,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> [usize; 2] {
+/// The first `for_each_set` telling trials of each controller that have no page yet.
+pub fn telling<'a>(folder: &Folder, summary: &'a Summary, for_each_set: usize) -> Vec<(u64, &'a str)> {
     let mut wanted: Vec<(u64, &str)> = Vec::new();
     for set in &summary.sets {
         wanted.extend(set.telling.iter().take(for_each_set).map(|telling| (telling.trial, set.name.as_str())));
     }
     wanted.retain(|(trial, set)| !folder.path.join(replay_file(*trial, set, None)).is_file());
+    wanted
+}
+
+/// Writes the pages of these trials, shows how far that is, and returns the number of new pages. It asks `stop` before each
+/// page, and writes no more once this is true. A page that cannot be written is left out with a warning.
+pub fn write_telling(folder: &Folder, wanted: &[(u64, &str)], stop: &(dyn Fn() -> bool + Sync)) -> usize {
+    if wanted.is_empty() {
+        return 0;
+    }
+    let progress = Progress::of_each(wanted.len() as u64, "replays");
     let is_written = |&&(trial, set): &&(u64, &str)| {
         let written = if stop() { return false } else { write_page(&folder.path, trial, set) };
+        progress.episode();
         written.inspect_err(|error| log::warn!("no replay of trial {trial} of {set}: {error}")).is_ok()
     };
-    [wanted.par_iter().filter(is_written).count(), wanted.len()]
+    let written = wanted.par_iter().filter(is_written).count();
+    progress.finish();
+    written
 }
 
 /// Simulates a trial of the result in `folder` again, and writes its page and a small picture into this folder.

@@ -3,8 +3,8 @@
 
 use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::STOP;
-use super::replay::write_telling;
-use super::terminal::{note, print};
+use super::replay::{telling, write_telling};
+use super::terminal::{alert, note, print};
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::{Folder, Summary};
 use crate::error::{Error, Result};
@@ -54,15 +54,16 @@ pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, printing: Op
     note(&result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));
     say_failed_gates(&summary, &folder.path);
     let stop = || STOP.load(Ordering::Relaxed);
-    let [replays, wanted] = write_telling(folder, &summary, args.replays, &stop);
+    let wanted = telling(folder, &summary, args.replays);
+    let replays = write_telling(folder, &wanted, &stop);
     if replays > 0 {
         // The page is written again, now with links to the replays.
         result::write(&summary, &rows, &folder.path)?;
         let these = if replays == 1 { "replay of a telling trial" } else { "replays of telling trials" };
         note(&format!("written: {}: {replays} {these}", folder.path.join("replays").display()));
     }
-    if stop() && replays < wanted {
-        note("interrupted: the result is complete; the same command writes the replays that are missing");
+    if stop() && replays < wanted.len() {
+        alert("interrupted: the result is complete; the same command writes the replays that are missing");
         return Err(Error::Interrupted);
     }
     Ok(summary)
@@ -70,7 +71,7 @@ pub fn conclude(folder: &Folder, gates: &Gates, args: &ReplaysArgs, printing: Op
 
 /// Says which gates did not pass, each with the command that replays a trial that was lost.
 pub fn say_failed_gates(summary: &Summary, folder: &Path) {
-    text::failed_gates(summary, folder).iter().for_each(|line| note(line));
+    text::failed_gates(summary, folder).iter().for_each(|line| alert(line));
 }
 
 /// Whether all gates of all results pass.
