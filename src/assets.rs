@@ -5,6 +5,8 @@ use serde::de::{Deserialize, Deserializer, Error as _};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 /// A text input, with the name by which error messages call it.
 #[derive(Debug, Clone)]
@@ -113,7 +115,7 @@ impl Kind {
 /// # Errors
 /// There is no such input, or the file is surely of another kind.
 pub fn open(kind: Kind, name: &str) -> Result<Source> {
-    let source = open_among(kind.what(), kind.builtin(), name)?;
+    let source = open_among(kind.what(), kind.builtin(), name).map_err(|error| of_another_kind(error, kind, name))?;
     match Kind::of(&source.text).filter(|found| *found != kind && !source.is_builtin()) {
         Some(found) => {
             let ([what, goes], asked) = (found.what_and_where(), kind.what());
@@ -122,6 +124,16 @@ pub fn open(kind: Kind, name: &str) -> Result<Source> {
         }
         None => Ok(source),
     }
+}
+
+/// Adds to an error about an unknown name which option takes it.
+fn of_another_kind(mut error: Error, asked: Kind, name: &str) -> Error {
+    let options = [(Kind::Robot, "--robot"), (Kind::Controller, "--controller"), (Kind::Campaign, "--campaign")];
+    let takes = options.iter().find(|(kind, _)| *kind != asked && kind.names().contains(&name));
+    if let (Error::Unknown { accepted, .. }, Some((_, option))) = (&mut error, takes) {
+        *accepted += &format!("; did you mean {option} {name}?");
+    }
+    error
 }
 
 /// Does the same as [`open()`] for inputs that another program has compiled in: `what` they are, and their names and texts
@@ -241,6 +253,27 @@ pub fn parse_toml<T: serde::de::DeserializeOwned>(source: &Source) -> Result<T> 
         file: source.file.clone(),
         message: e.to_string().trim_end().replace('\n', "\n  "),
     })
+}
+
+/// Line and column, from 1, of the value with a dotted key in a TOML text.
+pub fn position(text: &str, key: &str) -> Option<(usize, usize)> {
+    let root = DeTable::parse(text).ok()?;
+    let mut names = key.split('.');
+    let mut at = value_of(root.get_ref(), names.next()?)?;
+    for name in names {
+        at = match at.get_ref() {
+            DeValue::Table(table) => value_of(table, name)?,
+            DeValue::Array(list) => list.get(name.parse::<usize>().ok()?)?,
+            _ => return None,
+        };
+    }
+    let before = &text[..at.span().start];
+    let line_start = before.rfind('\n').map_or(0, |end| end + 1);
+    Some((before.matches('\n').count() + 1, before[line_start..].chars().count() + 1))
+}
+
+fn value_of<'a, 'i>(table: &'a DeTable<'i>, name: &str) -> Option<&'a Spanned<DeValue<'i>>> {
+    table.iter().find(|(key, _)| key.get_ref() == name).map(|(_, value)| value)
 }
 
 /// A number that TOML reads as one with a fraction.

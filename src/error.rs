@@ -44,7 +44,8 @@ pub enum Error {
     LostWindow { cause: String },
     /// MuJoCo is asked for where it was not built in. The program then goes on in another one that has it.
     #[error(
-        "engine = mujoco: this program was built without MuJoCo; accepted: rapier, or build with `--features mujoco`"
+        "engine = mujoco: this program was built without MuJoCo; accepted: rapier; or, in a clone, `eval \"$(.ci/mujoco)\"` and a \
+         build with `--features mujoco`"
     )]
     NoMujoco,
     /// Several problems of one input, at least two, in the order in which they stand there.

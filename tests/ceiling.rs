@@ -68,10 +68,10 @@ fn what_is_wrong_is_said_before_anything_runs() {
     for (args, words) in [
         (
             &["--gains=paper"][..],
-            "--gains = paper: has no table [catching]; accepted: a gain set with the table [catching]",
+            "--controller = paper: has no table [catching]; accepted: a gain set with the table [catching]",
         ),
-        (&["--gains=catch", "--gains=paper"], "--gains = 2 controllers: too many; accepted: one, such as catch"),
-        (&["--tries=0"], "--tries = 0: out of range; accepted: 1 to 1000000"),
+        (&["--gains=catch", "--gains=paper"], "--controller = 2 controllers: too many; accepted: one, such as catch"),
+        (&["--tries=0"], "'0' for '--tries <N>': out of range; accepted: a whole number from 1 to 1000000"),
         (&["--engine=both"], "--engine = both: a recovery is of one engine; accepted: rapier, mujoco"),
     ] {
         let message = stderr(&standfast(dir.path(), &[&["ceiling"], args].concat()).code(2));

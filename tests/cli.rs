@@ -53,7 +53,72 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
             &["run", "c.toml"],
             &["push.impulse, push.impulse_n_s = 1, 1"],
         ),
-        (good, &["run", "c.toml", "--trials", "0"], &["trials = 0", "1 to"]),
+        (good, &["run", "c.toml", "--trials", "0"], &["'0' for '--trials <N>': out of range", "from 1 to 10000000"]),
+        (
+            good,
+            &["run", "c.toml", "--trials", "-3"],
+            &["'-3' for '--trials <N>': is no count", "a whole number from 1"],
+        ),
+        (good, &["run", "c.toml", "--trials", "1.5"], &["'1.5' for '--trials <N>': is no count"]),
+        (good, &["push", "--seed=3"], &["--seed = 3: changes nothing without a campaign", "a campaign beside it"]),
+        (
+            good,
+            &["push", "--set=sensors.noise_scale=1"],
+            &["changes a campaign, and none is named; accepted: a campaign"],
+        ),
+        (
+            good,
+            &["push", "c.toml", "--set=push.duration_s=0.1"],
+            &["--set = push.duration_s=0.1: changes nothing without a trial; accepted: --trial"],
+        ),
+        (good, &["push", "c.toml", "--trial=2"], &["--trial = 2: the campaign has no such trial; accepted: 0 to 1"]),
+        (good, &["push", "smoke", "--trial=99"], &["--trial = 99: the campaign has no such trial; accepted: 0 to 14"]),
+        (
+            good,
+            &["push", "--horizon=0.1"],
+            &[
+                "--horizon = 0.1: is too short to judge: a robot recovers by standing still for 0.5 s; accepted: 0.5 or more",
+            ],
+        ),
+        (
+            good,
+            &["run", "c.toml", "--set=episode.horizon_s=0.1", "--set=push.start_s=0.01", "--set=push.duration_s=0.01"],
+            &["episode.judge.standing_time_s = 0.500004: out of range", "at most 0.1, the length of the episode"],
+        ),
+        (
+            good,
+            &["push", "--beside=hold", "--plot=a.svg"],
+            &["--plot = a.svg: shows one controller, and --beside asks for two; accepted: --replay and --frames"],
+        ),
+        (good, &["push", "--beside=hold", "--trace=a.csv"], &["--trace = a.csv: shows one controller"]),
+        (
+            good,
+            &["run", "c.toml", "--set=second_push={impulse_n_s=1, after_s=4}"],
+            &["accepted: 0 to 3.901, since both pushes end within three quarters of episode.horizon_s = 6.001"],
+        ),
+        (
+            good,
+            &["run", "c.toml", "--set=push.start_s=4"],
+            &["push.start_s = 4", "accepted: 0 to 3, half of episode.horizon_s"],
+        ),
+        (good, &["model", "--q=left_knee_flexion=40"], &["left_knee_flexion = 40 rad: is beyond the joint's range"]),
+        (good, &["check"], &["required", "<CONTROLLER|--controller <NAME|FILE>>"]),
+        (good, &["cpi", "fixed", "--controller=slow"], &["cannot be used with"]),
+        (
+            &good.replace("trials = 2", "trials = 'many'"),
+            &["run", "c.toml"],
+            &["c.toml: line 2, column 10: invalid type: string \"many\", expected u64"],
+        ),
+        (
+            &good.replace("impulse_n_s = 1", "duration = 0.3\n  impulse = 'hard'"),
+            &["run", "c.toml"],
+            &["c.toml: line 6, column 13: invalid type: string \"hard\", expected a number, {"],
+        ),
+        (
+            &good.replace("impulse_n_s = 1", "impulse_n_s = 1\nimpuls = 2"),
+            &["run", "c.toml"],
+            &["c.toml: line 6, column 10: unknown field `impuls`"],
+        ),
         (good, &["run", "c.toml", "--gains", "best"], &["controller \"best\" not found", "hold, fixed, switching"]),
         (good, &["run", "c.toml", "--gains", "best.toml"], &["best.toml: cannot read"]),
         (good, &["run", "c.toml", "--gains=hold", "--gains=hold"], &["two controllers of this name"]),
@@ -76,7 +141,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
             &["run", "c.toml"],
             &["c.toml: trials = 1000000000000000000", "1 to 1e7"],
         ),
-        (good, &["run", "c.toml", "--trials=1000000001"], &["trials = 1000000001", "1 to 1e7"]),
+        (good, &["run", "c.toml", "--trials=1000000001"], &["'1000000001' for '--trials <N>'", "from 1 to 10000000"]),
         (&good.replace("'c'", &format!("'{}'", "c".repeat(101))), &["run", "c.toml"], &["is too long", "up to 100"]),
         (
             good,
@@ -88,10 +153,14 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
             &["run", "c.toml", "--set", "push.heading_deg={normal=[0, 721]}"],
             &["push.heading_deg.normal = 721", "a standard deviation of 0 to 720"],
         ),
-        (good, &["run", "c.toml", "--threads=100000"], &["100000 is not in 0..=1024", "--threads"]),
-        (good, &["run", "c.toml", "--replays=1001"], &["1001 is not in 0..=1000", "--replays"]),
-        (good, &["limit", "--threads=1025"], &["1025 is not in 0..=1024", "--threads"]),
-        (good, &["limit", "--headings=361"], &["--headings = 361", "1 to 360"]),
+        (
+            good,
+            &["run", "c.toml", "--threads=100000"],
+            &["'100000' for '--threads <T>': out of range; accepted: a whole number from 0 to 1024"],
+        ),
+        (good, &["run", "c.toml", "--replays=1001"], &["'1001' for '--replays <N>': out of range", "from 0 to 1000"]),
+        (good, &["limit", "--threads=1025"], &["'1025' for '--threads <T>': out of range", "from 0 to 1024"]),
+        (good, &["limit", "--headings=361"], &["'361' for '--headings <N>': out of range", "from 1 to 360"]),
         (
             good,
             &["run", "c.toml", "--set", "episode.physics_step_s=1e-9"],
@@ -162,6 +231,12 @@ fn what_was_meant_is_told() {
         (&["push", "--robot=r"], "did you mean r.urdf?"),
         (&["model", "utmu2"], "did you mean ut-mu2?"),
         (&["rnu"], "a similar subcommand exists: 'run'"),
+        (
+            &["push", "catch"],
+            "campaign \"catch\" not found; accepted: smoke, nominal, standard, harsh or the path of a file; did you mean --controller catch?",
+        ),
+        (&["run", "ut-mu2"], "did you mean --robot ut-mu2?"),
+        (&["push", "--controller=smoke"], "did you mean --campaign smoke?"),
         (&["run", "r.urdf"], "r.urdf: kind of file = robot: is no campaign; accepted: a campaign here; --robot takes"),
         (&["run", "r.toml"], "r.toml: kind of file = robot settings: is no campaign"),
         (&["run", "mine.toml"], "mine.toml: kind of file = controller: is no campaign"),
@@ -220,7 +295,11 @@ fn a_result_is_kept_printed_again_and_never_overwritten() {
     assert!(stderr(&again).contains("nothing is computed again"), "{}", stderr(&again));
     assert_eq!(stdout(&first), stdout(&again));
     let other = standfast(dir.path(), &short(&[FEW, "--seed=9"])).code(3);
-    assert!(stderr(&other).contains("another campaign"), "{}", stderr(&other));
+    let differs = "out: holds the result of another campaign: seed is 1 there and 9 here. Give a new folder";
+    assert!(stderr(&other).contains(differs), "{}", stderr(&other));
+    let other = standfast(dir.path(), &short(&[FEW, "--controller=catch"])).code(3);
+    let differs = "gains is [\"hold\"] there and [\"hold\",\"catch\"] here";
+    assert!(stderr(&other).contains(differs), "{}", stderr(&other));
     assert!(files(&dir.path().join("out")) == whole);
     fs::create_dir(dir.path().join("thesis")).unwrap();
     fs::write(dir.path().join("thesis/main.tex"), "").unwrap();
@@ -391,12 +470,12 @@ fn a_campaign_is_named_with_its_option_or_without() {
 fn the_help_is_short_and_the_long_one_has_examples() {
     let dir = folder();
     for (command, most) in [
-        ("run", 70),
-        ("slurm", 75),
-        ("limit", 70),
-        ("ceiling", 60),
-        ("tune", 75),
-        ("push", 55),
+        ("run", 75),
+        ("slurm", 80),
+        ("limit", 75),
+        ("ceiling", 65),
+        ("tune", 80),
+        ("push", 65),
         ("cpi", 30),
         ("model", 20),
     ] {
@@ -407,7 +486,125 @@ fn the_help_is_short_and_the_long_one_has_examples() {
             "{command}: {short}{long}"
         );
         assert!(long.contains("Examples:") && !short.contains("Examples:"), "{command}");
+        assert!(!long.contains("--gains ") && !short.contains("--gains "), "{command}: an example with the older name");
     }
+    let of = |args: &[&str]| stdout(&standfast(dir.path(), args).success());
+    let run = of(&["run", "-h"]);
+    for default in ["[default: standard]", "[default: those of the campaign]", "[default: that of the campaign]"] {
+        assert!(run.contains(default), "{default} is not in {run}");
+    }
+    assert!(of(&["tune", "-h"]).contains("[default: catch]") && of(&["cpi", "-h"]).contains("[default: switching]"));
+    let push = of(&["push", "--help"]);
+    for default in
+        ["5, scaled to the robot", "0.05, scaled to the robot", "0.5, scaled to the robot", "or 6, scaled to the robot"]
+    {
+        assert!(push.contains(default), "{default} is not in {push}");
+    }
+    // It lists no option that it refuses.
+    let slurm = of(&["slurm", "--help"]);
+    for refused in ["--shard <", "--check\n", "both]"] {
+        assert!(!slurm.contains(refused), "{refused} is in {slurm}");
+    }
+}
+
+/// Every command that takes a controller takes it by the same option, under both of its names.
+#[test]
+fn a_controller_is_named_by_its_option_or_without() {
+    let dir = folder();
+    for args in [&["cpi", "--json"][..], &["check", "--horizon=1", "--json"], &["tune", "--budget=20000", "--check"]] {
+        let name = if args[0] == "check" { "hold" } else { "fixed" };
+        let of = |words: &[&str]| {
+            let run = standfast(dir.path(), &[args, words].concat()).success();
+            let told = stdout(&run) + &stderr(&run);
+            // How long a tick takes is another one each time.
+            told.lines().filter(|line| !line.contains("tick")).map(String::from).collect::<Vec<_>>()
+        };
+        let vary = ["--vary=zmp_margin=0.02..0.1"];
+        let more = if args[0] == "tune" { &vary[..] } else { &[] };
+        let first = of(&[&[name], more].concat());
+        for option in ["--controller", "--gains"] {
+            assert_eq!(first, of(&[&[option, name], more].concat()), "{args:?} {option}");
+        }
+    }
+}
+
+/// A count may be written as people write large ones.
+#[test]
+fn a_count_may_have_an_exponent() {
+    let dir = folder();
+    let of = |trials: &str| stderr(&standfast(dir.path(), &["run", "smoke", "--check", "--trials", trials]).success());
+    let episodes = |told: &str| told.split("; that takes").next().unwrap().to_string();
+    assert!(of("1e3").contains(": 4000 episodes to run"), "{}", of("1e3"));
+    assert_eq!(episodes(&of("1e3")), episodes(&of("1000")));
+}
+
+/// Quiet, a command prints its result, and says what is wrong.
+#[test]
+fn quiet_leaves_results_and_errors() {
+    let dir = folder();
+    let loud = standfast(dir.path(), &short(&[FEW])).success();
+    assert!(stderr(&loud).contains("written: ") && stderr(&loud).contains(" replays"), "{}", stderr(&loud));
+    let quiet: Vec<&str> = short(&[FEW, "-q", "-o", "quiet"]).into_iter().filter(|arg| *arg != "--out=out").collect();
+    let quiet = standfast(dir.path(), &quiet).success();
+    assert_eq!(stderr(&quiet), "");
+    assert_eq!(stdout(&quiet).replace("quiet", "out"), stdout(&loud));
+    assert!(files(&dir.path().join("quiet")) == files(&dir.path().join("out")));
+    let failed = standfast(dir.path(), &short(&[FEW, "-q", "--gate=hold >= 1"])).code(100);
+    assert!(stderr(&failed).starts_with("gate failed: hold >= 1"), "{}", stderr(&failed));
+    let wrong = standfast(dir.path(), &["push", "--quiet", "--controller=best"]).code(2);
+    assert!(stderr(&wrong).starts_with("error: controller \"best\" not found"), "{}", stderr(&wrong));
+}
+
+#[test]
+fn what_has_a_name_is_listed() {
+    let dir = folder();
+    let text = stdout(&standfast(dir.path(), &["list"]).success());
+    let json: serde_json::Value =
+        serde_json::from_str(&stdout(&standfast(dir.path(), &["list", "--json"]).success())).unwrap();
+    for (key, kind) in [("robots", Kind::Robot), ("controllers", Kind::Controller), ("campaigns", Kind::Campaign)] {
+        let listed: Vec<&str> =
+            json[key].as_array().unwrap().iter().map(|item| item["name"].as_str().unwrap()).collect();
+        assert_eq!(listed, kind.names(), "{key}");
+        assert!(listed.iter().all(|name| text.contains(&format!("\n  {name:<10} "))), "{key}: {text}");
+    }
+    assert_eq!(json["engines"][0]["is_there"], true);
+    let has = |name: &str| {
+        json["features"].as_array().unwrap().iter().find(|feature| feature["name"] == name).unwrap()["is_there"].clone()
+    };
+    assert_eq!([has("onnx"), has("mujoco")], [cfg!(feature = "onnx"), cfg!(feature = "mujoco")]);
+    assert!(text.contains("a URDF, or a TOML file") && text.lines().all(|line| line.chars().count() <= 80), "{text}");
+}
+
+/// The default push is printed with all its numbers, and a changed one is what its options say.
+#[test]
+fn a_push_states_its_numbers_and_takes_changes_of_its_campaign() {
+    let dir = folder();
+    let robot = |file: &str| format!("{}/assets/robots/{file}", env!("CARGO_MANIFEST_DIR"));
+    let push = |more: &[&str]| {
+        let run = standfast(dir.path(), &[&["push", "--controller=hold"], more].concat()).success();
+        stdout(&run).split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let told = push(&[]);
+    let numbers = "for 0.05 s from t = 0.5 s, level with the COM horizon 6 s: the episode ends then";
+    assert!(told.starts_with("push 5 N s towards 0 degrees (dv = ") && told.contains(numbers), "{told}");
+    // The same in the units of a larger robot, and what a search by `limit` pushes with.
+    let adult = format!("--robot={}", robot("adult.urdf"));
+    let told = push(&[&adult]);
+    let json: serde_json::Value = serde_json::from_str(&push(&[&adult, "--json"])).unwrap();
+    let number = |key: &str| json["push"][key].as_f64().unwrap();
+    let stated = format!("for {} s from t = {} s, level", number("duration_s"), number("start_s"));
+    assert!(told.contains(&stated) && number("duration_s") > 0.06, "{stated}: {told}");
+    let campaign = "name = 'c'\ntrials = 2\nseed = 1\n[push]\nimpulse_n_s = 1\n";
+    fs::write(dir.path().join("c.toml"), campaign).unwrap();
+    let drawn: serde_json::Value = serde_json::from_str(&push(&["c.toml", "--trial=0", &adult, "--json"])).unwrap();
+    for key in ["duration_s", "start_s"] {
+        let usual = drawn["push"][key].as_f64().unwrap();
+        assert!((usual / number(key) - 1.0).abs() < 5e-3, "{key}: {usual} {}", number(key));
+    }
+    let changed = ["c.toml", "--trial=0", "--set=push.duration_s=0.07", "--judge=survived", "--json"];
+    let changed: serde_json::Value = serde_json::from_str(&push(&changed)).unwrap();
+    assert_eq!((&changed["push"]["duration_s"], &changed["judge"]["counts"]), (&0.07.into(), &"survived".into()));
+    assert!(push(&["--profile=half-sine"]).contains("level with the COM, half-sine"));
 }
 
 #[test]
@@ -510,7 +707,10 @@ fn no_number_no_name_and_no_unit_is_broken_at_any_width() {
         // The names of a robot's links and joints, and the paths of files, may need more.
         for (columns, most) in [("30", 100), ("60", 100), ("80", 100), ("120", 120)] {
             let (words, width) = of_width(columns);
-            assert!(words == whole && width <= most, "{args:?} at {columns} columns, {width} wide: {words:?}\n{whole:?}");
+            assert!(
+                words == whole && width <= most,
+                "{args:?} at {columns} columns, {width} wide: {words:?}\n{whole:?}"
+            );
         }
         assert!(widest > 60, "{args:?}: {widest}");
     }

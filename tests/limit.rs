@@ -49,7 +49,7 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         ("/headings/0/bound_no_step_n_s", 2.48, 0.01),
         ("/headings/0/bound_one_step_n_s", 5.815, 0.01),
         ("/headings/1/bound_one_step_at_height_n_s", 5.815 / (1.0 + 0.02 / 0.31), 0.01),
-        // `standfast push --gains hold --height 0.02` recovers from 2.4 N s and falls at 2.5, both ways.
+        // `standfast push --controller hold --height 0.02` recovers from 2.4 N s and falls at 2.5, both ways.
         ("/headings/0/sets/0/impulse50_n_s", 2.45, 0.4),
         ("/headings/1/sets/0/impulse50_n_s", 2.45, 0.4),
     ] {
@@ -91,7 +91,7 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
     let loss = &json["headings"][1]["sets"][0]["first_loss"];
     let option = |name: &str, key: &str| format!("--{name}={}", loss[key]);
     let [trial, impulse, heading, start] =
-        [("trial", "trial"), ("impulse", "impulse_n_s"), ("heading", "heading_deg"), ("start", "start_s")]
+        [("limit-trial", "trial"), ("impulse", "impulse_n_s"), ("heading", "heading_deg"), ("start", "start_s")]
             .map(|(name, key)| option(name, key));
     let push = ["push", NOMINAL, "--gains=hold", "--height=0.02", "--json", &trial, &impulse, &heading, &start];
     let repeated: Value =
@@ -112,6 +112,34 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
     let again = standfast(dir.path(), &args).code(2);
     let message = text(&again.get_output().stderr);
     assert!(message.contains("--out = out: it holds a result"), "{message}");
+}
+
+/// The push of the limit of a robot of another size, with a campaign that is changed: the printed command recovers, and is
+/// lost with the impulse that is named with it.
+#[test]
+fn a_limit_is_checked_by_the_command_that_is_printed() {
+    let dir = tempfile::tempdir().unwrap();
+    let robot = format!("--robot={}/assets/robots/adult.urdf", env!("CARGO_MANIFEST_DIR"));
+    let args =
+        ["limit", NOMINAL, "--controller=hold", "--headings=1", "--replicas=0", "--set=push.height_m=0.02", &robot];
+    let told = text(&standfast(dir.path(), &args).success().get_output().stdout);
+    let (_, check) = told.split_once("\ncheck: ").unwrap();
+    let told = check.split_whitespace().collect::<Vec<_>>().join(" ");
+    let harder = told.split_once("loses it with --impulse ").unwrap().1.split_once(": standfast ").unwrap();
+    let (harder, command) = (harder.0, harder.1.split_once(" `none`").unwrap().0.replace("\\ ", ""));
+    assert!(command.contains("--set push.height_m=0.02 --limit-trial 0 --controller hold --robot "), "{command}");
+    let push = |more: &[&str]| {
+        let words = command.split(' ').chain(more.iter().copied()).collect::<Vec<_>>();
+        serde_json::from_str::<Value>(&text(&standfast(dir.path(), &words).success().get_output().stdout)).unwrap()
+    };
+    let found = push(&["--json"]);
+    assert_eq!((&found["outcome"], &found["push"]["height_m"]), (&"Recovered".into(), &0.02.into()), "{command}");
+    let (easy, _) = command.split_once(" --impulse ").unwrap();
+    let (harder, heading) = (format!("--impulse={harder}"), "--heading=0");
+    let words = easy.split(' ').chain([harder.as_str(), heading, "--json"]).collect::<Vec<_>>();
+    let lost: Value =
+        serde_json::from_str(&text(&standfast(dir.path(), &words).success().get_output().stdout)).unwrap();
+    assert_eq!(lost["outcome"], "Fell", "{words:?}");
 }
 
 #[test]
@@ -144,9 +172,9 @@ fn what_is_wrong_is_said_before_anything_runs() {
     fs::write(dir.path().join("file"), "").unwrap();
     for (more, expected) in [
         ("--robot=r.urdf", "r.toml: reach = (none): the pendulum's bounds depend on where a foot can land"),
-        ("--headings=0", "--headings = 0: out of range; accepted: 1 to 360"),
+        ("--headings=0", "'0' for '--headings <N>': out of range; accepted: a whole number from 1 to 360"),
         ("--precision=-1", "--precision = -1: out of range"),
-        ("--max-trials=0", "--max-trials = 0"),
+        ("--max-trials=0", "'0' for '--max-trials <N>': out of range"),
         ("--plot=a.png", "--plot = a.png: unknown kind of file"),
         ("--out=file", "--out = file: it is a file"),
         ("--campaign=best", "campaign \"best\" not found"),

@@ -211,7 +211,7 @@ fn what_does_not_fit_is_told_in_a_sentence() {
     let dir = folder();
     let file =
         policy(dir.path(), "ours", &linear(&[vec![f32::NAN; 2], vec![0.0; 2], vec![0.0; 2]], &[0.0; 2]), &gyro, "");
-    let push = standfast(dir.path(), &["push", "--json", "--controller", &file]).success();
+    let push = standfast(dir.path(), &["push", "--json", "--controller", &file]).code(1);
     let told: Value = serde_json::from_str(&stdout(&push)).unwrap();
     assert_eq!(told["outcome"], "Failed");
     assert!(told["fall_cause"].as_str().unwrap().contains("ours: action 0 of policy.onnx is not finite"), "{told}");

@@ -103,12 +103,12 @@ fn a_command_that_is_wrong_inside_is_not_good() {
         ("standfast run --set foo=bar", "--set: foo = bar: unknown key"),
         ("standfast run --gate nonsense --set foo=bar", "foo"),
         ("standfast run --gate 'best >= 0.8'", "no controller is named `best`"),
-        ("standfast run --gains hold --until-resolved", "nothing to decide"),
+        ("standfast run --controller hold --until-resolved", "nothing to decide"),
         ("standfast run --vary paper:stepping.beta=2", "stepping.beta"),
         ("standfast run missing.toml", "missing.toml: cannot read"),
-        ("standfast push --impulse 2 --gains best", "controller \"best\" not found"),
+        ("standfast push --impulse 2 --controller best", "controller \"best\" not found"),
         ("standfast push --impulse 2 --trace push.txt", "--trace = push.txt: unknown kind"),
-        ("standfast limit --headings 0", "--headings = 0: out of range"),
+        ("standfast limit --headings 0", "'0' for '--headings <N>': out of range"),
     ] {
         let told = wrong(command, dir.path()).unwrap_or_else(|| panic!("{command} is taken for good"));
         assert!(told.contains(words), "{told}");
@@ -144,7 +144,9 @@ fn what_a_push_tells_is_what_the_guide_shows() {
 fn a_thing_has_one_name() {
     let mut texts = documents(&root());
     texts.extend(["assets/python/README.md", "src/render/html/report.html.jinja"].map(|file| root().join(file)));
-    for folder in ["assets/campaigns", "src/render/text", "src/render/tables", "src/render/figure", "src/campaign/verdict"] {
+    for folder in
+        ["assets/campaigns", "src/render/text", "src/render/tables", "src/render/figure", "src/campaign/verdict"]
+    {
         texts.extend(fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path()));
     }
     assert!(texts.len() > 60, "{texts:?}");
@@ -181,8 +183,11 @@ fn a_thing_has_one_name() {
 fn the_commands_of_the_readme_make_the_files_that_they_name() {
     let readme = fs::read_to_string(root().join("README.md")).unwrap();
     let commands = commands_of(&readme, "standfast");
-    let made: Vec<Vec<String>> =
-        commands.iter().map(|command| words_of(command)).filter(|words| words.get(1).is_some_and(|word| word == "new")).collect();
+    let made: Vec<Vec<String>> = commands
+        .iter()
+        .map(|command| words_of(command))
+        .filter(|words| words.get(1).is_some_and(|word| word == "new"))
+        .collect();
     let dir = folder();
     for words in &made {
         standfast(dir.path(), &words[1..].iter().map(String::as_str).collect::<Vec<_>>()).success();
@@ -193,7 +198,11 @@ fn the_commands_of_the_readme_make_the_files_that_they_name() {
     for file in own {
         assert!(dir.path().join(&file).is_file(), "{file} is made by no command of the README");
     }
-    let run = commands.iter().map(|command| words_of(command)).find(|words| words[1] == "run" && words[2] == "my.toml").unwrap();
+    let run = commands
+        .iter()
+        .map(|command| words_of(command))
+        .find(|words| words[1] == "run" && words[2] == "my.toml")
+        .unwrap();
     let args: Vec<&str> = run[1..].iter().map(String::as_str).chain(["--check", "--untried"]).collect();
     standfast(dir.path(), &args).success();
 }

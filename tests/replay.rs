@@ -340,7 +340,9 @@ fn a_trial_is_replayed_in_another_engine_and_in_both() {
     let replay = |more: &[&str]| standfast(dir.path(), &[&["replay", "out", "--trial=1"], more].concat()).success();
     let told = stderr(&replay(&["--engine=mujoco"]));
     assert!(told.contains("The result is of Rapier, so this trial in MuJoCo is not compared with it."), "{told}");
-    assert!(page("trial-1-hold-mujoco.html").contains("standfast replay . --trial 1 --gains hold --engine mujoco"));
+    assert!(
+        page("trial-1-hold-mujoco.html").contains("standfast replay . --trial 1 --controller hold --engine mujoco")
+    );
     assert!(!page("trial-1-hold-mujoco.html").contains("id=\"engines\""));
 
     let run = replay(&["--engine=both"]);
@@ -348,7 +350,7 @@ fn a_trial_is_replayed_in_another_engine_and_in_both() {
     assert!(text.starts_with("solid       Rapier ") && text.contains("\nghost       MuJoCo "), "{text}");
     assert!(!told.contains("not as it was") && !told.contains("not compared"), "{told}");
     let both = page("trial-1-hold-both.html");
-    assert!(both.contains("--trial 1 --gains hold --engine both") && both.contains("<b>Ghost:</b> MuJoCo"));
+    assert!(both.contains("--trial 1 --controller hold --engine both") && both.contains("<b>Ghost:</b> MuJoCo"));
     let json = |more: &[&str]| -> serde_json::Value {
         serde_json::from_str(&stdout(&replay(&[&["--json"], more].concat()))).unwrap()
     };

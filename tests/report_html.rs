@@ -212,7 +212,7 @@ fn a_click_on_a_trial_copies_the_command_that_replays_it_and_a_pair_can_be_chose
     let told = "new Promise((done) => setTimeout(() => done(document.getElementById('toast').textContent), 300))";
     let toast = tab.evaluate(told).as_str().unwrap().to_string();
     let trial = &at[2];
-    let command = format!("standfast push --campaign campaign.toml --trial {trial} --gains switching");
+    let command = format!("standfast push --campaign campaign.toml --trial {trial} --controller switching");
     assert!(toast.ends_with(&command), "{toast:?} is not {command:?}");
     let tip = texts(&mut tab, "#tip:not([hidden])");
     assert!(tip.len() == 1 && tip[0].starts_with(&format!("trial {trial}: ")), "{tip:?}");
@@ -228,7 +228,7 @@ fn a_click_on_a_trial_copies_the_command_that_replays_it_and_a_pair_can_be_chose
         })()",
     );
     let (number, toast) = (apart[0].as_str().unwrap(), apart[1].as_str().unwrap());
-    assert!(toast.contains(&format!("--campaign campaign.toml --trial {number} --gains ")), "{toast}");
+    assert!(toast.contains(&format!("--campaign campaign.toml --trial {number} --controller ")), "{toast}");
 
     let shown =
         "[...document.querySelectorAll('#maps [data-pair]')].filter((p) => !p.hidden).map((p) => p.dataset.pair)";

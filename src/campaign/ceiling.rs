@@ -113,12 +113,12 @@ impl<'a> Clairvoyant<'a> {
         in_range("command line", "--tries", options.tries as f64, [1.0, MOST_TRIES as f64])?;
         let [entry] = &campaign.gains[..] else {
             let (count, accepted) = (format!("{} controllers", campaign.gains.len()), "one, such as catch");
-            return Err(Error::value("command line", "--gains", count, "too many", accepted));
+            return Err(Error::value("command line", "--controller", count, "too many", accepted));
         };
         let gains = gain_set(entry)?;
         if gains.catching.is_none() {
             let accepted = "a gain set with the table [catching], such as catch";
-            return Err(Error::value("command line", "--gains", entry, "has no table [catching]", accepted));
+            return Err(Error::value("command line", "--controller", entry, "has no table [catching]", accepted));
         }
         let plan = Plan::with(campaign, files)?;
         let yardstick = Yardstick::new(&plan.robot, campaign)?;

@@ -143,8 +143,16 @@ impl Plan {
             }
         };
         if !own(&path)? {
-            let advice = " (its configuration differs); give a new folder, or remove this one";
-            let problem = format!("holds the result of another campaign{}", out.map_or("", |_| advice));
+            const MOST: usize = 5;
+            let there = Folder::open(&path).ok().flatten();
+            let differ = there.map(|there| there.manifest.differences(manifest)).unwrap_or_default();
+            let more = if differ.len() > MOST { format!("; and {} more", differ.len() - MOST) } else { String::new() };
+            let differ = match &differ[..] {
+                [] => "its configuration differs".into(),
+                some => some[..some.len().min(MOST)].join("; ") + &more,
+            };
+            let advice = out.map_or("", |_| ". Give a new folder, or remove this one");
+            let problem = format!("holds the result of another campaign: {differ}{advice}");
             return Err(Error::Parts { path, problem });
         }
         // A folder keeps to what it was begun with.

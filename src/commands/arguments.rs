@@ -5,14 +5,15 @@ use crate::campaign::Overrides;
 use crate::campaign::ask::gate::OnUnresolved;
 use crate::episode::Counts;
 use crate::error::{Error, Result};
-use crate::files::folder_of;
+use crate::files::{folder_of, shell_word};
 use crate::sim::Engine;
 use clap::Args;
-use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::Deserialize;
 use serde::de::value::{Error as NoSuchName, StringDeserializer};
 use serde::de::{DeserializeOwned, IntoDeserializer};
 use std::ffi::OsStr;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -39,6 +40,8 @@ impl EngineChoice {
 /// Names of the engines for `--engine`, and of [`EngineChoice`].
 pub const ENGINES: [&str; 2] = ["rapier", "mujoco"];
 pub const ENGINE_CHOICES: [&str; 3] = ["rapier", "mujoco", "both"];
+/// Names of [`Counts`] for `--judge`.
+pub const JUDGES: [&str; 2] = ["recovered", "survived"];
 
 /// The campaign, with or without the name of the option.
 #[derive(Debug, Default, Args)]
@@ -54,7 +57,8 @@ pub struct CampaignArgs {
 
 impl CampaignArgs {
     pub fn name(&self) -> Option<&str> {
-        self.first.as_deref().or(self.campaign.as_deref())
+        // Where the first has a default, it is there beside the option, too.
+        self.campaign.as_deref().or(self.first.as_deref())
     }
 
     pub fn or_standard(&self) -> &str {
@@ -62,16 +66,35 @@ impl CampaignArgs {
     }
 }
 
+/// The one controller of a command, with or without the name of the option. The command says whether it has a default.
+#[derive(Debug, Default, Args)]
+#[group(id = "of_controller", multiple = false)]
+pub struct ControllerArgs {
+    /// Controller by name or file, or a variant NAME:KEY=VALUE of either
+    #[arg(value_name = "CONTROLLER", id = "first_controller")]
+    first: Option<String>,
+    /// The same as CONTROLLER
+    #[arg(long, visible_alias = "gains", value_name = "NAME|FILE")]
+    controller: Option<String>,
+}
+
+impl ControllerArgs {
+    /// The controller; the command line has made sure that there is one.
+    pub fn name(&self) -> &str {
+        self.controller.as_deref().or(self.first.as_deref()).unwrap_or_default()
+    }
+}
+
 /// Options that change a campaign.
 #[derive(Debug, Default, Args)]
 pub struct ChangeArgs {
-    /// Controller by name or file; may be repeated
+    /// Controller by name or file; may be repeated [default: those of the campaign]
     #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE")]
     pub gains: Vec<String>,
     /// Compare a controller with variants of it, each with one value changed, such as paper:stepping.alpha=2,5
     #[arg(long, value_name = "SET:KEY=V1,V2,...")]
     pub vary: Vec<String>,
-    /// Robot by name or URDF file
+    /// Robot by name or URDF file [default: that of the campaign]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
     #[command(flatten)]
@@ -81,14 +104,15 @@ pub struct ChangeArgs {
 /// Those that are the same for several controllers and robots.
 #[derive(Debug, Default, Args)]
 pub struct SettingArgs {
-    /// Physics engine
+    /// Physics engine [default: that of the campaign]
     #[arg(long, value_name = "ENGINE", value_parser = one_of::<EngineChoice, 3>(ENGINE_CHOICES))]
     pub engine: Option<EngineChoice>,
     /// Which trials count: recovered (it comes to stand still), or survived (or has not fallen at the horizon, as walkers)
-    #[arg(long, value_name = "WHICH", value_parser = one_of::<Counts, 2>(["recovered", "survived"]))]
+    /// [default: that of the campaign, mostly recovered]
+    #[arg(long, value_name = "WHICH", value_parser = one_of::<Counts, 2>(JUDGES))]
     pub judge: Option<Counts>,
-    /// Seed of all random numbers
-    #[arg(long, value_name = "S")]
+    /// Seed of all random numbers [default: that of the campaign]
+    #[arg(long, value_name = "S", value_parser = count::<u64>(0..=MOST_SEED))]
     pub seed: Option<u64>,
     /// Change a value of the campaign, such as push.height_m=0.05
     #[arg(long, value_name = "KEY=VALUE")]
@@ -117,6 +141,13 @@ impl SettingArgs {
         }
     }
 
+    /// The options that change the campaign beside seed and engine, each after a space, as they are to be typed again.
+    pub fn options(&self) -> String {
+        let judge = self.judge.map(|counts| format!(" --judge {}", JUDGES[usize::from(counts == Counts::Survived)]));
+        let set = self.set.iter().map(|assignment| format!(" --set {}", shell_word(assignment)));
+        judge.into_iter().chain(set).collect()
+    }
+
     /// As those of [`ChangeArgs`].
     pub fn overrides(&self) -> Overrides {
         let (set, engine) = (self.set.clone(), self.engines()[0]);
@@ -140,7 +171,7 @@ pub struct GateArgs {
 #[derive(Debug, Args)]
 pub struct ReplaysArgs {
     /// Pages that show a trial in 3D, for each controller; report.html links to them
-    #[arg(long, value_name = "N", default_value_t = ReplaysArgs::default().replays, value_parser = up_to(MOST_EXTRAS))]
+    #[arg(long, value_name = "N", default_value_t = ReplaysArgs::default().replays, value_parser = count::<usize>(0..=MOST_EXTRAS))]
     pub replays: usize,
 }
 
@@ -187,10 +218,34 @@ pub fn check_environment() -> Result<()> {
     Ok(())
 }
 
-/// Reads a number from 0 to `most`.
-pub fn up_to(most: u64) -> RangedU64ValueParser<usize> {
-    RangedU64ValueParser::new().range(0..=most)
+/// Largest seed, as a campaign's file can state it.
+pub const MOST_SEED: u64 = i64::MAX as u64;
+
+/// Reads a whole number of this range, also one that is written as 1e3.
+pub fn count<T>(range: RangeInclusive<u64>) -> impl TypedValueParser<Value = T>
+where
+    T: TryFrom<u64> + Clone + Send + Sync + 'static,
+{
+    // All whole numbers up to here are numbers with a fraction, too.
+    const EXACT: f64 = (1_u64 << f64::MANTISSA_DIGITS) as f64;
+    move |text: &str| {
+        let is_whole = |number: &f64| (0.0..=EXACT).contains(number) && number.fract() == 0.0;
+        let rounded = || text.parse().ok().filter(is_whole).map(|number| number as u64);
+        let number: Option<u64> = text.parse().ok().or_else(rounded);
+        let accepted = match *range.end() {
+            MOST_TRIAL => format!("a whole number of {} or more", range.start()),
+            most => format!("a whole number from {} to {most}", range.start()),
+        };
+        let number = number.ok_or_else(|| format!("is no count; accepted: {accepted}"))?;
+        let in_range = Some(number).filter(|number| range.contains(number));
+        in_range
+            .and_then(|number| T::try_from(number).ok())
+            .ok_or_else(|| format!("out of range; accepted: {accepted}"))
+    }
 }
+
+/// Largest number of a trial: those of searches are larger than those of any campaign.
+pub const MOST_TRIAL: u64 = u64::MAX >> 8;
 
 /// Reads a value by its name, which is the same on the command line and in files.
 pub fn one_of<T, const N: usize>(names: [&'static str; N]) -> impl TypedValueParser<Value = T>

@@ -1,10 +1,11 @@
 //! `standfast ceiling`: tries again what a controller loses, with knowledge of the push, and tells what can be caught.
 
-use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, fine, up_to};
+use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, count, fine};
 use super::interrupt::{STOP, nothing_kept, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::terminal::{note, print};
-use crate::campaign::ceiling::{CeilingOptions, Clairvoyant};
+use crate::campaign::ask::spec::MOST_TRIALS;
+use crate::campaign::ceiling::{CeilingOptions, Clairvoyant, MOST_TRIES};
 use crate::campaign::{Campaign, Overrides};
 use crate::error::{Error, Result};
 use crate::files::write_atomic;
@@ -15,6 +16,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
+#[command(mut_arg("first", |arg| arg.default_value("standard")))]
+#[command(mut_arg("gains", |arg| arg.help("Controller by name or file, a gain set with [catching] [default: catch]")))]
 #[command(after_help = "Examples:
   standfast ceiling --out ceiling                   what catch loses in the standard campaign
   standfast ceiling --campaign harsh --trials 200 --engine mujoco
@@ -35,17 +38,17 @@ pub struct CeilingArgs {
     pub campaign: CampaignArgs,
     #[command(flatten)]
     pub change: ChangeArgs,
-    /// Number of trials
-    #[arg(long, value_name = "N")]
+    /// Number of trials [default: that of the campaign]
+    #[arg(long, value_name = "N", value_parser = count::<u64>(1..=MOST_TRIALS))]
     pub trials: Option<u64>,
     /// Most tries for a push, in steps of 24
-    #[arg(long, value_name = "N", default_value_t = 2000)]
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = count::<u64>(1..=MOST_TRIES))]
     pub tries: u64,
     /// Number of threads, or 0 for one on each core; the result does not depend on it
-    #[arg(long, value_name = "T", default_value_t = 0, value_parser = up_to(MOST_THREADS))]
+    #[arg(long, value_name = "T", default_value_t = 0, value_parser = count::<usize>(0..=MOST_THREADS))]
     pub threads: usize,
     /// Write ceiling.json and the recoveries (trial-N.toml) to this folder
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Do not try first whether the robot stands without a push
     #[arg(long)]
@@ -88,7 +91,10 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
     progress.finish();
     let found = nothing_kept(found)?;
     let as_json = render::json(&found);
-    print(&if args.json { as_json.clone() } else { text::text(&found, args.out.as_deref()) })?;
+    // The campaign may have fewer trials in its file.
+    let trials = args.trials.map(|trials| format!(" --set trials={trials}"));
+    let changes = args.change.settings.options() + &trials.unwrap_or_default();
+    print(&if args.json { as_json.clone() } else { text::text(&found, args.out.as_deref(), &changes) })?;
     if let Some(folder) = &args.out {
         for lost in &found.lost {
             let Some(recovery) = &lost.found else { continue };

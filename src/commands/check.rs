@@ -1,6 +1,6 @@
 //! `standfast check`: tries a controller before anybody pushes it.
 
-use super::arguments::{ENGINES, number, one_of};
+use super::arguments::{ControllerArgs, ENGINES, number, one_of};
 use super::contract;
 use super::episode::Setting;
 use super::result::exit_code_of_gates;
@@ -18,6 +18,7 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
+#[command(mut_group("of_controller", |group| group.required(true)))]
 #[command(after_help = "Examples:
   standfast check mine.toml                         does it stand, and do the same again?
   standfast check controllers/ankles.toml --campaign standard
@@ -32,23 +33,22 @@ With a campaign, the sensors have the noise of its first trial; robot and ground
 designed. Exit code 100: it falls, fails, does not repeat, or does not keep a
 --contract.")]
 pub struct CheckControllerArgs {
-    /// Controller by name or file
-    #[arg(value_name = "NAME|FILE")]
-    pub controller: String,
+    #[command(flatten)]
+    pub controller: ControllerArgs,
     /// A campaign for noise, time steps and thresholds: a name or a TOML file
     #[arg(long, value_name = "NAME|FILE")]
     pub campaign: Option<String>,
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Physics engine
+    /// Physics engine [default: that of the campaign, or rapier]
     #[arg(long, value_name = "ENGINE", value_parser = one_of::<Engine, 2>(ENGINES))]
     pub engine: Option<Engine>,
     /// Recorded observations and actions of a policy, which it has to repeat: a pair in each line of a .csv, or two
     /// arrays in an .npz
     #[arg(long, value_name = "FILE")]
     pub contract: Option<PathBuf>,
-    /// Length of each episode (s) [default: that of the campaign, or 6]
+    /// Length of each episode (s) [default: that of the campaign, or 6, scaled to the robot]
     #[arg(long, value_name = "S", value_parser = number)]
     pub horizon: Option<f64>,
     /// Print one JSON object instead of text
@@ -60,7 +60,7 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
     let overrides = Overrides { engine: args.engine, robot: args.robot.clone(), ..Overrides::default() };
     let Setting { campaign, robot, config } = Setting::of(args.campaign.as_deref(), &overrides, args.horizon)?;
 
-    let settings = contest::load(&args.controller)?;
+    let settings = contest::load(args.controller.name())?;
     let prepare = || settings.prepare(&robot, config.control_period_s);
     let factory = prepare()?;
     factory.warning.iter().for_each(|warning| log::warn!("{warning}"));

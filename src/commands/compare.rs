@@ -1,10 +1,10 @@
 //! `standfast compare`: compares two finished campaigns with the same pushes, trial by trial.
 
-use super::arguments::{MOST_EXTRAS, up_to};
+use super::arguments::{MOST_EXTRAS, count};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::result::{Printing, exit_code, say_failed_gates};
-use super::terminal::{note, print, tell};
+use super::terminal::{note, print, warn};
 use crate::campaign::Folder;
 use crate::campaign::partings::Partings;
 use crate::campaign::verdict::agreement::Agreement;
@@ -33,7 +33,7 @@ pub struct CompareArgs {
     /// Another result folder, of a campaign with the same pushes
     pub dir_b: PathBuf,
     /// Write report.html, summary.md, summary.json, junit.xml, trials.parquet and success.svg to this folder
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// What the result must show, as for `run`; a controller of both results is named with its folder, as in
     /// 'catch (new) >= catch (old) - 0.01'
@@ -49,7 +49,7 @@ pub struct CompareArgs {
 pub struct TracesArgs {
     /// Where two engines disagree on a trial, simulate it again in both, to find the moment at which they part: the first
     /// N such trials of each controller
-    #[arg(long, value_name = "N", default_value_t = TracesArgs::default().traces, value_parser = up_to(MOST_EXTRAS))]
+    #[arg(long, value_name = "N", default_value_t = TracesArgs::default().traces, value_parser = count::<usize>(0..=MOST_EXTRAS))]
     pub traces: usize,
 }
 
@@ -91,7 +91,7 @@ pub fn compared([a, b]: [&Folder; 2], gates: &[String], args: &TracesArgs) -> Re
     if a.is_of_another_build() || b.is_of_another_build() {
         let told =
             "A result was made by another build of standfast, with which its trials may have run otherwise than now.";
-        tell("", told);
+        warn("", told);
     }
     match Partings::new([a, b], agreement, args.traces) {
         Ok(partings) => {
@@ -101,7 +101,7 @@ pub fn compared([a, b]: [&Folder; 2], gates: &[String], args: &TracesArgs) -> Re
             run?;
         }
         // The comparison is complete without them.
-        Err(error) => tell("", &format!("Where the traces of the two engines part was not looked for: {error}")),
+        Err(error) => warn("", &format!("Where the traces of the two engines part was not looked for: {error}")),
     }
     Ok(comparison)
 }

@@ -1,7 +1,7 @@
 //! `standfast cpi`: computes the maximal CPI sets of a gain set, prints their sizes, horizons and inclusion, and draws
 //! or exports them.
 
-use super::arguments::{check_output, number};
+use super::arguments::{ControllerArgs, check_output, number};
 use super::terminal::print;
 use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::ask::bounds::in_range;
@@ -24,6 +24,7 @@ const OMEGAS_RAD_S: [f64; 2] = [0.1, 1000.0];
 const PHASES: [f64; 2] = [0.002, 1.0];
 
 #[derive(Debug, clap::Args)]
+#[command(mut_arg("first_controller", |arg| arg.default_value("switching")))]
 #[command(after_help = "Examples:
   standfast cpi                                     the sets of `switching`
   standfast cpi mine.toml --plot sets.svg           those of a file, as a picture
@@ -31,9 +32,8 @@ const PHASES: [f64; 2] = [0.002, 1.0];
   standfast cpi fixed:gains.0.x=[0.5,1,5]           with one value changed
   standfast cpi --omega 3.13 --support=-0.1,0.1,-0.1,0.1   for another pendulum and support")]
 pub struct CpiArgs {
-    /// The gain set: a built-in name, a TOML file, or a variant NAME:KEY=VALUE of either
-    #[arg(value_name = "GAINS", default_value = "switching")]
-    pub gains: String,
+    #[command(flatten)]
+    pub gains: ControllerArgs,
     /// Natural frequency of the pendulum, sqrt(g / COM height) (rad/s) [default: that of the robot at home]
     #[arg(long, value_name = "W", allow_hyphen_values = true, value_parser = number)]
     pub omega: Option<f64>,
@@ -63,13 +63,14 @@ pub fn run(args: &CpiArgs) -> Result<ExitCode> {
 fn answer(args: &CpiArgs) -> Result<String> {
     let robot = Robot::load(DEFAULT_ROBOT)?;
     args.plot.iter().try_for_each(|path| check_output("--plot", path, &["svg"]))?;
-    let set = contest::gain_set(&args.gains)?;
+    let gains = args.gains.name();
+    let set = contest::gain_set(gains)?;
     let family = GainFamily::design(&set, pendulum(args, &robot)?, Units::of(&robot).half_sole_m)?;
     let support = match args.support {
         Some(support) => support,
-        None => family.allowed_support(&home_polygon(&robot), &args.gains)?,
+        None => family.allowed_support(&home_polygon(&robot), gains)?,
     };
-    family.check_disturbance(&support, &args.gains)?;
+    family.check_disturbance(&support, gains)?;
     let sets = CpiSet::search_family(&family, &support)?;
     let undisturbed = match family.zmp_disturbance.is_none() {
         true => Vec::new(),

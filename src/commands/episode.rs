@@ -6,7 +6,7 @@ use super::terminal::note;
 use crate::assets::DEFAULT_ROBOT;
 use crate::campaign::{Campaign, Overrides, check_episode, check_steps};
 use crate::columns;
-use crate::episode::{ClosedLoop, Disturbance, EpisodeConfig, Film, Record, Tick};
+use crate::episode::{ClosedLoop, Disturbance, EpisodeConfig, Film, Outcome, Record, Tick};
 use crate::error::{Error, Result};
 use crate::files::{folder_of, is_same_folder, shell_word, write_atomic};
 use crate::render::figure::motion::MotionPlot;
@@ -17,6 +17,7 @@ use crate::render::text::ghost::names;
 use crate::render::text::story::{Told, Witness};
 use crate::render::{self, trace::Trace};
 use crate::robot::{Factory, Robot, Units};
+use crate::sim::push::three_digits;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -138,8 +139,23 @@ impl Setting {
         let robot_name = overrides.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
         let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
         let mut config = campaign.as_ref().map_or_else(|| EpisodeConfig::of(&Units::of(&robot)), |c| c.episode);
+        if campaign.is_none() {
+            config.horizon_s = three_digits(config.horizon_s);
+        }
         config.engine = overrides.engine.unwrap_or(config.engine);
+        config.judge.counts = overrides.judge.unwrap_or(config.judge.counts);
         config.horizon_s = horizon_s.unwrap_or(config.horizon_s);
+        let standing_s = config.judge.standing_time_s;
+        if let Some(horizon_s) = horizon_s.filter(|horizon_s| *horizon_s < standing_s) {
+            let problem =
+                format!("is too short to judge: a robot recovers by standing still for {} s", three_digits(standing_s));
+            return Err(Error::option(
+                "--horizon",
+                horizon_s,
+                problem,
+                format!("{} or more", three_digits(standing_s)),
+            ));
+        }
         check_episode("command line", &config)?;
         config.engine.check(&robot)?;
         check_steps("command line", &config, &robot)?;
@@ -156,15 +172,15 @@ pub struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
-    /// Runs one episode, writes the files that are asked for, and returns what to print. `command` is the command line
-    /// that the page of a replay states.
+    /// Runs one episode, writes the files that are asked for, and returns what to print, and whether the controller failed
+    /// or the simulation diverged. `command` is the command line that the page of a replay states.
     pub fn run(
         &self,
         disturbance: Disturbance,
         outputs: &OutputArgs,
         as_json: bool,
         command: String,
-    ) -> Result<String> {
+    ) -> Result<(String, bool)> {
         let Self { robot, factory, config } = *self;
         let told = if outputs.replay.is_some() || outputs.frames.is_some() {
             let shown = self.film(disturbance, outputs)?;
@@ -178,7 +194,8 @@ impl<'a> Case<'a> {
             self.watched(disturbance, outputs, 0.0, run, Record::clone)?.0
         };
         outputs.say_what_was_written();
-        Ok(if as_json { render::json(&told.as_json()) } else { told.text() })
+        let text = if as_json { render::json(&told.as_json()) } else { told.text() };
+        Ok((text, is_broken(&told)))
     }
 
     /// Runs the same episode with another controller, too, and shows both beside each other.
@@ -189,15 +206,16 @@ impl<'a> Case<'a> {
         outputs: &OutputArgs,
         as_json: bool,
         command: String,
-    ) -> Result<String> {
+    ) -> Result<(String, bool)> {
         let [shown, beside] = self.film_both(&Self { factory: other, ..*self }, disturbance, outputs)?;
         outputs.show(&shown, Some(&beside), command)?;
         outputs.say_what_was_written();
         let (told, other) = (&shown.0, &beside.0);
-        Ok(match as_json {
+        let text = match as_json {
             true => render::json(&json!({ "controllers": [told.as_json(), other.as_json()] })),
             false => format!("{}\n{}", told.story(), other.text()),
-        })
+        };
+        Ok((text, is_broken(told) || is_broken(other)))
     }
 
     /// Runs and films one episode, and writes trace and plot if they are asked for.
@@ -273,6 +291,12 @@ impl<'a> Case<'a> {
         }
         Ok((told, ran))
     }
+}
+
+/// Whether an episode ended because the controller failed or the simulation diverged, so that it says nothing of how well
+/// the robot stands.
+fn is_broken(told: &Told) -> bool {
+    matches!(told.record.outcome, Outcome::Failed | Outcome::Diverged)
 }
 
 /// Where the episode of a replay comes from.

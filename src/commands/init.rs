@@ -43,7 +43,7 @@ pub struct InitArgs {
     #[arg(long, value_name = "RAD", value_parser = number)]
     pub range: Option<f64>,
     /// Where to write; by default a .toml file of the same name beside the URDF or the policy
-    #[arg(long, value_name = "FILE", conflicts_with = "print")]
+    #[arg(short, long, value_name = "FILE", conflicts_with = "print")]
     pub out: Option<PathBuf>,
     /// Print the file instead of writing it
     #[arg(long)]

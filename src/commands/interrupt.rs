@@ -4,7 +4,7 @@
 //! A cluster terminates a task that has reached its time limit, or whose node is needed for something else. Such a task
 //! has done nothing wrong, and is to be run again, which its exit code says.
 
-use super::terminal::note;
+use super::terminal::alert;
 use crate::error::{Error, Result, TRY_AGAIN};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
@@ -33,7 +33,7 @@ pub fn stop_on_ctrl_c() {
                 std::process::exit(exit_code(&Error::Interrupted).into());
             }
             let again = if signal == SIGINT { "; press Ctrl-C again to end at once" } else { "" };
-            note(&format!("stopping as soon as what is running ends{again}"));
+            alert(&format!("stopping as soon as what is running ends{again}"));
         }
     });
 }
@@ -41,7 +41,7 @@ pub fn stop_on_ctrl_c() {
 /// Says of a search that was interrupted that nothing of it is kept.
 pub fn nothing_kept<T>(found: Result<T>) -> Result<T> {
     if let Err(Error::Interrupted) = found {
-        note("interrupted: nothing was kept; the same command starts again from the beginning");
+        alert("interrupted: nothing was kept; the same command starts again from the beginning");
     }
     found
 }

@@ -2,13 +2,13 @@
 //! the pendulum bounds or, with both physics engines, side by side.
 
 use super::arguments::{
-    CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, check_output, fine, number, up_to,
+    CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, check_output, count, fine, number,
 };
 use super::episode::{Case, Origin, OutputArgs, command_line, write_replay};
 use super::interrupt::{STOP, nothing_kept, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
 use super::terminal::{note, print};
-use crate::campaign::limit::{LimitOptions, Limits, Searches, pushed};
+use crate::campaign::limit::{LimitOptions, Limits, MOST_HEADINGS, MOST_REPLICAS, MOST_TRIALS, Searches, pushed};
 use crate::campaign::{Campaign, Overrides};
 use crate::error::Result;
 use crate::files::write_atomic;
@@ -19,12 +19,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
+#[command(mut_arg("first", |arg| arg.default_value("standard")))]
 #[command(after_help = "Examples:
   standfast limit                                   all controllers and 16 headings, with the standard campaign
-  standfast limit --gains hold --gains paper --headings 8 --out limits
+  standfast limit --controller hold --controller paper --headings 8 -o limits
   standfast limit --campaign nominal                without noise and variations
   standfast limit --campaign nominal --engine both  in both physics engines, side by side
-  standfast limit --gains hold --headings 4 --precision 0.3         a quick look
+  standfast limit --controller hold --headings 4 --precision 0.3    a quick look
   standfast limit --campaign nominal --dense --out maps             every push, as a map
 
 For each controller and heading, an adaptive search (Bayesian, by least expected
@@ -42,7 +43,8 @@ The search assumes that 2 % of the trials are lost, and 2 % are won, whatever
 the impulse; 50 % and 90 % refer to the other trials. Without noise and
 variations there is no 90 %, and the interval is a bracket: every push below it
 is recovered from, and every push above it is lost. The trials of a search are
-not those of `run`, and cannot be replayed by their number.
+not those of `run`: `push` takes their numbers by --limit-trial, as the printed
+commands do.
 
 A run of limit that was interrupted starts again from the beginning.")]
 pub struct LimitArgs {
@@ -51,28 +53,28 @@ pub struct LimitArgs {
     #[command(flatten)]
     pub change: ChangeArgs,
     /// Number of headings, evenly spaced
-    #[arg(long, value_name = "N", default_value_t = 16)]
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = count::<usize>(1..=MOST_HEADINGS as u64))]
     pub headings: usize,
     /// End a search when the 95 % interval of its impulse is no wider than +- this (N s) [default: 0.0463 sole impulses of the
     /// robot, 0.1 N s for ut-mu2]
     #[arg(long, value_name = "N_S", allow_negative_numbers = true, value_parser = number)]
     pub precision: Option<f64>,
     /// End a search after so many trials at the latest, and mark its result
-    #[arg(long, value_name = "N", default_value_t = 150)]
+    #[arg(long, value_name = "N", default_value_t = 150, value_parser = count::<u64>(1..=MOST_TRIALS))]
     pub max_trials: u64,
     /// Pushes at each step of the search for the first loss, which goes up in steps of the precision; 0 leaves it out; the
     /// nominal campaign then takes a fourteenth of the pushes
-    #[arg(long, value_name = "N", default_value_t = 3)]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = count::<u64>(0..=MOST_REPLICAS))]
     pub replicas: u64,
     /// Try every impulse, in steps of the precision, and with --out draw map.svg, in which a hole is seen, with a replay of
     /// each hole
     #[arg(long)]
     pub dense: bool,
     /// Number of threads, or 0 for one on each core; the result does not depend on it
-    #[arg(long, value_name = "T", default_value_t = 0, value_parser = up_to(MOST_THREADS))]
+    #[arg(long, value_name = "T", default_value_t = 0, value_parser = count::<usize>(0..=MOST_THREADS))]
     pub threads: usize,
     /// Write limit.json and limit.svg to this folder; limit-mujoco or limit-both with that --engine
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Draw limits and bounds around the robot to this file
     #[arg(long, value_name = "FILE.svg")]
@@ -126,7 +128,7 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         [one] => render::json(one),
         both => render::json(&json!({ "engines": both })),
     };
-    print(&if args.json { as_json.clone() } else { text::limits(&limits) })?;
+    print(&if args.json { as_json.clone() } else { text::limits(&limits, &args.change.settings.options()) })?;
     for path in files {
         match path.extension().is_some_and(|extension| extension == "json") {
             true => write_atomic(&path, as_json.as_bytes())?,

@@ -3,7 +3,7 @@
 use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::stop_on_ctrl_c;
 use super::result::{Printing, conclude, exit_code, gates_of};
-use super::terminal::tell;
+use super::terminal::warn;
 use crate::campaign::Folder;
 use crate::campaign::interim::InterimLooks;
 use crate::campaign::store::claim::{Access, Claim};
@@ -38,7 +38,7 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     let builds = folder.builds().len();
     if builds > 1 {
         let advice = "To have all from one, run the campaign with it and a new --out.";
-        tell("", &format!("The parts were made by {builds} builds of standfast, whose trials may differ. {advice}"));
+        warn("", &format!("The parts were made by {builds} builds of standfast, whose trials may differ. {advice}"));
     }
     // Of a campaign that ends when decided, the shards may have left the looks to us; what they say is looked at again.
     if let Some(mut looks) = InterimLooks::new(&folder, &gates) {

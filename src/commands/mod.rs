@@ -15,6 +15,7 @@ pub mod episode;
 mod init;
 mod interrupt;
 mod limit;
+mod list;
 mod man;
 mod merge;
 mod model;
@@ -63,6 +64,9 @@ incomplete or does not belong here, 75 try again (terminated, disk full, folder
 in use), 100 a gate failed, 130 interrupted"
 )]
 struct Cli {
+    /// Print results, warnings and errors, but no progress and no notes
+    #[arg(short, long, global = true)]
+    quiet: bool,
     #[command(subcommand)]
     command: Option<Chosen>,
     /// Start the commands of controllers out of a result's folder, though this machine has not made its files
@@ -106,6 +110,8 @@ enum Chosen {
     Init(init::InitArgs),
     /// Show the robot, or a trial of a result, in a 3D window
     View(view::ViewArgs),
+    /// List robots, controllers, campaigns, and what is compiled in
+    List(list::ListArgs),
     /// Say what the columns of trials and traces mean
     Columns,
     /// Print a completion script for a shell
@@ -122,7 +128,7 @@ stand better?
   standfast push                     one push, told as a story (a second)
   standfast push --replay push.html  the same as a film for the browser
   standfast run smoke                a campaign of 15 pushes
-  standfast limit --gains hold       how hard, from which side
+  standfast limit --controller hold  how hard, from which side
   standfast init my.urdf             a robot of your own
   standfast --help                   all of it
 
@@ -139,7 +145,7 @@ pub fn main() -> ExitCode {
     done.unwrap_or_else(|error| {
         // Whoever was interrupted has said what is left of it.
         if !matches!(error, Error::Interrupted) {
-            note(&format!("error: {error}"));
+            terminal::alert(&format!("error: {error}"));
         }
         ExitCode::from(exit_code(&error))
     })
@@ -150,7 +156,10 @@ pub fn main() -> ExitCode {
 fn run() -> Result<ExitCode> {
     let matches = command_line().try_get_matches();
     let chosen = matches.and_then(|matches| Cli::from_arg_matches(&matches));
-    let Cli { command: chosen, run_inputs } = chosen.unwrap_or_else(|error| suggesting(error).exit());
+    let Cli { quiet, command: chosen, run_inputs } = chosen.unwrap_or_else(|error| suggesting(error).exit());
+    if quiet {
+        terminal::be_quiet();
+    }
     kept::ask_by(move |kept| terminal::may_start(kept, run_inputs));
     let chosen = chosen.unwrap_or_else(|| {
         if std::io::stderr().is_terminal() {
@@ -178,6 +187,7 @@ fn run() -> Result<ExitCode> {
         Chosen::New(args) => new::run(&args),
         Chosen::Init(args) => init::run(&args),
         Chosen::View(args) => view::run(args),
+        Chosen::List(args) => list::run(&args),
         Chosen::Columns => columns::run(),
         Chosen::Completions(args) => completions::run(&args, Cli::command()),
         Chosen::Man(args) => man::run(&args, Cli::command()),
@@ -185,7 +195,7 @@ fn run() -> Result<ExitCode> {
 }
 
 /// Options that `-h` leaves out.
-const RARE: [&str; 15] = [
+const RARE: [&str; 18] = [
     "vary",
     "margin",
     "max_trials",
@@ -201,11 +211,15 @@ const RARE: [&str; 15] = [
     "horizon",
     "sbatch",
     "submit",
+    "limit_trial",
+    "judge",
+    "untried",
 ];
 
 /// The command line. With `-h` in place of `--help`, it has neither rare options nor examples.
 fn command_line() -> clap::Command {
-    let all = Cli::command();
+    // What is below zero is refused by the option that it is given to.
+    let all = Cli::command().mut_subcommands(|command| command.allow_negative_numbers(true));
     if !std::env::args_os().any(|arg| arg == "-h") {
         return all;
     }

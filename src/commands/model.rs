@@ -56,6 +56,11 @@ fn joint_angles(robot: &Robot, assignments: &[String]) -> Result<Vec<f64>> {
         let Some(angle) = angle else {
             return Err(Error::value("--q", name, value, "not an angle", "a finite number (rad)"));
         };
+        let (least, most) = (robot.joints[joint].lower_rad, robot.joints[joint].upper_rad);
+        if !(least..=most).contains(&angle) {
+            let accepted = format!("{least:.4} to {most:.4} rad (the unit is fixed: 90 degrees are 1.5708 rad)");
+            return Err(Error::value("--q", name, format!("{value} rad"), "is beyond the joint's range", accepted));
+        }
         if q[joint].replace(angle).is_some() {
             return Err(Error::value("--q", name, value, "given twice", "each joint once"));
         }
@@ -96,6 +101,10 @@ mod tests {
             ("left_knee=1", "--q: left_knee = 1: no such joint; accepted: left_shoulder_flexion, "),
             ("left_knee_flexion=x", "--q: left_knee_flexion = x: not an angle"),
             ("left_knee_flexion=nan", "--q: left_knee_flexion = nan: not an angle"),
+            (
+                "left_knee_flexion=40",
+                "--q: left_knee_flexion = 40 rad: is beyond the joint's range; accepted: 0.0000 to 1.9199 rad",
+            ),
             ("left_knee_flexion", "left_knee_flexion: not an assignment"),
         ] {
             let error = answer(&args(&[q], true)).unwrap_err();

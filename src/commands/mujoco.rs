@@ -9,6 +9,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 const BESIDE: &str = "standfast-mujoco";
+/// What a user does who has no MuJoCo.
+pub const HOW_TO_GET: &str = "`pip install 'standfast[mujoco]'`, or from the source `eval \"$(.ci/mujoco)\"` and `cargo build \
+                              --release --features mujoco --bin standfast-mujoco`";
 /// Where the system's loader looks for libraries first.
 const LOADER_PATH: &str = "LD_LIBRARY_PATH";
 
@@ -20,8 +23,7 @@ pub fn go_on() -> Result<ExitCode, Error> {
     if !beside.is_file() {
         return Err(lacks(
             format!("this program was built without MuJoCo, and there is no {BESIDE} beside it"),
-            "rapier; for mujoco, `pip install 'standfast[mujoco]'`, or from the source \
-             `eval \"$(.ci/mujoco)\"` and `cargo build --release --features mujoco --bin standfast-mujoco`",
+            &format!("rapier; for mujoco, {HOW_TO_GET}"),
         ));
     }
     let library = format!("libmujoco.so.{MUJOCO_VERSION}");
@@ -38,6 +40,11 @@ pub fn go_on() -> Result<ExitCode, Error> {
         path.push(before);
     }
     replace(Command::new(beside).args(std::env::args_os().skip(1)).env(LOADER_PATH, path))
+}
+
+/// Whether the program with MuJoCo lies beside this one.
+pub fn is_beside() -> bool {
+    std::env::current_exe().is_ok_and(|program| program.with_file_name(BESIDE).is_file())
 }
 
 /// The program that a user calls: this one, or the one beside it for which it stands in.

@@ -6,6 +6,7 @@ use super::terminal::note;
 use crate::assets::{self, CPP, Kind, PYTHON};
 use crate::error::{Error, Result};
 use crate::files::{shell_word, write_atomic};
+use crate::sim::push::three_digits;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -16,8 +17,8 @@ use std::process::ExitCode;
   standfast new python controllers                  then: standfast push --controller controllers/ankles.toml
   standfast new cpp controllers                     then: g++ as the files say, and push
 
-The campaign is a copy of `standard`, and the controller one of `switching`, with their
-comments. The folder has two controllers, in Python or in C++. For the settings of a robot there is
+The campaign is a copy of `standard` with numbers of three digits, and the controller one
+of `switching`, with their comments. The folder has two controllers, in Python or in C++. For the settings of a robot there is
 `standfast init`.")]
 pub struct NewArgs {
     /// What to write
@@ -57,7 +58,41 @@ pub fn run(args: &NewArgs) -> Result<ExitCode> {
     let name = |name: &str| format!("\nname = {}\n", toml::Value::String(name.into()));
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let text = assets::open(kind, from)?.text.replacen(&name(from), &name(&stem), 1);
+    let (text, how) = match kind {
+        Kind::Campaign => (in_round_numbers(&text), ", its numbers rounded,"),
+        _ => (text, ""),
+    };
     write_atomic(path, text.as_bytes())?;
-    note(&format!("written: {word}, a copy of `{from}` to be edited; then: standfast {use_it} {word}"));
+    note(&format!("written: {word}, a copy of `{from}`{how} to be edited; then: standfast {use_it} {word}"));
     Ok(ExitCode::SUCCESS)
+}
+
+/// The text of a campaign, with three significant digits for each of its numbers that has more: those in units of a robot
+/// were converted once.
+fn in_round_numbers(text: &str) -> String {
+    let rounded = |piece: &str| {
+        let digits = piece.trim_end_matches(|c: char| !c.is_ascii_digit());
+        let number = digits.parse::<f64>().ok().filter(|_| digits.contains('.'));
+        match number.filter(|number| three_digits(*number) != *number) {
+            Some(number) => format!("{}{}", three_digits(number), &piece[digits.len()..]),
+            None => piece.into(),
+        }
+    };
+    let of_line = |line: &str| {
+        let (code, comment) = line.split_at(line.find('#').unwrap_or(line.len()));
+        code.split_inclusive(|c: char| !(c.is_ascii_digit() || c == '.')).map(rounded).collect::<String>() + comment
+    };
+    text.split_inclusive('\n').map(of_line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_a_new_campaign_have_three_digits_and_nothing_else_changes() {
+        let text = "a = { uniform = [-0.16132, 2.5413] } # 0.16132\nb = 1.05\nc_2 = 180.0\nd = 100000\ne = 0.0\n";
+        let round = "a = { uniform = [-0.161, 2.54] } # 0.16132\nb = 1.05\nc_2 = 180.0\nd = 100000\ne = 0.0\n";
+        assert_eq!(in_round_numbers(text), round);
+    }
 }

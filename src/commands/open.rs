@@ -1,6 +1,6 @@
 //! `standfast open`: shows the page of a result in the browser.
 
-use super::terminal::{note, print};
+use super::terminal::{alert, print};
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -27,7 +27,7 @@ pub fn run(args: &OpenArgs) -> Result<ExitCode> {
     if has_display()
         && let Err(problem) = open::that_detached(&page)
     {
-        note(&format!("no browser could be started: {problem}"));
+        alert(&format!("no browser could be started: {problem}"));
     }
     print(&format!("{}\n", page.display()))
 }

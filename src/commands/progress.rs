@@ -1,7 +1,7 @@
 //! Shows how far a campaign or a search is. On a terminal there is a bar, and above it what was found so far; in a log
 //! there is a line now and then. All of it goes to the standard error.
 
-use super::terminal::{make_way_for, note};
+use super::terminal::{is_quiet, make_way_for, note};
 use crate::campaign::verdict::so_far::SoFar;
 use crate::render::text::layout::{wrapped, wrapped_to};
 use crate::render::text::so_far;
@@ -53,9 +53,14 @@ impl Progress {
         Self::new(what, false, total, 0, false)
     }
 
+    /// Starts the clock for other things, each of which takes one episode.
+    pub fn of_each(total: u64, what: &'static str) -> Self {
+        Self::new(what, true, total, 0, false)
+    }
+
     fn new(what: &'static str, of_episodes: bool, total: u64, there: u64, at_most: bool) -> Self {
         let hidden = || ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
-        let bar = std::io::stderr().is_terminal().then(hidden);
+        let bar = (std::io::stderr().is_terminal() && !is_quiet()).then(hidden);
         let (done, episodes, start, total_now) = (0.into(), 0.into(), Instant::now(), total.into());
         let (shown, found) = (Mutex::default(), Mutex::default());
         let progress =

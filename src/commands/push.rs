@@ -1,16 +1,15 @@
 //! `standfast push`: simulates one push, and tells what happened and why.
 
-use super::arguments::{CampaignArgs, CheckArgs, ENGINES, fine, number, one_of};
+use super::arguments::{CampaignArgs, CheckArgs, ENGINES, JUDGES, MOST_SEED, MOST_TRIAL, count, fine, number, one_of};
 use super::episode::{Case, OutputArgs, Setting, command_line};
 use super::terminal::print;
 use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::trial;
 use crate::campaign::{Campaign, Overrides, PushBounds};
 use crate::contest;
-use crate::episode::{Disturbance, EpisodeConfig};
+use crate::episode::{Counts, Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
-use crate::render::scene::scale::first_push;
-use crate::robot::{Kinematics, Link, Robot};
+use crate::robot::{Kinematics, Link, Robot, Units};
 use crate::sim::{Engine, Profile, Push, Variation};
 use nalgebra::Vector3;
 use std::process::ExitCode;
@@ -19,8 +18,8 @@ use std::process::ExitCode;
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "Examples:
   standfast push                                    5 N s from behind
-  standfast push --impulse 3 --heading -135 --gains hold
-  standfast push --impulse 3.6 --gains paper        more than standing can take, so that it steps
+  standfast push --impulse 3 --heading -135 --controller hold
+  standfast push --impulse 3.6 --controller paper   more than standing can take, so that it steps
   standfast push --impulse 2 --plot push.svg        COM, ZMP and feet over time, as a picture
   standfast push --impulse 2 --trace push.csv       every tick, as numbers
   standfast push --impulse 5 --replay push.html     a page to watch in 3D, in any browser
@@ -30,7 +29,9 @@ use std::process::ExitCode;
 
 A campaign gives sensor noise and thresholds, and its trial the pushes, the robot and
 the ground; its values are the defaults then. Without a campaign the sensors are ideal,
-and without a trial robot and ground are as designed.")]
+and without a trial robot and ground are as designed. The defaults are the same push for
+robots of every size, in their own units, and are printed. Exit code 1: the controller
+failed, or the simulation diverged.")]
 pub struct PushArgs {
     /// Impulse (N s) [default: 5, scaled to the robot]
     #[arg(long, value_name = "N_S", value_parser = number)]
@@ -41,10 +42,10 @@ pub struct PushArgs {
     /// Height above the COM at home (m) [default: 0]
     #[arg(long, value_name = "M", value_parser = number)]
     pub height: Option<f64>,
-    /// Duration (s) [default: 0.05]
+    /// Duration (s) [default: 0.05, scaled to the robot]
     #[arg(long, value_name = "S", value_parser = number)]
     pub duration: Option<f64>,
-    /// Start (s) [default: 0.5]
+    /// Start (s) [default: 0.5, scaled to the robot]
     #[arg(long, value_name = "S", value_parser = number)]
     pub start: Option<f64>,
     /// Course of the force over time [default: rectangular]
@@ -56,21 +57,30 @@ pub struct PushArgs {
     /// A second controller under the same push: beside the first in the pictures, a ghost in the replay
     #[arg(long, value_name = "NAME|FILE")]
     pub beside: Option<String>,
-    /// Robot by name or URDF file [default: ut-mu2]
+    /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Physics engine
+    /// Physics engine [default: that of the campaign, or rapier]
     #[arg(long, value_name = "ENGINE", value_parser = one_of::<Engine, 2>(ENGINES))]
     pub engine: Option<Engine>,
     #[command(flatten)]
     pub campaign: CampaignArgs,
     /// Trial of the campaign: its pushes, robot, ground and noise
-    #[arg(long, value_name = "I", requires = "of_campaign")]
+    #[arg(long, value_name = "I", requires = "of_campaign", value_parser = count::<u64>(0..=MOST_TRIAL))]
     pub trial: Option<u64>,
-    /// Seed of the campaign's noise
-    #[arg(long, value_name = "S")]
+    /// In place of --trial, a trial of a search by `limit`, which prints its number
+    #[arg(long, value_name = "I", requires = "of_campaign", conflicts_with = "trial", value_parser = count::<u64>(0..=MOST_TRIAL))]
+    pub limit_trial: Option<u64>,
+    /// Seed of the campaign, for its noise and trials [default: that of the campaign]
+    #[arg(long, value_name = "S", value_parser = count::<u64>(0..=MOST_SEED))]
     pub seed: Option<u64>,
-    /// Length of the episode (s) [default: 6]
+    /// Which episodes count: recovered, or survived [default: that of the campaign, or recovered]
+    #[arg(long, value_name = "WHICH", value_parser = one_of::<Counts, 2>(JUDGES))]
+    pub judge: Option<Counts>,
+    /// Change a value of the campaign, such as sensors.noise_scale=2
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Length of the episode (s) [default: that of the campaign, or 6, scaled to the robot]
     #[arg(long, value_name = "S", value_parser = number)]
     pub horizon: Option<f64>,
     #[command(flatten)]
@@ -83,8 +93,15 @@ pub struct PushArgs {
 }
 
 pub fn run(args: &PushArgs) -> Result<ExitCode> {
-    let overrides =
-        Overrides { seed: args.seed, engine: args.engine, robot: args.robot.clone(), ..Overrides::default() };
+    args.check_campaign()?;
+    let overrides = Overrides {
+        set: args.set.clone(),
+        seed: args.seed,
+        judge: args.judge,
+        engine: args.engine,
+        robot: args.robot.clone(),
+        ..Overrides::default()
+    };
     let Setting { campaign, robot, config } = Setting::of(args.campaign.name(), &overrides, args.horizon)?;
     let pushes = the_pushes(args, campaign.as_ref(), &config, &robot)?;
     let prepare = |name: &String| {
@@ -98,23 +115,79 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     if let Some(beside) = beside.as_ref().filter(|beside| beside.name == factory.name) {
         return Err(Error::option("--beside", &beside.name, "is the controller itself", "another controller"));
     }
+    args.check_beside()?;
     args.outputs.check()?;
     args.outputs.check_length(&config)?;
     if args.check.check {
         return fine(&format!("a push of {} N s, controller {}", pushes[0].impulse_n_s, factory.name));
     }
     let disturbance = || {
-        let of_trial = campaign.as_ref().map(|c| trial::disturbance(c, args.trial.unwrap_or(0))).unwrap_or_default();
+        let of_trial =
+            campaign.as_ref().map(|c| trial::disturbance(c, args.any_trial().unwrap_or(0))).unwrap_or_default();
         // Robot and ground vary only if a trial is named, since they belong to the trial.
-        let variation = if args.trial.is_some() { of_trial.variation } else { Variation::default() };
+        let variation = if args.any_trial().is_some() { of_trial.variation } else { Variation::default() };
         Disturbance { pushes: pushes.clone(), variation, ..of_trial }
     };
     let case = Case { robot: &robot, factory: &factory, config: &config };
     let command = command_line("standfast");
-    print(&match &beside {
+    let (told, is_broken) = match &beside {
         Some(beside) => case.run_beside(beside, disturbance, &args.outputs, args.json, command)?,
         None => case.run(disturbance(), &args.outputs, args.json, command)?,
-    })
+    };
+    print(&told)?;
+    Ok(if is_broken { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// Tables of a campaign of which an episode takes something only as drawn for a trial.
+const OF_TRIAL: [&str; 3] = ["push", "second_push", "variations"];
+
+impl PushArgs {
+    /// The trial that the episode is, of the campaign or of a search in it.
+    fn any_trial(&self) -> Option<u64> {
+        self.trial.or(self.limit_trial)
+    }
+
+    /// Fails for an option that would change nothing, since no campaign or no trial is named.
+    fn check_campaign(&self) -> Result<()> {
+        if self.campaign.name().is_none() {
+            let accepted = "a campaign beside it, such as `standfast push nominal`";
+            if let Some(seed) = self.seed {
+                let problem = "changes nothing without a campaign: the sensors are ideal";
+                return Err(Error::option("--seed", seed, problem, accepted));
+            }
+            if let Some(assignment) = self.set.first() {
+                return Err(Error::option("--set", assignment, "changes a campaign, and none is named", accepted));
+            }
+        }
+        let of_trial = |assignment: &&String| {
+            let key = assignment.split(['=', '.']).next().unwrap_or_default();
+            self.any_trial().is_none() && OF_TRIAL.contains(&key.trim())
+        };
+        if let Some(assignment) = self.set.iter().find(of_trial) {
+            let (problem, accepted) =
+                ("changes nothing without a trial", "--trial beside it, or --impulse, --heading and the like");
+            return Err(Error::option("--set", assignment, problem, accepted));
+        }
+        Ok(())
+    }
+
+    /// Fails for a file that would show only one of two controllers.
+    fn check_beside(&self) -> Result<()> {
+        let OutputArgs { trace, plot, .. } = &self.outputs;
+        let asked = [("--trace", trace), ("--plot", plot)]
+            .into_iter()
+            .find_map(|(option, path)| Some((option, path.as_ref()?)));
+        if let (Some(_), Some((option, path))) = (&self.beside, asked) {
+            let accepted = "--replay and --frames, which show both; or a push for each controller, without --beside";
+            return Err(Error::option(
+                option,
+                path.display(),
+                "shows one controller, and --beside asks for two",
+                accepted,
+            ));
+        }
+        Ok(())
+    }
 }
 
 /// The pushes of the episode: those of the named trial or, if there is none, one from behind. The options change the
@@ -125,10 +198,12 @@ fn the_pushes(
     config: &EpisodeConfig,
     robot: &Robot,
 ) -> Result<Vec<Push>> {
-    let mut pushes = match (campaign, args.trial) {
-        // Trials beyond those of the campaign are the ones with which `limit` searches.
+    if let (Some(campaign), Some(index)) = (campaign, args.trial) {
+        campaign.check_trial(index)?;
+    }
+    let mut pushes = match (campaign, args.any_trial()) {
         (Some(campaign), Some(index)) => trial::pushes(campaign, index),
-        _ => vec![first_push(robot)],
+        _ => vec![Push::first(&Units::of(robot))],
     };
     let base = pushes[0];
     // The time, height and duration of the second push follow from those of the first.
@@ -136,12 +211,12 @@ fn the_pushes(
         args.start.is_some() || args.duration.is_some() || args.height.is_some() || args.profile.is_some();
     if pushes.len() > 1 && moves_second {
         let accepted = "--impulse and --heading, or --set on the campaign in a file";
-        return Err(Error::option("--trial", args.trial.unwrap_or(0), "has a second push", accepted));
+        return Err(Error::option("--trial", args.any_trial().unwrap_or(0), "has a second push", accepted));
     }
     let bounds = PushBounds::new(config.horizon_s);
     // Where a trial has a slope, no push may start before the ground has tilted.
     let earliest_s =
-        campaign.filter(|_| args.trial.is_some()).map_or(0.0, |campaign| campaign.push_bounds().start_s[0]);
+        campaign.filter(|_| args.any_trial().is_some()).map_or(0.0, |campaign| campaign.push_bounds().start_s[0]);
     let within = |name: &str, value: f64, [least, most]: [f64; 2]| {
         in_range("command line", name, value, [least, most]).map(|()| value)
     };

@@ -1,8 +1,9 @@
 //! `standfast replay`: simulates a trial of a result again and writes a page that shows it in 3D. `run` and `merge`
 //! write such pages for the telling trials of a result.
 
-use super::arguments::{ENGINE_CHOICES, EngineChoice, check_output, one_of};
+use super::arguments::{ENGINE_CHOICES, EngineChoice, MOST_TRIAL, check_output, count, one_of};
 use super::episode::{Case, Origin, OutputArgs, Shown, write_replay};
+use super::progress::Progress;
 use super::terminal::{note, print, tell};
 use crate::campaign::{Folder, StoredTrial, Summary};
 use crate::episode::parting::Parting;
@@ -22,7 +23,7 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   standfast replay standfast-results/standard --trial 17
-  standfast replay results --trial 17 --gains hold -o hold.html
+  standfast replay results --trial 17 --controller hold -o hold.html
   standfast replay results --trial 17 --frames pictures     snapshots and a GIF
   standfast replay results --trial 17 --engine both    both physics engines
 
@@ -33,7 +34,7 @@ pub struct ReplayArgs {
     /// Result folder of `run`
     pub dir: PathBuf,
     /// Number of the trial
-    #[arg(long, value_name = "I")]
+    #[arg(long, value_name = "I", value_parser = count::<u64>(0..=MOST_TRIAL))]
     pub trial: u64,
     /// Controller by its name in the result [default: the first that lost the trial, or else the first]
     #[arg(long = "controller", visible_alias = "gains", value_name = "NAME")]
@@ -157,7 +158,7 @@ impl Page<'_> {
         let of_result = folder.is_none();
         let folder = folder.unwrap_or(Path::new(".")).display().to_string();
         let [folder, set] = [&folder, &replayed.set].map(|word| shell_word(word));
-        let mut command = format!("standfast replay {folder} --trial {} --gains {set}", replayed.trial);
+        let mut command = format!("standfast replay {folder} --trial {} --controller {set}", replayed.trial);
         let mut title = format!("Trial {} of {}", replayed.trial, replayed.campaign.name);
         if let Some(engine) = suffix {
             command += &format!(" --engine {engine}");
@@ -196,12 +197,21 @@ pub fn write_telling(
         wanted.extend(set.telling.iter().take(for_each_set).map(|telling| (telling.trial, set.name.as_str())));
     }
     wanted.retain(|(trial, set)| afresh || !folder.path.join(replay_file(*trial, set, None)).is_file());
-    let count = wanted.len();
+    let mut replays = Replays { wanted: wanted.len(), written: 0, differ: Vec::new(), refused: None };
+    if wanted.is_empty() {
+        return replays;
+    }
+    let progress = Progress::of_each(wanted.len() as u64, "replays");
     let page = |(trial, set)| {
-        if stop() { None } else { Some(write_page(&folder.path, trial, set).map_err(|error| (trial, set, error))) }
+        if stop() {
+            return None;
+        }
+        let written = write_page(&folder.path, trial, set).map_err(|error| (trial, set, error));
+        progress.episode();
+        Some(written)
     };
     let pages: Vec<_> = wanted.into_par_iter().filter_map(page).collect();
-    let mut replays = Replays { wanted: count, written: 0, differ: Vec::new(), refused: None };
+    progress.finish();
     for page in pages {
         match page {
             Ok(differs) => {

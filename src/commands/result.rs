@@ -4,7 +4,7 @@
 use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::STOP;
 use super::replay::{Replays, write_telling};
-use super::terminal::{note, print};
+use super::terminal::{alert, note, print};
 use crate::campaign::verdict::gates::Gates;
 use crate::campaign::{Folder, Summary};
 use crate::error::{Error, Result};
@@ -73,7 +73,7 @@ pub fn conclude(
         return Err(refused);
     }
     if stop() && replays < wanted {
-        note("interrupted: the result is complete; the same command writes the replays that are missing");
+        alert("interrupted: the result is complete; the same command writes the replays that are missing");
         return Err(Error::Interrupted);
     }
     Ok((summary, differ))
@@ -81,7 +81,7 @@ pub fn conclude(
 
 /// Says which gates did not pass, each with the command that replays a trial that was lost.
 pub fn say_failed_gates(summary: &Summary, folder: &Path) {
-    text::failed_gates(summary, folder).iter().for_each(|line| note(line));
+    text::failed_gates(summary, folder).iter().for_each(|line| alert(line));
 }
 
 /// Whether all gates of all results pass.

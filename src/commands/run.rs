@@ -1,14 +1,15 @@
 //! `standfast run`: a campaign, from its file to its verdict.
 
 use super::arguments::{
-    CampaignArgs, ChangeArgs, CheckArgs, EngineChoice, GateArgs, MOST_THREADS, ReplaysArgs, fine, number, up_to,
+    CampaignArgs, ChangeArgs, CheckArgs, EngineChoice, GateArgs, MOST_THREADS, ReplaysArgs, count, fine, number,
 };
 use super::compare::{self, TracesArgs};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
 use super::result::{Printing, conclude, exit_code, gates_of};
 use super::status::print_status;
-use super::terminal::{note, print, tell};
+use super::terminal::{alert, note, print, tell, warn};
+use crate::campaign::ask::spec::MOST_TRIALS;
 use crate::campaign::interim::Look;
 use crate::campaign::run::{RunOptions, Watch, Work};
 use crate::campaign::verdict::gates::Gates;
@@ -23,15 +24,16 @@ use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 
 #[derive(Debug, Default, clap::Args)]
+#[command(mut_arg("first", |arg| arg.default_value("standard")))]
 #[command(after_help = "Examples:
   standfast run                                    the standard campaign, on all cores
   standfast run smoke                              a small campaign that takes seconds
-  standfast run my.toml --trials 200 --gains switching --gains mine.toml
+  standfast run my.toml --trials 200 --controller switching --controller mine.toml
   standfast run --set push.impulse_n_s=2.5 --set 'push.heading_deg={uniform=[-45, 45]}'
   standfast run --vary paper:stepping.alpha=2,5,15,60   a sweep: `paper` and four variants
-  standfast run --vary 'fixed:gains.0.x=[0.15, 1, 5],[1, 1, 5]' --gains fixed
+  standfast run --vary 'fixed:gains.0.x=[0.15, 1, 5],[1, 1, 5]' --controller fixed
   standfast run --shard 1/4 --out results          a quarter; `standfast merge results` joins all
-  standfast run --gains hold --gains catch --until-resolved      as few trials as it takes
+  standfast run --controller hold --controller catch --until-resolved      as few trials as it takes
   standfast run --gate 'catch >= 0.80' --gate 'catch >= hold + 0.10' --unresolved fail
   standfast run --gate 'catch >= baseline - 0.01' --baseline results-of-main
   standfast run my.toml --engine both              in both physics engines, and how far these agree
@@ -45,8 +47,8 @@ pub struct RunArgs {
     pub campaign: CampaignArgs,
     #[command(flatten)]
     pub change: ChangeArgs,
-    /// Number of trials, the same for every controller
-    #[arg(long, value_name = "N")]
+    /// Number of trials, the same for every controller [default: that of the campaign]
+    #[arg(long, value_name = "N", value_parser = count::<u64>(1..=MOST_TRIALS))]
     pub trials: Option<u64>,
     /// Stop once every gate or, without gates, every pair is decided
     #[arg(long)]
@@ -55,12 +57,12 @@ pub struct RunArgs {
     #[arg(long, value_name = "SHARE", value_parser = number)]
     pub margin: Option<f64>,
     /// Most trials of --until-resolved, in steps of 25 [default: those of the campaign]
-    #[arg(long, value_name = "N", conflicts_with = "trials")]
+    #[arg(long, value_name = "N", value_parser = count::<u64>(1..=MOST_TRIALS), conflicts_with = "trials")]
     pub max_trials: Option<u64>,
     #[command(flatten)]
     pub gates: GateArgs,
     /// Number of threads; 0 is one on each core
-    #[arg(long, value_name = "T", default_value_t = 0, value_parser = up_to(MOST_THREADS))]
+    #[arg(long, value_name = "T", default_value_t = 0, value_parser = count::<usize>(0..=MOST_THREADS))]
     pub threads: usize,
     /// Make outcomes up instead of simulating them, to try very large campaigns
     #[arg(long, hide = true)]
@@ -76,7 +78,7 @@ pub struct RunArgs {
     #[command(flatten)]
     pub check: CheckArgs,
     /// Folder for the result [default: standfast-results/NAME]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
     pub printing: Printing,
@@ -203,9 +205,9 @@ pub(super) fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool)
             }
         };
         let kept = format!("{} of {all} episodes are kept.{lost}", all - left);
-        tell("interrupted: ", &format!("{kept} The same command goes on from there, and so does:"));
+        warn("interrupted: ", &format!("{kept} The same command goes on from there, and so does:"));
         let shard = work.shard.map_or(String::new(), |shard| format!(" --shard {shard}"));
-        note(&format!("  {}{shard}", folder.resume_command()));
+        alert(&format!("  {}{shard}", folder.resume_command()));
     }
     run
 }
@@ -301,7 +303,7 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
     }
     if folder.is_of_another_build() {
         let advice = "To run all of them with this build, give another --out.";
-        tell(
+        warn(
             "",
             &format!("The episodes that are there were made by another build of standfast, and are kept. {advice}"),
         );

@@ -3,11 +3,11 @@
 //! Each task runs one shard into a folder that all nodes share. Execution is at least once: a task may be killed,
 //! requeued, or submitted again with another count of shards, since parts are the same whoever writes them.
 
-use super::arguments::fine;
+use super::arguments::{ENGINES, EngineChoice, count, fine, one_of};
 use super::mujoco;
 use super::result::gates_of;
 use super::run::RunArgs;
-use super::terminal::{note, print};
+use super::terminal::{alert, print};
 use crate::campaign::Plan;
 use crate::error::{Error, Result};
 use crate::files::shell_word;
@@ -21,6 +21,8 @@ const NOTICE_S: u32 = 60;
 const REQUEUES: u32 = 20;
 
 #[derive(Debug, clap::Args)]
+#[command(mut_arg("shard", |arg| arg.hide(true)), mut_arg("check", |arg| arg.hide(true)))]
+#[command(mut_arg("engine", |arg| arg.value_parser(one_of::<EngineChoice, 2>(ENGINES))))]
 #[command(after_help = "Examples:
   standfast slurm standard --trials 100000 --shards 64 --out /shared/a > jobs.sh   then: sh jobs.sh
   sh jobs.sh \"$(standfast status /shared/a --missing --shards 64)\"      again, what is missing
@@ -31,13 +33,13 @@ The folder of --out must be one that all nodes share. The options of `run` are t
 replays and output go to the merge. The guide's chapter is clusters.md.")]
 pub struct SlurmArgs {
     /// Number of shards, each a task of the array [default: what --minutes asks for]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, value_name = "N", value_parser = count::<u64>(1..=100_000))]
     pub shards: Option<u64>,
     /// Length of a task in minutes, by a few trials that are timed
-    #[arg(long, value_name = "MIN", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    #[arg(long, value_name = "MIN", default_value_t = 20, value_parser = count::<u64>(1..=10_000))]
     pub minutes: u64,
     /// Cores of a task
-    #[arg(long, value_name = "C", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1024))]
+    #[arg(long, value_name = "C", default_value_t = 1, value_parser = count::<u64>(1..=1024))]
     pub cpus: u64,
     /// Option for `sbatch`, such as --sbatch=--partition=short; may be given several times
     #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
@@ -82,7 +84,7 @@ pub fn run(args: &SlurmArgs) -> Result<ExitCode> {
     }
     let fail = |source| Error::Read { path: "sh".into(), source };
     let submitted = Command::new("sh").arg("-c").arg(&script).output().map_err(fail)?;
-    note(String::from_utf8_lossy(&submitted.stderr).trim_end());
+    alert(String::from_utf8_lossy(&submitted.stderr).trim_end());
     print(&String::from_utf8_lossy(&submitted.stdout))?;
     match submitted.status.success() {
         true => fine("submitted"),
@@ -175,10 +177,15 @@ fn split(line: Vec<String>, names: &[(&str, bool)]) -> (Vec<String>, Vec<String>
         if word == "--" {
             continue;
         }
-        let name = word.split_once('=').map_or(word.as_str(), |(name, _)| name);
+        // Short options may stand together, such as -qo DIR, and their value may follow at once, as in -oDIR.
+        let short_out = word.strip_prefix('-').and_then(|flags| flags.trim_start_matches('q').strip_prefix('o'));
+        let (name, value) = match short_out {
+            Some(value) => ("--out", (!value.is_empty()).then_some(value)),
+            None => word.split_once('=').map_or((word.as_str(), None), |(name, value)| (name, Some(value))),
+        };
         match names.iter().find(|(taken, _)| *taken == name) {
             Some(&(_, has_value)) => {
-                let value = if has_value && !word.contains('=') { words.next() } else { None };
+                let value = if has_value && value.is_none() { words.next() } else { None };
                 taken.extend(std::iter::once(word).chain(value));
             }
             None => rest.push(word),
@@ -199,5 +206,10 @@ mod tests {
         let (of_merge, rest) = split(rest, &OF_MERGE);
         assert_eq!(of_merge, ["--gate=a>=0.5", "--gate", "b>=0.1"]);
         assert_eq!(rest, ["standard", "--set", "push.height_m=0.1", "--trials", "9"]);
+        for out in ["-o DIR", "-oDIR", "-o=DIR", "-qo DIR", "--out DIR", "--out=DIR"] {
+            let line = format!("standard {out} -q --trials 9");
+            let (_, rest) = split(line.split(' ').map(String::from).collect(), &OF_TASK);
+            assert_eq!(rest, ["standard", "-q", "--trials", "9"], "{out}");
+        }
     }
 }

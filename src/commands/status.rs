@@ -1,5 +1,6 @@
 //! `standfast status`: prints which trials are missing in a result folder, and how to compute them.
 
+use super::arguments::{MOST_TRIAL, count};
 use super::result::Printing;
 use super::terminal::print;
 use crate::campaign::interim::InterimLooks;
@@ -25,7 +26,7 @@ pub struct StatusArgs {
     #[arg(long, requires = "shards", conflicts_with_all = ["json", "full"])]
     pub missing: bool,
     /// Number of shards that --missing counts by
-    #[arg(long, value_name = "N", requires = "missing", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", requires = "missing", value_parser = count::<u64>(1..=MOST_TRIAL))]
     pub shards: Option<u64>,
     /// How --missing prints its list
     #[arg(long, value_name = "FORMAT", requires = "missing", default_value = "slurm", value_parser = ["slurm"])]

@@ -8,6 +8,7 @@ use log::{Level, Log, Metadata, Record};
 use std::collections::HashSet;
 use std::io::{BufRead, ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 /// The progress bar that is on the terminal. It is taken away while a note is printed.
@@ -23,8 +24,27 @@ pub fn print(text: &str) -> Result<ExitCode> {
     }
 }
 
-/// Prints a line to the standard error. If that fails, nobody can be told, and the work goes on.
+/// Whether only results, warnings and errors are told (`--quiet`).
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+/// From now on, nothing is told but results, warnings and errors.
+pub fn be_quiet() {
+    QUIET.store(true, Ordering::Relaxed);
+}
+
+pub fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
+/// Prints a line to the standard error, unless only warnings and errors are told.
 pub fn note(line: &str) {
+    if !is_quiet() {
+        alert(line);
+    }
+}
+
+/// Prints a line of a warning or an error to the standard error. If that fails, nobody can be told, and the work goes on.
+pub fn alert(line: &str) {
     above_the_bar(|| {
         let _ = writeln!(std::io::stderr().lock(), "{line}");
     });
@@ -67,7 +87,7 @@ impl<L: Log> Log for Once<L> {
     }
 }
 
-/// Prints sentences to the standard error, in lines that fit the terminal. `mark` stands before the first line.
+/// Prints sentences as [`note`] does, in lines that fit the terminal. `mark` stands before the first line.
 pub fn tell(mark: &str, sentences: &str) {
     note(wrapped(mark, sentences).trim_end());
 }
@@ -79,7 +99,7 @@ pub fn may_start(kept: &Kept, is_allowed: bool) -> bool {
     if *made == Made::Now {
         return true;
     }
-    note(&format!("{file}: its controller is the program: {command}"));
+    alert(&format!("{file}: its controller is the program: {command}"));
     if *made == Made::Earlier || is_allowed {
         return true;
     }
@@ -87,9 +107,14 @@ pub fn may_start(kept: &Kept, is_allowed: bool) -> bool {
     if !(stdin.is_terminal() && std::io::stderr().is_terminal()) {
         return false;
     }
-    note("This machine has not made the files of this result, and a program may do anything. Start it? [y/N]");
+    alert("This machine has not made the files of this result, and a program may do anything. Start it? [y/N]");
     let mut answer = String::new();
     stdin.read_line(&mut answer).is_ok() && ["y", "yes"].contains(&answer.trim().to_lowercase().as_str())
+}
+
+/// Prints sentences of a warning or an error as [`alert`] does, in lines that fit the terminal.
+pub fn warn(mark: &str, sentences: &str) {
+    alert(wrapped(mark, sentences).trim_end());
 }
 
 /// Prints the notes that follow above this progress bar; None if there is no bar any more.
@@ -100,7 +125,7 @@ pub fn make_way_for(bar: Option<ProgressBar>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::sync::atomic::AtomicUsize;
 
     struct Count(AtomicUsize);
 

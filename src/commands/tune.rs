@@ -1,12 +1,12 @@
 //! `standfast tune`: searches better numbers for a controller, and judges what it finds by trials that the search has not
 //! seen.
 
-use super::arguments::{CheckArgs, MOST_THREADS, ReplaysArgs, SettingArgs, fine, up_to};
+use super::arguments::{CheckArgs, ControllerArgs, MOST_THREADS, ReplaysArgs, SettingArgs, count, fine};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::result::conclude;
 use super::run::simulate;
-use super::terminal::{note, print};
+use super::terminal::{alert, note, print};
 use crate::campaign::run::{RunOptions, Work};
 use crate::campaign::tune::search::Generation;
 use crate::campaign::tune::{Budget, MOST_EPISODES, TuneOptions, Tuned, Tuning, Verdict, Watch};
@@ -24,6 +24,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
+#[command(mut_arg("first_controller", |arg| arg.default_value("catch")))]
 #[command(after_help = "Examples:
   standfast tune catch --campaign harsh --robot g1.urdf
   standfast tune catch --robot g1.urdf --engine both --budget 2h
@@ -46,13 +47,12 @@ NAME-tuned.toml in the folder of --out; tune.html shows the search.
 A search that was interrupted goes on where it stopped when the same command is
 given again. The guide's chapter tuning.md has more.")]
 pub struct TuneArgs {
-    /// Controller by name or file
-    #[arg(value_name = "CONTROLLER", default_value = "catch")]
-    pub controller: String,
+    #[command(flatten)]
+    pub controller: ControllerArgs,
     /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
     #[arg(long, value_name = "NAME|FILE", default_value = "standard")]
     pub campaign: String,
-    /// Robot by name or URDF file; may be repeated
+    /// Robot by name or URDF file; may be repeated [default: that of the campaign]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Vec<String>,
     /// A number to change, with or without its range; may be repeated
@@ -62,18 +62,18 @@ pub struct TuneArgs {
     #[arg(long, value_name = "N|TIME", default_value = "12000")]
     pub budget: Budget,
     /// Pushes of the final campaign
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = count::<u64>(1..=1_000_000))]
     pub trials: u64,
     #[command(flatten)]
     pub settings: SettingArgs,
     /// Number of threads, or 0 for one on each core; the result does not depend on it
-    #[arg(long, value_name = "T", default_value_t = 0, value_parser = up_to(MOST_THREADS))]
+    #[arg(long, value_name = "T", default_value_t = 0, value_parser = count::<usize>(0..=MOST_THREADS))]
     pub threads: usize,
     /// Run only part K of N (1/N to N/N) of each generation; all N run at the same time, and share the folder
     #[arg(long, value_name = "K/N")]
     pub shard: Option<Shard>,
     /// Folder for the search and its result [default: standfast-results/tune-NAME]
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Do not try first whether the robot stands without a push
     #[arg(long)]
@@ -125,7 +125,7 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
         shard: args.shard,
     };
     stop_on_ctrl_c();
-    let name = Path::new(&args.controller).file_stem().unwrap_or_default().to_string_lossy();
+    let name = Path::new(args.controller.name()).file_stem().unwrap_or_default().to_string_lossy();
     let of_name = || Path::new("standfast-results").join(format!("tune-{name}"));
     let folder = args.out.clone().unwrap_or_else(of_name);
     if folder.exists() && !folder.is_dir() {
@@ -168,7 +168,7 @@ fn search(tuning: &Tuning) -> Result<Tuned> {
     let tuned = tuning.search(&watch);
     progress.finish();
     if let Err(Error::Interrupted) = tuned {
-        note("interrupted: finished generations are kept, and the same command goes on from there");
+        alert("interrupted: finished generations are kept, and the same command goes on from there");
     }
     tuned
 }
@@ -265,7 +265,7 @@ impl TuneArgs {
         let mut cases = Vec::new();
         for robot in robots {
             for engine in self.settings.engines() {
-                let (gains, robot) = (vec![self.controller.clone()], robot.clone());
+                let (gains, robot) = (vec![self.controller.name().to_string()], robot.clone());
                 let overrides = Overrides { gains, robot, engine, ..self.settings.overrides() };
                 let files = Campaign::robot_files(&self.campaign, &overrides)?;
                 let campaign = Campaign::load_for(&files.robot()?, &self.campaign, &overrides)?;

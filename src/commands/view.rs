@@ -1,6 +1,6 @@
 //! `standfast view`: shows the robot in a 3D window, live.
 
-use super::arguments::{CampaignArgs, ENGINE_CHOICES, EngineChoice, check_output, number, one_of};
+use super::arguments::{CampaignArgs, ENGINE_CHOICES, EngineChoice, MOST_TRIAL, check_output, count, number, one_of};
 use super::terminal::print;
 use crate::error::Result;
 use crate::view::{self, Options};
@@ -11,7 +11,7 @@ use std::process::ExitCode;
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "Examples:
   standfast view                                    catch, paper, switching, hold
-  standfast view --gains hold --gains mine.toml     keys 1 and 2 switch the sets
+  standfast view --controller hold --controller mine.toml     keys 1 and 2 switch the sets
   standfast view --campaign harsh --trial 17        with a trial's pushes
   standfast view --engine both                      the robot in both engines
 
@@ -25,7 +25,7 @@ cores. Without a window, `standfast push --replay push.html` writes a page that
 shows a push in a browser.")]
 pub struct ViewArgs {
     /// Trial of --campaign, whose robot, ground, noise and pushes are used
-    #[arg(long, value_name = "I")]
+    #[arg(long, value_name = "I", value_parser = count::<u64>(0..=MOST_TRIAL))]
     pub trial: Option<u64>,
     /// Controller by name or file, or a variant NAME:KEY=VALUE; may be given several times, the first acts
     /// [default: catch, paper, switching, hold]
@@ -41,8 +41,8 @@ pub struct ViewArgs {
     pub robot: Option<String>,
     #[command(flatten)]
     pub campaign: CampaignArgs,
-    /// Impulse of the push that Enter gives (N s), which can be changed in the window [default: 5; for a robot that is
-    /// larger or smaller than ut-mu2 in proportion]
+    /// Impulse of the push that Enter gives (N s), which can be changed in the window [default: 5, scaled to
+    /// the robot]
     #[arg(long, value_name = "N_S", value_parser = number)]
     pub impulse: Option<f64>,
     /// Heading of that push (degrees): 0 pushes forward, 90 to the left; it can be changed in the window

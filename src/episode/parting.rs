@@ -18,12 +18,12 @@ pub struct Parting {
     pub of: Part,
     /// By how much (m).
     pub distance_m: f64,
-    /// What the controllers are doing then; if that differs, since when it has, without a break.
+    /// What each controller is doing then, and since when it has been doing that, without a break.
     pub phases: [Word; 2],
-    pub phases_differ_since_s: Option<f64>,
-    /// Which soles bear a load then; if that differs, since when it has, without a break.
+    pub phases_since_s: [f64; 2],
+    /// Which soles of each robot bear a load then, and since when they have, without a break.
     pub loaded: [Loaded; 2],
-    pub loaded_differ_since_s: Option<f64>,
+    pub loaded_since_s: [f64; 2],
 }
 
 /// What of two robots may be apart.
@@ -136,31 +136,40 @@ impl From<&Snapshot> for Moment {
 /// Watches two episodes tick by tick.
 struct Watch {
     limit_m: f64,
-    phases_since_s: Option<f64>,
-    loaded_since_s: Option<f64>,
+    phases: [Option<(Word, f64)>; 2],
+    loaded: [Option<(Loaded, f64)>; 2],
 }
 
 impl Watch {
     fn new(limit_m: f64) -> Self {
-        Self { limit_m, phases_since_s: None, loaded_since_s: None }
+        Self { limit_m, phases: [None, None], loaded: [None; 2] }
     }
 
     /// The parting, if the two are too far apart at this tick.
     fn see(&mut self, a: &Moment, b: &Moment) -> Option<Parting> {
-        let since = |since: Option<f64>, differ: bool| differ.then(|| since.unwrap_or(a.time_s));
-        self.phases_since_s = since(self.phases_since_s, a.phase != b.phase);
-        self.loaded_since_s = since(self.loaded_since_s, a.loaded != b.loaded);
+        let phases_since_s = since(&mut self.phases, [&a.phase, &b.phase], a.time_s);
+        let loaded_since_s = since(&mut self.loaded, [&a.loaded, &b.loaded], a.time_s);
         let (of, distance_m) = farthest(a, b);
         (distance_m > self.limit_m).then_some(Parting {
             at_s: a.time_s,
             of,
             distance_m,
             phases: [a.phase.clone(), b.phase.clone()],
-            phases_differ_since_s: self.phases_since_s,
+            phases_since_s,
             loaded: [a.loaded, b.loaded],
-            loaded_differ_since_s: self.loaded_since_s,
+            loaded_since_s,
         })
     }
+}
+
+/// Since when each of two has been as it is `now`, at `time_s`. `before` has what each was last, and since when.
+fn since<T: Clone + PartialEq>(before: &mut [Option<(T, f64)>; 2], now: [&T; 2], time_s: f64) -> [f64; 2] {
+    for (before, now) in before.iter_mut().zip(now) {
+        if before.as_ref().is_none_or(|(before, _)| before != now) {
+            *before = Some((now.clone(), time_s));
+        }
+    }
+    before.each_ref().map(|before| before.as_ref().map_or(time_s, |(_, since_s)| *since_s))
 }
 
 /// What is horizontally farthest apart, and by how much (m).
@@ -212,12 +221,16 @@ mod tests {
             if k >= 40 {
                 snapshot.contacts.left = None;
             }
+            // A second phase after a first one, neither of which is that of the other film.
+            snapshot.phase = if k >= 45 { "swing-left" } else { "switching" }.into();
         }
         let parting = Parting::of_films(&film, &other).unwrap();
         assert_eq!((parting.at_s, parting.of), (film.snapshots[50].time_s, Part::RightSole));
         assert!((parting.distance_m - 1.01 * limit_m).abs() < 1e-12, "{parting:?}");
-        assert_eq!((parting.phases_differ_since_s, parting.loaded), (None, [Loaded::BothSoles, Loaded::RightSole]));
-        assert_eq!(parting.loaded_differ_since_s, Some(film.snapshots[40].time_s));
+        assert_eq!(parting.phases, [Word::from("stiff"), "swing-left".into()]);
+        assert_eq!(parting.phases_since_s, [0.0, film.snapshots[45].time_s], "not since the phases differ");
+        assert_eq!(parting.loaded, [Loaded::BothSoles, Loaded::RightSole]);
+        assert_eq!(parting.loaded_since_s, [0.0, film.snapshots[40].time_s]);
         other.snapshots.truncate(50);
         assert_eq!(Parting::of_films(&film, &other), None, "as far as both films last");
     }

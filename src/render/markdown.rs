@@ -82,7 +82,7 @@ mod tests {
         let place = |part: &str| text.find(part).unwrap_or_else(|| panic!("{part} not in {text}"));
         let begins = "## standfast: &lt;b&gt;\\|x\\|\\`\\_\n\n**1 of 2 gates failed: b &gt;= 0.8.**\n\nb &gt;= 0.8: the rate is 50.0 %";
         assert!(text.starts_with(begins), "{text}");
-        assert!(place("--trial 50 --gains b") < place("a recovers most often: "));
+        assert!(place("--trial 50 --controller b") < place("a recovers most often: "));
         assert!(place("a recovers most often: ") < place("- a is better than b by 50.0 points"));
         assert!(place("- a is better than b by 50.0 points") < place("| b &gt;= 0.8 | FAILED |"));
         assert!(place("| b &gt;= 0.8 | FAILED |") < place("| a | b | 50 | 50 | 0 | 0 | +50.0 |"));

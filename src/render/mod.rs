@@ -64,7 +64,7 @@ pub fn replay_command(summary: &Summary, set: &str, trial: u64, folder: &Path) -
 fn replay_parts(origin: &SetOrigin, folder: &Path) -> [String; 2] {
     let campaign = folder.join(&origin.campaign).display().to_string();
     let [campaign, gains] = [&campaign, &origin.gains].map(|word| shell_word(word));
-    [format!("standfast push --campaign {campaign} --trial "), format!(" --gains {gains}")]
+    [format!("standfast push --campaign {campaign} --trial "), format!(" --controller {gains}")]
 }
 
 /// The JSON object with the fields of `record` added to its own.

@@ -12,7 +12,7 @@ const BASELINE: &str = "baseline";
 /// Origin that errors name for a gate that cannot be read.
 const SOURCE: &str = "gates";
 const FORMS: &str =
-    "SET >= RATE, SET >= SET + SHARE or SET >= baseline - SHARE (spaces around + and -), for example `catch >= 0.80`";
+    "SET >= RATE, SET >= SET + SHARE or SET >= baseline - SHARE, for example `catch >= 0.80` or `catch >= hold + 0.10`";
 
 /// The table `[gates]` of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -96,8 +96,7 @@ pub enum Against {
 impl Gate {
     /// Reads `SET >= RATE`, `SET >= OTHER`, `SET >= OTHER + SHARE` or `SET >= OTHER - SHARE`. OTHER is a set or
     /// `baseline`, and RATE and SHARE are written as `0.8` or `80 %`. `sets` are the names of the campaign's sets. A
-    /// name may contain `+` and `-`, so there must be spaces around these signs in a gate, and the longest name that
-    /// fits is taken. Anything else is an error.
+    /// name may contain `+` and `-`, and the longest name that fits is taken. Anything else is an error.
     pub fn parse(text: &str, sets: &[String]) -> Result<Self> {
         let text = text.trim();
         let refuse = |problem: String, accepted: String| Err(Error::value(SOURCE, "gate", text, problem, accepted));
@@ -114,7 +113,7 @@ impl Gate {
 
         let right = right.trim();
         let is_other = |name: &str| name == BASELINE || sets.iter().any(|set| set == name);
-        let (other, offset) = match (number(right), split_offset(right)) {
+        let (other, offset) = match (number(right), split_offset(right, is_other)) {
             _ if is_other(right) => (right, 0.0),
             (Some(rate), _) if (0.0..=1.0).contains(&rate) => {
                 return Ok(Self { text: text.into(), set: set.clone(), against: Against::Rate, offset: rate });
@@ -155,11 +154,15 @@ fn number(text: &str) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// The text before the last ` + ` or ` - `, the sign, and the text after it.
-fn split_offset(text: &str) -> Option<(&str, f64, &str)> {
-    let at = text.rfind(" + ").max(text.rfind(" - "))?;
-    let sign = if text[at..].starts_with(" + ") { 1.0 } else { -1.0 };
-    Some((text[..at].trim_end(), sign, text[at + 3..].trim_start()))
+/// The text before the last `+` or `-` that follows a name, the sign, and the text after it. If no sign follows a name, it
+/// is the last one with spaces around it.
+fn split_offset(text: &str, is_name: impl Fn(&str) -> bool) -> Option<(&str, f64, &str)> {
+    let split = |at: usize| {
+        let sign = if text[at..].starts_with('+') { 1.0 } else { -1.0 };
+        (text[..at].trim_end(), sign, text[at + 1..].trim_start())
+    };
+    let of_name = text.rmatch_indices(['+', '-']).map(|(at, _)| split(at)).find(|(name, ..)| is_name(name));
+    of_name.or_else(|| Some(split(text.rfind(" + ").max(text.rfind(" - "))? + 1)))
 }
 
 #[cfg(test)]
@@ -182,6 +185,10 @@ mod tests {
             ("catch >= hold", "catch", set("hold"), 0.0),
             ("catch >= hold + 0.10", "catch", set("hold"), 0.1),
             ("catch >= hold - 10 %", "catch", set("hold"), -0.1),
+            ("catch>=hold+0.1", "catch", set("hold"), 0.1),
+            ("catch >= hold -1e-3", "catch", set("hold"), -1e-3),
+            ("catch >= my-gains-10%", "catch", set("my-gains"), -0.1),
+            ("catch >= c+d-0.2", "catch", set("c+d"), -0.2),
             ("catch >= baseline - 0.01", "catch", Against::Baseline, -0.01),
             ("my-gains >= baseline", "my-gains", Against::Baseline, 0.0),
             ("catch >= my-gains - 0.5", "catch", set("my-gains"), -0.5),
@@ -207,7 +214,8 @@ mod tests {
             ("catch - 0.1 >= 0.8", "no controller is named `catch - 0.1`; accepted: catch, hold"),
             ("catch >= fold", "no controller is named `fold`; accepted: catch, hold, baseline, or a rate"),
             ("catch >=", "no controller is named ``"),
-            ("catch >= hold-0.1", "no controller is named `hold-0.1`"),
+            ("catch >= fold-0.1", "no controller is named `fold-0.1`"),
+            ("catch >= hold-much", "`much` is not a number; accepted: SET >= RATE"),
             ("catch >= 80", "`80` is not a rate; accepted: 0 to 1, or 0 % to 100 %"),
             ("catch >= hold + 10", "`10` is not a difference of rates; accepted: -1 to 1"),
             ("catch >= hold - much", "`much` is not a number; accepted: SET >= RATE"),

@@ -109,6 +109,16 @@ impl Measures {
     }
 }
 
+/// The dotted keys under which a file may state what has this dotted key in SI units: the key itself, and the one in units
+/// of the robot.
+pub fn keys_in_file(key: &str) -> Vec<String> {
+    let of = |(path, relative, absolute, _): &(&str, &str, &str, Unit)| {
+        let rest = key.strip_prefix(path)?.strip_prefix('.')?.strip_prefix(absolute)?;
+        (rest.is_empty() || rest.starts_with('.')).then(|| format!("{path}.{relative}{rest}"))
+    };
+    std::iter::once(key.to_string()).chain(QUANTITIES.iter().filter_map(of)).collect()
+}
+
 /// A list of accepted dotted keys, or a message that names keys in backquotes: with the keys in units of the robot in
 /// front of those in SI units.
 pub fn with_relative_keys(text: &str) -> String {

@@ -1,6 +1,6 @@
 //! The distributions of pushes in a campaign: `[push]` and `[second_push]`.
 
-use crate::campaign::ask::bounds::PushBounds;
+use crate::campaign::ask::bounds::{A_QUARTER, HALF, PushBounds, because, digits};
 use crate::campaign::ask::distribution::Distribution;
 use crate::error::{Error, Result};
 use crate::robot::Units;
@@ -34,8 +34,8 @@ impl PushSpec {
         self.impulse_n_s.check(file, "push.impulse_n_s", bounds.impulse_n_s)?;
         self.heading_deg.check(file, "push.heading_deg", bounds.heading_deg)?;
         self.height_m.check(file, "push.height_m", bounds.height_m)?;
-        self.duration_s.check(file, "push.duration_s", bounds.duration_s)?;
-        self.start_s.check(file, "push.start_s", bounds.start_s)
+        because(A_QUARTER, self.duration_s.check(file, "push.duration_s", bounds.duration_s))?;
+        because(HALF, self.start_s.check(file, "push.start_s", bounds.start_s))
     }
 }
 
@@ -88,7 +88,9 @@ impl SecondPushSpec {
             let accepted = "a first push that starts earlier or is shorter, or a longer episode.horizon_s";
             return Err(Error::value(file, "second_push", self, "there is no time left for the second push", accepted));
         }
-        self.after_s.check(file, "second_push.after_s", after_s)
+        let horizon_s = digits(horizon_s);
+        let why = format!(", since both pushes end within three quarters of episode.horizon_s = {horizon_s}");
+        because(&why, self.after_s.check(file, "second_push.after_s", after_s))
     }
 }
 

@@ -4,7 +4,7 @@ use crate::assets::{self, Kind, Source};
 use crate::campaign::ask::bounds::{PushBounds, accept, check_episode, digits, in_range};
 use crate::campaign::ask::distribution::FORMS;
 use crate::campaign::ask::gate::{GateSpec, OnUnresolved};
-use crate::campaign::ask::measures::{Measures, with_relative_keys};
+use crate::campaign::ask::measures::{Measures, keys_in_file, with_relative_keys};
 use crate::campaign::ask::push::{PushSpec, SecondPushSpec};
 use crate::campaign::ask::variations::{self, VariationSpec};
 use crate::contest::variant::{self, Listed};
@@ -170,7 +170,7 @@ impl Campaign {
     pub fn load_for(robot: &Robot, name_or_path: &str, overrides: &Overrides) -> Result<Campaign> {
         let source = assets::open(Kind::Campaign, name_or_path)?;
         let measures = Measures::of(robot);
-        let mut campaign = Self::of(asked(&source)?, &source.file, &measures)?;
+        let mut campaign = Self::of(&source, &measures)?;
         campaign.check(&source.file).map_err(|e| measures.explain(e))?;
         campaign.move_gains(&source);
         for assignment in &overrides.set {
@@ -207,7 +207,8 @@ impl Campaign {
     }
 
     /// The campaign that a file asks for.
-    fn of(mut asked: Table, file: &str, measures: &Measures) -> Result<Campaign> {
+    fn of(source: &Source, measures: &Measures) -> Result<Campaign> {
+        let (mut asked, file) = (asked(source)?, source.file.as_str());
         measures.to_si("", file, &mut asked)?;
         let mut campaign = Self::usual(&measures.units)?;
         if asked.contains_key("units") {
@@ -222,6 +223,9 @@ impl Campaign {
             let mut message = with_relative_keys(e.to_string().trim_end()).replace('\n', "\n  ");
             if missing.len() > 1 && message.starts_with("missing field") {
                 message = format!("missing fields: {}", missing.join(", "));
+            }
+            if let Some((line, column)) = place_of(&e, source) {
+                message = format!("line {line}, column {column}: {message}");
             }
             Error::Syntax { file: file.into(), message }
         })
@@ -393,6 +397,17 @@ impl Campaign {
         accept((0.0..=1.0).contains(&margin), file, "stopping.margin", margin, "0 to 1: a share, not percent")?;
         self.gates.check(file)
     }
+}
+
+/// Line and column in the file of a campaign of what an error is about, which was found after the quantities had been
+/// converted. None if the error is about something that is missing.
+fn place_of(error: &toml::de::Error, source: &Source) -> Option<(usize, usize)> {
+    let (message, whole) = (error.message(), error.to_string());
+    let between = |text: &str, before: &str| Some(text.split_once(before)?.1.split_once('`')?.0.to_string());
+    let path = between(&whole, "\nin `");
+    let unknown = between(message, "unknown field `");
+    let key = [path, unknown].into_iter().flatten().collect::<Vec<_>>().join(".");
+    keys_in_file(&key).into_iter().find_map(|key| assets::position(&source.text, &key))
 }
 
 /// Puts the values of `asked` in the place of those of `base`.

@@ -11,7 +11,7 @@ mod yardstick;
 
 use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::spec::Campaign;
-use crate::campaign::limit::search::{MAP_TO, Search, first_trial, is_random};
+use crate::campaign::limit::search::{MAP_TO, Search, is_random};
 use crate::campaign::plan::{Plan, pool};
 use crate::error::Result;
 use crate::robot::urdf::Files;
@@ -23,7 +23,7 @@ use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, SetLimit, Tried, pushed};
+pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, SetLimit, Tried, first_trial, pushed};
 pub use yardstick::{Heading, Yardstick};
 
 /// Largest number of headings.

@@ -51,7 +51,7 @@ pub struct FirstLoss {
     pub impulse_n_s: f64,
     pub heading_deg: f64,
     pub start_s: f64,
-    /// Index of the trial in the campaign, which fixes everything else.
+    /// Index of the trial of this search, which fixes everything else; `push` takes it by `--limit-trial`.
     pub trial: u64,
     /// Impulse with 50 % recovery at this heading (N s), and how many trials found it.
     pub limit_n_s: f64,
@@ -64,7 +64,7 @@ pub struct FirstLoss {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Tried {
     pub impulse_n_s: f64,
-    /// Index of the trial in the campaign, which fixes all but impulse and heading.
+    /// Index of the trial of this search, which fixes all but impulse and heading; `push` takes it by `--limit-trial`.
     pub trial: u64,
     #[serde(serialize_with = "by_name")]
     pub outcome: Outcome,
@@ -271,7 +271,7 @@ impl Search<'_> {
 }
 
 /// Index of the first trial at a heading. It depends on nothing else, so that neither does what is found there.
-pub(super) fn first_trial(heading_deg: f64) -> u64 {
+pub fn first_trial(heading_deg: f64) -> u64 {
     (1e3 * heading_deg).round() as u64 * TRIALS_APART
 }
 

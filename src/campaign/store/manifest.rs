@@ -8,6 +8,7 @@
 //! whether an outcome is true.
 
 use crate::assets;
+use crate::campaign::ask::bounds::shown;
 use crate::campaign::ask::gate::GateSpec;
 use crate::campaign::ask::spec::{Campaign, MOST_TRIALS};
 use crate::contest::variant::Listed;
@@ -16,6 +17,7 @@ use crate::files::{json_pretty, sha256_hex, write_atomic};
 use crate::sim::PhysicsStep;
 use crate::stats::looks::{LOOK_TRIALS, Looks};
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 use std::num::NonZeroU64;
 use std::path::Path;
 
@@ -88,6 +90,23 @@ impl Manifest {
             bytes.extend(text.as_bytes());
         }
         Ok(sha256_hex(&bytes))
+    }
+
+    /// What makes the trials of `here` others than those of this manifest: versions, keys of the campaign with both values,
+    /// and inputs.
+    pub fn differences(&self, here: &Manifest) -> Vec<String> {
+        let mut found = Vec::new();
+        let [there, now] = [self, here].map(|manifest| {
+            let campaign = what_trials_are(&manifest.campaign);
+            json!({ "standfast": manifest.standfast, "engine": manifest.engine, "": campaign })
+        });
+        for key in ["standfast", "engine", ""] {
+            differences(key, &now[key], &there[key], &mut found);
+        }
+        let both = self.inputs.iter().zip(&here.inputs);
+        let changed = both.filter(|(there, here)| there.file == here.file && there.sha256 != here.sha256);
+        found.extend(each_once(changed.map(|(_, here)| format!("{} has changed", here.file))));
+        found
     }
 
     /// Reads the manifest of a folder. It fails if the file cannot be read, has values that no campaign can have, or
@@ -167,6 +186,25 @@ impl Manifest {
         let is_sweep = listed.len() > 1 && listed.len() == self.sets.len();
         let all_its = listed.iter().all(|variant| variant.base == listed[only].base);
         (is_sweep && all_its).then(|| &self.sets[only][..])
+    }
+}
+
+/// Adds the values that differ, each with its dotted key.
+pub fn differences(key: &str, here: &Value, there: &Value, found: &mut Vec<String>) {
+    match (here, there) {
+        (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
+            for (name, value) in a {
+                let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+                differences(&key, value, &b[name], found);
+            }
+        }
+        _ if here == there => {}
+        _ => {
+            let rounded =
+                [there, here].map(|value| value.as_f64().filter(|_| value.is_f64()).map_or(value.to_string(), shown));
+            let [there, here] = if rounded[0] == rounded[1] { [there, here].map(Value::to_string) } else { rounded };
+            found.push(format!("{key} is {there} there and {here} here"));
+        }
     }
 }
 

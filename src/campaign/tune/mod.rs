@@ -335,26 +335,33 @@ impl Tuning {
         let (cases, Task { tunables, final_trials, .. }) = (self.plans.len() as u64, &self.task);
         let search = least_episodes(tunables.len(), self.plans.len());
         let least = SAMPLE * cases + 2 * final_trials * cases + search;
-        let (budget_s, episodes) = match self.options.budget {
-            Budget::Episodes(episodes) => (None, episodes),
+        let (budget_s, episodes, episode_s) = match self.options.budget {
+            Budget::Episodes(episodes) => (None, episodes, 0.0),
             Budget::Time(time_s) if self.options.shard.is_some() => {
                 let (problem, accepted) = ("each shard would measure another pace", "a number of episodes");
                 return Err(Error::option("--budget", format!("{time_s} s"), problem, accepted));
             }
             Budget::Time(time_s) if there.is_some_and(|there| there.budget_s == Some(time_s)) => {
-                (Some(time_s), there.map_or(0, |there| there.episodes))
+                (Some(time_s), there.map_or(0, |there| there.episodes), 0.0)
             }
             Budget::Time(time_s) => {
                 let of_each = self.plans.iter().map(Plan::seconds_a_trial).collect::<Result<Vec<_>>>()?;
                 let episode_s = of_each.iter().sum::<f64>() / cases as f64 / self.threads()? as f64;
-                (Some(time_s), ((time_s / episode_s) as u64).min(MOST_EPISODES))
+                (Some(time_s), ((time_s / episode_s) as u64).min(MOST_EPISODES), episode_s)
             }
         };
         if episodes < least {
-            let stated = budget_s.map_or(String::new(), |time_s| format!(", which {time_s} s allow"));
             let problem = format!("is too small for {} numbers and {final_trials} final trials", tunables.len());
-            let accepted = format!("{least} episodes or more; fewer with --vary or --trials");
-            return Err(Error::option("--budget", format!("{episodes} episodes{stated}"), problem, accepted));
+            let (stated, accepted) = match budget_s {
+                None => (format!("{episodes} episodes"), format!("{least} episodes or more")),
+                Some(time_s) => {
+                    let [stated, least_time] = [time_s, least as f64 * episode_s].map(in_minutes);
+                    let accepted = format!("{least_time} or more on this machine as it is now ({least} episodes)");
+                    (format!("{stated}, which are {episodes} episodes here"), accepted)
+                }
+            };
+            let accepted = format!("{accepted}; less with --vary or --trials");
+            return Err(Error::option("--budget", stated, problem, accepted));
         }
         (self.task.budget_s, self.task.episodes) = (budget_s, episodes);
         Ok(())
@@ -511,6 +518,11 @@ impl Tuning {
         write_atomic(&path, (head + &text).as_bytes())?;
         Ok(path)
     }
+}
+
+/// A time (s) as `--budget` takes it, in whole minutes, rounded up.
+fn in_minutes(time_s: f64) -> String {
+    if time_s < 60.0 { format!("{time_s:.0}s") } else { format!("{:.0}min", (time_s / 60.0).ceil()) }
 }
 
 /// What happens in a trial of a plan's campaign to each of these controllers.

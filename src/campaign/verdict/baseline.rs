@@ -6,7 +6,7 @@
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
 use crate::campaign::store::folder::Folder;
-use crate::campaign::store::manifest::Manifest;
+use crate::campaign::store::manifest::{Manifest, differences};
 use crate::campaign::verdict::digest::{Digest, Ended};
 use crate::error::{Error, Result};
 use serde::Serialize;
@@ -127,18 +127,4 @@ fn drawn(campaign: &Campaign) -> Value {
     // The step of the other engine does not matter.
     drawn["episode"]["physics_step_s"] = campaign.episode.clock().physics_step_s.into();
     drawn
-}
-
-/// The values that differ, each with its dotted key.
-fn differences(key: &str, here: &Value, there: &Value, found: &mut Vec<String>) {
-    match (here, there) {
-        (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
-            for (name, value) in a {
-                let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
-                differences(&key, value, &b[name], found);
-            }
-        }
-        _ if here == there => {}
-        _ => found.push(format!("{key} is {there} there and {here} here")),
-    }
 }

@@ -85,8 +85,9 @@ mod tests {
         let pair = &mut summary.pairs[0];
         (pair.verdict, pair.first_only_a, pair.first_only_b) = (PairVerdict::Better, vec![9], vec![5, 6]);
         let found = of_pair(&summary.sets, &summary.pairs[0], (0, 1));
-        let command =
-            |trial: u64, set: &str| format!("standfast push --campaign campaign.toml --trial {trial} --gains {set}");
+        let command = |trial: u64, set: &str| {
+            format!("standfast push --campaign campaign.toml --trial {trial} --controller {set}")
+        };
         let expected = json!({ "trial": 9, "link": "#trial-9-~1", "command": command(9, "'a b'") });
         assert_eq!(found["only"][0][0], expected);
         assert_eq!(found["only"][1][1], json!({ "trial": 6, "link": null, "command": command(6, "hold") }));

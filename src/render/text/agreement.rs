@@ -62,7 +62,8 @@ pub fn parted(agreement: &Agreement, of: &PartedTrial) -> String {
     format!("{push}: {in_a} in {a}, {in_b} in {b}.{parts}")
 }
 
-/// When two episodes of a trial part, and what differs since when, in sentences. Each is told by words such as "in Rapier".
+/// When two episodes of a trial part, and what differs then, with when each came to be so, in sentences. Each is told by
+/// words such as "in Rapier".
 pub fn in_words(parting: &Parting, [a, b]: &[String; 2]) -> String {
     let Parting { at_s, phases, loaded, .. } = parting;
     let what = match parting.of {
@@ -71,13 +72,13 @@ pub fn in_words(parting: &Parting, [a, b]: &[String; 2]) -> String {
         Part::RightSole => "right soles",
     };
     let mut told = format!("At {at_s:.3} s the {what} part.");
-    let mut differ = |since_s: Option<f64>, what: &str, [in_a, in_b]: [&str; 2]| {
-        if let Some(since_s) = since_s {
-            told += &format!(" Since {since_s:.3} s {what} {in_a} {a} and {in_b} {b}.");
+    let mut differ = |what: &str, [now_a, now_b]: [&str; 2], [since_a, since_b]: [f64; 2]| {
+        if now_a != now_b {
+            told += &format!(" {what} {now_a} {a} (since {since_a:.3} s) and {now_b} {b} (since {since_b:.3} s).");
         }
     };
-    differ(parting.phases_differ_since_s, "the controller is in phase", phases.each_ref().map(|phase| &**phase));
-    differ(parting.loaded_differ_since_s, "the load is on", loaded.map(words));
+    differ("Then the controller is in phase", phases.each_ref().map(|phase| &**phase), parting.phases_since_s);
+    differ("The load is on", loaded.map(words), parting.loaded_since_s);
     told
 }
 
@@ -126,15 +127,15 @@ mod tests {
             of: Part::LeftSole,
             distance_m: 0.036,
             phases: ["swing-left".into(), "switching".into()],
-            phases_differ_since_s: Some(1.1),
-            loaded: [Loaded::RightSole, Loaded::BothSoles],
-            loaded_differ_since_s: None,
+            phases_since_s: [1.1, 0.0],
+            loaded: [Loaded::RightSole; 2],
+            loaded_since_s: [1.12, 1.14],
         });
         agreement.sets[0].parted[1].traced = true;
         let told = words(&summary, false);
         assert!(told.contains("more than 35 mm apart, which is half the width of a sole."), "{told}");
-        let parts = "fell in Rapier, recovered in MuJoCo. At 1.250 s the left soles part. Since 1.100 s the controller is in \
-                     phase swing-left in Rapier and switching in MuJoCo. - hold, trial 11";
+        let parts = "fell in Rapier, recovered in MuJoCo. At 1.250 s the left soles part. Then the controller is in phase \
+                     swing-left in Rapier (since 1.100 s) and switching in MuJoCo (since 0.000 s). - hold, trial 11";
         assert!(told.contains(parts) && told.contains("The traces nowhere part."), "{told}");
     }
 }

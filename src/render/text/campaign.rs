@@ -10,6 +10,7 @@ use crate::episode::{Counts, Judge};
 use crate::render::replay_command;
 use crate::render::tables::{self, Detail};
 use crate::render::text::layout::{sole_impulse, wrapped};
+use crate::sim::push::three_digits;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -98,13 +99,13 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
         head.push(("varied: ", names.collect::<Vec<_>>().join(", ")));
     }
     if summary.episode.judge.counts == Counts::Survived {
-        let horizon_s = digits(summary.episode.horizon_s);
+        let horizon_s = three_digits(summary.episode.horizon_s);
         let told =
             format!("survival: a robot that stands still, or has not fallen after {horizon_s} s, counts as recovered");
         head.push(("judge:  ", told));
     }
     if full {
-        let (sensors, horizon_s) = (&summary.sensors, digits(summary.episode.horizon_s));
+        let (sensors, horizon_s) = (&summary.sensors, three_digits(summary.episode.horizon_s));
         let told = format!("noise x {}, bias x {}; horizon {horizon_s} s", sensors.noise_scale, sensors.bias_scale);
         let [recovered, fell] = endings(&summary.episode.judge);
         head.extend([("sensors: ", told), ("recovered: ", recovered), ("fell:      ", fell)]);
@@ -115,8 +116,9 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
 /// The command that replays a trial in which two controllers end differently, or else one that was lost.
 fn replay(summary: &Summary, folder: &Path) -> String {
     let differ = |pair: &Pair| {
-        let lost =
-            |trials: &[u64], by: &str| Some((*trials.first()?, by.to_string(), "in which two controllers end differently"));
+        let lost = |trials: &[u64], by: &str| {
+            Some((*trials.first()?, by.to_string(), "in which two controllers end differently"))
+        };
         lost(&pair.first_only_a, &pair.b).or_else(|| lost(&pair.first_only_b, &pair.a))
     };
     // The telling trials of a set begin with those that it lost.
@@ -141,7 +143,7 @@ mod tests {
     fn the_trial_to_replay_is_described() {
         let text = |outcomes| replay(&summary(&[outcomes; 3], &[], &[]), Path::new("out"));
         assert!(text([Recovered, Fell]).contains("to replay a trial in which two controllers end differently (report"));
-        assert!(text([Recovered, Fell]).ends_with("--campaign out/campaign.toml --trial 0 --gains b\n"));
+        assert!(text([Recovered, Fell]).ends_with("--campaign out/campaign.toml --trial 0 --controller b\n"));
         assert!(text([Fell, Fell]).contains("to replay a trial that was lost (report"));
         assert_eq!(text([Recovered, Recovered]), "");
     }

@@ -28,8 +28,8 @@ pub fn file(trial: u64) -> String {
     format!("trial-{trial}.toml")
 }
 
-/// The result; `folder` is where the recoveries are written.
-pub fn text(ceiling: &Ceiling, folder: Option<&Path>) -> String {
+/// The result; `folder` is where the recoveries are written, and `changes` are the options by which the campaign was changed.
+pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
     let Ceiling { robot, campaign, seed, engine, controller, alone, with_search, tries, .. } = ceiling;
     let found: Vec<&LostTrial> = ceiling.lost.iter().filter(|lost| lost.found.is_some()).collect();
     let mut text = format!("What {controller} could catch: {robot}, campaign {campaign}, seed {seed}\n");
@@ -77,8 +77,8 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>) -> String {
         let plant = plant_options(robot, engine);
         let gains = shell_word(&folder.join(file(lost.trial)).to_string_lossy());
         text += &format!(
-            "to see one beside the controller:\n  standfast push --campaign {campaign} --seed {seed} --trial {}{plant} \\\n    \
-             --gains {gains} --beside {controller} --replay caught.html\n",
+            "to see one beside the controller:\n  standfast push --campaign {campaign} --seed {seed}{changes} --trial {}{plant} \\\n    \
+             --controller {gains} --beside {controller} --replay caught.html\n",
             lost.trial
         );
     }

@@ -1,12 +1,14 @@
 //! The result of `standfast limit` as text: the largest recoverable impulse by heading.
 
-use crate::campaign::limit::{Heading, Limits, SetLimit};
+use crate::campaign::limit::{Heading, Limits, SetLimit, first_trial};
 use crate::render::table::{Table, cell, headings, number, texts, words};
 use crate::render::text::layout::{plant_options, signed, sole_impulse, velocity_change, wrapped};
 use crate::stats::rate::median;
+use std::fmt::Display;
 
-/// The limits in one physics engine beside the bounds of the pendulum, or those in two engines side by side.
-pub fn text(limits: &[Limits]) -> String {
+/// The limits in one physics engine beside the bounds of the pendulum, or those in two engines side by side. `changes` are
+/// the options by which the campaign was changed, as the commands need them that show a push again.
+pub fn text(limits: &[Limits], changes: &str) -> String {
     let [first, more @ ..] = limits else { return String::new() };
     let Limits { robot, campaign, seed, sole_impulse_n_s, .. } = first;
     let mut text = format!("Largest recoverable impulse [N s]: {robot}, campaign {campaign}, seed {seed}\n");
@@ -15,7 +17,7 @@ pub fn text(limits: &[Limits]) -> String {
     for Limits { engine, physics_step_s, .. } in limits {
         text += &wrapped("engine:   ", &format!("{engine}, with a physics step of {} ms", 1e3 * physics_step_s));
     }
-    text + &more.first().map_or_else(|| beside_bounds(first), |second| side_by_side(first, second))
+    text + &more.first().map_or_else(|| beside_bounds(first, changes), |second| side_by_side(first, second))
 }
 
 /// An impulse, with as many digits as the precision of the limits is worth and five columns hold.
@@ -25,7 +27,7 @@ fn n_s(limits: &Limits, impulse_n_s: f64) -> String {
     texts.into_iter().find(|text| text.len() <= 5).unwrap_or_else(|| format!("{impulse_n_s:.0}"))
 }
 
-fn beside_bounds(limits: &Limits) -> String {
+fn beside_bounds(limits: &Limits, changes: &str) -> String {
     let y = &limits.yardstick;
     let [x_mm, y_mm] = y.com_offset_m.map(|offset_m| signed(1e3 * offset_m, 1));
     let mut text = wrapped(
@@ -72,7 +74,10 @@ fn beside_bounds(limits: &Limits) -> String {
     text += &format!("\n{}", table.text());
     if y.height_factor < 1.0 {
         let factor = format!("it is the first times {:.3}.", y.height_factor);
-        text += &wrapped("", &format!("The second line of pendulum bounds takes the height of the push into account: {factor}"));
+        text += &wrapped(
+            "",
+            &format!("The second line of pendulum bounds takes the height of the push into account: {factor}"),
+        );
     }
     let safe = match limits.replicas {
         0 => "`safe up to` was not searched (--replicas 0).".into(),
@@ -88,8 +93,9 @@ fn beside_bounds(limits: &Limits) -> String {
         true => " t: the torque of the ankles limits them; the soles would allow more.",
         false => "",
     };
-    text += &lost_early(limits);
-    text += &of_map(limits);
+    text += &checked(limits, changes);
+    text += &lost_early(limits, changes);
+    text += &of_map(limits, changes);
     text += "\n";
     text + &wrapped(
         "",
@@ -110,8 +116,28 @@ fn by_torque(heading: &Heading) -> bool {
     heading.limited_by != "soles"
 }
 
+/// The command that checks the first limit; empty if pushes of the same impulse can end differently.
+fn checked(limits: &Limits, changes: &str) -> String {
+    let first = limits.headings.iter().flat_map(|heading| heading.sets.iter().map(move |set| (heading, set)));
+    let Some((heading, set)) = first.into_iter().find(|(_, set)| set.resolved && !limits.random) else {
+        return String::new();
+    };
+    // A digit more than the limit is worth, and rounded outwards, so that both are beyond the bracket.
+    let digits = (1.0 - limits.precision_n_s.log10().floor()).max(0.0);
+    let unit = 10_f64.powf(digits);
+    let [low, high] = [(set.ci95[0] * unit).floor(), (set.ci95[1] * unit).ceil()];
+    let [low, high] = [low, high].map(|n_s| format!("{:.*}", digits as usize, n_s / unit));
+    let told = format!(
+        "{} recovers from this push at {:.1} degrees, and loses it with --impulse {high}:",
+        set.name, heading.heading_deg
+    );
+    let command =
+        replay(limits, changes, &set.name, first_trial(heading.heading_deg), [&low, &heading.heading_deg.to_string()]);
+    format!("\n{}  {command}\n", wrapped("check: ", &told))
+}
+
 /// The holes: losses far below the limit, each with the command that repeats it.
-fn lost_early(limits: &Limits) -> String {
+fn lost_early(limits: &Limits, changes: &str) -> String {
     let mut text = String::new();
     let all = limits.headings.iter().flat_map(|heading| heading.sets.iter().map(move |set| (heading, set)));
     for (heading, set) in all {
@@ -126,7 +152,7 @@ fn lost_early(limits: &Limits) -> String {
             loss.heading_deg,
             n_s(limits, loss.limit_n_s)
         );
-        let command = replay(limits, &set.name, loss.trial, [loss.impulse_n_s, loss.heading_deg]);
+        let command = replay(limits, changes, &set.name, loss.trial, [&loss.impulse_n_s, &loss.heading_deg]);
         text += &format!("\n{}  {command} --start {}\n", wrapped("hole: ", &hole), loss.start_s);
     }
     text
@@ -136,7 +162,7 @@ fn lost_early(limits: &Limits) -> String {
 const MOST_HOLES: usize = 6;
 
 /// The map in numbers, and its holes; empty without a map.
-fn of_map(limits: &Limits) -> String {
+fn of_map(limits: &Limits, changes: &str) -> String {
     let sets = || limits.headings.iter().flat_map(|heading| &heading.sets);
     let pushes: usize = sets().map(|set| set.map.len()).sum();
     if pushes == 0 {
@@ -150,7 +176,7 @@ fn of_map(limits: &Limits) -> String {
     };
     let mut text = format!("\nmap: {pushes} pushes, {holes}\n");
     for (heading_deg, set, hole) in limits.holes().take(MOST_HOLES) {
-        text += &format!("  {}\n", replay(limits, &set.name, hole.trial, [hole.impulse_n_s, heading_deg]));
+        text += &format!("  {}\n", replay(limits, changes, &set.name, hole.trial, [&hole.impulse_n_s, &heading_deg]));
     }
     if count > MOST_HOLES {
         text += &format!("  and {} more: --json has them all\n", count - MOST_HOLES);
@@ -158,12 +184,19 @@ fn of_map(limits: &Limits) -> String {
     text
 }
 
-/// The command that repeats a trial with another impulse (N s) and heading (degrees) of its push.
-fn replay(limits: &Limits, gains: &str, trial: u64, [impulse_n_s, heading_deg]: [f64; 2]) -> String {
+/// The command that repeats a trial of a search with this impulse (N s) and heading (degrees) of its push. All else is as
+/// the trial has it.
+fn replay(
+    limits: &Limits,
+    changes: &str,
+    gains: &str,
+    trial: u64,
+    [impulse_n_s, heading_deg]: [&dyn Display; 2],
+) -> String {
     let Limits { campaign, robot, seed, engine, .. } = limits;
     let plant = plant_options(robot, engine);
     format!(
-        "standfast push --campaign {campaign} --seed {seed} --trial {trial} --gains {gains}{plant} \\\n  \
+        "standfast push --campaign {campaign} --seed {seed}{changes} --limit-trial {trial} --controller {gains}{plant} \\\n  \
          --impulse {impulse_n_s} --heading {heading_deg}"
     )
 }
@@ -297,20 +330,21 @@ pub mod tests {
 
     #[test]
     fn a_hole_of_the_map_is_told_with_the_command_that_shows_it() {
-        let told = text(&[with_hole()]);
-        let hole = "\nmap: 4 pushes, a hole; to see it:\n  standfast push --campaign nominal --seed 1 --trial 100002 --gains hold \
+        let told = text(&[with_hole()], " --set push.height_m=0.02");
+        let hole = "\nmap: 4 pushes, a hole; to see it:\n  standfast push --campaign nominal --seed 1 --set \
+                    push.height_m=0.02 --limit-trial 100002 --controller hold \
                     --engine mujoco \\\n  --impulse 1.6 --heading 0\n";
         assert!(told.contains(hole), "{told}");
         let mut solid = with_hole();
         solid.headings[0].sets[0].map.remove(1);
-        assert!(text(&[solid]).contains("\nmap: 3 pushes, no hole\n"));
+        assert!(text(&[solid], "").contains("\nmap: 3 pushes, no hole\n"));
     }
 
     #[test]
     fn two_engines_stand_side_by_side_and_say_where_they_are_apart() {
         let a = limits("Rapier 0.36.1", [[2.5, 5.0], [2.5, 9.5]]);
         let b = limits("MuJoCo 3.17.0", [[2.5, 4.0], [2.6, 9.5]]);
-        let told = text(&[a.clone(), b]);
+        let told = text(&[a.clone(), b], "");
         for row in [
             "0.0 hold 2.50 (2.40-2.60) 2.50 (2.40-2.60) 1.00",
             "paper:stepping.x=2 5.00 (4.90-5.10) 4.00 (3.90-4.10) 0.80 apart",
@@ -326,14 +360,14 @@ pub mod tests {
         assert!(words.contains("80 episodes were run.") && words.contains("*: the interval is wider than +-0.1 N s, "));
         let mut weak = a.clone();
         weak.headings[0].limited_by = "ankle torque";
-        let alone = text(&[a]);
+        let alone = text(&[a], "");
         assert!(alone.contains("\nunit:     1 sole impulse = 2.16 N s, dv = 0.27 m/s = 0.16 sqrt(g h)\n"), "{alone}");
         assert!(alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"), "{alone}");
         let early = "hole: paper:stepping.x=2 about 0.0 degrees is safe only up to 2.40 N s. It loses\n      \
-                     2.51 N s at 359.2 degrees, where its limit is 5.00 N s; to see that:\n  standfast push --campaign nominal --seed 1 --trial 202500 --gains paper:stepping.x=2 \\\n  \
+                     2.51 N s at 359.2 degrees, where its limit is 5.00 N s; to see that:\n  standfast push --campaign nominal --seed 1 --limit-trial 202500 --controller paper:stepping.x=2 \\\n  \
                      --impulse 2.5125 --heading 359.25 --start 0.501\n";
         assert!(alone.contains(early) && !alone.contains("hole: hold"), "{alone}");
-        let weak = text(&[weak]);
+        let weak = text(&[weak], "");
         assert!(weak.contains("t  hold") && weak.contains("t: the torque of the ankles limits them"), "{weak}");
         assert!(!alone.contains("t  hold") && !alone.contains("t: the torque"), "{alone}");
         // A command may be longer.

@@ -5,7 +5,7 @@ use crate::render::text::layout::{entry, velocity_change};
 use crate::render::text::thresholds;
 use crate::render::with_fields_of;
 use crate::robot::{Factory, Robot, Units};
-use crate::sim::{Engine, Push, Variation};
+use crate::sim::{Engine, Profile, Push, Variation};
 use serde_json::{Value, json};
 
 /// Observes an episode for what the story needs beyond the record.
@@ -138,6 +138,7 @@ impl Told<'_> {
             "dv_m_s": dv_m_s,
             "dv_over_sqrt_g_h": dv_over_sqrt_g_h,
             "judge": self.config.judge,
+            "horizon_s": self.config.horizon_s,
         });
         if let Some(second) = self.pushes.get(1) {
             head["second_push"] = json!(second);
@@ -162,17 +163,26 @@ impl Told<'_> {
         let mut text = String::new();
         let mut line = |label: &str, what: String| text += &entry(label, &what);
         for push in &self.pushes {
-            let [height_m, duration_s, start_s] =
-                [push.height_m, push.duration_s, push.start_s].map(|value| short(value, 3));
+            let [height_m, start_s] = [push.height_m, push.start_s].map(|value| short(value, 3));
+            let duration_s = short(push.duration_s, 4);
             let at = match height_m {
                 0.0 => "level with the COM".into(),
                 below if below < 0.0 => format!("{} m below the COM", -below),
                 above => format!("{above} m above the COM"),
             };
+            let course = match push.profile {
+                Profile::Rectangular => String::new(),
+                other => format!(", {}", other.name()),
+            };
             let late = if came(push, record) { "" } else { "; the robot had fallen by then" };
             let dv = velocity_change(&self.units, push.impulse_n_s);
-            line("push", format!("{} ({dv}) for {duration_s} s from t = {start_s} s, {at}{late}", how_hard(push)));
+            line(
+                "push",
+                format!("{} ({dv}) for {duration_s} s from t = {start_s} s, {at}{course}{late}", how_hard(push)),
+            );
         }
+        let horizon_s = short(self.config.horizon_s, 2);
+        line("horizon", format!("{horizon_s} s: the episode ends then if it is not decided before"));
         let varied: Vec<String> =
             self.variation.varied().iter().map(|(name, value)| format!("{name} {}", short(*value, 4))).collect();
         if !varied.is_empty() {
@@ -356,7 +366,7 @@ mod tests {
         assert!(title.starts_with("3 N s towards 90 degrees, controller catch: recovered"), "{title}");
         let text = read(&text);
         let begins = "push 3 N s towards 90 degrees (dv = 0.38 m/s = 0.22 sqrt(g h)) for 0.05 s from t = 0.5 s, level with the \
-                      COM controller catch";
+                      COM horizon 6 s: the episode ends then if it is not decided before controller catch";
         assert!(text.starts_with(begins), "{text}");
         assert!(
             text.contains("By the pendulum model a footstep was needed, but the robot recovered without one"),

@@ -1,12 +1,14 @@
 //! Impulse and heading of the next push that a key gives.
 
 use crate::error::{Error, Result};
-use crate::render::scene::scale::{RobotScale, round};
+use crate::robot::Units;
+use crate::sim::Push;
+use crate::sim::push::round;
 use crate::view::Options;
 
-/// Largest impulse, and step by which a key changes it, for a robot of the size of UT-mu2 (N s).
-const MOST_N_S: f64 = 20.0;
-const STEP_N_S: f64 = 0.1;
+/// Largest impulse, and step by which a key changes it, as multiples of the default push.
+const MOST: f64 = 4.0;
+const STEP: f64 = 0.02;
 
 /// The next push.
 #[derive(Debug, Clone, Copy)]
@@ -21,10 +23,10 @@ pub struct Aim {
 }
 
 impl Aim {
-    /// The first push, from the options, for a robot of this size. Fails if `--impulse` or `--heading` is out of range.
-    pub fn new(args: &Options, scale: RobotScale) -> Result<Self> {
-        let [most_n_s, step_n_s] = [MOST_N_S, STEP_N_S].map(|n_s| round(n_s * scale.impulse()));
-        let impulse_n_s = args.impulse.unwrap_or(scale.first_push_n_s());
+    /// The first push, from the options, for a robot with these units. Fails if `--impulse` or `--heading` is out of range.
+    pub fn new(args: &Options, units: &Units) -> Result<Self> {
+        let [most_n_s, step_n_s] = [MOST, STEP].map(|factor| round(factor * Push::of(units).impulse_n_s));
+        let impulse_n_s = args.impulse.unwrap_or(Push::first(units).impulse_n_s);
         if !(0.0..=most_n_s).contains(&impulse_n_s) {
             let accepted = format!("0 to {most_n_s}");
             return Err(Error::option("--impulse", impulse_n_s, "out of range", accepted));
@@ -59,12 +61,11 @@ fn wrapped(heading_deg: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::scene::scale::tests::THRICE;
-    use crate::robot::Robot;
+    use crate::robot::{Robot, Scale};
 
     /// The aim for an impulse (None for the default) and a heading (degrees).
-    fn aim(scale: RobotScale, impulse: Option<f64>, heading: f64) -> Result<Aim> {
-        Aim::new(&Options { impulse, heading, ..Options::default() }, scale)
+    fn aim(units: &Units, impulse: Option<f64>, heading: f64) -> Result<Aim> {
+        Aim::new(&Options { impulse, heading, ..Options::default() }, units)
     }
 
     #[test]
@@ -76,18 +77,19 @@ mod tests {
 
     #[test]
     fn a_heavier_robot_is_pushed_harder() {
-        let ut_mu2 = RobotScale::of(&Robot::load("ut-mu2").unwrap());
-        for (scale, first, most, step) in [(ut_mu2, 5.0, 20.0, 0.1), (THRICE, 250.0, 1000.0, 5.0)] {
-            let mut aim = aim(scale, None, 0.0).unwrap();
+        let robot = Robot::load("ut-mu2").unwrap();
+        let [ut_mu2, thrice] = [&robot, &robot.scaled(Scale { length: 3.0, mass: 27.0 })].map(Units::of);
+        for (units, first, most, step) in [(ut_mu2, 5.0, 20.0, 0.1), (thrice, 250.0, 1000.0, 5.0)] {
+            let mut aim = aim(&units, None, 0.0).unwrap();
             assert_eq!((aim.impulse_n_s, aim.most_n_s, aim.step_n_s), (first, most, step));
             aim.harder(-2);
             assert!((aim.impulse_n_s - (first - 2.0 * step)).abs() < 1e-12, "{aim:?}");
             aim.set_impulse(1e9);
             assert_eq!(aim.impulse_n_s, most);
         }
-        let refused = aim(ut_mu2, Some(60.0), 0.0).unwrap_err().to_string();
+        let refused = aim(&ut_mu2, Some(60.0), 0.0).unwrap_err().to_string();
         assert!(refused.contains("--impulse") && refused.contains("0 to 20"), "{refused}");
-        assert_eq!(aim(THRICE, Some(60.0), 0.0).unwrap().impulse_n_s, 60.0);
-        assert!(aim(ut_mu2, Some(-1.0), 0.0).is_err() && aim(ut_mu2, None, f64::INFINITY).is_err());
+        assert_eq!(aim(&thrice, Some(60.0), 0.0).unwrap().impulse_n_s, 60.0);
+        assert!(aim(&ut_mu2, Some(-1.0), 0.0).is_err() && aim(&ut_mu2, None, f64::INFINITY).is_err());
     }
 }

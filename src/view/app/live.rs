@@ -7,8 +7,8 @@ use super::world::World;
 use crate::episode::snapshot::Arrow;
 use crate::episode::{Outcome, Snapshot};
 use crate::render::scene::palette::Overlay;
-use crate::render::scene::scale::first_push;
 use crate::render::scene::{Mark, Stage, arrow_along};
+use crate::robot::Units;
 use crate::sim::Push;
 use kiss3d::egui::Pos2;
 use nalgebra::Point3;
@@ -99,7 +99,7 @@ impl<'a> Live<'a> {
     /// Pushes the robot, from now on.
     pub fn push(&mut self, impulse_n_s: f64, heading_deg: f64) {
         let start_s = self.shown.now.time_s;
-        let push = Push { impulse_n_s, heading_deg, start_s, ..first_push(&self.world.robot) };
+        let push = Push { impulse_n_s, heading_deg, start_s, ..Push::first(&Units::of(&self.world.robot)) };
         self.both().for_each(|robot| robot.push(push));
         self.counts.pushes += 1;
     }

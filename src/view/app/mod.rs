@@ -21,6 +21,7 @@ mod world;
 use crate::error::{Error, Result};
 use crate::render::scene::Stage;
 use crate::render::scene::palette::Overlay;
+use crate::robot::Units;
 use crate::view::Options;
 use aim::Aim;
 use camera::{Leash, Lens, camera};
@@ -91,7 +92,7 @@ impl<'a> App<'a> {
     fn open(args: &Options, world: &'a World) -> Result<Self> {
         let stage = Stage::new(&world.simulated, world.ground());
         let scale = stage.scale;
-        let aim = Aim::new(args, scale)?;
+        let aim = Aim::new(args, &Units::of(&world.robot))?;
         let mut window = window::open("standfast", SIZE.0, SIZE.1)?;
         window.set_background_color(colors::SKY.line());
         window.set_shadows_enabled(false);

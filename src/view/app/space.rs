@@ -4,10 +4,11 @@
 use super::colors;
 use super::triangles::{OnCard, Rgb, Triangles, vec3};
 use crate::episode::Snapshot;
-use crate::render::scene::scale::{RobotScale, round};
+use crate::render::scene::scale::RobotScale;
 use crate::render::scene::{Drawing, GroundPart, Mark, Stage, faces};
 use crate::robot::Kinematics;
 use crate::sim::Ground;
+use crate::sim::push::round;
 use kiss3d::glamx::Vec3;
 use kiss3d::scene::SceneNode3d;
 use kiss3d::window::Window;

@@ -25,11 +25,11 @@ const AMPLITUDES_M: [f64; 2] = [0.0001, 0.05];
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
   standfast-paper response                            gain set `switching`, fore and aft
-  standfast-paper response --axis y --gains fixed
+  standfast-paper response --axis y --controller fixed
   standfast-paper response --plot response.svg        gain and phase over frequency")]
 pub struct ResponseArgs {
     /// Gain set by name or file
-    #[arg(long, value_name = "NAME|FILE", default_value = "switching")]
+    #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE", default_value = "switching")]
     pub gains: String,
     /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_ROBOT)]

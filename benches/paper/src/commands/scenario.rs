@@ -23,7 +23,7 @@ use std::process::ExitCode;
 #[command(after_help = "Examples:
   standfast-paper scenario                                lists the scenarios
   standfast-paper scenario push-behind --plot push.svg    the push of Fig. 14 (a)
-  standfast-paper scenario push-behind --gains switching  this push without a footstep
+  standfast-paper scenario push-behind --controller switching  without a footstep
   standfast-paper scenario my-scenario.toml               one of your own
 
 The figure is one of the paper's. To write a scenario of your own, start from a
@@ -32,7 +32,7 @@ pub struct ScenarioArgs {
     /// Scenario by its built-in name or TOML file; without it, all built-in scenarios are listed
     pub scenario: Option<String>,
     /// Gain set by name or file, in place of the scenario's
-    #[arg(long, value_name = "NAME|FILE", requires = "scenario")]
+    #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE", requires = "scenario")]
     pub gains: Option<String>,
     /// Robot by name or URDF file, in place of the scenario's
     #[arg(long, value_name = "NAME|FILE", requires = "scenario")]
@@ -71,7 +71,7 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     let answer = match cause {
         Cause::Push(push) => {
             let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-            case.run(disturbance, &args.outputs, args.json, command_line("standfast-paper"))?
+            case.run(disturbance, &args.outputs, args.json, command_line("standfast-paper"))?.0
         }
         Cause::Imposed(error) => {
             let design = Design::new(&robot, &GainSet::load(gains)?, config.control_period_s)?;

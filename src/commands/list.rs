@@ -1,0 +1,93 @@
+//! `standfast list`: what can be named without a file: robots, controllers and campaigns that are compiled in; and which
+//! engines and features this program has.
+
+use super::mujoco;
+use super::terminal::print;
+use crate::assets::Kind;
+use crate::campaign::{Campaign, Overrides};
+use crate::contest;
+use crate::error::Result;
+use crate::render;
+use crate::render::text::layout::wrapped;
+use crate::sim::Engine;
+use serde_json::{Value, json};
+use std::process::ExitCode;
+
+#[derive(Debug, clap::Args)]
+pub struct ListArgs {
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A feature of the build: its name, whether this program has it, and what it is for.
+const FEATURES: [(&str, bool, &str); 3] = [
+    ("onnx", cfg!(feature = "onnx"), "learned policies from ONNX files"),
+    ("view", cfg!(feature = "view"), "the window"),
+    ("mujoco", cfg!(feature = "mujoco"), "the second physics engine in this program itself"),
+];
+
+pub fn run(args: &ListArgs) -> Result<ExitCode> {
+    let tables = [
+        ("robots", robots()),
+        ("controllers", controllers()?),
+        ("campaigns", campaigns()?),
+        ("engines", engines()),
+        ("features", features()),
+    ];
+    if args.json {
+        let all: serde_json::Map<String, Value> =
+            tables.into_iter().map(|(kind, list)| (kind.into(), list.into())).collect();
+        return print(&render::json(&Value::Object(all)));
+    }
+    let mut text = String::new();
+    for (kind, list) in &tables {
+        text += &format!("{kind}\n");
+        for item in list {
+            let word = |key: &str| item[key].as_str().unwrap_or_default();
+            let lacks = if item["is_there"] == false { "not in this program: " } else { "" };
+            text += &wrapped(&format!("  {:<10} ", word("name")), &format!("{lacks}{}", word("what")));
+        }
+    }
+    print(&(text + "\nA file has the same place as a name: a URDF, or a TOML file, which `standfast new` writes.\n"))
+}
+
+fn robots() -> Vec<Value> {
+    let what = "UT-mu2:magnum, the robot of the paper: 0.54 m, 8 kg, 20 joints";
+    Kind::Robot.names().into_iter().map(|name| json!({ "name": name, "what": what })).collect()
+}
+
+fn controllers() -> Result<Vec<Value>> {
+    let told = |name: &'static str| {
+        let tree = contest::load(name)?.tree();
+        Ok(json!({ "name": name, "what": tree.get("description").and_then(toml::Value::as_str) }))
+    };
+    Kind::Controller.names().into_iter().map(told).collect()
+}
+
+fn campaigns() -> Result<Vec<Value>> {
+    let told = |name: &'static str| {
+        let Campaign { trials, robot, gains, .. } = Campaign::load(name, &Overrides::default())?;
+        let what = format!("{trials} trials, robot {robot}, controllers {}", gains.join(", "));
+        Ok(json!({ "name": name, "what": what, "trials": trials, "robot": robot, "controllers": gains }))
+    };
+    Kind::Campaign.names().into_iter().map(told).collect()
+}
+
+fn engines() -> Vec<Value> {
+    let told = |engine: Engine| {
+        let is_within = engine != Engine::Mujoco || cfg!(feature = "mujoco");
+        let what = match (is_within, mujoco::is_beside()) {
+            (true, _) => engine.with_version(),
+            (false, true) => format!("{}, in the program standfast-mujoco beside this one", engine.title()),
+            (false, false) => mujoco::HOW_TO_GET.into(),
+        };
+        json!({ "name": engine.name(), "what": what, "is_there": is_within || mujoco::is_beside() })
+    };
+    Engine::ALL.into_iter().map(told).collect()
+}
+
+fn features() -> Vec<Value> {
+    let told = |(name, is_there, what): (&str, bool, &str)| json!({ "name": name, "what": what, "is_there": is_there });
+    FEATURES.into_iter().map(told).collect()
+}
