@@ -4,6 +4,7 @@
 //! waits for the parts of the others. So all know the same, decide the same, and write the same bytes, whatever their
 //! number. A part that is there is not run again: a member that was stopped can be started again, while the others wait.
 
+use crate::assets;
 use crate::campaign::store::shard::Shard;
 use crate::error::{Error, Result};
 use crate::files::{json, write_atomic};
@@ -17,6 +18,9 @@ use std::time::Duration;
 
 /// How often a member looks for the parts of the others.
 const LOOKS_EVERY: Duration = Duration::from_millis(500);
+
+/// A larger file is not read. Those of a search are far smaller.
+const MOST_BYTES: u64 = 1_000_000_000;
 
 /// A member of a team, or who works alone.
 #[derive(Clone, Copy)]
@@ -85,14 +89,14 @@ impl Team<'_> {
     }
 }
 
-/// The file of JSON at a path, if there is one.
+/// The file of JSON at a path, if there is one. Fails as [`assets::read`] does, and if it is damaged.
 pub fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
-    let text = match std::fs::read_to_string(path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(source) => return Err(Error::Read { path: path.into(), source }),
+    let bytes = match assets::read(path, MOST_BYTES) {
+        Ok(bytes) => bytes,
+        Err(Error::Read { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(error),
     };
-    serde_json::from_str(&text).map(Some).map_err(|e| {
+    serde_json::from_slice(&bytes).map(Some).map_err(|e| {
         let problem = format!("is damaged ({e}); remove it, and the same command makes it again");
         Error::Parts { path: path.into(), problem }
     })
