@@ -115,6 +115,7 @@ impl Kind {
 /// # Errors
 /// There is no such input, or the file is surely of another kind.
 pub fn open(kind: Kind, name: &str) -> Result<Source> {
+    refuse_other_kind(kind, name)?;
     let source = open_among(kind.what(), kind.builtin(), name).map_err(|error| of_another_kind(error, kind, name))?;
     match Kind::of(&source.text).filter(|found| *found != kind && !source.is_builtin()) {
         Some(found) => {
@@ -162,13 +163,86 @@ pub fn nearest<'a>(misspelt: &str, names: impl IntoIterator<Item = &'a str>) -> 
     names.into_iter().min_by_key(|name| away(name)).filter(|name| away(name) <= most)
 }
 
-/// The text of a file. Fails as [`read`] does, and if it is not UTF-8.
+/// Fails if a name is that of a file that belongs to a policy or a program, with what is to be given in its place.
+pub fn refuse_other_kind(kind: Kind, name: &str) -> Result<()> {
+    let path = Path::new(name);
+    match other_kind(path).filter(|_| path.is_file() && !kind.names().contains(&name)) {
+        Some((what, mut accepted)) => {
+            let asked = kind.what();
+            if kind != Kind::Controller {
+                accepted = format!("a {asked} here; as a controller, {accepted}");
+            }
+            Err(Error::value(name, "kind of file", what, format!("is no {asked}"), accepted))
+        }
+        None => Ok(()),
+    }
+}
+
+/// What a file is by its name, if it is none of the inputs in [`Kind`] but belongs to a policy or a program, and what is to
+/// be given in its place.
+fn other_kind(path: &Path) -> Option<(&'static str, String)> {
+    let (file, toml) = (shell_word(&path.to_string_lossy()), path.with_extension("toml"));
+    let beside = toml.is_file().then(|| format!("the file beside it, {}", toml.display()));
+    let extension = path.extension()?.to_str()?.to_lowercase();
+    Some(match extension.as_str() {
+        "onnx" => {
+            let written =
+                || format!("a TOML file that says what it observes: `standfast init {file} --robot ROBOT` writes it");
+            ("a network", beside.unwrap_or_else(written))
+        }
+        "pt" | "pth" | "ckpt" | "jit" | "pkl" | "safetensors" => {
+            let accepted = "the same network as an ONNX file, which `torch.onnx.export` writes in Python, and for it the TOML file \
+                            that `standfast init FILE.onnx --robot ROBOT` writes";
+            ("a network of PyTorch", accepted.into())
+        }
+        "py" | "sh" | "js" | "lua" | "cpp" | "cc" | "c" | "rs" => {
+            let written = || {
+                "a TOML file beside it, with kind = \"process\" and the command that starts it; `standfast new python FOLDER` \
+                 writes examples"
+                    .into()
+            };
+            ("a program", beside.unwrap_or_else(written))
+        }
+        "yaml" | "yml" => {
+            let accepted = format!(
+                "a TOML file; that of a policy is written by `standfast init FILE.onnx --robot ROBOT --from {file}`"
+            );
+            ("a YAML file", accepted)
+        }
+        _ => return None,
+    })
+}
+
+/// What a file that is no text in UTF-8 surely is, by its first bytes.
+pub fn what_else(bytes: &[u8]) -> Option<&'static str> {
+    const KNOWN: [(&[u8], &str); 9] = [
+        (b"version https://git-lfs", "a pointer of Git LFS, in whose place `git lfs pull` puts the file itself"),
+        (b"\xff\xfe", "text in UTF-16"),
+        (b"\xfe\xff", "text in UTF-16"),
+        (b"PK\x03\x04", "a ZIP archive, as PyTorch and NumPy write"),
+        (b"\x1f\x8b", "an archive of gzip"),
+        (b"\x80\x02", "a pickle of Python"),
+        (b"\x80\x04", "a pickle of Python"),
+        (b"\x93NUMPY", "an array of NumPy"),
+        (b"\x7fELF", "a program"),
+    ];
+    KNOWN.iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, what)| *what)
+}
+
+/// The text of a file, without the byte order mark with which some editors begin. Fails as [`read`] does, and if it is not
+/// UTF-8.
 pub fn text(path: &Path) -> Result<Source> {
-    let text = String::from_utf8(read(path, MOST_TEXT_BYTES)?).map_err(|_| {
-        let source = std::io::Error::new(std::io::ErrorKind::InvalidData, "stream did not contain valid UTF-8");
+    let text = String::from_utf8(read(path, MOST_TEXT_BYTES)?).map_err(|error| {
+        let what = what_else(error.as_bytes()).map_or(String::new(), |what| format!(", but {what}"));
+        let source = std::io::Error::new(std::io::ErrorKind::InvalidData, format!("it is no text in UTF-8{what}"));
         Error::Read { path: path.into(), source }
     })?;
-    Ok(Source { file: path.display().to_string(), text })
+    Ok(Source { file: path.display().to_string(), text: without_mark(text) })
+}
+
+/// A text without a byte order mark.
+pub fn without_mark(text: String) -> String {
+    text.strip_prefix('\u{feff}').map(String::from).unwrap_or(text)
 }
 
 const MOST_TEXT_BYTES: u64 = 20_000_000;
@@ -290,4 +364,24 @@ pub fn quoted(text: &str) -> String {
 /// A text that ends no comment.
 pub fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+/// The text as one word for a shell, in quotes if it contains special characters.
+pub fn shell_word(text: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
+    if !text.is_empty() && text.chars().all(plain) { text.into() } else { format!("'{}'", text.replace('\'', "'\\''")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shell_reads_a_name_as_one_word() {
+        assert_eq!(shell_word("out/campaign.toml"), "out/campaign.toml");
+        assert_eq!(shell_word("mine zmp_margin=0.1"), "'mine zmp_margin=0.1'");
+        assert_eq!(shell_word("x=[1,2]"), "'x=[1,2]'");
+        assert_eq!(shell_word("it's"), r"'it'\''s'");
+        assert_eq!(shell_word(""), "''");
+    }
 }

@@ -1,5 +1,6 @@
-//! Writes files so that neither a reader nor a crash ever finds half of one, and quotes names for a shell.
+//! Writes files so that neither a reader nor a crash ever finds half of one.
 
+pub use crate::assets::shell_word;
 use crate::error::{Error, Result};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
@@ -29,7 +30,7 @@ impl AtomicFile {
     pub fn create(path: &Path) -> Result<Self> {
         let folder = folder_of(path);
         let fail = |source| Error::Write { path: path.into(), source };
-        if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+        if is_no_file(path) {
             return Err(fail(io::Error::other("it is no file, but a folder, pipe or device")));
         }
         fs::create_dir_all(folder).map_err(fail)?;
@@ -97,6 +98,12 @@ pub fn is_temporary(name: &OsStr) -> bool {
     name.as_encoded_bytes().starts_with(TEMPORARY.as_bytes())
 }
 
+/// Whether there is something at the path that is no file: a folder, pipe or device. It is not opened, for a pipe may never
+/// answer.
+pub fn is_no_file(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|found| !found.is_file())
+}
+
 /// The folder that a file is in.
 pub fn folder_of(file: &Path) -> &Path {
     file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
@@ -126,12 +133,6 @@ fn json_error(e: serde_json::Error) -> Error {
     Error::Syntax { file: "JSON".into(), message: e.to_string() }
 }
 
-/// The text as one word for a shell, in quotes if it contains special characters.
-pub fn shell_word(text: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
-    if !text.is_empty() && text.chars().all(plain) { text.into() } else { format!("'{}'", text.replace('\'', "'\\''")) }
-}
-
 /// Identifies this build of the program among others on the same machine; empty if the program's file cannot be read.
 pub fn build_id() -> &'static str {
     static ID: OnceLock<String> = OnceLock::new();
@@ -150,18 +151,4 @@ pub fn sha256_hex(bytes: &[u8]) -> String {
 
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_shell_reads_a_name_as_one_word() {
-        assert_eq!(shell_word("out/campaign.toml"), "out/campaign.toml");
-        assert_eq!(shell_word("mine zmp_margin=0.1"), "'mine zmp_margin=0.1'");
-        assert_eq!(shell_word("x=[1,2]"), "'x=[1,2]'");
-        assert_eq!(shell_word("it's"), r"'it'\''s'");
-        assert_eq!(shell_word(""), "''");
-    }
 }

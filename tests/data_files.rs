@@ -8,7 +8,9 @@ use serde_json::Value;
 use standfast::columns::{meaning, unit};
 use std::collections::BTreeMap;
 use std::fs;
-use std::process::Command;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
 const PUSH: [&str; 5] = ["push", "--gains=hold", "--impulse=1", "--horizon=1", "--trace=a.mcap"];
 
@@ -84,27 +86,96 @@ fn an_mcap_file_says_the_same_as_a_csv_file() {
     assert!(fs::read(dir.path().join("b.mcap")).unwrap() == bytes);
 }
 
-#[test]
-fn an_mcap_file_that_is_cut_off_can_be_read_up_to_the_cut() {
-    let dir = folder();
-    standfast(dir.path(), &PUSH).success();
-    let bytes = fs::read(dir.path().join("a.mcap")).unwrap();
-    let (cut, is_whole) = messages(&bytes[..bytes.len() / 2]);
-    let ticks = cut["/trace"].len();
-    assert!(!is_whole && (100..400).contains(&ticks), "{ticks}");
-    assert_eq!(cut["/trace"].last().unwrap()["time_s"].as_f64().unwrap(), (ticks - 1) as f64 * 0.002);
+/// What is in a folder: the only file may be `a.mcap`, as it was.
+#[track_caller]
+fn assert_as_it_was(folder: &Path) {
+    let names: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(names, ["a.mcap"]);
+    assert_eq!(fs::read_to_string(folder.join("a.mcap")).unwrap(), "earlier");
 }
 
 /// As on a full disk: no file may grow beyond 200 blocks of 512 bytes.
 #[cfg(unix)]
 #[test]
-fn a_disk_that_is_full_in_the_middle_is_an_error_and_leaves_what_there_is() {
+fn a_disk_that_is_full_in_the_middle_is_an_error_and_leaves_the_file_that_was_there() {
     let dir = folder();
+    fs::write(dir.path().join("a.mcap"), "earlier").unwrap();
     let push = format!("ulimit -f 200; exec '{PROGRAM}' {}", PUSH.join(" "));
     let run = Run::of(Command::new("sh").current_dir(dir.path()).args(["-c", &push])).code(75);
     assert!(stderr(&run).contains("a.mcap: cannot write: "), "{}", stderr(&run));
-    let (left, is_whole) = messages(&fs::read(dir.path().join("a.mcap")).unwrap());
-    assert!(!is_whole && left["/trace"].len() > 20, "{left:?}");
+    assert_as_it_was(dir.path());
+}
+
+/// The controller says when it ticks, and then takes its time.
+#[cfg(unix)]
+#[test]
+fn a_kill_in_the_middle_leaves_the_file_that_was_there() {
+    let [dir, of_controller] = [folder(), folder()];
+    fs::write(dir.path().join("a.mcap"), "earlier").unwrap();
+    let file = |name: &str| of_controller.path().join(name);
+    fs::write(file("standfast.py"), include_str!("../assets/controllers/python/standfast.py")).unwrap();
+    let script = "import standfast, time\nclass Slow(standfast.Controller):\n    def tick(self, sensed):\n        \
+                  open('ticks', 'w').close()\n        time.sleep(5)\n        return {}\nstandfast.serve(Slow)\n";
+    fs::write(file("slow.py"), script).unwrap();
+    let settings = "kind = 'process'\nname = 'slow'\ncommand = ['python3', 'slow.py']\nfiles = ['standfast.py']\n";
+    fs::write(file("slow.toml"), format!("{settings}timeout_s = 60.0\n")).unwrap();
+    let controller = file("slow.toml").display().to_string();
+    let mut push = Command::new(PROGRAM)
+        .current_dir(dir.path())
+        .args(["push", "--trace=a.mcap", "--controller", &controller])
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    while !file("ticks").exists() {
+        assert!(push.try_wait().unwrap().is_none(), "it has ended before a tick");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    push.kill().unwrap();
+    push.wait().unwrap();
+    assert_as_it_was(dir.path());
+}
+
+/// A pipe that nobody reads or writes would stop the program for ever. `timeout` ends with 124 if that happens.
+#[cfg(unix)]
+#[test]
+fn a_pipe_in_the_place_of_a_file_is_refused_before_anything_is_simulated() {
+    let dir = folder();
+    let pipe = |name: &str| {
+        fs::create_dir_all(dir.path().join(name).parent().unwrap()).unwrap();
+        assert!(Command::new("mkfifo").arg(dir.path().join(name)).status().unwrap().success());
+    };
+    let refused = |name: &str, args: &str, words: &str| {
+        let args = ["60", PROGRAM].into_iter().chain(args.split(' '));
+        let told = stderr(&Run::of(Command::new("timeout").current_dir(dir.path()).args(args)).code(2));
+        assert!(told.contains(name) && told.contains("it is no file"), "{told}");
+        assert!(told.contains(words) && !told.contains("episodes"), "{told}");
+    };
+    let robot = include_str!("../assets/robots/child.urdf");
+    fs::write(dir.path().join("child.urdf"), robot).unwrap();
+    for (option, name) in [("push --trace", "a.mcap"), ("push --trace", "a.csv"), ("push --trace", "a.parquet")]
+        .into_iter()
+        .chain([("push --plot", "a.svg"), ("push --replay", "a.html"), ("limit smoke --plot", "b.svg")])
+        .chain([("cpi catch --plot", "c.svg"), ("init child.urdf --force --out", "child.toml")])
+    {
+        pipe(name);
+        refused(name, &format!("{option} {name}"), "--");
+        // A folder is no file, either.
+        fs::remove_file(dir.path().join(name)).unwrap();
+        fs::create_dir(dir.path().join(name)).unwrap();
+        refused(name, &format!("{option} {name}"), "--");
+        fs::remove_dir(dir.path().join(name)).unwrap();
+    }
+    for (name, args) in [
+        ("d.urdf", "push --robot d.urdf"),
+        ("e.toml", "push --controller e.toml"),
+        ("f.toml", "run f.toml"),
+        ("t/task.json", "tune fixed --campaign smoke --out t"),
+        ("t/sample.json", "tune fixed --campaign smoke --out t --untried"),
+    ] {
+        pipe(name);
+        refused(name, args, "cannot read");
+        fs::remove_file(dir.path().join(name)).unwrap();
+    }
 }
 
 #[test]

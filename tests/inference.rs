@@ -380,6 +380,101 @@ fn macros_need_the_program_that_expands_them() {
     }
 }
 
+/// What a comment holds is not expanded, and what is told to do spares the file.
+#[test]
+fn macros_in_comments_are_none_and_no_advice_overwrites_the_robot() {
+    let folder = folder();
+    let robot = |inside: &str| {
+        CHILD.replacen("<robot ", "<robot xmlns:xacro=\"http://ros.org/wiki/xacro\" ", 1).replacen(
+            "<link ",
+            &format!("{inside}\n<link "),
+            1,
+        )
+    };
+    let init =
+        |name: &str| Run::of(Command::new(PROGRAM).current_dir(folder.path()).env("PATH", "").args(["init", name]));
+    fs::write(folder.path().join("bolt.urdf"), robot("<!-- <xacro:leg side=\"left\"/> -->")).unwrap();
+    init("bolt.urdf").success();
+    for (name, advice) in [
+        ("my robot.urdf", "`xacro 'my robot.urdf' > 'my robot-expanded.urdf'`"),
+        ("mine.xacro", "`xacro mine.xacro > mine.urdf`"),
+    ] {
+        fs::write(folder.path().join(name), robot("<!-- a --><xacro:leg side=\"left\"/>")).unwrap();
+        let told = stderr(&init(name).code(2));
+        assert!(told.contains(advice), "wanted: {advice}\n{told}");
+    }
+}
+
+/// Settings are found by their name, so nothing is written that no command would read.
+#[test]
+fn settings_are_written_where_they_are_read() {
+    let folder = folder();
+    fs::write(folder.path().join("mine.urdf"), CHILD).unwrap();
+    let told = stderr(&standfast(folder.path(), &["init", "mine.urdf", "--out=zz.toml"]).code(2));
+    assert!(told.contains("--out = zz.toml: is read by no command") && told.contains("accepted: mine.toml"), "{told}");
+    assert!(!folder.path().join("zz.toml").exists());
+    let there = stderr(&standfast(folder.path(), &["init", "mine.urdf", "--out=there/mine.toml"]).success());
+    let there = there.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(there.contains("Written: there/mine.toml.") && there.contains("It is read once it lies beside"), "{there}");
+}
+
+/// Feet without a shape have no sole that could be found. The soles alone are stated, and `init` adds the rest.
+#[test]
+fn stated_soles_are_completed() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let floating = with_feet(|_| String::new());
+    let init = || standfast(folder.path(), &["init", "mine.urdf"]);
+    // With a byte order mark, as some editors begin a file.
+    fs::write(path("mine.urdf"), format!("\u{feff}{floating}")).unwrap();
+    let told = stderr(&init().code(2));
+    assert!(told.contains("the foot left_foot has no collision geometry"), "{told}");
+    assert!(told.contains("accepted: [soles.left] and [soles.right] in mine.toml"), "{told}");
+    let soles = |links: [&str; 2]| -> String {
+        let sole = |(side, link): (&str, &str)| {
+            let y = if side == "left" { 0.005 } else { -0.005 };
+            format!("[soles.{side}]\nlink = '{link}'\ncenter_m = [0.015, {y}, -0.05]\nsize_m = [0.15, 0.085]\n")
+        };
+        ["left", "right"].into_iter().zip(links).map(sole).collect()
+    };
+    let swapped = soles(["right_foot", "left_foot"]);
+    fs::write(path("mine.toml"), swapped).unwrap();
+    let told = stderr(&init().code(2));
+    assert!(told.contains("mine.toml: soles.left = right_foot: is not at the end of that leg"), "{told}");
+    fs::write(path("mine.toml"), format!("\u{feff}{}", soles(["left_foot", "right_foot"]))).unwrap();
+    let told = stderr(&standfast(folder.path(), &["model", "mine.urdf"]).code(2));
+    assert!(
+        told.contains("mine.toml: keys = soles: are all that it states") && told.contains("`standfast init`"),
+        "{told}"
+    );
+    let told = stderr(&init().success());
+    let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(told.contains("It stands") && told.contains("Its soles are those that were stated there"), "{told}");
+    let [robot, found] = [path("mine.urdf"), path("child.urdf")].map(|file| {
+        if !file.exists() {
+            fs::write(&file, CHILD).unwrap();
+        }
+        Robot::load(file.to_str().unwrap()).unwrap()
+    });
+    for foot in Foot::BOTH {
+        let (stated, read) = (robot.soles[foot], found.soles[foot]);
+        assert!((stated.center.translation.vector - read.center.translation.vector).norm() < 1e-6, "{stated:?}");
+        assert_eq!(stated.half_m, read.half_m);
+    }
+    assert!((robot.home_com_height() - found.home_com_height()).abs() < 1e-3);
+    // What is whole is not replaced.
+    assert!(stderr(&init().code(2)).contains("this file is there already"));
+}
+
+/// All warnings have one form, wherever they come from.
+#[test]
+fn warnings_begin_alike() {
+    let folder = folder();
+    fs::write(folder.path().join("mine.urdf"), CHILD).unwrap();
+    let told = stderr(&standfast(folder.path(), &["model", "mine.urdf"]).success());
+    assert!(told.starts_with("warning: mine.urdf: its settings are inferred") && !told.contains("WARN"), "{told}");
+}
+
 #[cfg(unix)]
 fn make_executable(path: &Path) {
     use std::os::unix::fs::PermissionsExt;

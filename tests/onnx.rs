@@ -5,10 +5,11 @@ mod common;
 
 use common::program::{folder, standfast, stderr, stdout};
 use ndarray::array;
-use ndarray_npy::NpzWriter;
+use ndarray_npy::{NpzWriter, WriteNpyExt};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// The wire format of protobuf, as far as an ONNX file of one layer needs it.
@@ -37,33 +38,61 @@ mod protobuf {
     }
 }
 
-/// A network `action = observation * weights + bias`; `weights` has a row for each observed number.
-fn linear(weights: &[Vec<f32>], bias: &[f32]) -> Vec<u8> {
+/// A tensor of float32 in its file.
+fn tensor(name: &str, dims: &[usize], values: &[f32]) -> Vec<u8> {
     use protobuf::{bytes, number};
-    let tensor = |name: &str, dims: &[usize], values: &[f32]| {
-        let dims = dims.iter().flat_map(|&dim| number(1, dim as u64));
-        let raw: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-        let rest = [number(2, 1), bytes(8, name.as_bytes()), bytes(9, &raw)].concat();
-        bytes(5, &dims.chain(rest).collect::<Vec<_>>())
-    };
-    let value = |field: u64, name: &str, size: usize| {
+    let dims = dims.iter().flat_map(|&dim| number(1, dim as u64));
+    let raw: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    let rest = [number(2, 1), bytes(8, name.as_bytes()), bytes(9, &raw)].concat();
+    dims.chain(rest).collect()
+}
+
+/// A tensor of int64, as sizes are.
+fn sizes(name: &str, values: &[i64]) -> Vec<u8> {
+    use protobuf::{bytes, number};
+    let raw: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    [number(1, values.len() as u64), number(2, 7), bytes(8, name.as_bytes()), bytes(9, &raw)].concat()
+}
+
+/// An operation with the names of what it reads and makes.
+fn operation(kind: &str, reads: &[&str], makes: &[&str]) -> Vec<u8> {
+    use protobuf::bytes;
+    let names =
+        |field: u64, names: &[&str]| names.iter().flat_map(|name| bytes(field, name.as_bytes())).collect::<Vec<_>>();
+    [names(1, reads), names(2, makes), bytes(4, kind.as_bytes())].concat()
+}
+
+/// A network of operations and tensors, whose inputs and outputs are rows of so many numbers.
+fn network(
+    operations: &[Vec<u8>],
+    tensors: &[Vec<u8>],
+    inputs: &[(&str, usize)],
+    outputs: &[(&str, usize)],
+) -> Vec<u8> {
+    use protobuf::{bytes, number};
+    let value = |field: u64, (name, size): &(&str, usize)| {
         let dim = |size: usize| bytes(1, &number(1, size as u64));
-        let shape = [number(1, 1), bytes(2, &[dim(1), dim(size)].concat())].concat();
+        let shape = [number(1, 1), bytes(2, &[dim(1), dim(*size)].concat())].concat();
         bytes(field, &[bytes(1, name.as_bytes()), bytes(2, &bytes(1, &shape))].concat())
     };
-    let flat: Vec<f32> = weights.concat();
-    let inputs = ["obs", "weights", "bias"].map(|name| bytes(1, name.as_bytes())).concat();
-    let node = [inputs, bytes(2, b"action"), bytes(4, b"Gemm")].concat();
+    let all = |field: u64, parts: &[Vec<u8>]| parts.iter().flat_map(|part| bytes(field, part)).collect::<Vec<_>>();
     let graph = [
-        bytes(1, &node),
+        all(1, operations),
         bytes(2, b"policy"),
-        tensor("weights", &[weights.len(), bias.len()], &flat),
-        tensor("bias", &[bias.len()], bias),
-        value(11, "obs", weights.len()),
-        value(12, "action", bias.len()),
+        all(5, tensors),
+        inputs.iter().flat_map(|input| value(11, input)).collect(),
+        outputs.iter().flat_map(|output| value(12, output)).collect(),
     ]
     .concat();
     [number(1, 8), bytes(7, &graph), bytes(8, &[bytes(1, b""), number(2, 13)].concat())].concat()
+}
+
+/// A network `action = observation * weights + bias`; `weights` has a row for each observed number.
+fn linear(weights: &[Vec<f32>], bias: &[f32]) -> Vec<u8> {
+    let tensors =
+        [tensor("weights", &[weights.len(), bias.len()], &weights.concat()), tensor("bias", &[bias.len()], bias)];
+    let gemm = operation("Gemm", &["obs", "weights", "bias"], &["action"]);
+    network(&[gemm], &tensors, &[("obs", weights.len())], &[("action", bias.len())])
 }
 
 /// The same file with metadata.
@@ -217,6 +246,138 @@ fn what_does_not_fit_is_told_in_a_sentence() {
     assert!(told["fall_cause"].as_str().unwrap().contains("ours: action 0 of policy.onnx is not finite"), "{told}");
 }
 
+/// A network of which a stranger says what cannot be, or what fills the memory, is refused for that.
+#[test]
+fn a_network_that_cannot_be_is_refused_for_its_cause() {
+    use protobuf::{bytes, number};
+    const SEEN: (&str, usize) = ("obs", 3);
+    const DONE: (&str, usize) = ("action", 2);
+    let gemm = || operation("Gemm", &["obs", "weights", "bias"], &["action"]);
+    let weights = || tensor("weights", &[3, 2], &[0.0; 6]);
+    let bias = || tensor("bias", &[2], &[0.0; 2]);
+    let plain = |operations: &[Vec<u8>], tensors: &[Vec<u8>]| network(operations, tensors, &[SEEN], &[DONE]);
+    let with = |operations: &[Vec<u8>], tensors: &[Vec<u8>]| {
+        plain(&[operations, &[gemm()]].concat(), &[tensors, &[weights(), bias()]].concat())
+    };
+    let external = [
+        number(1, 2),
+        number(2, 1),
+        bytes(8, b"bias"),
+        bytes(13, &[bytes(1, b"location"), bytes(2, b"policy.onnx.data")].concat()),
+        number(14, 1),
+    ];
+    let tile = |i: usize| operation("Tile", &[&format!("x{i}"), "times"], &[&format!("x{}", i + 1)]);
+    let tiles: Vec<Vec<u8>> =
+        std::iter::once(operation("Identity", &["obs"], &["x0"])).chain((0..20).map(tile)).collect();
+    let copies: Vec<Vec<u8>> = (0..5).map(|i| operation("Expand", &["obs", "wide"], &[&format!("e{i}")])).collect();
+    let relu = |i: usize| operation("Relu", &[&format!("x{i}")], &[&format!("x{}", i + 1)]);
+    let deep: Vec<Vec<u8>> =
+        std::iter::once(operation("Identity", &["obs"], &["x0"])).chain((0..6000).map(relu)).collect();
+    let huge = sizes("huge", &[1 << 40, 1 << 20]);
+    let large = sizes("large", &[1_000_000, 1_000_000]);
+    let range = |names: [&str; 3]| operation("Range", &names, &["steps"]);
+    let scalar = |name: &str, value: i64| sizes(name, &[value]).split_off(2);
+    let cases: Vec<(Vec<u8>, &str)> = vec![
+        (
+            network(&[gemm()], &[weights(), bias()], &[SEEN], &[("none", 2)]),
+            "its output \"none\" is made by no operation",
+        ),
+        (plain(&[gemm()], &[weights()]), "(\"Gemm\") reads \"bias\", which nothing before it makes"),
+        (
+            with(&[operation("Relu", &["b"], &["a"]), operation("Relu", &["a"], &["b"])], &[]),
+            "operation \"a\" (\"Relu\") reads \"b\", which nothing before it makes",
+        ),
+        (with(&[operation("Relu", &["obs"], &["obs"])], &[]), "makes \"obs\", which is there already"),
+        (with(&[operation("Magic", &["obs"], &["a"])], &[]), "its operation \"a\" (\"Magic\") is none that this"),
+        (plain(&[gemm()], &[weights(), external.concat()]), "is kept in another file, \"policy.onnx.data\", and only"),
+        (
+            plain(&[gemm()], &[weights(), tensor("bias", &[2], &[0.0; 3])]),
+            "its tensor \"bias\" has the sizes [2], but 12 bytes of numbers instead of 8",
+        ),
+        (
+            plain(&[gemm()], &[weights(), tensor("bias", &[1 << 40, 1 << 30], &[])]),
+            "has the sizes [1099511627776, 1073741824]; up to 16777216 numbers are taken",
+        ),
+        (plain(&[gemm()], &[weights(), tensor("bias", &[usize::MAX], &[])]), "has the sizes [-1]; up to"),
+        // What is made for nothing, too, and what is there by itself.
+        (
+            with(&[operation("ConstantOfShape", &["huge"], &["a"])], &[huge.clone()]),
+            "makes 1099511627776 x 1048576 numbers",
+        ),
+        (
+            with(&[operation("ConstantOfShape", &["large"], &["a"])], &[large]),
+            "1000000 x 1000000 numbers; up to 16777216",
+        ),
+        (
+            with(&[operation("Expand", &["obs", "wide"], &["a"])], &[sizes("wide", &[100_000_000, 3])]),
+            "100000000 x 3 numbers",
+        ),
+        (
+            with(&copies, &[sizes("wide", &[5_000_000, 3])]),
+            "is too large: up to its operation \"e4\", more than 67108864",
+        ),
+        (with(&tiles, &[sizes("times", &[1, 4])]), " numbers; up to 16777216 are taken"),
+        (
+            with(&[range(["from", "to", "by"])], &[scalar("from", 0), scalar("to", i64::MAX / 4), scalar("by", 1)]),
+            "2305843009213693951 numbers; up to",
+        ),
+        (with(&deep, &[]), "has 6002 operations, more than 5000"),
+        (network(&[gemm()], &[weights(), bias()], &[("obs", 1 << 63), ("weights", 3), ("bias", 1)], &[DONE]), "takes "),
+        (
+            network(&[gemm()], &[weights(), bias()], &[SEEN, ("time_step", 1)], &[DONE, ("joint_pos", 2)]),
+            "has 2 inputs [\"obs\", \"time_step\"] and 2 outputs [\"action\", \"joint_pos\"]; by time_step it follows a recorded",
+        ),
+        (
+            network(&[gemm()], &[weights(), bias()], &[SEEN, ("h_in", 2)], &[DONE]),
+            "has 2 inputs [\"obs\", \"h_in\"] and the output \"action\"; recurrent networks",
+        ),
+        (
+            network(&[gemm()], &[weights(), bias()], &[SEEN, ("map", 2)], &[DONE]),
+            "[\"obs\", \"map\"] and the output \"action\"; acc",
+        ),
+        (b"PK\x03\x04 and so on".to_vec(), "cannot be read: it is no ONNX file, but a ZIP archive, as PyTorch"),
+        (b"version https://git-lfs.github.com/spec/v1\n".to_vec(), "a pointer of Git LFS"),
+        (with(&[], &[]).split_off(9), "cannot be read: "),
+    ];
+    let dir = folder();
+    for (network, words) in cases {
+        let file = policy(dir.path(), "ours", &network, &terms(&["base_angular_velocity"]), "");
+        let told = stderr(&standfast(dir.path(), &["push", "--controller", &file]).code(2));
+        assert!(told.contains(words), "wanted: {words}\n{told}");
+        assert!(told.contains("ours.toml: model = policy.onnx: ") && !told.contains("panic"), "{told}");
+    }
+    // Inputs that are tensors of the file are no inputs, as old exporters have it.
+    let old = network(&[gemm()], &[weights(), bias()], &[SEEN, ("weights", 2), ("bias", 2)], &[DONE]);
+    let file = policy(dir.path(), "ours", &old, &terms(&["base_angular_velocity"]), "");
+    standfast(dir.path(), &["push", "--controller", &file]).success();
+}
+
+/// Whatever a byte of a network is, the network is taken or refused.
+#[test]
+fn any_byte_of_a_network_may_be_wrong() {
+    let dir = folder();
+    let robot = standfast::robot::Robot::load("ut-mu2").unwrap();
+    let whole = with_metadata(linear(&vec![vec![0.1; 2]; 3], &[0.0; 2]), &[("a", "b")]);
+    let file = policy(dir.path(), "ours", &whole, &terms(&["base_angular_velocity"]), "");
+    let settings = standfast::contest::load(&dir.path().join(file).to_string_lossy()).unwrap();
+    let (mut taken, mut refused) = (0, 0);
+    for at in 0..whole.len() {
+        for value in [whole[at] ^ 1, whole[at] ^ 0x80, 0xff] {
+            let mut network = whole.clone();
+            network[at] = value;
+            fs::write(dir.path().join("policy.onnx"), network).unwrap();
+            match settings.prepare(&robot, 0.002) {
+                Ok(_) => taken += 1,
+                Err(error) => {
+                    assert!(error.to_string().contains("model = policy.onnx: "), "byte {at} = {value}: {error}");
+                    refused += 1;
+                }
+            }
+        }
+    }
+    assert!(taken > 50 && refused > 50, "{taken} {refused}");
+}
+
 /// The motors of a policy are simulated with it, and with nobody else.
 #[test]
 fn a_policy_brings_its_own_motors() {
@@ -276,6 +437,8 @@ fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
     let told = stdout(&check(good, &["--json"]));
     let contract = &serde_json::from_str::<Value>(&told).unwrap()["contract"];
     assert_eq!((&contract["pairs"], &contract["is_kept"]), (&2.into(), &true.into()), "{told}");
+    let marked = format!("\u{feff}{}", good.strip_prefix("x,y,z,a,b\n").unwrap());
+    assert!(stdout(&check(&marked, &["--json"])).contains("\"pairs\": 2"));
     let told = stdout(&check(&good.replace("-2.3", "-2.2"), &[]).code(100));
     let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(told.contains("in line 3, action 1 is -2.3000, and -2.2000 was recorded"), "{told}");
@@ -310,6 +473,25 @@ fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
     assert!(in_a_line(&told).contains("in line 2, action 1 is -2.3000, and -2.2000 was recorded"), "{told}");
     let told = stderr(&npz(&|npz| npz.add_array("seen", &array![[1.0, 2.0]]).unwrap()).code(2));
     assert!(told.contains("pairs.npz: arrays = seen (1 x 2): are no observations and actions"), "{told}");
+    // A head that states 208 GB, and one that is itself too long.
+    let mut array = Vec::new();
+    observed.write_npy(&mut array).unwrap();
+    let at = array.windows(9).position(|part| part == b"(2, 3), }").unwrap();
+    let claim = b"(26000000000, 1), }";
+    array[at..at + claim.len()].copy_from_slice(claim);
+    let mut long = array.clone();
+    long[8..10].copy_from_slice(&[0xff, 0xff]);
+    for (content, words) in [
+        (&array, "pairs.npz: array \"obs\" states a shape of [26000000000, 1], but has 48 bytes"),
+        (&long, "pairs.npz: array \"obs\" has a head of 65535 bytes; accepted: up to 1000"),
+    ] {
+        let mut npz = zip::ZipWriter::new(fs::File::create(dir.path().join("pairs.npz")).unwrap());
+        npz.start_file("obs.npy", zip::write::SimpleFileOptions::default()).unwrap();
+        npz.write_all(content).unwrap();
+        npz.finish().unwrap();
+        let told = stderr(&standfast(dir.path(), &["check", &file, "--contract=pairs.npz"]).code(2));
+        assert!(told.contains(words), "wanted: {words}\n{told}");
+    }
     fs::write(dir.path().join("pairs.npz"), "nothing").unwrap();
     let told = stderr(&standfast(dir.path(), &["check", &file, "--contract=pairs.npz"]).code(2));
     assert!(told.contains("pairs.npz"), "{told}");
@@ -399,7 +581,9 @@ fn a_policy_is_written_from_what_its_training_left() {
     let gym = "simulation_dt: 0.002\ncontrol_decimation: 10\nkps: [100, 90]\nkds: [2, 1]\ndefault_angles: [0.0, 0.1]\n\
         ang_vel_scale: 0.25\ndof_pos_scale: 1.0\ndof_vel_scale: 0.05\naction_scale: 0.25\ncmd_scale: [2.0, 2.0, 0.25]\n\
         num_actions: 2\nnum_obs: 17\ncmd_init: [0.5, 0, 0]\n";
-    fs::write(dir.path().join("g.yaml"), gym).unwrap();
+    // As some editors begin a file.
+    fs::write(dir.path().join("g.yaml"), format!("\u{feff}{gym}")).unwrap();
+    let gym_text = gym;
     write("gym.onnx", zero(17, 2));
     let printed = stdout(&init(&["gym.onnx", "--from=g.yaml", "--print"]).success());
     let gym: toml::Table = printed.parse().unwrap();
@@ -422,6 +606,18 @@ fn a_policy_is_written_from_what_its_training_left() {
         (zero(14, 2), &["bad.onnx", "--from=gait.yaml"], "gait (1/s) = inf: is not positive"),
         (with_metadata(zero(3, 2), &metadata[4..]), &["bad.onnx"], "metadata.joint_names = (none): is missing"),
         (b"no network".to_vec(), &["bad.onnx"], "cannot be read"),
+        (
+            zero(17, 2),
+            &["bad.onnx", "--from=real.yaml"],
+            "for the robot itself (deploy_real): does not state simulation_dt",
+        ),
+        (zero(17, 2), &["bad.onnx", "--from=sar.yaml"], "a configuration of rl_sar: describes no policy that is known"),
+        (zero(17, 2), &["gone.pt"], "gone.pt"),
+        (
+            zero(17, 2),
+            &["motion.pt"],
+            "kind of file = a network of PyTorch: is no robot; accepted: a robot here; as a controller, the same network as an",
+        ),
     ] {
         write("bad.onnx", network);
         // What lies where a trainer puts it would be read.
@@ -436,6 +632,9 @@ fn a_policy_is_written_from_what_its_training_left() {
             ("offset.yaml", deploy.replace("offset: [0.4, 0.5]", "offset: [0.4, 0.6]")),
             ("nan.yaml", deploy.replace(&format!(" {}.0,", 50 + right), " .nan,")),
             ("gait.yaml", deploy.replace("period: 0.8", "period: 0.0")),
+            ("real.yaml", gym_text.replace("simulation_dt: 0.002\ncontrol_decimation: 10", "control_dt: 0.02")),
+            ("sar.yaml", "gr1t1/legged_gym:\n  rl_kp: [57.0]\n".to_string()),
+            ("motion.pt", "PK\x03\x04".to_string()),
             ("clip.yaml", deploy.replace("[-2.0, 2.0]", "[-1.0, 2.0]")),
         ] {
             fs::write(dir.path().join(name), text).unwrap();

@@ -5,7 +5,7 @@ use crate::campaign::Overrides;
 use crate::campaign::ask::gate::OnUnresolved;
 use crate::episode::Counts;
 use crate::error::{Error, Result};
-use crate::files::{folder_of, shell_word};
+use crate::files::{folder_of, is_no_file, shell_word};
 use crate::sim::Engine;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -273,7 +273,7 @@ pub fn is_file_of(path: &str, extension: &str) -> bool {
 }
 
 /// Checks before any work that a file can be written. Fails if its extension is none of `kinds`, if its folder does not
-/// exist, or if `path` is a folder itself. Errors name `option`.
+/// exist, or if `path` is a folder, pipe or device itself. Errors name `option`.
 pub fn check_output(option: &str, path: &Path, kinds: &[&str]) -> Result<()> {
     let fail = |problem, accepted: &str| Err(Error::option(option, path.display(), problem, accepted));
     if !path.extension().and_then(OsStr::to_str).is_some_and(|extension| kinds.contains(&extension)) {
@@ -282,8 +282,8 @@ pub fn check_output(option: &str, path: &Path, kinds: &[&str]) -> Result<()> {
     if !folder_of(path).is_dir() {
         return fail("its folder does not exist", "a file in a folder that exists");
     }
-    if path.is_dir() {
-        return fail("it is a folder", "the name of a file");
+    if is_no_file(path) {
+        return fail("it is no file, but a folder, pipe or device", "the name of a file, which is made or replaced");
     }
     Ok(())
 }

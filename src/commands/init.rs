@@ -3,13 +3,13 @@
 
 use super::arguments::{is_file_of, number};
 use super::terminal::{note, print, tell};
-use crate::assets::Source;
+use crate::assets::{self, Kind, Source};
 use crate::contest;
 use crate::contest::onnx::{self, Written};
 use crate::episode::alone::Alone;
 use crate::episode::{CONTROL_PERIOD_S, Disturbance, EpisodeConfig};
 use crate::error::{Error, Result};
-use crate::files::{folder_of, is_same_file, is_same_folder, shell_word, write_atomic};
+use crate::files::{folder_of, is_no_file, is_same_file, is_same_folder, shell_word, write_atomic};
 use crate::render::{self, text::layout::entry, text::model};
 use crate::robot::{Robot, Units, urdf};
 use std::path::{Path, PathBuf};
@@ -60,18 +60,19 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     if is_file_of(&args.file, "onnx") {
         return policy(args);
     }
+    assets::refuse_other_kind(Kind::Robot, &args.file)?;
     if let Some(robot) = &args.robot {
         let (problem, accepted) = ("is for the robot of a policy", "none with a URDF");
         return Err(Error::option("--robot", robot, problem, accepted));
     }
     // First of all, since a file of another kind has no settings.
     let urdf = urdf::opened(&args.file)?;
-    let path = args.path(urdf::settings_path(&args.file))?;
-    if is_same_file(&path, Path::new(&args.file)) {
-        let accepted = "another file than that of the robot";
-        return Err(Error::value("init", "--out", path.display(), "it is the robot's URDF", accepted));
-    }
-    let settings = urdf::inferred(&urdf, args.range)?;
+    let usual = urdf::settings_path(&args.file);
+    args.check_place(&urdf, &usual)?;
+    // The soles alone are kept, and the rest is inferred.
+    let kept = usual.is_file().then(|| assets::text(&usual).ok()).flatten().filter(urdf::states_soles_alone);
+    let path = if kept.is_some() && args.out.is_none() { usual } else { args.path(usual)? };
+    let settings = urdf::completed(&urdf, args.range, kept.as_ref())?;
     let robot = Robot::parse(&urdf, &settings)?;
     if args.print {
         return print(&settings.text);
@@ -100,7 +101,11 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
              and at the torques of [[servos]]"
         );
     }
-    tell("", &format!("Written: {}. Look at what is marked as assumed, and edit it.", path.display()));
+    let soles = if kept.is_some() { " Its soles are those that were stated there." } else { "" };
+    tell("", &format!("Written: {}.{soles} Look at what is marked as assumed, and edit it.", path.display()));
+    if !is_same_folder(folder_of(&path), folder_of(Path::new(&args.file))) {
+        tell("", &format!("It is read once it lies beside {}.", args.file));
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -191,9 +196,34 @@ fn policy(args: &InitArgs) -> Result<ExitCode> {
 }
 
 impl InitArgs {
+    /// Fails if the settings of a robot would be written where no command reads them.
+    fn check_place(&self, urdf: &Source, usual: &Path) -> Result<()> {
+        let out = self.out.as_deref().unwrap_or(usual);
+        let fail = |problem, accepted: &str| Err(Error::value("init", "--out", out.display(), problem, accepted));
+        if self.print {
+            return Ok(());
+        }
+        if urdf.is_builtin() {
+            return fail("is read by no command, since this robot has its settings within it", "--print");
+        }
+        if is_same_file(out, Path::new(&self.file)) {
+            return fail("it is the robot's URDF", "another file than that of the robot");
+        }
+        if out.file_name() != usual.file_name() {
+            let problem =
+                "is read by no command, since the settings of a robot lie beside its URDF and are called as it is";
+            return fail(problem, &format!("{}, or --print", usual.display()));
+        }
+        Ok(())
+    }
+
     /// Where to write. Fails if a file is there already that is not to be replaced.
     fn path(&self, usual: PathBuf) -> Result<PathBuf> {
         let path = self.out.clone().unwrap_or(usual);
+        if !self.print && is_no_file(&path) {
+            let problem = "it is no file, but a folder, pipe or device";
+            return Err(Error::value("init", "--out", path.display(), problem, "a file, or --print"));
+        }
         if self.print || self.force || !path.exists() {
             return Ok(path);
         }

@@ -41,7 +41,8 @@ use crate::contest::kept;
 use crate::error::{Error, Result};
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use std::io::IsTerminal;
+use log::Level;
+use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
 /// The command line of the program.
@@ -138,7 +139,13 @@ takes minutes. Ctrl-C ends it; the same command then goes on where it ended.
 
 /// The program: runs the command with which it is called, and turns an error into an exit code.
 pub fn main() -> ExitCode {
-    let logger = env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn")).build();
+    let mut logger = env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn"));
+    logger.format(|out, record| match record.level() {
+        // As warnings are written in results.
+        Level::Warn => writeln!(out, "warning: {}", record.args()),
+        level => writeln!(out, "[{level} {}] {}", record.target(), record.args()),
+    });
+    let logger = logger.build();
     log::set_max_level(logger.filter());
     log::set_boxed_logger(Box::new(terminal::Once::new(logger))).expect("there is no logger yet");
     let done = run().or_else(|error| if matches!(error, Error::NoMujoco) { mujoco::go_on() } else { Err(error) });

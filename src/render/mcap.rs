@@ -10,14 +10,15 @@
 //! | `/joint_commands` | foxglove.JointStates: what is asked of them | every tick |
 //! | `/trace` | standfast.Trace: the columns of the trace but those of joints, soles and base | every tick |
 //!
-//! The URDF of the robot is an attachment. The file is written in chunks while the episode runs. If it is cut off, all
-//! chunks before the cut can be read.
+//! The URDF of the robot is an attachment. The file is written in chunks while the episode runs, without a name, and gets
+//! its name once it is whole: whatever happens before, a file of this name that was there stays.
 
 use super::trace::Trace;
 use crate::assets::{self, Kind};
 use crate::columns::meaning;
 use crate::episode::Tick;
 use crate::error::{Error, Result};
+use crate::files::{AtomicFile, folder_of};
 use crate::robot::{Foot, GRAVITY, Joint, Kinematics, Link, Pose, Robot, Shape, Solid};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
@@ -25,9 +26,10 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::fs::File;
+use std::io::{self, Seek};
 use std::path::{Path, PathBuf};
 
-/// Bytes of a chunk before compression. What is written last may be lost by a cut up to this size.
+/// Bytes of a chunk before compression.
 const CHUNK: u64 = 1 << 18;
 /// Time between two pictures (s), as often as a display can show them.
 const PICTURE_S: f64 = 0.01;
@@ -51,6 +53,7 @@ const TOPICS: [(&str, &str); 6] = [
 /// An MCAP file that is being written.
 pub struct McapTrace<'a> {
     path: PathBuf,
+    /// Writes to a file without a name in the folder of `path`, which ends with the program, however that ends.
     writer: Writer<File>,
     /// The number of each topic in the file, as in [`TOPICS`].
     channels: [u16; TOPICS.len()],
@@ -67,7 +70,8 @@ pub struct McapTrace<'a> {
 impl<'a> McapTrace<'a> {
     /// A new file with the robot's shapes and URDF.
     pub fn create(path: &Path, robot: &'a Robot) -> Result<Self> {
-        let file = File::create(path).map_err(|source| Error::Write { path: path.into(), source })?;
+        let file =
+            tempfile::tempfile_in(folder_of(path)).map_err(|source| Error::Write { path: path.into(), source })?;
         let failed = |error| not_written(path, error);
         let options = WriteOptions::new()
             .library(concat!("standfast ", env!("CARGO_PKG_VERSION")))
@@ -82,7 +86,7 @@ impl<'a> McapTrace<'a> {
             *channel = writer.add_channel(id, topic, "json", &BTreeMap::new()).map_err(failed)?;
         }
         let urdf = match &robot.urdf {
-            Some(path) => std::fs::read(path).ok(),
+            Some(path) => assets::text(path).ok().map(|source| source.text.into_bytes()),
             None => {
                 let builtin = assets::open(Kind::Robot, &robot.name).ok().filter(|source| source.is_builtin());
                 builtin.map(|source| source.text.into_bytes())
@@ -143,13 +147,17 @@ impl<'a> McapTrace<'a> {
         self.write("/trace", nanoseconds, &Value::Object(row))
     }
 
-    /// Ends the file with its index. Fails if any of it could not be written; what was written before stays.
+    /// Ends the file with its index, and gives it its name. If any of it could not be written, it fails and leaves nothing.
     pub fn finish(mut self) -> Result<()> {
         if let Some(failure) = self.failure {
             return Err(failure);
         }
         self.writer.finish().map_err(|error| not_written(&self.path, error))?;
-        self.writer.into_inner().sync_all().map_err(|source| Error::Write { path: self.path, source })
+        let mut written = self.writer.into_inner();
+        let mut named = AtomicFile::create(&self.path)?;
+        let copied = written.rewind().and_then(|()| io::copy(&mut written, &mut named));
+        copied.map_err(|source| Error::Write { path: self.path, source })?;
+        named.commit()
     }
 
     /// Writes a message on one of [`TOPICS`], of a time in nanoseconds.
@@ -166,7 +174,7 @@ impl<'a> McapTrace<'a> {
 fn not_written(path: &Path, error: McapError) -> Error {
     let source = match error {
         McapError::Io(source) => source,
-        other => std::io::Error::other(other),
+        other => io::Error::other(other),
     };
     Error::Write { path: path.into(), source }
 }

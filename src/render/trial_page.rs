@@ -1,10 +1,14 @@
 //! The path of the page of a trial in a result folder, and of its small picture.
 
+use crate::assets::read;
 use crate::campaign::store::folder::REPLAYS;
 use crate::campaign::verdict::set_summary::SetOrigin;
 use crate::files::sha256_hex;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use std::path::{Path, PathBuf};
+
+/// A larger picture is not shown.
+const MOST_BYTES: u64 = 10_000_000;
 
 /// Path of the page of a trial, relative to the result folder, with `engine` at its end if the page shows another engine
 /// than the result's, or both. Names of variants contain characters that some file
@@ -27,7 +31,7 @@ pub fn replay_found(folder: &Path, origin: &SetOrigin, trial: u64) -> Option<Str
 
 /// The small picture beside a page that was [found](replay_found), to be shown within a report in `folder`.
 pub fn picture_found(folder: &Path, page: &str) -> Option<String> {
-    let png = std::fs::read(folder.join(page).with_extension("png")).ok()?;
+    let png = read(&folder.join(page).with_extension("png"), MOST_BYTES).ok()?;
     Some(format!("data:image/png;base64,{}", BASE64_STANDARD.encode(png)))
 }
 

@@ -21,6 +21,16 @@ pub fn document(text: &str) -> Result<Document<'_>, String> {
     Document::parse(text).map_err(|e| e.to_string())
 }
 
+/// The text without the comments of XML. One that does not end goes to the end of the text.
+pub fn without_comments(text: &str) -> String {
+    let (mut kept, mut rest) = (String::with_capacity(text.len()), text);
+    while let Some((before, after)) = rest.split_once("<!--") {
+        kept += before;
+        rest = after.split_once("-->").map_or("", |(_, after)| after);
+    }
+    kept + rest
+}
+
 /// How deep elements are nested, and how long the longest tag is (bytes), seen without parsing.
 fn extent(text: &str) -> [usize; 2] {
     let (mut level, mut most, mut longest, mut rest): (usize, usize, usize, &str) = (0, 0, 0, text);

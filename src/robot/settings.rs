@@ -1,6 +1,6 @@
 //! The TOML file beside a URDF, with what the URDF cannot state.
 
-use super::model::{Ankle, Frame, Joint, LandingRegion, PerFoot, SensorNoise, Servo, Sole};
+use super::model::{Ankle, Foot, Frame, Joint, LandingRegion, PerFoot, SensorNoise, Servo, Sole, Solid};
 use super::shape::Shape;
 use super::tree::Tree;
 use crate::assets::{self, Source, exactly};
@@ -11,6 +11,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, Visitor};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::path::{Path, PathBuf};
 
 /// Accepted lengths and widths of a sole (m).
 const LEAST_SOLE_M: f64 = 1e-5;
@@ -101,8 +102,49 @@ pub(super) fn check_range(file: &str, range_rad: f64) -> Result<()> {
     Error::check_ranges(file, "", &[("range_rad", range_rad, 1e-3, std::f64::consts::PI)])
 }
 
+/// A file that states the soles alone.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SolesAlone {
+    soles: PerFoot<SoleFace>,
+}
+
+impl SolesAlone {
+    /// Parses the file.
+    pub fn parse(source: &Source) -> Result<Self> {
+        assets::parse_toml(source)
+    }
+
+    /// The soles. A link without a shape gets that of a [plate](plates).
+    pub fn soles(&self, file: &str, tree: &mut Tree) -> Result<PerFoot<Sole>> {
+        soles(&self.soles, file, tree)
+    }
+
+    /// For each foot, whether only the name of a link with one box is stated.
+    pub fn are_boxes(&self) -> PerFoot<bool> {
+        PerFoot::from_fn(|foot| matches!(self.soles[foot], SoleFace::Box(_)))
+    }
+}
+
+/// Where the settings of a URDF file are: `robot.toml` for `robot.urdf`, `robot.xacro` and `robot.urdf.xacro`.
+pub fn settings_path(urdf: &str) -> PathBuf {
+    let path = Path::new(urdf).with_extension("");
+    let is_urdf = path.extension().is_some_and(|extension| extension == "urdf");
+    if is_urdf { path.with_extension("toml") } else { Path::new(urdf).with_extension("toml") }
+}
+
+/// Whether a file states the soles and nothing else.
+pub fn states_soles_alone(source: &Source) -> bool {
+    toml::from_str::<toml::Table>(&source.text).is_ok_and(|table| table.keys().eq(["soles"]))
+}
+
 /// Parses the file, and checks all that does not need the tree of links.
 pub(super) fn parse(source: &Source) -> Result<Settings> {
+    if states_soles_alone(source) {
+        let (problem, accepted) =
+            ("are all that it states", "a whole file: `standfast init` with the URDF adds the rest");
+        return Err(Error::value(&source.file, "keys", "soles", problem, accepted));
+    }
     let settings: Settings = assets::parse_toml(source)?;
     let (file, noise) = (source.file.as_str(), &settings.noise);
     // Generous: from a robot of a millimetre and a milligram to one of a hundred metres and a thousand tonnes.
@@ -205,16 +247,55 @@ impl Settings {
         Ok(home)
     }
 
-    /// The soles, as they are stated or from the collision box of each named link.
-    pub fn soles(&self, file: &str, tree: &Tree) -> Result<PerFoot<Sole>> {
-        let left = sole(file, "soles.left", &self.soles.left, tree)?;
-        let right = sole(file, "soles.right", &self.soles.right, tree)?;
-        if left.link == right.link {
-            let problem = "is carried by the same body as the left sole";
-            let name = &tree.frames[right.frame].name;
-            return Err(Error::value(file, "soles.right", name, problem, "soles on two bodies"));
+    /// The soles, as they are stated or from the collision box of each named link. A link without a shape gets that of a
+    /// [plate](plates).
+    pub fn soles(&self, file: &str, tree: &mut Tree) -> Result<PerFoot<Sole>> {
+        soles(&self.soles, file, tree)
+    }
+}
+
+fn soles(faces: &PerFoot<SoleFace>, file: &str, tree: &mut Tree) -> Result<PerFoot<Sole>> {
+    plates(faces, tree);
+    let left = sole(file, "soles.left", &faces.left, tree)?;
+    let right = sole(file, "soles.right", &faces.right, tree)?;
+    if left.link == right.link {
+        let problem = "is carried by the same body as the left sole";
+        let name = &tree.frames[right.frame].name;
+        return Err(Error::value(file, "soles.right", name, problem, "soles on two bodies"));
+    }
+    Ok(PerFoot { left, right })
+}
+
+/// Thickness of a plate, as a share of the shorter side of its sole.
+const PLATE: f64 = 0.1;
+
+/// Gives a plate above the stated sole to each foot that has no shape of its own with which to stand on the ground.
+fn plates(faces: &PerFoot<SoleFace>, tree: &mut Tree) {
+    for face in Foot::BOTH.map(|foot| &faces[foot]) {
+        let SoleFace::Stated(face) = face else { continue };
+        let Some(frame) = tree.frames.iter().position(|frame| frame.name == face.link) else { continue };
+        let link = tree.frames[frame].link;
+        if !tree.links[link].collisions.is_empty() || tree.missing.iter().any(|(of, _)| *of == frame) {
+            continue;
         }
-        Ok(PerFoot { left, right })
+        let [length, width] = face.size_m;
+        let thickness = PLATE * length.min(width);
+        let up = Translation3::new(0.0, 0.0, 0.5 * thickness);
+        let (pose, half) = (tree.frames[frame].pose * face.pose() * up, Vector3::new(length, width, thickness) * 0.5);
+        tree.links[link].collisions.push(Solid {
+            frame,
+            pose,
+            shape: Shape::Box { half },
+            color: [0.5, 0.5, 0.5, 1.0],
+        });
+    }
+}
+
+impl StatedFace {
+    /// The pose of its centre in the frame of the link.
+    fn pose(&self) -> Isometry3<f64> {
+        let ([x, y, z], [roll, pitch, yaw]) = (self.center_m, self.rpy_rad);
+        Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
     }
 }
 
@@ -241,8 +322,7 @@ fn stated_sole(file: &str, field: &str, face: &StatedFace, tree: &Tree) -> Resul
         ("rpy_rad[2]", yaw, -10.0, 10.0),
     ];
     Error::check_ranges(file, field, &ranges)?;
-    let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
-    let center = frames[frame].pose * Isometry3::from_parts(Translation3::new(x, y, z), turn);
+    let center = frames[frame].pose * face.pose();
     check_mesh(file, &format!("{field}.link"), frame, tree)?;
     let solids = &links[link].collisions;
     if solids.is_empty() {

@@ -7,6 +7,7 @@ use super::infer;
 use super::kinematics::Kinematics;
 use super::model::{Ankle, Foot, GRAVITY, Link, Robot};
 use super::settings::{self, Settings};
+pub use super::settings::{settings_path, states_soles_alone};
 use super::tree::Tree;
 use super::xacro;
 use crate::assets::{self, Kind, Source};
@@ -14,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
 use crate::geometry::gap::gap_m;
 use nalgebra::{Point3, Vector3};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Largest difference in height between the soles at home (m).
 const LEVEL_M: f64 = 1e-4;
@@ -60,7 +61,7 @@ impl Files {
         };
         let range_rad = found.as_ref().map_or(Ok(None), |found| settings::parse(found).map(|found| found.range_rad))?;
         let (tree, are_inferred) = (Tree::parse(&urdf, range_rad)?, found.is_none());
-        let settings = found.map_or_else(|| inferred_from(&urdf, tree.clone(), None), Ok)?;
+        let settings = found.map_or_else(|| inferred_from(&urdf, tree.clone(), None, None), Ok)?;
         let meshes = tree.kept_meshes.clone().map(|text| Source { file: format!("meshes of {}", urdf.file), text });
         Ok(Files { urdf, meshes, settings, are_inferred, tree })
     }
@@ -76,22 +77,20 @@ pub fn opened(name_or_path: &str) -> Result<Source> {
     xacro::expanded(assets::open(Kind::Robot, name_or_path)?)
 }
 
-/// Where the settings of a URDF file are: `robot.toml` for `robot.urdf`, `robot.xacro` and `robot.urdf.xacro`.
-pub fn settings_path(urdf: &str) -> PathBuf {
-    let path = Path::new(urdf).with_extension("");
-    let is_urdf = path.extension().is_some_and(|extension| extension == "urdf");
-    if is_urdf { path.with_extension("toml") } else { Path::new(urdf).with_extension("toml") }
-}
-
 /// The settings that are inferred from a URDF. Joints without a range of their own get one of `range_rad` (rad) to both
 /// sides, or else are locked. Fails if the URDF cannot be read or is not of a humanoid.
 pub fn inferred(urdf: &Source, range_rad: Option<f64>) -> Result<Source> {
-    range_rad.map_or(Ok(()), |range_rad| settings::check_range("init", range_rad))?;
-    inferred_from(urdf, Tree::parse(urdf, range_rad)?, range_rad)
+    completed(urdf, range_rad, None)
 }
 
-fn inferred_from(urdf: &Source, tree: Tree, range_rad: Option<f64>) -> Result<Source> {
-    let text = infer::settings(urdf, tree, range_rad)?;
+/// Does the same as [`inferred`], with the soles that a file [states alone](states_soles_alone).
+pub fn completed(urdf: &Source, range_rad: Option<f64>, stated: Option<&Source>) -> Result<Source> {
+    range_rad.map_or(Ok(()), |range_rad| settings::check_range("init", range_rad))?;
+    inferred_from(urdf, Tree::parse(urdf, range_rad)?, range_rad, stated)
+}
+
+fn inferred_from(urdf: &Source, tree: Tree, range_rad: Option<f64>, stated: Option<&Source>) -> Result<Source> {
+    let text = infer::settings(urdf, tree, range_rad, stated)?;
     Ok(Source { file: format!("settings inferred from {}", urdf.file), text })
 }
 
@@ -126,12 +125,12 @@ impl Robot {
         Robot::of_tree(Tree::parse(urdf, settings::parse(settings)?.range_rad)?, settings)
     }
 
-    fn of_tree(tree: Tree, settings: &Source) -> Result<Robot> {
+    fn of_tree(mut tree: Tree, settings: &Source) -> Result<Robot> {
         let parsed: Settings = settings::parse(settings)?;
         let file = settings.file.as_str();
         let mut robot = Robot {
             trunk: parsed.trunk(file, &tree.frames)?,
-            soles: parsed.soles(file, &tree)?,
+            soles: parsed.soles(file, &mut tree)?,
             home_rad: parsed.home(file, &tree.joints)?,
             servos: parsed.servos(file, &tree.joints)?,
             noise: parsed.noise,

@@ -1,6 +1,7 @@
 //! Expands a xacro file, a URDF with macros, by the program `xacro`.
 
-use crate::assets::Source;
+use super::markup::without_comments;
+use crate::assets::{Source, shell_word};
 use crate::error::{Error, Result};
 use std::io::ErrorKind;
 use std::process::{Command, Stdio};
@@ -18,8 +19,8 @@ pub fn expanded(source: Source) -> Result<Source> {
     }
     let fail = |message: String| Error::Syntax { file: source.file.clone(), message };
     let by_hand = || {
-        let urdf = source.file.trim_end_matches(".xacro").trim_end_matches(".urdf");
-        format!("to do it where that program is: `xacro {} > {urdf}.urdf`, then use that file", source.file)
+        let [from, to] = [&source.file, &expanded_file(&source.file)].map(|name| shell_word(name));
+        format!("to do it where that program is: `xacro {from} > {to}`, then use that file")
     };
     let ran = Command::new("xacro").arg(&source.file).stdin(Stdio::null()).output();
     let output = ran.map_err(|e| match e.kind() {
@@ -38,8 +39,18 @@ pub fn expanded(source: Source) -> Result<Source> {
     Ok(Source { text, ..source })
 }
 
-/// Whether a file is to be expanded: by its name, or if it uses a macro.
+/// The name for what becomes of a file. It is another one, since a shell empties the file that it writes to.
+fn expanded_file(file: &str) -> String {
+    let stem = file.trim_end_matches(".xacro").trim_end_matches(".urdf");
+    let urdf = format!("{stem}.urdf");
+    if urdf == file { format!("{stem}-expanded.urdf") } else { urdf }
+}
+
+/// Whether a file is to be expanded: by its name, or if it uses a macro, which one in a comment does not.
 fn has_macros(source: &Source) -> bool {
-    let uses_macros = || source.text.contains(NAMESPACE) && source.text.contains("<xacro:");
+    let uses_macros = || {
+        let text = without_comments(&source.text);
+        text.contains(NAMESPACE) && text.contains("<xacro:")
+    };
     source.file.ends_with(".xacro") || uses_macros()
 }

@@ -8,6 +8,7 @@
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::Manifest;
 use crate::error::{Error, Result};
+use crate::files::is_no_file;
 use std::fs::{self, File, TryLockError};
 use std::time::{Duration, Instant};
 
@@ -37,7 +38,7 @@ impl Claim {
         let path = folder.path.join("parts/.lock");
         let fail = |source| Error::Write { path: path.clone(), source };
         fs::create_dir_all(folder.path.join("parts")).map_err(fail)?;
-        if fs::metadata(&path).is_ok_and(|found| !found.is_file()) {
+        if is_no_file(&path) {
             return Err(fail(std::io::Error::other("it is no file")));
         }
         let lock = File::options().create(true).append(true).open(&path).map_err(fail)?;

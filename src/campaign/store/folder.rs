@@ -1,5 +1,6 @@
 //! A result folder: a part for each finished block of trials, and a manifest.
 
+use crate::assets::read;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::store::manifest::{MANIFEST, Manifest};
 use crate::campaign::store::part::{Marker, PartFile};
@@ -19,6 +20,9 @@ pub const RESULT_FILES: [&str; 6] =
 
 /// Names that a run creates before its first part.
 const BEGUN: [&str; 3] = ["parts", "inputs", "campaign.toml"];
+
+/// A larger `parts/stopped.json` is not read.
+const MOST_BYTES: u64 = 1_000_000;
 
 /// Subfolder with the pages that show trials, `trial-*.html`.
 pub const REPLAYS: &str = "replays";
@@ -150,7 +154,8 @@ impl Folder {
 
     fn stopped(&self) -> Option<Stopped> {
         let Manifest { campaign, sets, .. } = &self.manifest;
-        let stopped = || -> Option<Stopped> { serde_json::from_slice(&fs::read(self.stopped_path()).ok()?).ok() };
+        let stopped =
+            || -> Option<Stopped> { serde_json::from_slice(&read(&self.stopped_path(), MOST_BYTES).ok()?).ok() };
         let valid = |stopped: &Stopped| {
             let is_end = |trials: &u64| {
                 let mut looks = self.manifest.looks().into_iter().flat_map(|looks| looks.until(*trials));

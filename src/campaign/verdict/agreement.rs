@@ -4,6 +4,7 @@
 //! Every trial has the same push, robot, ground and noise in both results. If it ends differently, the cause is the
 //! engine. The same holds for a verdict that only one engine gives.
 
+use crate::assets;
 use crate::campaign::store::folder::Folder;
 use crate::campaign::store::manifest::Manifest;
 use crate::campaign::verdict::digest::Digest;
@@ -88,7 +89,9 @@ pub struct Verdict {
 /// of the program are the same. The number of trials and the gates may differ.
 pub fn differ_in_engine_alone(a: &Folder, b: &Folder) -> bool {
     // A built-in controller has no file. One version of the program always has the same one.
-    let text = |folder: &Folder, gains: &String| std::fs::read(folder.path.join(Listed::split(gains).base)).ok();
+    let text = |folder: &Folder, gains: &String| {
+        assets::text(&folder.path.join(Listed::split(gains).base)).ok().map(|source| source.text)
+    };
     let (ours, theirs) = (&a.manifest, &b.manifest);
     ours.campaign.episode.engine != theirs.campaign.episode.engine
         && (&ours.standfast, &ours.robot_sha256, &ours.sets) == (&theirs.standfast, &theirs.robot_sha256, &theirs.sets)

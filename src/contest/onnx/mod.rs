@@ -4,9 +4,13 @@
 //! The network runs at a rate of its own, and its last targets hold in between. The servos get the stiffness and the
 //! damping with which it was trained and, where its file states them, its torque limits and rotor inertias.
 
+#[cfg(feature = "onnx")]
+mod limited;
 #[cfg_attr(not(feature = "onnx"), path = "absent.rs")]
 mod net;
 mod observation;
+#[cfg(feature = "onnx")]
+mod proto;
 #[cfg_attr(not(feature = "onnx"), path = "absent_training.rs")]
 mod training;
 mod written;

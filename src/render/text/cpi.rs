@@ -2,6 +2,7 @@
 
 use super::layout::wrapped;
 use crate::error::{Error, Result};
+use crate::files::write_atomic;
 use crate::geometry::SupportPolygon;
 use crate::lipm::cpi_set::{CpiSet, Inclusion};
 use crate::lipm::gains::GainPoles;
@@ -158,5 +159,5 @@ fn write_csv(path: &Path, rows: &DMatrix<f64>) -> Result<()> {
         let cells: Vec<String> = row.iter().map(|v| format!("{:?}", v + 0.0)).collect();
         let _ = writeln!(text, "{}", cells.join(","));
     }
-    std::fs::write(path, text).map_err(|source| Error::Write { path: path.into(), source })
+    write_atomic(path, text.as_bytes())
 }

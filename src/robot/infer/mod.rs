@@ -14,6 +14,7 @@ mod text;
 
 use crate::assets::Source;
 use crate::error::{Error, Result};
+use crate::robot::settings::{SolesAlone, settings_path};
 use crate::robot::tree::Tree;
 use crate::robot::{Foot, PerFoot, Robot, SensorNoise, Servo};
 use limbs::Limbs;
@@ -27,11 +28,19 @@ const BY_HAND: &str = "a humanoid, or a TOML file of the same name beside the UR
 const FULL_LEG: usize = 6;
 
 /// The text of the settings (TOML) of the robot that a URDF with this content describes. `range_rad` is the range that its
-/// joints without one were given.
+/// joints without one were given; the soles are those of the file `stated`, if there is one.
 ///
 /// # Errors
-/// It is not a humanoid; the error says all that cannot be inferred.
-pub(super) fn settings(urdf: &Source, tree: Tree, range_rad: Option<f64>) -> Result<String> {
+/// It is not a humanoid; the error says all that cannot be inferred. Or the soles are not at the ends of the legs.
+pub(super) fn settings(
+    urdf: &Source,
+    mut tree: Tree,
+    range_rad: Option<f64>,
+    stated: Option<&Source>,
+) -> Result<String> {
+    let stated = stated.map(|source| Ok((source, SolesAlone::parse(source)?))).transpose()?;
+    let stated = stated.map(|(source, file)| Ok((source, file.soles(&source.file, &mut tree)?, file.are_boxes())));
+    let stated = stated.transpose()?;
     let fail = |problems: &[String]| {
         let problem = format!("cannot be inferred: {}", problems.join("; "));
         Error::value(&urdf.file, "settings", "(none)", problem, BY_HAND)
@@ -68,13 +77,34 @@ pub(super) fn settings(urdf: &Source, tree: Tree, range_rad: Option<f64>) -> Res
     let mut warnings = Vec::new();
     let foot_link = |foot: Foot| limbs.legs[foot].last().map_or(0, |j| j + 1);
     let lost = missing.iter().find(|(frame, _)| Foot::BOTH.iter().any(|&f| robot.frames[*frame].link == foot_link(f)));
-    if let Some((frame, mesh)) = lost {
-        return Err(fail(&[format!("the mesh of the foot {} is left out: {mesh}", robot.frames[*frame].name)]));
-    }
-    let mut soles = match Foot::BOTH.map(|foot| soles::find(&robot, foot_link(foot))) {
-        [Ok(left), Ok(right)] => PerFoot { left, right },
-        [left, right] => {
-            return Err(fail(&[left, right].into_iter().filter_map(|sole| sole.err()).collect::<Vec<_>>()));
+    let by_hand = format!(
+        "[soles.left] and [soles.right] in {}, each with link, center_m and size_m; the same command then adds the rest",
+        settings_path(&urdf.file).display()
+    );
+    let no_sole = |problem: String| {
+        Error::value(&urdf.file, "soles", "(none)", format!("cannot be inferred: {problem}"), &*by_hand)
+    };
+    let mut soles = match &stated {
+        Some((source, soles, are_boxes)) => {
+            for foot in Foot::BOTH.into_iter().filter(|&foot| soles[foot].link != foot_link(foot)) {
+                let (field, name) = (format!("soles.{}", foot.name()), &robot.frames[soles[foot].frame].name);
+                let accepted = format!("a link of {}", robot.links[foot_link(foot)].name);
+                return Err(Error::value(&source.file, field, name, "is not at the end of that leg", accepted));
+            }
+            PerFoot::from_fn(|foot| soles::Found::stated(soles[foot], &robot, are_boxes[foot]))
+        }
+        None => {
+            if let Some((frame, mesh)) = lost {
+                let name = &robot.frames[*frame].name;
+                return Err(no_sole(format!("the mesh of the foot {name} is left out: {mesh}")));
+            }
+            match Foot::BOTH.map(|foot| soles::find(&robot, foot_link(foot))) {
+                [Ok(left), Ok(right)] => PerFoot { left, right },
+                [left, right] => {
+                    let problems: Vec<String> = [left, right].into_iter().filter_map(|sole| sole.err()).collect();
+                    return Err(no_sole(problems.join("; ")));
+                }
+            }
         }
     };
     robot.soles = PerFoot::from_fn(|foot| soles[foot].sole);
@@ -117,6 +147,7 @@ pub(super) fn settings(urdf: &Source, tree: Tree, range_rad: Option<f64>) -> Res
         solved: home.solved,
         reference: reference.map(|reference| reference.name),
         range_rad,
+        soles_are_stated: stated.is_some(),
     };
     Ok(text::toml(&urdf.file, &robot, &origins))
 }

@@ -30,6 +30,13 @@ pub struct Found {
 }
 
 impl Found {
+    /// One that is stated already, by the name of its link alone if it is the face of a box.
+    pub fn stated(sole: Sole, robot: &Robot, is_box: bool) -> Self {
+        let mut in_frame = robot.frames[sole.frame].pose.inverse() * sole.center;
+        in_frame.translation.vector.apply(|length| *length = to_decimals(*length, 9));
+        Self { sole, is_box, in_frame, warning: None }
+    }
+
     /// Moves the face up into the foot (m), or down.
     pub fn raise(&mut self, up_m: f64) {
         let up = Translation3::new(0.0, 0.0, up_m);

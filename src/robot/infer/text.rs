@@ -13,6 +13,8 @@ pub struct Origins {
     pub servos: Vec<servos::Found>,
     /// Joints whose angles at home were solved for.
     pub solved: Vec<usize>,
+    /// Whether the soles were stated before.
+    pub soles_are_stated: bool,
     /// The range that joints without one were given (rad).
     pub range_rad: Option<f64>,
     /// Name of the reference posture from which the home posture started, and its file.
@@ -66,16 +68,22 @@ pub fn toml(urdf: &str, robot: &Robot, origins: &Origins) -> String {
 
 fn soles_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
     let found = [("left", &origins.soles.left), ("right", &origins.soles.right)];
+    let origin = if origins.soles_are_stated { "stated before" } else { "read" };
     if found.iter().all(|(_, found)| found.is_box) {
-        line("[soles]                         # links with one collision box each; read");
+        line(&format!("[soles]                         # links with one collision box each; {origin}"));
         for (side, found) in found {
             line(&format!("{side} = {}", quoted(&robot.frames[found.sole.frame].name)));
         }
     } else {
-        line(
-            "# The face on which each foot stands, the rectangle around the lowest points of what collides there; read.\n\
+        let what = if origins.soles_are_stated {
+            ""
+        } else {
+            ", the rectangle around the lowest points of what collides there"
+        };
+        line(&format!(
+            "# The face on which each foot stands{what}; {origin}.\n\
              # A center is in the frame of the link. (For a link with one collision box, its name alone says all of this.)",
-        );
+        ));
         for (side, found) in found {
             let [length, width] = found.sole.half_m.map(|half| 2.0 * half);
             let center = found.in_frame.translation.vector;

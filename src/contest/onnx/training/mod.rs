@@ -8,6 +8,7 @@ mod yaml;
 
 use super::net;
 use super::written::Written;
+use crate::assets;
 use crate::contest::beside;
 use crate::error::{Error, Result};
 use crate::robot::Robot;
@@ -22,11 +23,11 @@ const MOST_BYTES: u64 = 10_000_000;
 pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Written> {
     let file = model.to_string_lossy();
     let bad = |problem: String, accepted: &str| Error::value(&file, "model", file.clone(), problem, accepted);
-    let bytes = crate::assets::read(model, beside::MOST_FILE_BYTES)?;
+    let bytes = assets::read(model, beside::MOST_FILE_BYTES)?;
     let metadata = net::metadata(&bytes).map_err(|problem| bad(problem, "an ONNX file"))?;
     let described = |path: &Path| {
-        let text = String::from_utf8_lossy(&crate::assets::read(path, MOST_BYTES)?).into_owned();
-        yaml::training(&path.to_string_lossy(), &text, robot)
+        let text = String::from_utf8_lossy(&assets::read(path, MOST_BYTES)?).into_owned();
+        yaml::training(&path.to_string_lossy(), &assets::without_mark(text), robot)
     };
     let own = model.with_extension("deploy.yaml");
     let stated = from.map(Path::to_path_buf).or_else(|| own.is_file().then_some(own));

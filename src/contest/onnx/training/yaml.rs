@@ -15,13 +15,33 @@ pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
     if states("joint_ids_map:") {
         Deploy::training(parsed(file, text)?, file, robot)
     } else if states("kps:") {
-        Gym::training(parsed(file, text)?, file, robot)
+        let missing: Vec<&str> = Gym::KEYS.into_iter().filter(|key| !states(&format!("{key}:"))).collect();
+        if missing.is_empty() {
+            return Gym::training(parsed(file, text)?, file, robot);
+        }
+        let what = match states("control_dt:") {
+            true => "a configuration of unitree_rl_gym for the robot itself (deploy_real)",
+            false => "a configuration with kps",
+        };
+        let accepted = "that for the simulation (deploy_mujoco of unitree_rl_gym), which states it";
+        Err(Error::value(file, "description", what, format!("does not state {}", missing.join(", ")), accepted))
     } else {
-        let accepted =
-            "a deploy.yaml of unitree_rl_lab (with joint_ids_map) or a configuration of unitree_rl_gym (with kps)";
-        Err(Error::value(file, "description", file, "describes no policy that is known here", accepted))
+        let other = OTHERS.iter().find(|(key, _)| text.lines().any(|line| line.trim_start().starts_with(key)));
+        let what = other.map_or(file, |(_, what)| what);
+        let accepted = "a deploy.yaml of unitree_rl_lab (with joint_ids_map) or a configuration of unitree_rl_gym (with kps); the \
+             guide's chapter onnx.md has the file of a policy to write by hand";
+        Err(Error::value(file, "description", what, "describes no policy that is known here", accepted))
     }
 }
+
+/// Descriptions that are not read, each by a key that only it has.
+const OTHERS: [(&str, &str); 5] = [
+    ("JOINT_KP:", "a configuration of HumanoidVerse (ASAP, FALCON)"),
+    ("rl_kp:", "a configuration of rl_sar"),
+    ("default_qpos:", "a configuration of Booster"),
+    ("articulations:", "the descriptors of Isaac Lab"),
+    ("pipeline:", "a pipeline of WBC-AGILE"),
+];
 
 fn parsed<T: DeserializeOwned>(file: &str, text: &str) -> Result<T> {
     serde_saphyr::from_str(text).map_err(|e| Error::Syntax { file: file.into(), message: e.to_string() })
@@ -190,6 +210,19 @@ struct Gym {
 }
 
 impl Gym {
+    const KEYS: [&str; 10] = [
+        "simulation_dt",
+        "control_decimation",
+        "kps",
+        "kds",
+        "default_angles",
+        "ang_vel_scale",
+        "dof_pos_scale",
+        "dof_vel_scale",
+        "action_scale",
+        "cmd_scale",
+    ];
+
     fn training(self, file: &str, robot: &Robot) -> Result<Training> {
         /// Period of the gait in its program (s).
         const GAIT_PERIOD_S: f64 = 0.8;
