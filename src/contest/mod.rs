@@ -50,6 +50,7 @@
 
 mod beside;
 mod child;
+mod command;
 mod cpi;
 mod kinds;
 pub mod onnx;
@@ -69,6 +70,7 @@ use crate::robot::{Controller, Factory};
 use std::any::Any;
 use variant::Listed;
 
+pub use child::STOP;
 pub use kinds::read;
 pub use settings::{Own, Settings};
 
