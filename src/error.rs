@@ -7,10 +7,10 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// An input file cannot be read.
-    #[error("{}: cannot read: {source}", path.display())]
+    #[error("{}: cannot read: {source}{}", path.display(), remedy(source))]
     Read { path: PathBuf, source: std::io::Error },
     /// An output cannot be written.
-    #[error("{}: cannot write: {source}", path.display())]
+    #[error("{}: cannot write: {source}{}", path.display(), remedy(source))]
     Write { path: PathBuf, source: std::io::Error },
     /// An input is not valid XML or TOML, or has an unknown key or a value of the wrong type. `message` tells where.
     #[error("{file}: {message}")]
@@ -57,6 +57,11 @@ pub enum Error {
          runs it all the same"
     )]
     Falls { name: String, how: String },
+    /// The machine has no more of what is needed, such as open files. What is finished is kept.
+    #[error(
+        "{0}. What this machine lacks says nothing about a controller, so it ends here; the same command can be tried again"
+    )]
+    Machine(String),
     /// A numerical search did not converge.
     #[error("{what}: {problem}")]
     Numeric { what: String, problem: String },
@@ -67,15 +72,23 @@ impl Error {
     /// command is to be tried again, 130 when interrupted, else 1.
     pub fn exit_code(&self) -> u8 {
         match self {
+            Error::Parts { .. } => 3,
+            Error::Busy(_) | Error::Machine(_) => TRY_AGAIN,
+            Error::Write { source, .. } if is_full(source) || shortage(source).is_some() => TRY_AGAIN,
+            Error::Read { source, .. } if shortage(source).is_some() => TRY_AGAIN,
             Error::Read { .. } | Error::Syntax { .. } | Error::Value { .. } | Error::Unknown { .. } => 2,
             Error::NoWindow { .. } | Error::NoMujoco | Error::Falls { .. } | Error::NotStarted { .. } => 2,
             Error::Several(all) => all.iter().map(Error::exit_code).max().unwrap_or(2),
-            Error::Parts { .. } => 3,
-            Error::Busy(_) => TRY_AGAIN,
-            Error::Write { source, .. } if is_full(source) => TRY_AGAIN,
             Error::Interrupted => 130,
             Error::Write { .. } | Error::Numeric { .. } | Error::LostWindow { .. } => 1,
         }
+    }
+
+    /// The error as an answer to whether something can be. Fails with it if it says nothing of that, since the machine or a user
+    /// ended the work.
+    pub fn refusal(self) -> Result<Error> {
+        let is_answer = self.exit_code() != TRY_AGAIN && !matches!(self, Error::Interrupted);
+        if is_answer { Ok(self) } else { Err(self) }
     }
 
     /// An [`Error::Value`], with all its parts turned into text.
@@ -132,6 +145,29 @@ fn is_full(error: &std::io::Error) -> bool {
     let within = || std::error::Error::source(error)?.downcast_ref::<std::io::Error>();
     matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge)
         || within().is_some_and(is_full)
+}
+
+/// What helps if the machine has no more of what a file or a program needs, which is no fault of either; None for any other
+/// error.
+pub fn shortage(error: &std::io::Error) -> Option<&'static str> {
+    // ENFILE and EMFILE have no kinds.
+    const ENFILE: i32 = 23;
+    const EMFILE: i32 = 24;
+    match (error.raw_os_error()?, error.kind()) {
+        (EMFILE, _) => Some("raise the limit of open files (`ulimit -n`), or take fewer --threads"),
+        (ENFILE, _) => Some("the whole machine has too many open files: end something else, or take fewer --threads"),
+        (_, ErrorKind::OutOfMemory) => Some("free some memory, or take fewer --threads"),
+        (_, ErrorKind::WouldBlock) => {
+            Some("raise the limit of processes and threads (`ulimit -u`), or take fewer --threads")
+        }
+        (_, ErrorKind::ExecutableFileBusy) => Some("its file is being written; try again"),
+        _ => None,
+    }
+}
+
+/// The same to stand behind the error.
+fn remedy(error: &std::io::Error) -> String {
+    shortage(error).map_or_else(String::new, |remedy| format!("; {remedy}"))
 }
 
 /// Most problems of an input that are told one by one.

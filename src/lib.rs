@@ -26,6 +26,8 @@ pub mod episode;
 pub mod error;
 #[cfg(feature = "program")]
 pub mod files;
+#[cfg(feature = "program")]
+pub mod foreign;
 pub mod geometry;
 pub mod guide;
 pub mod lipm;

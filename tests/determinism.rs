@@ -63,11 +63,11 @@ fn episodes_that_share_a_robot_are_the_same_bits() {
         let pushes = pushed(impulse_n_s, heading_deg);
         let alone = |bench: &Bench| {
             let until = config.until();
-            episode::run(robot, &bench.factory, &config, disturbance(&pushes), until, &mut |_| {})
+            episode::run(robot, &bench.factory, &config, disturbance(&pushes), until, &mut |_| {}).unwrap()
         };
         let alone: Vec<String> = benches.iter().map(|bench| format!("{:?}", alone(bench))).collect();
         let told = |closed_loop: ClosedLoop| {
-            closed_loop.finish().iter().map(|record| format!("{record:?}")).collect::<Vec<_>>()
+            closed_loop.finish().unwrap().iter().map(|record| format!("{record:?}")).collect::<Vec<_>>()
         };
         assert_eq!(told(start(&pushes)), alone, "{impulse_n_s} N s");
         assert_eq!(told(shared.with(&[0, 1, 2, 3, 4], pushes.clone()).unwrap()), alone, "{impulse_n_s} N s");

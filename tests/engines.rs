@@ -154,7 +154,8 @@ fn toppling_impulse(bench: &Bench, engine: Engine, heading_deg: f64) -> f64 {
     while falls - stands > 0.02 {
         let middle = 0.5 * (stands + falls);
         let disturbance = Disturbance { pushes: vec![push(middle, heading_deg)], ..Disturbance::default() };
-        let record = episode::run(&bench.robot, &bench.factory, &config, disturbance, Until::Decided, &mut |_| {});
+        let record =
+            episode::run(&bench.robot, &bench.factory, &config, disturbance, Until::Decided, &mut |_| {}).unwrap();
         if record.outcome == Outcome::Recovered { stands = middle } else { falls = middle }
     }
     0.5 * (stands + falls)

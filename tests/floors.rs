@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// Rooms by floor, lowest first. `render` and `view` have floors of their own, since the window uses the drawings.
 const FLOORS: [&[&str]; 10] = [
-    &["error", "files", "columns", "assets"],
+    &["error", "files", "columns", "assets", "foreign"],
     &["stats", "geometry"],
     &["lipm", "robot"],
     &["control", "sim"],
@@ -28,7 +28,7 @@ const INNER_FLOORS: [(&str, &[&str]); 1] =
     [("campaign", &["ask", "store", "verdict", "run", "limit", "partings", "ceiling", "tune"])];
 
 /// Crates that only one room or file may use.
-const RESERVED: [(&str, &str); 17] = [
+const RESERVED: [(&str, &str); 18] = [
     ("rapier3d", "sim/rapier"),
     ("mujoco_rs", "sim/mujoco"),
     ("tract_onnx", "contest/onnx"),
@@ -41,6 +41,7 @@ const RESERVED: [(&str, &str); 17] = [
     ("open", "commands"),
     ("mcap", "render/mcap"),
     ("indicatif", "commands"),
+    ("rustix", "contest/child"),
     ("signal_hook", "commands"),
     ("parquet", "columns"),
     ("cmaes", "campaign/ceiling"),

@@ -169,7 +169,7 @@ fn a_snapshot_is_all_in_one_world() {
     let mut drift = |tick: &Tick| {
         drift_m = (tick.truth.com - tick.report.com.unwrap()).xy().norm();
     };
-    let film = Film::take(&bench.robot, &bench.factory, &config(6.0), disturbance, how_long, &mut drift);
+    let film = Film::take(&bench.robot, &bench.factory, &config(6.0), disturbance, how_long, &mut drift).unwrap();
     let last = film.snapshots.last().unwrap();
     assert!(drift_m > 0.008, "the estimate is only {drift_m} m off: the test has nothing to see");
     let zmp = last.zmp.unwrap();
@@ -195,7 +195,8 @@ fn a_film_shows_the_fall_and_its_record_ends_with_the_episode() {
     let how_long = (Until::Decided, 0.5);
     let film = Film::take(&bench.robot, &bench.factory, &config(6.0), disturbance, how_long, &mut |tick| {
         seen += usize::from(!tick.is_after)
-    });
+    })
+    .unwrap();
     assert_eq!(format!("{:?}", film.record), format!("{record:?}"));
     let fell_at_s = record.fell_at_s.unwrap();
     assert_eq!(seen, (fell_at_s / 0.002).round() as usize + 1);

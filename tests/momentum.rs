@@ -39,7 +39,8 @@ impl Course {
             course.time_s.push(truth.time_s);
             course.momentum.push(truth.com_vel * mass);
             course.received.push(sum);
-        });
+        })
+        .unwrap();
         course.fell = record.fell_at_s.is_some();
         course
     }

@@ -3,11 +3,13 @@
 
 mod common;
 
-use common::program::{PROGRAM, Run, folder, standfast, stderr, stdout};
+use common::program::{PROGRAM, Run, folder, send, standfast, stderr, stdout};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 /// Where the controllers in C++ are.
 const CPP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/controllers/cpp");
@@ -326,6 +328,225 @@ fn what_cannot_be_a_controller_is_refused_before_any_episode() {
     fs::write(dir.path().join("bad.toml"), outside).unwrap();
     let message = stderr(&standfast(dir.path(), &["run", "smoke", "--gains=bad.toml", "--check"]).code(2));
     assert!(message.contains("files = ../secret: is not in the folder of this file"), "{message}");
+}
+
+/// A controller that is started by a shell, which leaves another child of its own that would go on for long.
+fn with_grandchild(folder: &Path, name: &str, tick: &str) -> String {
+    let file = controller(folder, name, "timeout_s = 1000\n", &ticks(tick));
+    let text = fs::read_to_string(folder.join(&file)).unwrap();
+    let by_shell = format!("command = ['sh', '-c', 'sleep 982 & echo $! >> pids; exec python3 {name}.py']\n");
+    let lines =
+        text.lines().map(|line| if line.starts_with("command") { by_shell.clone() } else { format!("{line}\n") });
+    fs::write(folder.join(&file), lines.collect::<String>()).unwrap();
+    file
+}
+
+/// Processes of the file `pids` in a folder that still run. Those that nobody has waited for have ended.
+fn alive(folder: &Path) -> Vec<String> {
+    let pids = fs::read_to_string(folder.join("pids")).unwrap_or_default();
+    let runs = |pid: &&str| {
+        let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+        stat.rsplit_once(") ").is_some_and(|(_, state)| !state.starts_with('Z'))
+    };
+    pids.lines().filter(runs).map(String::from).collect()
+}
+
+/// Waits until something is so, and fails if it never is.
+#[track_caller]
+fn wait_until(what: &str, is_so: impl Fn() -> bool) {
+    let began = Instant::now();
+    while !is_so() {
+        assert!(began.elapsed() < Duration::from_secs(100), "{what}");
+        sleep(Duration::from_millis(20));
+    }
+}
+
+/// Runs the program where only so many files may be open.
+fn with_open_files(dir: &Path, most: u32, args: &[&str]) -> Run {
+    let command = format!("ulimit -n {most}; exec \"$0\" \"$@\"");
+    Run::of(Command::new("sh").current_dir(dir).args(["-c", &command, PROGRAM]).args(args))
+}
+
+/// A grandchild holds the pipes of a child that has failed.
+#[test]
+fn failed_children_leave_no_open_files_and_no_grandchildren() {
+    if !has_python() || !cfg!(target_os = "linux") {
+        return;
+    }
+    let dir = folder();
+    let file = with_grandchild(dir.path(), "wrapped", "return {'error': 'no solution'}");
+    let args = ["run", "smoke", "--trials=40", "--replays=0", "--untried", "--json", "--out=a", "--threads=2"];
+    let run = with_open_files(dir.path(), 40, &[&args[..], &["--gains", &file]].concat()).success();
+    let summary: Value = serde_json::from_str(&stdout(&run)).unwrap();
+    assert_eq!(summary["sets"][0]["failed"], 40, "{summary}");
+    for part in fs::read_dir(dir.path().join("a/parts")).unwrap().map(|part| part.unwrap().path()) {
+        if part.extension().is_some_and(|ending| ending == "csv") {
+            let rows = fs::read_to_string(&part).unwrap();
+            assert_eq!(rows.matches("gives up: no solution").count(), rows.lines().count() - 1, "{rows}");
+        }
+    }
+    let pids = fs::read_to_string(dir.path().join("pids")).unwrap();
+    assert!(pids.lines().count() >= 80 && alive(dir.path()).is_empty(), "{:?}", alive(dir.path()));
+}
+
+#[test]
+fn what_the_machine_lacks_is_no_outcome() {
+    if !has_python() || !cfg!(target_os = "linux") {
+        return;
+    }
+    let dir = folder();
+    let python = format!("--gains={PYTHON}/hold.toml");
+    let told = |run: &Run| {
+        let told = stderr(run);
+        assert!(told.contains("Too many open files") && told.contains("`ulimit -n`"), "{told}");
+        told
+    };
+    // Not even one child.
+    let ankles = format!("{PYTHON}/ankles.toml");
+    for args in [
+        &["push", &python][..],
+        &["check", &ankles],
+        &["limit", "--campaign=nominal", "--headings=1", &python],
+        &["tune", &ankles, "--campaign=smoke", "--budget=200", "--out=t"],
+        &["run", "smoke", "--trials=5", &python, "--out=b"],
+    ] {
+        let run = with_open_files(dir.path(), 9, args).code(75);
+        assert!(stdout(&run).is_empty() && !told(&run).contains("command ="), "{args:?}: {}", stdout(&run));
+    }
+    // Fewer children than threads.
+    let args = ["run", "smoke", "--trials=12", "--replays=0", &python, "--json"];
+    let all = |out: &str| standfast(dir.path(), &[&args[..], &[out]].concat()).success();
+    let short_of_files = with_open_files(dir.path(), 40, &[&args[..], &["--out=a", "--threads=24"]].concat()).code(75);
+    assert!(told(&short_of_files).contains("incomplete: "), "{}", stderr(&short_of_files));
+    assert!(!dir.path().join("a/summary.json").exists());
+    assert_eq!(stdout(&all("--out=a")), stdout(&all("--out=whole")));
+}
+
+/// Starts a campaign in a folder, whose controller answers no tick.
+fn waiting(dir: &Path, name: &str) -> Child {
+    let file = with_grandchild(dir, name, "time.sleep(1000)");
+    let mut run = Command::new(PROGRAM);
+    run.current_dir(dir).args(["run", "smoke", "--untried", "--threads=1", "--replays=0", "--out=a", "--gains", &file]);
+    let mut run = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let pids = || fs::read_to_string(dir.join("pids")).unwrap_or_default().lines().count();
+    wait_until("the controller starts", || pids() >= 2 && dir.join("a/parts/campaign.json").exists());
+    assert!(!alive(dir).is_empty() && run.try_wait().unwrap().is_none());
+    run
+}
+
+#[test]
+fn whatever_ends_the_program_ends_all_children() {
+    if !has_python() || !cfg!(target_os = "linux") {
+        return;
+    }
+    for (signals, code) in [(&["INT"][..], Some(130)), (&["TERM"], Some(75)), (&["QUIT"], None), (&["KILL"], None)] {
+        let dir = folder();
+        let mut run = waiting(dir.path(), "waits");
+        signals.iter().for_each(|signal| send(signal, &run));
+        // An answer may be waited for 1000 s.
+        wait_until(&format!("{signals:?}: the program ends"), || alive(dir.path()).is_empty());
+        assert_eq!(run.wait().unwrap().code(), code, "{signals:?}");
+    }
+}
+
+#[test]
+fn what_a_controller_tells_is_bounded() {
+    if !has_python() {
+        return;
+    }
+    let numbers = |names: &str| format!("home['numbers'] = {{{names}: 1.0 for i in range(101)}}; return home");
+    for (tick, words) in [
+        ("home['phase'] = 'x' * 900; return home", "answered with a phase of 900 characters; accepted: up to 100"),
+        (
+            "home['phase'] = str(sensed['time_s']); return home",
+            "answered with more than 1000 different phases in an episode; accepted: up to 1000",
+        ),
+        (&numbers("i"), "answered with 101 `numbers`; accepted: up to 100"),
+        (&numbers("'x' * (200 + i % 2)"), "answered with a name in `numbers` of 200 characters; accepted: up to 100"),
+        (
+            "home['numbers'] = {str(sensed['time_s']): 1.0}; return home",
+            "answered with more than 100 different names in `numbers` in an episode; accepted: up to 100",
+        ),
+        ("return {'x' * 900000: 1}", "answered with something else than a command (unknown field `xxx"),
+    ] {
+        let (told, code) = checked(&tick.replace("i}:", "str(i)}:"));
+        assert!(code == Some(100) && told.contains(words) && told.len() < 8000, "{words}: {told}");
+    }
+}
+
+/// Neither names nor answers nor last words of a program command the terminal, or break a picture.
+#[test]
+fn foreign_text_is_a_picture() {
+    if !has_python() {
+        return;
+    }
+    let dir = folder();
+    let is_plain = |text: &str| !text.contains(|c: char| c.is_control() && c != '\n');
+    let name = r#""\u001b[31msays""#;
+    let says = |tick: &str| {
+        let file = controller(dir.path(), "says", "", &ticks(tick));
+        let text = fs::read_to_string(dir.path().join(&file)).unwrap().replace("'says'", name);
+        fs::write(dir.path().join(&file), text).unwrap();
+        let push = ["push", "--impulse=1", "--plot=p.svg", "--replay=p.html", "--gains", &file];
+        let pushed = standfast(dir.path(), &push);
+        stdout(&pushed) + &stderr(&pushed)
+    };
+    let answers = r"sys.__stdout__.write('\x1b]0;pwned\x07\n'); sys.__stdout__.flush(); return home";
+    let last_words = r"sys.exit('\x1b[2J\x9b1m')";
+    for (tick, words) in [(answers, r"\u001b]0;pwned\u0007"), (last_words, r"\u001b[2J\u009b1m")] {
+        let told = says(tick);
+        assert!(is_plain(&told) && told.contains(r"\u001b[31msays") && told.contains(words), "{told}");
+    }
+    let read = |name: &str| fs::read_to_string(dir.path().join(name)).unwrap();
+    assert!(roxmltree::Document::parse(&read("p.svg")).is_ok() && is_plain(&read("p.html")));
+    // A number that a person writes as 1e308 has 309 digits.
+    let refused = stderr(&standfast(dir.path(), &["push", "--impulse=1e308"]).code(2));
+    assert!(refused.contains("1e308") && refused.len() < 400, "{refused}");
+}
+
+#[test]
+fn what_a_command_refers_to_is_an_input_or_is_told() {
+    if !has_python() {
+        return;
+    }
+    let dir = folder();
+    let mine = dir.path().join("mine");
+    fs::create_dir(&mine).unwrap();
+    let file = format!("mine/{}", controller(&mine, "holds", "", "import posture\nposture.serve()\n"));
+    let posture = fs::read_to_string(format!("{PYTHON}/hold.py")).unwrap();
+    let posture = posture.replace("standfast.serve(Hold)", "def serve():\n    standfast.serve(Hold)");
+    fs::write(mine.join("posture.py"), &posture).unwrap();
+    let as_command = |command: &str| {
+        let text = format!("kind = 'process'\nname = 'holds'\ncommand = {command}\n");
+        fs::write(dir.path().join(&file), text).unwrap();
+    };
+    let run = |more: &[&str]| {
+        let args = ["run", "smoke", "--trials=2", "--replays=0", "--gains", &file];
+        standfast(dir.path(), &[&args[..], more].concat())
+    };
+    as_command("['python3', '-m', 'holds']");
+    let told = stderr(&run(&["--out=a"]).success());
+    assert!(!told.contains("not kept"), "{told}");
+    for name in ["holds.py", "posture.py", "standfast.py"] {
+        assert!(dir.path().join("a/inputs/gains").join(name).is_file(), "{name}");
+    }
+    let replay = standfast(dir.path(), &["replay", "a", "--trial=0", "--output=page.html"]).success();
+    assert!(!stderr(&replay).contains("is not as it was"), "{}", stderr(&replay));
+    fs::write(mine.join("posture.py"), posture + "\n# another\n").unwrap();
+    let other = stderr(&run(&["--out=a"]).code(3));
+    assert!(other.contains("another campaign"), "{other}");
+    // Elsewhere.
+    fs::write(dir.path().join("elsewhere.py"), "import posture\nposture.serve()\n").unwrap();
+    as_command("['env', 'PYTHONPATH=.', 'python3', '../elsewhere.py']");
+    let ran = run(&["--out=b"]).success();
+    let sentence = "holds depends on files that are not kept: ../elsewhere.py.";
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words(&stderr(&ran)).contains(sentence) && words(&stdout(&ran)).contains(sentence), "{}", stdout(&ran));
+    let read = |name: &str| words(&fs::read_to_string(dir.path().join("b").join(name)).unwrap()).replace("&#x2f;", "/");
+    for name in ["summary.json", "summary.md", "report.html"] {
+        assert!(read(name).contains(sentence), "{name}");
+    }
+    assert!(read("parts/campaign.json").contains("\"not_kept\": { \"holds\": [ \"../elsewhere.py\" ] }"));
 }
 
 /// A result from elsewhere may hold any command, so what starts it says so, and asks before.

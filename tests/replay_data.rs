@@ -141,7 +141,8 @@ fn the_ground_is_that_of_the_trial() {
         ..Variation::default()
     };
     let disturbance = Disturbance { pushes: vec![push(1.0, 0.0)], variation, ..Disturbance::default() };
-    let film = Film::take(&bench.robot, &bench.factory, &config(1.0), disturbance, (Until::Decided, 0.0), &mut |_| {});
+    let film = Film::take(&bench.robot, &bench.factory, &config(1.0), disturbance, (Until::Decided, 0.0), &mut |_| {})
+        .unwrap();
     let file = written(&folder, &film, &head());
     let mut tab = browser.tab(800, 600, "light");
     tab.open(&file);

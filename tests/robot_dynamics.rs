@@ -284,7 +284,8 @@ fn the_simulation_obeys_them() {
                 count += 1.0;
             }
             before = Some((truth.posture.clone(), truth.velocity.clone()));
-        });
+        })
+        .unwrap();
         sums.map(|sum| sum / count)
     };
     let [coarse, fine] = [0.001, 0.00025].map(worst);

@@ -87,7 +87,8 @@ impl Bench {
         let record = episode::run(&self.robot, factory, &self.config, disturbance, self.config.until(), &mut |tick| {
             let zmp = tick.report.zmp_ref.unwrap_or_default();
             ticks.push([tick.dcm.x, tick.dcm.y, zmp.x, zmp.y, tick.dcm_outside_m].map(|v| v / length));
-        });
+        })
+        .unwrap();
         Motion { outcome: record.outcome, ticks }
     }
 }

@@ -15,7 +15,8 @@ fn course(bench: &Bench, physics_step_s: f64, heading: f64) -> (Record, Vec<Vect
     let config = EpisodeConfig { physics_step_s: PhysicsStep::all(physics_step_s), ..config(3.0) };
     let disturbance = Disturbance { pushes: vec![push(2.0, heading)], ..Disturbance::default() };
     let mut observe = |tick: &Tick| coms.push(tick.truth.com.coords);
-    let record = episode::run(&bench.robot, &bench.factory, &config, disturbance, Until::Horizon, &mut observe);
+    let record =
+        episode::run(&bench.robot, &bench.factory, &config, disturbance, Until::Horizon, &mut observe).unwrap();
     (record, coms)
 }
 

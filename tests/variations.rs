@@ -19,7 +19,7 @@ const NONE: Push = Push {
 
 fn run(bench: &Bench, variation: Variation, push: Push, horizon_s: f64, mut see: impl FnMut(&Tick)) -> Record {
     let disturbance = Disturbance { pushes: vec![push], variation, ..Disturbance::default() };
-    episode::run(&bench.robot, &bench.factory, &config(horizon_s), disturbance, Until::Horizon, &mut see)
+    episode::run(&bench.robot, &bench.factory, &config(horizon_s), disturbance, Until::Horizon, &mut see).unwrap()
 }
 
 /// Averages over the last 0.2 s of an episode without a push: force of the ground, and ZMP.

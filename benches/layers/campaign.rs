@@ -32,7 +32,7 @@ pub fn episode(c: &mut Criterion) {
             contest::load(gains).and_then(|set| set.prepare(&robot, config.control_period_s)).expect("built in");
         let run = || {
             let disturbance = trial::disturbance(&campaign, 0);
-            episode::run(&robot, &factory, config, disturbance, config.until(), &mut |_| {})
+            episode::run(&robot, &factory, config, disturbance, config.until(), &mut |_| {}).unwrap()
         };
         assert_eq!(run().outcome, outcome, "{name}");
         group.bench_function(name, |b| b.iter(run));

@@ -249,7 +249,7 @@ impl Again<'_> {
     fn record(&self, departures: &Departures) -> Record {
         let mut again = self.begun.with(&[0], self.pushes.clone()).expect("a gain set's controller can be copied");
         again.controllers().for_each(|controller| depart(controller, departures));
-        let record = again.finish().remove(0);
+        let record = again.finish().expect("a gain set has no process").remove(0);
         (self.on_episode)();
         record
     }

@@ -55,7 +55,7 @@ impl<'a> Partings<'a> {
                 return Err(Error::Interrupted);
             }
             let disturbance = || trial::disturbance(in_a, of.trial);
-            of.parting = parting(robot, &factories[set], [&in_a.episode, &in_b.episode], disturbance, limit_m);
+            of.parting = parting(robot, &factories[set], [&in_a.episode, &in_b.episode], disturbance, limit_m)?;
             of.traced = true;
             on_trial();
             Ok(())

@@ -20,6 +20,7 @@ use crate::robot::{Factory, Robot};
 use crate::sim::Engine;
 use rayon::ThreadPool;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::num::NonZeroU64;
 use std::path::Path;
 use std::time::Instant;
@@ -53,12 +54,16 @@ impl Plan {
         let entries: Vec<Listed> = campaign.gains.iter().map(|gains| Listed::split(gains)).collect();
         let (mut sources, mut beside) = (Vec::new(), Vec::new());
         let mut controllers = Vec::new();
-        let mut sets = Vec::new();
+        let (mut sets, mut not_kept) = (Vec::new(), BTreeMap::new());
         for entry in &entries {
             let source = assets::open(Kind::Controller, entry.base)?;
             let base = contest::read(&source)?;
             sources.push((base.name().to_string(), source));
             beside.push(base.files()?);
+            let lacks = base.not_kept();
+            if !lacks.is_empty() {
+                not_kept.insert(base.name().to_string(), lacks);
+            }
             let controller = entry.of(base)?;
             sets.push(controller.name().to_string());
             controllers.push(controller);
@@ -91,6 +96,7 @@ impl Plan {
             sets,
             totals,
             inputs: inputs.listed,
+            not_kept,
             campaign: resolved,
         };
         manifest.config_hash = manifest.hash()?;
@@ -192,10 +198,11 @@ impl Plan {
             return Ok(factories);
         }
         let lost = |factory: &Factory| {
-            let alone = Alone::run(&self.robot, factory, &campaign.episode, trial::as_designed(campaign));
-            alone.is_lost().then(|| Error::Falls { name: factory.name.clone(), how: alone.how_lost(&self.robot) })
+            let alone = Alone::run(&self.robot, factory, &campaign.episode, trial::as_designed(campaign))?;
+            let falls = || Error::Falls { name: factory.name.clone(), how: alone.how_lost(&self.robot) };
+            Ok(alone.is_lost().then(falls))
         };
-        Error::all(factories.par_iter().filter_map(lost).collect())?;
+        Error::all(factories.par_iter().map(lost).collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())?;
         Ok(factories)
     }
 
@@ -210,14 +217,14 @@ impl Plan {
     }
 
     /// Runs the episodes of a trial with some controllers, given by their numbers in ascending order. They go on from
-    /// `opening`, if there is one.
+    /// `opening`, if there is one. Errors are those of [`ClosedLoop::finish`].
     pub(crate) fn records(
         &self,
         factories: &[Factory],
         opening: Option<&ClosedLoop>,
         disturbance: Disturbance,
         sets: &[usize],
-    ) -> Vec<Record> {
+    ) -> Result<Vec<Record>> {
         if let Some(shared) = opening.and_then(|opening| opening.with(sets, disturbance.pushes.clone())) {
             return shared.finish();
         }
@@ -235,20 +242,21 @@ impl Plan {
         while trials == 0
             || trials < SAMPLE.min(self.manifest.campaign.trials) && start.elapsed().as_secs_f64() < LONG_S
         {
-            self.rows(&factories, None, trials, &all);
+            self.rows(&factories, None, trials, &all)?;
             trials += 1;
         }
         Ok(start.elapsed().as_secs_f64() / trials as f64)
     }
 
-    /// The rows of a trial with some controllers, given by their numbers in ascending order.
+    /// The rows of a trial with some controllers, given by their numbers in ascending order. Errors are those of
+    /// [`records`](Self::records).
     pub(super) fn rows(
         &self,
         factories: &[Factory],
         opening: Option<&ClosedLoop>,
         trial: u64,
         sets: &[usize],
-    ) -> Vec<TrialRow> {
+    ) -> Result<Vec<TrialRow>> {
         let Manifest { campaign, sets: names, .. } = &self.manifest;
         let (pushes, variation) = (trial::pushes(campaign, trial), trial::variation(campaign, trial));
         let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
@@ -256,27 +264,30 @@ impl Plan {
         let records = match campaign.synthetic {
             true => sets.iter().map(|&set| trial::synthetic(campaign, trial, set, hardness)).collect(),
             false => {
-                each_caught(sets, |sets| self.records(factories, opening, trial::disturbance(campaign, trial), sets))
+                each_caught(sets, |sets| self.records(factories, opening, trial::disturbance(campaign, trial), sets))?
             }
         };
         let row = |(&set, record): (&usize, Record)| {
-            let repeats = self.repeats(factories, trial, set, &record);
-            TrialRow { repeats, ..TrialRow::new(trial, &names[set], &pushes, no_step_n_s, variation, record) }
+            let repeats = self.repeats(factories, trial, set, &record)?;
+            Ok(TrialRow { repeats, ..TrialRow::new(trial, &names[set], &pushes, no_step_n_s, variation, record) })
         };
         sets.iter().zip(records).map(row).collect()
     }
 
     /// Whether a second run of a trial with a controller has the same record. None if it was not tried: that is done in one
     /// trial of [`TRIED_AGAIN`], with controllers that cannot be copied, since what they remember is not known here.
-    fn repeats(&self, factories: &[Factory], trial: u64, set: usize, record: &Record) -> Option<Repeats> {
+    fn repeats(&self, factories: &[Factory], trial: u64, set: usize, record: &Record) -> Result<Option<Repeats>> {
         let campaign = &self.manifest.campaign;
         if campaign.synthetic || !trial.is_multiple_of(TRIED_AGAIN) || factories[set].can_be_copied() {
-            return None;
+            return Ok(None);
         }
         let again = caught(|| self.records(factories, None, trial::disturbance(campaign, trial), &[set]));
         // As text, since NaN is not equal to itself.
-        let is_same = again.is_ok_and(|again| format!("{:?}", again[0]) == format!("{record:?}"));
-        Some(if is_same { Repeats::Yes } else { Repeats::No })
+        let is_same = match again {
+            Ok(again) => format!("{:?}", again?[0]) == format!("{record:?}"),
+            Err(_panic) => false,
+        };
+        Ok(Some(if is_same { Repeats::Yes } else { Repeats::No }))
     }
 
     /// Writes whose folder it is, with all that is needed to run it again: `campaign.toml` and its inputs.
@@ -297,10 +308,13 @@ impl Plan {
 }
 
 /// The records that `run` gives of some controllers. A panic is the outcome of the controller that caused it; the others are
-/// run again, each alone.
-pub(super) fn each_caught<T: Copy>(controllers: &[T], run: impl Fn(&[T]) -> Vec<Record>) -> Vec<Record> {
+/// run again, each alone. Errors are those of `run`.
+pub(super) fn each_caught<T: Copy>(
+    controllers: &[T],
+    run: impl Fn(&[T]) -> Result<Vec<Record>>,
+) -> Result<Vec<Record>> {
     let failed = |panic| Record { outcome: Outcome::Diverged, fall_cause: Some(panic), ..Record::default() };
-    let alone = |one: &T| caught(|| run(&[*one])).map_or_else(failed, |mut records| records.remove(0));
+    let alone = |one: &T| caught(|| run(&[*one])).map_or_else(|panic| Ok(failed(panic)), |ran| Ok(ran?.remove(0)));
     caught(|| run(controllers)).unwrap_or_else(|_| controllers.iter().map(alone).collect())
 }
 
@@ -317,7 +331,7 @@ fn make_executable(path: &Path) -> Result<()> {
 /// A pool of so many threads; 0 means one for each core.
 pub(crate) fn pool(threads: usize) -> Result<ThreadPool> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|e| Error::Numeric { what: "threads".into(), problem: e.to_string() })
+    pool.map_err(|e| Error::Machine(format!("{threads} threads cannot be started: {e}")))
 }
 
 /// Fails if the name of a controller cannot be the name of a file, or if two sets have the same name.
@@ -417,8 +431,8 @@ pub(super) mod tests {
         let gains = ["hold", "fixed"].map(String::from).to_vec();
         let plan = Plan::new(&Campaign::load("smoke", &Overrides { gains, ..short(&[]) }).unwrap()).unwrap();
         let factories = plan.factories().unwrap();
-        let rows = plan.rows(&factories[..1], None, 3, &[0, 1]);
-        assert_eq!(rows[0], plan.rows(&factories, None, 3, &[0])[0]);
+        let rows = plan.rows(&factories[..1], None, 3, &[0, 1]).unwrap();
+        assert_eq!(rows[0], plan.rows(&factories, None, 3, &[0]).unwrap()[0]);
         assert_eq!((&rows[1].set[..], rows[1].record.outcome), ("fixed", Outcome::Diverged));
         let cause = rows[1].record.fall_cause.as_ref().unwrap();
         assert!(cause.starts_with("panic: index out of bounds"), "{cause}");

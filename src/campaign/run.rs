@@ -196,7 +196,7 @@ impl<'a> Work<'a> {
             if watch.stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            let rows = self.plan.rows(factories, opening, trial, &block.sets);
+            let rows = self.plan.rows(factories, opening, trial, &block.sets)?;
             rows.iter().for_each(|_| (watch.on_episode)());
             let Some(rows) = block.put(trial, rows) else { return Ok(()) };
             self.folder.check_owner()?;

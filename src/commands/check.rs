@@ -66,8 +66,8 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
     factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
     let quiet = || campaign.as_ref().map(trial::as_designed).unwrap_or_default();
     let contract = args.contract.as_ref().map(|path| contract::repeated(path, &*factory.start(0))).transpose()?;
-    let [first, second] = [(); 2].map(|()| Alone::run(&robot, &factory, &config, quiet()));
-    let third = Alone::run(&robot, &prepare()?, &config, quiet());
+    let alone = |factory: &_| Alone::run(&robot, factory, &config, quiet());
+    let (first, second, third) = (alone(&factory)?, alone(&factory)?, alone(&prepare()?)?);
     let (again, anew) = (first.differs(&second), first.differs(&third));
     let tried = Tried { robot: &robot, factory: &factory, config: &config, alone: &first, again, anew, contract };
     print(&if args.json { render::json(&tried.json()) } else { tried.text() })?;

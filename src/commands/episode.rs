@@ -189,7 +189,10 @@ impl<'a> Case<'a> {
         } else {
             let run = |disturbance: Disturbance, aftermath_s, observe: &mut dyn FnMut(&Tick)| {
                 let closed_loop = ClosedLoop::new(robot, [factory], config, disturbance);
-                closed_loop.until(config.until(), aftermath_s).watched(&mut |_, tick| observe(tick)).remove(0)
+                closed_loop
+                    .until(config.until(), aftermath_s)
+                    .watched(&mut |_, tick| observe(tick))
+                    .map(|mut records| records.remove(0))
             };
             self.watched(disturbance, outputs, 0.0, run, Record::clone)?.0
         };
@@ -258,7 +261,7 @@ impl<'a> Case<'a> {
         disturbance: Disturbance,
         outputs: &OutputArgs,
         aftermath_s: f64,
-        run: impl FnOnce(Disturbance, f64, &mut dyn FnMut(&Tick)) -> T,
+        run: impl FnOnce(Disturbance, f64, &mut dyn FnMut(&Tick)) -> Result<T>,
         record_of: impl Fn(&T) -> Record,
     ) -> Result<(Told<'a>, T)> {
         let Self { robot, factory, config } = *self;
@@ -278,7 +281,7 @@ impl<'a> Case<'a> {
             table.iter_mut().for_each(|(_, trace)| trace.push(tick));
             plot.iter_mut().for_each(|plot| plot.push(robot, tick));
         };
-        let ran = run(disturbance, outputs.aftermath_s(aftermath_s), &mut observe);
+        let ran = run(disturbance, outputs.aftermath_s(aftermath_s), &mut observe)?;
         let units = Units::of(robot);
         let told = Told { factory, config, units, pushes, variation, record: record_of(&ran), witness };
         mcap.map_or(Ok(()), McapTrace::finish)?;

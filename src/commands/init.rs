@@ -121,7 +121,7 @@ fn stands(robot: &Robot) -> Result<Result<[f64; 2], String>> {
     let units = Units::of(robot);
     let config = EpisodeConfig { horizon_s: MOMENT * units.time_s(), ..EpisodeConfig::of(&units) };
     let stiff = contest::load("hold")?.prepare(robot, config.control_period_s)?;
-    let alone = Alone::run(robot, &stiff, &config, Disturbance::default());
+    let alone = Alone::run(robot, &stiff, &config, Disturbance::default())?;
     if !alone.is_lost() {
         return Ok(Ok(alone.carried.map(|share| 100.0 * share)));
     }

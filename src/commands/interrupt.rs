@@ -1,5 +1,5 @@
 //! Ctrl-C (SIGINT) and termination (SIGTERM, or SIGHUP when its terminal goes). The first lets the running episodes end, so
-//! that finished work is kept; the second ends the program at once.
+//! that finished work is kept, but for those that wait for the answer of a process; the second ends the program at once.
 //!
 //! A cluster terminates a task that has reached its time limit, or whose node is needed for something else. Such a task
 //! has done nothing wrong, and is to be run again, which its exit code says.
@@ -12,30 +12,30 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Set by the first signal.
-pub static STOP: AtomicBool = AtomicBool::new(false);
+pub use crate::contest::STOP;
+
 /// Whether that was a termination.
 static TERMINATED: AtomicBool = AtomicBool::new(false);
 
 /// From now on the first signal sets [`STOP`], and the second ends the program at once.
 pub fn stop_on_ctrl_c() {
     let hangup = (!is_hangup_ignored()).then_some(SIGHUP);
-    let mut signals = match Signals::new([SIGINT, SIGTERM].into_iter().chain(hangup)) {
-        Ok(signals) => signals,
-        Err(e) => {
-            log::warn!("Ctrl-C cannot be caught ({e}): it ends the program at once, and the running episodes are lost");
-            return;
-        }
-    };
-    std::thread::spawn(move || {
-        for signal in signals.forever() {
-            TERMINATED.fetch_or(signal != SIGINT, Ordering::Relaxed);
-            if STOP.swap(true, Ordering::Relaxed) {
-                std::process::exit(exit_code(&Error::Interrupted).into());
+    let handled = |mut signals: Signals| {
+        let handle = move || {
+            for signal in signals.forever() {
+                TERMINATED.fetch_or(signal != SIGINT, Ordering::Relaxed);
+                if STOP.swap(true, Ordering::Relaxed) {
+                    std::process::exit(exit_code(&Error::Interrupted).into());
+                }
+                let again = if signal == SIGINT { "; press Ctrl-C again to end at once" } else { "" };
+                alert(&format!("stopping as soon as what is running ends{again}"));
             }
-            let again = if signal == SIGINT { "; press Ctrl-C again to end at once" } else { "" };
-            alert(&format!("stopping as soon as what is running ends{again}"));
-        }
-    });
+        };
+        std::thread::Builder::new().spawn(handle)
+    };
+    if let Err(e) = Signals::new([SIGINT, SIGTERM].into_iter().chain(hangup)).and_then(handled) {
+        log::warn!("Ctrl-C cannot be caught ({e}): it ends the program at once, and the running episodes are lost");
+    }
 }
 
 /// Says of a search that was interrupted that nothing of it is kept.

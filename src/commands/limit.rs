@@ -112,7 +112,7 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     let count = searches.iter().map(Searches::count).sum();
     if args.check.check {
         let word = if count == 1 { "search" } else { "searches" };
-        let takes = duration(searches.iter().map(Searches::estimated_s).sum());
+        let takes = duration(searches.iter().map(Searches::estimated_s).sum::<Result<f64>>()?);
         return fine(&format!(
             "campaign {}: {count} {word} to run; that takes some {takes} on this machine",
             campaigns[0].name

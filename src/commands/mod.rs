@@ -62,7 +62,7 @@ positively invariant sets).
 
 Exit codes: 0 done, 1 error, 2 wrong input, 3 a result that is missing,
 incomplete or does not belong here, 75 try again (terminated, disk full, folder
-in use), 100 a gate failed, 130 interrupted"
+in use, no more open files), 100 a gate failed, 130 interrupted"
 )]
 struct Cli {
     /// Print results, warnings and errors, but no progress and no notes

@@ -3,6 +3,7 @@
 
 use super::terminal::{is_quiet, make_way_for, note};
 use crate::campaign::verdict::so_far::SoFar;
+use crate::foreign::harmless;
 use crate::render::text::layout::{wrapped, wrapped_to};
 use crate::render::text::so_far;
 use console::Term;
@@ -132,7 +133,7 @@ impl Progress {
         let told = so_far::sentence(found);
         if let (Some(bar), false) = (&self.bar, told.is_empty()) {
             bar.set_style(style("{prefix}\n{wide_bar} {msg}"));
-            bar.set_prefix(wrapped_to(columns().min(80), "", &told).trim_end().to_string());
+            bar.set_prefix(wrapped_to(columns().min(80), "", &harmless(&told)).trim_end().to_string());
             // This draws at once; the changes of single episodes are not all drawn.
             return bar.suspend(|| {});
         }

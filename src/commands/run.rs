@@ -103,6 +103,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     };
     let gates = folders.iter().map(gates).collect::<Result<Vec<_>>>()?;
     let options = RunOptions { threads: args.threads, shard: args.shard, untried: args.untried };
+    // Of two engines, both have the same controllers.
+    folders[0].manifest.told_not_kept().iter().for_each(|told| tell("warning: ", told));
     stop_on_ctrl_c();
     let of_each = plans.iter().zip(&folders).zip(&gates);
     let works = of_each.map(|((plan, folder), gates)| Work::new(plan, folder, options, gates.as_ref()));
@@ -194,7 +196,7 @@ pub(super) fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool)
     };
     let run = work.run(&Watch { stop: &STOP, on_episode: &on_episode, on_part: &on_part, on_look: &on_look });
     progress.iter().for_each(Progress::finish);
-    if let (Err(Error::Interrupted), Some(progress)) = (&run, &progress) {
+    if let (Err(Error::Interrupted | Error::Machine(_)), Some(progress)) = (&run, &progress) {
         let (there, all, left) = (all - missing, work.all_episodes(), work.episodes());
         let lost = progress.done().saturating_sub((all - left).saturating_sub(there));
         let lost = match lost {
@@ -205,7 +207,8 @@ pub(super) fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool)
             }
         };
         let kept = format!("{} of {all} episodes are kept.{lost}", all - left);
-        warn("interrupted: ", &format!("{kept} The same command goes on from there, and so does:"));
+        let ended = if let Err(Error::Machine(_)) = run { "incomplete: " } else { "interrupted: " };
+        warn(ended, &format!("{kept} The same command goes on from there, and so does:"));
         let shard = work.shard.map_or(String::new(), |shard| format!(" --shard {shard}"));
         alert(&format!("  {}{shard}", folder.resume_command()));
     }

@@ -2,6 +2,7 @@
 
 use crate::contest::kept::{Kept, Made};
 use crate::error::{Error, Result};
+use crate::foreign::harmless;
 use crate::render::text::layout::wrapped;
 use indicatif::ProgressBar;
 use log::{Level, Log, Metadata, Record};
@@ -14,11 +15,11 @@ use std::sync::{Mutex, PoisonError};
 /// The progress bar that is on the terminal. It is taken away while a note is printed.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// Prints to the standard output, and gives the exit code of a command that ends with that. It is no error if the reader
-/// has gone, as in `| head`.
+/// Prints to the standard output, where no foreign text commands the terminal, and gives the exit code of a command that ends
+/// with that. It is no error if the reader has gone, as in `| head`.
 pub fn print(text: &str) -> Result<ExitCode> {
     let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(harmless(text).as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::Write { path: "standard output".into(), source: e }),
         _ => Ok(ExitCode::SUCCESS),
     }
@@ -36,7 +37,7 @@ pub fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Prints a line to the standard error, unless only warnings and errors are told.
+/// Prints a line to the standard error, as harmless as [`print`] does, unless only warnings and errors are told.
 pub fn note(line: &str) {
     if !is_quiet() {
         alert(line);
@@ -46,7 +47,7 @@ pub fn note(line: &str) {
 /// Prints a line of a warning or an error to the standard error. If that fails, nobody can be told, and the work goes on.
 pub fn alert(line: &str) {
     above_the_bar(|| {
-        let _ = writeln!(std::io::stderr().lock(), "{line}");
+        let _ = writeln!(std::io::stderr().lock(), "{}", harmless(line));
     });
 }
 
@@ -57,7 +58,7 @@ fn above_the_bar(write: impl FnOnce()) {
     }
 }
 
-/// Logs by another logger, but each warning only once: that of a robot would else come again with every replay of it.
+/// Logs by another logger, as harmless as [`print`] prints, but each warning only once: that of a robot would else come again with every replay of it.
 pub struct Once<L> {
     logger: L,
     told: Mutex<HashSet<String>>,
@@ -75,10 +76,16 @@ impl<L: Log> Log for Once<L> {
     }
 
     fn log(&self, record: &Record) {
-        let is_new = || self.told.lock().unwrap_or_else(PoisonError::into_inner).insert(record.args().to_string());
+        let text = record.args().to_string();
+        let is_new = || self.told.lock().unwrap_or_else(PoisonError::into_inner).insert(text.clone());
         // Whoever asks for more than warnings wants all of it.
         if self.enabled(record.metadata()) && (record.level() > Level::Warn || is_new()) {
-            above_the_bar(|| self.logger.log(record));
+            let shown = harmless(&text);
+            let (metadata, module) = (record.metadata().clone(), record.module_path());
+            above_the_bar(|| {
+                let args = format_args!("{shown}");
+                self.logger.log(&Record::builder().metadata(metadata).module_path(module).args(args).build());
+            });
         }
     }
 

@@ -50,6 +50,7 @@
 
 mod beside;
 mod child;
+mod command;
 mod cpi;
 pub mod kept;
 mod kinds;
@@ -70,6 +71,7 @@ use crate::robot::{Controller, Factory};
 use std::any::Any;
 use variant::Listed;
 
+pub use child::STOP;
 pub use kinds::read;
 pub use settings::{Own, Settings};
 

@@ -5,7 +5,8 @@
 //! replaced, and its episode ends as failed, with the cause.
 
 use super::beside;
-use super::child::{Talker, in_short};
+use super::child::{Talker, Trouble, in_short, shortened};
+use super::command::Followed;
 use super::kept;
 use super::settings::{Settings, about, check_name};
 use super::tunable::Tunable;
@@ -14,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::robot::{Command, Controller, Factory, Note, PerFoot, Report, Robot, Sensed, TickError, Wrench};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -23,9 +24,16 @@ use toml::Table;
 
 /// The version of the protocol.
 const PROTOCOL: u64 = 1;
+/// What traces, replays and results keep of an episode: longest phase and name (characters), most numbers of a tick, most
+/// names of numbers and most phases of an episode.
+const MOST_LETTERS: usize = 100;
+const MOST_NUMBERS: usize = 100;
+const MOST_PHASES: usize = 1000;
 /// Longest time for which an answer is waited for (s), and that for the first answer, before which a program is loaded.
 const MOST_TIMEOUT_S: f64 = 1000.0;
 const START: Duration = Duration::from_secs(30);
+/// How much is told of why a child gives up, or why its answer cannot be read (characters).
+const MOST_WORDS: usize = 1000;
 
 /// What its file states.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -69,10 +77,14 @@ impl Process {
         Error::value(&self.file, field, value.to_string(), problem.to_string(), accepted.to_string())
     }
 
+    fn followed(&self) -> Followed {
+        Followed::of(&beside::folder(&self.file), &self.command, &self.files)
+    }
+
     /// Starts a child and greets it.
-    fn start(&self, hello: &str) -> Result<Talker, String> {
+    fn start(&self, hello: &str) -> Result<Talker, Trouble> {
         let (folder, [program, args @ ..]) = (beside::folder(&self.file), &self.command[..]) else {
-            return Err("there is no command".into());
+            return Err("there is no command".to_string().into());
         };
         // A path is one in the folder of the file; a plain name is searched for as usual.
         let program = match Path::new(program).components().count() {
@@ -88,7 +100,7 @@ impl Process {
             .map_err(|e| format!("does not answer the greeting as it should ({e}): {}", in_short(&answer)))?;
         match hello.protocol {
             PROTOCOL => Ok(talker),
-            other => Err(format!("speaks version {other} of the protocol; accepted: {PROTOCOL}")),
+            other => Err(format!("speaks version {other} of the protocol; accepted: {PROTOCOL}").into()),
         }
     }
 }
@@ -133,14 +145,13 @@ impl Settings for Process {
         Table::try_from(self).expect("it was read from a table")
     }
 
-    /// The arguments that are files in the folder of the controller's file, and the files that it lists.
+    /// What the command refers to in the folder of the controller's file, and the files that it lists.
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
-        let folder = beside::folder(&self.file);
-        let of_command = self.command.iter().filter(|word| beside::is_inside(word) && folder.join(word).is_file());
-        let mut names: Vec<&String> = of_command.chain(&self.files).collect();
-        names.sort();
-        names.dedup();
-        names.into_iter().map(|name| beside::read(&self.file, "files", name)).collect()
+        self.followed().kept.iter().map(|name| beside::read(&self.file, "files", name)).collect()
+    }
+
+    fn not_kept(&self) -> Vec<String> {
+        self.followed().not_kept.into_iter().collect()
     }
 
     fn is_program(&self) -> bool {
@@ -158,9 +169,13 @@ impl Settings for Process {
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory> {
         kept::check(&self.file, &self.command)?;
         let hello = line(&hello(robot, period_s, &self.parameters));
-        let first = self.start(&hello).map_err(|problem| {
-            let accepted = "a program that speaks the protocol of the guide's chapter process.md";
-            self.bad("command", self.command.join(" "), &problem, accepted)
+        let first = self.start(&hello).map_err(|trouble| match trouble {
+            Trouble::OfChild(problem) => {
+                let accepted = "a program that speaks the protocol of the guide's chapter process.md";
+                self.bad("command", self.command.join(" "), &problem, accepted)
+            }
+            Trouble::OfMachine(problem) => Error::Machine(problem),
+            Trouble::Stopped => Error::Interrupted,
         })?;
         let shared = Arc::new(Shared { settings: self.clone(), hello, idle: Mutex::new(vec![first]) });
         let start = move |seed| Remote {
@@ -169,6 +184,8 @@ impl Settings for Process {
             talker: None,
             phase: "starting".into(),
             numbers: Map::new(),
+            phases: BTreeSet::new(),
+            names: BTreeSet::new(),
         };
         Ok(Factory::new(&self.name, about(&self.description, &self.command.join(" ")), start))
     }
@@ -196,11 +213,14 @@ struct Remote {
     talker: Option<Talker>,
     phase: String,
     numbers: Map<String, Value>,
+    /// All phases and all names of numbers of this episode so far.
+    phases: BTreeSet<String>,
+    names: BTreeSet<String>,
 }
 
 impl Remote {
     /// A child that is ready for this episode: one that served another, or a new one.
-    fn begin(&self, limit: Duration) -> Result<Talker, String> {
+    fn begin(&self, limit: Duration) -> Result<Talker, Trouble> {
         let idle = self.shared.idle().pop();
         let mut talker = idle.map_or_else(|| self.shared.settings.start(&self.shared.hello), Ok)?;
         // Every bit of a seed counts, and many languages have numbers of 53 bits.
@@ -209,18 +229,48 @@ impl Remote {
         if said["type"] == "ready" {
             Ok(talker)
         } else {
-            Err(format!("does not answer `reset` with `ready`: {}", in_short(&answer)))
+            Err(format!("does not answer `reset` with `ready`: {}", in_short(&answer)).into())
         }
     }
 
-    fn ask(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), String> {
+    /// Fails if a phase or the numbers are more than traces, replays and results keep.
+    fn check_told(&mut self, answer: &Answer) -> Result<(), String> {
+        let count = answer.numbers.len();
+        if count > MOST_NUMBERS {
+            return Err(format!("answered with {count} `numbers`; accepted: up to {MOST_NUMBERS}"));
+        }
+        let kinds = [
+            ("phase", "phases", &mut self.phases, MOST_PHASES, answer.phase.iter().collect::<Vec<_>>()),
+            ("name in `numbers`", "names in `numbers`", &mut self.names, MOST_NUMBERS, answer.numbers.keys().collect()),
+        ];
+        for (one, many, told, most, new) in kinds {
+            if let Some(long) = new.iter().find(|text| text.chars().count() > MOST_LETTERS) {
+                let length = long.chars().count();
+                return Err(format!("answered with a {one} of {length} characters; accepted: up to {MOST_LETTERS}"));
+            }
+            for text in new {
+                if !told.contains(text) {
+                    told.insert(text.clone());
+                }
+            }
+            if told.len() > most {
+                return Err(format!(
+                    "answered with more than {most} different {many} in an episode; accepted: up to {most}"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn ask(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), Trouble> {
         let limit = Duration::from_secs_f64(self.shared.settings.timeout_s);
         let mut talker = self.talker.take().map_or_else(|| self.begin(limit), Ok)?;
         let text = talker.ask(&line(&Reading::of(sensed)), limit)?;
         let answer: Answer = serde_json::from_str(&text).map_err(|e| nonsense(&text, &e))?;
         if let Some(error) = answer.error {
-            return Err(format!("gives up: {error}"));
+            return Err(format!("gives up: {}", shortened(&error, MOST_WORDS)).into());
         }
+        self.check_told(&answer)?;
         command.q_ref = answer.q_ref;
         let zeros = || vec![0.0; command.q_ref.len()];
         (command.dq_ref, command.tau_ff) = (answer.dq_ref.unwrap_or_else(zeros), answer.tau_ff.unwrap_or_else(zeros));
@@ -237,8 +287,11 @@ impl Remote {
 
 impl Controller for Remote {
     fn tick(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), TickError> {
-        self.ask(sensed, command)
-            .map_err(|problem| TickError::Failed(format!("{} {problem}", self.shared.settings.name)))
+        self.ask(sensed, command).map_err(|trouble| match trouble {
+            Trouble::OfChild(problem) => TickError::Failed(format!("{} {problem}", self.shared.settings.name)),
+            Trouble::OfMachine(problem) => TickError::Machine(problem),
+            Trouble::Stopped => TickError::Interrupted,
+        })
     }
 
     fn report(&self) -> Report {
@@ -261,6 +314,7 @@ impl Drop for Remote {
 }
 
 fn nonsense(answer: &str, error: &serde_json::Error) -> String {
+    let error = shortened(&error.to_string(), MOST_WORDS);
     format!("answered with something else than a command ({error}): {}", in_short(answer))
 }
 

@@ -42,6 +42,11 @@ pub trait Settings: Any + Debug + Send + Sync {
         false
     }
 
+    /// What the controller depends on that is not among these files, in words of its file: paths to elsewhere, programs.
+    fn not_kept(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// The numbers that are worth tuning, each with a range that is worth searching.
     fn tunables(&self) -> Vec<Tunable> {
         Vec::new()

@@ -4,6 +4,7 @@
 use super::closed_loop::run;
 use super::config::{Disturbance, EpisodeConfig, Until};
 use super::record::{Outcome, Record};
+use crate::error::Result;
 use crate::robot::{Command, Factory, Foot, Robot, Units};
 use std::time::Instant;
 
@@ -34,8 +35,8 @@ struct Ticked {
 }
 
 impl Alone {
-    /// Runs an episode without pushes, up to a fall or the horizon.
-    pub fn run(robot: &Robot, factory: &Factory, config: &EpisodeConfig, disturbance: Disturbance) -> Self {
+    /// Runs an episode without pushes, up to a fall or the horizon. Errors are those of [`ClosedLoop::finish`](super::ClosedLoop::finish).
+    pub fn run(robot: &Robot, factory: &Factory, config: &EpisodeConfig, disturbance: Disturbance) -> Result<Self> {
         let quiet = Disturbance { pushes: Vec::new(), ..disturbance };
         let (mut ticks, mut late_com_speed_m_s, began) = (Vec::new(), 0.0_f64, Instant::now());
         let (mut observed, mut carried) = (Vec::new(), [0.0; 2]);
@@ -53,13 +54,14 @@ impl Alone {
                 let (time_s, q, command) = (tick.truth.time_s, tick.truth.posture.q.clone(), tick.command.clone());
                 ticks.push(Ticked { time_s, q, command });
             }
-        });
+        })?;
         let tick_s = began.elapsed().as_secs_f64() / ticks.len().max(1) as f64;
         let leaves = |Ticked { time_s, q, .. }: &Ticked| {
             let far = |(i, angle): (usize, &f64)| ((angle - robot.home_rad[i]).abs() > LEAVES_RAD).then_some(i);
             Some((q.iter().enumerate().find_map(far)?, *time_s))
         };
-        Self { record, left_first: ticks.iter().find_map(leaves), late_com_speed_m_s, carried, observed, tick_s, ticks }
+        let left_first = ticks.iter().find_map(leaves);
+        Ok(Self { record, left_first, late_com_speed_m_s, carried, observed, tick_s, ticks })
     }
 
     /// Whether the robot fell, or the controller failed.
@@ -135,7 +137,8 @@ mod tests {
         let ticks = Arc::new(AtomicU64::new(0));
         let factory = Factory::new("forgetful", "remembers", move |_seed| Forgetful(Arc::clone(&ticks)));
         // Some 51 ticks each: the second episode has the odd one, and the third does not.
-        let [first, second, third] = [(); 3].map(|()| Alone::run(&robot, &factory, &config, Disturbance::default()));
+        let [first, second, third] =
+            [(); 3].map(|()| Alone::run(&robot, &factory, &config, Disturbance::default()).unwrap());
         let (at_s, what) = first.differs(&second).unwrap();
         assert!(at_s > 0.0 && at_s < 0.1 && what == "its command", "{at_s} s: {what}");
         assert_eq!(first.differs(&third), None);

@@ -11,7 +11,8 @@ use super::config::{Disturbance, EpisodeConfig, Until};
 use super::record::Record;
 use super::referee::Referee;
 use super::tick::{Failure, Tick};
-use crate::robot::{Command, Controller, Factory, Robot, Sensed, Units};
+use crate::error::{Error, Result};
+use crate::robot::{Command, Controller, Factory, Robot, Sensed, TickError, Units};
 use crate::sim::{Ground, Plant, Pull, Push, Truth};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -26,6 +27,8 @@ pub struct ClosedLoop<'a> {
     branches: Vec<Branch<'a>>,
     /// The records of the episodes that have ended, in the order of the controllers.
     records: Vec<Option<Record>>,
+    /// Why an episode ended without an outcome.
+    no_outcome: Option<TickError>,
     /// The next tick to run.
     tick: u64,
 }
@@ -54,10 +57,12 @@ struct Pilot<'a> {
     command: Command,
     /// What went wrong, if anything did. Then the episode is over.
     failure: Option<Failure>,
+    /// What went wrong, if it says nothing about the controller.
+    no_outcome: Option<TickError>,
 }
 
 /// Runs one episode of `robot`, for which the controller is made, with the variation and the pushes of `disturbance`.
-/// The same arguments give the same record, to the bit.
+/// The same arguments give the same record, to the bit. Errors are those of [`ClosedLoop::finish`].
 pub fn run(
     robot: &Robot,
     factory: &Factory,
@@ -65,9 +70,9 @@ pub fn run(
     disturbance: Disturbance,
     until: Until,
     observe: &mut dyn FnMut(&Tick),
-) -> Record {
+) -> Result<Record> {
     let closed_loop = ClosedLoop::new(robot, [factory], config, disturbance);
-    closed_loop.until(until, 0.0).watched(&mut |_, tick| observe(tick)).remove(0)
+    Ok(closed_loop.until(until, 0.0).watched(&mut |_, tick| observe(tick))?.remove(0))
 }
 
 impl<'a> ClosedLoop<'a> {
@@ -94,13 +99,20 @@ impl<'a> ClosedLoop<'a> {
             let Branch { plant, episodes } = &mut branches[branch];
             episodes.push(Episode {
                 index,
-                pilot: Pilot { robot, omega, controller: factory.start(seed), command: home.clone(), failure: None },
+                pilot: Pilot {
+                    robot,
+                    omega,
+                    controller: factory.start(seed),
+                    command: home.clone(),
+                    failure: None,
+                    no_outcome: None,
+                },
                 referee: Referee::new(plant.robot(), config, &pushes),
                 decided_at_s: None,
             });
         }
         let records = vec![None; factories.len()];
-        Self { config, until: config.until(), aftermath_s: 0.0, pushes, branches, records, tick: 0 }
+        Self { config, until: config.until(), aftermath_s: 0.0, pushes, branches, records, no_outcome: None, tick: 0 }
     }
 
     /// The same, where episodes are decided as `until` says and go on for `aftermath_s` (s) after that, but not beyond the
@@ -135,28 +147,40 @@ impl<'a> ClosedLoop<'a> {
             record.take_if(|_| !controllers.contains(&index));
         }
         let Self { config, until, aftermath_s, tick, .. } = *self;
-        Some(Self { config, until, aftermath_s, pushes, branches, records, tick })
+        let no_outcome = self.no_outcome.clone();
+        Some(Self { config, until, aftermath_s, pushes, branches, records, no_outcome, tick })
     }
 
-    /// Runs all episodes to their ends, and returns their records in the order of the controllers.
-    pub fn finish(self) -> Vec<Record> {
+    /// Runs all episodes to their ends, and returns their records in the order of the controllers. Errors: the machine lacks
+    /// what a controller needs, or somebody asked to stop while one was waited for. Then no episode has an outcome.
+    pub fn finish(self) -> Result<Vec<Record>> {
         self.watched(&mut |_, _| {})
     }
 
     /// Does the same, and shows every tick of every controller, given by its number, to `observe`.
-    pub fn watched(mut self, observe: &mut dyn FnMut(usize, &Tick)) -> Vec<Record> {
+    pub fn watched(mut self, observe: &mut dyn FnMut(usize, &Tick)) -> Result<Vec<Record>> {
         let ticks = (self.config.horizon_s / self.config.control_period_s).round() as u64;
         while self.decide(observe) && self.tick < ticks {
             self.advance();
         }
+        self.has_outcomes()?;
         for episode in self.branches.into_iter().flat_map(|branch| branch.episodes) {
             self.records[episode.index] = Some(episode.referee.finish());
         }
-        self.records.into_iter().flatten().collect()
+        Ok(self.records.into_iter().flatten().collect())
+    }
+
+    /// Fails if an episode ended without an outcome, as [`finish`](Self::finish) does.
+    pub fn has_outcomes(&self) -> Result<()> {
+        match &self.no_outcome {
+            None => Ok(()),
+            Some(TickError::Interrupted) => Err(Error::Interrupted),
+            Some(error) => Err(Error::Machine(error.to_string())),
+        }
     }
 
     /// Runs the controllers for the present tick. Episodes that are over end, and controllers part whose commands differ.
-    /// Returns false if no episode is left. To be called once per control period, before [`advance`](Self::advance).
+    /// Returns false if no episode is left, or if one has ended without an outcome. To be called once per control period, before [`advance`](Self::advance).
     pub fn decide(&mut self, observe: &mut dyn FnMut(usize, &Tick)) -> bool {
         for Branch { mut plant, episodes } in std::mem::take(&mut self.branches) {
             let sensed = plant.sense();
@@ -172,6 +196,7 @@ impl<'a> ClosedLoop<'a> {
                 let ends_s = episode.decided_at_s.map(|at_s| at_s + self.aftermath_s);
                 if tick.is_broken() || ends_s.is_some_and(|ends_s| tick.truth.time_s >= ends_s) {
                     self.records[episode.index] = Some(episode.referee.finish());
+                    self.no_outcome = self.no_outcome.take().or(episode.pilot.no_outcome);
                     continue;
                 }
                 match parted.iter_mut().find(|others| others[0].pilot.command.is_same(&episode.pilot.command)) {
@@ -183,7 +208,7 @@ impl<'a> ClosedLoop<'a> {
             self.branches.extend(parted.into_iter().map(|episodes| Branch { plant: plant.clone(), episodes }));
             self.branches.extend(last.map(|episodes| Branch { plant, episodes }));
         }
-        !self.branches.is_empty()
+        !self.branches.is_empty() && self.no_outcome.is_none()
     }
 
     /// Simulates the control period that follows.
@@ -236,9 +261,9 @@ impl<'a> Episode<'a> {
         let Self { index, pilot, referee, decided_at_s } = self;
         let mut referee = referee.clone();
         referee.expect(pushes);
-        let Pilot { robot, omega, controller, command, failure } = pilot;
-        let (command, failure) = (command.clone(), failure.clone());
-        let pilot = Pilot { robot, omega: *omega, controller: controller.fork()?, command, failure };
+        let Pilot { robot, omega, controller, command, failure, no_outcome } = pilot;
+        let (command, failure, no_outcome) = (command.clone(), failure.clone(), no_outcome.clone());
+        let pilot = Pilot { robot, omega: *omega, controller: controller.fork()?, command, failure, no_outcome };
         Some(Self { index: *index, pilot, referee, decided_at_s: *decided_at_s })
     }
 }
@@ -246,14 +271,17 @@ impl<'a> Episode<'a> {
 impl Pilot<'_> {
     /// Decides from the readings of this tick. `truth` is the state at which they were taken.
     fn tick<'t>(&'t mut self, sensed: &Sensed, truth: &'t Truth) -> Tick<'t> {
-        let Self { robot, omega, controller, command, failure } = self;
+        let Self { robot, omega, controller, command, failure, no_outcome } = self;
         // If the controller refuses its readings, the last command holds. A state with a NaN ends the episode as diverged.
         if failure.is_none() {
             let joints = robot.joints.len();
             let ticked = caught(|| controller.tick(sensed, command).and_then(|()| Ok(command.check(joints)?)));
             match ticked {
                 Ok(Ok(())) => {}
-                Ok(Err(error)) if error.is_final() => *failure = Some(Failure::OfController(error.to_string())),
+                Ok(Err(error)) if error.is_final() => {
+                    *failure = Some(Failure::OfController(error.to_string()));
+                    *no_outcome = Some(error).filter(TickError::is_no_outcome);
+                }
                 Ok(Err(error)) => log::debug!("{:.3} s: {error}", truth.time_s),
                 Err(panic) => *failure = Some(Failure::OfController(panic)),
             }
@@ -337,7 +365,7 @@ mod tests {
         ];
         for (wrong, cause) in cases {
             let faulty = Factory::new("faulty", "fails", move |_| Faulty { tick: 0, wrong });
-            let record = run(&robot, &faulty, &config, Disturbance::default(), Until::Horizon, &mut |_| {});
+            let record = run(&robot, &faulty, &config, Disturbance::default(), Until::Horizon, &mut |_| {}).unwrap();
             if cause.is_empty() {
                 assert_eq!((record.outcome, record.fall_cause), (Outcome::TimedOut, None), "the last command holds");
                 continue;

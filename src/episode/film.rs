@@ -5,6 +5,7 @@ use super::config::{Disturbance, EpisodeConfig, Until};
 use super::record::Record;
 use super::snapshot::Snapshot;
 use super::tick::Tick;
+use crate::error::Result;
 use crate::robot::{Factory, Robot};
 use crate::sim::{Engine, Ground, Push};
 use std::f64::consts::TAU;
@@ -41,7 +42,7 @@ impl Film {
     }
 
     /// Runs an episode as [`super::run()`] does, until it is decided and for `aftermath_s` (s) after that, but not beyond
-    /// its horizon. `observe` sees every tick.
+    /// its horizon. `observe` sees every tick. Errors are those of [`ClosedLoop::finish`].
     pub fn take(
         robot: &Robot,
         factory: &Factory,
@@ -49,7 +50,7 @@ impl Film {
         disturbance: Disturbance,
         (until, aftermath_s): (Until, f64),
         observe: &mut dyn FnMut(&Tick),
-    ) -> Self {
+    ) -> Result<Self> {
         let (variation, pushes) = (disturbance.variation, disturbance.pushes.clone());
         let simulated = variation.robot(&factory.robot(robot));
         let mut snapshots = Vec::new();
@@ -59,11 +60,11 @@ impl Film {
             if tick.truth.is_finite() {
                 snapshots.push(Snapshot::of(&simulated, tick));
             }
-        });
+        })?;
         let (controller, regions) = (factory.name.clone(), factory.regions.clone());
         let (engine, control_period_s, record) = (config.engine, config.control_period_s, records.remove(0));
         let ground = Ground::new(robot, &variation);
-        Self { robot: simulated, engine, ground, controller, regions, control_period_s, pushes, record, snapshots }
+        Ok(Self { robot: simulated, engine, ground, controller, regions, control_period_s, pushes, record, snapshots })
     }
 
     /// Distance from the origin beyond which the robot counts as flown off (m).

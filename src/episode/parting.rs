@@ -5,6 +5,7 @@ use super::config::{Disturbance, EpisodeConfig, Until};
 use super::film::Film;
 use super::snapshot::{Snapshot, contact};
 use super::tick::Tick;
+use crate::error::Result;
 use crate::robot::{Factory, Foot, PerFoot, Robot, Word};
 use nalgebra::Point2;
 use serde::Serialize;
@@ -63,14 +64,14 @@ pub fn half_sole_width_m(robot: &Robot) -> f64 {
 }
 
 /// Runs a trial twice, each time with its settings, until COM or soles are farther apart than `limit_m`. None if they
-/// never are, up to the horizon or to the first number that is not finite.
+/// never are, up to the horizon or to the first number that is not finite. Errors are those of [`ClosedLoop::finish`].
 pub fn parting(
     robot: &Robot,
     factory: &Factory,
     configs: [&EpisodeConfig; 2],
     disturbance: impl Fn() -> Disturbance,
     limit_m: f64,
-) -> Option<Parting> {
+) -> Result<Option<Parting>> {
     let [mut a, mut b] =
         configs.map(|config| ClosedLoop::new(robot, [factory], config, disturbance()).until(Until::Horizon, 0.0));
     let mut watch = Watch::new(limit_m);
@@ -81,13 +82,16 @@ pub fn parting(
             let goes_on = closed_loop.decide(&mut |_, tick| moment = Some(Moment::from(tick)));
             moment.filter(|_| goes_on)
         });
-        if let Some(parting) = watch.see(&in_a?, &in_b?) {
-            return Some(parting);
+        a.has_outcomes().and(b.has_outcomes())?;
+        let (Some(in_a), Some(in_b)) = (in_a, in_b) else { break };
+        let parting = watch.see(&in_a, &in_b);
+        if parting.is_some() {
+            return Ok(parting);
         }
         a.advance();
         b.advance();
     }
-    None
+    Ok(None)
 }
 
 impl Parting {
@@ -195,7 +199,7 @@ mod tests {
         let design = stiff();
         let push = Push { impulse_n_s: 4.0, start_s: 0.1, ..Push::default() };
         let disturbance = || Disturbance { pushes: vec![push], ..Disturbance::default() };
-        let part = |configs, limit_m| parting(&robot, &design, configs, disturbance, limit_m);
+        let part = |configs, limit_m| parting(&robot, &design, configs, disturbance, limit_m).unwrap();
         assert_eq!(part([&config; 2], 1e-12), None);
         let other = EpisodeConfig { physics_step_s: crate::sim::PhysicsStep::all(0.001), ..config };
         let [near, far] = [1e-4, 2e-3].map(|limit_m| part([&config, &other], limit_m).unwrap());
@@ -211,7 +215,7 @@ mod tests {
         let config = EpisodeConfig { horizon_s: 0.2, ..EpisodeConfig::of(&crate::robot::Units::of(&robot)) };
         let design = stiff();
         let how_long = (Until::Horizon, 0.0);
-        let film = Film::take(&robot, &design, &config, Disturbance::default(), how_long, &mut |_| {});
+        let film = Film::take(&robot, &design, &config, Disturbance::default(), how_long, &mut |_| {}).unwrap();
         assert_eq!(Parting::of_films(&film, &film), None);
         let limit_m = half_sole_width_m(&robot);
         let mut other = film.clone();

@@ -215,7 +215,7 @@ mod tests {
         let config = EpisodeConfig { horizon_s: 0.5, end_early: false, judge, ..usual };
         let push = Push { impulse_n_s, start_s, ..Push::default() };
         let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-        run(&robot, &stiff(), &config, disturbance, config.until(), &mut |_| {})
+        run(&robot, &stiff(), &config, disturbance, config.until(), &mut |_| {}).unwrap()
     }
 
     /// A push that starts between two ticks does not count as motion before it.

@@ -2,18 +2,20 @@
 //! file that loads nothing else.
 
 use crate::error::{Error, Result};
+use crate::foreign::harmless;
 use crate::render::text::layout::together;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
+use std::borrow::Cow;
 
 /// Names and texts of the styles: that of all pages, and that of pages that are read from top to bottom.
 const STYLES: [(&str, &str); 2] =
     [("page_style", include_str!("html_page.css")), ("document_style", include_str!("html_document.css"))];
 
 /// Makes a page from `template`, which reads `context` and the shared styles (`page_style`, `document_style`), and calls
-/// the functions and filters that `add` gives it. `name` must end in `.html` or `.xml`, so that values are escaped. Fails
+/// the functions and filters that `add` gives it. Nothing in it is more than a [picture](harmless) of its text. `name` must end in `.html` or `.xml`, so that values are escaped. Fails
 /// only if the template is wrong.
 pub fn render(
     name: &str,
@@ -33,5 +35,9 @@ pub fn render(
     environment.add_global("version", env!("CARGO_PKG_VERSION"));
     environment.add_filter("together", |text: String| together(&text));
     add(&mut environment);
-    environment.render_named_str(name, template, Serde(context)).map_err(fail)
+    let page = environment.render_named_str(name, template, Serde(context)).map_err(fail)?;
+    Ok(match harmless(&page) {
+        Cow::Borrowed(_) => page,
+        Cow::Owned(harmless) => harmless,
+    })
 }

@@ -83,12 +83,23 @@ pub enum TickError {
     /// The controller cannot go on. It ends the episode.
     #[error("{0}")]
     Failed(String),
+    /// The machine has no more of what the controller needs, such as open files. It ends the episode without an outcome.
+    #[error("{0}")]
+    Machine(String),
+    /// Somebody asked to stop while the controller was waited for. It ends the episode without an outcome.
+    #[error("interrupted")]
+    Interrupted,
 }
 
 impl TickError {
     /// Whether the episode ends here.
     pub fn is_final(&self) -> bool {
-        matches!(self, TickError::Command(_) | TickError::Failed(_))
+        !matches!(self, TickError::Sensed(_) | TickError::Unsolvable)
+    }
+
+    /// Whether it says nothing about the controller, so that the episode has no outcome.
+    pub fn is_no_outcome(&self) -> bool {
+        matches!(self, TickError::Machine(_) | TickError::Interrupted)
     }
 }
 

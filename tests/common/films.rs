@@ -26,7 +26,7 @@ pub fn fallen() -> &'static Film {
 pub fn film(gains: &str, impulse_n_s: f64, config: EpisodeConfig) -> Film {
     let bench = Bench::new(gains);
     let disturbance = Disturbance { pushes: vec![push(impulse_n_s, -20.0)], ..Disturbance::default() };
-    Film::take(&bench.robot, &bench.factory, &config, disturbance, (config.until(), 0.8), &mut |_| {})
+    Film::take(&bench.robot, &bench.factory, &config, disturbance, (config.until(), 0.8), &mut |_| {}).unwrap()
 }
 
 /// A stand-in for the same push in another engine: that of `hold`.

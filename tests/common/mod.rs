@@ -76,7 +76,7 @@ impl Bench {
         mut observe: impl FnMut(&Tick),
     ) -> Record {
         let disturbance = Disturbance { pushes, sensor_errors, ..Disturbance::default() };
-        episode::run(&self.robot, &self.factory, &config(horizon_s), disturbance, until, &mut observe)
+        episode::run(&self.robot, &self.factory, &config(horizon_s), disturbance, until, &mut observe).unwrap()
     }
 }
 

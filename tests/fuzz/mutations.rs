@@ -214,7 +214,7 @@ pub fn simulated(robot: &Robot, gains: &GainSet, config: &EpisodeConfig, disturb
     let steps = horizon_s / config.clock().physics_step_s;
     if steps < 1000.0 {
         let config = EpisodeConfig { horizon_s, ..*config };
-        episode::run(robot, &factory, &config, disturbance, Until::Horizon, &mut |_| {});
+        episode::run(robot, &factory, &config, disturbance, Until::Horizon, &mut |_| {}).unwrap();
     }
     Ok(())
 }

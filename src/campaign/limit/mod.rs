@@ -126,7 +126,7 @@ impl<'a> Searches<'a> {
 
     /// How long the searches take on this machine (s), roughly: by some pushes, and as if each limit were the
     /// bound with one footstep.
-    pub fn estimated_s(&self) -> f64 {
+    pub fn estimated_s(&self) -> Result<f64> {
         const SAMPLE: usize = 16;
         const LONG_S: f64 = 0.5;
         /// Trials of a usual search for the limit, if trials can differ and if they cannot.
@@ -139,7 +139,7 @@ impl<'a> Searches<'a> {
             }
             let Heading { heading_deg, bound_one_step_n_s, .. } = *heading;
             let disturbance = pushed(self.campaign, first_trial(heading_deg), 0.5 * bound_one_step_n_s, heading_deg);
-            self.plan.records(&self.factories, opening.as_ref(), disturbance, &[set]);
+            self.plan.records(&self.factories, opening.as_ref(), disturbance, &[set])?;
             pushes += 1;
         }
         let of_search = OF_SEARCH[usize::from(!is_random(self.campaign))].min(self.options.max_trials as f64);
@@ -152,7 +152,7 @@ impl<'a> Searches<'a> {
         };
         let of_set: f64 = self.headings.iter().map(|heading| of_search + safe(heading) + map(heading)).sum();
         let of_push_s = start.elapsed().as_secs_f64() / pushes as f64;
-        of_push_s * of_set * self.factories.len() as f64 / self.pool.current_num_threads() as f64
+        Ok(of_push_s * of_set * self.factories.len() as f64 / self.pool.current_num_threads() as f64)
     }
 
     /// Runs all searches. It calls `on_episode` after each episode and `on_search` after each search, from any thread.

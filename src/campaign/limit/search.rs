@@ -264,7 +264,7 @@ impl Search<'_> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(Error::Interrupted);
         }
-        let outcome = self.plan.records(self.factories, self.opening, disturbance, &[self.set])[0].outcome;
+        let outcome = self.plan.records(self.factories, self.opening, disturbance, &[self.set])?[0].outcome;
         (self.on_episode)();
         Ok(outcome)
     }

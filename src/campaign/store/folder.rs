@@ -373,6 +373,7 @@ pub(crate) mod tests {
             config_hash: "0123456789abcdef".into(),
             totals: Vec::new(),
             inputs: Vec::new(),
+            not_kept: Default::default(),
             robot_sha256: String::new(),
             engine: campaign.episode.engine.with_version(),
             part_trials: part_trials(&campaign),

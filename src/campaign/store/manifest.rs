@@ -18,6 +18,7 @@ use crate::sim::PhysicsStep;
 use crate::stats::looks::{LOOK_TRIALS, Looks};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::num::NonZeroU64;
 use std::path::Path;
 
@@ -49,6 +50,9 @@ pub struct Manifest {
     pub totals: Vec<String>,
     /// The files of robot and controllers, in the order in which they are hashed.
     pub inputs: Vec<Input>,
+    /// What controllers depend on that is none of these files, by their names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub not_kept: BTreeMap<String, Vec<String>>,
     /// The resolved campaign, which is also in `campaign.toml`.
     pub campaign: Campaign,
 }
@@ -73,6 +77,18 @@ pub struct Input {
 }
 
 impl Manifest {
+    /// What controllers depend on that is not kept, a sentence for each.
+    pub fn told_not_kept(&self) -> Vec<String> {
+        let told = |(name, files): (&String, &Vec<String>)| {
+            let listed = files.join(", ");
+            format!(
+                "{name} depends on files that are not kept: {listed}. No hash shows whether they change, and a replay elsewhere \
+                 lacks them."
+            )
+        };
+        self.not_kept.iter().map(told).collect()
+    }
+
     /// The looks at which the campaign may end. It is None if its number of trials is fixed.
     pub fn looks(&self) -> Option<Looks> {
         self.campaign.stopping.until_resolved.then(|| Looks::up_to(self.planned_trials))

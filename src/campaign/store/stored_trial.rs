@@ -33,6 +33,7 @@ impl StoredTrial {
         let found = Folder::existing(folder)?;
         let (campaign, sets) = (&found.manifest.campaign, &found.manifest.sets);
         campaign.check_trial(trial)?;
+        found.manifest.told_not_kept().iter().for_each(|told| log::warn!("{told}"));
         if let Some(name) = set.filter(|name| !sets.iter().any(|set| set == name)) {
             return Err(Error::Unknown { what: "controller", name: name.into(), accepted: sets.join(", ") });
         }

@@ -299,12 +299,12 @@ impl Tuning {
                 return Err(Error::option("--vary", value, problem, "finite numbers, the smaller end first"));
             }
             for end in 0..2 {
-                let mut refused = self.refuses(tunable, tunable.range[end]);
+                let mut refused = self.refuses(tunable, tunable.range[end])?;
                 let mut left = HALVINGS;
                 // A range that was not asked for is only a proposal.
                 while vary.is_empty() && refused.is_some() && left > 0 {
                     tunable.range[end] = 0.5 * (tunable.range[end] + tunable.now);
-                    refused = self.refuses(tunable, tunable.range[end]);
+                    refused = self.refuses(tunable, tunable.range[end])?;
                     left -= 1;
                 }
                 if let Some(error) = refused {
@@ -318,8 +318,8 @@ impl Tuning {
     }
 
     /// Why a number cannot have a value, if so.
-    fn refuses(&self, tunable: &Tunable, value: f64) -> Option<Error> {
-        self.prepared(&[(&tunable.key, value)]).err()
+    fn refuses(&self, tunable: &Tunable, value: f64) -> Result<Option<Error>> {
+        self.prepared(&[(&tunable.key, value)]).err().map(Error::refusal).transpose()
     }
 
     /// The controller with these values, for each case.
@@ -457,7 +457,7 @@ impl Tuning {
             (watch.on_generation)(&generation, search.spread(), spent);
             generations.push(generation);
         }
-        let proposed = search.proposed();
+        let proposed = search.proposed()?;
         let rate = |won: &Vec<bool>| won.iter().filter(|won| **won).count() as f64 / won.len() as f64;
         Ok(Tuned {
             task: self.task.clone(),
@@ -480,7 +480,7 @@ impl Tuning {
         let of_plan = |(case, plan): (usize, &Plan)| {
             let factory = &plan.tried_factories(self.options.untried)?[0];
             let won = |number: usize| {
-                let tally = tallies(plan, &[factory], number as u64)[0];
+                let tally = tallies(plan, &[factory], number as u64)?[0];
                 (watch.on_episode)();
                 Ok(tally.won)
             };
@@ -526,7 +526,7 @@ fn in_minutes(time_s: f64) -> String {
 }
 
 /// What happens in a trial of a plan's campaign to each of these controllers.
-fn tallies(plan: &Plan, factories: &[&Factory], number: u64) -> Vec<Tally> {
+fn tallies(plan: &Plan, factories: &[&Factory], number: u64) -> Result<Vec<Tally>> {
     let campaign = &plan.manifest.campaign;
     let run = |factories: &[&Factory]| {
         let disturbance = trial::disturbance(campaign, number);
@@ -538,7 +538,7 @@ fn tallies(plan: &Plan, factories: &[&Factory], number: u64) -> Vec<Tally> {
         // That of a robot whose simulation broke may be anything.
         torque: Some(record.peak_torque_ratio).filter(|ratio| ratio.is_finite()).unwrap_or(1.0),
     };
-    each_caught(factories, run).into_iter().map(tally).collect()
+    Ok(each_caught(factories, run)?.into_iter().map(tally).collect())
 }
 
 /// Names of files and folders that a search writes, and how the names of others begin.
@@ -594,11 +594,11 @@ impl Arena for Robots<'_> {
         self.samples.iter().map(|sample| sample.draw(generation, count)).collect()
     }
 
-    fn judge(&self, case: usize, trial: u64, entrants: &[&Vec<Factory>]) -> Vec<Tally> {
+    fn judge(&self, case: usize, trial: u64, entrants: &[&Vec<Factory>]) -> Result<Vec<Tally>> {
         let factories: Vec<&Factory> = entrants.iter().map(|of_cases| &of_cases[case]).collect();
-        let found = tallies(&self.tuning.plans[case], &factories, trial);
+        let found = tallies(&self.tuning.plans[case], &factories, trial)?;
         found.iter().for_each(|_| (self.on_episode)());
-        found
+        Ok(found)
     }
 }
 

@@ -48,7 +48,7 @@ pub struct Standing {
 }
 
 /// Runs the episodes of a case and trial with some candidates, given by their numbers in ascending order.
-pub type Judge<'a> = dyn Fn(usize, u64, &[usize]) -> Vec<Tally> + Sync + 'a;
+pub type Judge<'a> = dyn Fn(usize, u64, &[usize]) -> Result<Vec<Tally>> + Sync + 'a;
 
 /// The candidates and the trials of a race. The first candidates, of which the incumbent is number 0, run to the end.
 pub struct Race<'a> {
@@ -84,7 +84,7 @@ impl Race<'_> {
                 (from..to).flat_map(|i| (0..self.cases.len()).map(move |case| (case, i))).collect();
             let run = |job: usize| {
                 let (case, i) = jobs[job];
-                Ok((self.judge)(case, self.cases[case][i].trial, &active))
+                (self.judge)(case, self.cases[case][i].trial, &active)
             };
             let name = format!("{}-{}", self.name, look + 1);
             let found = self.team.gather(&name, jobs.len(), run)?;
@@ -209,7 +209,7 @@ mod tests {
                 3 => true,
                 _ => !trial.is_multiple_of(8),
             };
-            active.iter().map(|candidate| Tally { won: won(candidate), ..Tally::default() }).collect()
+            Ok(active.iter().map(|candidate| Tally { won: won(candidate), ..Tally::default() }).collect())
         };
         let raced = race(5, 1, &judge);
         assert_eq!(raced.order, [3, 4, 2]);
@@ -234,7 +234,7 @@ mod tests {
                 };
                 Tally { won, footsteps: if *candidate == 3 { 4 } else { 2 }, ..Tally::default() }
             };
-            active.iter().map(of).collect()
+            Ok(active.iter().map(of).collect())
         };
         let raced = race(5, 2, &judge);
         assert_eq!(raced.order, [4, 3, 2]);

@@ -27,8 +27,8 @@ pub trait Arena: Sync {
     /// So many trials of a generation, for each case.
     fn draw(&self, generation: u64, count: usize) -> Vec<Vec<Drawn>>;
 
-    /// What happens in a trial of a case to each of these candidates.
-    fn judge(&self, case: usize, trial: u64, entrants: &[&Self::Entrant]) -> Vec<Tally>;
+    /// What happens in a trial of a case to each of these candidates. Fails if a trial ends without an outcome.
+    fn judge(&self, case: usize, trial: u64, entrants: &[&Self::Entrant]) -> Result<Vec<Tally>>;
 }
 
 /// How far samples are from the first middle, as a share of the ranges: the root of the sum over all numbers.
@@ -181,7 +181,10 @@ impl<'a, A: Arena> Search<'a, A> {
         let incumbent = (now.clone(), self.arena.enter(&now)?);
         let middle = match self.arena.enter(&middle) {
             Ok(entrant) => (middle, entrant),
-            Err(_) => (now.clone(), self.arena.enter(&now)?),
+            Err(error) => {
+                error.refusal()?;
+                (now.clone(), self.arena.enter(&now)?)
+            }
         };
         let samples = (0..samples_of(self.tunables.len()) as u64).map(|slot| self.sample(number, slot));
         let samples = samples.collect::<Result<Vec<_>>>()?;
@@ -216,7 +219,7 @@ impl<'a, A: Arena> Search<'a, A> {
             let values = self.values(&shares);
             match self.arena.enter(&values) {
                 Ok(entrant) => return Ok((values, entrant)),
-                Err(error) => refused = Some(error),
+                Err(error) => refused = Some(error.refusal()?),
             }
         }
         let (what, problem) = ("tune".into(), "no values within the ranges can be used, such as these: ".to_string());
@@ -246,15 +249,20 @@ impl<'a, A: Arena> Search<'a, A> {
     }
 
     /// What the search proposes: the average of the last middles or, if that can be no candidate, the last middle that can.
-    /// The first one is the incumbent.
-    pub fn proposed(&self) -> Vec<f64> {
+    /// The first one is the incumbent. Fails if the machine or a user ends the work.
+    pub fn proposed(&self) -> Result<Vec<f64>> {
         let count = (((self.middles.len() - 1) as f64 * LAST).ceil() as usize).max(1);
         let last = &self.middles[self.middles.len() - count..];
         let sum = |i: usize| last.iter().map(|middle| middle[i]).sum::<f64>();
         let average: Vec<f64> = (0..self.tunables.len()).map(|i| sum(i) / count as f64).collect();
-        let mut values = std::iter::once(&average).chain(self.middles.iter().rev()).map(|shares| self.values(shares));
-        let now = || self.tunables.iter().map(|tunable| tunable.now).collect();
-        values.find(|values| self.arena.enter(values).is_ok()).unwrap_or_else(now)
+        for shares in std::iter::once(&average).chain(self.middles.iter().rev()) {
+            let values = self.values(shares);
+            match self.arena.enter(&values) {
+                Ok(_) => return Ok(values),
+                Err(error) => _ = error.refusal()?,
+            }
+        }
+        Ok(self.tunables.iter().map(|tunable| tunable.now).collect())
     }
 
     /// What each number does, and what these values gain.
@@ -310,8 +318,9 @@ mod tests {
             vec![(0..count as u64).map(|i| Drawn { trial: generation << 32 | i, weight: 1.0 }).collect()]
         }
 
-        fn judge(&self, _case: usize, trial: u64, entrants: &[&Vec<f64>]) -> Vec<Tally> {
-            entrants.iter().map(|values| Tally { won: self.is_won(values, trial), ..Tally::default() }).collect()
+        fn judge(&self, _case: usize, trial: u64, entrants: &[&Vec<f64>]) -> Result<Vec<Tally>> {
+            let tally = |values: &&Vec<f64>| Tally { won: self.is_won(values, trial), ..Tally::default() };
+            Ok(entrants.iter().map(tally).collect())
         }
     }
 
@@ -326,7 +335,7 @@ mod tests {
         while spent + search.next_episodes() <= episodes {
             spent += search.generation(alone()).unwrap().episodes;
         }
-        let (proposed, now) = (search.proposed(), tunables.iter().map(|t| t.now).collect::<Vec<_>>());
+        let (proposed, now) = (search.proposed().unwrap(), tunables.iter().map(|t| t.now).collect::<Vec<_>>());
         let pair = |trial| (landscape.is_won(&proposed, trial), landscape.is_won(&now, trial));
         let counts = PairedCounts::of((0..trials).map(|i| pair(u64::MAX / 512 - i)));
         (proposed, counts)
@@ -368,7 +377,7 @@ mod tests {
         let read: Vec<Generation> = serde_json::from_str(&written).unwrap();
         read.iter().for_each(|generation| again.follow(generation));
         assert_eq!([again.generation(alone()).unwrap(), again.generation(alone()).unwrap()], generations[2..]);
-        assert_eq!(again.proposed(), whole.proposed());
+        assert_eq!(again.proposed().unwrap(), whole.proposed().unwrap());
     }
 
     /// Each change is alone, and what was written is as it should be.

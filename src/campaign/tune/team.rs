@@ -21,7 +21,6 @@ const MOST_BYTES: u64 = 100_000_000;
 /// How often a member looks for the parts of the others.
 const LOOKS_EVERY: Duration = Duration::from_millis(500);
 
-
 /// A member of a team, or who works alone.
 #[derive(Clone, Copy)]
 pub struct Team<'a> {

@@ -153,6 +153,7 @@ fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[S
         sets,
         totals: each_once([a, b].into_iter().flat_map(|of| of.totals.clone())),
         inputs: Vec::new(),
+        not_kept: [a, b].into_iter().flat_map(|of| of.not_kept.clone()).collect(),
         campaign,
     }
 }

@@ -103,7 +103,9 @@ impl Summary {
         let mut pairs = Pair::all(rows, pairs, &strata, deciding);
         let reference = manifest.reference().map(String::from);
         pairs.sort_by_key(|pair| reference.as_ref().is_some_and(|name| pair.a != *name && pair.b != *name));
-        let warnings = [warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, rows)].concat();
+        let warnings =
+            [manifest.told_not_kept(), warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, rows)]
+                .concat();
         Self {
             name: campaign.name.clone(),
             standfast: manifest.standfast.clone(),

@@ -1,6 +1,7 @@
 //! A panel of SVG elements. Places are in the units of the caller, and the panel's view converts them to px. Sizes of
 //! marks and text are in px.
 
+use crate::foreign::harmless;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use minijinja::HtmlEscape;
 use std::fmt::{Display, Write};
@@ -288,9 +289,9 @@ fn distance([x, y]: At, [[x1, y1], [x2, y2]]: [At; 2]) -> f64 {
     (x - x1 - share * dx).hypot(y - y1 - share * dy)
 }
 
-/// The text, escaped for the inside of an element or of a quoted attribute.
-pub fn escape(text: &str) -> impl Display {
-    HtmlEscape(text)
+/// The text, escaped for the inside of an element or of a quoted attribute, and without what XML has no characters for.
+pub fn escape(text: &str) -> String {
+    HtmlEscape(&harmless(text)).to_string()
 }
 
 /// A number with at most `digits` decimals, without trailing zeros, and with a typographic minus.

@@ -91,7 +91,7 @@ mod tests {
         let factory = contest::load("hold").unwrap().prepare(&robot, config.control_period_s).unwrap();
         let push = Push { impulse_n_s: 1.0, heading_deg: 180.0, start_s: 0.3, ..Push::default() };
         let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-        let mut film = Film::take(&robot, &factory, &config, disturbance, (config.until(), 0.5), &mut |_| {});
+        let mut film = Film::take(&robot, &factory, &config, disturbance, (config.until(), 0.5), &mut |_| {}).unwrap();
         film.record.footsteps.taken = vec![Footstep {
             foot: Foot::Left,
             lift_s: 0.4,

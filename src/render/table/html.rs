@@ -72,7 +72,7 @@ pub fn signs(text: &str) -> String {
         told.push(if is_sign { '\u{2212}' } else { '-' });
         told += part;
     }
-    escape(&together(&told)).to_string()
+    escape(&together(&told))
 }
 
 /// The colour of a controller, before its name.

@@ -1,6 +1,7 @@
 //! Tables in Markdown, as GitHub shows it.
 
 use super::{MOST_ROWS, Table};
+use crate::foreign::harmless;
 
 impl Table {
     /// The table, and its note below.
@@ -25,9 +26,9 @@ pub fn left_out(count: usize, place: &str) -> String {
     }
 }
 
-/// The text with all characters escaped that mean something in Markdown or HTML.
+/// The text, [harmless], with all characters escaped that mean something in Markdown or HTML.
 pub fn escaped(text: &str) -> String {
-    text.chars().fold(String::new(), |mut out, c| {
+    harmless(text).chars().fold(String::new(), |mut out, c| {
         match c {
             '<' => out += "&lt;",
             '>' => out += "&gt;",

@@ -340,7 +340,8 @@ mod tests {
         let mut witness = Witness::default();
         let disturbance = Disturbance { pushes: pushes.clone(), ..Disturbance::default() };
         let record =
-            run(&robot, &factory, &config, disturbance, Until::Decided, &mut |tick| witness.watch(&robot, tick));
+            run(&robot, &factory, &config, disturbance, Until::Decided, &mut |tick| witness.watch(&robot, tick))
+                .unwrap();
         let told = Told {
             factory: &factory,
             config: &config,

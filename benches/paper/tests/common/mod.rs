@@ -42,7 +42,7 @@ impl Bench {
 
     pub fn run(&self, push: Push, horizon_s: f64, until: Until, mut observe: impl FnMut(&Tick)) -> Record {
         let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-        episode::run(&self.robot, &self.factory, &config(horizon_s), disturbance, until, &mut observe)
+        episode::run(&self.robot, &self.factory, &config(horizon_s), disturbance, until, &mut observe).unwrap()
     }
 }
 

@@ -60,7 +60,7 @@ pub fn run() -> Result<Study> {
         let film = Film::take(&robot, &factory, &config, by(push), (config.until(), AFTERMATH_S), &mut |tick| {
             let support = watch.see(&robot, period_s, tick);
             motion.moments.push(Snapshot { support, ..Snapshot::of(&robot, tick) });
-        });
+        })?;
         progress.tick();
         let seen = watch.seen;
         let (Some(lift), Some(landing), Some(&footstep)) =
@@ -68,7 +68,7 @@ pub fn run() -> Result<Study> {
         else {
             return Err(is_not(name, "one that leads to a footstep"));
         };
-        let [without_footstep, stiff] = [&standing, &stiff].map(|factory| run(factory, &asked));
+        let (without_footstep, stiff) = (run(&standing, &asked)?, run(&stiff, &asked)?);
         Ok(Pushed { push, film, footstep, motion, lift, landing, seen, without_footstep, stiff })
     };
     let (diagonal, config) = push_of(&robot, "push-diagonal")?;
@@ -76,9 +76,9 @@ pub fn run() -> Result<Study> {
     for name in LIKE_IMPOSED {
         asked.push(push_of(&robot, name)?);
     }
-    let try_out = |asked: &(Push, EpisodeConfig)| (asked.0, run(&factory, asked));
+    let try_out = |asked: &(Push, EpisodeConfig)| Ok((asked.0, run(&factory, asked)?));
     // The runs do not depend on each other.
-    let ((behind, diagonal), tried): (_, Vec<_>) = rayon::join(
+    let ((behind, diagonal), tried): (_, Result<Vec<_>>) = rayon::join(
         || rayon::join(|| pushed("push-behind"), || pushed("push-diagonal")),
         || asked.par_iter().with_max_len(1).map(try_out).collect(),
     );
@@ -124,7 +124,7 @@ pub fn run() -> Result<Study> {
         landed_allowed,
         landed_sets,
         pushes,
-        tried,
+        tried: tried?,
         errors,
         moving,
     })

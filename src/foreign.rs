@@ -1,0 +1,78 @@
+//! Text that others wrote: names in files, answers and last words of programs, metadata of networks. Whatever is printed or
+//! drawn goes through here, so that it cannot command a terminal or break a page.
+
+use std::borrow::Cow;
+
+/// Numbers with more digits than this are shortened: what a person writes as `1e308` has 309.
+const MOST_DIGITS: usize = 40;
+
+/// The text with control characters, and those that turn the direction of writing, as in `\u001b`, which is also how JSON
+/// has them. Line breaks and tabs stay. Numbers of more than 40 digits stand as in `1e308`.
+pub fn harmless(text: &str) -> Cow<'_, str> {
+    let text = match text.contains(is_harmful) {
+        true => Cow::Owned(text.chars().fold(String::new(), |out, c| match c {
+            c if is_harmful(c) => out + &format!("\\u{:04x}", u32::from(c)),
+            c => {
+                let mut out = out;
+                out.push(c);
+                out
+            }
+        })),
+        false => Cow::Borrowed(text),
+    };
+    match shortened(&text) {
+        Some(short) => Cow::Owned(short),
+        None => text,
+    }
+}
+
+/// Whether a character is more than a picture. XML has none of these but DEL and the ones beyond.
+fn is_harmful(c: char) -> bool {
+    let turns = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    c.is_control() && c != '\n' && c != '\t' || turns || matches!(c, '\u{fffe}' | '\u{ffff}')
+}
+
+/// The text with its long numbers shortened; None if there are none.
+fn shortened(text: &str) -> Option<String> {
+    let is_digit = |byte: &u8| byte.is_ascii_digit();
+    let digits = |from: usize| text.as_bytes()[from..].iter().take_while(|byte| is_digit(byte)).count();
+    let (mut short, mut kept, mut at) = (None, 0, 0);
+    while let Some(from) = text.as_bytes()[at..].iter().position(|byte| is_digit(&byte)).map(|ahead| at + ahead) {
+        at = from + digits(from);
+        if text[at..].starts_with('.') {
+            at += 1 + digits(at + 1);
+        }
+        if let (true, Ok(number)) = (at - from > MOST_DIGITS, text[from..at].parse::<f64>()) {
+            let out: &mut String = short.get_or_insert_default();
+            *out += &text[kept..from];
+            *out += &format!("{number:e}");
+            kept = at;
+        }
+    }
+    short.map(|out| out + &text[kept..])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_printed_is_a_picture_of_the_text() {
+        for plain in ["", "catch recovers\n\tin 96.4 % of 1000 trials: é, µ, 日本", "0.0001 and 1234567890.5", "1.2.3."]
+        {
+            assert!(matches!(harmless(plain), Cow::Borrowed(same) if same == plain), "{plain}");
+        }
+        for (text, shown) in [
+            ("a\u{1b}]0;pwned\u{7}b", r"a\u001b]0;pwned\u0007b"),
+            ("100 %\rfell \u{9b}2J \u{7f} \0", r"100 %\u000dfell \u009b2J \u007f \u0000"),
+            ("gnp\u{202e}txt \u{ffff}", r"gnp\u202etxt \uffff"),
+        ] {
+            assert_eq!(harmless(text), shown);
+        }
+        let (large, small) = (format!("{} and {}", 1e308, -2.5e307), format!("[{}]", 1e-300));
+        assert!(large.len() > 600 && small.len() > 300);
+        assert_eq!(harmless(&large), "1e308 and -2.5e307");
+        assert_eq!(harmless(&small), "[1e-300]");
+        assert_eq!(harmless(&format!("\u{1b}{}.", 1e100)), r"\u001b1e100");
+    }
+}
