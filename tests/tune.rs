@@ -235,7 +235,7 @@ fn bad_input_is_told_before_anything_runs() {
             "tunable.gian = [0, 2]: is no number among the parameters; accepted: one of: gain",
         ),
         (vec!["tune", "empty.toml"], "tunable.gain = [2, 2]: its range has no extent"),
-        (vec!["tune", "endless.toml"], "tunable.gain = [0, inf]: its range is too wide"),
+        (vec!["tune", "endless.toml"], "tunable.gain = [0, inf]: its ends are no finite numbers"),
         (vec!["tune", "catch", "--vary=zmp_margin=-1e308..1e308"], "its range is too wide"),
         (vec!["tune", "with-task.json.toml"], "file = task.json: the search writes what has this name; accepted: "),
         (vec!["tune", "with-Generation-001.json.toml"], "file = Generation-001.json: the search writes"),
