@@ -587,7 +587,7 @@ fn the_command_of_a_result_from_elsewhere_starts_only_if_it_is_allowed() {
     }
     for args in [
         &["run", "out/campaign.toml", "--out=new"][..],
-        &["push", "--campaign=out/campaign.toml", "--trial=0"],
+        &["push", "--campaign=out/campaign.toml", "--trial=0", "--gains=out/inputs/gains/mine.toml"],
         &["check", "out/inputs/gains/mine.toml"],
     ] {
         let (run, has_started) = starts(&|| on("theirs", args).code(2));

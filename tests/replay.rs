@@ -288,12 +288,16 @@ fn a_result_has_replays_of_telling_trials() {
 
     // With another build or other inputs the trial is another one, and the program tells so.
     forge(&out, |manifest| manifest.campaign.seed += 1);
+    let refused = stderr(&standfast(dir.path(), &["replay", "out", "--trial=0", "--gains=hold"]).code(3));
+    assert!(refused.contains("trial 0 of hold: impulse_n_s = ") && refused.contains("is not what seed"), "{refused}");
+    forge(&out, |manifest| manifest.campaign.seed -= 1);
+    forge(&out, |manifest| manifest.campaign.episode.horizon_s = 0.6);
     let telling = summary["sets"][0]["telling"].as_array().unwrap();
     let won = telling.iter().find(|trial| trial["survived"] == true).unwrap()["trial"].to_string();
     let warned = stderr(&standfast(dir.path(), &["replay", "out", "--trial", &won, "--gains=hold"]).success());
     assert!(warned.contains(&format!("trial {won} of hold is not as it was: ")), "{warned}");
     assert!(page(&won, "hold").contains("is not as it was"), "the page does not say so");
-    forge(&out, |manifest| manifest.campaign.seed -= 1);
+    forge(&out, |manifest| manifest.campaign.episode.horizon_s = 0.4);
 
     // The trials are computed again, so other ones may be telling.
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();

@@ -471,7 +471,7 @@ pub(crate) mod tests {
         let (_dir, mut folder) = written(&[]);
         let campaign = campaign(
             "smoke",
-            &["second_push={impulse_n_s={uniform=[1, 2]}, after_s=1}", "variations.friction={uniform=[0.5, 1]}"],
+            &["second_push={impulse_n_s={uniform=[1, 2]}, after_s=0.2}", "variations.friction={uniform=[0.5, 1]}"],
         );
         folder.manifest.campaign = Campaign { trials: 60, ..campaign };
         [1, 2].into_iter().for_each(|block| folder.part(block).write(&rows(&folder, block)).unwrap());
