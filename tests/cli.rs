@@ -510,7 +510,10 @@ fn no_number_no_name_and_no_unit_is_broken_at_any_width() {
         // The names of a robot's links and joints, and the paths of files, may need more.
         for (columns, most) in [("30", 100), ("60", 100), ("80", 100), ("120", 120)] {
             let (words, width) = of_width(columns);
-            assert!(words == whole && width <= most, "{args:?} at {columns} columns, {width} wide: {words:?}\n{whole:?}");
+            assert!(
+                words == whole && width <= most,
+                "{args:?} at {columns} columns, {width} wide: {words:?}\n{whole:?}"
+            );
         }
         assert!(widest > 60, "{args:?}: {widest}");
     }

@@ -112,9 +112,12 @@ fn so_many_more_trials_resolve_in_about_four_of_five_campaigns() {
         }
     }
     // The same of a difference: in so many of 100 trials only the first recovered, or only the second.
-    for (text, only_a, only_b) in
-        [("catch >= hold", 12, 6), ("catch >= hold", 3, 9), ("catch >= hold + 0.10", 22, 6), ("catch >= hold - 0.05", 5, 4)]
-    {
+    for (text, only_a, only_b) in [
+        ("catch >= hold", 12, 6),
+        ("catch >= hold", 3, 9),
+        ("catch >= hold + 0.10", 22, 6),
+        ("catch >= hold - 0.05", 5, 4),
+    ] {
         let gate = gate(text);
         let counts = |trials: u64, only_a: u64, only_b: u64| PairedCounts {
             both: trials - only_a - only_b,

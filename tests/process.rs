@@ -199,7 +199,10 @@ fn the_traceback_of_a_controller_keeps_its_lines() {
     for args in [&["push", "--gains", &file][..], &["check", &file]] {
         let told = stdout(&standfast(dir.path(), args));
         let lines: Vec<&str> = told.lines().map(str::trim).collect();
-        let raised = lines.iter().position(|line| line.starts_with("ValueError: no gain for ")).unwrap_or_else(|| panic!("{told}"));
+        let raised = lines
+            .iter()
+            .position(|line| line.starts_with("ValueError: no gain for "))
+            .unwrap_or_else(|| panic!("{told}"));
         assert!(lines[raised].len() > 200, "{told}");
         assert!(lines[raised - 1].starts_with("raise ValueError(") || lines[raised - 1].starts_with('^'), "{told}");
         assert!(lines.iter().any(|line| line.starts_with("File \"") && line.ends_with(", in tick")), "{told}");

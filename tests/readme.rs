@@ -144,7 +144,9 @@ fn what_a_push_tells_is_what_the_guide_shows() {
 fn a_thing_has_one_name() {
     let mut texts = documents(&root());
     texts.extend(["assets/python/README.md", "src/render/html/report.html.jinja"].map(|file| root().join(file)));
-    for folder in ["assets/campaigns", "src/render/text", "src/render/tables", "src/render/figure", "src/campaign/verdict"] {
+    for folder in
+        ["assets/campaigns", "src/render/text", "src/render/tables", "src/render/figure", "src/campaign/verdict"]
+    {
         texts.extend(fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path()));
     }
     assert!(texts.len() > 60, "{texts:?}");
@@ -181,8 +183,11 @@ fn a_thing_has_one_name() {
 fn the_commands_of_the_readme_make_the_files_that_they_name() {
     let readme = fs::read_to_string(root().join("README.md")).unwrap();
     let commands = commands_of(&readme, "standfast");
-    let made: Vec<Vec<String>> =
-        commands.iter().map(|command| words_of(command)).filter(|words| words.get(1).is_some_and(|word| word == "new")).collect();
+    let made: Vec<Vec<String>> = commands
+        .iter()
+        .map(|command| words_of(command))
+        .filter(|words| words.get(1).is_some_and(|word| word == "new"))
+        .collect();
     let dir = folder();
     for words in &made {
         standfast(dir.path(), &words[1..].iter().map(String::as_str).collect::<Vec<_>>()).success();
@@ -193,7 +198,11 @@ fn the_commands_of_the_readme_make_the_files_that_they_name() {
     for file in own {
         assert!(dir.path().join(&file).is_file(), "{file} is made by no command of the README");
     }
-    let run = commands.iter().map(|command| words_of(command)).find(|words| words[1] == "run" && words[2] == "my.toml").unwrap();
+    let run = commands
+        .iter()
+        .map(|command| words_of(command))
+        .find(|words| words[1] == "run" && words[2] == "my.toml")
+        .unwrap();
     let args: Vec<&str> = run[1..].iter().map(String::as_str).chain(["--check", "--untried"]).collect();
     standfast(dir.path(), &args).success();
 }

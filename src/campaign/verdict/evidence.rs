@@ -155,7 +155,8 @@ mod tests {
             ([0.0, 0.0999], Status::Failed, [true, true]),
             ([0.0, 0.1], Status::Unresolved, [false, true]),
         ] {
-            let found = Evidence { observed: 0.1, interval, trials: 100, sequential: false, counts: None }.answer(&gate, 0.95);
+            let found =
+                Evidence { observed: 0.1, interval, trials: 100, sequential: false, counts: None }.answer(&gate, 0.95);
             assert_eq!((found.status, found.more_trials, &found.name[..]), (status, None, "catch >= hold + 0.10"));
             assert_eq!([OnUnresolved::Pass, OnUnresolved::Fail].map(|unresolved| status.fails(unresolved)), fails);
         }

@@ -217,7 +217,8 @@ pub fn by_verdict(x: (PairVerdict, f64), y: (PairVerdict, f64)) -> Ordering {
 /// observed. The guess takes a single test at that look, with all the error that may be spent by then. It is None if no
 /// difference was observed.
 fn trials_to_resolve(counts: &PairedCounts, looks: Looks, alpha: f64) -> Option<u64> {
-    let enough = |look: &u64| counts.trials_to_resolve(0.0, POWER, alpha * looks.spent(*look)).is_some_and(|n| n <= *look);
+    let enough =
+        |look: &u64| counts.trials_to_resolve(0.0, POWER, alpha * looks.spent(*look)).is_some_and(|n| n <= *look);
     let next = |look: u64| if look < u64::MAX / 2 { looks.after(look) } else { u64::MAX };
     (counts.only_a != counts.only_b).then(|| {
         let mut look = next(counts.trials());

@@ -143,7 +143,15 @@ mod tests {
         for width in 1..200 {
             let text = table.text_of_width(width);
             assert_eq!(words(&text), words(&wide), "{width}:\n{text}");
-            for whole in ["[rad]", "[N m s/rad]", "1234.5 to 6789.0", "within", "12.5 N s", "right_shoulder_pitch_joint", "  torso"] {
+            for whole in [
+                "[rad]",
+                "[N m s/rad]",
+                "1234.5 to 6789.0",
+                "within",
+                "12.5 N s",
+                "right_shoulder_pitch_joint",
+                "  torso",
+            ] {
                 assert!(text.contains(whole), "{whole} is broken at {width}:\n{text}");
             }
             let widest = text.lines().map(|line| line.chars().count()).max().unwrap();

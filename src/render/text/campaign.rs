@@ -115,8 +115,9 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
 /// The command that replays a trial in which two controllers end differently, or else one that was lost.
 fn replay(summary: &Summary, folder: &Path) -> String {
     let differ = |pair: &Pair| {
-        let lost =
-            |trials: &[u64], by: &str| Some((*trials.first()?, by.to_string(), "in which two controllers end differently"));
+        let lost = |trials: &[u64], by: &str| {
+            Some((*trials.first()?, by.to_string(), "in which two controllers end differently"))
+        };
         lost(&pair.first_only_a, &pair.b).or_else(|| lost(&pair.first_only_b, &pair.a))
     };
     // The telling trials of a set begin with those that it lost.

@@ -64,8 +64,8 @@ pub fn together(text: &str) -> String {
         is_one_of(
             word,
             &[
-                "=", "<", ">=", "%", "s", "ms", "mm", "m", "m/s", "m/s^2", "N", "kg", "rad", "rad/s", "deg", "degrees", "points",
-                "cm\u{b2}",
+                "=", "<", ">=", "%", "s", "ms", "mm", "m", "m/s", "m/s^2", "N", "kg", "rad", "rad/s", "deg", "degrees",
+                "points", "cm\u{b2}",
             ],
         ) || is_one_of(before, &["=", "<", ">=", "N"])
             || (before.starts_with('(') && before.ends_with(',') && !before.contains(')'))
@@ -123,10 +123,16 @@ mod tests {
 
     #[test]
     fn what_has_lines_of_its_own_keeps_them() {
-        let said = format!("it has ended; on stderr: Traceback\n  File \"a.py\", line 1\n    {}\nError: 3 < 4", "x ".repeat(40));
+        let said = format!(
+            "it has ended; on stderr: Traceback\n  File \"a.py\", line 1\n    {}\nError: 3 < 4",
+            "x ".repeat(40)
+        );
         let told = entry("outcome", &said);
         let lines: Vec<&str> = told.lines().collect();
-        assert_eq!(lines[..2], ["outcome     it has ended; on stderr: Traceback", "              File \"a.py\", line 1"]);
+        assert_eq!(
+            lines[..2],
+            ["outcome     it has ended; on stderr: Traceback", "              File \"a.py\", line 1"]
+        );
         assert!(lines.len() == 4 && lines[3] == "            Error: 3 < 4", "{told}");
     }
 
