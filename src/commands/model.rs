@@ -114,24 +114,29 @@ mod tests {
         assert!(answer(&args(&["left_knee_flexion=1", "left_knee_flexion=1"], false)).is_err());
     }
 
+    /// The text on one line.
+    fn read(text: &str) -> String {
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    }
+
     #[test]
     fn a_swing_that_the_motors_cannot_make_is_told() {
         let mut robot = Robot::load("ut-mu2").unwrap();
         robot.reach[0].swing_time_s = 0.14;
         robot.reach[1].x_m[1] = 0.5;
-        let text = model::description(&robot);
-        let too_short = "in 0.14 s;\n           WARNING: less than the 0.146 s that the motors of a leg need";
-        let too_far = "sideways from 0.25 of it on;\n           WARNING: the legs do not reach all of it";
+        let text = read(&model::description(&robot));
+        let too_short = "in 0.14 s; WARNING: less than the 0.146 s that the motors of a leg need";
+        let too_far = "sideways from 0.25 of it on; WARNING: the legs do not reach all of it";
         assert!(text.contains(too_short) && text.contains(too_far), "{text}");
         assert_eq!(text.matches("WARNING").count(), 2, "{text}");
     }
 
     #[test]
     fn the_text_describes_the_robot() {
-        let text = answer(&args(&["right_knee_flexion=-0.1"], false)).unwrap();
+        let text = read(&answer(&args(&["right_knee_flexion=-0.1"], false)).unwrap());
         for part in [
             "20 joints",
-            "beside: x -150 to 150 mm, y 75 to 180 mm, in 0.15 s;\n           the motors of a leg need 0.146 s",
+            "beside: x -150 to 150 mm, y 75 to 180 mm, in 0.15 s; the motors of a leg need 0.146 s",
             "in front: x 105 to 130 mm, y -30 to 75 mm, in 0.2 s, sideways from 0.25 of it on;",
             "96.172 x 69.172 x 7.288 mm",
             "[battery_and_boards]",

@@ -94,7 +94,7 @@ mod tests {
         let mut summary = summary(&[[Recovered, Fell]], &[], &["b >= 0.8"]);
         summary.pairs = vec![summary.pairs[0].clone(); 10_000];
         summary.sets = vec![summary.sets[0].clone(); 200];
-        summary.gates = vec![summary.gates[0].clone(); 10_000];
+        summary.gates = vec![GateResult { passes: false, ..summary.gates[0].clone() }; 10_000];
         summary.warnings = vec!["a design that does not support a claim".repeat(5); 10_000];
         let text = text(&summary);
         assert!(text.len() < 200_000, "{} bytes", text.len());

@@ -1,4 +1,4 @@
-//! The largest recoverable impulse by heading, beside the bounds of the pendulum ([`crate::lipm::capture`]).
+//! The largest recoverable impulse by heading, beside the pendulum bounds ([`crate::lipm::capture`]).
 //!
 //! For each controller and heading, a [psychometric search](crate::stats::psychometric) finds the impulse with 50 %
 //! recovery. A second one goes up from small impulses to the first that is lost: below it nothing was, and it looks between

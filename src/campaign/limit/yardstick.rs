@@ -1,4 +1,4 @@
-//! The bounds of the pendulum: the largest impulses that it can take standing, with one footstep, and with any number.
+//! The pendulum bounds: the largest impulses that it can take standing, with one footstep, and with any number.
 
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::limit::search::SetLimit;

@@ -157,6 +157,16 @@ mod tests {
         assert_eq!(page.matches("</script>").count(), 2);
     }
 
+    #[test]
+    fn the_two_measures_of_impulses_are_told_apart() {
+        let page = usual();
+        for told in
+            ["<dt>m omega d</dt>", "<dt>sole impulse</dt>", "(1 sole impulse\u{a0}=", "impulse / m omega d</th>"]
+        {
+            assert!(page.contains(told), "{told} is not in {page}");
+        }
+    }
+
     /// On the page, in the summary for a pull request, and in the terminal.
     #[test]
     fn a_set_that_was_stopped_has_its_own_trials() {

@@ -215,8 +215,8 @@ mod tests {
         let summary = summary(&outcomes.collect::<Vec<_>>(), &[], &["a >= b"]);
         let (pair, gate) = (&summary.pairs[0], &summary.gates[0]);
         assert_eq!(gate.judged.status, Status::Unresolved);
-        assert_eq!((pair.more_trials, gate.judged.more_trials), (Some(85), Some(85)));
-        let about = "a new campaign with another seed and about 85 trials would";
+        assert_eq!((pair.more_trials, gate.judged.more_trials), (Some(86), Some(86)));
+        let about = "a new campaign with another seed and about 86 trials would";
         assert!(pair.words.contains(about) && gate_words(gate).contains(about), "{} {}", pair.words, gate_words(gate));
     }
 

@@ -6,7 +6,7 @@ use crate::render::text::layout::{plant_options, signed, sole_impulse, velocity_
 use crate::stats::rate::median;
 use std::fmt::Display;
 
-/// The limits in one physics engine beside the bounds of the pendulum, or those in two engines side by side. `changes` are
+/// The limits in one physics engine beside the pendulum bounds, or those in two engines side by side. `changes` are
 /// the options by which the campaign was changed, as the commands need them that show a push again.
 pub fn text(limits: &[Limits], changes: &str) -> String {
     let [first, more @ ..] = limits else { return String::new() };
@@ -368,12 +368,12 @@ pub mod tests {
                      --impulse 2.5125 --heading 359.25 --start 0.501\n";
         assert!(alone.contains(early) && !alone.contains("hole: hold"), "{alone}");
         let weak = text(&[weak], "");
-        assert!(weak.contains("t  hold") && weak.contains("t: the torque of the ankles limits them"), "{weak}");
+        assert!(weak.contains("t  hold") && weak.contains("t: the torque of the ankles"), "{weak}");
         assert!(!alone.contains("t  hold") && !alone.contains("t: the torque"), "{alone}");
-        // A command may be longer.
+        // A command may be longer, and a table with a long name.
         let alone: Vec<&str> = alone.lines().filter(|line| !line.starts_with("  standfast push")).collect();
-        for text in [told, alone.join("\n")] {
-            assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        for (text, most) in [(told, 80), (alone.join("\n"), 86)] {
+            assert!(text.lines().all(|line| line.chars().count() <= most), "{text}");
         }
     }
 }
