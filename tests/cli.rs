@@ -476,8 +476,8 @@ fn the_help_is_short_and_the_long_one_has_examples() {
         ("ceiling", 65),
         ("tune", 80),
         ("push", 65),
-        ("cpi", 30),
-        ("model", 20),
+        ("cpi", 35),
+        ("model", 24),
     ] {
         let [short, long] = ["-h", "--help"].map(|help| stdout(&standfast(dir.path(), &[command, help]).success()));
         let count = |help: &str| help.lines().count();
@@ -526,6 +526,22 @@ fn a_controller_is_named_by_its_option_or_without() {
             assert_eq!(first, of(&[&[option, name], more].concat()), "{args:?} {option}");
         }
     }
+}
+
+/// From where verdicts were seen to change.
+#[test]
+fn long_steps_of_the_physics_are_warned_of() {
+    let dir = folder();
+    let told = |step: &str| {
+        let set = [format!("--set=episode.control_period_s={step}"), format!("--set=episode.physics_step_s={step}")];
+        stderr(&standfast(dir.path(), &["run", "smoke", "--gains=hold", "--check", &set[0], &set[1]]).success())
+    };
+    let long = told("0.01");
+    assert!(
+        long.contains("physics_step_s = 0.01: is long for the servos of ut-mu2, and verdicts may differ"),
+        "{long}"
+    );
+    assert!(!told("0.005").contains("verdicts may differ"));
 }
 
 /// A count may be written as people write large ones.

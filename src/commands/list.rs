@@ -24,7 +24,7 @@ pub struct ListArgs {
 const FEATURES: [(&str, bool, &str); 3] = [
     ("onnx", cfg!(feature = "onnx"), "learned policies from ONNX files"),
     ("view", cfg!(feature = "view"), "the window"),
-    ("mujoco", cfg!(feature = "mujoco"), "the second physics engine in this program itself"),
+    ("mujoco", cfg!(feature = "mujoco"), "the second physics engine"),
 ];
 
 pub fn run(args: &ListArgs) -> Result<ExitCode> {
@@ -49,7 +49,8 @@ pub fn run(args: &ListArgs) -> Result<ExitCode> {
             text += &wrapped(&format!("  {:<10} ", word("name")), &format!("{lacks}{}", word("what")));
         }
     }
-    print(&(text + "\nA file has the same place as a name: a URDF, or a TOML file, which `standfast new` writes.\n"))
+    let files = "A file has the same place as a name: a URDF, or a TOML file, which `standfast new` writes.";
+    print(&format!("{text}\n{}", wrapped("", files)))
 }
 
 fn robots() -> Vec<Value> {

@@ -25,6 +25,7 @@
 macro_rules! chapters {
     ($($chapter:ident)*) => { $(
         #[doc = "[README]: ../../../../../README.md"]
+        #[doc = "[campaigns]: crate::guide::campaigns"]
         #[doc = "[clusters]: crate::guide::clusters"]
         #[doc = "[commands]: crate::guide::commands"]
         #[doc = "[columns]: crate::guide::columns"]
