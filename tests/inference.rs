@@ -423,13 +423,18 @@ fn settings_are_written_where_they_are_read() {
 fn stated_soles_are_completed() {
     let folder = folder();
     let path = |name: &str| folder.path().join(name);
-    let floating = with_feet(|_| String::new());
     let init = || standfast(folder.path(), &["init", "mine.urdf"]);
-    // With a byte order mark, as some editors begin a file.
-    fs::write(path("mine.urdf"), format!("\u{feff}{floating}")).unwrap();
-    let told = stderr(&init().code(2));
-    assert!(told.contains("the foot left_foot has no collision geometry"), "{told}");
-    assert!(told.contains("accepted: [soles.left] and [soles.right] in mine.toml"), "{told}");
+    let gone = "<collision><geometry><mesh filename=\"gone.stl\"/></geometry></collision>";
+    for (foot, words) in [
+        (gone, "the mesh of the foot left_foot is left out: gone.stl (no such file)"),
+        ("", "the foot left_foot has no collision geometry"),
+    ] {
+        // With a byte order mark, as some editors begin a file.
+        fs::write(path("mine.urdf"), format!("\u{feff}{}", with_feet(|_| foot.into()))).unwrap();
+        let told = stderr(&init().code(2));
+        assert!(told.contains(words), "{told}");
+        assert!(told.contains("accepted: [soles.left] and [soles.right] in mine.toml"), "{told}");
+    }
     let soles = |links: [&str; 2]| -> String {
         let sole = |(side, link): (&str, &str)| {
             let y = if side == "left" { 0.005 } else { -0.005 };
@@ -450,6 +455,8 @@ fn stated_soles_are_completed() {
     let told = stderr(&init().success());
     let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(told.contains("It stands") && told.contains("Its soles are those that were stated there"), "{told}");
+    let model = stderr(&standfast(folder.path(), &["model", "mine.urdf"]).success());
+    assert!(model.contains("link \"left_foot\" has no shape with which it collides: it stands on a plate"), "{model}");
     let [robot, found] = [path("mine.urdf"), path("child.urdf")].map(|file| {
         if !file.exists() {
             fs::write(&file, CHILD).unwrap();
@@ -462,6 +469,8 @@ fn stated_soles_are_completed() {
         assert_eq!(stated.half_m, read.half_m);
     }
     assert!((robot.home_com_height() - found.home_com_height()).abs() < 1e-3);
+    fs::write(path("mine.urdf"), with_feet(|_| gone.into())).unwrap();
+    assert!(stderr(&standfast(folder.path(), &["model", "mine.urdf"]).success()).contains("it stands on a plate"));
     // What is whole is not replaced.
     assert!(stderr(&init().code(2)).contains("this file is there already"));
 }

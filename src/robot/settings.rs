@@ -275,7 +275,7 @@ fn plates(faces: &PerFoot<SoleFace>, tree: &mut Tree) {
         let SoleFace::Stated(face) = face else { continue };
         let Some(frame) = tree.frames.iter().position(|frame| frame.name == face.link) else { continue };
         let link = tree.frames[frame].link;
-        if !tree.links[link].collisions.is_empty() || tree.missing.iter().any(|(of, _)| *of == frame) {
+        if !tree.links[link].collisions.is_empty() {
             continue;
         }
         let [length, width] = face.size_m;
@@ -288,6 +288,11 @@ fn plates(faces: &PerFoot<SoleFace>, tree: &mut Tree) {
             shape: Shape::Box { half },
             color: [0.5, 0.5, 0.5, 1.0],
         });
+        let note = format!(
+            "link {:?} has no shape with which it collides: it stands on a plate as large as its sole",
+            face.link
+        );
+        tree.notes.push(note);
     }
 }
 
@@ -323,14 +328,9 @@ fn stated_sole(file: &str, field: &str, face: &StatedFace, tree: &Tree) -> Resul
     ];
     Error::check_ranges(file, field, &ranges)?;
     let center = frames[frame].pose * face.pose();
-    check_mesh(file, &format!("{field}.link"), frame, tree)?;
-    let solids = &links[link].collisions;
-    if solids.is_empty() {
-        let accepted = "a link with collision geometry, which stands on the ground";
-        return Err(Error::value(file, format!("{field}.link"), &face.link, "has no collision geometry", accepted));
-    }
     let up = center.rotation * Vector3::z();
-    let top = solids.iter().map(|solid| solid.reach_m(&up)).fold(f64::NEG_INFINITY, f64::max);
+    // There is one at least, if only a plate.
+    let top = links[link].collisions.iter().map(|solid| solid.reach_m(&up)).fold(f64::NEG_INFINITY, f64::max);
     Ok(Sole {
         frame,
         link,

@@ -139,7 +139,10 @@ impl Numbers {
             self.add(&node.name, shape.iter().flatten())?;
         }
         let made = op.infer(inputs, outputs.clone(), observed).map_err(at)?.1;
-        outputs.iter().zip(&made).map(|(old, new)| old.unify(new)).collect::<TractResult<_>>().map_err(at)
+        let made: Vec<InferenceFact> =
+            outputs.iter().zip(&made).map(|(old, new)| old.unify(new)).collect::<TractResult<_>>().map_err(at)?;
+        made.iter().try_for_each(|fact| check_whole_numbers(&node.name, fact))?;
+        Ok(made)
     }
 
     /// Checks what each operation makes once all sizes have to be known.
@@ -172,6 +175,13 @@ impl Numbers {
         }
         Ok(())
     }
+}
+
+/// Fails if a known whole number is too large for a size.
+fn check_whole_numbers(name: &str, fact: &InferenceFact) -> Result<(), String> {
+    let Some(value) = fact.value.concretize() else { return Ok(()) };
+    let Ok(numbers) = value.to_plain_array_view::<i64>() else { return Ok(()) };
+    numbers.iter().try_for_each(|number| proto::check_whole(*number, &format!("{name:?}")))
 }
 
 /// What the library says, with the causes, on one line.

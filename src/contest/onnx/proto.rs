@@ -84,8 +84,19 @@ fn check_attribute(attribute: &AttributeProto, of: &str) -> Result<(), String> {
     if attribute.g.is_some() || !attribute.graphs.is_empty() {
         return Err(format!("its {of} has networks within it, which are not taken: conditions and loops"));
     }
+    attribute.ints.iter().try_for_each(|number| check_whole(*number, of))?;
     let mut tensors = attribute.t.iter().chain(&attribute.tensors);
     tensors.try_for_each(|tensor| check_tensor(tensor, &format!("{of} has a tensor {:?}, which", attribute.name)))
+}
+
+/// Checks a whole number, which may be a size: where it is larger than this, the library reads another one. The largest and
+/// the least that there are stand for ends.
+pub fn check_whole(number: i64, its: &str) -> Result<(), String> {
+    const MOST: u64 = i32::MAX as u64;
+    if number.unsigned_abs() <= MOST || number.unsigned_abs() >= i64::MAX as u64 {
+        return Ok(());
+    }
+    Err(format!("its {its} has the number {number}; up to {MOST} are taken"))
 }
 
 /// Checks that a tensor has the numbers that it states.
