@@ -86,7 +86,7 @@ pub(super) fn settings(
     };
     let mut soles = match &stated {
         Some((source, soles, are_boxes)) => {
-            for foot in Foot::BOTH.into_iter().filter(|&foot| soles[foot].link != foot_link(foot)) {
+            if let Some(foot) = Foot::BOTH.into_iter().find(|&foot| soles[foot].link != foot_link(foot)) {
                 let (field, name) = (format!("soles.{}", foot.name()), &robot.frames[soles[foot].frame].name);
                 let accepted = format!("a link of {}", robot.links[foot_link(foot)].name);
                 return Err(Error::value(&source.file, field, name, "is not at the end of that leg", accepted));
