@@ -34,10 +34,9 @@ fn is_harmful(c: char) -> bool {
 
 /// The text with its long numbers shortened; None if there are none.
 fn shortened(text: &str) -> Option<String> {
-    let is_digit = |byte: &u8| byte.is_ascii_digit();
-    let digits = |from: usize| text.as_bytes()[from..].iter().take_while(|byte| is_digit(byte)).count();
+    let digits = |from: usize| text.as_bytes()[from..].iter().take_while(|byte| byte.is_ascii_digit()).count();
     let (mut short, mut kept, mut at) = (None, 0, 0);
-    while let Some(from) = text.as_bytes()[at..].iter().position(|byte| is_digit(&byte)).map(|ahead| at + ahead) {
+    while let Some(from) = text.as_bytes()[at..].iter().position(u8::is_ascii_digit).map(|ahead| at + ahead) {
         at = from + digits(from);
         if text[at..].starts_with('.') {
             at += 1 + digits(at + 1);

@@ -320,7 +320,8 @@ fn make_executable(path: &Path) -> Result<()> {
 /// A pool of so many threads; 0 means one for each core.
 pub(crate) fn pool(threads: usize) -> Result<ThreadPool> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|e| Error::Machine(format!("{threads} threads cannot be started: {e}")))
+    let remedy = "raise the limit of processes and threads (`ulimit -u`), or take fewer --threads";
+    pool.map_err(|e| Error::Machine(format!("the threads cannot be started: {e}; {remedy}")))
 }
 
 /// Fails if the name of a controller cannot be the name of a file, or if two sets have the same name.
