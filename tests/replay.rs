@@ -291,13 +291,20 @@ fn a_result_has_replays_of_telling_trials() {
     let refused = stderr(&standfast(dir.path(), &["replay", "out", "--trial=0", "--gains=hold"]).code(3));
     assert!(refused.contains("trial 0 of hold: impulse_n_s = ") && refused.contains("is not what seed"), "{refused}");
     forge(&out, |manifest| manifest.campaign.seed -= 1);
-    forge(&out, |manifest| manifest.campaign.episode.horizon_s = 0.6);
+    // Whether it stands or not, the trial then ends at another time.
+    let ends = |horizon_s: f64, standing_time_s: f64| {
+        forge(&out, |manifest| {
+            manifest.campaign.episode.horizon_s = horizon_s;
+            manifest.campaign.episode.judge.standing_time_s = standing_time_s;
+        });
+    };
+    ends(0.6, 0.05);
     let telling = summary["sets"][0]["telling"].as_array().unwrap();
     let won = telling.iter().find(|trial| trial["survived"] == true).unwrap()["trial"].to_string();
     let warned = stderr(&standfast(dir.path(), &["replay", "out", "--trial", &won, "--gains=hold"]).success());
     assert!(warned.contains(&format!("trial {won} of hold is not as it was: ")), "{warned}");
     assert!(page(&won, "hold").contains("is not as it was"), "the page does not say so");
-    forge(&out, |manifest| manifest.campaign.episode.horizon_s = 0.4);
+    ends(0.4, 0.1);
 
     // The trials are computed again, so other ones may be telling.
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();
