@@ -170,7 +170,6 @@ fn a_pipe_in_the_place_of_a_file_is_refused_before_anything_is_simulated() {
         ("e.toml", "push --controller e.toml"),
         ("f.toml", "run f.toml"),
         ("t/task.json", "tune fixed --campaign smoke --out t"),
-        ("t/sample.json", "tune fixed --campaign smoke --out t --untried"),
     ] {
         pipe(name);
         refused(name, args, "cannot read");

@@ -344,7 +344,7 @@ mod tests {
             ("tr '\\0' x </dev/zero >&2", &long, "did not read what it was sent within 0.3 s; on stderr: xxx"),
             ("read line; exit 3", "hello\n", "has closed its output (exit status: 3)"),
             ("read line; printf '\\377\\n'", "hello\n", "answered with something that is not UTF-8"),
-            ("sleep 982 & exit 3", "hello\n", "gave no answer within 0.3 s (exit status: 3)"),
+            ("read line; sleep 982 & exit 3", "hello\n", "gave no answer within 0.3 s (exit status: 3)"),
         ] {
             let told = problem(&mut started(script), line);
             assert!(told.starts_with(words), "{script}: {told}");
