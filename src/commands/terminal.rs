@@ -37,7 +37,7 @@ pub fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Prints a line to the standard error, as harmless as [`print`] does, unless only warnings and errors are told.
+/// Prints a line to the standard error, as harmless as [`print()`] does, unless only warnings and errors are told.
 pub fn note(line: &str) {
     if !is_quiet() {
         alert(line);
@@ -58,7 +58,7 @@ fn above_the_bar(write: impl FnOnce()) {
     }
 }
 
-/// Logs by another logger, as harmless as [`print`] prints, but each warning only once: that of a robot would else come again with every replay of it.
+/// Logs by another logger, as harmless as [`print()`] prints, but each warning only once: that of a robot would else come again with every replay of it.
 pub struct Once<L> {
     logger: L,
     told: Mutex<HashSet<String>>,
