@@ -324,7 +324,12 @@ fn a_network_that_cannot_be_is_refused_for_its_cause() {
         (with(&deep, &[]), "has 6002 operations, more than 5000"),
         (network(&[gemm()], &[weights(), bias()], &[("obs", 1 << 63), ("weights", 3), ("bias", 1)], &[DONE]), "takes "),
         (
-            network(&[gemm()], &[weights(), bias()], &[SEEN, ("time_step", 1)], &[DONE, ("joint_pos", 2)]),
+            network(
+                &[gemm(), operation("Identity", &["time_step"], &["joint_pos"])],
+                &[weights(), bias()],
+                &[SEEN, ("time_step", 1)],
+                &[DONE, ("joint_pos", 1)],
+            ),
             "has 2 inputs [\"obs\", \"time_step\"] and 2 outputs [\"action\", \"joint_pos\"]; by time_step it follows a recorded",
         ),
         (

@@ -58,7 +58,8 @@ fn above_the_bar(write: impl FnOnce()) {
     }
 }
 
-/// Logs by another logger, as harmless as [`print()`] prints, but each warning only once: that of a robot would else come again with every replay of it.
+/// Logs by another logger, as harmless as [`print()`] prints, but each warning only once: that of a robot would else come again
+/// with every replay of it.
 pub struct Once<L> {
     logger: L,
     told: Mutex<HashSet<String>>,
