@@ -1,8 +1,6 @@
 //! `standfast ceiling`: pushes that are lost are caught by a search, and what it finds can be repeated.
 
-mod common;
-
-use common::program::{folder, standfast, stderr, stdout};
+use crate::common::program::{folder, standfast, stderr, stdout};
 use serde_json::Value;
 use std::fs;
 

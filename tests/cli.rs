@@ -1,10 +1,8 @@
 //! The program from outside: its exit codes and messages, and that results are the same bytes after any history of
 //! runs.
 
-mod common;
-
-use common::program::{FEW, PROGRAM, Run, SEVERAL_PARTS, files, folder, short, standfast, stderr, stdout};
-use standfast::assets::Kind;
+use crate::common::program::{FEW, PROGRAM, Run, SEVERAL_PARTS, files, folder, short, standfast, stderr, stdout};
+use standfast::files::assets::Kind;
 use std::process::Command;
 use std::{collections::BTreeMap, fs};
 
@@ -428,10 +426,10 @@ fn a_check_says_that_all_is_fine_and_writes_nothing() {
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
     // For an existing result it tells what is left to do, and changes nothing.
     standfast(dir.path(), &short(&[FEW])).success();
-    let before = common::program::files(dir.path());
+    let before = crate::common::program::files(dir.path());
     let told = stderr(&standfast(dir.path(), &short(&[FEW, "--check"])).success());
     assert!(told.contains(" 0 episodes to run"), "{told}");
-    assert!(common::program::files(dir.path()) == before);
+    assert!(crate::common::program::files(dir.path()) == before);
 }
 
 /// A template runs as it is, under the name of its file.

@@ -1,8 +1,8 @@
 //! Gates, early stopping and comparisons, by the program from outside.
 
-mod common;
-
-use common::program::{FEW, PROGRAM, SEVERAL_PARTS, SHORT, files, folder, forge, short, standfast, stderr, stdout};
+use crate::common::program::{
+    FEW, PROGRAM, SEVERAL_PARTS, SHORT, files, folder, forge, short, standfast, stderr, stdout,
+};
 use serde_json::Value;
 use standfast::sim::Engine;
 use std::fs;
@@ -430,7 +430,7 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
     assert!(said.contains("25 episodes in"), "{said}");
     assert_eq!(trials(&summary(&other.path().join("out"))), [25, 75]);
     // No boundary that was looked at is moved by that.
-    let manifest = standfast::campaign::store::manifest::Manifest::read(&other.path().join("out")).unwrap();
+    let manifest = standfast::study::store::manifest::Manifest::read(&other.path().join("out")).unwrap();
     assert_eq!((manifest.planned_trials, manifest.campaign.trials), (50, 75));
     // Compared with a result of which both sets have all trials.
     let elsewhere = |more: &[&'static str]| [&SHORT[..SHORT.len() - 1], &["--gains=fixed"], more].concat();
@@ -572,7 +572,7 @@ fn interrupted_at(folder: &Path, args: &[&str], words: &str) -> String {
         said += "\n";
         if line.contains(words) && !is_told {
             is_told = true;
-            common::program::send("INT", &run);
+            crate::common::program::send("INT", &run);
         }
     }
     assert_eq!(run.wait().unwrap().code(), Some(130), "{said}");
@@ -651,7 +651,7 @@ fn who_does_not_fall_has_survived() {
     };
     let told = stdout(&run("--out=a", &[]).success());
     assert!(told.contains("survived,") && told.contains("`--judge survived`"), "{told}");
-    let summed = |run: common::program::Run| -> Value { serde_json::from_str(&stdout(&run.success())).unwrap() };
+    let summed = |run: crate::common::program::Run| -> Value { serde_json::from_str(&stdout(&run.success())).unwrap() };
     let [stands, lasts] = [&[][..], &["--judge=survived"]].map(|judge: &[&str]| {
         let out = if judge.is_empty() { "--out=a" } else { "--out=b" };
         summed(run(out, &[judge, &["--json"]].concat()))

@@ -1,11 +1,9 @@
 //! Traces for other programs (MCAP, Parquet with meanings), and the page of a result in the browser.
 
-mod common;
-
-use common::program::{FEW, PROGRAM, Run, folder, short, standfast, stderr, stdout};
+use crate::common::program::{FEW, PROGRAM, Run, folder, short, standfast, stderr, stdout};
 use mcap::{MessageStream, Summary};
 use serde_json::Value;
-use standfast::columns::{meaning, unit};
+use standfast::files::columns::{meaning, unit};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;

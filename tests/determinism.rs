@@ -1,15 +1,13 @@
 //! The same episode gives the same bits.
 
-mod common;
-
-use common::program::{SEVERAL_PARTS, files, folder, standfast};
-use common::{Bench, engine, push, sensor_errors};
+use crate::common::program::{SEVERAL_PARTS, files, folder, standfast};
+use crate::common::{Bench, engine, push, sensor_errors};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
-use standfast::episode::Until;
-use standfast::render::trace::Trace;
-use standfast::robot::{Foot, PerFoot};
+use standfast::core::robot::{Foot, PerFoot};
+use standfast::report::trace::Trace;
+use standfast::sim::episode::Until;
 
 /// Hash of every number of every tick (truth, estimate, command) and of the record.
 fn fingerprint(bench: &Bench, seed: u64) -> Vec<u8> {
@@ -40,11 +38,11 @@ fn an_episode_repeats_to_the_bit_in_every_thread() {
 /// alone: with noise, on a slope, with pushes that need no footstep, that need some, and that topple the robot.
 #[test]
 fn episodes_that_share_a_robot_are_the_same_bits() {
-    use standfast::episode::{self, ClosedLoop, Disturbance};
+    use standfast::sim::episode::{self, ClosedLoop, Disturbance};
     use standfast::sim::{Push, Variation};
     let names = ["hold", "switching", "paper", "catch", "fixed"];
     let benches = names.map(Bench::new);
-    let (robot, config) = (&benches[0].robot, common::config(3.0));
+    let (robot, config) = (&benches[0].robot, crate::common::config(3.0));
     let variation = Variation { slope_deg: Some(1.0), delay_s: Some(0.005), ..Variation::default() };
     let pushed = |impulse_n_s, heading_deg| vec![Push { start_s: 0.7, ..push(impulse_n_s, heading_deg) }];
     let disturbance = |pushes: &[Push]| Disturbance {

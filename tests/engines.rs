@@ -2,15 +2,13 @@
 //! push that topples a stiff robot, the engines against each other. (The other tests of physics run in either engine,
 //! which STANDFAST_ENGINE names.)
 
-mod common;
-
-use common::program::{SEVERAL_PARTS, files, folder, standfast, stderr, stdout};
-use common::{Bench, angular_momentum, config, push};
+use crate::common::program::{SEVERAL_PARTS, files, folder, standfast, stderr, stdout};
+use crate::common::{Bench, angular_momentum, config, push};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use rayon::prelude::*;
-use standfast::episode::{self, Disturbance, EpisodeConfig, Outcome, Until};
-use standfast::robot::dynamics::Dynamics;
-use standfast::robot::{GRAVITY, Kinematics, Robot};
+use standfast::core::robot::dynamics::Dynamics;
+use standfast::core::robot::{GRAVITY, Kinematics, Robot};
+use standfast::sim::episode::{self, Disturbance, EpisodeConfig, Outcome, Until};
 use standfast::sim::{Engine, Ground, Plant, Pull, Variation, plant::Clock};
 use std::f64::consts::TAU;
 
@@ -101,7 +99,7 @@ fn on_a_slope_a_robot_slides_like_a_block() {
 /// An arm whose shoulder is free swings like a pendulum with the rotor's inertia: period 2 pi sqrt(M / (dG/dq)).
 #[test]
 fn a_free_arm_swings_with_the_period_of_its_inertia() {
-    let mut robot = Robot::load("ut-mu2").unwrap();
+    let mut robot = standfast::robots::load("ut-mu2").unwrap();
     let shoulder = robot.joints.iter().position(|joint| joint.name == "left_shoulder_flexion").unwrap();
     // All other joints are stiff, so that the rest of the robot stands still.
     for (joint, servo) in robot.servos.iter_mut().enumerate() {

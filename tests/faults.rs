@@ -3,9 +3,7 @@
 //!
 //! `cargo test --release --test faults -- --nocapture` prints the table.
 
-mod common;
-
-use common::program::{PROGRAM, Run, files, folder, send, standfast, stderr};
+use crate::common::program::{PROGRAM, Run, files, folder, send, standfast, stderr};
 use serde_json::Value;
 use standfast::files::sha256_hex;
 use std::collections::BTreeMap;

@@ -8,16 +8,16 @@
 mod mutations;
 
 use mutations::{fuzz, simulated};
-use standfast::assets::{self, Kind, Source};
-use standfast::campaign::ask::gate::Gate;
-use standfast::campaign::ask::trial;
-use standfast::campaign::run::{RunOptions, Watch, Work};
-use standfast::campaign::{Campaign, Folder, Overrides, Plan, StoredTrial};
-use standfast::contest::{self, variant};
-use standfast::episode::{Disturbance, EpisodeConfig};
-use standfast::lipm::GainSet;
-use standfast::robot::{Robot, Units, urdf};
+use standfast::controllers::{self, variant};
+use standfast::core::robot::{Robot, Units};
+use standfast::files::assets::{self, Kind, Source};
+use standfast::robots::urdf;
 use standfast::sim::Push;
+use standfast::sim::episode::{Disturbance, EpisodeConfig};
+use standfast::study::ask::gate::Gate;
+use standfast::study::ask::trial;
+use standfast::study::run::{RunOptions, Watch, Work};
+use standfast::study::{Campaign, Folder, Overrides, Plan, StoredTrial};
 use standfast::{Error, Result};
 use std::fs;
 use std::sync::atomic::AtomicBool;
@@ -38,7 +38,7 @@ fn pushed(robot: &Robot) -> Result<()> {
     let push = Push { start_s: 0.004, ..Push::of(&units) };
     let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
     let gains = if robot.reach.is_empty() { "fixed" } else { "catch" };
-    simulated(robot, &GainSet::load(gains)?, &EpisodeConfig::of(&units), disturbance)
+    simulated(robot, &standfast::controllers::gain_set(gains)?, &EpisodeConfig::of(&units), disturbance)
 }
 
 /// A refusal by the design is one in words too.
@@ -50,7 +50,7 @@ fn read_of(robot: Result<Robot>) -> Result<()> {
 fn urdf() {
     let settings = builtin(Kind::RobotSettings, "ut-mu2");
     let valid = [builtin(Kind::Robot, "ut-mu2").text];
-    fuzz("urdf", &valid, |text| read_of(Robot::parse(&file("mine.urdf", text), &settings)));
+    fuzz("urdf", &valid, |text| read_of(standfast::robots::parse(&file("mine.urdf", text), &settings)));
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn inferred_settings() {
     let valid = [include_str!("../assets/robots/child.urdf").to_string(), builtin(Kind::Robot, "ut-mu2").text];
     fuzz("inferred", &valid, |text| {
         let urdf = file("mine.urdf", text);
-        read_of(urdf::inferred(&urdf, None).and_then(|settings| Robot::parse(&urdf, &settings)))
+        read_of(urdf::inferred(&urdf, None).and_then(|settings| standfast::robots::parse(&urdf, &settings)))
     });
 }
 
@@ -103,7 +103,7 @@ fn meshes() {
         fs::write(path(&file), mesh).unwrap();
         let solid = format!("<collision><geometry><mesh filename=\"{name}\"/></geometry></collision>");
         fs::write(path("mine.urdf"), format!("{}{solid}{}", &urdf[..at], &urdf[at..])).unwrap();
-        let read = Robot::load(&path("mine.urdf").to_string_lossy());
+        let read = standfast::robots::load(&path("mine.urdf").to_string_lossy());
         fs::remove_file(path(&file)).unwrap();
         read_of(read)
     });
@@ -113,19 +113,19 @@ fn meshes() {
 fn robot_settings() {
     let robot = builtin(Kind::Robot, "ut-mu2");
     let valid = [builtin(Kind::RobotSettings, "ut-mu2").text];
-    fuzz("settings", &valid, |text| read_of(Robot::parse(&robot, &file("mine.toml", text))));
+    fuzz("settings", &valid, |text| read_of(standfast::robots::parse(&robot, &file("mine.toml", text))));
 }
 
 #[test]
 fn gain_sets() {
-    let robot = Robot::load("ut-mu2").unwrap();
+    let robot = standfast::robots::load("ut-mu2").unwrap();
     let valid =
         Kind::Controller.names().into_iter().map(|name| builtin(Kind::Controller, name).text).collect::<Vec<_>>();
     let config = EpisodeConfig::of(&Units::of(&robot));
     fuzz("gains", &valid, |text| {
-        contest::read(&file("mine.toml", text))?;
+        controllers::read(&file("mine.toml", text))?;
         // A controller of another kind has no gains to simulate.
-        let Ok(gains) = GainSet::parse(&file("mine.toml", text)) else { return Ok(()) };
+        let Ok(gains) = standfast::controllers::parse_gain_set(&file("mine.toml", text)) else { return Ok(()) };
         simulated(
             &robot,
             &gains,
@@ -137,11 +137,11 @@ fn gain_sets() {
 
 /// The first trial of a campaign, on its robot.
 fn first_trial(campaign: &Campaign) -> Result<()> {
-    let robot = Robot::load(&campaign.robot)?;
-    campaign.gains.iter().try_for_each(|gains| contest::load(gains).map(|_| ()))?;
+    let robot = standfast::robots::load(&campaign.robot)?;
+    campaign.gains.iter().try_for_each(|gains| controllers::load(gains).map(|_| ()))?;
     campaign.to_toml()?;
     let disturbance = trial::disturbance(campaign, campaign.trials - 1);
-    simulated(&robot, &GainSet::load("fixed")?, &campaign.episode, disturbance)
+    simulated(&robot, &standfast::controllers::gain_set("fixed")?, &campaign.episode, disturbance)
 }
 
 #[test]
@@ -198,7 +198,7 @@ fn variants() {
     ];
     fuzz("variant", &valid.map(String::from), |text| {
         variant::expand(text).map(|_| ())?;
-        contest::load(text).map(|_| ())
+        controllers::load(text).map(|_| ())
     });
 }
 

@@ -1,12 +1,10 @@
 //! What is inferred of a robot from its URDF alone.
 
-mod common;
-
-use common::program::{PROGRAM, Run, files, folder, short, standfast, stderr, stdout};
+use crate::common::program::{PROGRAM, Run, files, folder, short, standfast, stderr, stdout};
 use serde_json::Value;
-use standfast::assets::{self, Kind, Source};
-use standfast::robot::urdf::{Files, inferred};
-use standfast::robot::{Foot, Kinematics, Robot};
+use standfast::core::robot::{Foot, Kinematics, Robot};
+use standfast::files::assets::{self, Kind, Source};
+use standfast::robots::urdf::{Files, inferred};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -14,7 +12,7 @@ use std::process::Command;
 const CHILD: &str = include_str!("../assets/robots/child.urdf");
 
 fn robot_of(urdf: &Source) -> Robot {
-    Robot::parse(urdf, &inferred(urdf, None).unwrap()).unwrap()
+    standfast::robots::parse(urdf, &inferred(urdf, None).unwrap()).unwrap()
 }
 
 fn child() -> Source {
@@ -29,7 +27,7 @@ fn near(what: &str, value: f64, expected: f64, share: f64) {
 /// The rules are those by which the settings of UT-mu2 were chosen.
 #[test]
 fn the_settings_of_ut_mu2_are_inferred() {
-    let stated = Robot::load("ut-mu2").unwrap();
+    let stated = standfast::robots::load("ut-mu2").unwrap();
     let found = robot_of(&assets::open(Kind::Robot, "ut-mu2").unwrap());
     assert_eq!((found.trunk, found.friction, found.noise), (stated.trunk, stated.friction, stated.noise));
     near("delay", found.delay_s, stated.delay_s, 0.0);
@@ -66,7 +64,7 @@ fn the_settings_of_ut_mu2_are_inferred() {
 #[test]
 fn placeholders_in_the_place_of_torques_and_speeds_are_not_believed() {
     let urdf = assets::open(Kind::Robot, "ut-mu2").unwrap();
-    let stated = Robot::load("ut-mu2").unwrap();
+    let stated = standfast::robots::load("ut-mu2").unwrap();
     for (from, to) in
         [("effort=\"8\" velocity=\"20\"", "effort=\"1000\" velocity=\"20\""), ("effort=\"8\"", "effort=\"0\"")]
     {
@@ -100,7 +98,7 @@ fn what_init_writes_is_what_a_robot_without_settings_has() {
     let path = folder.path().join("mine.urdf");
     fs::write(&path, CHILD).unwrap();
     let name = path.to_str().unwrap();
-    let without = Robot::load(name).unwrap();
+    let without = standfast::robots::load(name).unwrap();
     assert!(Files::open(name).unwrap().are_inferred);
     let init = stderr(&standfast(folder.path(), &["init", "mine.urdf"]).success());
     let carried: Vec<f64> = init.split_whitespace().filter_map(|word| word.parse().ok()).collect();
@@ -109,7 +107,7 @@ fn what_init_writes_is_what_a_robot_without_settings_has() {
         "{init}"
     );
     assert!(!Files::open(name).unwrap().are_inferred);
-    assert_eq!(format!("{:?}", Robot::load(name).unwrap()), format!("{without:?}"));
+    assert_eq!(format!("{:?}", standfast::robots::load(name).unwrap()), format!("{without:?}"));
 
     let again = standfast(folder.path(), &["init", "mine.urdf"]).code(2);
     assert!(stderr(&again).contains("mine.toml: this file is there already"), "{}", stderr(&again));
@@ -213,7 +211,7 @@ fn soles_are_found_on_feet_of_any_kind() {
         assert!(stderr(&init).contains("It stands"), "{name}: {}", stderr(&init));
         let told = stdout(&init).split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(told.contains(words), "{name}: {told}");
-        let robot = Robot::load(folder.path().join("robot.urdf").to_str().unwrap()).unwrap();
+        let robot = standfast::robots::load(folder.path().join("robot.urdf").to_str().unwrap()).unwrap();
         for foot in Foot::BOTH {
             let found = robot.soles[foot].half_m.map(|half| 2e3 * half);
             let apart = (0..2).map(|k| (found[k] - size_mm[k]).abs()).fold(0.0, f64::max);
@@ -232,7 +230,7 @@ fn legs_that_differ_a_little_are_levelled() {
     };
     let told = |by_m: f64| {
         let urdf = Source { file: "uneven.urdf".into(), text: lower(CHILD, by_m) };
-        inferred(&urdf, None).and_then(|settings| Robot::parse(&urdf, &settings).map(|_| settings.text))
+        inferred(&urdf, None).and_then(|settings| standfast::robots::parse(&urdf, &settings).map(|_| settings.text))
     };
     let levelled = told(0.002).unwrap();
     assert!(levelled.contains("WARNING: the left leg reaches") && levelled.contains("halfway"), "{levelled}");
@@ -252,7 +250,7 @@ fn joints_without_a_range_are_told_and_can_be_given_one() {
     assert!(refused.contains("17 joints are locked, since their limits in the URDF leave them no range"), "{refused}");
     assert!(refused.contains("standfast init --range 1.5"), "{refused}");
     standfast(folder.path(), &["init", "robot.urdf", "--range", "1.4"]).success();
-    let robot = Robot::load(folder.path().join("robot.urdf").to_str().unwrap()).unwrap();
+    let robot = standfast::robots::load(folder.path().join("robot.urdf").to_str().unwrap()).unwrap();
     assert_eq!(robot.joints.len(), 17);
     assert!(robot.joints.iter().all(|joint| (joint.lower_rad, joint.upper_rad) == (-1.4, 1.4)));
     let refused = stderr(&standfast(folder.path(), &["init", "robot.urdf", "--print", "--range", "9"]).code(2));
@@ -332,7 +330,7 @@ fn the_home_posture_is_that_of_an_srdf() {
           <joint name="neck_yaw" value="0.25"/><joint name="left_knee" value="0.5"/><joint name="right_knee" value="0.5"/>
         </group_state></robot>"#;
     fs::write(folder.path().join("mine.srdf"), srdf).unwrap();
-    let robot = Robot::load(path.to_str().unwrap()).unwrap();
+    let robot = standfast::robots::load(path.to_str().unwrap()).unwrap();
     for (name, expected) in [("neck_yaw", 0.25), ("left_knee", 0.5), ("right_knee", 0.5)] {
         let joint = robot.joints.iter().position(|joint| joint.name == name).unwrap();
         assert!((robot.home_rad[joint] - expected).abs() < 1e-9, "{name}: {}", robot.home_rad[joint]);
@@ -461,7 +459,7 @@ fn stated_soles_are_completed() {
         if !file.exists() {
             fs::write(&file, CHILD).unwrap();
         }
-        Robot::load(file.to_str().unwrap()).unwrap()
+        standfast::robots::load(file.to_str().unwrap()).unwrap()
     });
     for foot in Foot::BOTH {
         let (stated, read) = (robot.soles[foot], found.soles[foot]);

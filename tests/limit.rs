@@ -1,8 +1,6 @@
 //! `standfast limit` from outside: what it writes, that it does not depend on threads, and what it refuses.
 
-mod common;
-
-use common::program::standfast;
+use crate::common::program::standfast;
 use serde_json::Value;
 use std::{fs, path::Path};
 

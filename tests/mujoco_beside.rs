@@ -1,9 +1,7 @@
 //! A program without MuJoCo goes on in the one beside it that has it, or says what is missing.
 #![cfg(all(unix, not(feature = "mujoco")))]
 
-mod common;
-
-use common::program::{FEW, PROGRAM, Run, SHORT, files, folder, short, standfast, stderr, stdout};
+use crate::common::program::{FEW, PROGRAM, Run, SHORT, files, folder, short, standfast, stderr, stdout};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,7 @@
 //! Learned policies: a network does what the same law does in Python, mistakes are told in a sentence, and real policies
 //! stand and are pushed where they are at hand.
 
-mod common;
-
-use common::program::{folder, standfast, stderr, stdout};
+use crate::common::program::{folder, standfast, stderr, stdout};
 use ndarray::array;
 use ndarray_npy::{NpzWriter, WriteNpyExt};
 use serde_json::Value;
@@ -365,10 +363,10 @@ fn a_network_that_cannot_be_is_refused_for_its_cause() {
 #[test]
 fn any_byte_of_a_network_may_be_wrong() {
     let dir = folder();
-    let robot = standfast::robot::Robot::load("ut-mu2").unwrap();
+    let robot = standfast::robots::load("ut-mu2").unwrap();
     let whole = with_metadata(linear(&vec![vec![0.1; 2]; 3], &[0.0; 2]), &[("a", "b")]);
     let file = policy(dir.path(), "ours", &whole, &terms(&["base_angular_velocity"]), "");
-    let settings = standfast::contest::load(&dir.path().join(file).to_string_lossy()).unwrap();
+    let settings = standfast::controllers::load(&dir.path().join(file).to_string_lossy()).unwrap();
     let (mut taken, mut refused) = (0, 0);
     for at in 0..whole.len() {
         for value in [whole[at] ^ 1, whole[at] ^ 0x80, 0xff] {
@@ -390,8 +388,8 @@ fn any_byte_of_a_network_may_be_wrong() {
 /// The motors of a policy are simulated with it, and with nobody else.
 #[test]
 fn a_policy_brings_its_own_motors() {
-    let servos = standfast::robot::Robot::load("ut-mu2").unwrap().servos;
-    let robot = standfast::robot::Robot::load("ut-mu2").unwrap();
+    let servos = standfast::robots::load("ut-mu2").unwrap().servos;
+    let robot = standfast::robots::load("ut-mu2").unwrap();
     let ankle = robot.joints.iter().position(|joint| joint.name == ANKLES[0]).unwrap();
     let (torque, rotor) = (servos[ankle].torque_n_m, servos[ankle].rotor_inertia_kg_m2);
     let dir = folder();
@@ -561,7 +559,7 @@ fn a_policy_is_written_from_what_its_training_left() {
     init(&["lab.onnx", "--force"]).success();
 
     // In the order of the motors are stiffness and damping alone.
-    let robot = standfast::robot::Robot::load("ut-mu2").unwrap();
+    let robot = standfast::robots::load("ut-mu2").unwrap();
     let motor = |name: &str| robot.joints.iter().position(|joint| joint.name == name).unwrap();
     let [left, right] = ANKLES.map(motor);
     let each: Vec<String> = (0..20).map(|i| format!("{}.0", 50 + i)).collect();

@@ -1,9 +1,7 @@
 //! Controllers that run in processes of their own, in Python: they do what the same controller does inside, failures are
 //! outcomes with a cause, and no child is left behind.
 
-mod common;
-
-use common::program::{PROGRAM, Run, folder, send, standfast, stderr, stdout};
+use crate::common::program::{PROGRAM, Run, folder, send, standfast, stderr, stdout};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

@@ -1,14 +1,13 @@
 //! The commands in the README, the guide and the help are valid, as far as this can be checked without running them:
 //! files, names, keys and gates are checked, and not only the options. Links lead somewhere, and a shown output is true.
 
-mod common;
 #[path = "readme/shown.rs"]
 mod shown;
 
-use common::program::{folder, standfast, stderr, stdout};
+use crate::common::program::{folder, standfast, stderr, stdout};
 use rayon::prelude::*;
 use shown::{commands_of, documents, words_of};
-use standfast::assets::PYTHON;
+use standfast::files::assets::PYTHON;
 use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;

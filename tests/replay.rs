@@ -1,8 +1,6 @@
 //! Trials of a campaign, run again one by one: what `push` reports agrees with the campaign, to the bit.
 
-mod common;
-
-use common::program::{FEW, SEVERAL_PARTS, files, folder, forge, short, standfast, stderr, stdout};
+use crate::common::program::{FEW, SEVERAL_PARTS, files, folder, forge, short, standfast, stderr, stdout};
 use std::{collections::BTreeMap, fs, path::Path};
 
 /// The columns of a trial that `push` reports too, as JSON values: outcome, times and peaks.
@@ -390,7 +388,7 @@ fn every_column_is_explained() {
     let told = stdout(&standfast(dir.path(), &["columns"]).success());
     assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
     let (of_trials, of_traces) = told.split_once("Traces\n").unwrap();
-    let robot = standfast::robot::Robot::load("ut-mu2").unwrap();
+    let robot = standfast::robots::load("ut-mu2").unwrap();
     // `com_[xyz]_m` stands for three columns, SIDE for two, and JOINT for one of each joint.
     let each = |name: &str| -> Vec<String> {
         let joints = robot.joints.iter().map(|joint| name.replace("JOINT", &joint.name));

@@ -1,9 +1,7 @@
 //! The pages of real results as a reader meets them: in a browser, from a file, without network.
 
-mod common;
-
-use common::browser::{Browser, Page};
-use common::program::{folder, short, standfast, stdout};
+use crate::common::browser::{Browser, Page};
+use crate::common::program::{folder, short, standfast, stdout};
 use serde_json::{Value, json};
 use std::{fs, path::Path, path::PathBuf};
 

@@ -1,9 +1,7 @@
 //! `standfast tune`: a search is the same however it is run, goes on where it stopped, and its verdict is that of an
 //! ordinary campaign with a seed of its own.
 
-mod common;
-
-use common::program::{PROGRAM, Run, files, folder, standfast, stderr, stdout};
+use crate::common::program::{PROGRAM, Run, files, folder, standfast, stderr, stdout};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,9 +1,7 @@
 //! The window of `standfast view` as a person uses it, on a display of its own, by keys and mouse. Where no window can
 //! be opened, one line tells why.
 
-mod common;
-
-use common::program::{PROGRAM, Run, stderr, stdout};
+use crate::common::program::{PROGRAM, Run, stderr, stdout};
 use std::process::Command;
 use tempfile::TempDir;
 
@@ -43,9 +41,9 @@ fn a_build_without_the_window_says_how_to_get_one() {
 #[cfg(feature = "view")]
 mod window {
     use super::*;
-    use common::display::Display;
-    use common::program::{folder, standfast, stdout};
-    use common::window::{View, ended};
+    use crate::common::display::Display;
+    use crate::common::program::{folder, standfast, stdout};
+    use crate::common::window::{View, ended};
     use image::RgbImage;
     use std::path::Path;
 

@@ -1,12 +1,11 @@
 //! Whole episodes of the standard campaign, and a small campaign on one thread and on two.
 
 use criterion::{Criterion, SamplingMode};
-use standfast::campaign::ask::trial;
-use standfast::campaign::run::{RunOptions, Watch, Work};
-use standfast::campaign::{Campaign, Overrides, Plan};
-use standfast::contest;
-use standfast::episode::{self, Outcome};
-use standfast::robot::Robot;
+use standfast::controllers;
+use standfast::sim::episode::{self, Outcome};
+use standfast::study::ask::trial;
+use standfast::study::run::{RunOptions, Watch, Work};
+use standfast::study::{Campaign, Overrides, Plan};
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
@@ -17,7 +16,7 @@ fn campaign(name: &str, trials: u64, set: &[&str]) -> Campaign {
 }
 
 pub fn episode(c: &mut Criterion) {
-    let robot = Robot::load("ut-mu2").expect("built in");
+    let robot = standfast::robots::load("ut-mu2").expect("built in");
     let mut group = c.benchmark_group("episode");
     group.sample_size(10).sampling_mode(SamplingMode::Flat).measurement_time(Duration::from_secs(4));
     for (name, gains, impulse_n_s, outcome) in [
@@ -29,7 +28,7 @@ pub fn episode(c: &mut Criterion) {
         let campaign = campaign("standard", 1, &[&impulse, "push.heading_deg=0", "push.height_m=0"]);
         let config = &campaign.episode;
         let factory =
-            contest::load(gains).and_then(|set| set.prepare(&robot, config.control_period_s)).expect("built in");
+            controllers::load(gains).and_then(|set| set.prepare(&robot, config.control_period_s)).expect("built in");
         let run = || {
             let disturbance = trial::disturbance(&campaign, 0);
             episode::run(&robot, &factory, config, disturbance, config.until(), &mut |_| {}).unwrap()

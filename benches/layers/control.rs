@@ -2,8 +2,8 @@
 
 use crate::played::{Phase, Played};
 use criterion::Criterion;
-use standfast::control::CpiController;
-use standfast::robot::{Command, Controller};
+use standfast::core::control::CpiController;
+use standfast::core::robot::{Command, Controller};
 use standfast::sim::Engine;
 use std::hint::black_box;
 use std::time::{Duration, Instant};

@@ -1,10 +1,9 @@
 //! A pushed robot, recorded tick by tick. Its readings are played back to a controller, and its commands to a plant: so
 //! each of the two goes through the states of the episode, and the other one takes no time.
 
-use standfast::control::{CpiController, Design};
-use standfast::episode::EpisodeConfig;
-use standfast::lipm::GainSet;
-use standfast::robot::{Command, Controller, Robot, Sensed, Units};
+use standfast::core::control::{CpiController, Design};
+use standfast::core::robot::{Command, Controller, Robot, Sensed, Units};
+use standfast::sim::episode::EpisodeConfig;
 use standfast::sim::plant::Clock;
 use standfast::sim::{Engine, Ground, Plant, Push};
 
@@ -45,15 +44,15 @@ pub struct Played {
 
 /// The time steps of an episode that is not told otherwise.
 pub fn clock(engine: Engine) -> Clock {
-    let robot = Robot::load("ut-mu2").expect("built in");
+    let robot = standfast::robots::load("ut-mu2").expect("built in");
     EpisodeConfig { engine, ..EpisodeConfig::of(&Units::of(&robot)) }.clock()
 }
 
 impl Played {
     /// Ideal sensors, and a push from behind after 0.2 s.
     pub fn new(gains: &str, impulse_n_s: f64, engine: Engine) -> Self {
-        let (robot, clock) = (Robot::load("ut-mu2").expect("built in"), clock(engine));
-        let gains = GainSet::load(gains).expect("built in");
+        let (robot, clock) = (standfast::robots::load("ut-mu2").expect("built in"), clock(engine));
+        let gains = standfast::controllers::gain_set(gains).expect("built in");
         let design = Design::new(&robot, &gains, clock.control_period_s).expect("built in");
         let push = Push { impulse_n_s, start_s: 0.2, ..Push::default() };
         let home = design.home_command();

@@ -2,19 +2,19 @@
 
 use criterion::{Criterion, SamplingMode};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use standfast::control::Design;
-use standfast::control::stand::Support;
-use standfast::geometry::SupportPolygon;
-use standfast::lipm::relaxation::{AxisPlan, Boundary};
-use standfast::lipm::{CpiSet, GainFamily, GainSet, OnlineSets, Pendulum, State};
-use standfast::robot::{PerFoot, Robot};
+use standfast::core::control::Design;
+use standfast::core::control::stand::Support;
+use standfast::core::geometry::SupportPolygon;
+use standfast::core::lipm::relaxation::{AxisPlan, Boundary};
+use standfast::core::lipm::{CpiSet, GainFamily, OnlineSets, Pendulum, State};
+use standfast::core::robot::PerFoot;
 use std::hint::black_box;
 use std::time::Duration;
 
 const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
 
 fn family(gains: &str) -> GainFamily {
-    GainFamily::design(&GainSet::load(gains).expect("built in"), PENDULUM, 0.048).expect("valid")
+    GainFamily::design(&standfast::controllers::gain_set(gains).expect("built in"), PENDULUM, 0.048).expect("valid")
 }
 
 fn at_home() -> SupportPolygon {
@@ -61,8 +61,9 @@ pub fn membership(c: &mut Criterion) {
 /// The plan of a footstep, and the work after its landing, for which the paper took 0.15 ms: from footholds to support
 /// polygon and frame, the sets of all gains, and the fastest gain whose set contains the state.
 pub fn footstep(c: &mut Criterion) {
-    let (robot, family) = (Robot::load("ut-mu2").expect("built in"), family("paper"));
-    let design = Design::new(&robot, &GainSet::load("paper").expect("built in"), PENDULUM.dt).expect("valid");
+    let (robot, family) = (standfast::robots::load("ut-mu2").expect("built in"), family("paper"));
+    let design =
+        Design::new(&robot, &standfast::controllers::gain_set("paper").expect("built in"), PENDULUM.dt).expect("valid");
     let rules = design.stepping().expect("it steps");
     let [x, y] = [(0.01, 0.4, 0.13), (0.05, 0.02, 0.0)].map(|(com, com_vel, to)| {
         let most = robot.soles.left.half_m[0] - family.zmp_margin;

@@ -3,14 +3,15 @@
 
 use crate::played::{Phase, Played, clock};
 use criterion::Criterion;
-use standfast::assets::{self, Source};
-use standfast::robot::{Command, Robot, urdf};
+use standfast::core::robot::{Command, Robot};
+use standfast::files::assets::{self, Source};
+use standfast::robots::urdf;
 use standfast::sim::{Engine, Ground, Pairs, Plant, Push};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 pub fn control_period(c: &mut Criterion) {
-    let robot = Robot::load("ut-mu2").expect("built in");
+    let robot = standfast::robots::load("ut-mu2").expect("built in");
     for engine in Engine::ALL.into_iter().filter(|engine| engine.check(&robot).is_ok()) {
         in_engine(c, &robot, engine);
     }
@@ -50,7 +51,7 @@ pub fn joints(c: &mut Criterion) {
             for solid in [true, false].into_iter().take(if joints == 12 { 1 } else { 2 }) {
                 let urdf = Source { text: with_joints(&stated.text, joints, solid), ..stated.clone() };
                 let settings = urdf::inferred(&urdf, None).expect("a humanoid");
-                let robot = Robot::parse(&urdf, &settings).expect("a humanoid");
+                let robot = standfast::robots::parse(&urdf, &settings).expect("a humanoid");
                 if engine.check(&robot).is_err() {
                     return;
                 }

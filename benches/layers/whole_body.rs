@@ -2,13 +2,15 @@
 
 use criterion::Criterion;
 use nalgebra::{DVector, Vector3};
-use standfast::control::body::{BodyTargets, ContactModel, DesiredAcceleration, InverseDynamics, InverseKinematics};
-use standfast::robot::dynamics::Dynamics;
-use standfast::robot::{Kinematics, PerFoot, Robot};
+use standfast::core::control::body::{
+    BodyTargets, ContactModel, DesiredAcceleration, InverseDynamics, InverseKinematics,
+};
+use standfast::core::robot::dynamics::Dynamics;
+use standfast::core::robot::{Kinematics, PerFoot};
 use std::hint::black_box;
 
 pub fn whole_body(c: &mut Criterion) {
-    let robot = Robot::load("ut-mu2").expect("built in");
+    let robot = standfast::robots::load("ut-mu2").expect("built in");
     let (posture, velocity) = (robot.home_posture(), DVector::from_element(6 + robot.joints.len(), 0.1));
     let mut kinematics = Kinematics::new(&robot);
     let mut dynamics = Dynamics::new(&robot);

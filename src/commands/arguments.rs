@@ -1,17 +1,17 @@
 //! Arguments that several commands take, and checks of their values.
 
 use super::terminal::note;
-use crate::campaign::Overrides;
-use crate::campaign::ask::gate::OnUnresolved;
-use crate::episode::Counts;
-use crate::error::{Error, Result};
-use crate::files::{folder_of, is_no_file, shell_word};
-use crate::sim::Engine;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::Deserialize;
 use serde::de::value::{Error as NoSuchName, StringDeserializer};
 use serde::de::{DeserializeOwned, IntoDeserializer};
+use standfast_core::error::{Error, Result};
+use standfast_files::{folder_of, is_no_file, shell_word};
+use standfast_sim::Engine;
+use standfast_sim::episode::Counts;
+use standfast_study::Overrides;
+use standfast_study::ask::gate::OnUnresolved;
 use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -120,7 +120,7 @@ pub struct SettingArgs {
 }
 
 impl ChangeArgs {
-    /// These changes in the form that [`Campaign::load`](crate::campaign::Campaign::load) takes, with the first of the
+    /// These changes in the form that [`Campaign::load`](standfast_study::Campaign::load) takes, with the first of the
     /// engines.
     pub fn overrides(&self) -> Overrides {
         Overrides {

@@ -4,14 +4,13 @@ use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_
 use super::interrupt::{STOP, nothing_kept, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::terminal::{note, print};
-use crate::campaign::ask::spec::MOST_TRIALS;
-use crate::campaign::ceiling::{CeilingOptions, Clairvoyant, MOST_TRIES};
-use crate::campaign::{Campaign, Overrides};
-use crate::error::{Error, Result};
-use crate::files::write_atomic;
-use crate::render;
-use crate::render::text::ceiling as text;
-use crate::sim::Engine;
+use standfast_core::error::{Error, Result};
+use standfast_files::write_atomic;
+use standfast_report::text::ceiling as text;
+use standfast_sim::Engine;
+use standfast_study::ask::spec::MOST_TRIALS;
+use standfast_study::ceiling::{CeilingOptions, Clairvoyant, MOST_TRIES};
+use standfast_study::{Campaign, Overrides};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -90,7 +89,7 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
     let found = clairvoyant.run(&STOP, &|| progress.episode(), &|| progress.tick());
     progress.finish();
     let found = nothing_kept(found)?;
-    let as_json = render::json(&found);
+    let as_json = standfast_report::json(&found);
     // The campaign may have fewer trials in its file.
     let trials = args.trials.map(|trials| format!(" --set trials={trials}"));
     let changes = args.change.settings.options() + &trials.unwrap_or_default();

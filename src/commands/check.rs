@@ -5,14 +5,12 @@ use super::contract;
 use super::episode::Setting;
 use super::result::exit_code_of_gates;
 use super::terminal::print;
-use crate::campaign::Overrides;
-use crate::campaign::ask::trial;
-use crate::contest;
-use crate::episode::alone::Alone;
-use crate::error::Result;
-use crate::render;
-use crate::render::text::alone::Tried;
-use crate::sim::Engine;
+use standfast_core::error::Result;
+use standfast_report::text::alone::Tried;
+use standfast_sim::Engine;
+use standfast_sim::episode::alone::Alone;
+use standfast_study::Overrides;
+use standfast_study::ask::trial;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -60,7 +58,7 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
     let overrides = Overrides { engine: args.engine, robot: args.robot.clone(), ..Overrides::default() };
     let Setting { campaign, robot, config } = Setting::of(args.campaign.as_deref(), &overrides, args.horizon)?;
 
-    let settings = contest::load(args.controller.name())?;
+    let settings = standfast_controllers::load(args.controller.name())?;
     let prepare = || settings.prepare(&robot, config.control_period_s);
     let factory = prepare()?;
     factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
@@ -70,6 +68,6 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
     let (first, second, third) = (alone(&factory)?, alone(&factory)?, alone(&prepare()?)?);
     let (again, anew) = (first.differs(&second), first.differs(&third));
     let tried = Tried { robot: &robot, factory: &factory, config: &config, alone: &first, again, anew, contract };
-    print(&if args.json { render::json(&tried.json()) } else { tried.text() })?;
+    print(&if args.json { standfast_report::json(&tried.json()) } else { tried.text() })?;
     Ok(exit_code_of_gates(tried.is_good()))
 }

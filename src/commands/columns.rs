@@ -1,9 +1,9 @@
 //! `standfast columns`: prints what the columns of trials and traces mean.
 
 use super::terminal::print;
-use crate::columns::CHAPTER;
-use crate::error::Result;
-use crate::render::text::layout::wrapped;
+use standfast_core::error::Result;
+use standfast_files::columns::CHAPTER;
+use standfast_report::text::layout::wrapped;
 use std::process::ExitCode;
 
 /// Prints the chapter, with tables as lists.

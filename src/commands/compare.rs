@@ -5,12 +5,12 @@ use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::result::{Printing, exit_code, say_failed_gates};
 use super::terminal::{note, print, warn};
-use crate::campaign::Folder;
-use crate::campaign::partings::Partings;
-use crate::campaign::verdict::agreement::Agreement;
-use crate::campaign::verdict::compare::Comparison;
-use crate::error::{Error, Result};
-use crate::render::result;
+use standfast_core::error::{Error, Result};
+use standfast_report::result;
+use standfast_study::Folder;
+use standfast_study::partings::Partings;
+use standfast_study::verdict::agreement::Agreement;
+use standfast_study::verdict::compare::Comparison;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 

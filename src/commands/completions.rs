@@ -1,8 +1,8 @@
 //! `standfast completions`: prints a completion script for a shell.
 
 use super::terminal::print;
-use crate::error::Result;
 use clap_complete::Shell;
+use standfast_core::error::Result;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]

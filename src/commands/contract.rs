@@ -1,8 +1,8 @@
 //! Recorded pairs of observation and action, which a policy has to repeat: `check --contract`.
 
-use crate::error::{Error, Result};
-use crate::render::text::alone::Contract;
-use crate::robot::Controller;
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::Controller;
+use standfast_report::text::alone::Contract;
 use std::path::Path;
 
 #[cfg(feature = "onnx")]
@@ -24,7 +24,7 @@ pub fn repeated(path: &Path, controller: &dyn Controller) -> Result<Contract> {
         let accepted = "a controller of kind \"onnx\"";
         return Err(Error::option("--contract", path.display(), "this controller takes no observations", accepted));
     }
-    let bytes = crate::assets::read(path, MOST_BYTES)?;
+    let bytes = standfast_files::assets::read(path, MOST_BYTES)?;
     let pairs = match path.extension().and_then(|extension| extension.to_str()) {
         #[cfg(feature = "onnx")]
         Some("npz") => npz::pairs(&file, bytes, size)?,

@@ -3,17 +3,16 @@
 
 use super::arguments::{ControllerArgs, check_output, number};
 use super::terminal::print;
-use crate::assets::DEFAULT_ROBOT;
-use crate::campaign::ask::bounds::in_range;
-use crate::contest;
-use crate::control::home_polygon;
-use crate::episode::CONTROL_PERIOD_S;
-use crate::error::Result;
-use crate::geometry::SupportPolygon;
-use crate::lipm::cpi_set::{CpiSet, Inclusion};
-use crate::lipm::{GainFamily, Pendulum};
-use crate::render::{self, figure, text::cpi::Sets};
-use crate::robot::{Robot, Units};
+use standfast_core::control::home_polygon;
+use standfast_core::error::Result;
+use standfast_core::geometry::SupportPolygon;
+use standfast_core::lipm::cpi_set::{CpiSet, Inclusion};
+use standfast_core::lipm::{GainFamily, Pendulum};
+use standfast_core::robot::{Robot, Units};
+use standfast_files::assets::DEFAULT_ROBOT;
+use standfast_report::{figure, text::cpi::Sets};
+use standfast_sim::episode::CONTROL_PERIOD_S;
+use standfast_study::ask::bounds::in_range;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -61,10 +60,10 @@ pub fn run(args: &CpiArgs) -> Result<ExitCode> {
 /// Searches the sets, writes the files that were asked for, and returns what to print. Pendulum and support are those
 /// of UT-mu2 unless they are given. Nothing is written if an input is bad.
 fn answer(args: &CpiArgs) -> Result<String> {
-    let robot = Robot::load(DEFAULT_ROBOT)?;
+    let robot = standfast_robots::load(DEFAULT_ROBOT)?;
     args.plot.iter().try_for_each(|path| check_output("--plot", path, &["svg"]))?;
     let gains = args.gains.name();
-    let set = contest::gain_set(gains)?;
+    let set = standfast_controllers::gain_set(gains)?;
     let family = GainFamily::design(&set, pendulum(args, &robot)?, Units::of(&robot).half_sole_m)?;
     let support = match args.support {
         Some(support) => support,
@@ -84,7 +83,7 @@ fn answer(args: &CpiArgs) -> Result<String> {
     if let Some(file) = &args.plot {
         figure::cpi::write(file, &set.name, &sets, &undisturbed)?;
     }
-    Ok(if args.json { render::json(&found.as_json()) } else { found.text() })
+    Ok(if args.json { standfast_report::json(&found.as_json()) } else { found.text() })
 }
 
 /// The pendulum of the options, or else that of `robot` at home.
@@ -125,10 +124,10 @@ fn parse_support(text: &str) -> Result<SupportPolygon, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Error;
-    use crate::lipm::GainSet;
-    use crate::render::text::cpi::HEADER;
+    use standfast_core::error::Error;
+
     use clap::Parser;
+    use standfast_report::text::cpi::HEADER;
 
     #[derive(Parser)]
     struct CpiLine {
@@ -184,13 +183,13 @@ mod tests {
             assert!(text.contains(words), "{words}: {text}");
         }
         let svg = std::fs::read_to_string(file).unwrap();
-        let gains = GainSet::load("robust").unwrap().gains.len();
+        let gains = standfast_controllers::gain_set("robust").unwrap().gains.len();
         assert_eq!(svg.matches("slice undisturbed").count(), 2 * gains, "{svg}");
         assert!(svg.contains("dashed: without disturbances"), "{svg}");
 
         let object: serde_json::Value = serde_json::from_str(&run_with(&["robust", "--json"]).unwrap()).unwrap();
-        let half_sole_m = Units::of(&Robot::load(DEFAULT_ROBOT).unwrap()).half_sole_m;
-        let bounds = GainSet::load("robust").unwrap().zmp_disturbance.bounds() * half_sole_m;
+        let half_sole_m = Units::of(&standfast_robots::load(DEFAULT_ROBOT).unwrap()).half_sole_m;
+        let bounds = standfast_controllers::gain_set("robust").unwrap().zmp_disturbance.bounds() * half_sole_m;
         assert_eq!(object["zmp_disturbance_m"], serde_json::json!([bounds.x, bounds.y]));
         let size = |kind: &str| object[kind][0]["largest_impulse_over_m_omega_d"]["forward"].as_f64().unwrap();
         assert!(size("sets") < 0.99 * size("sets_without_disturbances"), "{object}");

@@ -3,22 +3,22 @@
 
 use super::arguments::check_output;
 use super::terminal::note;
-use crate::assets::DEFAULT_ROBOT;
-use crate::campaign::{Campaign, Overrides, check_episode, check_steps};
-use crate::columns;
-use crate::episode::{ClosedLoop, Disturbance, EpisodeConfig, Film, Outcome, Record, Tick};
-use crate::error::{Error, Result};
-use crate::files::{folder_of, is_same_folder, shell_word, write_atomic};
-use crate::render::figure::motion::MotionPlot;
-use crate::render::mcap::McapTrace;
-use crate::render::picture::{self, FramesOptions};
-use crate::render::replay::{self, Head};
-use crate::render::text::ghost::names;
-use crate::render::text::story::{Told, Witness};
-use crate::render::{self, trace::Trace};
-use crate::robot::{Factory, Robot, Units};
-use crate::sim::push::three_digits;
 use serde_json::json;
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::{Factory, Robot, Units};
+use standfast_files::assets::DEFAULT_ROBOT;
+use standfast_files::columns;
+use standfast_files::{folder_of, is_same_folder, shell_word, write_atomic};
+use standfast_pictures::FramesOptions;
+use standfast_report::figure::motion::MotionPlot;
+use standfast_report::mcap::McapTrace;
+use standfast_report::replay::{self, Head};
+use standfast_report::text::ghost::names;
+use standfast_report::text::story::{Told, Witness};
+use standfast_report::trace::Trace;
+use standfast_sim::episode::{ClosedLoop, Disturbance, EpisodeConfig, Film, Outcome, Record, Tick};
+use standfast_sim::push::three_digits;
+use standfast_study::{Campaign, Overrides, check_episode, check_steps};
 use std::path::{Path, PathBuf};
 
 /// How long plots, films and pictures go on after the robot has come to stand still (s).
@@ -54,7 +54,7 @@ impl OutputArgs {
             path.iter().try_for_each(|path| check_output(option, path, kinds))?;
         }
         let Some(frames) = &self.frames else { return Ok(()) };
-        picture::check_folder(frames)?;
+        standfast_pictures::check_folder(frames)?;
         // The folder of `--frames` may hold nothing else: a second run would refuse to write to it.
         for (option, path) in files {
             let problem = match path {
@@ -80,8 +80,9 @@ impl OutputArgs {
 
     /// Draws the snapshots of a film, with those of a second film of the same trial, if they are asked for.
     pub fn draw_frames(&self, film: &Film, second: Option<&Film>) -> Result<()> {
-        let draw =
-            |folder: &PathBuf| picture::write_frames(film, second, folder, &FramesOptions::default()).map(|_| ());
+        let draw = |folder: &PathBuf| {
+            standfast_pictures::write_frames(film, second, folder, &FramesOptions::default()).map(|_| ())
+        };
         self.frames.as_ref().map_or(Ok(()), draw)
     }
 
@@ -137,7 +138,7 @@ impl Setting {
     pub fn of(campaign: Option<&str>, overrides: &Overrides, horizon_s: Option<f64>) -> Result<Self> {
         let campaign = campaign.map(|name| Campaign::load(name, overrides)).transpose()?;
         let robot_name = overrides.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
-        let robot = Robot::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
+        let robot = standfast_robots::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
         let mut config = campaign.as_ref().map_or_else(|| EpisodeConfig::of(&Units::of(&robot)), |c| c.episode);
         if campaign.is_none() {
             config.horizon_s = three_digits(config.horizon_s);
@@ -197,7 +198,7 @@ impl<'a> Case<'a> {
             self.watched(disturbance, outputs, 0.0, run, Record::clone)?.0
         };
         outputs.say_what_was_written();
-        let text = if as_json { render::json(&told.as_json()) } else { told.text() };
+        let text = if as_json { standfast_report::json(&told.as_json()) } else { told.text() };
         Ok((text, is_broken(&told)))
     }
 
@@ -215,7 +216,7 @@ impl<'a> Case<'a> {
         outputs.say_what_was_written();
         let (told, other) = (&shown.0, &beside.0);
         let text = match as_json {
-            true => render::json(&json!({ "controllers": [told.as_json(), other.as_json()] })),
+            true => standfast_report::json(&json!({ "controllers": [told.as_json(), other.as_json()] })),
             false => format!("{}\n{}", told.story(), other.text()),
         };
         Ok((text, is_broken(told) || is_broken(other)))

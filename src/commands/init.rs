@@ -3,15 +3,15 @@
 
 use super::arguments::{is_file_of, number};
 use super::terminal::{note, print, tell};
-use crate::assets::{self, Kind, Source};
-use crate::contest;
-use crate::contest::onnx::{self, Written};
-use crate::episode::alone::Alone;
-use crate::episode::{CONTROL_PERIOD_S, Disturbance, EpisodeConfig};
-use crate::error::{Error, Result};
-use crate::files::{folder_of, is_no_file, is_same_file, is_same_folder, shell_word, write_atomic};
-use crate::render::{self, text::layout::entry, text::model};
-use crate::robot::{Robot, Units, urdf};
+use standfast_controllers::Written;
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::{Robot, Units};
+use standfast_files::assets::{self, Kind, Source};
+use standfast_files::{folder_of, is_no_file, is_same_file, is_same_folder, shell_word, write_atomic};
+use standfast_report::{text::layout::entry, text::model};
+use standfast_robots::urdf;
+use standfast_sim::episode::alone::Alone;
+use standfast_sim::episode::{CONTROL_PERIOD_S, Disturbance, EpisodeConfig};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -73,14 +73,14 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     let kept = usual.is_file().then(|| assets::text(&usual).ok()).flatten().filter(urdf::states_soles_alone);
     let path = if kept.is_some() && args.out.is_none() { usual } else { args.path(usual)? };
     let settings = urdf::completed(&urdf, args.range, kept.as_ref())?;
-    let robot = Robot::parse(&urdf, &settings)?;
+    let robot = standfast_robots::parse(&urdf, &settings)?;
     if args.print {
         return print(&settings.text);
     }
     let stands = stands(&robot).unwrap_or_else(|error| Err(error.to_string()));
     write_atomic(&path, settings.text.as_bytes())?;
     print(&match args.json {
-        true => render::json(&model::kinematics_json(&robot, &robot.zero_posture().q)),
+        true => standfast_report::json(&model::kinematics_json(&robot, &robot.zero_posture().q)),
         false => model::description(&robot),
     })?;
     note("");
@@ -120,7 +120,7 @@ fn stands(robot: &Robot) -> Result<Result<[f64; 2], String>> {
     const MOMENT: f64 = 6.0;
     let units = Units::of(robot);
     let config = EpisodeConfig { horizon_s: MOMENT * units.time_s(), ..EpisodeConfig::of(&units) };
-    let stiff = contest::load("hold")?.prepare(robot, config.control_period_s)?;
+    let stiff = standfast_controllers::load("hold")?.prepare(robot, config.control_period_s)?;
     let alone = Alone::run(robot, &stiff, &config, Disturbance::default())?;
     if !alone.is_lost() {
         return Ok(Ok(alone.carried.map(|share| 100.0 * share)));
@@ -152,10 +152,10 @@ fn policy(args: &InitArgs) -> Result<ExitCode> {
         let accepted = "a file in the folder of the policy";
         return Err(Error::option("--out", path.display(), "does not lie beside the policy", accepted));
     }
-    let robot = Robot::load(name)?;
-    let Written { text, by, assumed } = onnx::written(model, args.from.as_deref(), &robot)?;
+    let robot = standfast_robots::load(name)?;
+    let Written { text, by, assumed } = crate::leaves::policy_file(model, args.from.as_deref(), &robot)?;
     // A network with other sizes, or joints that the robot lacks, are found here.
-    let settings = contest::read(&Source { file: path.to_string_lossy().into(), text: text.clone() })?;
+    let settings = standfast_controllers::read(&Source { file: path.to_string_lossy().into(), text: text.clone() })?;
     settings.prepare(&robot, CONTROL_PERIOD_S)?;
     if args.print {
         return print(&text);
@@ -185,7 +185,7 @@ fn policy(args: &InitArgs) -> Result<ExitCode> {
     ];
     let told = told.into_iter().chain(assumed.into_iter().map(|assumed| ("assumed", assumed)));
     print(&match args.json {
-        true => render::json(&tree),
+        true => standfast_report::json(&tree),
         false => told.map(|(label, what)| entry(label, &what)).collect(),
     })?;
     note("");

@@ -5,14 +5,14 @@
 //! has done nothing wrong, and is to be run again, which its exit code says.
 
 use super::terminal::alert;
-use crate::error::{Error, Result, TRY_AGAIN};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
+use standfast_core::error::{Error, Result, TRY_AGAIN};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Set by the first signal.
-pub use crate::contest::STOP;
+pub use standfast_controllers::STOP;
 
 /// Whether that was a termination.
 static TERMINATED: AtomicBool = AtomicBool::new(false);

@@ -8,13 +8,13 @@ use super::episode::{Case, Origin, OutputArgs, command_line, write_replay};
 use super::interrupt::{STOP, nothing_kept, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
 use super::terminal::{note, print};
-use crate::campaign::limit::{LimitOptions, Limits, MOST_HEADINGS, MOST_REPLICAS, MOST_TRIALS, Searches, pushed};
-use crate::campaign::{Campaign, Overrides};
-use crate::error::Result;
-use crate::files::write_atomic;
-use crate::render::{self, figure, text};
-use crate::sim::Engine;
 use serde_json::json;
+use standfast_core::error::Result;
+use standfast_files::write_atomic;
+use standfast_report::{figure, text};
+use standfast_sim::Engine;
+use standfast_study::limit::{LimitOptions, Limits, MOST_HEADINGS, MOST_REPLICAS, MOST_TRIALS, Searches, pushed};
+use standfast_study::{Campaign, Overrides};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -125,8 +125,8 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     let limits = nothing_kept(limits)?;
     // The result is printed before it is written, so that it is not lost if it cannot be written.
     let as_json = match &limits[..] {
-        [one] => render::json(one),
-        both => render::json(&json!({ "engines": both })),
+        [one] => standfast_report::json(one),
+        both => standfast_report::json(&json!({ "engines": both })),
     };
     print(&if args.json { as_json.clone() } else { text::limits(&limits, &args.change.settings.options()) })?;
     for path in files {

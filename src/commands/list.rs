@@ -3,14 +3,12 @@
 
 use super::mujoco;
 use super::terminal::print;
-use crate::assets::Kind;
-use crate::campaign::{Campaign, Overrides};
-use crate::contest;
-use crate::error::Result;
-use crate::render;
-use crate::render::text::layout::wrapped;
-use crate::sim::Engine;
 use serde_json::{Value, json};
+use standfast_core::error::Result;
+use standfast_files::assets::Kind;
+use standfast_report::text::layout::wrapped;
+use standfast_sim::Engine;
+use standfast_study::{Campaign, Overrides};
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -38,7 +36,7 @@ pub fn run(args: &ListArgs) -> Result<ExitCode> {
     if args.json {
         let all: serde_json::Map<String, Value> =
             tables.into_iter().map(|(kind, list)| (kind.into(), list.into())).collect();
-        return print(&render::json(&Value::Object(all)));
+        return print(&standfast_report::json(&Value::Object(all)));
     }
     let mut text = String::new();
     for (kind, list) in &tables {
@@ -60,7 +58,7 @@ fn robots() -> Vec<Value> {
 
 fn controllers() -> Result<Vec<Value>> {
     let told = |name: &'static str| {
-        let tree = contest::load(name)?.tree();
+        let tree = standfast_controllers::load(name)?.tree();
         Ok(json!({ "name": name, "what": tree.get("description").and_then(toml::Value::as_str) }))
     };
     Kind::Controller.names().into_iter().map(told).collect()

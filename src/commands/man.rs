@@ -1,7 +1,7 @@
 //! `standfast man`: writes the manual pages of all commands.
 
 use super::terminal::note;
-use crate::error::{Error, Result};
+use standfast_core::error::{Error, Result};
 use std::path::PathBuf;
 use std::process::ExitCode;
 

@@ -4,10 +4,10 @@ use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::stop_on_ctrl_c;
 use super::result::{Printing, conclude, exit_code, gates_of};
 use super::terminal::warn;
-use crate::campaign::Folder;
-use crate::campaign::interim::InterimLooks;
-use crate::campaign::store::claim::{Access, Claim};
-use crate::error::{Error, Result};
+use standfast_core::error::{Error, Result};
+use standfast_study::Folder;
+use standfast_study::interim::InterimLooks;
+use standfast_study::store::claim::{Access, Claim};
 use std::path::PathBuf;
 use std::process::ExitCode;
 

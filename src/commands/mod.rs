@@ -36,12 +36,13 @@ mod view;
 pub use interrupt::exit_code;
 pub use terminal::note;
 
-use crate::assets::nearest;
-use crate::contest::kept;
-use crate::error::{Error, Result};
+use crate::leaves;
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use log::Level;
+use standfast_controllers::kept;
+use standfast_core::error::{Error, Result};
+use standfast_files::assets::nearest;
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
@@ -139,6 +140,7 @@ takes minutes. Ctrl-C ends it; the same command then goes on where it ended.
 
 /// The program: runs the command with which it is called, and turns an error into an exit code.
 pub fn main() -> ExitCode {
+    leaves::add();
     let mut logger = env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn"));
     logger.format(|out, record| match record.level() {
         // As warnings are written in results.

@@ -1,10 +1,10 @@
 //! `standfast model`: prints a robot as it was read, and its kinematics at given joint angles.
 
 use super::terminal::print;
-use crate::assets::DEFAULT_ROBOT;
-use crate::error::{Error, Result};
-use crate::render::{self, text::model};
-use crate::robot::Robot;
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::Robot;
+use standfast_files::assets::DEFAULT_ROBOT;
+use standfast_report::text::model;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -33,10 +33,10 @@ pub fn run(args: &ModelArgs) -> Result<ExitCode> {
 /// What to print. Fails if the robot cannot be loaded, has no joint of a given name, or if an angle is not a finite
 /// number.
 fn answer(args: &ModelArgs) -> Result<String> {
-    let robot = Robot::load(&args.robot)?;
+    let robot = standfast_robots::load(&args.robot)?;
     let q = joint_angles(&robot, &args.q)?;
     if args.json {
-        return Ok(render::json(&model::kinematics_json(&robot, &q)));
+        return Ok(standfast_report::json(&model::kinematics_json(&robot, &q)));
     }
     let links = if args.q.is_empty() { String::new() } else { model::links(&robot, &q) };
     Ok(model::description(&robot) + &links)
@@ -121,7 +121,7 @@ mod tests {
 
     #[test]
     fn a_swing_that_the_motors_cannot_make_is_told() {
-        let mut robot = Robot::load("ut-mu2").unwrap();
+        let mut robot = standfast_robots::load("ut-mu2").unwrap();
         robot.reach[0].swing_time_s = 0.14;
         robot.reach[1].x_m[1] = 0.5;
         let text = read(&model::description(&robot));
@@ -134,7 +134,7 @@ mod tests {
     /// Joints that are not named are at 0, which may be beyond their range.
     #[test]
     fn a_joint_beyond_its_range_is_told() {
-        let mut robot = Robot::load("ut-mu2").unwrap();
+        let mut robot = standfast_robots::load("ut-mu2").unwrap();
         robot.joints[7].lower_rad = 0.1;
         let text = model::links(&robot, &joint_angles(&robot, &[]).unwrap());
         assert!(text.contains("left_knee_flexion = 0 rad is outside its limits (0.1000 to 1.9199 rad)"), "{text}");

@@ -2,8 +2,8 @@
 //! starts everywhere. A command that asks for that engine goes on in `standfast-mujoco`: the same program, built with the
 //! feature `mujoco`, which lies beside. It is told where the library is, which comes with the Python package `mujoco`.
 
-use crate::error::Error;
-use crate::sim::MUJOCO_VERSION;
+use standfast_core::error::Error;
+use standfast_sim::MUJOCO_VERSION;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};

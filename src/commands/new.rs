@@ -3,10 +3,10 @@
 
 use super::arguments::check_output;
 use super::terminal::note;
-use crate::assets::{self, CPP, Kind, PYTHON};
-use crate::error::{Error, Result};
-use crate::files::{shell_word, write_atomic};
-use crate::sim::push::three_digits;
+use standfast_core::error::{Error, Result};
+use standfast_files::assets::{self, CPP, Kind, PYTHON};
+use standfast_files::{shell_word, write_atomic};
+use standfast_sim::push::three_digits;
 use std::path::PathBuf;
 use std::process::ExitCode;
 

@@ -1,7 +1,7 @@
 //! `standfast open`: shows the page of a result in the browser.
 
 use super::terminal::{alert, print};
-use crate::error::{Error, Result};
+use standfast_core::error::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 

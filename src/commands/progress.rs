@@ -2,12 +2,12 @@
 //! there is a line now and then. All of it goes to the standard error.
 
 use super::terminal::{is_quiet, make_way_for, note};
-use crate::campaign::verdict::so_far::SoFar;
-use crate::foreign::harmless;
-use crate::render::text::layout::{wrapped, wrapped_to};
-use crate::render::text::so_far;
 use console::Term;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use standfast_report::foreign::harmless;
+use standfast_report::text::layout::{wrapped, wrapped_to};
+use standfast_report::text::so_far;
+use standfast_study::verdict::so_far::SoFar;
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};

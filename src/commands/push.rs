@@ -3,15 +3,14 @@
 use super::arguments::{CampaignArgs, CheckArgs, ENGINES, JUDGES, MOST_SEED, MOST_TRIAL, count, fine, number, one_of};
 use super::episode::{Case, OutputArgs, Setting, command_line};
 use super::terminal::print;
-use crate::campaign::ask::bounds::in_range;
-use crate::campaign::ask::trial;
-use crate::campaign::{Campaign, Overrides, PushBounds};
-use crate::contest;
-use crate::episode::{Counts, Disturbance, EpisodeConfig};
-use crate::error::{Error, Result};
-use crate::robot::{Kinematics, Link, Robot, Units};
-use crate::sim::{Engine, Profile, Push, Variation};
 use nalgebra::Vector3;
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::{Kinematics, Link, Robot, Units};
+use standfast_sim::episode::{Counts, Disturbance, EpisodeConfig};
+use standfast_sim::{Engine, Profile, Push, Variation};
+use standfast_study::ask::bounds::in_range;
+use standfast_study::ask::trial;
+use standfast_study::{Campaign, Overrides, PushBounds};
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -106,7 +105,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     let pushes = the_pushes(args, campaign.as_ref(), &config, &robot)?;
     let prepare = |name: &String| {
         let gains = campaign.as_ref().map_or_else(|| name.clone(), |c| c.gains_named(name));
-        let factory = contest::load(&gains)?.prepare(&robot, config.control_period_s)?;
+        let factory = standfast_controllers::load(&gains)?.prepare(&robot, config.control_period_s)?;
         factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
         Ok(factory)
     };

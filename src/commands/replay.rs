@@ -5,18 +5,17 @@ use super::arguments::{ENGINE_CHOICES, EngineChoice, MOST_TRIAL, check_output, c
 use super::episode::{Case, Origin, OutputArgs, Shown, write_replay};
 use super::progress::Progress;
 use super::terminal::{note, print, tell};
-use crate::campaign::{Folder, StoredTrial, Summary};
-use crate::episode::parting::Parting;
-use crate::error::{Error, Result};
-use crate::files::{shell_word, write_atomic};
-use crate::render::picture;
-use crate::render::text::ghost::{ended, parted};
-use crate::render::text::layout::entry;
-use crate::render::trial_page::replay_file;
-use crate::render::{self, with_fields_of};
-use crate::sim::Engine;
 use rayon::prelude::*;
 use serde_json::json;
+use standfast_core::error::{Error, Result};
+use standfast_files::{shell_word, write_atomic};
+use standfast_report::text::ghost::{ended, parted};
+use standfast_report::text::layout::entry;
+use standfast_report::trial_page::replay_file;
+use standfast_report::with_fields_of;
+use standfast_sim::Engine;
+use standfast_sim::episode::parting::Parting;
+use standfast_study::{Folder, StoredTrial, Summary};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -127,7 +126,7 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
             head["ghost"] = with_fields_of(json!({ "engine": ghost.engine }), &told.as_json());
             head["parting"] = json!(Parting::of_films(film, ghost));
         }
-        render::json(&with_fields_of(head, &told.as_json()))
+        standfast_report::json(&with_fields_of(head, &told.as_json()))
     } else {
         let beside = ghost.map(|(_, ghost)| {
             let [solid, other] = ended([film, &ghost]);
@@ -234,7 +233,7 @@ fn write_page(folder: &Path, trial: u64, set: &str) -> Result<Option<String>> {
     let outputs = OutputArgs { replay: Some(path.clone()), ..OutputArgs::default() };
     let shown = case.film(replayed.disturbance(), &outputs)?;
     let differs = Page { replayed: &replayed, suffix: None, folder: None }.write(&shown, None, &path)?;
-    write_atomic(&path.with_extension("png"), &picture::thumbnail(&shown.1))?;
+    write_atomic(&path.with_extension("png"), &standfast_pictures::thumbnail(&shown.1))?;
     Ok(differs)
 }
 

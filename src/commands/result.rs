@@ -5,11 +5,11 @@ use super::arguments::{GateArgs, ReplaysArgs};
 use super::interrupt::STOP;
 use super::replay::{Replays, write_telling};
 use super::terminal::{alert, note, print};
-use crate::campaign::verdict::gates::Gates;
-use crate::campaign::{Folder, Summary};
-use crate::error::{Error, Result};
-use crate::files::is_same_folder;
-use crate::render::{self, result, text};
+use standfast_core::error::{Error, Result};
+use standfast_files::is_same_folder;
+use standfast_report::{result, text};
+use standfast_study::verdict::gates::Gates;
+use standfast_study::{Folder, Summary};
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -28,7 +28,7 @@ pub struct Printing {
 impl Printing {
     /// The text to print of a result; `folder` is the one that holds it.
     pub fn of(self, summary: &Summary, folder: &Path) -> String {
-        if self.json { render::json(summary) } else { text::campaign(summary, folder, self.full) }
+        if self.json { standfast_report::json(summary) } else { text::campaign(summary, folder, self.full) }
     }
 }
 

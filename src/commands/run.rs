@@ -9,16 +9,16 @@ use super::progress::{Progress, duration};
 use super::result::{Printing, conclude, exit_code, gates_of};
 use super::status::print_status;
 use super::terminal::{alert, note, print, tell, warn};
-use crate::campaign::ask::spec::MOST_TRIALS;
-use crate::campaign::interim::Look;
-use crate::campaign::run::{RunOptions, Watch, Work};
-use crate::campaign::verdict::gates::Gates;
-use crate::campaign::verdict::so_far::{SoFar, Tally};
-use crate::campaign::{Campaign, Folder, Overrides, Plan, Shard, TrialRow};
-use crate::error::{Error, Result};
-use crate::files::shell_word;
-use crate::render::{self, text};
 use serde_json::json;
+use standfast_core::error::{Error, Result};
+use standfast_files::shell_word;
+use standfast_report::text;
+use standfast_study::ask::spec::MOST_TRIALS;
+use standfast_study::interim::Look;
+use standfast_study::run::{RunOptions, Watch, Work};
+use standfast_study::verdict::gates::Gates;
+use standfast_study::verdict::so_far::{SoFar, Tally};
+use standfast_study::{Campaign, Folder, Overrides, Plan, Shard, TrialRow};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
@@ -145,7 +145,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     if let (Some(out), [in_first, in_second]) = (agreement, &folders[..]) {
         let comparison = compare::compared([in_first, in_second], &[], &TracesArgs::default())?;
         print(&match args.printing.json {
-            true => render::json(&json!({ "results": summaries, "comparison": comparison.summary })),
+            true => standfast_report::json(&json!({ "results": summaries, "comparison": comparison.summary })),
             false => text::agreement(&comparison.summary, args.printing.full),
         })?;
         compare::write(&comparison, &out)?;

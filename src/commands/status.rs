@@ -3,14 +3,14 @@
 use super::arguments::{MOST_TRIAL, count};
 use super::result::Printing;
 use super::terminal::print;
-use crate::campaign::interim::InterimLooks;
-use crate::campaign::store::folder::joined;
-use crate::campaign::verdict::gates::Gates;
-use crate::campaign::{Folder, Summary};
-use crate::error::Result;
-use crate::render::result::FILES;
-use crate::render::{self, text};
 use serde_json::json;
+use standfast_core::error::Result;
+use standfast_report::result::FILES;
+use standfast_report::text;
+use standfast_study::interim::InterimLooks;
+use standfast_study::store::folder::joined;
+use standfast_study::verdict::gates::Gates;
+use standfast_study::{Folder, Summary};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -86,7 +86,7 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
     let there = blocks - missing.len() as u64;
     let next = if complete { folder.merge_command() } else { folder.resume_command() };
     if printing.json {
-        print(&render::json(&json!({
+        print(&standfast_report::json(&json!({
             "name": folder.manifest.campaign.name,
             "engine": folder.manifest.engine,
             "config_hash": folder.manifest.config_hash,

@@ -1,11 +1,11 @@
 //! Where a command prints: its result goes to the standard output, and everything else to the standard error.
 
-use crate::contest::kept::{Kept, Made};
-use crate::error::{Error, Result};
-use crate::foreign::harmless;
-use crate::render::text::layout::wrapped;
 use indicatif::ProgressBar;
 use log::{Level, Log, Metadata, Record};
+use standfast_controllers::kept::{Kept, Made};
+use standfast_core::error::{Error, Result};
+use standfast_report::foreign::harmless;
+use standfast_report::text::layout::wrapped;
 use std::collections::HashSet;
 use std::io::{BufRead, ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;

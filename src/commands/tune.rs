@@ -7,18 +7,17 @@ use super::progress::Progress;
 use super::result::conclude;
 use super::run::simulate;
 use super::terminal::{alert, note, print};
-use crate::campaign::run::{RunOptions, Work};
-use crate::campaign::tune::search::Generation;
-use crate::campaign::tune::{Budget, MOST_EPISODES, TuneOptions, Tuned, Tuning, Verdict, Watch};
-use crate::campaign::verdict::gates::Gates;
-use crate::campaign::{Campaign, Folder, Overrides, Plan, Shard, Summary};
-use crate::error::{Error, Result};
-use crate::files::{is_same_file, write_atomic};
-use crate::render::{self, text::tune as text, tune_page};
-use crate::robot::urdf::Files;
+use standfast_core::error::{Error, Result};
+use standfast_files::{is_same_file, write_atomic};
+use standfast_report::{text::tune as text, tune_page};
+use standfast_robots::urdf::Files;
+use standfast_study::run::{RunOptions, Work};
+use standfast_study::tune::search::Generation;
+use standfast_study::tune::{Budget, MOST_EPISODES, TuneOptions, Tuned, Tuning, Verdict, Watch};
+use standfast_study::verdict::gates::Gates;
+use standfast_study::{Campaign, Folder, Overrides, Plan, Shard, Summary};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::str::FromStr;
 use std::sync::atomic::Ordering;
 use std::thread::sleep;
 use std::time::Duration;
@@ -59,7 +58,7 @@ pub struct TuneArgs {
     #[arg(long, value_name = "KEY[=FROM..TO]")]
     pub vary: Vec<String>,
     /// Most episodes, those of the final campaign among them, or a time on this machine, such as 10min or 2h
-    #[arg(long, value_name = "N|TIME", default_value = "12000")]
+    #[arg(long, value_name = "N|TIME", default_value = "12000", value_parser = budget)]
     pub budget: Budget,
     /// Pushes of the final campaign
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = count::<u64>(1..=1_000_000))]
@@ -88,27 +87,24 @@ pub struct TuneArgs {
 /// Longest time of a budget, a year (h).
 const MOST_HOURS: f64 = 8760.0;
 
-impl FromStr for Budget {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let units = [("min", 60.0), ("h", 3600.0), ("s", 1.0)];
-        let time = units.iter().find_map(|(unit, s)| Some((text.strip_suffix(unit)?.trim(), s)));
-        let refused = || {
-            format!(
-                "{text} is no budget; accepted: a number of episodes up to {MOST_EPISODES}, or a time such as 10min or 2h, up to \
-                 {MOST_HOURS}h"
-            )
-        };
-        match time {
-            Some((number, s)) => match number.parse::<f64>().map(|number| number * s) {
-                Ok(time_s) if time_s > 0.0 && time_s <= 3600.0 * MOST_HOURS => Ok(Self::Time(time_s)),
-                _ => Err(refused()),
-            },
-            None => {
-                let episodes = text.parse().ok().filter(|episodes| *episodes <= MOST_EPISODES);
-                episodes.map(Self::Episodes).ok_or_else(refused)
-            }
+/// Reads a number of episodes, or a time with its unit.
+fn budget(text: &str) -> Result<Budget, String> {
+    let units = [("min", 60.0), ("h", 3600.0), ("s", 1.0)];
+    let time = units.iter().find_map(|(unit, s)| Some((text.strip_suffix(unit)?.trim(), s)));
+    let refused = || {
+        format!(
+            "{text} is no budget; accepted: a number of episodes up to {MOST_EPISODES}, or a time such as 10min or 2h, up to \
+             {MOST_HOURS}h"
+        )
+    };
+    match time {
+        Some((number, s)) => match number.parse::<f64>().map(|number| number * s) {
+            Ok(time_s) if time_s > 0.0 && time_s <= 3600.0 * MOST_HOURS => Ok(Budget::Time(time_s)),
+            _ => Err(refused()),
+        },
+        None => {
+            let episodes = text.parse().ok().filter(|episodes| *episodes <= MOST_EPISODES);
+            episodes.map(Budget::Episodes).ok_or_else(refused)
         }
     }
 }
@@ -231,7 +227,7 @@ fn finish(args: &TuneArgs, tuning: &Tuning, tuned: &Tuned, folder: &Path) -> Res
         note("this shard is done; shard 1 writes the result");
         return Ok(ExitCode::SUCCESS);
     }
-    let as_json = render::json(tuned);
+    let as_json = standfast_report::json(tuned);
     print(&if args.json { as_json.clone() } else { text::text(tuned) })?;
     write_atomic(&folder.join("tune.json"), as_json.as_bytes())?;
     write_atomic(&folder.join("tune.html"), tune_page::page(tuned)?.as_bytes())?;

@@ -2,8 +2,7 @@
 
 use super::arguments::{CampaignArgs, ENGINE_CHOICES, EngineChoice, MOST_TRIAL, check_output, count, number, one_of};
 use super::terminal::print;
-use crate::error::Result;
-use crate::view::{self, Options};
+use standfast_core::error::Result;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -60,13 +59,42 @@ pub struct ViewArgs {
 }
 
 pub fn run(args: ViewArgs) -> Result<ExitCode> {
-    let ViewArgs { trial, gains, engine, robot, campaign, impulse, heading, speed, seconds, screenshot } = args;
-    if let Some(path) = &screenshot {
+    if let Some(path) = &args.screenshot {
         check_output("--screenshot", path, &["png"])?;
     }
+    print(&shown(args)?)
+}
+
+/// Shows the window until it is closed, and tells what came of it.
+#[cfg(feature = "view")]
+fn shown(args: ViewArgs) -> Result<String> {
+    let ViewArgs { trial, gains, engine, robot, campaign, impulse, heading, speed, seconds, screenshot } = args;
     let campaign = campaign.name().map(String::from);
     let (engine, ghost) = (engine.and_then(EngineChoice::one), engine == Some(EngineChoice::Both));
-    let options =
-        Options { trial, gains, engine, ghost, robot, campaign, impulse, heading, speed, seconds, screenshot };
-    print(&view::run(&options)?)
+    standfast_window::run(&standfast_window::Options {
+        trial,
+        gains,
+        engine,
+        ghost,
+        robot,
+        campaign,
+        impulse,
+        heading,
+        speed,
+        seconds,
+        screenshot,
+    })
+}
+
+/// This build has no window. The error names the alternatives and the command that builds a window.
+#[cfg(not(feature = "view"))]
+fn shown(_: ViewArgs) -> Result<String> {
+    Err(standfast_core::error::Error::NoWindow {
+        missing: "this build of standfast has no window".into(),
+        remedy:
+            "to watch in a browser instead: `standfast push --replay push.html`, or `standfast replay DIR --trial I` \
+                 for a trial of a result; to build standfast with a window: `cargo build --release --features view`, \
+                 which takes some twenty minutes on two cores"
+                .into(),
+    })
 }

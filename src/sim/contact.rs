@@ -1,7 +1,7 @@
 //! Wrenches of the ground on the robot.
 
-use crate::robot::{Foot, Wrench};
 use nalgebra::{Point3, Vector3};
+use standfast_core::robot::{Foot, Wrench};
 
 /// A part of the robot that may touch the ground.
 #[derive(Debug, Clone, Copy)]

@@ -2,13 +2,34 @@
 //! servos, delay, sensors, noise, ground, pushes and judge.
 
 use super::physics::Physics;
-use super::{Ground, Pairs, mujoco, rapier};
-use crate::error::Result;
-use crate::robot::{Posture, Robot};
+use super::{Ground, Pairs, rapier};
 use serde::{Deserialize, Serialize};
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::{Posture, Robot};
+use std::sync::OnceLock;
 
 /// The version of MuJoCo's library that this program is made for.
 pub const MUJOCO_VERSION: &str = "3.17.0";
+
+/// What a crate brings that has an engine.
+#[derive(Debug, Clone, Copy)]
+pub struct EngineParts {
+    /// Version of the library that is loaded.
+    pub version: fn() -> &'static str,
+    /// Checks that the engine can simulate a robot.
+    pub check: fn(&Robot) -> Result<()>,
+    /// A checked robot at rest in a posture, on ground that is still level, with a physics step (s). The pairs state which of
+    /// its links collide with each other.
+    pub start: fn(&Robot, &Ground, &Pairs, &Posture, f64) -> Box<dyn Physics>,
+}
+
+/// MuJoCo, in a program that has it.
+static MUJOCO: OnceLock<EngineParts> = OnceLock::new();
+
+/// Adds MuJoCo to the engines of this program. A second call changes nothing.
+pub fn add_mujoco(parts: EngineParts) {
+    MUJOCO.get_or_init(|| parts);
+}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -49,7 +70,7 @@ impl Engine {
     pub fn with_version(self) -> String {
         let version = match self {
             Engine::Rapier => rapier::VERSION,
-            Engine::Mujoco => mujoco::version(),
+            Engine::Mujoco => MUJOCO.get().map_or("(not in this program)", |mujoco| (mujoco.version)()),
         };
         format!("{} {version}", self.title())
     }
@@ -58,7 +79,7 @@ impl Engine {
     pub fn check(self, robot: &Robot) -> Result<()> {
         match self {
             Engine::Rapier => Ok(()),
-            Engine::Mujoco => mujoco::check(robot),
+            Engine::Mujoco => (MUJOCO.get().ok_or(Error::NoMujoco)?.check)(robot),
         }
     }
 
@@ -74,7 +95,10 @@ impl Engine {
     ) -> Box<dyn Physics> {
         match self {
             Engine::Rapier => rapier::start(robot, ground, pairs, posture, step_s),
-            Engine::Mujoco => mujoco::start(robot, ground, pairs, posture, step_s),
+            Engine::Mujoco => {
+                let mujoco = MUJOCO.get().expect("the engine was checked");
+                (mujoco.start)(robot, ground, pairs, posture, step_s)
+            }
         }
     }
 }
@@ -143,12 +167,6 @@ impl PhysicsStep {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[cfg(feature = "mujoco")]
-    #[test]
-    fn the_library_is_of_the_version_that_is_asked_for() {
-        assert_eq!(mujoco::version(), MUJOCO_VERSION);
-    }
 
     #[test]
     fn a_step_is_one_number_or_one_for_each_engine() {

@@ -9,8 +9,8 @@
 //! slope, the COM would seem to have jumped.)
 
 use super::variation::Variation;
-use crate::robot::{Foot, Kinematics, Robot, Scale, Units};
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, UnitVector3, Vector3};
+use standfast_core::robot::{Foot, Kinematics, Robot, Scale, Units};
 
 /// Distance from the soles to the edges of the patch, in COM heights, so that feet that rock or slide do not meet an edge.
 pub const MARGIN: f64 = 0.032;
@@ -105,18 +105,18 @@ impl Ground {
     }
 
     /// Whether the ground never tilts.
-    pub(super) fn is_level(&self) -> bool {
+    pub fn is_level(&self) -> bool {
         self.slope == UnitQuaternion::identity()
     }
 
     /// Pose of the half space in the frame of the plane. Its z axis points up, out of the ground.
-    pub(super) fn half_space(&self) -> Isometry3<f64> {
+    pub fn half_space(&self) -> Isometry3<f64> {
         Isometry3::translation(0.0, 0.0, self.step_m.min(0.0))
     }
 
     /// The boxes above the half space: poses in the frame of the plane, and half extents (m). If the surrounding ground
     /// is lower, it is the patch; if it is higher, these are the four sides of a frame around the patch.
-    pub(super) fn boxes(&self) -> Vec<(Isometry3<f64>, Vector3<f64>)> {
+    pub fn boxes(&self) -> Vec<(Isometry3<f64>, Vector3<f64>)> {
         let [low, high] = self.patch;
         let diagonal_m = (high - low).norm();
         let (reach_m, depth_m) = (REACH * diagonal_m, DEPTH * diagonal_m);
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
 
     fn ground(variation: Variation) -> Ground {
-        Ground::new(&Robot::load("ut-mu2").unwrap(), &variation)
+        Ground::new(&standfast_robots::load("ut-mu2").unwrap(), &variation)
     }
 
     #[test]
@@ -156,7 +156,7 @@ mod tests {
         for step_m in [0.01, -0.01] {
             let ground = ground(Variation { ground_step_m: Some(step_m), ..Variation::default() });
             let [low, high] = ground.patch;
-            let margin_m = MARGIN * Robot::load("ut-mu2").unwrap().home_com_height();
+            let margin_m = MARGIN * standfast_robots::load("ut-mu2").unwrap().home_com_height();
             assert!((high.x - low.x - 2.0 * margin_m - 0.1).abs() < 0.02, "{low} {high}");
             assert_eq!(ground.height_m(Point2::origin()), 0.0);
             for outside in [Point2::new(high.x + 1e-6, 0.0), Point2::new(0.0, low.y - 1e-6)] {

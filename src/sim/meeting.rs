@@ -7,7 +7,7 @@
 //! do not feel contacts between links.
 
 use super::rapier::shape::{gap_m, placed};
-use crate::robot::{Foot, Kinematics, PerFoot, Robot, Scale};
+use standfast_core::robot::{Foot, Kinematics, PerFoot, Robot, Scale};
 
 /// Friction coefficient between links, plastic on plastic; assumed. (It is a power of two, so that a factor for the
 /// friction with the ground can undo it exactly.)
@@ -128,13 +128,13 @@ fn limbs(robot: &Robot) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Shape;
+    use standfast_core::robot::Shape;
 
     #[test]
     fn legs_meet_each_other_and_arms_meet_all_but_their_own_links() {
-        let mut robot = Robot::load("ut-mu2").unwrap();
+        let mut robot = standfast_robots::load("ut-mu2").unwrap();
         let link = |name: &str| {
-            let robot = Robot::load("ut-mu2").unwrap();
+            let robot = standfast_robots::load("ut-mu2").unwrap();
             robot.links.iter().position(|link| link.name == name).unwrap()
         };
         let [left_foot, right_foot] = ["left_ankle_abduction", "right_ankle_abduction"].map(link);

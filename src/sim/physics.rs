@@ -3,10 +3,10 @@
 
 use super::contact::{Part, WorldWrench};
 use super::servo::Drive;
-use crate::robot::Posture;
 use nalgebra::{DVector, Isometry3, Point3, UnitQuaternion, Vector3};
+use standfast_core::robot::Posture;
 
-/// A robot on its ground in a physics engine. Links and joints are those of [`Robot`](crate::robot::Robot), by index.
+/// A robot on its ground in a physics engine. Links and joints are those of [`Robot`](standfast_core::robot::Robot), by index.
 pub trait Physics: Send + Sync {
     /// A copy that continues from the present state to the same bits.
     fn copy(&self) -> Box<dyn Physics>;

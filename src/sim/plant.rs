@@ -8,8 +8,8 @@ use super::sensors::Sensors;
 use super::servo::{self, Target};
 use super::similar;
 use super::{Engine, Ground, SensorErrors};
-use crate::robot::{Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench};
 use nalgebra::{DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6};
+use standfast_core::robot::{Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench};
 use std::collections::VecDeque;
 use std::sync::Arc;
 

@@ -1,8 +1,8 @@
 //! Pushes: horizontal forces on the trunk for a short time.
 
-use crate::robot::Units;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use standfast_core::robot::Units;
 use std::f64::consts::PI;
 
 /// Course of the force over the push's duration. It does not change the impulse.
@@ -115,14 +115,13 @@ pub fn three_digits(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Robot;
 
     #[test]
     fn the_default_push_is_scaled_to_the_robot_and_is_that_of_its_campaigns() {
-        let robot = Robot::load("ut-mu2").unwrap();
+        let robot = standfast_robots::load("ut-mu2").unwrap();
         let first = Push::first(&Units::of(&robot));
         assert_eq!(first, Push { impulse_n_s: 5.0, duration_s: 0.05, start_s: 0.5, ..Push::default() });
-        let large = Units::of(&robot.scaled(crate::robot::Scale { length: 3.0, mass: 27.0 }));
+        let large = Units::of(&robot.scaled(standfast_core::robot::Scale { length: 3.0, mass: 27.0 }));
         let (exact, first) = (Push::of(&large), Push::first(&large));
         assert!((exact.duration_s - 0.05 * 3_f64.sqrt()).abs() < 1e-5, "{exact:?}");
         assert_eq!((first.impulse_n_s, first.duration_s, first.start_s), (250.0, 0.0866, 0.866));

@@ -1,8 +1,8 @@
 //! The sensors: encoders, an IMU on the trunk, and a wrench sensor under each sole, with noise and bias. They have no
 //! delay. The delay of the robot acts between command and torque, in [`Plant`](super::plant::Plant).
 
-use crate::robot::{Foot, Imu, PerFoot, Sensed, SensorNoise, Wrench};
 use nalgebra::{UnitQuaternion, Vector3};
+use standfast_core::robot::{Foot, Imu, PerFoot, Sensed, SensorNoise, Wrench};
 use std::sync::Arc;
 
 /// Sensor errors of one episode: standard normal numbers, and their scale.

@@ -6,7 +6,7 @@
 //! stays within its limit for all but the hardest impacts, and what those add is taken from the next steps. The rest of
 //! the damping acts with the speed at the start of the step. At the limit, the clamped torque replaces spring and damping.
 
-use crate::robot::Servo;
+use standfast_core::robot::Servo;
 
 /// Torque of a servo over one physics step: `tau = constant - damping * dq`, with dq at the end of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]

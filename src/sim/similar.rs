@@ -6,8 +6,8 @@ use super::contact::{Part, WorldWrench};
 use super::physics::Physics;
 use super::servo::Drive;
 use super::{Engine, Ground, Pairs};
-use crate::robot::{Posture, Robot, Scale, Units};
 use nalgebra::{DVector, Isometry3, Point3, UnitQuaternion, Vector3};
+use standfast_core::robot::{Posture, Robot, Scale, Units};
 
 /// Height of the COM at home (m), and mass (kg), of the robot that an engine sees. Other values would do as well.
 const COM_HEIGHT_M: f64 = 1.0;

@@ -1,8 +1,8 @@
 //! Differences of the simulated robot and ground from those for which the controller is designed. The controller is not
 //! told of them: only the plant uses [`Variation::robot`] and [`Ground::new`](super::Ground::new).
 
-use crate::robot::Robot;
 use serde::{Deserialize, Serialize};
+use standfast_core::robot::Robot;
 
 /// One `T` for each quantity that may vary. By default it is the value of the quantity, and None means as designed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]

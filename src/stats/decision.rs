@@ -17,8 +17,8 @@
 //! better in 3.6 % at most.
 //!
 //! Where the campaign could end when decided, there is no p. A set is better as soon as the exact test of
-//! [`sign_test`](crate::stats::sign_test) has said so at a planned look, and stays so. The interval is one that holds
-//! at any time ([`sequential`](crate::stats::sequential)), made to agree: of a better set it loses what is not above 0,
+//! [`sign_test`](crate::sign_test) has said so at a planned look, and stays so. The interval is one that holds
+//! at any time ([`sequential`](crate::sequential)), made to agree: of a better set it loses what is not above 0,
 //! else it is widened to touch 0. Two sets are the same if it lies within the margin. What is proven of all pairs
 //! together:
 //!
@@ -37,7 +37,7 @@
 //! missed the truth in the same campaigns, and in no others. Of four sets that differ, any of the six intervals missed
 //! the truth at any look in 0.3 to 1.3 % of campaigns (400 campaigns each), and at the end in no more.
 
-use crate::stats::mcnemar::PairedCounts;
+use crate::mcnemar::PairedCounts;
 use serde::Serialize;
 
 /// A difference is claimed if chance alone makes one as large, in any of the pairs, less often than this.
@@ -124,8 +124,8 @@ pub fn alpha_of_each(pairs: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stats::looks::Looks;
-    use crate::stats::sign_test::{Winner, first_decision};
+    use crate::looks::Looks;
+    use crate::sign_test::{Winner, first_decision};
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     fn table(trials: u64, only_a: u64, only_b: u64) -> PairedCounts {

@@ -7,8 +7,8 @@
 //! 80 to 98 % agreement, 4000 tables each), it contains the truth in 93 to 99.9 %; the asymptotic interval of Fleiss,
 //! Cohen and Everitt (1969), which knows that `c` is estimated, does so in 36 to 95 %, and has no width when all agree.
 
-use crate::stats::mcnemar::PairedCounts;
-use crate::stats::rate::SuccessCount;
+use crate::mcnemar::PairedCounts;
+use crate::rate::SuccessCount;
 use serde::Serialize;
 
 /// Agreement of two findings on the same trials.

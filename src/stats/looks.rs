@@ -1,5 +1,5 @@
 //! The looks at a campaign that may end when it is decided: after how many trials they come, and how much of the error
-//! that the test of a pair may make ([`sign_test`](crate::stats::sign_test)) is spent by each.
+//! that the test of a pair may make ([`sign_test`](crate::sign_test)) is spent by each.
 //!
 //! The count of trials that is planned first fixes both. Up to it the error is spent in proportion to the 3/4th power
 //! of the trials, 90 % in all. A campaign that is still open then may be given more trials: looks further on share the

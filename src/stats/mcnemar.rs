@@ -15,7 +15,7 @@
 //! has 4.5 of them (400 trials, a loss of 1 % and nearly no gain): nine of one kind and none of the other are then not
 //! as rare as the score test takes them to be.
 
-use crate::stats::sequential;
+use crate::sequential;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 use statrs::function::erf::erfc;

@@ -12,7 +12,7 @@
 //! deciding for the other is at most half of it, since each course that leads there only becomes less likely.
 //!
 //! Simulated, with two gain sets and the looks of [`Looks`] (1000 campaigns each; *power* is the share that finds the
-//! better set; *betting* decides by the intervals of [`sequential`](crate::stats::sequential) instead):
+//! better set; *betting* decides by the intervals of [`sequential`](crate::sequential) instead):
 //!
 //! | truth | planned | trials | power | trials by betting | its power |
 //! |---|---|---|---|---|---|
@@ -26,8 +26,8 @@
 //! In the last row, the power is the error. Only where a large difference is met by a plan for many trials is betting
 //! as quick.
 
-use crate::stats::looks::Looks;
-use crate::stats::mcnemar::PairedCounts;
+use crate::looks::Looks;
+use crate::mcnemar::PairedCounts;
 
 /// Counts that are less likely than this are not followed any further: they are taken to be decided wrongly, which can
 /// only make the test more careful. All of them together have less than 1e-14 in 100,000 trials.

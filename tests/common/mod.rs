@@ -1,123 +1,15 @@
-//! Shared by the tests of the closed loop.
-#![allow(dead_code, reason = "each test file uses its part")]
+//! Shared by the tests of the program.
+#![allow(dead_code, reason = "each build has its part of the tests")]
 
+#[path = "../../src/report/tests/common/browser.rs"]
 pub mod browser;
+#[path = "../../src/sim/tests/common/mod.rs"]
+mod closed_loop;
 pub mod display;
-pub mod films;
-pub mod mirror;
 pub mod program;
 pub mod window;
 
-use nalgebra::Vector3;
-use rand::{SeedableRng, rngs::ChaCha8Rng};
-use standfast::campaign::ask::trial::Normals;
-use standfast::contest;
-use standfast::control::{Account, CpiController, Design};
-use standfast::episode::{self, ClosedLoop, Disturbance, EpisodeConfig, Record, Tick, Until};
-use standfast::lipm::GainSet;
-use standfast::robot::dynamics::Dynamics;
-use standfast::robot::{Factory, Kinematics, Robot, Units};
-use standfast::sim::{Engine, Push, SensorErrors, Truth};
-use std::any::Any;
-use std::sync::Arc;
+pub use closed_loop::*;
 
 /// The program under test.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_standfast");
-
-/// A robot and a controller prepared for it.
-pub struct Bench {
-    pub robot: Robot,
-    pub factory: Factory,
-    /// The design, if the controller is a controller.
-    design: Option<Design>,
-}
-
-impl Bench {
-    /// UT-mu2 with a built-in controller.
-    pub fn new(gains: &str) -> Self {
-        Self::with(Robot::load("ut-mu2").unwrap(), gains)
-    }
-
-    pub fn with(robot: Robot, gains: &str) -> Self {
-        match GainSet::load(gains) {
-            Ok(gains) => Self::with_set(robot, &gains),
-            Err(_) => {
-                let factory = contest::load(gains).unwrap().prepare(&robot, config(1.0).control_period_s).unwrap();
-                Self { robot, factory, design: None }
-            }
-        }
-    }
-
-    pub fn with_set(robot: Robot, gains: &GainSet) -> Self {
-        let design = Design::new(&robot, gains, config(1.0).control_period_s).unwrap();
-        Self::with_design(robot, design)
-    }
-
-    pub fn with_design(robot: Robot, design: Design) -> Self {
-        Self { robot, factory: design.clone().into(), design: Some(design) }
-    }
-
-    /// The design of a controller.
-    pub fn design(&self) -> &Design {
-        self.design.as_ref().unwrap()
-    }
-
-    /// Runs an episode with ideal sensors and one push, until it is decided.
-    pub fn push(&self, push: Push) -> Record {
-        self.run(vec![push], None, 6.0, Until::Decided, |_| {})
-    }
-
-    pub fn run(
-        &self,
-        pushes: Vec<Push>,
-        sensor_errors: Option<SensorErrors>,
-        horizon_s: f64,
-        until: Until,
-        mut observe: impl FnMut(&Tick),
-    ) -> Record {
-        let disturbance = Disturbance { pushes, sensor_errors, ..Disturbance::default() };
-        episode::run(&self.robot, &self.factory, &config(horizon_s), disturbance, until, &mut observe).unwrap()
-    }
-}
-
-/// What our own controller did at a tick, beyond its report.
-pub fn account<'a>(tick: &Tick<'a>) -> Account<'a> {
-    (tick.controller.unwrap() as &dyn Any).downcast_ref::<CpiController>().unwrap().account()
-}
-
-/// The present tick of a closed loop with one controller.
-pub fn ticked<T>(live: &mut ClosedLoop, see: impl Fn(&Tick) -> T) -> T {
-    let mut seen = None;
-    live.decide(&mut |_, tick| seen = Some(see(tick)));
-    seen.unwrap()
-}
-
-pub fn config(horizon_s: f64) -> EpisodeConfig {
-    let units = Units::of(&Robot::load("ut-mu2").unwrap());
-    EpisodeConfig { horizon_s, engine: engine(), ..EpisodeConfig::of(&units) }
-}
-
-/// The physics engine under test: Rapier, or the one that the environment variable STANDFAST_ENGINE names.
-pub fn engine() -> Engine {
-    let named = |name: String| Engine::ALL.into_iter().find(|engine| engine.name() == name).expect("an engine");
-    std::env::var("STANDFAST_ENGINE").map_or(Engine::Rapier, named)
-}
-
-pub fn push(impulse_n_s: f64, heading_deg: f64) -> Push {
-    Push { impulse_n_s, heading_deg, ..Push::default() }
-}
-
-/// Sensor errors with the robot's own noise, and a bias of half that size, from a seed.
-pub fn sensor_errors(seed: u64) -> SensorErrors {
-    SensorErrors { noise_scale: 1.0, bias_scale: 0.5, normal: Arc::new(Normals(ChaCha8Rng::seed_from_u64(seed))) }
-}
-
-/// Angular momentum about the COM (N m s), of the links without the rotors' spin.
-pub fn angular_momentum(robot: &Robot, truth: &Truth) -> Vector3<f64> {
-    let kinematics = Kinematics::at(robot, &truth.posture);
-    let mut dynamics = Dynamics::new(robot);
-    dynamics.update(robot, &kinematics, &truth.velocity);
-    let row = |i: usize| dynamics.mass_matrix().column(i).dot(&truth.velocity);
-    let (linear, about_base) = (Vector3::from_fn(|i, _| row(i)), Vector3::from_fn(|i, _| row(3 + i)));
-    about_base - (truth.com.coords - truth.posture.base.translation.vector).cross(&linear)
-}

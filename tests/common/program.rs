@@ -1,6 +1,6 @@
 //! The program from outside, for tests of its files and messages.
 
-use standfast::campaign::store::manifest::Manifest;
+use standfast::study::store::manifest::Manifest;
 use std::process::{Child, Command, Output};
 use std::{collections::BTreeMap, fs, path::Path};
 use tempfile::TempDir;

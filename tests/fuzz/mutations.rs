@@ -1,10 +1,10 @@
 //! Mutations of valid inputs, and what must become of them: each is accepted, or refused in words.
 
 use standfast::Result;
-use standfast::control::Design;
-use standfast::episode::{self, Disturbance, EpisodeConfig, Until};
-use standfast::lipm::GainSet;
-use standfast::robot::Robot;
+use standfast::core::control::Design;
+use standfast::core::lipm::GainSet;
+use standfast::core::robot::Robot;
+use standfast::sim::episode::{self, Disturbance, EpisodeConfig, Until};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::{fs, path::PathBuf};

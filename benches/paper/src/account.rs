@@ -1,8 +1,8 @@
 //! What our own controller says of a tick beyond its report. Everything here that looks into the controller during a run
 //! asks this one place.
 
-use standfast::control::{Account, CpiController};
-use standfast::episode::Tick;
+use standfast::core::control::{Account, CpiController};
+use standfast::sim::episode::Tick;
 use std::any::Any;
 
 /// What the controller did at a tick, and why; None if it is of another kind.

@@ -9,14 +9,14 @@
 
 use nalgebra::{Point2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
-use standfast::control::estimate::Estimate;
-use standfast::control::{Balance, Design, FootworkRules, home_polygon};
-use standfast::episode::footsteps::FootstepLog;
-use standfast::episode::{EpisodeConfig, Footstep, Lifted, Tick, home_distance};
-use standfast::error::{Error, Result};
-use standfast::lipm::pendulum::State;
-use standfast::lipm::{OnlineSets, Pendulum};
-use standfast::robot::{Command, GRAVITY, Kinematics, PerFoot, Robot, TickError};
+use standfast::core::control::estimate::Estimate;
+use standfast::core::control::{Balance, Design, FootworkRules, home_polygon};
+use standfast::core::error::{Error, Result};
+use standfast::core::lipm::pendulum::State;
+use standfast::core::lipm::{OnlineSets, Pendulum};
+use standfast::core::robot::{Command, GRAVITY, Kinematics, PerFoot, Robot, TickError};
+use standfast::sim::episode::footsteps::FootstepLog;
+use standfast::sim::episode::{EpisodeConfig, Footstep, Lifted, Tick, home_distance};
 use standfast::sim::{Ground, Truth};
 use std::sync::Arc;
 
@@ -222,10 +222,10 @@ fn refused(design: &Design, zmp_error: Vector2<f64>, problem: &str) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use standfast::control::FootworkRules;
-    use standfast::lipm::gains::GainSet;
-    use standfast::lipm::stepping::{LandingRange, RelaxationWeights, Stepping};
-    use standfast::robot::Foot;
+    use standfast::core::control::FootworkRules;
+
+    use standfast::core::lipm::stepping::{LandingRange, RelaxationWeights, Stepping};
+    use standfast::core::robot::Foot;
 
     /// Rules that do not depend on the tuning of a gain set.
     const EXAMPLE: Stepping = Stepping {
@@ -243,14 +243,14 @@ mod tests {
 
     /// The gain set `paper`, with its own stepping rules or with those given.
     fn bench(stepping: Option<Stepping>) -> (Robot, Design) {
-        let robot = Robot::load("ut-mu2").unwrap();
-        let mut design = Design::new(&robot, &GainSet::load("paper").unwrap(), 0.002).unwrap();
+        let robot = standfast::robots::load("ut-mu2").unwrap();
+        let mut design = Design::new(&robot, &standfast::controllers::gain_set("paper").unwrap(), 0.002).unwrap();
         design.footwork = stepping.map(FootworkRules::Stepping).or(design.footwork);
         (robot, design)
     }
 
     fn config(robot: &Robot) -> EpisodeConfig {
-        EpisodeConfig { horizon_s: 3.0, ..EpisodeConfig::of(&standfast::robot::Units::of(robot)) }
+        EpisodeConfig { horizon_s: 3.0, ..EpisodeConfig::of(&standfast::core::robot::Units::of(robot)) }
     }
 
     fn impose((robot, design): &(Robot, Design), error: [f64; 2], start: Start) -> Result<ImposedRecord> {
@@ -299,7 +299,7 @@ mod tests {
             assert_eq!(record.footsteps[0].lift_s, 0.0);
             let [vx, vy] = record.com_vel_m_s;
             assert!(vx * error[0] + vy * error[1] > 0.0, "{record:?}");
-            let robot = Robot::load("ut-mu2").unwrap();
+            let robot = standfast::robots::load("ut-mu2").unwrap();
             assert!((record.impulse_n_s - robot.mass() * vx.hypot(vy)).abs() < 1e-12);
         }
         let record = impose(&bench(None), [-0.03, 0.0], Start::Moving).unwrap();
@@ -341,9 +341,9 @@ mod tests {
             let message = impose(&with, error, start).unwrap_err().to_string();
             assert!(message.starts_with(words), "{message}");
         }
-        let robot = Robot::load("ut-mu2").unwrap();
+        let robot = standfast::robots::load("ut-mu2").unwrap();
         for (gains, start) in [("switching", Start::AtRest), ("fixed", Start::AtRest)] {
-            let design = Design::new(&robot, &GainSet::load(gains).unwrap(), 0.002).unwrap();
+            let design = Design::new(&robot, &standfast::controllers::gain_set(gains).unwrap(), 0.002).unwrap();
             let refused = run(&robot, &design, &config(&robot), [-0.03, 0.0].into(), start, &mut |_| {});
             assert!(refused.is_err(), "{gains}");
         }

@@ -24,10 +24,10 @@
 use nalgebra::{Complex, Point2, Vector2};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use standfast::control::{CpiController, Design, Phase};
-use standfast::episode::{ClosedLoop, Disturbance, EpisodeConfig, Until};
-use standfast::error::{Error, Result};
-use standfast::robot::{Factory, Report, Robot};
+use standfast::core::control::{CpiController, Design, Phase};
+use standfast::core::error::{Error, Result};
+use standfast::core::robot::{Factory, Report, Robot};
+use standfast::sim::episode::{ClosedLoop, Disturbance, EpisodeConfig, Until};
 use std::any::Any;
 use std::f64::consts::TAU;
 
@@ -199,20 +199,19 @@ fn first_below(points: &[Point], value: impl Fn(&Point) -> f64, limit: f64) -> O
 #[cfg(test)]
 mod tests {
     use super::*;
-    use standfast::lipm::gains::GainSet;
 
     fn experiment() -> Experiment {
-        let config = EpisodeConfig::of(&standfast::robot::Units::of(&Robot::load("ut-mu2").unwrap()));
+        let config = EpisodeConfig::of(&standfast::core::robot::Units::of(&standfast::robots::load("ut-mu2").unwrap()));
         Experiment { axis: Axis::X, amplitude_m: 0.005, config, settle_s: 1.0, measure_s: 2.0 }
     }
 
     fn design(robot: &Robot, gains: &str) -> Design {
-        Design::new(robot, &GainSet::load(gains).unwrap(), 0.002).unwrap()
+        Design::new(robot, &standfast::controllers::gain_set(gains).unwrap(), 0.002).unwrap()
     }
 
     #[test]
     fn slow_wishes_are_met_and_the_same_to_the_bit_each_time() {
-        let robot = Robot::load("ut-mu2").unwrap();
+        let robot = standfast::robots::load("ut-mu2").unwrap();
         let design = design(&robot, "switching");
         for axis in [Axis::X, Axis::Y] {
             let points = measure(&robot, &design, &Experiment { axis, ..experiment() }, &[0.5, 1.0]).unwrap();
@@ -228,7 +227,7 @@ mod tests {
 
     #[test]
     fn a_set_that_wants_no_zmp_and_a_sine_that_topples_are_errors() {
-        let robot = Robot::load("ut-mu2").unwrap();
+        let robot = standfast::robots::load("ut-mu2").unwrap();
         let wild = Experiment { amplitude_m: 0.2, ..experiment() };
         let error = measure(&robot, &design(&robot, "switching"), &wild, &[1.0]).unwrap_err();
         assert!(error.to_string().contains("loses its balance under a sine of 0.2 m"), "{error}");

@@ -3,12 +3,13 @@
 
 use crate::imposed::Start;
 use serde::{Deserialize, Serialize};
-use standfast::assets::{self, DEFAULT_ROBOT, Source, exactly, parse_toml};
-use standfast::campaign::ask::bounds::{PushBounds, check_episode, positive};
-use standfast::episode::EpisodeConfig;
-use standfast::error::{Error, Result};
-use standfast::robot::{Robot, Units};
+use standfast::core::arrays::exactly;
+use standfast::core::error::{Error, Result};
+use standfast::core::robot::{Robot, Units};
+use standfast::files::assets::{self, DEFAULT_ROBOT, Source, parse_toml};
 use standfast::sim::Push;
+use standfast::sim::episode::EpisodeConfig;
+use standfast::study::ask::bounds::{PushBounds, check_episode, positive};
 
 /// Largest accepted ZMP error (m); no robot could recover from a larger one.
 const MOST_ERROR_M: f64 = 1.0;
@@ -88,7 +89,7 @@ impl Scenario {
     pub fn parse(source: &Source) -> Result<Self> {
         let scenario: Self = parse_toml(source)?;
         positive(&source.file, "horizon_s", scenario.horizon_s, MOST_HORIZON_S)?;
-        check_episode(&source.file, &scenario.episode(&Robot::load(&scenario.robot)?))?;
+        check_episode(&source.file, &scenario.episode(&standfast::robots::load(&scenario.robot)?))?;
         match scenario.cause_in(&source.file)? {
             Cause::Push(push) => PushBounds::new(scenario.horizon_s).check(&source.file, &push)?,
             Cause::Imposed(Imposed { zmp_error_m: [x, y], .. }) => {

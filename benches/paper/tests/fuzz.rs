@@ -4,11 +4,10 @@
 mod mutations;
 
 use mutations::{fuzz, simulated};
-use standfast::assets::Source;
-use standfast::control::Design;
-use standfast::episode::{Disturbance, EpisodeConfig};
-use standfast::lipm::GainSet;
-use standfast::robot::Robot;
+use standfast::core::control::Design;
+use standfast::core::lipm::GainSet;
+use standfast::files::assets::Source;
+use standfast::sim::episode::{Disturbance, EpisodeConfig};
 use standfast_paper::imposed;
 use standfast_paper::scenario::{BUILTIN, Cause, Scenario};
 
@@ -17,7 +16,8 @@ fn scenarios() {
     let valid = BUILTIN.map(|(_, text)| text.to_string());
     fuzz("scenario", &valid, |text| {
         let scenario = Scenario::parse(&Source { file: "mine.toml".into(), text: text.into() })?;
-        let (robot, gains) = (Robot::load(&scenario.robot)?, GainSet::load(&scenario.gains)?);
+        let (robot, gains) =
+            (standfast::robots::load(&scenario.robot)?, standfast::controllers::gain_set(&scenario.gains)?);
         let config = EpisodeConfig { horizon_s: scenario.horizon_s.min(0.05), ..scenario.episode(&robot) };
         match scenario.cause()? {
             Cause::Push(push) => {

@@ -1,9 +1,9 @@
 //! The arrays of NumPy that hold recorded observations and actions.
 
-use crate::error::{Error, Result};
 use ndarray::{Array2, Ix2, OwnedRepr};
 use ndarray_npy::ReadNpyExt;
 use ndarray_npy::npy::header::Header;
+use standfast_core::error::{Error, Result};
 use std::io::{Cursor, Read};
 use zip::ZipArchive;
 

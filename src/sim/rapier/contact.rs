@@ -2,7 +2,7 @@
 //! are those of the whole step.
 
 use super::convert::vec_from_rapier;
-use crate::sim::contact::WorldWrench;
+use crate::contact::WorldWrench;
 use nalgebra::{Isometry3, Point3, Vector3};
 use rapier3d::prelude::{ColliderHandle, Contact, ContactPair};
 

@@ -3,7 +3,7 @@
 //! Rapier cannot apply a generalised force, so its implicit joint spring has to: with a stiffness too small to matter
 //! and a rest position `q + tau / stiffness`, the spring exerts `tau`.
 
-use crate::sim::servo::Drive;
+use crate::servo::Drive;
 use rapier3d::prelude::{JointAxesMask, MultibodyLink};
 
 /// Stiffness of the spring that exerts the torque (N m/rad). The joints of a robot of 1 kg with its COM at 1 m are

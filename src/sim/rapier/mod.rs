@@ -11,11 +11,11 @@ use super::contact::{Part, WorldWrench};
 use super::meeting::Pairs;
 use super::physics::Physics;
 use super::servo::Drive;
-use crate::robot::{Foot, Posture, Robot};
 use contact::{force_n, ground_wrench};
 use convert::{pose_from_rapier, rotation_to_rapier, vec_to_rapier};
 use nalgebra::{DVector, Isometry3, Point3, UnitQuaternion, Vector3};
 use rapier3d::dynamics::Multibody;
+use standfast_core::robot::{Foot, Posture, Robot};
 use world::{GROUND, Handles, World, build};
 
 pub const VERSION: &str = rapier3d::VERSION;

@@ -1,11 +1,11 @@
 //! The robot's shapes in Rapier.
 
 use super::convert::{pose_to_rapier, vec_to_rapier};
-use crate::robot::Shape;
-use crate::robot::mesh::{Mesh, bounds};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rapier3d::parry::query;
 use rapier3d::prelude::{Real, SharedShape};
+use standfast_core::robot::Shape;
+use standfast_core::robot::mesh::{Mesh, bounds};
 
 pub fn placed(shape: &Shape, pose: Isometry3<f64>) -> (SharedShape, Isometry3<f64>) {
     // The axis of cylinders and capsules is z in URDF, and y in Rapier.

@@ -2,13 +2,13 @@
 
 use super::convert::{pose_to_rapier, rotation_to_rapier, vec_to_rapier};
 use super::shape::{placed, standing};
-use crate::robot::{Foot, Joint, PerFoot, Posture, Robot};
-use crate::sim::Ground;
-use crate::sim::meeting::{self, Pairs};
+use crate::Ground;
+use crate::meeting::{self, Pairs};
 use nalgebra::{Isometry3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rapier3d::dynamics::MultibodyIndex;
 use rapier3d::parry::mass_properties::MassProperties;
 use rapier3d::prelude::*;
+use standfast_core::robot::{Foot, Joint, PerFoot, Posture, Robot};
 
 /// A Rapier world that can be copied. A copy continues to the same bits, because everything that lasts from step to
 /// step is copied. The pipeline is only working memory.
@@ -123,7 +123,7 @@ fn integration_parameters(step_s: f64) -> IntegrationParameters {
 /// which links of the robot collide with each other.
 pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, step_s: f64) -> (World, Handles) {
     let mut world = PhysicsWorld {
-        gravity: Vector::new(0.0, 0.0, -crate::robot::GRAVITY as Real),
+        gravity: Vector::new(0.0, 0.0, -standfast_core::robot::GRAVITY as Real),
         integration_parameters: integration_parameters(step_s),
         ..PhysicsWorld::default()
     };

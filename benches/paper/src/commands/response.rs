@@ -4,16 +4,15 @@
 use crate::render::bode;
 use crate::render::response::Response;
 use crate::response::{self, Axis, Experiment};
-use standfast::assets::DEFAULT_ROBOT;
 use standfast::commands::arguments::{ENGINES, one_of};
 use standfast::commands::terminal::print;
-use standfast::control::Design;
-use standfast::episode::EpisodeConfig;
-use standfast::error::{Error, Result};
-use standfast::lipm::gains::GainSet;
-use standfast::render;
-use standfast::robot::{Robot, Units};
+use standfast::core::control::Design;
+use standfast::core::error::{Error, Result};
+use standfast::core::robot::Units;
+use standfast::files::assets::DEFAULT_ROBOT;
+use standfast::report;
 use standfast::sim::Engine;
+use standfast::sim::episode::EpisodeConfig;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -57,10 +56,10 @@ pub fn run(args: &ResponseArgs) -> Result<ExitCode> {
         let accepted = format!("{least} to {most}");
         return Err(Error::option("--amplitude", args.amplitude, "out of range", accepted));
     }
-    let robot = Robot::load(&args.robot)?;
+    let robot = standfast::robots::load(&args.robot)?;
     let config = EpisodeConfig { engine: args.engine, ..EpisodeConfig::of(&Units::of(&robot)) };
     config.engine.check(&robot)?;
-    let design = Design::new(&robot, &GainSet::load(&args.gains)?, config.control_period_s)?;
+    let design = Design::new(&robot, &standfast::controllers::gain_set(&args.gains)?, config.control_period_s)?;
     design.warning.iter().for_each(|warning| log::warn!("{warning}"));
     let experiment = Experiment { axis: args.axis, amplitude_m: args.amplitude, config, settle_s: 2.0, measure_s: 2.0 };
     let (from, to, count) = FREQUENCIES_HZ;
@@ -69,7 +68,7 @@ pub fn run(args: &ResponseArgs) -> Result<ExitCode> {
     if let Some(path) = &args.plot {
         bode::write(path, &measured)?;
     }
-    print(&if args.json { render::json(&measured.as_json()) } else { measured.text() })
+    print(&if args.json { report::json(&measured.as_json()) } else { measured.text() })
 }
 
 #[cfg(test)]

@@ -7,16 +7,14 @@ use serde_json::json;
 use standfast::commands::arguments::{CheckArgs, ENGINES, fine, one_of};
 use standfast::commands::episode::{Case, OutputArgs, command_line};
 use standfast::commands::terminal::print;
-use standfast::contest;
-use standfast::control::Design;
-use standfast::episode::Disturbance;
-use standfast::error::{Error, Result};
-use standfast::lipm::gains::GainSet;
-use standfast::render;
-use standfast::render::figure::motion::MotionPlot;
-use standfast::render::text::layout::wrapped;
-use standfast::robot::Robot;
+use standfast::controllers;
+use standfast::core::control::Design;
+use standfast::core::error::{Error, Result};
+use standfast::report;
+use standfast::report::figure::motion::MotionPlot;
+use standfast::report::text::layout::wrapped;
 use standfast::sim::Engine;
+use standfast::sim::episode::Disturbance;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -52,11 +50,11 @@ pub struct ScenarioArgs {
 pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     let Some(name) = &args.scenario else { return list(args) };
     let scenario = Scenario::load(name)?;
-    let robot = Robot::load(args.robot.as_ref().unwrap_or(&scenario.robot))?;
+    let robot = standfast::robots::load(args.robot.as_ref().unwrap_or(&scenario.robot))?;
     let (cause, mut config) = (scenario.cause()?, scenario.episode(&robot));
     config.engine = args.engine.unwrap_or(config.engine);
     let gains = args.gains.as_ref().unwrap_or(&scenario.gains);
-    let factory = contest::load(gains)?.prepare(&robot, config.control_period_s)?;
+    let factory = controllers::load(gains)?.prepare(&robot, config.control_period_s)?;
     factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
     if matches!(cause, Cause::Imposed(_)) {
         check_without_physics(args)?;
@@ -74,7 +72,7 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
             case.run(disturbance, &args.outputs, args.json, command_line("standfast-paper"))?.0
         }
         Cause::Imposed(error) => {
-            let design = Design::new(&robot, &GainSet::load(gains)?, config.control_period_s)?;
+            let design = Design::new(&robot, &standfast::controllers::gain_set(gains)?, config.control_period_s)?;
             impose(args, &scenario, &case, &design, &error)?
         }
     };
@@ -92,7 +90,7 @@ fn list(args: &ScenarioArgs) -> Result<ExitCode> {
         return fine(&format!("{} scenarios to list", all.len()));
     }
     print(&if args.json {
-        render::json(&json!({ "scenarios": all }))
+        report::json(&json!({ "scenarios": all }))
     } else {
         let lines = all.iter().map(|scenario| wrapped(&format!("{:<20} ", scenario.name), &scenario.description));
         lines.collect::<String>() + "\nTo run one: standfast-paper scenario NAME\n"
@@ -126,5 +124,5 @@ fn impose(args: &ScenarioArgs, scenario: &Scenario, case: &Case, design: &Design
     if let Some(path) = &args.outputs.plot {
         plot.write(path, &told.headline())?;
     }
-    Ok(if args.json { render::json(&told.as_json()) } else { told.text() })
+    Ok(if args.json { report::json(&told.as_json()) } else { told.text() })
 }

@@ -2,10 +2,10 @@
 
 use crate::render::response::Response;
 use crate::response::Point;
-use standfast::error::Result;
-use standfast::render::figure;
-use standfast::render::figure::axes::Axis;
-use standfast::render::figure::panel::{At, Panel, short};
+use standfast::core::error::Result;
+use standfast::report::figure;
+use standfast::report::figure::axes::Axis;
+use standfast::report::figure::panel::{At, Panel, short};
 use std::path::Path;
 
 /// Frequencies with a number on the axis.

@@ -2,8 +2,8 @@
 
 use crate::imposed::{ImposedRecord, Start};
 use serde_json::{Value, json};
-use standfast::render::text::{layout::entry, story};
-use standfast::render::with_fields_of;
+use standfast::report::text::{layout::entry, story};
+use standfast::report::with_fields_of;
 
 /// An imposed error and its record.
 pub struct ImposedStory<'a> {

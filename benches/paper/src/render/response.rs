@@ -2,8 +2,8 @@
 
 use crate::response::{self, Axis, Bandwidth, Experiment, Point};
 use serde_json::{Value, json};
-use standfast::lipm::gains::{Gain, GainFamily};
-use standfast::render::text::layout::wrapped;
+use standfast::core::lipm::gains::{Gain, GainFamily};
+use standfast::report::text::layout::wrapped;
 use std::fmt::Write;
 
 pub struct Response<'a> {
@@ -114,13 +114,12 @@ impl<'a> Response<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use standfast::lipm::{GainSet, Pendulum};
-    use standfast::robot::Robot;
+    use standfast::core::lipm::Pendulum;
 
     #[test]
     fn the_pole_is_judged_by_the_bandwidth() {
-        let gains = GainSet::load("switching").unwrap();
-        let robot = Robot::load("ut-mu2").unwrap();
+        let gains = standfast::controllers::gain_set("switching").unwrap();
+        let robot = standfast::robots::load("ut-mu2").unwrap();
         let family = GainFamily::design(&gains, Pendulum { omega: robot.omega(), dt: 0.002 }, 0.048).unwrap();
         let say = |gain_rad_s, phase_rad_s| {
             let bandwidth = Bandwidth { gain_rad_s, phase_rad_s };

@@ -1,17 +1,16 @@
 //! Shared by the tests: the program from outside, a page in a browser, and the closed loop.
 #![allow(dead_code, reason = "each test file uses its part")]
 
-#[path = "../../../../tests/common/browser.rs"]
+#[path = "../../../../src/report/tests/common/browser.rs"]
 pub mod browser;
 #[path = "../../../../tests/common/program.rs"]
 pub mod program;
 
-use standfast::contest;
-use standfast::control::Design;
-use standfast::episode::{self, Disturbance, EpisodeConfig, Record, Tick, Until};
-use standfast::lipm::GainSet;
-use standfast::robot::{Factory, Robot, Units};
+use standfast::controllers;
+use standfast::core::control::Design;
+use standfast::core::robot::{Factory, Robot, Units};
 use standfast::sim::Push;
+use standfast::sim::episode::{self, Disturbance, EpisodeConfig, Record, Tick, Until};
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_standfast-paper");
 
@@ -24,10 +23,11 @@ pub struct Bench {
 
 impl Bench {
     pub fn new(gains: &str) -> Self {
-        let robot = Robot::load("ut-mu2").unwrap();
+        let robot = standfast::robots::load("ut-mu2").unwrap();
         let period_s = config(1.0).control_period_s;
-        let factory = contest::load(gains).unwrap().prepare(&robot, period_s).unwrap();
-        let design = GainSet::load(gains).ok().map(|gains| Design::new(&robot, &gains, period_s).unwrap());
+        let factory = controllers::load(gains).unwrap().prepare(&robot, period_s).unwrap();
+        let design =
+            standfast::controllers::gain_set(gains).ok().map(|gains| Design::new(&robot, &gains, period_s).unwrap());
         Self { robot, factory, design }
     }
 
@@ -47,5 +47,5 @@ impl Bench {
 }
 
 pub fn config(horizon_s: f64) -> EpisodeConfig {
-    EpisodeConfig { horizon_s, ..EpisodeConfig::of(&Units::of(&Robot::load("ut-mu2").unwrap())) }
+    EpisodeConfig { horizon_s, ..EpisodeConfig::of(&Units::of(&standfast::robots::load("ut-mu2").unwrap())) }
 }

@@ -2,7 +2,7 @@
 //! paper whether the simulations bear it out.
 //!
 //! `study` runs all simulations and searches once, and `watch` observes the pushed ones. `numbers` computes the numbers
-//! of each figure from them, `timing` measures how fast the sets are updated, and `render::page` draws the page and
+//! of each figure from them, `timing` measures how fast the sets are updated, and `report::page` draws the page and
 //! holds its words. Two runs of the same program differ only in what `timing` measures.
 
 mod numbers;
@@ -15,9 +15,10 @@ use crate::render::page::words::{Claim, Count, Words, counts};
 use crate::render::page::{Figure, Page};
 use serde_json::{Value, json};
 use standfast::commands::terminal::print;
-use standfast::error::Result;
+use standfast::core::error::Result;
+use standfast::files::own_folder;
 use standfast::files::write_atomic;
-use standfast::render::{self, own_folder};
+use standfast::report;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -70,7 +71,7 @@ fn as_json(study: &Study, page: &Page, numbers: &Value) -> String {
             "claims": claims, "numbers": numbers[&words.number],
         })
     };
-    render::json(&json!({
+    report::json(&json!({
         "robot": study.robot.name,
         "gains": study.design.family.name,
         "verdicts": counts(page.claims()),

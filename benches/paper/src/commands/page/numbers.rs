@@ -6,17 +6,17 @@ use crate::render::page::robot::axis_name;
 use crate::render::page::study::{ImposedRun, Pushed, Study};
 use nalgebra::{Point2, Vector2, Vector3};
 use serde_json::{Map, Value, json};
-use standfast::campaign::ask::no_step::NoStep;
-use standfast::control::{Phase, estimate};
-use standfast::episode::{Footstep, Outcome, Record, Snapshot};
-use standfast::error::Result;
-use standfast::lipm::OnlineSets;
-use standfast::lipm::capture;
-use standfast::lipm::cpi_set::{CpiSet, Inclusion};
-use standfast::lipm::gains::{Gain, GainPoles};
-use standfast::lipm::pendulum::State;
-use standfast::robot::{Foot, Joint, Kinematics, Robot};
+use standfast::core::control::{Phase, estimate};
+use standfast::core::error::Result;
+use standfast::core::lipm::OnlineSets;
+use standfast::core::lipm::capture;
+use standfast::core::lipm::cpi_set::{CpiSet, Inclusion};
+use standfast::core::lipm::gains::{Gain, GainPoles};
+use standfast::core::lipm::pendulum::State;
+use standfast::core::robot::{Foot, Joint, Kinematics, Robot};
+use standfast::sim::episode::{Footstep, Outcome, Record, Snapshot};
 use standfast::sim::{Profile, Push};
+use standfast::study::ask::no_step::NoStep;
 
 /// Poles over -omega of two gains, slow to fast, whose sets do not nest.
 const NOT_NESTED: [[f64; 3]; 2] = [[0.5, 1.0, 1.0], [1.0, 1.0, 1.0]];

@@ -6,15 +6,14 @@ use crate::render::page::study::{ImposedRun, Pushed, Study};
 use crate::scenario::{Cause, Imposed, Scenario};
 use rayon::prelude::*;
 use standfast::commands::progress::Progress;
-use standfast::contest;
-use standfast::control::{Design, home_polygon};
-use standfast::episode::{self, Disturbance, EpisodeConfig, Film, Snapshot};
-use standfast::error::{Error, Result};
-use standfast::lipm::cpi_set::{CpiSet, Inclusion};
-use standfast::lipm::gains::GainSet;
-use standfast::render::figure::motion::MotionPlot;
-use standfast::robot::{Factory, Kinematics, PerFoot, Robot};
+use standfast::controllers;
+use standfast::core::control::{Design, home_polygon};
+use standfast::core::error::{Error, Result};
+use standfast::core::lipm::cpi_set::{CpiSet, Inclusion};
+use standfast::core::robot::{Factory, Kinematics, PerFoot, Robot};
+use standfast::report::figure::motion::MotionPlot;
 use standfast::sim::Push;
+use standfast::sim::episode::{self, Disturbance, EpisodeConfig, Film, Snapshot};
 
 /// Gain set with the same gains that takes no footstep, to show what the footstep is worth.
 const WITHOUT_FOOTSTEP: &str = "switching";
@@ -33,10 +32,10 @@ const PARTS: u64 = 19;
 pub fn run() -> Result<Study> {
     let progress = Progress::of(PARTS, "simulations and searches");
     let first = Scenario::load("push-behind")?;
-    let robot = Robot::load(&first.robot)?;
+    let robot = standfast::robots::load(&first.robot)?;
     let EpisodeConfig { control_period_s: period_s, judge, .. } = first.episode(&robot);
-    let design_of = |gains: &str| Design::new(&robot, &GainSet::load(gains)?, period_s);
-    let factory_of = |name: &str| contest::load(name)?.prepare(&robot, period_s);
+    let design_of = |gains: &str| Design::new(&robot, &standfast::controllers::gain_set(gains)?, period_s);
+    let factory_of = |name: &str| controllers::load(name)?.prepare(&robot, period_s);
     let design = design_of(&first.gains)?;
     let (factory, standing, stiff) = (Factory::from(design.clone()), factory_of(WITHOUT_FOOTSTEP)?, factory_of(STIFF)?);
     let Some(rules) = design.stepping().copied() else {

@@ -4,8 +4,8 @@
 use crate::render::page::study::Study;
 use nalgebra::{DMatrix, Matrix2x6, Vector6};
 use serde_json::{Value, json};
-use standfast::geometry::SupportPolygon;
-use standfast::lipm::{Gain, OnlineSets};
+use standfast::core::geometry::SupportPolygon;
+use standfast::core::lipm::{Gain, OnlineSets};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -102,15 +102,15 @@ pub fn measure(study: &Study) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use standfast::lipm::cpi_set::CpiSet;
-    use standfast::lipm::gains::GainSet;
-    use standfast::lipm::{GainFamily, Pendulum};
+    use standfast::core::lipm::cpi_set::CpiSet;
+
+    use standfast::core::lipm::{GainFamily, Pendulum};
 
     /// What is timed gives the rows of eq. 25.
     #[test]
     fn the_stored_phi_gives_the_rows_of_the_stack() {
         let pendulum = Pendulum { omega: 5.63, dt: 0.002 };
-        let family = GainFamily::design(&GainSet::load("paper").unwrap(), pendulum, 0.048).unwrap();
+        let family = GainFamily::design(&standfast::controllers::gain_set("paper").unwrap(), pendulum, 0.048).unwrap();
         let polygon = SupportPolygon::rectangle(-0.05, 0.07, -0.08, 0.09).unwrap();
         for gain in &family.gains {
             let mut stored = Stored::new(gain, 20, 4);

@@ -4,14 +4,14 @@
 use crate::account::account;
 use crate::render::page::study::{Seen, Stand};
 use nalgebra::{Point2, Vector3};
-use standfast::control::estimate::on_ground;
-use standfast::control::stand::Support;
-use standfast::episode::snapshot::LEAST_N;
-use standfast::episode::{AT_LIMIT, Tick};
-use standfast::geometry::SupportPolygon;
-use standfast::lipm::pendulum::State;
-use standfast::robot::{Foot, PerFoot, Robot};
+use standfast::core::control::estimate::on_ground;
+use standfast::core::control::stand::Support;
+use standfast::core::geometry::SupportPolygon;
+use standfast::core::lipm::pendulum::State;
+use standfast::core::robot::{Foot, PerFoot, Robot};
 use standfast::sim::Truth;
+use standfast::sim::episode::snapshot::LEAST_N;
+use standfast::sim::episode::{AT_LIMIT, Tick};
 
 /// Observer of one run.
 #[derive(Default)]

@@ -5,8 +5,8 @@ use super::footwork::{Choice, EXAMPLES_DEG};
 use super::ground::Ground;
 use super::study::Study;
 use nalgebra::{Point2, Vector2};
-use standfast::render::figure::panel::{At, Panel, short};
-use standfast::robot::Foot;
+use standfast::core::robot::Foot;
+use standfast::report::figure::panel::{At, Panel, short};
 
 /// Width of a panel (px).
 const WIDTH: f64 = 460.0;

@@ -3,10 +3,10 @@
 
 use super::study::{Stand, Study};
 use nalgebra::{Isometry2, Point2, Vector2};
-use standfast::control::step::PlannedFootstep;
-use standfast::control::step::paper::{StanceState, choose};
-use standfast::lipm::pendulum::State;
-use standfast::robot::{Foot, GRAVITY, PerFoot};
+use standfast::core::control::step::PlannedFootstep;
+use standfast::core::control::step::paper::{StanceState, choose};
+use standfast::core::lipm::pendulum::State;
+use standfast::core::robot::{Foot, GRAVITY, PerFoot};
 
 /// Directions of the examples of Fig. 6 (degrees), read from the arrows in the paper's picture.
 pub const EXAMPLES_DEG: [f64; 2] = [45.0, -45.0];

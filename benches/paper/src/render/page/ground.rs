@@ -1,9 +1,9 @@
 //! Panels that show the ground from above, with soles and contact regions on it.
 
 use nalgebra::{Isometry2, Point2};
-use standfast::geometry::SupportPolygon;
-use standfast::render::figure::axes::Axis;
-use standfast::render::figure::panel::{At, Panel, View};
+use standfast::core::geometry::SupportPolygon;
+use standfast::report::figure::axes::Axis;
+use standfast::report::figure::panel::{At, Panel, View};
 
 /// A panel with the ground, and what is drawn on it.
 pub trait Ground {

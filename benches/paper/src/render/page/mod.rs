@@ -14,9 +14,9 @@ pub mod words;
 
 use minijinja::UndefinedBehavior;
 use serde_json::{Value, json};
-use standfast::error::Result;
-use standfast::render::figure::{self, panel::Panel};
-use standfast::render::html_page;
+use standfast::core::error::Result;
+use standfast::report::figure::{self, panel::Panel};
+use standfast::report::html_page;
 use study::Study;
 use words::{Claim, FigureWords, NotMade, Teller, Words, counts};
 

@@ -4,11 +4,11 @@ use super::feet;
 use super::study::{ImposedRun, Pushed, Study};
 use image::RgbImage;
 use nalgebra::{Point3, Vector2};
-use standfast::episode::{Footstep, Snapshot};
-use standfast::render::figure::panel::{Panel, Sample};
-use standfast::render::picture::{Camera, draw, draw_posture, png};
-use standfast::render::scene::palette::Overlay;
-use standfast::robot::{Foot, Joint, Kinematics, Robot};
+use standfast::core::robot::{Foot, Joint, Kinematics, Robot};
+use standfast::pictures::scene::palette::Overlay;
+use standfast::pictures::{Camera, draw, draw_posture, png};
+use standfast::report::figure::panel::{Panel, Sample};
+use standfast::sim::episode::{Footstep, Snapshot};
 
 /// Dots of a picture for each px of the page.
 const FINE: f64 = 2.0;

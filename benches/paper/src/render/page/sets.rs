@@ -3,12 +3,12 @@
 use super::ground::Ground;
 use super::study::{Stand, Study};
 use nalgebra::{Isometry2, Point2};
-use standfast::geometry::SupportPolygon;
-use standfast::lipm::OnlineSets;
-use standfast::lipm::pendulum::State;
-use standfast::render::figure::cpi::{leader, slice, spread};
-use standfast::render::figure::panel::{Panel, short};
-use standfast::robot::Foot;
+use standfast::core::geometry::SupportPolygon;
+use standfast::core::lipm::OnlineSets;
+use standfast::core::lipm::pendulum::State;
+use standfast::core::robot::Foot;
+use standfast::report::figure::cpi::{leader, slice, spread};
+use standfast::report::figure::panel::{Panel, short};
 
 /// Width of a panel (px).
 const WIDTH: f64 = 460.0;

@@ -2,15 +2,15 @@
 
 use crate::imposed::ImposedRecord;
 use nalgebra::{Isometry2, Point2, Vector2};
-use standfast::control::Design;
-use standfast::episode::{Film, Footstep, Judge, Record};
-use standfast::geometry::SupportPolygon;
-use standfast::lipm::cpi_set::{CpiSet, Inclusion};
-use standfast::lipm::pendulum::State;
-use standfast::lipm::stepping::Stepping;
-use standfast::render::figure::motion::MotionPlot;
-use standfast::robot::{Foot, PerFoot, Robot};
+use standfast::core::control::Design;
+use standfast::core::geometry::SupportPolygon;
+use standfast::core::lipm::cpi_set::{CpiSet, Inclusion};
+use standfast::core::lipm::pendulum::State;
+use standfast::core::lipm::stepping::Stepping;
+use standfast::core::robot::{Foot, PerFoot, Robot};
+use standfast::report::figure::motion::MotionPlot;
 use standfast::sim::Push;
+use standfast::sim::episode::{Film, Footstep, Judge, Record};
 
 /// All runs and sets that the figures show.
 pub struct Study {

@@ -2,11 +2,11 @@
 
 use super::study::{ImposedRun, Pushed, Study};
 use serde_json::Value;
-use standfast::episode::Snapshot;
-use standfast::render::figure::axes::Axis;
-use standfast::render::figure::motion::MotionPlot;
-use standfast::render::figure::panel::{At, Panel, View, short};
-use standfast::render::text::story;
+use standfast::report::figure::axes::Axis;
+use standfast::report::figure::motion::MotionPlot;
+use standfast::report::figure::panel::{At, Panel, View, short};
+use standfast::report::text::story;
+use standfast::sim::episode::Snapshot;
 
 /// Width of a panel of Fig. 5, and left and right edge of its charts (px).
 const WIDTH: f64 = 460.0;

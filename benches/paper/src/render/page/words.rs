@@ -4,8 +4,8 @@ use minijinja::value::{Serde, Value as Any};
 use minijinja::{Environment, UndefinedBehavior, context};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use standfast::error::{Error, Result};
-use standfast::render::figure::panel::short;
+use standfast::core::error::{Error, Result};
+use standfast::report::figure::panel::short;
 use std::collections::BTreeMap;
 
 /// The contents of `words.toml`.

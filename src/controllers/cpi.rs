@@ -1,0 +1,86 @@
+//! Gain sets: our own controller ([`standfast_core::control`]), which stands and steps by maximal CPI sets.
+
+use super::settings::Settings;
+use super::tunable::Tunable;
+use standfast_core::control::{CpiController, Design};
+use standfast_core::error::Result;
+use standfast_core::lipm::GainSet;
+use standfast_core::lipm::catching::{CatchingTable, Departure};
+use standfast_core::lipm::stepping::SteppingTable;
+use standfast_core::robot::{Factory, Robot};
+use std::sync::Arc;
+use toml::{Table, Value};
+
+/// Continues from the state of `now` with the gains and rules of `next`, for the same robot.
+pub fn switch(now: &mut CpiController, next: &CpiController) {
+    now.switch_to(Arc::clone(next.design()));
+}
+
+impl Settings for GainSet {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn check(&self, file: &str) -> Result<()> {
+        self.validate(file)
+    }
+
+    fn tree(&self) -> Table {
+        let mut tree = Table::try_from(self).expect("it was read from a table");
+        if let (Some(catching), Some(Value::Table(table))) = (&self.catching, tree.get_mut("catching")) {
+            // Its file leaves out zeros; as a table that can be changed it has them.
+            let Departure { lift, left, crossed, place, zmp, slower, tilt, lower } = catching.every;
+            let [place, zmp, tilt] = [place, zmp, tilt].map(|pair| Value::from(pair.to_vec()));
+            let numbers = [("lift", lift), ("left", left), ("crossed", crossed), ("slower", slower), ("lower", lower)];
+            let numbers = numbers.map(|(name, number)| (name, Value::from(number)));
+            let every = numbers.into_iter().chain([("place", place), ("zmp", zmp), ("tilt", tilt)]);
+            table.insert("every".into(), Value::Table(every.map(|(name, value)| (name.into(), value)).collect()));
+        }
+        tree
+    }
+
+    fn text(&self) -> String {
+        toml::to_string(self).expect("it was read from a table")
+    }
+
+    fn totals(&self) -> &'static [&'static str] {
+        &["gain_switches", "left_sets_at_s"]
+    }
+
+    /// The margin and the slowest pole of each gain, and of footsteps what decides most. The ranges hold for robots of
+    /// every size, as the values do.
+    fn tunables(&self) -> Vec<Tunable> {
+        let about = |value: f64, factor: f64| [value / factor, value * factor];
+        let mut found = vec![Tunable::new("zmp_margin", self.zmp_margin, [0.0, 0.3])];
+        for (i, gain) in self.gains.iter().enumerate() {
+            for (axis, poles) in [("x", gain.x), ("y", gain.y)] {
+                found.push(Tunable::new(format!("gains.{i}.{axis}.0"), poles[0], about(poles[0], 2.5)));
+            }
+        }
+        if let Some(CatchingTable { pause, transfer, settle, every, .. }) = &self.catching {
+            let mut of = |key: &str, now: f64, range: [f64; 2]| {
+                found.push(Tunable::new(format!("catching.{key}"), now, range));
+            };
+            of("pause", *pause, [0.03, 0.8]);
+            of("transfer", *transfer, [0.08, 0.8]);
+            of("settle", *settle, [0.15, 1.2]);
+            of("every.crossed", every.crossed, [-0.02, 0.06]);
+            of("every.place.0", every.place[0], [-0.05, 0.05]);
+            of("every.place.1", every.place[1], [-0.05, 0.05]);
+            of("every.slower", every.slower, [-0.3, 0.3]);
+            of("every.tilt.1", every.tilt[1], [-0.2, 0.2]);
+            of("every.lower", every.lower, [-0.03, 0.06]);
+        }
+        if let Some(SteppingTable { alpha, swing_time, lift, pause, .. }) = &self.stepping {
+            found.push(Tunable::new("stepping.alpha", *alpha, [1.0, 60.0]));
+            found.push(Tunable::new("stepping.swing_time", *swing_time, [0.6, 3.0]));
+            found.push(Tunable::new("stepping.lift", *lift, [0.03, 0.13]));
+            found.push(Tunable::new("stepping.pause", *pause, [0.0, 1.0]));
+        }
+        found
+    }
+
+    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory> {
+        Ok(Design::new(robot, self, period_s)?.into())
+    }
+}

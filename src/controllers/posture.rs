@@ -1,0 +1,61 @@
+//! Stiff joints: the servos hold the posture of the start, with the torques that carry the weight there, and nothing is
+//! measured. Every controller must beat that. It is also the shortest example of a kind of controllers.
+
+use super::settings::{Settings, check_name};
+use serde::{Deserialize, Serialize};
+use standfast_core::error::Result;
+use standfast_core::robot::{Command, Controller, Factory, Report, Robot, Sensed, TickError};
+use toml::Table;
+
+/// What its file states.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Posture {
+    kind: String,
+    name: String,
+    #[serde(default)]
+    description: String,
+}
+
+impl Settings for Posture {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn check(&self, file: &str) -> Result<()> {
+        check_name(file, &self.name)
+    }
+
+    fn tree(&self) -> Table {
+        Table::try_from(self).expect("it was read from a table")
+    }
+
+    fn prepare(&self, robot: &Robot, _period_s: f64) -> Result<Factory> {
+        let home = robot.home_command();
+        let start = move |_seed| Stiff { home: home.clone() };
+        let mut factory = Factory::new(&self.name, "which keeps its posture", start);
+        factory.takes_footsteps = false;
+        Ok(factory)
+    }
+}
+
+/// Stiff joints in an episode.
+#[derive(Clone)]
+struct Stiff {
+    home: Command,
+}
+
+impl Controller for Stiff {
+    fn tick(&mut self, _sensed: &Sensed, command: &mut Command) -> Result<(), TickError> {
+        command.clone_from(&self.home);
+        Ok(())
+    }
+
+    fn report(&self) -> Report {
+        Report::of_phase("posture")
+    }
+
+    fn fork(&self) -> Option<Box<dyn Controller>> {
+        Some(Box::new(self.clone()))
+    }
+}

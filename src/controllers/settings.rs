@@ -1,0 +1,114 @@
+//! What every kind of controllers provides: settings that are read from a file, and make a [`Factory`] for a robot.
+
+use super::tunable::Tunable;
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::{Factory, Robot};
+use std::any::Any;
+use std::fmt::{self, Debug};
+use toml::Table;
+
+/// The settings of a controller, read and checked, for any robot.
+pub trait Settings: Any + Debug + Send + Sync {
+    /// Name of the controller in tables and results.
+    fn name(&self) -> &str;
+
+    /// Checks the values. Errors name `file`, the field, its value and what is accepted.
+    fn check(&self, file: &str) -> Result<()>;
+
+    /// The file with all defaults filled in, in which a [variant](super::variant) changes a value.
+    fn tree(&self) -> Table;
+
+    /// The file that states these settings. Its numbers are those of the tree.
+    fn text(&self) -> String {
+        let mut tree = self.tree();
+        // Where a controller was read from is not in its file.
+        tree.remove("file");
+        toml::to_string(&tree).expect("it was read from a table")
+    }
+
+    /// Names of the totals that its reports have, which become columns of a result.
+    fn totals(&self) -> &'static [&'static str] {
+        &[]
+    }
+
+    /// The files that the controller needs beside its own, each by its path relative to that one. They are inputs of a
+    /// result.
+    fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
+        Ok(Vec::new())
+    }
+
+    /// Whether it starts a command that its file names.
+    fn is_program(&self) -> bool {
+        false
+    }
+
+    /// What the controller depends on that is not among these files, in words of its file: paths to elsewhere, programs.
+    fn not_kept(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// The numbers that are worth tuning, each with a range that is worth searching.
+    fn tunables(&self) -> Vec<Tunable> {
+        Vec::new()
+    }
+
+    /// Prepares the controller for a robot and a control period (s). Fails if the settings do not suit the robot.
+    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory>;
+}
+
+/// Checks the name that a file states.
+pub fn check_name(file: &str, name: &str) -> Result<()> {
+    let stated = format!("{name:?}");
+    if name.trim().is_empty() { Err(Error::value(file, "name", stated, "is empty", "a name")) } else { Ok(()) }
+}
+
+/// The description that a file states, or what the controller is made by.
+pub fn about(description: &str, made_by: &str) -> String {
+    if description.is_empty() { format!("by {made_by}") } else { description.into() }
+}
+
+/// A controller of a program of your own, which has no file.
+pub struct Own {
+    name: String,
+    tree: Table,
+    prepare: Box<Prepare>,
+}
+
+/// Makes the factory of a controller for a robot and a control period (s).
+type Prepare = dyn Fn(&Robot, f64) -> Result<Factory> + Send + Sync;
+
+impl Own {
+    /// `tree` is whatever the controller depends on: a result with other numbers is another result. `prepare` makes its
+    /// factory for a robot and a control period (s).
+    pub fn new(
+        name: impl Into<String>,
+        tree: Table,
+        prepare: impl Fn(&Robot, f64) -> Result<Factory> + Send + Sync + 'static,
+    ) -> Box<Self> {
+        Box::new(Self { name: name.into(), tree, prepare: Box::new(prepare) })
+    }
+}
+
+impl Debug for Own {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "Own({}, {:?})", self.name, self.tree)
+    }
+}
+
+impl Settings for Own {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn check(&self, _file: &str) -> Result<()> {
+        Ok(())
+    }
+
+    fn tree(&self) -> Table {
+        self.tree.clone()
+    }
+
+    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory> {
+        (self.prepare)(robot, period_s)
+    }
+}

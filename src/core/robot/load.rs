@@ -1,0 +1,74 @@
+//! Turns a desired ZMP into wrenches under the soles, and stands a robot on them at home.
+
+use super::dynamics::load_torques;
+use super::{Command, Foot, GRAVITY, Kinematics, PerFoot, Pose, Robot};
+use nalgebra::{Point2, Vector2, Vector3};
+
+/// Wrenches on the soles (force; moment about the sole's centre; world axes) that sum to `force` (N) with its ZMP at
+/// `zmp` (m).
+///
+/// With no foot in contact they are zero. With both feet in contact, the load of each follows from where the ZMP lies
+/// along the line between their centres. The distance that remains, each foot takes within its own sole.
+pub fn share(
+    robot: &Robot,
+    footholds: &PerFoot<Pose>,
+    in_contact: &PerFoot<bool>,
+    zmp: Point2<f64>,
+    force: Vector3<f64>,
+) -> PerFoot<[Vector3<f64>; 2]> {
+    let centers = PerFoot::from_fn(|foot| footholds[foot].translation.vector.xy());
+    let across = centers.right - centers.left;
+    let along = across.dot(&(zmp.coords - centers.left)) / across.norm_squared();
+    if !in_contact.left && !in_contact.right {
+        return PerFoot::default();
+    }
+    let on_right = match (in_contact.left, in_contact.right) {
+        (true, false) => 0.0,
+        (false, true) => 1.0,
+        _ => along.clamp(0.0, 1.0),
+    };
+    let offset = zmp.coords - (centers.left + across * on_right);
+    PerFoot::from_fn(|foot| {
+        let part = if foot == Foot::Right { on_right } else { 1.0 - on_right };
+        let f = force * part;
+        let point = clamp_to_sole(robot, foot, &footholds[foot], offset, f.z);
+        [f, point.cross(&f)]
+    })
+}
+
+/// The point of a sole nearest to `offset` from its centre (m, world axes) at which its ankle can hold a load (N).
+fn clamp_to_sole(robot: &Robot, foot: Foot, pose: &Pose, offset: Vector2<f64>, load_n: f64) -> Vector3<f64> {
+    let local = pose.rotation.inverse() * Vector3::new(offset.x, offset.y, 0.0);
+    let [x, y] = robot.soles[foot].pressable_m(load_n);
+    pose.rotation * Vector3::new(local.x.clamp(x[0], x[1]), local.y.clamp(y[0], y[1]), 0.0)
+}
+
+impl Robot {
+    /// Holds the home posture, with the torques that carry the weight there.
+    pub fn home_command(&self) -> Command {
+        let kinematics = Kinematics::at_home(self);
+        let weight = Vector3::new(0.0, 0.0, self.mass() * GRAVITY);
+        let both = PerFoot { left: true, right: true };
+        let wrenches = share(self, &kinematics.sole_poses(self), &both, kinematics.com().xy(), weight);
+        let mut command = Command::hold(&self.home_rad);
+        load_torques(&kinematics, self, -weight / self.mass(), &wrenches, &mut command.tau_ff);
+        command
+    }
+
+    /// The joint that the weight on one foot asks most of, at home: its number, and its torque as a share of what its motor
+    /// has. Of each leg, the joints count that pitch above the ankle. What rolls is left out, since a robot in the middle of
+    /// a footstep does not balance sideways.
+    pub fn hardest_on_one_leg(&self) -> Option<(usize, f64)> {
+        let kinematics = Kinematics::at_home(self);
+        let weight = Vector3::new(0.0, 0.0, self.mass() * GRAVITY);
+        let mut tau = vec![0.0; self.joints.len()];
+        let mut of_foot = |foot: Foot| {
+            let stands = PerFoot::from_fn(|f| f == foot);
+            let wrenches = share(self, &kinematics.sole_poses(self), &stands, kinematics.com().xy(), weight);
+            load_torques(&kinematics, self, -weight / self.mass(), &wrenches, &mut tau);
+            let pitching = self.chain(self.soles[foot].link).filter(|&j| kinematics.pitches(j));
+            pitching.skip(1).map(|j| (j, tau[j].abs() / self.servos[j].torque_n_m)).collect::<Vec<_>>()
+        };
+        Foot::BOTH.into_iter().flat_map(&mut of_foot).max_by(|(_, one), (_, other)| one.total_cmp(other))
+    }
+}

@@ -1,0 +1,29 @@
+//! The robot as data: a tree of rigid links with revolute joints, its soles, servos, sensors and home posture; and the
+//! socket between a robot and its controllers ([`Controller`]).
+//!
+//! Links that are joined by fixed URDF joints are merged into one. Every URDF link keeps its name and its frame as a
+//! [`Frame`], and a joint has the name of its URDF joint.
+
+mod ankle;
+pub mod controller;
+pub mod dynamics;
+pub mod io;
+pub mod kinematics;
+pub mod load;
+pub mod mesh;
+pub mod model;
+mod scaled;
+pub mod shape;
+pub mod swing_shape;
+pub mod swing_time;
+pub mod units;
+
+pub use controller::{Airborne, Controller, Factory, Note, Promise, Region, Report, TickError, Word};
+pub use io::{Command, CommandError, Imu, Sensed, SensedError, Wrench};
+pub use kinematics::{Kinematics, Pose, Posture};
+pub use model::{
+    Ankle, Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Sole, Solid,
+};
+pub use scaled::Scale;
+pub use shape::Shape;
+pub use units::Units;

@@ -1,0 +1,93 @@
+//! The marks of a moment, as one list for pictures, the window and replays.
+
+use super::palette::{Overlay, Sheet, Style};
+use super::scale::RobotScale;
+use super::sign::Sign;
+use nalgebra::{Point2, Point3, Vector3};
+use standfast_sim::Ground;
+use standfast_sim::episode::Snapshot;
+use standfast_sim::episode::snapshot::Arrow;
+
+/// A mark: the overlay that it belongs to, which gives it its colour, and its shape.
+#[derive(Debug, Clone)]
+pub struct Mark {
+    pub overlay: Overlay,
+    pub drawing: Drawing,
+}
+
+/// The shape of a mark. Places are in the world frame (m), and widths in points of a screen.
+#[derive(Debug, Clone)]
+pub enum Drawing {
+    /// A convex polygon on the ground.
+    Polygon {
+        corners: Vec<Point3<f64>>,
+        sheet: Sheet,
+    },
+    Sign {
+        at: Point3<f64>,
+        sign: Sign,
+    },
+    /// The plumb line from a point in the air to the ground.
+    Plumb {
+        from: Point3<f64>,
+        to: Point3<f64>,
+    },
+    /// The arrow of a force, which acts at the end of the arrow if `ends`, or else at its beginning.
+    Arrow {
+        tail: Point3<f64>,
+        along: Vector3<f64>,
+        ends: bool,
+        width: f64,
+        force_n: f64,
+    },
+}
+
+/// The marks of a moment with the overlays that are `shown`, in the order in which they are drawn.
+pub(super) fn of(now: &Snapshot, ground: &Ground, scale: RobotScale, shown: &[Overlay]) -> Vec<Mark> {
+    let mut marks = Vec::new();
+    let floor = |at: Point2<f64>| on_ground(at, ground);
+    let polygon = |corners: &[Point2<f64>], sheet| Drawing::Polygon {
+        corners: corners.iter().map(|at| floor(*at)).collect(),
+        sheet,
+    };
+    for overlay in Overlay::ALL.into_iter().filter(|overlay| shown.contains(overlay)) {
+        let mut add = |drawing| marks.push(Mark { overlay, drawing });
+        match overlay.look().style {
+            Style::Polygon { of, sheet } => add(polygon(&of(now), sheet)),
+            // The set of the active gain lies over the others, which come slow to fast, since slower sets are larger.
+            Style::Sets { resting, acting } => {
+                let (active, others): (Vec<_>, Vec<_>) =
+                    now.regions.iter().partition(|region| now.gain.as_ref() == Some(&region.name));
+                others.into_iter().for_each(|region| add(polygon(&region.corners, resting)));
+                active.into_iter().for_each(|region| add(polygon(&region.corners, acting)));
+            }
+            Style::Spot { of, sign } => {
+                of(now).map(|at| Drawing::Sign { at: floor(at), sign }).into_iter().for_each(add);
+            }
+            Style::Com { sign, foot } => {
+                let (from, to) = (now.com, floor(now.com.xy()));
+                add(Drawing::Plumb { from, to });
+                add(Drawing::Sign { at: to, sign: foot });
+                add(Drawing::Sign { at: from, sign });
+            }
+            Style::Arrow { of, ends, .. } => {
+                of(now).iter().filter_map(|force| arrow_along(overlay, force, ends, scale)).for_each(add);
+            }
+        }
+    }
+    marks
+}
+
+/// The arrow of a force in the style of an overlay. If `ends`, it ends at the point where the force acts, or else it
+/// begins there. None if the overlay has no arrows.
+pub fn arrow_along(overlay: Overlay, Arrow { point, force }: &Arrow, ends: bool, scale: RobotScale) -> Option<Drawing> {
+    let Style::Arrow { m_per_n, width, .. } = overlay.look().style else { return None };
+    let along = force * scale.m_per_n(m_per_n);
+    let tail = if ends { point - along } else { *point };
+    Some(Drawing::Arrow { tail, along, ends, width, force_n: force.norm() })
+}
+
+/// The point of the ground with these horizontal coordinates (m, world frame).
+pub fn on_ground(at: Point2<f64>, ground: &Ground) -> Point3<f64> {
+    Point3::new(at.x, at.y, ground.height_m(at))
+}

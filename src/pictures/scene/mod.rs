@@ -1,0 +1,99 @@
+//! The visible scene as plain data: the robot's solids as triangles, the ground as faces, and one list of marks.
+//! Pictures rasterise it, the window of `view` sends it to the graphics card, and the page of a replay uses its parts.
+//!
+//! To add a mark, add an [`Overlay`] with its look and its style, which says what it shows of a snapshot. The parts of
+//! marks that lie flat over the picture (signs, outlines, arrows) come from `strokes`, in points of a screen, so that
+//! they have the same size for robots of any size, and the robot never hides them.
+
+mod events;
+mod ground;
+mod marks;
+pub mod mesh;
+pub mod palette;
+pub mod scale;
+mod sign;
+mod strokes;
+mod words;
+
+pub use events::{Event, EventKind, events};
+pub use ground::{Face, GroundPart, faces};
+pub use marks::{Drawing, Mark, arrow_along, on_ground};
+use mesh::Mesh;
+use nalgebra::{Isometry3, Point3};
+use palette::Overlay;
+use scale::RobotScale;
+pub use sign::{At, Form};
+use standfast_core::robot::{Kinematics, Posture, Robot};
+use standfast_sim::Ground;
+use standfast_sim::episode::Snapshot;
+pub use strokes::{Stroke, arrow, strokes};
+pub use words::{PHASES, doing, in_short, without_gain};
+
+/// A robot that can be drawn in any posture, and the ground on which it stands.
+pub struct Stage<'a> {
+    pub robot: &'a Robot,
+    pub scale: RobotScale,
+    /// The ground with its final slope; each snapshot has the slope of its time.
+    ground: Ground,
+    /// The solids, opaque ones first.
+    solids: Vec<Surface>,
+}
+
+/// A solid of the robot.
+pub struct Surface {
+    /// Index into `Robot::links`.
+    pub link: usize,
+    /// RGBA, 0 to 1.
+    pub color: [f64; 4],
+    /// The mesh in the frame of the link (m).
+    pub mesh: Mesh,
+    /// A ball that contains the solid: centre in the frame of the link, and radius (m).
+    pub ball: (Point3<f64>, f64),
+}
+
+impl<'a> Stage<'a> {
+    pub fn new(robot: &'a Robot, ground: Ground) -> Self {
+        let links = robot.links.iter().enumerate();
+        let drawn = links.flat_map(|(i, link)| link.drawn().iter().map(move |solid| (i, solid)));
+        let solid = |(link, solid): (usize, &standfast_core::robot::Solid)| {
+            let (center, radius_m) = solid.shape.ball();
+            let (mesh, ball) = (Mesh::of(&solid.shape).at(&solid.pose), (solid.pose * center, radius_m));
+            Surface { link, color: solid.color, mesh, ball }
+        };
+        let mut solids: Vec<Surface> = drawn.map(solid).collect();
+        solids.sort_by_key(Surface::is_translucent);
+        Self { robot, scale: RobotScale::of(robot), ground, solids }
+    }
+
+    /// The ground with the slope of a snapshot.
+    pub fn ground(&self, now: &Snapshot) -> Ground {
+        Ground { slope: now.slope, ..self.ground }
+    }
+
+    /// The kinematics of the robot in a posture.
+    pub fn kinematics(&self, posture: &Posture) -> Kinematics {
+        Kinematics::at(self.robot, posture)
+    }
+
+    /// The solids of the robot, each with the pose of its link.
+    pub fn solids(&self, kinematics: &Kinematics) -> impl Iterator<Item = (&Surface, Isometry3<f64>)> {
+        self.solids.iter().map(|solid| (solid, *kinematics.link_pose(solid.link)))
+    }
+
+    /// Balls that contain the robot's solids (centre in the world frame, and radius; m). A camera is framed on them.
+    pub fn extent(&self, posture: &Posture) -> Vec<(Point3<f64>, f64)> {
+        let kinematics = self.kinematics(posture);
+        self.solids(&kinematics).map(|(Surface { ball: (at, radius_m), .. }, pose)| (pose * at, *radius_m)).collect()
+    }
+
+    /// The marks of a moment, in the order in which they are drawn.
+    pub fn marks(&self, now: &Snapshot, shown: &[Overlay]) -> Vec<Mark> {
+        marks::of(now, &self.ground(now), self.scale, shown)
+    }
+}
+
+impl Surface {
+    pub fn is_translucent(&self) -> bool {
+        self.color[3] < 1.0
+    }
+}

@@ -1,0 +1,245 @@
+//! The overlays: everything that can be marked beside the robot, with its colour, key, name and style. They are the
+//! same in the window, in pictures and in replays.
+
+use super::sign::Sign;
+use nalgebra::Point2;
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+use standfast_sim::episode::Snapshot;
+use standfast_sim::episode::snapshot::Arrow;
+
+/// Style of the dashed line between the COM and the ground.
+pub const PLUMB: Plumb = Plumb { width: 1.5, opacity: 0.8, dash: 5.0, gap: 4.0 };
+
+/// A dashed line, with lengths in points of a screen and an opacity from 0 to 1.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Plumb {
+    pub width: f64,
+    pub opacity: f64,
+    pub dash: f64,
+    pub gap: f64,
+}
+
+/// The looks of a ghost: the robot in a second film of the same trial, in one transparent colour.
+pub const GHOST: Ghost = Ghost { key: 'e', color: Color::hex(0x4a7dbf), opacity: 0.42, marks_opacity: 0.55 };
+
+/// Key, colour and opacities (0 to 1) of a ghost and of its marks.
+#[derive(Debug, Clone, Copy)]
+pub struct Ghost {
+    pub key: char,
+    pub color: Color,
+    pub opacity: f64,
+    pub marks_opacity: f64,
+}
+
+/// Length and breadth of an arrow's head, as multiples of the width of its shaft.
+pub const HEAD: [f64; 2] = [3.6, 3.2];
+
+/// A colour in sRGB, 8 bits each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Color(pub u8, pub u8, pub u8);
+
+impl Color {
+    pub const WHITE: Self = Self(255, 255, 255);
+
+    pub const fn hex(rgb: u32) -> Self {
+        let [_, r, g, b] = rgb.to_be_bytes();
+        Self(r, g, b)
+    }
+
+    pub fn css(self) -> String {
+        let Self(r, g, b) = self;
+        format!("#{r:02x}{g:02x}{b:02x}")
+    }
+
+    /// The code values, from 0 to 1.
+    pub fn parts(self) -> [f64; 3] {
+        [self.0, self.1, self.2].map(|v| f64::from(v) / 255.0)
+    }
+
+    /// The colour at a share (0 to 1) of the way to another one.
+    pub fn towards(self, other: Self, share: f32) -> Self {
+        let mix = |a: u8, b: u8| (f32::from(a) + share * (f32::from(b) - f32::from(a))).round() as u8;
+        Self(mix(self.0, other.0), mix(self.1, other.1), mix(self.2, other.2))
+    }
+}
+
+/// One kind of mark.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Overlay {
+    Support,
+    Slices,
+    Footstep,
+    Contacts,
+    Push,
+    Com,
+    Dcm,
+    ZmpRef,
+    Zmp,
+}
+
+/// Name, key, colour and style of an overlay.
+#[derive(Debug, Clone, Copy)]
+pub struct Look {
+    /// Its name in the script of a page, where the data of a moment have the same name.
+    pub id: &'static str,
+    /// The key that shows and hides it, in lower case.
+    pub key: char,
+    pub name: &'static str,
+    /// A short explanation.
+    pub hint: &'static str,
+    pub color: Color,
+    pub style: Style,
+}
+
+/// What an overlay shows of a snapshot, and how. Widths are in points of a screen.
+#[derive(Debug, Clone, Copy, Serialize)]
+#[serde(tag = "shape", rename_all = "lowercase")]
+pub enum Style {
+    /// A convex polygon on the ground.
+    Polygon {
+        #[serde(skip)]
+        of: fn(&Snapshot) -> Vec<Point2<f64>>,
+        sheet: Sheet,
+    },
+    /// The slices of the CPI sets on the ground, with that of the active gain over the others.
+    Sets { resting: Sheet, acting: Sheet },
+    /// A point of the ground.
+    Spot {
+        #[serde(skip)]
+        of: fn(&Snapshot) -> Option<Point2<f64>>,
+        sign: Sign,
+    },
+    /// The COM: a sign in the air, a plumb line from it to the ground, and a sign where that ends.
+    Com { sign: Sign, foot: Sign },
+    /// Forces. If `ends`, an arrow ends at the point where its force acts, or else it begins there. Its length (m/N) is
+    /// for a robot of the size of UT-mu2.
+    Arrow {
+        #[serde(skip)]
+        of: fn(&Snapshot) -> Vec<Arrow>,
+        m_per_n: f64,
+        ends: bool,
+        width: f64,
+    },
+}
+
+/// Style of a polygon on the ground: the opacity of its filling, and the opacity and width of its edge.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Sheet {
+    pub fill: f64,
+    pub edge: f64,
+    pub width: f64,
+}
+
+impl Overlay {
+    /// All overlays in the order in which they are drawn, one over the other. The signs of points get smaller from one
+    /// to the next, so that all are seen at rest, when the points coincide.
+    pub const ALL: [Self; 9] = [
+        Self::Support,
+        Self::Slices,
+        Self::Footstep,
+        Self::Contacts,
+        Self::Push,
+        Self::Com,
+        Self::Dcm,
+        Self::ZmpRef,
+        Self::Zmp,
+    ];
+
+    /// How this overlay looks.
+    pub const fn look(self) -> Look {
+        const fn sheet(fill: f64, edge: f64, width: f64) -> Sheet {
+            Sheet { fill, edge, width }
+        }
+        const fn spot(sign: Sign, of: fn(&Snapshot) -> Option<Point2<f64>>) -> Style {
+            Style::Spot { of, sign }
+        }
+        let (id, key, name, hint, color, style) = match self {
+            Self::Support => {
+                let style = Style::Polygon { of: |now| now.support.clone(), sheet: sheet(0.1, 1.0, 2.5) };
+                ("support", 's', "support", "hull of the soles on the ground", 0x5b6b7b, style)
+            }
+            Self::Slices => {
+                let style = Style::Sets { resting: sheet(0.05, 0.55, 1.25), acting: sheet(0.4, 1.0, 2.25) };
+                (
+                    "sets",
+                    'i',
+                    "CPI sets",
+                    "for each gain, where its set lets the COM be; that of the gain in use is filled",
+                    0x2f6fdd,
+                    style,
+                )
+            }
+            Self::Footstep => {
+                let of = |now: &Snapshot| now.footstep.iter().flatten().map(|corner| corner.xy()).collect();
+                let style = Style::Polygon { of, sheet: sheet(0.28, 1.0, 2.5) };
+                ("footstep", 'f', "footstep", "where the foot in the air is to land", 0x00a3a3, style)
+            }
+            Self::Contacts => {
+                let of = |now: &Snapshot| [now.contacts.left, now.contacts.right].into_iter().flatten().collect();
+                let style = Style::Arrow { of, m_per_n: 0.002, ends: false, width: 3.0 };
+                ("contacts", 'g', "ground forces", "the force on each sole", 0x4fb84f, style)
+            }
+            Self::Push => {
+                let of = |now: &Snapshot| now.push.into_iter().collect();
+                let style = Style::Arrow { of, m_per_n: 0.004, ends: true, width: 4.0 };
+                ("push", 'p', "push", "the force of the push, which fades after its end", 0xe4002b, style)
+            }
+            Self::Com => {
+                let style = Style::Com { sign: Sign::Quartered, foot: Sign::Cross };
+                ("com", 'c', "COM", "centre of mass, and its projection on the ground", 0x7b3fa0, style)
+            }
+            Self::Dcm => {
+                let style = spot(Sign::Diamond, |now| Some(now.dcm));
+                ("dcm", 'd', "DCM", "divergent component of motion (capture point)", 0x0b7a3b, style)
+            }
+            Self::ZmpRef => {
+                let style = spot(Sign::Ring, |now| now.zmp_ref);
+                ("zmpRef", 'w', "ZMP wanted", "the ZMP that the controller asks for", 0xff9f1c, style)
+            }
+            Self::Zmp => {
+                let style = spot(Sign::Disc, |now| now.zmp);
+                ("zmp", 'z', "ZMP", "the ZMP that the forces under the soles have", 0xd62728, style)
+            }
+        };
+        Look { id, key, name, hint, color: Color::hex(color), style }
+    }
+
+    pub const fn color(self) -> Color {
+        self.look().color
+    }
+}
+
+/// All overlays as JSON, for the script of a page.
+pub fn json() -> Value {
+    let looks = Overlay::ALL.map(|overlay| {
+        let Look { id, key, name, hint, color, style } = overlay.look();
+        let look = json!({ "id": id, "key": key, "name": name, "hint": hint, "color": color.css(), "style": style });
+        (id.to_string(), look)
+    });
+    let Ghost { key, color, opacity, marks_opacity } = GHOST;
+    let ghost =
+        json!({ "id": "ghost", "key": key, "color": color.css(), "opacity": opacity, "marks_opacity": marks_opacity });
+    json!({ "overlays": Map::from_iter(looks), "ghost": ghost, "plumb": PLUMB, "head": HEAD })
+}
+
+/// The colours of the overlays as variables of a style sheet.
+pub fn css() -> String {
+    let variables = Overlay::ALL.map(|overlay| format!("--{}:{}", overlay.look().id, overlay.color().css()));
+    format!(":root{{{}}}\n", variables.join(";"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn overlays_can_be_told_apart() {
+        for (i, a) in Overlay::ALL.into_iter().map(Overlay::look).enumerate() {
+            assert!(a.key.is_ascii_lowercase() && a.key != GHOST.key);
+            for b in Overlay::ALL.into_iter().skip(i + 1).map(Overlay::look) {
+                assert!(a.id != b.id && a.key != b.key && a.name != b.name && a.color != b.color, "{a:?} {b:?}");
+            }
+        }
+    }
+}

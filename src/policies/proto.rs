@@ -1,0 +1,144 @@
+//! The content of an ONNX file, checked before the library `tract` sees it: that is made for files of friends, and panics
+//! or fills the memory where one says what cannot be.
+
+use standfast_files::assets::what_else;
+use std::collections::HashSet;
+use tract_onnx::pb::tensor_proto::{DataLocation, DataType};
+use tract_onnx::pb::{AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto, ValueInfoProto};
+use tract_onnx::pb::{tensor_shape_proto::dimension, type_proto};
+use tract_onnx::prelude::*;
+
+/// Most operations of a network. Large policies have some hundreds.
+const MOST_NODES: usize = 5_000;
+/// Most numbers of a tensor, as of 64 MB of float32.
+pub const MOST_NUMBERS: u64 = 1 << 24;
+
+/// Reads a file. Errors are in words.
+pub fn read(bytes: &[u8]) -> Result<ModelProto, String> {
+    if let Some(what) = what_else(bytes) {
+        return Err(format!("cannot be read: it is no ONNX file, but {what}"));
+    }
+    let proto = tract_onnx::onnx().proto_model_for_read(&mut &*bytes);
+    proto.map_err(|e| format!("cannot be read: it is no ONNX file, or not all of one: {e:#}"))
+}
+
+/// Its graph, of which is known from now on that each tensor has the numbers that it states, and that each operation is known
+/// and reads what is made before it. What its file says of sizes beyond those of tensors and inputs is left out. Errors are
+/// in words.
+pub fn check(model: &mut ModelProto) -> Result<&GraphProto, String> {
+    let graph = model.graph.as_mut().ok_or("cannot be read: it has no graph")?;
+    let known = tract_onnx::onnx().op_register.0;
+    if graph.node.len() > MOST_NODES {
+        return Err(format!("has {} operations, more than {MOST_NODES}", graph.node.len()));
+    }
+    if let Some(sparse) = graph.sparse_initializer.first() {
+        let name = sparse.values.as_ref().map_or("", |tensor| &tensor.name);
+        return Err(format!("its tensor {name:?} is sparse, which is not taken"));
+    }
+    graph.initializer.iter().try_for_each(|tensor| check_tensor(tensor, &format!("tensor {:?}", tensor.name)))?;
+    for node in &graph.node {
+        let its = shown(node);
+        if !known.contains_key(&node.op_type) {
+            return Err(format!("its {its} is none that this program can run"));
+        }
+        node.attribute.iter().try_for_each(|attribute| check_attribute(attribute, &its))?;
+    }
+    check_wires(graph)?;
+    graph.value_info.clear();
+    graph.input.iter_mut().for_each(leave_sizes_open);
+    Ok(graph)
+}
+
+fn shown(node: &NodeProto) -> String {
+    let name = [&node.name].into_iter().chain(&node.output).find(|name| !name.is_empty());
+    format!("operation {:?} ({:?})", name.map_or("", String::as_str), node.op_type)
+}
+
+/// The inputs of a graph that are no tensors of its file.
+pub fn inputs(graph: &GraphProto) -> Vec<&ValueInfoProto> {
+    let stored: HashSet<&str> = graph.initializer.iter().map(|tensor| tensor.name.as_str()).collect();
+    graph.input.iter().filter(|input| !stored.contains(input.name.as_str())).collect()
+}
+
+/// Checks that each operation reads what is made before it, and that nothing is made twice.
+fn check_wires(graph: &GraphProto) -> Result<(), String> {
+    let stored = graph.initializer.iter().map(|tensor| &tensor.name);
+    let mut made: HashSet<&str> =
+        stored.chain(graph.input.iter().map(|input| &input.name)).map(String::as_str).collect();
+    for node in &graph.node {
+        if let Some(lost) = node.input.iter().find(|name| !name.is_empty() && !made.contains(name.as_str())) {
+            return Err(format!("its {} reads {lost:?}, which nothing before it makes", shown(node)));
+        }
+        for name in node.output.iter().filter(|name| !name.is_empty()) {
+            if !made.insert(name) {
+                return Err(format!("its {} makes {name:?}, which is there already", shown(node)));
+            }
+        }
+    }
+    let lost = graph.output.iter().find(|output| !made.contains(output.name.as_str()));
+    lost.map_or(Ok(()), |output| Err(format!("its output {:?} is made by no operation", output.name)))
+}
+
+/// Checks a value that an operation has of its own.
+fn check_attribute(attribute: &AttributeProto, of: &str) -> Result<(), String> {
+    if attribute.g.is_some() || !attribute.graphs.is_empty() {
+        return Err(format!("its {of} has networks within it, which are not taken: conditions and loops"));
+    }
+    attribute.ints.iter().try_for_each(|number| check_whole(*number, of))?;
+    let mut tensors = attribute.t.iter().chain(&attribute.tensors);
+    tensors.try_for_each(|tensor| check_tensor(tensor, &format!("{of} has a tensor {:?}, which", attribute.name)))
+}
+
+/// Checks a whole number, which may be a size: where it is larger than this, the library reads another one. The largest and
+/// the least that there are stand for ends.
+pub fn check_whole(number: i64, its: &str) -> Result<(), String> {
+    const MOST: u64 = i32::MAX as u64;
+    if number.unsigned_abs() <= MOST || number.unsigned_abs() >= i64::MAX as u64 {
+        return Ok(());
+    }
+    Err(format!("its {its} has the number {number}; up to {MOST} are taken"))
+}
+
+/// Checks that a tensor has the numbers that it states.
+fn check_tensor(tensor: &TensorProto, its: &str) -> Result<(), String> {
+    if tensor.data_location == Some(DataLocation::External as i32) {
+        let place = tensor.external_data.iter().find(|entry| entry.key == "location").map_or("", |entry| &entry.value);
+        return Err(format!(
+            "its {its} is kept in another file, {place:?}, and only networks in one file are taken, such as \
+             `onnx.save(onnx.load(\"FILE.onnx\"), \"WHOLE.onnx\")` writes in Python"
+        ));
+    }
+    let kind = DataType::try_from(tensor.data_type).unwrap_or(DataType::Undefined);
+    let (bytes, numbers) = match kind {
+        DataType::Float => (4, tensor.float_data.len()),
+        DataType::Double => (8, tensor.double_data.len()),
+        DataType::Int64 | DataType::Uint64 => (8, tensor.int64_data.len()),
+        DataType::Int32 | DataType::Uint32 => (4, tensor.int32_data.len()),
+        DataType::Float16 | DataType::Int16 | DataType::Uint16 => (2, tensor.int32_data.len()),
+        DataType::Bool | DataType::Int8 | DataType::Uint8 => (1, tensor.int32_data.len()),
+        DataType::String if tensor.raw_data.is_empty() => (1, tensor.string_data.len()),
+        _ => return Err(format!("its {its} has numbers of a kind that is not taken: {}", kind.as_str_name())),
+    };
+    let dims = &tensor.dims;
+    let stated = dims.iter().try_fold(1_u64, |product, &dim| product.checked_mul(u64::try_from(dim).ok()?));
+    let Some(stated) = stated.filter(|stated| *stated <= MOST_NUMBERS) else {
+        return Err(format!("its {its} has the sizes {dims:?}; up to {MOST_NUMBERS} numbers are taken"));
+    };
+    let there = if tensor.raw_data.is_empty() { bytes * numbers } else { tensor.raw_data.len() };
+    if stated * bytes as u64 == there as u64 {
+        return Ok(());
+    }
+    Err(format!("its {its} has the sizes {dims:?}, but {there} bytes of numbers instead of {}", stated * bytes as u64))
+}
+
+/// Leaves out what an input says of its sizes in letters: they are as many observations as there are at a time.
+fn leave_sizes_open(input: &mut ValueInfoProto) {
+    let Some(type_proto::Value::TensorType(tensor)) = input.r#type.as_mut().and_then(|kind| kind.value.as_mut()) else {
+        return;
+    };
+    for dim in tensor.shape.iter_mut().flat_map(|shape| &mut shape.dim) {
+        if matches!(dim.value, Some(dimension::Value::DimParam(_))) {
+            dim.value = None;
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! What is known of the training of a policy: figures with their origins, and the names that trainers give to what it sees.
+
+use crate::observation::{Gait, Quantity, Scale, Term};
+use standfast_core::error::{Error, Result};
+
+/// A figure of a policy, and where it is from, in words.
+pub struct Figure<T> {
+    pub value: T,
+    pub origin: String,
+}
+
+impl<T> Figure<T> {
+    pub fn read(value: T) -> Self {
+        Self { value, origin: "read".into() }
+    }
+
+    pub fn inferred(value: T, why: impl Into<String>) -> Self {
+        Self { value, origin: format!("inferred: {}", why.into()) }
+    }
+
+    pub fn assumed(value: T, why: impl Into<String>) -> Self {
+        Self { value, origin: format!("assumed: {}", why.into()) }
+    }
+}
+
+/// What is known of a policy. Lists of joints are in its own order.
+pub struct Training {
+    /// Who trained it, and in which file that stands.
+    pub by: String,
+    pub period_s: Figure<f64>,
+    pub joints: Figure<Vec<String>>,
+    pub default_rad: Figure<Vec<f64>>,
+    pub action_scale: Figure<Vec<f64>>,
+    pub action_clip: Option<Figure<f64>>,
+    pub stiffness: Figure<Vec<f64>>,
+    pub damping: Figure<Vec<f64>>,
+    pub torque_n_m: Option<Figure<Vec<f64>>>,
+    pub rotor_inertia_kg_m2: Option<Figure<Vec<f64>>>,
+    pub gait: Option<Figure<Gait>>,
+    pub observation: Figure<Vec<Term>>,
+}
+
+impl Training {
+    /// Its lists of numbers, one for each joint: the key in the file, what it is, and the list.
+    pub fn lists(&self) -> Vec<(&'static str, &'static str, &Figure<Vec<f64>>)> {
+        let mut lists = vec![
+            ("default_rad", "Angles at the action 0 [rad]", &self.default_rad),
+            ("action_scale", "How far an action of 1 goes from there [rad]", &self.action_scale),
+            ("stiffness", "Of the servos [N m/rad]", &self.stiffness),
+            ("damping", "Of the servos [N m s/rad]", &self.damping),
+        ];
+        let motors = [
+            ("torque_n_m", "Torque limits of the motors [N m]", &self.torque_n_m),
+            ("rotor_inertia_kg_m2", "Rotor inertias seen at the joints [kg m^2]", &self.rotor_inertia_kg_m2),
+        ];
+        lists.extend(motors.into_iter().filter_map(|(key, what, list)| Some((key, what, list.as_ref()?))));
+        lists
+    }
+
+    /// Checks lengths and numbers. Errors name the source.
+    pub fn check(&self) -> Result<()> {
+        let joints = self.joints.value.len();
+        for (field, _, Figure { value: list, .. }) in self.lists() {
+            if list.len() != joints || list.iter().any(|number| !number.is_finite()) {
+                let accepted = format!("a finite number for each of its {joints} joints");
+                return Err(Error::value(&self.by, field, format!("{list:?}"), "does not fit", accepted));
+            }
+        }
+        let times = [("time between two actions (s)", Some(self.period_s.value))];
+        let clock = [("gait (1/s)", self.gait.as_ref().map(|gait| gait.value.hz))];
+        for (field, number) in times.into_iter().chain(clock) {
+            if let Some(number) = number.filter(|number| !(number.is_finite() && *number > 0.0)) {
+                return Err(Error::value(&self.by, field, number, "is not positive", "more than 0"));
+            }
+        }
+        for term in &self.observation.value {
+            term.check_scale(joints).map_err(|problem| {
+                let accepted = "a finite number, or one for each number of the term";
+                Error::value(&self.by, "scale of a term", term.name(), problem, accepted)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The figures that are assumed, each with the reason.
+    pub fn assumed(&self) -> Vec<String> {
+        let mut origins = vec![("period_s", &self.period_s.origin), ("joints", &self.joints.origin)];
+        origins.extend(self.lists().into_iter().map(|(key, _, figure)| (key, &figure.origin)));
+        origins.push(("observation", &self.observation.origin));
+        origins.extend(self.action_clip.iter().map(|figure| ("action_clip", &figure.origin)));
+        origins.extend(self.gait.iter().map(|figure| ("gait", &figure.origin)));
+        let why = |(key, origin): (&str, &String)| origin.strip_prefix("assumed: ").map(|why| format!("{key}: {why}"));
+        origins.into_iter().filter_map(why).collect()
+    }
+}
+
+/// The rotor inertias (kg m^2) from which stiffness and damping were made, as for the robots of holosoma and mjlab:
+/// `kp = I w^2` and `kd = 2 z I w`, with w of 10 Hz and z of 2. None if they were made otherwise.
+pub fn inertias_of_gains(stiffness: &[f64], damping: &[f64]) -> Option<Figure<Vec<f64>>> {
+    const OMEGA_RAD_S: f64 = 10.0 * std::f64::consts::TAU;
+    const DAMPING_RATIO: f64 = 2.0;
+    let fits = |(kp, kd): (&f64, &f64)| *kp > 0.0 && (kd * OMEGA_RAD_S / (2.0 * DAMPING_RATIO * kp) - 1.0).abs() < 1e-3;
+    // To six digits, which is more than they are known to.
+    let six_digits = |x: f64| format!("{x:.5e}").parse().unwrap_or(x);
+    let inertias = stiffness.iter().map(|kp| six_digits(kp / OMEGA_RAD_S.powi(2))).collect();
+    let why = "stiffness and damping are those of a natural frequency of 10 Hz and a damping ratio of 2 with them";
+    (!stiffness.is_empty() && stiffness.iter().zip(damping).all(fits)).then(|| Figure::inferred(inertias, why))
+}
+
+/// The quantity that Isaac Lab and mjlab call by this name, with their usual terms. Errors name `file` and `field`.
+pub fn quantity(file: &str, field: &str, name: &str) -> Result<Quantity> {
+    const KNOWN: [(&str, Quantity); 13] = [
+        ("base_lin_vel", Quantity::BaseLinearVelocity),
+        ("base_ang_vel", Quantity::BaseAngularVelocity),
+        ("projected_gravity", Quantity::ProjectedGravity),
+        ("velocity_commands", Quantity::Command),
+        ("generated_commands", Quantity::Command),
+        ("command", Quantity::Command),
+        ("joint_pos_rel", Quantity::JointPositions),
+        ("joint_pos", Quantity::JointPositions),
+        ("joint_vel_rel", Quantity::JointVelocities),
+        ("joint_vel", Quantity::JointVelocities),
+        ("last_action", Quantity::LastAction),
+        ("actions", Quantity::LastAction),
+        ("gait_phase", Quantity::Phase),
+    ];
+    let found = KNOWN.into_iter().find(|(known, _)| *known == name).map(|(_, quantity)| quantity);
+    found.ok_or_else(|| {
+        let accepted = KNOWN.map(|(known, _)| known).join(", ");
+        Error::value(file, field, name, "is no term that is known here", accepted)
+    })
+}
+
+/// The scale of a term, of which all numbers may have the same.
+pub fn scale_of(each: Vec<f64>) -> Scale {
+    match each[..] {
+        [first, ..] if each.iter().all(|scale| *scale == first) => Scale::All(first),
+        _ => Scale::Each(each),
+    }
+}
+
+/// A term as it is, once.
+pub fn plain(term: Quantity) -> Term {
+    scaled(term, Scale::default())
+}
+
+pub fn scaled(term: Quantity, scale: Scale) -> Term {
+    Term { term, scale, clip: None, history: 1 }
+}
+
+/// The clock of a gait with one phase, which has gone on by `period_s` (s) at the first observation.
+pub fn one_phase(gait_period_s: f64, period_s: f64) -> Gait {
+    let first_rad = std::f64::consts::TAU * period_s / gait_period_s;
+    Gait { hz: 1.0 / gait_period_s, start_rad: [first_rad, first_rad + std::f64::consts::PI], standing_rad: None }
+}

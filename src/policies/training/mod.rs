@@ -1,0 +1,58 @@
+//! What the training of a policy left, read into its file: `standfast init POLICY.onnx`. Each figure says whether it was
+//! read, inferred, or assumed as its trainer usually does it.
+
+mod known;
+mod metadata;
+mod text;
+mod yaml;
+
+use super::net;
+use standfast_controllers::Written;
+use standfast_controllers::beside;
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::Robot;
+use standfast_files::assets;
+use std::path::{Path, PathBuf};
+
+/// Longest description that is read (bytes).
+const MOST_BYTES: u64 = 10_000_000;
+
+/// The file of the policy in `model` for a robot. It is read from the file `from` or the `.deploy.yaml` of its name, or
+/// else from the network's own metadata, or else from a description where a trainer puts it. Errors: none of these says
+/// what the policy observes, or what one says does not fit the robot.
+pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Written> {
+    let file = model.to_string_lossy();
+    let bad = |problem: String, accepted: &str| Error::value(&file, "model", file.clone(), problem, accepted);
+    let bytes = assets::read(model, beside::MOST_FILE_BYTES)?;
+    let metadata = net::metadata(&bytes).map_err(|problem| bad(problem, "an ONNX file"))?;
+    let described = |path: &Path| {
+        let text = String::from_utf8_lossy(&assets::read(path, MOST_BYTES)?).into_owned();
+        yaml::training(&path.to_string_lossy(), &assets::without_mark(text), robot)
+    };
+    let own = model.with_extension("deploy.yaml");
+    let stated = from.map(Path::to_path_buf).or_else(|| own.is_file().then_some(own));
+    // What is in the file itself is surely of this policy; another description beside it may be of another one.
+    let found = match &stated {
+        Some(path) => Some(described(path)?),
+        None => metadata::training(&file, &metadata, robot)?,
+    };
+    let training = match (found, description(model)) {
+        (Some(training), _) => training,
+        (None, Some(path)) => described(&path)?,
+        (None, None) => {
+            let accepted = "the metadata of holosoma or mjlab in it, or --from with a deploy.yaml of unitree_rl_lab or the \
+                            configuration of unitree_rl_gym. The guide's chapter onnx.md has the file to write by hand";
+            return Err(bad("says nothing of its joints and of what it observes".into(), accepted));
+        }
+    };
+    training.check()?;
+    Ok(Written { text: text::toml(model, &training), assumed: training.assumed(), by: training.by })
+}
+
+/// The description of a policy where its trainer puts it.
+fn description(model: &Path) -> Option<PathBuf> {
+    let folder = model.parent().unwrap_or(Path::new(""));
+    let exported =
+        [folder.join("deploy.yaml"), folder.join("params/deploy.yaml"), folder.join("../params/deploy.yaml")];
+    [model.with_extension("yaml")].into_iter().chain(exported).find(|path| path.is_file())
+}

@@ -1,0 +1,97 @@
+//! Pictures of results (SVG). Each module makes one kind of picture from panels, with `panel`, `axes` and `polar` as
+//! the common tools; colours and strokes are classes of `figure.css`. A panel stands in a page or, with others, in a
+//! file.
+
+pub mod axes;
+pub mod cpi;
+pub mod limit;
+pub mod limit_map;
+pub mod motion;
+pub mod panel;
+pub mod polar;
+pub mod success;
+
+use panel::{Panel, escape};
+use standfast_core::error::Result;
+use standfast_files::write_atomic;
+use standfast_pictures::scene::palette;
+use std::path::Path;
+
+const STYLE: &str = include_str!("figure.css");
+/// Lighter colours, for pages that turn dark if the reader prefers that.
+const DARK: &str = include_str!("dark.css");
+/// Colours of a file that stands alone, which stays white on any page. Pages define their own.
+const PAPER: &str = ":root{--page:#fff;--ink:#1f2328;--soft:#5c6570;--line:#e3e6ea}\n";
+/// Space between the panels of a file, and around them (px).
+const GAP: f64 = 16.0;
+/// Height of the heading of a file, and approximate width of its letters (px).
+const HEADING: f64 = 26.0;
+const LETTER: f64 = 8.6;
+/// Number of colours of controllers. The controllers beyond have the same colours again, dashed.
+pub const COLORS: usize = 7;
+
+/// The style sheet of panels that stand in a page.
+pub fn page_style() -> String {
+    palette::css() + STYLE + DARK
+}
+
+/// Classes of everything that is drawn for a controller.
+pub fn class_of_set(set: usize) -> String {
+    format!("s{}{}", set % COLORS, if set >= COLORS { " again" } else { "" })
+}
+
+/// Writes panels as one SVG file, in rows of `columns`. Fails if the file cannot be written.
+pub fn write(path: &Path, heading: &str, panels: &[Panel], columns: usize) -> Result<()> {
+    write_atomic(path, document(heading, panels, columns).as_bytes())
+}
+
+/// The text of one SVG file with a heading, its own style, and panels in rows of `columns`.
+pub fn document(heading: &str, panels: &[Panel], columns: usize) -> String {
+    let rows: Vec<&[Panel]> = panels.chunks(columns).collect();
+    let row_width = |row: &&[Panel]| row.iter().map(|panel| panel.width + GAP).sum::<f64>() + GAP;
+    let row_height = |row: &[Panel]| row.iter().map(|panel| panel.height).fold(0.0, f64::max);
+    let least = 2.0 * GAP + LETTER * heading.chars().count() as f64;
+    let width = rows.iter().map(row_width).fold(least, f64::max).ceil();
+    let height = rows.iter().map(|row| row_height(row) + GAP).sum::<f64>() + GAP + HEADING;
+    let (heading, colors) = (escape(heading), palette::css());
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"fig\" role=\"img\" width=\"{width}\" height=\"{height:.0}\" \
+         viewBox=\"0 0 {width} {height:.0}\">\n<title>{heading}</title>\n<style>\n{PAPER}{colors}{STYLE}</style>\n\
+         <rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
+         <text class=\"heading\" x=\"{GAP}\" y=\"28\">{heading}</text>\n"
+    );
+    let mut top = GAP + HEADING;
+    for row in rows {
+        let mut left = GAP;
+        for panel in row {
+            let (w, h) = (panel.width, panel.height);
+            svg += &panel.svg(&format!("x=\"{left:.0}\" y=\"{top:.0}\" width=\"{w:.0}\" height=\"{h:.0}\""));
+            svg.push('\n');
+            left += w + GAP;
+        }
+        top += row_height(row) + GAP;
+    }
+    svg + "</svg>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file looks the same everywhere, since it is one document with a title, a white ground and its own style.
+    #[test]
+    fn a_file_has_its_own_title_ground_and_style() {
+        let mut panel = Panel::new(100.0, 50.0);
+        panel.line("s6", [0.0, 0.0], [9.0, 9.0]);
+        let heading = "a name < that is longer than its panel is wide";
+        let svg = document(heading, &[panel.clone(), panel], 2);
+        let file = roxmltree::Document::parse(&svg).unwrap();
+        let root = file.root_element();
+        let title = root.children().find(|node| node.tag_name().name() == "title");
+        assert_eq!(title.and_then(|title| title.text()), Some(heading));
+        assert!(root.attribute("width").unwrap().parse::<f64>().unwrap() > LETTER * heading.len() as f64);
+        assert!(svg.contains(".paper{fill:#fff}") && svg.contains(".s6{--c:#") && svg.contains("--zmp:#"), "{svg}");
+        assert!(!svg.contains("prefers-color-scheme") && page_style().contains("prefers-color-scheme"));
+        assert!((0..9).all(|set| STYLE.contains(&format!(".{}{{", class_of_set(set).replace(" again", "")))));
+    }
+}

@@ -1,0 +1,219 @@
+//! `report.html`: the result of a campaign as one page.
+//!
+//! The page is one file that loads nothing else. Its pictures are SVG, so that they show without JavaScript, which only
+//! adds tooltips, commands to copy, and the choice of a pair. The page depends on nothing but the summary, the rows and
+//! the replays that exist, so its bytes are the same on every machine.
+
+mod polar;
+mod telling;
+mod trials;
+
+use self::trials::Trials;
+use crate::figure::{self, success};
+use crate::table::signs;
+use crate::tables::{self, Detail};
+use crate::text::layout::percent;
+use crate::{html_page, replay_parts, text};
+use minijinja::{Environment, UndefinedBehavior, Value as Cell};
+use serde_json::{Value, json};
+use standfast_core::error::Result;
+use standfast_stats::decision::PairVerdict;
+use standfast_study::Summary;
+use standfast_study::verdict::agreement::{Agreement, PartedTrial, SetAgreement};
+use standfast_study::verdict::digest::Digest;
+use standfast_study::verdict::pairs::Pair;
+use standfast_study::verdict::set_summary::SetSummary;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+const TEMPLATE: &str = include_str!("report.html.jinja");
+const STYLE: &str = include_str!("report.css");
+const SCRIPT: &str = include_str!("report.js");
+
+/// Pairs beyond this number appear only in the table of pairs, without a map.
+const MOST_PAIRS: usize = 28;
+/// If there are more pairs than this, the sentences on them are folded away.
+const FEW_ANSWERS: usize = 6;
+
+/// The page of a campaign, from its `summary` and the `rows` of it. It links to the replays that exist, by paths
+/// relative to `folder`. Fails only if the template is wrong.
+pub fn page(summary: &Summary, rows: &Digest, folder: &Path) -> Result<String> {
+    let context = context(summary, rows, folder);
+    html_page::render("report.html", TEMPLATE, UndefinedBehavior::SemiStrict, add_to, &context)
+}
+
+/// Adds the filters that the template calls.
+fn add_to(environment: &mut Environment) {
+    environment.add_filter("signs", |text: String| Cell::from_safe_string(signs(&text)));
+    environment.add_filter("fixed", |x: f64, digits: usize| format!("{x:.digits$}").replace('-', "\u{2212}"));
+    environment.add_filter("pct", percent);
+}
+
+/// The values that the template reads: the summary as `s`, and everything that is computed here.
+fn context(summary: &Summary, rows: &Digest, folder: &Path) -> Value {
+    let (sets, pairs) = (&summary.sets, &summary.pairs);
+    let names: Vec<String> = sets.iter().map(|set| set.name.clone()).collect();
+    // Every pair and gate names sets of the summary, so the default is never used.
+    let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
+    let trials = Trials(rows);
+    let maps = polar::Maps::new(success::impulse_edges_n_s(sets), &trials);
+    let view = |(i, pair): (usize, &Pair)| {
+        let (a, b) = (index(&pair.a), index(&pair.b));
+        // Of two engines, the map of a controller stands where their agreement is told.
+        let has_map = i < MOST_PAIRS && summary.agreement.is_none();
+        let map = if has_map { maps.pair((a, b), [a, b]) } else { None };
+        let open = pair.verdict == PairVerdict::Open;
+        json!({ "index": i, "a": a, "b": b, "open": open, "map": map, "trials": telling::of_pair(sets, pair, (a, b)) })
+    };
+    let lost = summary.gates.iter().map(|gate| Some(telling::point(sets, gate.lost_trial?, &[index(&gate.set)])));
+    let commands: Vec<_> = sets.iter().map(|set| replay_parts(&set.origin, Path::new(""))).collect();
+    let mut told: BTreeMap<&str, String> = BTreeMap::new();
+    for told_table in tables::of(summary) {
+        let table = &told_table.table;
+        *told.entry(told_table.section).or_default() += &match told_table.detail {
+            Detail::Page => {
+                format!("<details><summary>{}</summary>\n{}</details>\n", signs(&table.title), table.html())
+            }
+            _ => table.html(),
+        };
+    }
+    json!({
+        "s": summary,
+        "gates_seen": summary.gates.iter().map(text::gate_seen).collect::<Vec<_>>(),
+        "baseline": text::baseline(summary),
+        "style": figure::page_style() + STYLE,
+        "script": SCRIPT,
+        "colors": figure::COLORS,
+        "data": trials.as_dots().then(|| trials.as_json(&commands)),
+        "telling": telling::table(sets, folder),
+        "lost": lost.collect::<Vec<_>>(),
+        "maps": (0..names.len()).map(|set| maps.set(set)).collect::<Vec<_>>(),
+        "pair_views": pairs.iter().enumerate().map(view).collect::<Vec<_>>(),
+        "most_pairs": MOST_PAIRS,
+        "few_answers": FEW_ANSWERS,
+        "curve": success::chart(sets).svg("role=\"img\" aria-label=\"Success rate over impulse\""),
+        "engines": summary.agreement.as_ref().map(|agreement| engines(agreement, sets, &maps)),
+        "tables": told,
+        "endings": text::endings(&summary.episode.judge),
+        "settings": text::settings(summary, true),
+    })
+}
+
+/// What the template reads of two engines. `sets` are those of the comparison: first all in one engine, then all in the
+/// other.
+fn engines(agreement: &Agreement, sets: &[SetSummary], maps: &polar::Maps) -> Value {
+    let of_set = |(i, set): (usize, &SetAgreement)| {
+        let (a, b) = (i, agreement.sets.len() + i);
+        let parted = |of: &PartedTrial| {
+            let has_lost = if of.recovered_in == agreement.engines[0] { b } else { a };
+            json!({ "at": telling::point(sets, of.trial, &[has_lost]), "words": text::parted(agreement, of) })
+        };
+        json!({
+            "name": set.set,
+            "map": maps.pair((a, b), [0, 1]),
+            "parted": set.parted.iter().map(parted).collect::<Vec<_>>(),
+        })
+    };
+    json!({
+        "names": agreement.engines.map(|engine| engine.title()),
+        "about_traces": text::about_traces(agreement),
+        "sets": agreement.sets.iter().enumerate().map(of_set).collect::<Vec<_>>(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::compared;
+    use crate::fixtures::{digest, ragged, summary};
+    use standfast_sim::episode::Outcome::{Fell, Recovered};
+
+    /// The page of two sets with five trials each, in one engine.
+    fn usual() -> String {
+        let outcomes = [[Recovered, Fell]; 5];
+        page(&summary(&outcomes, &[], &[]), &digest(&outcomes), Path::new("")).unwrap()
+    }
+
+    const HOSTILE: &str = "</script><b onclick='x()'>&";
+
+    #[test]
+    fn names_are_escaped_everywhere() {
+        let outcomes = [[Recovered, Fell], [Fell, Recovered], [Recovered, Fell]];
+        let (mut summary, mut rows) = (summary(&outcomes, &[], &["a >= 0.9"]), digest(&outcomes));
+        let of_set = [&mut summary.sets[0].name, &mut summary.pairs[0].a, &mut rows.names[0]];
+        for name in [&mut summary.name, &mut summary.robot].into_iter().chain(of_set) {
+            *name = HOSTILE.into();
+        }
+        summary.warnings = vec![HOSTILE.into()];
+        summary.sets[0].telling[0].why = HOSTILE.into();
+        summary.sets[0].origin.gains = HOSTILE.into();
+        summary.pairs[0].words = HOSTILE.into();
+        let gate = &mut summary.gates[0];
+        (gate.set, gate.judged.name) = (HOSTILE.into(), HOSTILE.into());
+        let page = page(&summary, &rows, Path::new("")).unwrap();
+        assert!(!page.contains("</script><b") && !page.contains("<b onclick"));
+        assert!(page.contains("&lt;b onclick"));
+        // The page has two script elements, data and code, each closed once.
+        assert_eq!(page.matches("</script>").count(), 2);
+    }
+
+    #[test]
+    fn the_two_measures_of_impulses_are_told_apart() {
+        let page = usual();
+        for told in
+            ["<dt>m omega d</dt>", "<dt>sole impulse</dt>", "(1 sole impulse\u{a0}=", "impulse / m omega d</th>"]
+        {
+            assert!(page.contains(told), "{told} is not in {page}");
+        }
+    }
+
+    /// On the page, in the summary for a pull request, and in the terminal.
+    #[test]
+    fn a_set_that_was_stopped_has_its_own_trials() {
+        let (summary, rows) = ragged(&[]);
+        let page = page(&summary, &rows, Path::new("")).unwrap();
+        let terminal = text::campaign(&summary, Path::new("out"), true);
+        let up_to = "up to 100 trials (of 200 at most) for each controller";
+        for (text, told) in [
+            // The last is the outcome of a trial that a set has not met.
+            (&page, ["up to 100 trials of 3 controllers", "20.0 % of 25</td>", "\"R-R\""]),
+            (&crate::markdown::text(&summary), [up_to, "| b | 5/25 |", ""]),
+            (&terminal, [up_to, " 5/25 ", " trials 100 25 100 "]),
+        ] {
+            let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+            let of_all = ["b after 25 trials. Each rate "];
+            told.iter().chain(&of_all).for_each(|told| assert!(words.contains(told), "{told} in {words}"));
+        }
+        assert!(!page.contains("NaN") && !usual().contains("up to 5 trials"));
+    }
+
+    #[test]
+    fn two_engines_have_a_map_for_each_set_and_a_row_for_each_trial_on_which_they_disagree() {
+        let recovered: Vec<[bool; 4]> = (0..40).map(|i| [i < 10, true, i < 30, i != 7]).collect();
+        let (mut summary, rows) = compared(&recovered);
+        summary.agreement.as_mut().unwrap().sets[0].set = HOSTILE.into();
+        let page = page(&summary, &rows, Path::new("")).unwrap();
+        assert!(page.contains("id=\"engines\"") && page.contains("How far the two engines agree"));
+        let (from, to) = (page.find("id=\"engines\"").unwrap(), page.find("id=\"maps\"").unwrap());
+        let section = &page[from..to];
+        assert_eq!(section.matches("data-sets=").count(), 2, "{section}");
+        assert!(section.contains("data-sets=\"0 2\"") && section.contains("data-sets=\"1 3\""), "{section}");
+        assert_eq!(section.matches("<li>").count(), 21, "{section}");
+        assert!(section.contains(">only MuJoCo</th>") && !section.contains("<b onclick"), "{section}");
+        // No other map has the same pair, and a page of one engine has no such section.
+        assert!(["0 2", "2 0"].iter().all(|pair| !page[to..].contains(&format!("data-sets=\"{pair}\""))));
+        assert!(!usual().contains("id=\"engines\""));
+    }
+
+    #[test]
+    fn with_many_trials_the_maps_have_cells_but_no_dots() {
+        let page = |trials: usize| {
+            let one_in_three = |k: usize| if k.is_multiple_of(3) { Fell } else { Recovered };
+            let outcomes: Vec<_> = (0..trials).map(|k| [one_in_three(k), one_in_three(k + 1)]).collect();
+            page(&summary(&outcomes, &[], &[]), &digest(&outcomes), Path::new("")).unwrap()
+        };
+        let (few, many) = (page(1000), page(20_000));
+        assert!(few.contains("class=\"won\"") && !many.contains("class=\"won\""));
+        assert!(few.len() < 200_000 && many.len() < 100_000, "{} and {} bytes", few.len(), many.len());
+    }
+}

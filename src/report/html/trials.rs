@@ -1,0 +1,54 @@
+//! The trials of a campaign in the form that the page needs: one push, and the outcome with each controller.
+
+use serde_json::{Value, json};
+use standfast_sim::episode::Outcome;
+use standfast_study::verdict::digest::Digest;
+
+/// With more trials than this, no trial is drawn by itself.
+const MOST_DOTS: usize = 2000;
+
+/// The trials of a result, and what the page makes of them.
+pub(super) struct Trials<'a>(pub &'a Digest);
+
+impl Trials<'_> {
+    pub fn len(&self) -> usize {
+        self.0.drawn.trials()
+    }
+
+    /// Whether there are few enough trials to draw each by itself.
+    pub fn as_dots(&self) -> bool {
+        self.len() <= MOST_DOTS
+    }
+
+    /// The data of the page's script: names of the sets, the parts of the replay command before and after the number of
+    /// a trial, and for each trial its number, impulse (N s), heading (degrees), a letter for each set's outcome (R, F,
+    /// D, T, or - where the set had been stopped before) and each set's number of footsteps. The text is safe inside a
+    /// `script` element.
+    pub fn as_json(&self, commands: &[[String; 2]]) -> String {
+        let round = |x: f64, digits: f64| (x * digits).round() / digits;
+        let Self(rows) = self;
+        let sets = 0..rows.names.len();
+        let trial = |trial: usize| {
+            let of_trial = |set: usize| rows.of(set).get(trial);
+            let outcomes: String =
+                sets.clone().map(|set| of_trial(set).map_or('-', |ended| letter(ended.outcome))).collect();
+            let footsteps: Vec<u32> =
+                sets.clone().map(|set| of_trial(set).map_or(0, |ended| ended.footsteps)).collect();
+            let (impulse, heading) = (round(rows.impulse_n_s(trial), 1e3), round(rows.heading_deg(trial), 1e1));
+            json!([trial, impulse, heading, outcomes, footsteps])
+        };
+        let trials: Vec<Value> = (0..self.len()).map(trial).collect();
+        json!({ "sets": rows.names, "commands": commands, "trials": trials }).to_string().replace('<', "\\u003c")
+    }
+}
+
+fn letter(outcome: Outcome) -> char {
+    match outcome {
+        Outcome::Recovered => 'R',
+        Outcome::Survived => 'S',
+        Outcome::Fell => 'F',
+        Outcome::Diverged => 'D',
+        Outcome::Failed => 'E',
+        Outcome::TimedOut => 'T',
+    }
+}

@@ -1,0 +1,56 @@
+//! Output for people and other programs: text, plots, pages and tables. These modules draw and write results,
+//! and simulate nothing.
+
+#![forbid(unsafe_code)]
+
+pub mod figure;
+#[cfg(test)]
+#[path = "../study/fixtures.rs"]
+mod fixtures;
+pub mod foreign;
+pub mod html;
+pub mod html_page;
+pub mod junit;
+pub mod markdown;
+pub mod mcap;
+pub mod replay;
+pub mod result;
+pub mod table;
+pub mod tables;
+pub mod text;
+pub mod trace;
+pub mod trial_page;
+pub mod tune_page;
+
+use standfast_files::{json_pretty, shell_word};
+use standfast_study::Summary;
+use standfast_study::verdict::set_summary::SetOrigin;
+use std::path::Path;
+
+/// A value as indented JSON, for the terminal or a file.
+pub fn json(value: &impl serde::Serialize) -> String {
+    // Only a map whose keys are not text can fail, and there is none.
+    json_pretty(value).unwrap_or_default()
+}
+
+/// The command that simulates a trial of the result in `folder` again with a controller.
+pub fn replay_command(summary: &Summary, set: &str, trial: u64, folder: &Path) -> String {
+    let found = summary.sets.iter().find(|found| found.name == set).map(|found| found.origin.clone());
+    replay_parts(&found.unwrap_or_else(|| SetOrigin::own(set)), folder).join(&trial.to_string())
+}
+
+/// The parts of this command before and after the number of the trial.
+fn replay_parts(origin: &SetOrigin, folder: &Path) -> [String; 2] {
+    let campaign = folder.join(&origin.campaign).display().to_string();
+    let [campaign, gains] = [&campaign, &origin.gains].map(|word| shell_word(word));
+    [format!("standfast push --campaign {campaign} --trial "), format!(" --controller {gains}")]
+}
+
+/// The JSON object with the fields of `record` added to its own.
+pub fn with_fields_of(mut object: serde_json::Value, record: &impl serde::Serialize) -> serde_json::Value {
+    use serde_json::Value::Object;
+    if let (Object(all), Ok(Object(more))) = (&mut object, serde_json::to_value(record)) {
+        all.extend(more);
+    }
+    object
+}

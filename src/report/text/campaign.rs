@@ -1,0 +1,150 @@
+//! The result of a campaign as text for the terminal.
+
+use super::{agreement, comparison};
+use crate::replay_command;
+use crate::tables::{self, Detail};
+use crate::text::layout::{sole_impulse, wrapped};
+use standfast_sim::episode::{Counts, Judge};
+use standfast_sim::push::three_digits;
+use standfast_study::Summary;
+use standfast_study::ask::bounds::digits;
+use standfast_study::ask::variations;
+use standfast_study::verdict::pairs::Pair;
+use standfast_study::verdict::set_summary::SetSummary;
+use std::fmt::Write;
+use std::path::Path;
+
+/// What counts as recovered and as a fall, in words (three lines of 80 columns).
+pub fn thresholds(judge: &Judge) -> String {
+    let [recovered, fell] = endings(judge);
+    wrapped("recovered: ", &recovered) + &wrapped("fell:      ", &fell)
+}
+
+/// What counts as recovered, and what as a fall.
+pub fn endings(judge: &Judge) -> [String; 2] {
+    let Judge { standing_tilt_deg, standing_com_speed_m_s, standing_time_s, .. } = judge;
+    let Judge { fallen_tilt_deg, fallen_com_height_ratio, .. } = judge;
+    let [standing_com_speed_m_s, standing_time_s] = [standing_com_speed_m_s, standing_time_s].map(|v| digits(*v));
+    let recovered = format!(
+        "tilt under {standing_tilt_deg} deg, COM under {standing_com_speed_m_s} m/s, DCM in the support, for \
+         {standing_time_s} s"
+    );
+    let fell = format!(
+        "a link at the ground other than the soles, tilt over {fallen_tilt_deg} deg, or COM under \
+         {fallen_com_height_ratio} of its height at home"
+    );
+    [recovered, fell]
+}
+
+/// The result of a campaign: its settings, how often each controller recovered, which is better, and the gates. `full`
+/// adds the tables behind that. `folder` is the result folder, for the command that replays a trial.
+pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
+    let mut text: String = settings(summary, full).iter().map(|(mark, words)| wrapped(mark, words)).collect();
+    text += "\n";
+    for warning in &summary.warnings {
+        text += &wrapped("warning: ", warning);
+    }
+    text += if summary.warnings.is_empty() { "" } else { "\n" };
+    let most = if full { Detail::Full } else { Detail::Short };
+    let mut tables = tables::of(summary).into_iter().filter(|told| told.detail <= most).map(|told| told.table.text());
+    text += &tables.next().unwrap_or_default();
+    text += &summary.stopped.as_ref().map_or(String::new(), |stopped| wrapped(" ", stopped));
+    text += "\n";
+    text += &wrapped("", &summary.headline);
+    text += &comparison::verdicts(summary);
+    text += &tables.map(|table| format!("\n{table}")).collect::<String>();
+    text += &summary.agreement.as_ref().map_or(String::new(), |agreement| agreement::where_they_part(agreement, full));
+    text += &replay(summary, folder);
+    if full {
+        let _ = write!(text, "\n{}", wrapped("", &format!("Intervals: {}", summary.interval)));
+    }
+    text
+}
+
+/// The settings of the campaign, each with its name; all of them if `full`.
+pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
+    let push = &summary.push;
+    let most = match summary.most_trials > summary.trials {
+        true => format!(" (of {} at most)", summary.most_trials),
+        false => String::new(),
+    };
+    let Summary { name, trials, seed, .. } = summary;
+    let trials = match summary.stopped {
+        None => format!("{trials} trials{most}, the same for each controller"),
+        Some(_) => format!("up to {trials} trials{most} for each controller"),
+    };
+    let mut asked = format!("{name}: {trials}; robot {}, seed {seed}", summary.robot);
+    let unit = sole_impulse(summary.units.impulse_n_s());
+    let mut pushed = format!("impulse {} N s ({unit}), heading {} deg", push.impulse_n_s, push.heading_deg);
+    let varied = variations::described(&summary.variations);
+    let mut head = Vec::new();
+    if full {
+        let hash = &summary.config_hash[..summary.config_hash.len().min(12)];
+        asked += &format!(", configuration {hash}");
+        pushed += &format!(
+            ", height {} m above the COM, duration {} s, start {} s, {}",
+            push.height_m,
+            push.duration_s,
+            push.start_s,
+            push.profile.name()
+        );
+    }
+    head.extend([("campaign ", asked), ("engine: ", summary.engine.clone()), ("push:   ", pushed)]);
+    if summary.second_push.is_any() {
+        head.push(("then:   ", summary.second_push.to_string()));
+    }
+    if !varied.is_empty() {
+        // The short text has only the names of the varied quantities.
+        let names = varied.iter().map(|varied| if full { varied } else { varied.split(' ').next().unwrap_or(varied) });
+        head.push(("varied: ", names.collect::<Vec<_>>().join(", ")));
+    }
+    if summary.episode.judge.counts == Counts::Survived {
+        let horizon_s = three_digits(summary.episode.horizon_s);
+        let told =
+            format!("survival: a robot that stands still, or has not fallen after {horizon_s} s, counts as recovered");
+        head.push(("judge:  ", told));
+    }
+    if full {
+        let (sensors, horizon_s) = (&summary.sensors, three_digits(summary.episode.horizon_s));
+        let told = format!("noise x {}, bias x {}; horizon {horizon_s} s", sensors.noise_scale, sensors.bias_scale);
+        let [recovered, fell] = endings(&summary.episode.judge);
+        head.extend([("sensors: ", told), ("recovered: ", recovered), ("fell:      ", fell)]);
+    }
+    head
+}
+
+/// The command that replays a trial in which two controllers end differently, or else one that was lost.
+fn replay(summary: &Summary, folder: &Path) -> String {
+    let differ = |pair: &Pair| {
+        let lost = |trials: &[u64], by: &str| {
+            Some((*trials.first()?, by.to_string(), "in which two controllers end differently"))
+        };
+        lost(&pair.first_only_a, &pair.b).or_else(|| lost(&pair.first_only_b, &pair.a))
+    };
+    // The telling trials of a set begin with those that it lost.
+    let lost = |set: &SetSummary| {
+        let first = set.telling.first().filter(|_| set.count.recovered < set.count.trials)?;
+        Some((first.trial, set.name.clone(), "that was lost"))
+    };
+    let found = summary.pairs.iter().find_map(differ).or_else(|| summary.sets.iter().find_map(lost));
+    let Some((trial, set, which)) = found else { return String::new() };
+    let what = format!("to replay a trial {which} (report.html has more):");
+    // The command has a line of its own, however long, so that it can be copied.
+    format!("\n{} {}\n", wrapped("", &what), replay_command(summary, &set, trial, folder))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::summary;
+    use standfast_sim::episode::Outcome::{Fell, Recovered};
+
+    #[test]
+    fn the_trial_to_replay_is_described() {
+        let text = |outcomes| replay(&summary(&[outcomes; 3], &[], &[]), Path::new("out"));
+        assert!(text([Recovered, Fell]).contains("to replay a trial in which two controllers end differently (report"));
+        assert!(text([Recovered, Fell]).ends_with("--campaign out/campaign.toml --trial 0 --controller b\n"));
+        assert!(text([Fell, Fell]).contains("to replay a trial that was lost (report"));
+        assert_eq!(text([Recovered, Recovered]), "");
+    }
+}

@@ -1,0 +1,122 @@
+//! The result of `standfast ceiling` as text: which lost pushes can be caught, and by what.
+
+use crate::table::{Table, cell, number, texts, words};
+use crate::text::layout::{percent, plant_options, signed, wrapped};
+use standfast_core::lipm::catching::Departure;
+use standfast_files::shell_word;
+use standfast_stats::rate::SuccessCount;
+use standfast_study::ceiling::{Ceiling, LostTrial};
+use std::path::Path;
+
+/// What the numbers of a departure are in words, in the order of [`Departure::numbers`].
+const NAMES: [&str; Departure::NUMBERS] = [
+    "time of lifting",
+    "which foot",
+    "crossed or not",
+    "landing place forward",
+    "landing place sideways",
+    "ZMP forward",
+    "ZMP sideways",
+    "swing time",
+    "roll of the trunk",
+    "pitch of the trunk",
+    "COM height",
+];
+
+/// The file of a recovery.
+pub fn file(trial: u64) -> String {
+    format!("trial-{trial}.toml")
+}
+
+/// The result; `folder` is where the recoveries are written, and `changes` are the options by which the campaign was changed.
+pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
+    let Ceiling { robot, campaign, seed, engine, controller, alone, with_search, tries, .. } = ceiling;
+    let found: Vec<&LostTrial> = ceiling.lost.iter().filter(|lost| lost.found.is_some()).collect();
+    let mut text = format!("What {controller} could catch: {robot}, campaign {campaign}, seed {seed}\n");
+    text += &wrapped("engine:   ", engine);
+    text += &wrapped("alone:    ", &format!("{controller} recovers from {}", told(alone)));
+    let more = format!(
+        "with knowledge of each lost push and up to {tries} tries, from {} more; at least {} can be caught",
+        found.len(),
+        told(with_search)
+    );
+    text += &wrapped("search:   ", &more);
+    if ceiling.lost.is_empty() {
+        return text;
+    }
+    let columns =
+        [number("trial"), number("N s"), number("heading"), number("of one"), number("tries"), words("caught by")];
+    let mut table = Table::new("", columns);
+    for lost in &ceiling.lost {
+        let by = lost.found.as_ref().map_or("not recovered by search".into(), |found| {
+            let each = (1..).zip(&found.departures).map(|(number, departure)| of_footstep(number, departure, ceiling));
+            each.flatten().collect::<Vec<_>>().join("; ")
+        });
+        let [impulse, heading] = [format!("{:.2}", lost.impulse_n_s), format!("{:.0}", lost.heading_deg)];
+        let numbers = [lost.trial.to_string(), impulse, heading, format!("{:.2}", lost.of_one_step_bound)];
+        table.row(texts(numbers).chain([cell(lost.tries), cell(by)]));
+    }
+    text += &format!("\n{}\n", table.text());
+    let mut needed: Vec<(usize, &str)> = NAMES.iter().enumerate().map(|(i, name)| (needs(&found, i), *name)).collect();
+    needed.sort_by_key(|&(count, _)| std::cmp::Reverse(count));
+    let needed = needed.iter().filter(|(count, _)| *count > 0).map(|(count, name)| format!("{name} {count}"));
+    if !found.is_empty() {
+        text += &wrapped(
+            "",
+            &format!("How many of these recoveries need what: {}.", needed.collect::<Vec<_>>().join(", ")),
+        );
+    }
+    text += &wrapped(
+        "",
+        "`of one` is the ratio of the impulse to the pendulum bound with one footstep. `caught by` has what the robot does \
+         otherwise than the controller, footstep by footstep; without any one of these it falls. A foot is lifted when the \
+         DCM is so far outside of the support. Landing places and the ZMP are shifted forward, and to the side of the foot \
+         in the air; the trunk tilts about its x and y axes. What is not recovered by search may be possible all the same.",
+    );
+    if let (Some(lost), Some(folder)) = (found.first(), folder) {
+        let plant = plant_options(robot, engine);
+        let gains = shell_word(&folder.join(file(lost.trial)).to_string_lossy());
+        text += &format!(
+            "to see one beside the controller:\n  standfast push --campaign {campaign} --seed {seed}{changes} --trial {}{plant} \\\n    \
+             --controller {gains} --beside {controller} --replay caught.html\n",
+            lost.trial
+        );
+    }
+    text
+}
+
+fn told(count: &SuccessCount) -> String {
+    let [low, high] = count.ci95.map(|rate| format!("{:.1}", 100.0 * rate));
+    format!("{} of {} ({}, 95 % interval {low} to {high})", count.recovered, count.trials, percent(count.success_rate))
+}
+
+/// How many recoveries need a number other than zero.
+fn needs(found: &[&LostTrial], number: usize) -> usize {
+    let needs = |lost: &&&LostTrial| {
+        lost.found.iter().flat_map(|found| &found.departures).any(|departure| departure.numbers()[number] != 0.0)
+    };
+    found.iter().filter(needs).count()
+}
+
+/// What a footstep does otherwise than the controller; None if nothing.
+fn of_footstep(number: usize, departure: &Departure, ceiling: &Ceiling) -> Option<String> {
+    let Departure { lift, left, crossed, place: [x, y], zmp: [zmp_x, zmp_y], slower, tilt: [roll, pitch], lower } =
+        *departure;
+    let mm = |share: f64| format!("{} mm", signed(1e3 * ceiling.com_height_m * share, 0));
+    let degrees = |angle: f64| format!("{} degrees", signed(angle.to_degrees(), 0));
+    let parts = [
+        (lift, format!("lifted {} outside", mm(lift))),
+        (left, if left < 0.0 { "rather the left foot".into() } else { "rather the right foot".into() }),
+        (crossed, if crossed < 0.0 { "rather crossed".into() } else { "rather not crossed".into() }),
+        (x, format!("lands {} forward", mm(x))),
+        (y, format!("lands {} outward", mm(y))),
+        (zmp_x, format!("ZMP {} forward", mm(zmp_x))),
+        (zmp_y, format!("ZMP {} outward", mm(zmp_y))),
+        (slower, format!("swing {} %", signed(100.0 * (slower.exp() - 1.0), 0))),
+        (roll, format!("rolls {}", degrees(roll))),
+        (pitch, format!("pitches {}", degrees(pitch))),
+        (lower, format!("COM {}", mm(-lower))),
+    ];
+    let told: Vec<String> = parts.into_iter().filter(|(size, _)| *size != 0.0).map(|(_, told)| told).collect();
+    (!told.is_empty()).then(|| format!("{number}: {}", told.join(", ")))
+}

@@ -1,0 +1,38 @@
+//! Two films of one trial in words: in two engines, or with two controllers. In pictures the robot of one is solid, and
+//! that of the other is a ghost or beside it.
+
+use super::agreement::in_words;
+use super::story::outcome;
+use standfast_sim::episode::Film;
+use standfast_sim::episode::parting::{Parting, half_sole_width_m};
+
+/// What tells two films apart: their controllers or, if these are the same, their engines.
+pub fn names(films: [&Film; 2]) -> [String; 2] {
+    let [a, b] = films;
+    films.map(|film| if a.has_controller_of(b) { film.engine.title().into() } else { film.controller.clone() })
+}
+
+/// How the episodes of two films ended, with what tells these apart.
+pub fn ended(films: [&Film; 2]) -> [String; 2] {
+    let [a, b] = films;
+    films.map(|film| {
+        let name = if a.has_controller_of(b) { film.engine.with_version() } else { film.controller.clone() };
+        format!("{name}: {}", outcome(&film.record))
+    })
+}
+
+/// Where two films part, in sentences.
+pub fn parted(film: &Film, ghost: &Film) -> String {
+    let limit_mm = 1000.0 * half_sole_width_m(&film.robot);
+    let Some(parting) = Parting::of_films(film, ghost) else {
+        return format!(
+            "COM and soles of the two are never more than {limit_mm:.0} mm apart, which is half the width of a sole."
+        );
+    };
+    let place = if film.has_controller_of(ghost) { "in" } else { "with" };
+    let places = names([film, ghost]).map(|name| format!("{place} {name}"));
+    let has_fallen = |film: &Film| film.record.fell_at_s.is_some_and(|fell_s| fell_s < parting.at_s);
+    let late = if [film, ghost].into_iter().all(has_fallen) { " By then both have fallen." } else { "" };
+    let told = in_words(&parting, &places);
+    format!("{told}{late} (They part when they are more than {limit_mm:.0} mm apart, half the width of a sole.)")
+}

@@ -1,0 +1,52 @@
+//! What a running campaign has found so far, in a sentence or two: above the progress bar of a terminal, and in a log.
+
+use standfast_stats::decision::PairVerdict;
+use standfast_stats::rate::SuccessCount;
+use standfast_study::verdict::so_far::SoFar;
+
+/// Most sets that are named.
+const NAMED: usize = 4;
+
+/// Empty if no trial is finished.
+pub fn sentence(so_far: &SoFar) -> String {
+    if so_far.trials == 0 {
+        return String::new();
+    }
+    let rate = |(name, count): &&(String, SuccessCount)| {
+        let [rate, least, most] = [count.success_rate, count.ci95[0], count.ci95[1]].map(|share| 100.0 * share);
+        format!("{name} {rate:.0} % ({least:.0}-{most:.0})")
+    };
+    let mut by_rate: Vec<_> = so_far.sets.iter().collect();
+    by_rate.sort_by(|(_, a), (_, b)| b.success_rate.total_cmp(&a.success_rate));
+    let mut sets: Vec<String> = by_rate.iter().take(NAMED).map(rate).collect();
+    if so_far.sets.len() > NAMED {
+        sets.push(format!("{} more less often", so_far.sets.len() - NAMED));
+    }
+    let decided = so_far.pairs.iter().filter(|pair| pair.verdict != PairVerdict::Open).count();
+    let told = match (so_far.pairs.len(), decided) {
+        (0, _) => String::new(),
+        (_, 0) => "; no two can be told apart yet".into(),
+        (pairs, decided) => format!("; {decided} of {pairs} pairs can be told apart"),
+    };
+    format!("after {} trials, not final: {}{told}", so_far.trials, sets.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::so_far;
+
+    const NAMES: [&str; 4] = ["hold", "switching", "paper", "catch"];
+
+    #[test]
+    fn the_sets_that_recover_most_are_named_and_pairs_are_counted() {
+        let text = sentence(&so_far(4, 600, |set| NAMES[set].into()));
+        assert!(text.starts_with("after 600 trials, not final: catch 80 % ("), "{text}");
+        assert!(text.ends_with("; 4 of 6 pairs can be told apart"), "{text}");
+        assert_eq!(sentence(&so_far(2, 0, |set| NAMES[set].into())), "");
+        let few = sentence(&so_far(2, 6, |set| NAMES[set].into()));
+        assert!(few.ends_with("; no two can be told apart yet"), "{few}");
+        let many = sentence(&so_far(30, 100, |set| set.to_string()));
+        assert!(many.contains(", 26 more less often; "), "{many}");
+    }
+}

@@ -1,0 +1,177 @@
+//! The trace of an episode: a table with one row for each control tick, and with units in the names of its columns.
+//!
+//! The row of time t holds the true state at t, the mean forces over the tick that ends at t, and the controller's
+//! estimates and commands at t (which act after the robot's delay). All values are in the world frame. Estimates and
+//! commands are in the controller's estimate of it, which drifts when feet slip. Before the first physics step, the
+//! forces are half of the weight on each sole. A value that does not exist is empty, such as the ZMP in flight or
+//! what a controller does not say. What it notes beyond has columns of its own. The chapter `columns` of the guide has the
+//! meaning of each column.
+
+use nalgebra::Vector3;
+use serde_json::{Map, Value, json};
+use standfast_core::robot::{Foot, Note, Pose, Robot};
+use standfast_files::columns::{Column, Data};
+use standfast_sim::episode::Tick;
+
+/// Collects the rows of an episode.
+pub struct Trace {
+    names: Vec<String>,
+    values: Vec<Vec<Option<f64>>>,
+    phase: Vec<String>,
+    /// What the controller notes, by name: a number or a word at each tick, or nothing.
+    notes: Vec<(String, Vec<Option<Note>>)>,
+    /// Whether the tick lies after the verdict (1) or not (0).
+    after_verdict: Vec<i64>,
+    /// The links that met during the tick.
+    links_met: Vec<Option<String>>,
+    links: Vec<String>,
+}
+
+/// Names of the columns before `phase`, the notes of the controller, `after_verdict` and `links_met`.
+const BODY: &str = "time_s com_x_m com_y_m com_z_m com_vel_x_m_s com_vel_y_m_s com_vel_z_m_s \
+                    com_x_m_est com_y_m_est com_z_m_est com_vel_x_m_s_est com_vel_y_m_s_est com_vel_z_m_s_est \
+                    zmp_x_m zmp_y_m zmp_ref_x_m zmp_ref_y_m dcm_x_m dcm_y_m \
+                    contact_force_x_n contact_force_y_n contact_force_z_n \
+                    push_force_x_n push_force_y_n push_force_z_n \
+                    zmp_x_m_est zmp_y_m_est trunk_tilt_deg dcm_outside_m";
+
+impl Trace {
+    pub fn new(robot: &Robot) -> Self {
+        let mut names: Vec<String> = BODY.split_whitespace().map(String::from).collect();
+        for side in ["left", "right"] {
+            for part in ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"] {
+                names.push(format!("{side}_sole_{part}"));
+            }
+            for part in ["force_x_n", "force_y_n", "force_z_n", "moment_x_n_m", "moment_y_n_m", "moment_z_n_m"] {
+                names.push(format!("{side}_sole_{part}"));
+            }
+        }
+        let base =
+            "x_m y_m z_m qw qx qy qz vel_x_m_s vel_y_m_s vel_z_m_s ang_vel_x_rad_s ang_vel_y_rad_s ang_vel_z_rad_s";
+        names.extend(base.split(' ').map(|part| format!("base_{part}")));
+        for prefix in ["q", "dq", "q_ref", "tau"] {
+            names.extend(robot.joints.iter().map(|joint| format!("{prefix}_{}", joint.name)));
+        }
+        let values = vec![Vec::new(); names.len()];
+        let links = robot.links.iter().map(|link| link.name.clone()).collect();
+        let (phase, notes, after_verdict, links_met) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { names, values, phase, notes, after_verdict, links_met, links }
+    }
+
+    /// Adds the row of a tick.
+    pub fn push(&mut self, tick: &Tick) {
+        let (truth, report) = (tick.truth, &tick.report);
+        let mut row: Vec<Option<f64>> = vec![Some((1e9 * truth.time_s).round() / 1e9)];
+        fn add<'a>(row: &mut Vec<Option<f64>>, values: impl IntoIterator<Item = &'a f64>) {
+            row.extend(values.into_iter().map(|value| Some(*value)));
+        }
+        fn maybe<const N: usize>(row: &mut Vec<Option<f64>>, values: Option<[f64; N]>) {
+            row.extend(values.map_or([None; N], |values| values.map(Some)));
+        }
+        add(&mut row, truth.com.coords.iter().chain(&truth.com_vel));
+        maybe::<3>(&mut row, report.com.map(Into::into));
+        maybe::<3>(&mut row, report.com_vel.map(Into::into));
+        maybe(&mut row, truth.zmp);
+        maybe::<2>(&mut row, report.zmp_ref.map(Into::into));
+        add(&mut row, tick.dcm.coords.iter().chain(&truth.contact_force).chain(&truth.push_force));
+        maybe::<2>(&mut row, report.zmp.map(Into::into));
+        row.push(Some(truth.tilt_rad().to_degrees()));
+        row.push(Some(tick.dcm_outside_m).filter(|distance_m| distance_m.is_finite()));
+        let mut add = |values: &[f64]| row.extend(values.iter().map(|v| Some(*v)));
+        for foot in Foot::BOTH {
+            add(&as_numbers(&truth.soles[foot]));
+            let wrench = &truth.sole_wrenches[foot];
+            for v in [wrench.force, wrench.moment] {
+                add(Vector3::as_slice(&v));
+            }
+        }
+        add(&as_numbers(&truth.posture.base));
+        let (of_base, of_joints) = truth.velocity.as_slice().split_at(6);
+        add(of_base);
+        add(&truth.posture.q);
+        add(of_joints);
+        add(&tick.command.q_ref);
+        add(&truth.tau);
+        for (column, value) in self.values.iter_mut().zip(row) {
+            column.push(value);
+        }
+        for (name, note) in &report.notes {
+            let ticks = self.phase.len();
+            let place = self.notes.iter().position(|(known, _)| known == name).unwrap_or_else(|| {
+                self.notes.push((name.to_string(), vec![None; ticks]));
+                self.notes.len() - 1
+            });
+            self.notes[place].1.push(Some(note.clone()));
+        }
+        self.phase.push(report.phase.to_string());
+        let ticks = self.phase.len();
+        self.notes.iter_mut().for_each(|(_, notes)| notes.resize(ticks, None));
+        self.after_verdict.push(i64::from(tick.is_after));
+        let names = |[a, b]: [usize; 2]| format!("{} and {}", self.links[a], self.links[b]);
+        self.links_met.push(truth.meeting.map(|meeting| names(meeting.links)));
+    }
+
+    /// The numbers and words of the last tick, by name, but those of joints, feet and base.
+    pub fn last_row(&self) -> Map<String, Value> {
+        let numbers = Self::names_of_body().zip(&self.values).map(|(name, of_tick)| (name, json!(of_tick.last())));
+        let notes = self.notes.iter().map(|(name, notes)| {
+            let note = match notes.last() {
+                Some(Some(Note::Number(number))) => json!(number),
+                Some(Some(Note::Word(word))) => json!(word.to_string()),
+                _ => Value::Null,
+            };
+            (name.as_str(), note)
+        });
+        let words = [("phase", json!(self.phase.last())), ("links_met", json!(self.links_met.last()))];
+        let after = ("after_verdict", json!(self.after_verdict.last()));
+        numbers.chain(notes).chain(words).chain([after]).map(|(name, value)| (name.to_string(), value)).collect()
+    }
+
+    /// The names of the numbers that every robot has and every controller may have.
+    pub fn names_of_body() -> impl Iterator<Item = &'static str> {
+        BODY.split_whitespace()
+    }
+
+    /// The finished table. Only columns with missing values are nullable.
+    pub fn columns(self) -> Vec<Column> {
+        let mut columns: Vec<Column> = (self.names.into_iter().zip(self.values))
+            .map(|(name, values)| {
+                let whole: Option<Vec<f64>> = values.iter().copied().collect();
+                Column::new(name, whole.map_or(Data::OptF64(values), Data::F64))
+            })
+            .collect();
+        let phase = Column::new("phase", Data::Text(self.phase));
+        let after_verdict = Column::new("after_verdict", Data::I64(self.after_verdict));
+        let links_met = Column::new("links_met", Data::OptText(self.links_met));
+        let noted = std::iter::once(phase).chain(self.notes.into_iter().map(noted)).chain([after_verdict, links_met]);
+        let place = BODY.split_whitespace().count();
+        columns.splice(place..place, noted);
+        columns
+    }
+}
+
+/// Position and quaternion (w first) of a pose.
+fn as_numbers(pose: &Pose) -> [f64; 7] {
+    let (at, r) = (pose.translation.vector, pose.rotation);
+    [at.x, at.y, at.z, r.w, r.i, r.j, r.k]
+}
+
+/// The column of a note: of numbers or, if any of its values is a word, of words.
+fn noted((name, notes): (String, Vec<Option<Note>>)) -> Column {
+    let word = |note: &Note| match note {
+        Note::Number(number) => number.to_string(),
+        Note::Word(word) => word.to_string(),
+    };
+    let number = |note: &Note| match note {
+        Note::Number(number) => Some(*number).filter(|number| number.is_finite()),
+        Note::Word(_) => None,
+    };
+    let has_words = notes.iter().flatten().any(|note| matches!(note, Note::Word(_)));
+    Column::new(
+        name,
+        match has_words {
+            true => Data::OptText(notes.iter().map(|note| note.as_ref().map(word)).collect()),
+            false => Data::OptF64(notes.iter().map(|note| note.as_ref().and_then(number)).collect()),
+        },
+    )
+}

@@ -1,0 +1,48 @@
+//! How far links are apart.
+
+use nalgebra::Point3;
+use standfast_core::geometry::gap::gap_m;
+use standfast_core::robot::{Kinematics, Robot};
+
+/// The collision geometry of each link as points, whose convex hulls collide.
+pub struct Hulls {
+    links: Vec<Vec<Hull>>,
+}
+
+struct Hull {
+    points: Vec<Point3<f64>>,
+    center: Point3<f64>,
+    radius_m: f64,
+}
+
+impl Hulls {
+    pub fn of(robot: &Robot) -> Self {
+        let hulls = |link: &standfast_core::robot::Link| {
+            let hull = |solid: &standfast_core::robot::Solid| {
+                let points: Vec<_> = solid.points().collect();
+                let (center, radius_m) = solid.shape.ball();
+                Hull { points, center: solid.pose * center, radius_m }
+            };
+            link.collisions.iter().map(hull).collect()
+        };
+        Self { links: robot.links.iter().map(hulls).collect() }
+    }
+
+    /// The gap between two links (m), or `enough_m` if it is larger.
+    pub fn gap_m(&self, kinematics: &Kinematics, [a, b]: [usize; 2], enough_m: f64) -> f64 {
+        let [at_a, at_b] = [a, b].map(|link| kinematics.link_pose(link));
+        // One of the two is moved into the frame of the other.
+        let between = at_a.inv_mul(at_b);
+        let mut least = enough_m;
+        for one in &self.links[a] {
+            for other in &self.links[b] {
+                let apart = (one.center - between * other.center).norm() - one.radius_m - other.radius_m;
+                if apart < least {
+                    let moved: Vec<_> = other.points.iter().map(|point| between * point).collect();
+                    least = least.min(gap_m(&one.points, &moved));
+                }
+            }
+        }
+        least
+    }
+}

@@ -1,0 +1,306 @@
+//! The home posture: arms clear of the body, knees bent, soles flat and level, and the COM above their middle in x.
+
+use super::clearance::Hulls;
+use super::figures::to_decimals;
+use super::limbs::Limbs;
+use nalgebra::{DMatrix, DVector, Vector3};
+use standfast_core::robot::{Foot, Kinematics, PerFoot, Posture, Robot};
+
+/// Angle by which the knees are bent (rad), from a straight leg.
+const KNEE_RAD: f64 = 0.7;
+/// A leg whose knee is bent by less with all joints at zero (rad) is taken to be straight there.
+const STRAIGHT_RAD: f64 = 0.35;
+/// What the joints keep from their limits at home (rad), where they have as much.
+const MARGIN_RAD: f64 = 0.02;
+/// Newton steps, and the largest change of an angle in one (rad).
+const STEPS: usize = 200;
+const LARGEST_RAD: f64 = 0.2;
+/// Weight of what gives way to flat, level soles under the COM.
+const SOFT: f64 = 0.03;
+/// Gap between the soles, and between an arm and the rest of the body, in lengths of the legs.
+const GAP: f64 = 0.02;
+/// Steps of the search for the arms (rad), and how often it goes over all joints.
+const ARM_STEP_RAD: f64 = 0.1;
+const ARM_ROUNDS: usize = 3;
+/// Soles are level if one is higher by no more than this (m). Legs may differ by so much of their length.
+const LEVEL_M: f64 = 5e-5;
+const LEGS_DIFFER: f64 = 0.01;
+/// Two arms are mirror images if they differ by less than this, as a share of their size.
+const ALIKE: f64 = 0.02;
+
+/// What of the home posture was found how.
+pub struct Found {
+    pub home_rad: Vec<f64>,
+    /// Joints whose angles were solved for.
+    pub solved: Vec<usize>,
+    pub warnings: Vec<String>,
+    /// By how much the left sole is higher than the right one (m), in a robot whose legs differ a little; 0 in others.
+    pub apart_m: f64,
+}
+
+/// The joint of a leg that bends its knee: its index, the angle at which the leg is straight, and the sign of bending.
+struct Knee {
+    joint: usize,
+    straight_rad: f64,
+    sign: f64,
+}
+
+/// Finds the home posture of `robot`, whose trunk and soles are known. It starts from `reference`, a posture from
+/// elsewhere, if there is one; then the knees remain as they are there. Errors are in words.
+pub fn find(robot: &Robot, limbs: &Limbs, reference: Option<&[f64]>) -> Result<Found, String> {
+    let mut warnings = Vec::new();
+    let length_m = leg_length_m(robot, limbs);
+    let mut q: Vec<f64> = match reference {
+        Some(angles) => angles.to_vec(),
+        None => vec![0.0; robot.joints.len()],
+    };
+    for (angle, joint) in q.iter_mut().zip(&robot.joints) {
+        *angle = within(*angle, joint.lower_rad, joint.upper_rad);
+    }
+    if reference.is_none() {
+        bring_arms_down(robot, limbs, GAP * length_m, &mut q);
+    }
+    let knees = Foot::BOTH.map(|foot| knee(robot, &limbs.legs[foot]));
+    let mut bent = Vec::new();
+    for (foot, knee) in Foot::BOTH.into_iter().zip(&knees) {
+        let Some(Knee { joint, straight_rad, sign }) = knee else {
+            warnings.push(format!("the {} leg has no knee: fewer than three of its joints pitch", foot.name()));
+            continue;
+        };
+        let limits = &robot.joints[*joint];
+        let wanted = match reference {
+            Some(angles) => angles[*joint],
+            None => straight_rad + sign * KNEE_RAD,
+        };
+        let angle = within(wanted, limits.lower_rad, limits.upper_rad);
+        bent.push((*joint, angle));
+        q[*joint] = angle;
+        if reference.is_none() {
+            // From the middle joint on, hip and ankle each give back half of it.
+            let pitch = pitch_joints(robot, &limbs.legs[foot]);
+            for (j, axis) in [pitch.first(), pitch.last()].into_iter().flatten() {
+                let limits = &robot.joints[*j];
+                q[*j] = within(-axis.signum() * 0.5 * KNEE_RAD, limits.lower_rad, limits.upper_rad);
+            }
+        }
+    }
+    let half_width = Foot::BOTH.map(|foot| robot.soles[foot].half_m[1]).into_iter().fold(0.0, f64::max);
+    let aside_m = PerFoot::from_fn(|foot| {
+        let mut kinematics = Kinematics::new(robot);
+        kinematics.update(robot, &Posture { q: vec![0.0; q.len()], ..robot.zero_posture() });
+        let y = kinematics.sole_pose(robot, foot).translation.y;
+        foot.side() * (foot.side() * y).max(half_width + 0.5 * GAP * length_m)
+    });
+    let mut solver = Solver {
+        robot,
+        legs: limbs.legs.left.iter().chain(&limbs.legs.right).copied().collect(),
+        kinematics: Kinematics::new(robot),
+        bent,
+        aside_m,
+        length_m,
+    };
+    solver.solve(&mut q);
+    q.iter_mut().for_each(|angle| *angle = to_decimals(*angle, 6));
+    let apart_m = solver.check(&q)?;
+    let solved = solver.legs.clone().into_iter().filter(|j| solver.bent.iter().all(|(knee, _)| knee != j)).collect();
+    Ok(Found { home_rad: q, solved, warnings, apart_m })
+}
+
+/// An angle within limits, with a margin if there is room for it.
+fn within(angle: f64, lower: f64, upper: f64) -> f64 {
+    let margin = MARGIN_RAD.min(0.25 * (upper - lower));
+    angle.clamp(lower + margin, upper - margin)
+}
+
+/// Height of the first joint of the legs above the soles, with all joints at zero (m).
+pub fn leg_length_m(robot: &Robot, limbs: &Limbs) -> f64 {
+    let kinematics = Kinematics::new(robot);
+    let height = |foot: Foot| {
+        let hip = limbs.legs[foot].first().map_or(0.0, |&j| kinematics.joint_position(j).z);
+        hip - kinematics.sole_pose(robot, foot).translation.z
+    };
+    height(Foot::Left).max(height(Foot::Right)).max(1e-3)
+}
+
+/// The joints of a leg that pitch with all joints at zero, with the y component of their axes.
+fn pitch_joints(robot: &Robot, leg: &[usize]) -> Vec<(usize, f64)> {
+    let kinematics = Kinematics::new(robot);
+    leg.iter().filter(|&&j| kinematics.pitches(j)).map(|&j| (j, kinematics.joint_axis(j).y)).collect()
+}
+
+fn knee(robot: &Robot, leg: &[usize]) -> Option<Knee> {
+    let pitch = pitch_joints(robot, leg);
+    if pitch.len() < 3 {
+        return None;
+    }
+    let kinematics = Kinematics::new(robot);
+    let middle = pitch.len() / 2;
+    let [hip, at, ankle] = [0, middle, pitch.len() - 1].map(|k| kinematics.joint_position(pitch[k].0));
+    let (joint, axis) = pitch[middle];
+    // Positive if the ankle is behind the line from hip to knee.
+    let pitch_of = |v: Vector3<f64>| (-v.x).atan2(-v.z);
+    let bend = pitch_of(ankle - at) - pitch_of(at - hip);
+    let straight_rad = if bend.abs() < STRAIGHT_RAD { 0.0 } else { -axis.signum() * bend };
+    Some(Knee { joint, straight_rad, sign: axis.signum() })
+}
+
+/// Newton's method for the joints of both legs.
+struct Solver<'a> {
+    robot: &'a Robot,
+    legs: Vec<usize>,
+    kinematics: Kinematics,
+    /// The knees with their angles.
+    bent: Vec<(usize, f64)>,
+    /// Where the soles are in y (m).
+    aside_m: PerFoot<f64>,
+    length_m: f64,
+}
+
+impl Solver<'_> {
+    fn update(&mut self, q: &[f64]) {
+        let posture = Posture { q: q.to_vec(), ..self.robot.zero_posture() };
+        self.kinematics.update(self.robot, &posture);
+    }
+
+    /// What is left to correct, in rad and lengths of the legs.
+    fn errors(&mut self, q: &[f64]) -> DVector<f64> {
+        self.update(q);
+        let com = self.kinematics.com();
+        let mut errors = Vec::new();
+        let mut heights = Vec::new();
+        for foot in Foot::BOTH {
+            let sole = self.kinematics.sole_pose(self.robot, foot);
+            let (up, forward, place) = (sole.rotation * Vector3::z(), sole.rotation * Vector3::x(), sole.translation);
+            let aside = (place.y - self.aside_m[foot]) / self.length_m;
+            errors.extend([up.x, up.y, (com.x - place.x) / self.length_m, SOFT * forward.y, SOFT * aside]);
+            heights.push(place.z);
+        }
+        errors.push((heights[0] - heights[1]) / self.length_m);
+        errors.extend(self.bent.iter().map(|(knee, angle)| SOFT * (q[*knee] - angle)));
+        DVector::from_vec(errors)
+    }
+
+    fn solve(&mut self, q: &mut [f64]) {
+        const DIFFERENCE_RAD: f64 = 1e-6;
+        for _ in 0..STEPS {
+            let errors = self.errors(q);
+            let mut free = self.legs.clone();
+            let step = loop {
+                let mut jacobian = DMatrix::zeros(errors.len(), free.len());
+                for (column, &j) in free.iter().enumerate() {
+                    let angle = q[j];
+                    q[j] = angle + DIFFERENCE_RAD;
+                    jacobian.set_column(column, &((self.errors(q) - &errors) / DIFFERENCE_RAD));
+                    q[j] = angle;
+                }
+                let normal = jacobian.transpose() * &jacobian + DMatrix::identity(free.len(), free.len()) * 1e-9;
+                let Some(solvable) = normal.cholesky() else { return };
+                let step = -solvable.solve(&(jacobian.transpose() * &errors));
+                // A joint that would leave its limits stays, and the others make up for it.
+                let leaves = |&(k, j): &(usize, usize)| {
+                    let joint = &self.robot.joints[j];
+                    step[k].abs() > 1e-12 && within(q[j] + step[k], joint.lower_rad, joint.upper_rad) == q[j]
+                };
+                match free.iter().copied().enumerate().find(leaves) {
+                    Some((k, _)) => _ = free.remove(k),
+                    None => break step,
+                }
+            };
+            let short = (LARGEST_RAD / step.amax()).min(1.0);
+            for (&j, step) in free.iter().zip(step.iter()) {
+                let joint = &self.robot.joints[j];
+                q[j] = within(q[j] + short * step, joint.lower_rad, joint.upper_rad);
+            }
+            if step.amax() < 1e-10 {
+                return;
+            }
+        }
+    }
+
+    /// Fails unless the soles are flat, and level but for what the legs may differ. Returns how much higher the left one is
+    /// (m), or 0 if both are level.
+    fn check(&mut self, q: &[f64]) -> Result<f64, String> {
+        self.update(q);
+        let soles = Foot::BOTH.map(|foot| self.kinematics.sole_pose(self.robot, foot));
+        let tilt_rad = soles.map(|sole| (sole.rotation * Vector3::z()).angle(&Vector3::z()));
+        let apart_m = soles[0].translation.z - soles[1].translation.z;
+        let step_m = apart_m.abs();
+        if tilt_rad.iter().any(|tilt| *tilt > 5e-4) || step_m > LEGS_DIFFER * self.length_m {
+            return Err(format!(
+                "no home posture with flat, level soles was found: the best one tilts them by {:.4} and {:.4} rad, and \
+                 one is {:.2} mm higher",
+                tilt_rad[0],
+                tilt_rad[1],
+                1e3 * step_m
+            ));
+        }
+        Ok(if step_m > LEVEL_M { apart_m } else { 0.0 })
+    }
+}
+
+/// The angles of `arm` if it hangs as the mirror image of `other` does in the posture `q` (rad). None if it is built
+/// otherwise, or if its limits are too narrow.
+fn mirrored(robot: &Robot, other: &[usize], arm: &[usize], q: &[f64]) -> Option<Vec<f64>> {
+    let kinematics = Kinematics::new(robot);
+    let size_m =
+        kinematics.com().z.abs().max((kinematics.joint_position(arm[0]) - kinematics.joint_position(other[0])).norm());
+    let angle = |(&there, &here): (&usize, &usize)| {
+        let [at, place] = [there, here].map(|j| kinematics.joint_position(j));
+        let [axis, turns] = [there, here].map(|j| kinematics.joint_axis(j));
+        // The image of a rotation about an axis.
+        let alike = turns.dot(&Vector3::new(-axis.x, axis.y, -axis.z));
+        let is_image =
+            (place - nalgebra::Point3::new(at.x, -at.y, at.z)).norm() < ALIKE * size_m && alike.abs() > 1.0 - ALIKE;
+        let (joint, angle) = (&robot.joints[here], alike.signum() * q[there]);
+        (is_image && within(angle, joint.lower_rad, joint.upper_rad) == angle).then_some(angle)
+    };
+    (other.len() == arm.len()).then(|| other.iter().zip(arm).map(angle).collect()).flatten()
+}
+
+/// Lets the arms hang, clear of trunk, legs and each other.
+fn bring_arms_down(robot: &Robot, limbs: &Limbs, gap_m: f64, q: &mut [f64]) {
+    let hulls = Hulls::of(robot);
+    let mut kinematics = Kinematics::new(robot);
+    for (i, arm) in limbs.arms.iter().enumerate() {
+        // Two arms hang alike.
+        let other = limbs.arms[..i].iter().find_map(|other| mirrored(robot, other, arm, q));
+        if let Some(angles) = other {
+            arm.iter().zip(angles).for_each(|(&j, angle)| q[j] = angle);
+            continue;
+        }
+        let of_arm: Vec<usize> = Limbs::links(arm).collect();
+        let carrier = robot.joints[arm[0]].parent;
+        let others: Vec<usize> = (0..robot.links.len()).filter(|link| !of_arm.contains(link)).collect();
+        let pairs: Vec<[usize; 2]> = of_arm
+            .iter()
+            .flat_map(|&link| others.iter().map(move |&other| [link, other]))
+            .filter(|pair| *pair != [of_arm[0], carrier])
+            .collect();
+        let mut cost = |q: &[f64]| {
+            kinematics.update(robot, &Posture { q: q.to_vec(), ..robot.zero_posture() });
+            let near = |pair: &[usize; 2]| 1.0 - hulls.gap_m(&kinematics, *pair, gap_m) / gap_m;
+            let (_, com) = kinematics.subtree(of_arm[0]);
+            let shoulder = kinematics.joint_position(arm[0]);
+            let reach = (com - shoulder).norm().max(1e-6);
+            let bent: f64 = arm.iter().map(|&j| q[j] * q[j]).sum();
+            (com.z - shoulder.z) / reach + 0.3 * bent + 10.0 * pairs.iter().map(near).sum::<f64>()
+        };
+        let mut least = cost(q);
+        for _ in 0..ARM_ROUNDS {
+            for &j in arm {
+                let (joint, was) = (&robot.joints[j], q[j]);
+                let mut best = was;
+                let most = (1.6 / ARM_STEP_RAD) as i32;
+                for angle in (-most..=most).map(|k| f64::from(k) * ARM_STEP_RAD) {
+                    q[j] = within(angle, joint.lower_rad, joint.upper_rad);
+                    let found = cost(q);
+                    // Of equals, the first one stays.
+                    if found < least - 1e-9 {
+                        (least, best) = (found, q[j]);
+                    }
+                }
+                q[j] = best;
+            }
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! Infers from a URDF alone what the settings of a robot say: feet, trunk, soles, home posture, servos, noise, delay, and
+//! where a foot can land.
+
+mod clearance;
+mod figures;
+mod home;
+mod limbs;
+mod reach;
+mod sensors;
+mod servos;
+mod soles;
+mod srdf;
+mod text;
+
+use crate::settings::{SolesAlone, settings_path};
+use crate::tree::Tree;
+use limbs::Limbs;
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::{Foot, PerFoot, Robot, SensorNoise, Servo};
+use standfast_files::assets::Source;
+
+/// How to state by hand what cannot be inferred.
+const BY_HAND: &str = "a humanoid, or a TOML file of the same name beside the URDF that says it: trunk, [soles], [home_rad], \
+                       [[servos]], [noise], friction, delay_s; the chapter Robots of the guide explains each key, and \
+                       assets/robots/ut-mu2.toml is an example";
+
+/// Number of joints by which a leg leads its sole to any pose.
+const FULL_LEG: usize = 6;
+
+/// The text of the settings (TOML) of the robot that a URDF with this content describes. `range_rad` is the range that its
+/// joints without one were given; the soles are those of the file `stated`, if there is one.
+///
+/// # Errors
+/// It is not a humanoid; the error says all that cannot be inferred. Or the soles are not at the ends of the legs.
+pub(super) fn settings(
+    urdf: &Source,
+    mut tree: Tree,
+    range_rad: Option<f64>,
+    stated: Option<&Source>,
+) -> Result<String> {
+    let stated = stated.map(|source| Ok((source, SolesAlone::parse(source)?))).transpose()?;
+    let stated = stated.map(|(source, file)| Ok((source, file.soles(&source.file, &mut tree)?, file.are_boxes())));
+    let stated = stated.transpose()?;
+    let fail = |problems: &[String]| {
+        let problem = format!("cannot be inferred: {}", problems.join("; "));
+        Error::value(&urdf.file, "settings", "(none)", problem, BY_HAND)
+    };
+    let (motors, missing, without_range) = (tree.motors, tree.missing, tree.without_range);
+    // What is not known yet is filled in step by step.
+    let mut robot = Robot {
+        name: tree.name,
+        urdf: None,
+        links: tree.links,
+        joints: tree.joints,
+        frames: tree.frames,
+        trunk: 0,
+        soles: PerFoot::from_fn(|_| soles::none()),
+        home_rad: Vec::new(),
+        servos: Vec::new(),
+        noise: SensorNoise::default(),
+        delay_s: 0.0,
+        friction: sensors::FRICTION,
+        reach: Vec::new(),
+        assumptions: Vec::new(),
+        notes: tree.notes,
+    };
+    robot.home_rad = vec![0.0; robot.joints.len()];
+    let Some(limbs) = Limbs::of(&robot) else {
+        let problem = "there are no two legs, chains of at least four joints that end in a foot each".to_string();
+        let locked = format!(
+            "{without_range} joints are locked, since their limits in the URDF leave them no range (lower = upper): state the \
+             limits there, or give these joints a range by `standfast init --range 1.5` (rad, to both sides)"
+        );
+        return Err(fail(&[vec![problem], if without_range > 0 { vec![locked] } else { Vec::new() }].concat()));
+    };
+    robot.trunk = limbs.trunk;
+    let mut warnings = Vec::new();
+    let foot_link = |foot: Foot| limbs.legs[foot].last().map_or(0, |j| j + 1);
+    let lost = missing.iter().find(|(frame, _)| Foot::BOTH.iter().any(|&f| robot.frames[*frame].link == foot_link(f)));
+    let by_hand = format!(
+        "[soles.left] and [soles.right] in {}, each with link, center_m and size_m; the same command then adds the rest",
+        settings_path(&urdf.file).display()
+    );
+    let no_sole = |problem: String| {
+        Error::value(&urdf.file, "soles", "(none)", format!("cannot be inferred: {problem}"), &*by_hand)
+    };
+    let mut soles = match &stated {
+        Some((source, soles, are_boxes)) => {
+            if let Some(foot) = Foot::BOTH.into_iter().find(|&foot| soles[foot].link != foot_link(foot)) {
+                let (field, name) = (format!("soles.{}", foot.name()), &robot.frames[soles[foot].frame].name);
+                let accepted = format!("a link of {}", robot.links[foot_link(foot)].name);
+                return Err(Error::value(&source.file, field, name, "is not at the end of that leg", accepted));
+            }
+            PerFoot::from_fn(|foot| soles::Found::stated(soles[foot], &robot, are_boxes[foot]))
+        }
+        None => {
+            if let Some((frame, mesh)) = lost {
+                let name = &robot.frames[*frame].name;
+                return Err(no_sole(format!("the mesh of the foot {name} is left out: {mesh}")));
+            }
+            match Foot::BOTH.map(|foot| soles::find(&robot, foot_link(foot))) {
+                [Ok(left), Ok(right)] => PerFoot { left, right },
+                [left, right] => {
+                    let problems: Vec<String> = [left, right].into_iter().filter_map(|sole| sole.err()).collect();
+                    return Err(no_sole(problems.join("; ")));
+                }
+            }
+        }
+    };
+    robot.soles = PerFoot::from_fn(|foot| soles[foot].sole);
+    warnings.extend(Foot::BOTH.into_iter().filter_map(|foot| soles[foot].warning.clone()));
+    let joints = Foot::BOTH.map(|foot| limbs.legs[foot].len());
+    if joints.iter().any(|count| *count < FULL_LEG) {
+        warnings.push(format!(
+            "the legs have {} and {} joints: with fewer than {FULL_LEG}, a leg cannot bring its foot into every pose",
+            joints[0], joints[1]
+        ));
+    }
+    let reference = srdf::beside(urdf, &robot)?;
+    let home = home::find(&robot, &limbs, reference.as_ref().map(|reference| reference.angles_rad.as_slice()))
+        .map_err(|problem| fail(&[problem]))?;
+    robot.home_rad = home.home_rad;
+    warnings.extend(home.warnings);
+    if home.apart_m != 0.0 {
+        warnings.push(format!(
+            "the left leg reaches {:.2} mm less far down than the right one; both soles are taken to be level, halfway",
+            1e3 * home.apart_m
+        ));
+        for foot in Foot::BOTH {
+            soles[foot].raise(-0.5 * foot.side() * home.apart_m);
+            robot.soles[foot] = soles[foot].sole;
+        }
+    }
+    let (found, unbelieved) = servos::find(&robot, &limbs, &motors);
+    warnings.extend(unbelieved);
+    robot.servos = found.iter().map(|found| found.servo).collect::<Vec<Servo>>();
+    robot.noise = sensors::noise(&robot);
+    robot.delay_s = sensors::delay_s(&robot);
+    let (regions, unreached) = reach::find(&robot, &limbs);
+    robot.reach = regions;
+    warnings.extend(unreached);
+    robot.assumptions = assumptions(&found, reference.is_some());
+    robot.assumptions.extend(warnings.iter().map(|warning| format!("WARNING: {warning}")));
+    let origins = text::Origins {
+        soles,
+        servos: found,
+        solved: home.solved,
+        reference: reference.map(|reference| reference.name),
+        range_rad,
+        soles_are_stated: stated.is_some(),
+    };
+    Ok(text::toml(&urdf.file, &robot, &origins))
+}
+
+/// What is assumed, in words.
+fn assumptions(servos: &[servos::Found], has_reference: bool) -> Vec<String> {
+    let all = |is_read: fn(&servos::Found) -> bool| servos.iter().all(is_read);
+    let mut motors = vec!["gains", "rotor inertias"];
+    if !all(|servo| servo.torque_is_read) {
+        motors.push("torque limits");
+    }
+    if !all(|servo| servo.speed_is_read) {
+        motors.push("speed limits");
+    }
+    let home = (!has_reference).then(|| "home: knees bent by 0.7 rad, arms hanging".to_string());
+    [format!("servos: {}, in proportion to weight, height and time", motors.join(", "))]
+        .into_iter()
+        .chain(["friction, delay, sensor noise".to_string()])
+        .chain(home)
+        .collect()
+}

@@ -1,0 +1,126 @@
+//! Motors and gains of the servos: what the URDF states where that can be true, and figures that are in proportion to the
+//! robot's weight, height and time else.
+//!
+//! The figures in units of the robot are those of UT-mu2's settings.
+
+use super::figures::rounded;
+use super::limbs::Limbs;
+use crate::tree::Motor;
+use standfast_core::robot::{Foot, GRAVITY, Robot, Servo};
+
+/// Largest torque of a joint that is believed, in m g h, and largest speed, in omega. (Placeholders such as 1000 N m and
+/// 100 rad/s are larger for robots of usual sizes.)
+const MOST_TORQUE: f64 = 5.0;
+const MOST_SPEED: f64 = 15.0;
+/// Least torque of a joint of a leg and of others that is believed, in m g h, and least speed, in omega.
+const LEAST_LEG_TORQUE: f64 = 0.02;
+const LEAST_TORQUE: f64 = 1e-5;
+const LEAST_SPEED: f64 = 0.3;
+
+/// A kind of joint, by what it has to move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Group {
+    Leg,
+    Waist,
+    /// Arms and neck.
+    Arm,
+}
+
+impl Group {
+    pub fn name(self) -> &'static str {
+        match self {
+            Group::Leg => "Legs",
+            Group::Waist => "Waist",
+            Group::Arm => "Arms and neck",
+        }
+    }
+
+    /// The figures of a servo in units of the robot: torque, stiffness (m g h), damping (stiffness / omega), rotor
+    /// inertia (m h^2).
+    fn figures(self) -> [f64; 4] {
+        match self {
+            Group::Leg | Group::Waist => [0.33, 3.3, 0.176, 0.0065],
+            Group::Arm => [0.123, 0.617, 0.15, 0.0026],
+        }
+    }
+}
+
+/// Speed at which a motor has no torque any more, in omega, and the share of it up to which it has all its torque.
+const NO_TORQUE_SPEED: f64 = 3.55;
+const FULL_TORQUE: f64 = 0.5;
+
+/// A servo, and which of its figures the URDF states.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    pub servo: Servo,
+    pub group: Group,
+    pub torque_is_read: bool,
+    pub speed_is_read: bool,
+}
+
+/// The servos of a robot, whose home posture is known, and warnings.
+pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<Found>, Vec<String>) {
+    let (mass, height, omega) = (robot.mass(), robot.home_com_height(), robot.omega());
+    let moment = mass * GRAVITY * height;
+    let in_leg = |j: usize| Foot::BOTH.iter().any(|&foot| limbs.legs[foot].contains(&j));
+    let group = |j: usize| match j {
+        j if in_leg(j) => Group::Leg,
+        j if limbs.waist.contains(&j) => Group::Waist,
+        _ => Group::Arm,
+    };
+    let believed = |figure: Option<f64>, unit: f64, least: f64, most: f64| {
+        figure.filter(|figure| (least * unit..=most * unit).contains(figure))
+    };
+    let (mut found, mut disbelieved) = (Vec::new(), Vec::new());
+    for (j, motor) in motors.iter().enumerate() {
+        let group = group(j);
+        let [torque, kp, kd, rotor] = group.figures();
+        let least = if group == Group::Leg { LEAST_LEG_TORQUE } else { LEAST_TORQUE };
+        let effort = believed(motor.effort_n_m, moment, least, MOST_TORQUE);
+        // Whoever did not state the torque has not measured the speed.
+        let velocity = effort.and(believed(motor.velocity_rad_s, omega, LEAST_SPEED, MOST_SPEED));
+        for (stated, taken, unit) in [(motor.effort_n_m, effort, "N m"), (motor.velocity_rad_s, velocity, "rad/s")] {
+            if let (Some(stated), None) = (stated, taken) {
+                disbelieved.push((format!("{stated} {unit}"), robot.joints[j].name.as_str()));
+            }
+        }
+        let torque_n_m = effort.unwrap_or(rounded(torque * moment, 2));
+        // A small motor has light parts, and its servo is soft. Legs and waist are stiff, since they carry the body.
+        let share = if group == Group::Arm { (torque_n_m / (torque * moment)).min(1.0) } else { 1.0 };
+        let kp = rounded(share * kp * moment, 3);
+        let no_torque = velocity.unwrap_or(rounded(NO_TORQUE_SPEED * omega, 2));
+        let servo = Servo {
+            kp,
+            kd: rounded(kd * kp / omega, 3),
+            torque_n_m,
+            full_torque_speed_rad_s: rounded(FULL_TORQUE * no_torque, 3),
+            no_torque_speed_rad_s: no_torque,
+            rotor_inertia_kg_m2: rounded(share * rotor * mass * height * height, 2),
+        };
+        found.push(Found { servo, group, torque_is_read: effort.is_some(), speed_is_read: velocity.is_some() });
+    }
+    (found, told(&disbelieved))
+}
+
+/// What was not believed, by figure, with the joints.
+fn told(disbelieved: &[(String, &str)]) -> Vec<String> {
+    let mut by_figure: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (figure, joint) in disbelieved {
+        match by_figure.iter_mut().find(|(other, _)| other == figure) {
+            Some((_, joints)) => joints.push(joint),
+            None => by_figure.push((figure, vec![joint])),
+        }
+    }
+    let sentence = |(figure, joints): (&str, Vec<&str>)| {
+        let of = match joints.as_slice() {
+            [joint] => (*joint).to_string(),
+            [first, .., last] => format!("{} joints, {first} to {last}", joints.len()),
+            [] => String::new(),
+        };
+        format!(
+            "{figure} in the URDF cannot be true for a robot of this weight and height, or stands beside such a \
+                 figure, and is not used ({of})"
+        )
+    };
+    by_figure.into_iter().map(sentence).collect()
+}

@@ -1,0 +1,158 @@
+//! The face on which a foot stands: the rectangle around the lowest points of whatever collides there.
+
+use crate::infer::figures::to_decimals;
+use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3};
+use standfast_core::robot::model::Ankle;
+use standfast_core::robot::{Kinematics, Pose, Robot, Shape, Sole, Solid};
+
+/// Points that are this share of the foot's size above the lowest one are of the sole, too. If they span no face, the second
+/// share counts.
+const SLICES: [f64; 2] = [0.01, 0.05];
+/// Where an axis of the foot's frame, or of a box, is closer to down or forward than this (rad), it is taken for that.
+const SNAP_RAD: f64 = 0.35;
+/// Least length and width of a sole, as shares of the foot's size.
+const LEAST: f64 = 0.05;
+
+/// The sole of a robot of which it is not known yet.
+pub fn none() -> Sole {
+    Sole { frame: 0, link: 0, center: Isometry3::identity(), half_m: [0.0; 2], thickness_m: 0.0, ankle: Ankle::RIGID }
+}
+
+/// A sole, and how to state it.
+pub struct Found {
+    pub sole: Sole,
+    /// Whether it is the lower face of the only collision of its URDF link, a box, so that the name of the link says all.
+    pub is_box: bool,
+    /// Pose of its centre in its URDF link's frame, if that has to be stated.
+    pub in_frame: Pose,
+    /// What is dubious about it.
+    pub warning: Option<String>,
+}
+
+impl Found {
+    /// One that is stated already, by the name of its link alone if it is the face of a box.
+    pub fn stated(sole: Sole, robot: &Robot, is_box: bool) -> Self {
+        let mut in_frame = robot.frames[sole.frame].pose.inverse() * sole.center;
+        in_frame.translation.vector.apply(|length| *length = to_decimals(*length, 9));
+        Self { sole, is_box, in_frame, warning: None }
+    }
+
+    /// Moves the face up into the foot (m), or down.
+    pub fn raise(&mut self, up_m: f64) {
+        let up = Translation3::new(0.0, 0.0, up_m);
+        let in_link = self.sole.center * self.in_frame.inverse();
+        self.in_frame *= up;
+        self.in_frame.translation.vector.apply(|length| *length = to_decimals(*length, 6));
+        self.sole.center = in_link * self.in_frame;
+        (self.sole.thickness_m, self.is_box) = (self.sole.thickness_m - up_m, false);
+    }
+}
+
+/// The sole of the foot `link` with all that is fixed to it, as it stands with all joints at zero. Errors are in words.
+pub fn find(robot: &Robot, link: usize) -> Result<Found, String> {
+    let kinematics = Kinematics::new(robot);
+    let name = &robot.links[link].name;
+    let solids = &robot.links[link].collisions;
+    let turn = kinematics.link_pose(link).rotation;
+    let [down, ahead] = [-Vector3::z(), Vector3::x()].map(|v| turn.inverse_transform_vector(&v));
+    let reach = |solid: &&Solid| solid.reach_m(&down);
+    let Some(lowest) = solids.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else {
+        return Err(format!("the foot {name} has no collision geometry, so that it has no sole"));
+    };
+    let frame = lowest.frame;
+    let in_link = robot.frames[frame].pose;
+    let points: Vec<Point3<f64>> = solids
+        .iter()
+        .flat_map(|solid| match solid.shape {
+            // A ball stands on one point.
+            Shape::Sphere { radius } => {
+                let center = Point3::from(solid.pose.translation.vector);
+                vec![center + down * radius, center - down * radius]
+            }
+            _ => solid.points().collect(),
+        })
+        .map(|point| in_link.inverse_transform_point(&point))
+        .collect();
+    // The frame of the foot may lie as its sole does, and so may a box.
+    let to_frame = |v: Vector3<f64>| in_link.rotation.inverse_transform_vector(&v);
+    let boxes = solids.iter().filter(|solid| matches!(solid.shape, Shape::Box { .. }));
+    let frames = boxes.map(|solid| in_link.rotation.inverse() * solid.pose.rotation);
+    let along = |of: UnitQuaternion<f64>| Face::along(of, to_frame(-down), to_frame(ahead), &points);
+    let of_frame = along(UnitQuaternion::identity());
+    // Of equals, that of the frame.
+    let face =
+        frames.map(along).fold(of_frame, |best, face| if face.area() > 1.01 * best.area() { face } else { best });
+    let Face { axes, x, y, z, size, is_slice } = face;
+    let mm = |length: f64| to_decimals(length, 6);
+    let half_m = [x, y].map(|(least, most)| mm(0.5 * (most - least)));
+    let shown = format!("{:.1} x {:.1} mm", 2e3 * half_m[0], 2e3 * half_m[1]);
+    if half_m.iter().any(|half| 2.0 * half < LEAST * size) {
+        return Err(format!("the lowest face of the foot {name} is {shown}, too small to stand on"));
+    }
+    let warning = (!is_slice).then(|| {
+        format!(
+            "the foot {name} has no flat lowest face; its sole is the rectangle of {shown} around what lies within {:.1} mm of \
+             its lowest point",
+            1e3 * SLICES[1] * size
+        )
+    });
+    let center = axes * Point3::new(0.5 * (x.0 + x.1), 0.5 * (y.0 + y.1), z.0);
+    let in_frame = Isometry3::from_parts(Translation3::from(center.coords.map(mm)), axes);
+    // Whether the only solid of the frame is a box, and the face is that of the box.
+    let is_box = solids.iter().filter(|solid| solid.frame == frame).count() == 1 && axes.angle() < 1e-9 && {
+        let turn = in_link.inv_mul(&lowest.pose).rotation.to_rotation_matrix().matrix().abs();
+        let is_parallel = turn.iter().all(|&c| !(1e-6..=1.0 - 1e-6).contains(&c));
+        let size = |half: &Vector3<f64>| (turn * half).xy() - Vector2::from(half_m);
+        matches!(&lowest.shape, Shape::Box { half } if is_parallel && size(half).amax() < 1e-5)
+    };
+    let sole = Sole { frame, link, center: in_link * in_frame, half_m, thickness_m: z.1 - z.0, ankle: Ankle::RIGID };
+    Ok(Found { sole, is_box, in_frame, warning })
+}
+
+/// The lowest face of some points along axes: what it spans in x and y, and all points in z.
+struct Face {
+    axes: UnitQuaternion<f64>,
+    x: (f64, f64),
+    y: (f64, f64),
+    z: (f64, f64),
+    /// Largest extent of all points (m).
+    size: f64,
+    /// Whether the lowest points alone span it.
+    is_slice: bool,
+}
+
+impl Face {
+    /// That of `points` along the axes of `frame` that are close to up and ahead, or else along these directions.
+    fn along(frame: UnitQuaternion<f64>, up: Vector3<f64>, ahead: Vector3<f64>, points: &[Point3<f64>]) -> Self {
+        let snapped = |v: Vector3<f64>| frame * snapped(frame.inverse_transform_vector(&v));
+        let up = snapped(up);
+        let ahead = snapped((ahead - up * ahead.dot(&up)).normalize());
+        let axes = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[ahead, up.cross(&ahead), up]));
+        let axes = UnitQuaternion::from_rotation_matrix(&axes);
+        let points: Vec<_> = points.iter().map(|point| axes.inverse_transform_point(point)).collect();
+        let range = |below: f64, axis: usize| {
+            let of_slice = points.iter().filter(|point| point.z <= below).map(|point| point[axis]);
+            of_slice.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), x| (least.min(x), most.max(x)))
+        };
+        let whole = [0, 1, 2].map(|axis| range(f64::INFINITY, axis));
+        let size = whole.iter().map(|(least, most)| most - least).fold(0.0, f64::max);
+        let slice = |share: f64| {
+            let [x, y] = [0, 1].map(|axis| range(whole[2].0 + share * size, axis));
+            let is_wide = [x, y].iter().all(|(least, most)| most - least >= LEAST * size);
+            Self { axes, x, y, z: whole[2], size, is_slice: is_wide }
+        };
+        let lowest = slice(SLICES[0]);
+        if lowest.is_slice { lowest } else { Self { is_slice: false, ..slice(SLICES[1]) } }
+    }
+
+    /// Its area, which is 0 if the lowest points alone do not span it (m^2).
+    fn area(&self) -> f64 {
+        if self.is_slice { (self.x.1 - self.x.0) * (self.y.1 - self.y.0) } else { 0.0 }
+    }
+}
+
+/// The axis of the frame that is close to a direction, or else the direction.
+fn snapped(direction: Vector3<f64>) -> Vector3<f64> {
+    let axis = Vector3::ith(direction.iamax(), direction[direction.iamax()].signum());
+    if axis.angle(&direction) < SNAP_RAD { axis } else { direction }
+}

@@ -1,0 +1,15 @@
+//! Humanoids from files: a URDF with its meshes, and a settings file (TOML) with what a URDF cannot state, which is inferred
+//! where there is none.
+
+#![forbid(unsafe_code)]
+
+mod infer;
+mod markup;
+mod mesh;
+mod settings;
+mod skeleton;
+mod tree;
+pub mod urdf;
+mod xacro;
+
+pub use urdf::{Files, load, parse};

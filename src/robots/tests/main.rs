@@ -1,0 +1,4 @@
+//! Robots from their files.
+
+mod landing_regions;
+mod robot_files;

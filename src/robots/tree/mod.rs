@@ -1,0 +1,238 @@
+//! The tree of links and joints that a URDF contains.
+//!
+//! Boxes, cylinders, capsules, spheres and meshes are read; revolute and continuous joints have servos; other joints are
+//! locked. Elements that this program does not use (transmissions, safety controllers, textures, plugins of simulators)
+//! are ignored. All problems of a file are told at once. What had to be changed or left out is noted.
+
+mod inertia;
+mod joints;
+mod problems;
+mod solids;
+#[cfg(test)]
+mod tests;
+mod xml;
+
+use inertia::{Part, check_gyration, merged};
+use joints::Kind;
+pub(super) use joints::Motor;
+use nalgebra::Isometry3;
+use problems::Problems;
+use solids::Solids;
+use standfast_core::error::Result;
+use standfast_core::robot::model::{Frame, Joint, Link, Solid};
+use standfast_files::assets::Source;
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashMap};
+
+/// The content of the URDF alone. Links, joints and frames are those of [`Robot`](standfast_core::robot::Robot).
+#[derive(Debug, Clone)]
+pub(super) struct Tree {
+    pub name: String,
+    pub links: Vec<Link>,
+    pub joints: Vec<Joint>,
+    pub frames: Vec<Frame>,
+    /// What the URDF states about the motor of each joint.
+    pub motors: Vec<Motor>,
+    /// What was changed or left out, in sentences.
+    pub notes: Vec<String>,
+    /// Meshes of collisions that could not be read, each with the index of its frame, and why in words.
+    pub missing: Vec<(usize, String)>,
+    /// Number of joints that are locked because their limits leave them no range.
+    pub without_range: usize,
+    /// The meshes as a text that can be kept beside the URDF, in place of their files; None if it names none.
+    pub kept_meshes: Option<String>,
+}
+
+impl Tree {
+    /// Reads the tree of links from a URDF. Meshes are searched from the folder of the file on. Fails as
+    /// [`Robot::load`](super::Robot::load) does, but for the settings. Joints without a range get one of `range_rad` to both
+    /// sides (rad), or else are locked.
+    pub fn parse(source: &Source, range_rad: Option<f64>) -> Result<Tree> {
+        let mut problems = Problems::new(&source.file);
+        let urdf = xml::read(source, &mut problems)?;
+        let (links, joints) = (&urdf.robot.links, &urdf.robot.joints);
+        let link_names =
+            by_name("link", links.iter().map(|l| l.name.as_str()).zip(urdf.link_lines.iter().copied()), &mut problems);
+        by_name("joint", joints.iter().map(|j| j.name.as_str()).zip(urdf.joint_lines.iter().copied()), &mut problems);
+        let ends: Vec<Option<[usize; 2]>> = joints
+            .iter()
+            .zip(&urdf.joint_lines)
+            .map(|(joint, &line)| ends(joint, line, &link_names, links, &mut problems))
+            .collect();
+        let parts: Vec<Option<Part>> =
+            links.iter().zip(&urdf.link_lines).map(|(link, &line)| Part::of(link, line, &mut problems)).collect();
+        let order = match ends.iter().copied().collect::<Option<Vec<_>>>() {
+            Some(ends) if urdf.is_whole => order(&urdf, &ends, &mut problems),
+            _ => None,
+        };
+        // Whether each link or what it carries has mass; unknown while the tree is not.
+        let mut has_mass: Vec<bool> = parts.iter().map(|part| part.is_some() || order.is_none()).collect();
+        for &(_, [parent, child]) in order.iter().flat_map(|(_, joints)| joints).rev() {
+            has_mass[parent] |= has_mass[child];
+        }
+        let mut kinds: Vec<Kind> = joints
+            .iter()
+            .zip(ends.iter().zip(&urdf.joint_lines))
+            .map(|(joint, (ends, &line))| {
+                let has_mass = ends.is_none_or(|[_, child]| has_mass[child]);
+                Kind::of(joint, line, has_mass, range_rad, &mut problems)
+            })
+            .collect();
+        let solids = Solids::read(&urdf, &source.file, &mut problems);
+        let Some((root, order)) = order.filter(|_| problems.is_empty()) else {
+            problems.check()?;
+            unreachable!("a tree without an order has problems");
+        };
+
+        // For each URDF link, the body that carries it and its pose in that body.
+        let mut placed = vec![(0, Isometry3::identity()); links.len()];
+        let mut bodies: Vec<Vec<usize>> = vec![vec![root]];
+        let (mut moving, mut motors, mut locked) = (Vec::new(), Vec::new(), Vec::new());
+        for (j, [parent, child]) in order {
+            let (body, pose): (usize, Isometry3<f64>) = placed[parent];
+            placed[child] = match std::mem::replace(&mut kinds[j], Kind::Fixed(Isometry3::identity())) {
+                Kind::Moves(joint, motor) => {
+                    moving.push(Joint { parent: body, origin: pose * joint.origin, ..joint });
+                    motors.push(motor);
+                    bodies.push(Vec::new());
+                    (bodies.len() - 1, Isometry3::identity())
+                }
+                Kind::Fixed(at) => (body, pose * at),
+                Kind::Locked(at, why) => {
+                    locked.push((joints[j].name.as_str(), why));
+                    (body, pose * at)
+                }
+            };
+            bodies[placed[child].0].push(child);
+        }
+        problems.notes.extend(joints::note(&locked));
+        let without_range = locked.iter().filter(|(_, why)| *why == joints::WITHOUT_RANGE).count();
+
+        let mut bodied = Vec::with_capacity(bodies.len());
+        for members in &bodies {
+            let (name, line) = (links[members[0]].name.clone(), urdf.link_lines[members[0]]);
+            let masses: Vec<_> = members.iter().filter_map(|&i| Some((parts[i].as_ref()?, placed[i].1))).collect();
+            if masses.is_empty() {
+                let accepted = "a number > 0 (what is fixed to a link counts with it)";
+                problems.add(line, format!("link {name}: mass"), 0, "a link that moves must have mass", accepted);
+                continue;
+            }
+            let carried = |of: &[Vec<Solid>]| -> Vec<Solid> {
+                let in_body = |solid: &Solid| Solid { pose: placed[solid.frame].1 * solid.pose, ..solid.clone() };
+                members.iter().flat_map(|&i| of[i].iter().map(in_body)).collect()
+            };
+            let solids = [carried(&solids.collisions), carried(&solids.visuals)];
+            bodied.push(merged(name, &masses, solids, &mut problems));
+        }
+        problems.check()?;
+        let lines: Vec<usize> = bodies.iter().map(|members| urdf.link_lines[members[0]]).collect();
+        check_gyration(&bodied, &moving, &lines, &mut problems);
+        problems.check()?;
+        if !problems.mended.is_empty() {
+            let list = problems.mended.join("; ");
+            problems.notes.push(format!(
+                "Inertias that no rigid body has were mended by raising their small principal moments [kg m^2]: {list}."
+            ));
+        }
+        let frame = |(link, &(body, pose)): (&urdf_rs::Link, &(usize, Isometry3<f64>))| Frame {
+            name: link.name.clone(),
+            link: body,
+            pose,
+        };
+        Ok(Tree {
+            frames: links.iter().zip(&placed).map(frame).collect(),
+            name: urdf.robot.name,
+            links: bodied,
+            joints: moving,
+            motors,
+            notes: problems.notes,
+            missing: solids.missing,
+            without_range,
+            kept_meshes: solids.kept_meshes,
+        })
+    }
+}
+
+/// Index of each name, given with their lines.
+fn by_name<'a>(
+    what: &str,
+    names: impl Iterator<Item = (&'a str, usize)>,
+    problems: &mut Problems,
+) -> HashMap<&'a str, usize> {
+    let mut indices = HashMap::new();
+    for (index, (name, line)) in names.enumerate() {
+        if *indices.entry(name).or_insert(index) != index {
+            problems.add(line, what, name, "is used twice", "unique names");
+        }
+    }
+    indices
+}
+
+/// Indices of the parent and child links of a joint.
+fn ends(
+    joint: &urdf_rs::Joint,
+    line: usize,
+    names: &HashMap<&str, usize>,
+    links: &[urdf_rs::Link],
+    problems: &mut Problems,
+) -> Option<[usize; 2]> {
+    let mut find = |end: &str, name: &str| {
+        let index = names.get(name).copied();
+        if index.is_none() {
+            let names: Vec<_> = links.iter().map(|l| l.name.as_str()).collect();
+            problems.add(line, format!("joint {}: {end}", joint.name), name, "no such link", names.join(", "));
+        }
+        index
+    };
+    let (parent, child) = (find("parent", &joint.parent.link), find("child", &joint.child.link));
+    Some([parent?, child?])
+}
+
+/// The root, and each joint with the indices of its parent and child.
+type Order = (usize, Vec<(usize, [usize; 2])>);
+
+/// The only link that no joint carries, and the joints in the order of the file, except that a parent always comes before
+/// its children. None if the links are not a tree.
+fn order(urdf: &xml::Urdf, ends: &[[usize; 2]], problems: &mut Problems) -> Option<Order> {
+    let (links, joints) = (&urdf.robot.links, &urdf.robot.joints);
+    let (mut carriers, mut carried) = (vec![Vec::new(); links.len()], vec![Vec::new(); links.len()]);
+    for (j, &[parent, child]) in ends.iter().enumerate() {
+        carriers[child].push(joints[j].name.as_str());
+        carried[parent].push(j);
+    }
+    let mut is_tree = true;
+    for (link, carriers) in carriers.iter().enumerate().filter(|(_, carriers)| carriers.len() > 1) {
+        let (field, value) = (format!("link {}", links[link].name), carriers.join(", "));
+        problems.add(urdf.link_lines[link], field, value, "is the child of several joints", "one joint per link");
+        is_tree = false;
+    }
+    let roots: Vec<usize> = (0..links.len()).filter(|&link| carriers[link].is_empty()).collect();
+    let &[root] = roots.as_slice() else {
+        let names: Vec<&str> = roots.iter().take(5).map(|&link| links[link].name.as_str()).collect();
+        match names.is_empty() {
+            true => problems.add(0, "link", "(none)", "there is no root link (no links, or a cycle)", "one root link"),
+            false => {
+                let accepted = "exactly one link that is no joint's child";
+                problems.add(0, "link", names.join(", "), "there are several root links", accepted);
+            }
+        }
+        return None;
+    };
+    let mut due: BinaryHeap<Reverse<usize>> = carried[root].iter().copied().map(Reverse).collect();
+    let mut order = Vec::with_capacity(joints.len());
+    while let Some(Reverse(j)) = due.pop().filter(|_| is_tree) {
+        order.push((j, ends[j]));
+        due.extend(carried[ends[j][1]].iter().copied().map(Reverse));
+    }
+    if is_tree && order.len() < joints.len() {
+        let is_reached: std::collections::HashSet<usize> = order.iter().map(|(j, _)| *j).collect();
+        let lost = (0..joints.len()).find(|j| !is_reached.contains(j)).unwrap_or(0);
+        let joint = &joints[lost];
+        let (field, value) =
+            (format!("joint {}", joint.name), format!("{} -> {}", joint.parent.link, joint.child.link));
+        let problem = format!("is not connected to the root link {} (a cycle)", links[root].name);
+        problems.add(urdf.joint_lines[lost], field, value, problem, "a tree of links");
+        is_tree = false;
+    }
+    is_tree.then_some((root, order))
+}

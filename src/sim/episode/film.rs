@@ -1,0 +1,93 @@
+//! An episode recorded with all that pictures and replays show.
+
+use super::closed_loop::ClosedLoop;
+use super::config::{Disturbance, EpisodeConfig, Until};
+use super::record::Record;
+use super::snapshot::Snapshot;
+use super::tick::Tick;
+use crate::{Engine, Ground, Push};
+use standfast_core::error::Result;
+use standfast_core::robot::{Factory, Robot};
+use std::f64::consts::TAU;
+
+/// Beyond this distance from the origin, in COM heights, the robot counts as flown off.
+const FARTHEST: f64 = 16.0;
+
+#[derive(Debug, Clone)]
+pub struct Film {
+    /// The simulated robot, with the variation of the disturbance.
+    pub robot: Robot,
+    /// The physics engine that simulated it.
+    pub engine: Engine,
+    /// Name of the controller, and names of the regions of its promise; of gains, from slow to fast.
+    pub controller: String,
+    pub regions: Vec<String>,
+    pub control_period_s: f64,
+    pub pushes: Vec<Push>,
+    /// The ground, on its slope at the end. Each snapshot has the slope of its own time.
+    pub ground: Ground,
+    /// The record of the episode, without the time that follows its end.
+    pub record: Record,
+    /// One snapshot for each control tick, from the start to some time after the end of the episode.
+    pub snapshots: Vec<Snapshot>,
+}
+
+impl Film {
+    /// Usual time (s) for which a film goes on after the episode is decided, because a fall takes a while.
+    pub const AFTERMATH_S: f64 = 1.0;
+
+    /// Whether a second film of the trial has the same controller. If so, it is of another engine.
+    pub fn has_controller_of(&self, other: &Film) -> bool {
+        self.controller == other.controller
+    }
+
+    /// Runs an episode as [`super::run()`] does, until it is decided and for `aftermath_s` (s) after that, but not beyond
+    /// its horizon. `observe` sees every tick. Errors are those of [`ClosedLoop::finish`].
+    pub fn take(
+        robot: &Robot,
+        factory: &Factory,
+        config: &EpisodeConfig,
+        disturbance: Disturbance,
+        (until, aftermath_s): (Until, f64),
+        observe: &mut dyn FnMut(&Tick),
+    ) -> Result<Self> {
+        let (variation, pushes) = (disturbance.variation, disturbance.pushes.clone());
+        let simulated = variation.robot(&factory.robot(robot));
+        let mut snapshots = Vec::new();
+        let closed_loop = ClosedLoop::new(robot, [factory], config, disturbance).until(until, aftermath_s);
+        let mut records = closed_loop.watched(&mut |_, tick| {
+            observe(tick);
+            if tick.truth.is_finite() {
+                snapshots.push(Snapshot::of(&simulated, tick));
+            }
+        })?;
+        let (controller, regions) = (factory.name.clone(), factory.regions.clone());
+        let (engine, control_period_s, record) = (config.engine, config.control_period_s, records.remove(0));
+        let ground = Ground::new(robot, &variation);
+        Ok(Self { robot: simulated, engine, ground, controller, regions, control_period_s, pushes, record, snapshots })
+    }
+
+    /// Distance from the origin beyond which the robot counts as flown off (m).
+    pub fn farthest_m(&self) -> f64 {
+        FARTHEST * self.robot.home_com_height()
+    }
+
+    /// The number of snapshots that can be shown: those before the robot has flown off or its numbers run away (beyond
+    /// [`farthest_m`](Self::farthest_m), or with a joint beyond a full turn). It is at least 1 unless the film is empty.
+    pub fn near(&self) -> usize {
+        let farthest_m = self.farthest_m();
+        let is_near = |snapshot: &Snapshot| {
+            let base = snapshot.posture.base.translation.vector;
+            let far_m = [base.norm(), snapshot.com.coords.norm(), snapshot.dcm.coords.norm()];
+            far_m.iter().all(|far| *far <= farthest_m) && snapshot.posture.q.iter().all(|q| q.abs() <= TAU)
+        };
+        let count = self.snapshots.len();
+        self.snapshots.iter().position(|snapshot| !is_near(snapshot)).unwrap_or(count).max(1).min(count)
+    }
+
+    /// Removes the snapshots after `end_s` (s).
+    pub fn cut_at(mut self, end_s: f64) -> Self {
+        self.snapshots.retain(|snapshot| snapshot.time_s <= end_s);
+        self
+    }
+}

@@ -1,0 +1,52 @@
+//! The one closed loop of plant and controllers ([`ClosedLoop`]), run to its record ([`run`]) by a judge ([`Referee`]).
+//! Everybody who watches sees its ticks ([`Tick`]); a [`Film`] keeps them. Two episodes of one trial in different engines
+//! are set side by side ([`parting`]).
+
+pub mod alone;
+mod closed_loop;
+mod config;
+pub mod film;
+pub mod footsteps;
+pub mod parting;
+mod record;
+mod referee;
+mod slip;
+pub mod snapshot;
+mod tick;
+
+pub use closed_loop::{ClosedLoop, caught, run};
+pub use config::{CONTROL_PERIOD_S, Counts, Disturbance, EpisodeConfig, Judge, Until};
+pub use film::Film;
+pub use footsteps::{Footstep, FootstepLog, Lifted};
+pub use record::{Membership, Outcome, Record, Totals};
+pub use referee::{AT_LIMIT, Referee};
+pub use snapshot::Snapshot;
+pub use tick::{Failure, Tick, home_distance};
+
+/// Helpers for unit tests.
+#[cfg(test)]
+mod testing {
+    use standfast_core::robot::{Command, Controller, Factory, Report, Sensed, TickError};
+
+    #[derive(Clone)]
+    struct Stiff;
+
+    impl Controller for Stiff {
+        fn tick(&mut self, _: &Sensed, _: &mut Command) -> Result<(), TickError> {
+            Ok(())
+        }
+
+        fn report(&self) -> Report {
+            Report::of_phase("stiff")
+        }
+
+        fn fork(&self) -> Option<Box<dyn Controller>> {
+            Some(Box::new(self.clone()))
+        }
+    }
+
+    /// A controller that never changes its first command, which holds the posture of the start.
+    pub fn stiff() -> Factory {
+        Factory::new("stiff", "which does nothing", |_seed| Stiff)
+    }
+}

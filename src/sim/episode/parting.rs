@@ -1,0 +1,241 @@
+//! Two episodes of one trial side by side, to see when and how they part.
+
+use super::closed_loop::ClosedLoop;
+use super::config::{Disturbance, EpisodeConfig, Until};
+use super::film::Film;
+use super::snapshot::{Snapshot, contact};
+use super::tick::Tick;
+use nalgebra::Point2;
+use serde::Serialize;
+use standfast_core::error::Result;
+use standfast_core::robot::{Factory, Foot, PerFoot, Robot, Word};
+
+/// How two episodes of one trial run apart. Times are from their beginning.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Parting {
+    /// The first moment at which the COMs, or the centres of a foot's soles, are horizontally farther apart than is asked.
+    pub at_s: f64,
+    /// What is so far apart.
+    pub of: Part,
+    /// By how much (m).
+    pub distance_m: f64,
+    /// What each controller is doing then, and since when it has been doing that, without a break.
+    pub phases: [Word; 2],
+    pub phases_since_s: [f64; 2],
+    /// Which soles of each robot bear a load then, and since when they have, without a break.
+    pub loaded: [Loaded; 2],
+    pub loaded_since_s: [f64; 2],
+}
+
+/// What of two robots may be apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Part {
+    Com,
+    LeftSole,
+    RightSole,
+}
+
+/// The soles that bear a load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Loaded {
+    BothSoles,
+    LeftSole,
+    RightSole,
+    NoSole,
+}
+
+impl From<PerFoot<bool>> for Loaded {
+    fn from(bears: PerFoot<bool>) -> Self {
+        match (bears.left, bears.right) {
+            (true, true) => Loaded::BothSoles,
+            (true, false) => Loaded::LeftSole,
+            (false, true) => Loaded::RightSole,
+            (false, false) => Loaded::NoSole,
+        }
+    }
+}
+
+/// Half the width of the narrower sole of a robot, measured along its shorter side (m).
+pub fn half_sole_width_m(robot: &Robot) -> f64 {
+    let of = |foot: Foot| robot.soles[foot].half_m.into_iter().fold(f64::INFINITY, f64::min);
+    of(Foot::Left).min(of(Foot::Right))
+}
+
+/// Runs a trial twice, each time with its settings, until COM or soles are farther apart than `limit_m`. None if they
+/// never are, up to the horizon or to the first number that is not finite. Errors are those of [`ClosedLoop::finish`].
+pub fn parting(
+    robot: &Robot,
+    factory: &Factory,
+    configs: [&EpisodeConfig; 2],
+    disturbance: impl Fn() -> Disturbance,
+    limit_m: f64,
+) -> Result<Option<Parting>> {
+    let [mut a, mut b] =
+        configs.map(|config| ClosedLoop::new(robot, [factory], config, disturbance()).until(Until::Horizon, 0.0));
+    let mut watch = Watch::new(limit_m);
+    let ticks = (configs[0].horizon_s / configs[0].control_period_s).round() as u64;
+    for _ in 0..=ticks {
+        let [in_a, in_b] = [&mut a, &mut b].map(|closed_loop| {
+            let mut moment = None;
+            let goes_on = closed_loop.decide(&mut |_, tick| moment = Some(Moment::from(tick)));
+            moment.filter(|_| goes_on)
+        });
+        a.has_outcomes().and(b.has_outcomes())?;
+        let (Some(in_a), Some(in_b)) = (in_a, in_b) else { break };
+        let parting = watch.see(&in_a, &in_b);
+        if parting.is_some() {
+            return Ok(parting);
+        }
+        a.advance();
+        b.advance();
+    }
+    Ok(None)
+}
+
+impl Parting {
+    /// Where two films of one trial part by half the width of a sole. None if they never do, as far as both films last.
+    pub fn of_films(a: &Film, b: &Film) -> Option<Self> {
+        let mut watch = Watch::new(half_sole_width_m(&a.robot));
+        let [a, b] = [a, b].map(|film| film.snapshots.iter().map(Moment::from));
+        a.zip(b).find_map(|(in_a, in_b)| watch.see(&in_a, &in_b))
+    }
+}
+
+/// What is compared of one tick. Places are horizontal (m, world frame).
+struct Moment {
+    time_s: f64,
+    com: Point2<f64>,
+    soles: PerFoot<Point2<f64>>,
+    phase: Word,
+    loaded: Loaded,
+}
+
+impl From<&Tick<'_>> for Moment {
+    fn from(tick: &Tick) -> Self {
+        let truth = tick.truth;
+        Self {
+            time_s: truth.time_s,
+            com: truth.com.xy(),
+            soles: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.xy().into()),
+            phase: tick.report.phase.clone(),
+            loaded: PerFoot::from_fn(|foot| contact(tick, foot).is_some()).into(),
+        }
+    }
+}
+
+impl From<&Snapshot> for Moment {
+    fn from(snapshot: &Snapshot) -> Self {
+        Self {
+            time_s: snapshot.time_s,
+            com: snapshot.com.xy(),
+            soles: PerFoot::from_fn(|foot| snapshot.soles[foot].xy()),
+            phase: snapshot.phase.clone(),
+            loaded: PerFoot::from_fn(|foot| snapshot.contacts[foot].is_some()).into(),
+        }
+    }
+}
+
+/// Watches two episodes tick by tick.
+struct Watch {
+    limit_m: f64,
+    phases: [Option<(Word, f64)>; 2],
+    loaded: [Option<(Loaded, f64)>; 2],
+}
+
+impl Watch {
+    fn new(limit_m: f64) -> Self {
+        Self { limit_m, phases: [None, None], loaded: [None; 2] }
+    }
+
+    /// The parting, if the two are too far apart at this tick.
+    fn see(&mut self, a: &Moment, b: &Moment) -> Option<Parting> {
+        let phases_since_s = since(&mut self.phases, [&a.phase, &b.phase], a.time_s);
+        let loaded_since_s = since(&mut self.loaded, [&a.loaded, &b.loaded], a.time_s);
+        let (of, distance_m) = farthest(a, b);
+        (distance_m > self.limit_m).then_some(Parting {
+            at_s: a.time_s,
+            of,
+            distance_m,
+            phases: [a.phase.clone(), b.phase.clone()],
+            phases_since_s,
+            loaded: [a.loaded, b.loaded],
+            loaded_since_s,
+        })
+    }
+}
+
+/// Since when each of two has been as it is `now`, at `time_s`. `before` has what each was last, and since when.
+fn since<T: Clone + PartialEq>(before: &mut [Option<(T, f64)>; 2], now: [&T; 2], time_s: f64) -> [f64; 2] {
+    for (before, now) in before.iter_mut().zip(now) {
+        if before.as_ref().is_none_or(|(before, _)| before != now) {
+            *before = Some((now.clone(), time_s));
+        }
+    }
+    before.each_ref().map(|before| before.as_ref().map_or(time_s, |(_, since_s)| *since_s))
+}
+
+/// What is horizontally farthest apart, and by how much (m).
+fn farthest(a: &Moment, b: &Moment) -> (Part, f64) {
+    let sole = |foot: Foot| (a.soles[foot] - b.soles[foot]).norm();
+    let com = (a.com - b.com).norm();
+    let all = [(Part::Com, com), (Part::LeftSole, sole(Foot::Left)), (Part::RightSole, sole(Foot::Right))];
+    all.into_iter().fold(all[0], |most, other| if other.1 > most.1 { other } else { most })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Push;
+    use crate::episode::testing::stiff;
+
+    /// The same push, and the same judged more coarsely in time: nothing parts with the same step, and a fall does with
+    /// another one.
+    #[test]
+    fn episodes_part_when_they_are_as_far_apart_as_is_asked_and_not_before() {
+        let robot = standfast_robots::load("ut-mu2").unwrap();
+        let config = EpisodeConfig { horizon_s: 1.0, ..EpisodeConfig::of(&standfast_core::robot::Units::of(&robot)) };
+        let design = stiff();
+        let push = Push { impulse_n_s: 4.0, start_s: 0.1, ..Push::default() };
+        let disturbance = || Disturbance { pushes: vec![push], ..Disturbance::default() };
+        let part = |configs, limit_m| parting(&robot, &design, configs, disturbance, limit_m).unwrap();
+        assert_eq!(part([&config; 2], 1e-12), None);
+        let other = EpisodeConfig { physics_step_s: crate::PhysicsStep::all(0.001), ..config };
+        let [near, far] = [1e-4, 2e-3].map(|limit_m| part([&config, &other], limit_m).unwrap());
+        assert!(near.at_s < far.at_s && far.distance_m > 2e-3 && near.distance_m > 1e-4, "{near:?} {far:?}");
+        assert!(near.at_s > 0.1 && far.at_s < 1.0, "not before the push: {near:?} {far:?}");
+        assert_eq!(far.phases, [Word::from("stiff"), "stiff".into()]);
+        let half_m = half_sole_width_m(&robot);
+        assert!(robot.soles.left.half_m.contains(&half_m) && half_m < 0.05, "{half_m}");
+    }
+    #[test]
+    fn films_part_where_a_point_is_first_too_far_away() {
+        let robot = standfast_robots::load("ut-mu2").unwrap();
+        let config = EpisodeConfig { horizon_s: 0.2, ..EpisodeConfig::of(&standfast_core::robot::Units::of(&robot)) };
+        let design = stiff();
+        let how_long = (Until::Horizon, 0.0);
+        let film = Film::take(&robot, &design, &config, Disturbance::default(), how_long, &mut |_| {}).unwrap();
+        assert_eq!(Parting::of_films(&film, &film), None);
+        let limit_m = half_sole_width_m(&robot);
+        let mut other = film.clone();
+        for (k, snapshot) in other.snapshots.iter_mut().enumerate() {
+            snapshot.com.x += if k >= 30 { 0.99 * limit_m } else { 0.0 };
+            snapshot.soles.right.y += if k >= 50 { 1.01 * limit_m } else { 0.0 };
+            if k >= 40 {
+                snapshot.contacts.left = None;
+            }
+            // A second phase after a first one, neither of which is that of the other film.
+            snapshot.phase = if k >= 45 { "swing-left" } else { "switching" }.into();
+        }
+        let parting = Parting::of_films(&film, &other).unwrap();
+        assert_eq!((parting.at_s, parting.of), (film.snapshots[50].time_s, Part::RightSole));
+        assert!((parting.distance_m - 1.01 * limit_m).abs() < 1e-12, "{parting:?}");
+        assert_eq!(parting.phases, [Word::from("stiff"), "swing-left".into()]);
+        assert_eq!(parting.phases_since_s, [0.0, film.snapshots[45].time_s], "not since the phases differ");
+        assert_eq!(parting.loaded, [Loaded::BothSoles, Loaded::RightSole]);
+        assert_eq!(parting.loaded_since_s, [0.0, film.snapshots[40].time_s]);
+        other.snapshots.truncate(50);
+        assert_eq!(Parting::of_films(&film, &other), None, "as far as both films last");
+    }
+}

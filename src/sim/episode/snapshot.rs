@@ -1,0 +1,116 @@
+//! What can be seen of one tick, as plain numbers for pictures and replays.
+
+use super::tick::Tick;
+use nalgebra::{Isometry2, Point2, Point3, UnitQuaternion, Vector3};
+use standfast_core::robot::kinematics::on_ground;
+use standfast_core::robot::{Airborne, Foot, PerFoot, Posture, Region, Robot, Word};
+
+/// One moment of an episode: the true state, and what the controller intends, both in the world frame. The latter is
+/// moved there from the controller's own estimate of the world, which drifts when feet slip ([`to_world`]).
+#[derive(Debug, Clone)]
+pub struct Snapshot {
+    pub time_s: f64,
+    /// Posture of the simulated robot.
+    pub posture: Posture,
+    pub com: Point3<f64>,
+    pub dcm: Point2<f64>,
+    /// Distance of the DCM from the support polygon of the soles on the ground (m): negative inside, infinite in
+    /// flight.
+    pub dcm_outside_m: f64,
+    /// ZMP of the simulated contacts; None in flight.
+    pub zmp: Option<Point2<f64>>,
+    /// The ZMP that the controller wants, if it says so.
+    pub zmp_ref: Option<Point2<f64>>,
+    /// Centre of each sole's contact face, on the ground or not.
+    pub soles: PerFoot<Point3<f64>>,
+    /// Corners of the support polygon, counter-clockwise; empty in flight.
+    pub support: Vec<Point2<f64>>,
+    /// The regions of the controller's promise: places of the COM from which it recovers by standing. Of a controller, these
+    /// are the slices of the gains' CPI sets from slow to fast, at the estimated COM velocity and the desired ZMP. Corners
+    /// are counter-clockwise. A region may be empty, and with a foot in the air there are none.
+    pub regions: Vec<Region>,
+    /// Name of the acting gain; None without gains or with a foot in the air.
+    pub gain: Option<String>,
+    /// Margin in the slowest gain's CPI set: 1 at rest at home, and negative when no set contains the state. None without
+    /// gains, with a foot in the air, and if there is no set.
+    pub margin: Option<f64>,
+    /// What the controller is doing, in a word.
+    pub phase: Word,
+    /// The foot in the air.
+    pub in_air: Option<Foot>,
+    /// Corners of the sole where the foot in the air is to land.
+    pub footstep: Option<[Point3<f64>; 4]>,
+    /// Force of the ground on each sole (N), averaged over the past tick, at the centre of pressure; None without load.
+    pub contacts: PerFoot<Option<Arrow>>,
+    /// The pushing or pulling force on the robot, averaged over the past tick; None if there is none.
+    pub push: Option<Arrow>,
+    /// Orientation of the ground plane, which passes through the origin, in the world.
+    pub slope: UnitQuaternion<f64>,
+}
+
+/// A force (N) and the point where it acts (m), world frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arrow {
+    pub point: Point3<f64>,
+    pub force: Vector3<f64>,
+}
+
+/// A sole with less load than this shows no force (N).
+pub const LEAST_N: f64 = 0.5;
+
+impl Snapshot {
+    pub fn of(robot: &Robot, tick: &Tick) -> Self {
+        let (truth, report) = (tick.truth, &tick.report);
+        let force = truth.push_force;
+        let to_world = to_world(tick);
+        let region = |Region { name, corners }: Region| Region {
+            name,
+            corners: corners.iter().map(|corner| to_world * corner).collect(),
+        };
+        let landing = |corner: Point3<f64>| {
+            let place = to_world * corner.xy();
+            Point3::new(place.x, place.y, corner.z)
+        };
+        let corners = |Airborne { foot, landing }: Airborne| robot.soles[foot].corners().map(|corner| landing * corner);
+        let regions = tick.promise().map_or_else(Vec::new, |promise| promise.regions());
+        Self {
+            time_s: truth.time_s,
+            posture: truth.posture.clone(),
+            com: truth.com,
+            dcm: tick.dcm,
+            dcm_outside_m: tick.dcm_outside_m,
+            zmp: truth.zmp.map(Point2::from),
+            zmp_ref: report.zmp_ref.map(|zmp_ref| to_world * zmp_ref),
+            soles: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.into()),
+            support: tick.support.map_or_else(Vec::new, |polygon| polygon.vertices().to_vec()),
+            regions: regions.into_iter().map(region).collect(),
+            gain: report.word("gain").filter(|_| report.footstep.is_none()).map(String::from),
+            margin: report.number("cpi_margin").filter(|margin| margin.is_finite()),
+            phase: report.phase.clone(),
+            in_air: report.footstep.map(|footstep| footstep.foot),
+            footstep: report.footstep.map(|footstep| corners(footstep).map(landing)),
+            contacts: PerFoot::from_fn(|foot| contact(tick, foot)),
+            push: (force.norm() > 0.0).then_some(Arrow { point: truth.push_point, force }),
+            slope: truth.ground.slope,
+        }
+    }
+}
+
+/// The transform from the world as the controller estimates it to the true world: it moves the estimated horizontal
+/// pose of the robot's base to the true one. A controller that does not estimate its place is taken at its word.
+pub fn to_world(tick: &Tick) -> Isometry2<f64> {
+    let Some(base) = &tick.report.base else { return Isometry2::identity() };
+    on_ground(&tick.truth.posture.base) * on_ground(base).inverse()
+}
+
+/// The force on a sole, at its centre of pressure.
+pub(super) fn contact(tick: &Tick, foot: Foot) -> Option<Arrow> {
+    let (sole, wrench) = (&tick.truth.soles[foot], &tick.truth.sole_wrenches[foot]);
+    let to_sole = sole.rotation.inverse();
+    let (force, moment) = (to_sole * wrench.force, to_sole * wrench.moment);
+    if force.z < LEAST_N {
+        return None;
+    }
+    let center = Point3::new(-moment.y / force.z, moment.x / force.z, 0.0);
+    Some(Arrow { point: sole * center, force: wrench.force })
+}

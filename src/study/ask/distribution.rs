@@ -1,0 +1,125 @@
+//! The distribution of a quantity of a campaign.
+
+use crate::ask::bounds::{accept, digits, in_range};
+use serde::Serialize;
+use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
+use standfast_core::arrays::exactly;
+use standfast_core::error::Result;
+use std::fmt;
+
+/// What a distribution may be in TOML, for errors.
+pub(crate) const FORMS: &str = "a number, { uniform = [a, b] } or { normal = [mean, sd] }";
+
+/// A distribution, in TOML `2.5`, `{ uniform = [a, b] }` or `{ normal = [mean, sd] }`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Distribution {
+    Constant(f64),
+    Uniform {
+        uniform: [f64; 2],
+    },
+    /// Values outside of the bounds of the quantity (for example a negative impulse) are drawn again.
+    Normal {
+        normal: [f64; 2],
+    },
+}
+
+impl Distribution {
+    /// The mean. For a normal distribution, values that are drawn again are not considered.
+    pub fn mean(&self) -> f64 {
+        match *self {
+            Distribution::Constant(value) => value,
+            Distribution::Uniform { uniform: [a, b] } => (a + b) / 2.0,
+            Distribution::Normal { normal: [mean, _] } => mean,
+        }
+    }
+
+    /// Whether every draw gives the same value.
+    pub fn is_constant(&self) -> bool {
+        match *self {
+            Distribution::Constant(_) => true,
+            Distribution::Uniform { uniform: [a, b] } => a == b,
+            Distribution::Normal { normal: [_, sd] } => sd == 0.0,
+        }
+    }
+
+    /// Checks that all values lie in `[least, most]`; for a normal distribution, that its mean does.
+    pub(crate) fn check(&self, file: &str, field: &str, [least, most]: [f64; 2]) -> Result<()> {
+        match *self {
+            Distribution::Constant(value) => in_range(file, field, value, [least, most]),
+            Distribution::Uniform { uniform: [a, b] } => {
+                let field = format!("{field}.uniform");
+                in_range(file, &field, a, [least, most])?;
+                let accepted = format!("{} to {}, the smaller number first", digits(a), digits(most));
+                accept((a..=most).contains(&b), file, &field, b, &accepted)
+            }
+            Distribution::Normal { normal: [mean, sd] } => {
+                let field = format!("{field}.normal");
+                in_range(file, &field, mean, [least, most])?;
+                // With a wider one nearly all values would have to be drawn again.
+                let range = most - least;
+                let accepted = format!("a standard deviation of 0 to {}, the width of the range", digits(range));
+                accept((0.0..=range).contains(&sd), file, &field, sd, &accepted)
+            }
+        }
+    }
+
+    /// Smallest and largest value that can be drawn, if those accepted are `bounds`.
+    pub(crate) fn range(&self, bounds: [f64; 2]) -> [f64; 2] {
+        match *self {
+            Distribution::Constant(value) => [value, value],
+            Distribution::Uniform { uniform } => uniform,
+            Distribution::Normal { .. } => bounds,
+        }
+    }
+}
+
+impl fmt::Display for Distribution {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Distribution::Constant(value) => write!(f, "{}", digits(value)),
+            Distribution::Uniform { uniform: [a, b] } => write!(f, "uniform {} to {}", digits(a), digits(b)),
+            Distribution::Normal { normal: [mean, sd] } => write!(f, "normal {} +- {}", digits(mean), digits(sd)),
+        }
+    }
+}
+
+#[derive(serde::Deserialize)]
+struct Pair(#[serde(deserialize_with = "exactly")] [f64; 2]);
+
+// Written by hand: the error of a derived untagged enum names neither the key nor what is accepted.
+impl<'de> Deserialize<'de> for Distribution {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Form;
+        impl<'de> Visitor<'de> for Form {
+            type Value = Distribution;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str(FORMS)
+            }
+            fn visit_f64<E>(self, value: f64) -> Result<Distribution, E> {
+                Ok(Distribution::Constant(value))
+            }
+            fn visit_i64<E>(self, value: i64) -> Result<Distribution, E> {
+                Ok(Distribution::Constant(value as f64))
+            }
+            fn visit_u64<E>(self, value: u64) -> Result<Distribution, E> {
+                Ok(Distribution::Constant(value as f64))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Distribution, A::Error> {
+                let Some(key) = map.next_key::<String>()? else {
+                    return Err(de::Error::invalid_length(0, &self));
+                };
+                let distribution = match key.as_str() {
+                    "uniform" => Distribution::Uniform { uniform: map.next_value::<Pair>()?.0 },
+                    "normal" => Distribution::Normal { normal: map.next_value::<Pair>()?.0 },
+                    other => return Err(de::Error::unknown_field(other, &["uniform", "normal"])),
+                };
+                match map.next_key::<String>()? {
+                    None => Ok(distribution),
+                    Some(_) => Err(de::Error::invalid_length(2, &self)),
+                }
+            }
+        }
+        deserializer.deserialize_any(Form)
+    }
+}

@@ -1,0 +1,235 @@
+//! Gates: requirements on the result of a campaign, as in CI, the confidence with which they are decided, and what an
+//! undecided gate counts as.
+//!
+//! `catch >= 0.80` requires a rate of recovery. `catch >= hold + 0.10` requires a difference of the rates of two sets
+//! on the same trials, and `catch >= baseline - 0.01` one from the rate of the same set in an earlier result.
+
+use serde::{Deserialize, Serialize};
+use standfast_core::error::{Error, Result};
+
+/// Word for the same set in an earlier result.
+const BASELINE: &str = "baseline";
+/// Origin that errors name for a gate that cannot be read.
+const SOURCE: &str = "gates";
+const FORMS: &str =
+    "SET >= RATE, SET >= SET + SHARE or SET >= baseline - SHARE, for example `catch >= 0.80` or `catch >= hold + 0.10`";
+
+/// The table `[gates]` of a campaign.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GateSpec {
+    /// The gates; see [`Gate::parse`].
+    pub require: Vec<String>,
+    /// Confidence of the two-sided intervals, as a share. If the true value is exactly the required one, a gate passes
+    /// with probability (1 - confidence) / 2, and fails with the same probability.
+    pub confidence: f64,
+    /// Whether an unresolved gate counts as passed or failed.
+    pub unresolved: OnUnresolved,
+}
+
+impl Default for GateSpec {
+    fn default() -> Self {
+        Self { require: Vec::new(), confidence: 0.95, unresolved: OnUnresolved::Pass }
+    }
+}
+
+impl GateSpec {
+    /// Adds the gates that are not in the list yet, and sets what an unresolved gate counts as if that is given.
+    pub fn add(&mut self, gates: &[String], unresolved: Option<OnUnresolved>) {
+        self.unresolved = unresolved.unwrap_or(self.unresolved);
+        for gate in gates {
+            if !self.require.contains(gate) {
+                self.require.push(gate.clone());
+            }
+        }
+    }
+
+    /// Whether a gate compares with an earlier result. `sets` are the names of the campaign's sets.
+    pub fn ask_for_baseline(&self, sets: &[String]) -> bool {
+        let is_baseline = |gate: &String| Gate::parse(gate, sets).is_ok_and(|gate| gate.against == Against::Baseline);
+        self.require.iter().any(is_baseline)
+    }
+
+    /// Checks what does not depend on the controllers. Errors name `file` as the origin of the values. It fails if the
+    /// confidence is out of range.
+    pub fn check(&self, file: &str) -> Result<()> {
+        if (0.5..1.0).contains(&self.confidence) {
+            return Ok(());
+        }
+        let accepted = "at least 0.5 and below 1";
+        Err(Error::value(file, "gates.confidence", self.confidence, "is not a valid confidence", accepted))
+    }
+}
+
+/// What an unresolved gate counts as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OnUnresolved {
+    #[default]
+    Pass,
+    Fail,
+}
+
+/// One requirement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gate {
+    /// The gate as it was written.
+    pub text: String,
+    /// The controller that must meet the requirement.
+    pub set: String,
+    pub against: Against,
+    /// Smallest accepted rate, or smallest accepted difference to `against` (shares).
+    pub offset: f64,
+}
+
+/// What the rate of the set is compared with.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Against {
+    /// Nothing: the rate itself must reach `offset`.
+    Rate,
+    /// Another set of the campaign, on the same trials.
+    Set(String),
+    /// The same set in an earlier result, on the same trials.
+    Baseline,
+}
+
+impl Gate {
+    /// Reads `SET >= RATE`, `SET >= OTHER`, `SET >= OTHER + SHARE` or `SET >= OTHER - SHARE`. OTHER is a set or
+    /// `baseline`, and RATE and SHARE are written as `0.8` or `80 %`. `sets` are the names of the campaign's sets. A
+    /// name may contain `+` and `-`, and the longest name that fits is taken. Anything else is an error.
+    pub fn parse(text: &str, sets: &[String]) -> Result<Self> {
+        let text = text.trim();
+        let refuse = |problem: String, accepted: String| Err(Error::value(SOURCE, "gate", text, problem, accepted));
+        let names = || sets.join(", ");
+
+        let after = |set: &str| text.strip_prefix(set).and_then(|rest| rest.trim_start().strip_prefix(">="));
+        let fits = sets.iter().filter_map(|set| Some((set, after(set)?)));
+        let Some((set, right)) = fits.max_by_key(|(set, _)| set.len()) else {
+            return match text.split_once(">=") {
+                Some((set, _)) => refuse(format!("no controller is named `{}`", set.trim()), names()),
+                None => refuse("has no `>=`".into(), FORMS.into()),
+            };
+        };
+
+        let right = right.trim();
+        let is_other = |name: &str| name == BASELINE || sets.iter().any(|set| set == name);
+        let (other, offset) = match (number(right), split_offset(right, is_other)) {
+            _ if is_other(right) => (right, 0.0),
+            (Some(rate), _) if (0.0..=1.0).contains(&rate) => {
+                return Ok(Self { text: text.into(), set: set.clone(), against: Against::Rate, offset: rate });
+            }
+            (Some(_), _) => return refuse(format!("`{right}` is not a rate"), "0 to 1, or 0 % to 100 %".into()),
+            (None, Some((other, _, share))) if is_other(other) && number(share).is_none() => {
+                return refuse(format!("`{share}` is not a number"), FORMS.into());
+            }
+            (None, Some((other, sign, share))) => (other, sign * number(share).unwrap_or_default()),
+            (None, None) => (right, 0.0),
+        };
+        if !is_other(other) {
+            return refuse(format!("no controller is named `{other}`"), format!("{}, {BASELINE}, or a rate", names()));
+        }
+        if !(-1.0..=1.0).contains(&offset) {
+            return refuse(format!("`{offset}` is not a difference of rates"), "-1 to 1, or -100 % to 100 %".into());
+        }
+        let against = match other {
+            BASELINE if sets.iter().any(|set| set == BASELINE) => {
+                let problem = "a controller of this campaign is itself named `baseline`".into();
+                return refuse(problem, "another name for that controller".into());
+            }
+            BASELINE => Against::Baseline,
+            other if other == set => {
+                return refuse("compares a controller with itself".into(), "another controller, or baseline".into());
+            }
+            other => Against::Set(other.into()),
+        };
+        Ok(Self { text: text.into(), set: set.clone(), against, offset })
+    }
+}
+
+fn number(text: &str) -> Option<f64> {
+    let value = match text.strip_suffix('%') {
+        Some(percent) => percent.trim_end().parse::<f64>().ok()? / 100.0,
+        None => text.parse::<f64>().ok()?,
+    };
+    value.is_finite().then_some(value)
+}
+
+/// The text before the last `+` or `-` that follows a name, the sign, and the text after it. If no sign follows a name, it
+/// is the last one with spaces around it.
+fn split_offset(text: &str, is_name: impl Fn(&str) -> bool) -> Option<(&str, f64, &str)> {
+    let split = |at: usize| {
+        let sign = if text[at..].starts_with('+') { 1.0 } else { -1.0 };
+        (text[..at].trim_end(), sign, text[at + 1..].trim_start())
+    };
+    let of_name = text.rmatch_indices(['+', '-']).map(|(at, _)| split(at)).find(|(name, ..)| is_name(name));
+    of_name.or_else(|| Some(split(text.rfind(" + ").max(text.rfind(" - "))? + 1)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sets(names: &[&str]) -> Vec<String> {
+        names.iter().map(|name| name.to_string()).collect()
+    }
+
+    #[test]
+    fn gates_are_read() {
+        let names = ["catch", "hold", "my-gains", "paper:stepping.alpha=2", "a, b [1]", "a >= a", "a - b", "a", "c+d"];
+        let names = sets(&names);
+        let set = |name: &str| Against::Set(name.into());
+        for (text, left, against, offset) in [
+            ("catch >= 0.80", "catch", Against::Rate, 0.8),
+            (" catch>=80%  ", "catch", Against::Rate, 0.8),
+            ("catch >= 97.5 %", "catch", Against::Rate, 0.975),
+            ("catch >= hold", "catch", set("hold"), 0.0),
+            ("catch >= hold + 0.10", "catch", set("hold"), 0.1),
+            ("catch >= hold - 10 %", "catch", set("hold"), -0.1),
+            ("catch>=hold+0.1", "catch", set("hold"), 0.1),
+            ("catch >= hold -1e-3", "catch", set("hold"), -1e-3),
+            ("catch >= my-gains-10%", "catch", set("my-gains"), -0.1),
+            ("catch >= c+d-0.2", "catch", set("c+d"), -0.2),
+            ("catch >= baseline - 0.01", "catch", Against::Baseline, -0.01),
+            ("my-gains >= baseline", "my-gains", Against::Baseline, 0.0),
+            ("catch >= my-gains - 0.5", "catch", set("my-gains"), -0.5),
+            ("paper:stepping.alpha=2 >= c+d + 0.2", "paper:stepping.alpha=2", set("c+d"), 0.2),
+            ("a, b [1] >= paper:stepping.alpha=2 - 2 %", "a, b [1]", set("paper:stepping.alpha=2"), -0.02),
+            // The longest name that fits is taken.
+            ("catch >= a - b", "catch", set("a - b"), 0.0),
+            ("catch >= a - b - 0.1", "catch", set("a - b"), -0.1),
+            ("catch >= a - 0.1", "catch", set("a"), -0.1),
+            ("a >= a >= 0.5", "a >= a", Against::Rate, 0.5),
+        ] {
+            let read = Gate::parse(text, &names).unwrap();
+            assert_eq!(read, Gate { text: text.trim().into(), set: left.into(), against, offset });
+        }
+    }
+
+    #[test]
+    fn what_is_no_gate_is_refused_with_what_would_be_accepted() {
+        for (text, said) in [
+            ("catch > 0.8", "has no `>=`; accepted: SET >= RATE"),
+            ("", "has no `>=`; accepted: SET >= RATE"),
+            ("catcher >= 0.8", "no controller is named `catcher`; accepted: catch, hold"),
+            ("catch - 0.1 >= 0.8", "no controller is named `catch - 0.1`; accepted: catch, hold"),
+            ("catch >= fold", "no controller is named `fold`; accepted: catch, hold, baseline, or a rate"),
+            ("catch >=", "no controller is named ``"),
+            ("catch >= fold-0.1", "no controller is named `fold-0.1`"),
+            ("catch >= hold-much", "`much` is not a number; accepted: SET >= RATE"),
+            ("catch >= 80", "`80` is not a rate; accepted: 0 to 1, or 0 % to 100 %"),
+            ("catch >= hold + 10", "`10` is not a difference of rates; accepted: -1 to 1"),
+            ("catch >= hold - much", "`much` is not a number; accepted: SET >= RATE"),
+            ("catch >= catch - 0.1", "compares a controller with itself; accepted: another controller"),
+        ] {
+            let error = Gate::parse(text, &sets(&["catch", "hold"])).unwrap_err();
+            assert!(matches!(error, Error::Value { .. }));
+            let (error, start) = (error.to_string(), format!("gates: gate = {text}: "));
+            assert!(error.starts_with(&start) && error.contains(said), "{error}");
+        }
+        // On the left, `baseline` is the set of that name. On the right it is ambiguous.
+        let names = sets(&["catch", "baseline"]);
+        let error = Gate::parse("catch >= baseline - 0.1", &names).unwrap_err().to_string();
+        assert!(error.contains("itself named `baseline`; accepted: another name"), "{error}");
+        assert_eq!(Gate::parse("baseline >= 0.8", &names).unwrap().against, Against::Rate);
+    }
+}

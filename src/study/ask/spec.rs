@@ -1,0 +1,488 @@
+//! The specification of a campaign: robot, controllers, number of trials, and all distributions.
+
+use crate::ask::bounds::{PushBounds, accept, check_episode, digits, in_range};
+use crate::ask::distribution::FORMS;
+use crate::ask::gate::{GateSpec, OnUnresolved};
+use crate::ask::measures::{Measures, keys_in_file, with_relative_keys};
+use crate::ask::push::{PushSpec, SecondPushSpec};
+use crate::ask::variations::{self, VariationSpec};
+use serde::{Deserialize, Serialize};
+use standfast_controllers::variant::{self, Listed};
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::{Robot, Units};
+use standfast_files::assets::{self, Kind, Source};
+use standfast_robots::urdf::Files;
+use standfast_sim::Engine;
+use standfast_sim::episode::{Counts, EpisodeConfig};
+use standfast_stats::looks::LOOK_TRIALS;
+use std::path::Path;
+use toml::Table;
+
+/// A campaign as its TOML file states it, with all defaults filled in, and in SI units: it belongs to its robot.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Campaign {
+    /// Name, also of the default result folder: letters, digits, `-`, `_`, `.`.
+    pub name: String,
+    /// Name of a built-in robot, or path of a URDF (in a file: relative to that file).
+    #[serde(default = "default_robot")]
+    pub robot: String,
+    /// Names of built-in controllers, paths as for the robot, or variants ([`NAME:KEY=VALUE`](standfast_controllers::variant)). All
+    /// sets go through the same trials.
+    #[serde(default = "default_gains")]
+    pub gains: Vec<String>,
+    /// Number of trials, which are the same for each controller.
+    pub trials: u64,
+    /// Seed of all random numbers (at most 2^63 - 1, as in TOML).
+    pub seed: u64,
+    /// The units of the robot, in which the file may state quantities; not in the file itself.
+    pub units: Units,
+    pub episode: EpisodeConfig,
+    /// Nothing is simulated: outcomes are made up from what is drawn, to try what surrounds the simulation at any size.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub synthetic: bool,
+    pub push: PushSpec,
+    #[serde(default)]
+    pub sensors: SensorSpec,
+    pub second_push: SecondPushSpec,
+    #[serde(default)]
+    pub variations: VariationSpec,
+    #[serde(default)]
+    pub stopping: Stopping,
+    /// Requirements that the result must meet. The configuration hash leaves them out, since no trial depends on them.
+    #[serde(default)]
+    pub gates: GateSpec,
+}
+
+/// Most trials of a campaign: a year of simulation on some cores.
+pub const MOST_TRIALS: u64 = 10_000_000;
+/// Most controllers of a campaign, each of which takes a part of a second to prepare.
+const MOST_SETS: usize = 200;
+/// Longest name, with which a folder can be named.
+const MOST_LETTERS: usize = 100;
+
+/// When a campaign may end before all its trials are run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Stopping {
+    /// End as soon as every gate is decided or, without gates, every pair of sets. `trials` is then the maximum.
+    pub until_resolved: bool,
+    /// If the rates of a pair certainly differ by less than this share, the pair counts as decided, namely as equal.
+    pub margin: f64,
+}
+
+impl Default for Stopping {
+    fn default() -> Self {
+        Self { until_resolved: false, margin: 0.02 }
+    }
+}
+
+/// Sensor errors relative to the robot's own noise. With both at 0 the sensors are ideal.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensorSpec {
+    /// Scale of the white noise, with one sample per control tick.
+    pub noise_scale: f64,
+    /// Standard deviation of the bias, which is constant over an episode.
+    pub bias_scale: f64,
+}
+
+pub(super) fn default_robot() -> String {
+    assets::DEFAULT_ROBOT.into()
+}
+
+fn default_gains() -> Vec<String> {
+    ["hold", "switching", "paper", "catch"].map(String::from).into()
+}
+
+/// Changes to a campaign by the caller, in the order in which they are applied.
+#[derive(Debug, Clone, Default)]
+pub struct Overrides {
+    /// Assignments `dotted.key=value` with the value in TOML (a bare word is a string).
+    pub set: Vec<String>,
+    pub trials: Option<u64>,
+    pub seed: Option<u64>,
+    /// Replaces the list of controllers unless empty. Paths are relative to the working folder.
+    pub gains: Vec<String>,
+    /// Sweeps `SET:KEY=V1,V2,...`. Their variants follow `gains` and what they are variants of; the campaign's own
+    /// list is dropped.
+    pub vary: Vec<String>,
+    pub robot: Option<String>,
+    pub engine: Option<Engine>,
+    /// Which trials are won.
+    pub judge: Option<Counts>,
+    /// See [`Campaign::synthetic`].
+    pub synthetic: bool,
+    /// Gates in addition to the campaign's own.
+    pub gates: Vec<String>,
+    /// What an unresolved gate counts as.
+    pub unresolved: Option<OnUnresolved>,
+    /// Ends the campaign when it is decided, with `margin`; see [`Stopping`].
+    pub until_resolved: bool,
+    pub margin: Option<f64>,
+}
+
+impl Overrides {
+    /// The robot of a campaign, whose file asks for `asked`, after these changes.
+    fn robot_of(&self, asked: &Table) -> String {
+        let set = self.set.iter().rev().filter_map(|assignment| assignment.split_once('='));
+        let set = set.filter(|(key, _)| key.trim() == "robot").map(|(_, text)| assets::toml_value(text.trim()));
+        let named = set.chain(asked.get("robot").cloned()).find_map(|robot| robot.as_str().map(String::from));
+        self.robot.clone().or(named).unwrap_or_else(default_robot)
+    }
+}
+
+/// Keys that have no default, beside the impulse of a push.
+const NEEDED: [&str; 3] = ["name", "trials", "seed"];
+
+/// What the file of a campaign asks for, with its robot as seen from the working folder.
+fn asked(source: &Source) -> Result<Table> {
+    let mut asked: Table = assets::parse_toml(source)?;
+    if let Some(toml::Value::String(robot)) = asked.get_mut("robot") {
+        *robot = moved(robot, source);
+    }
+    Ok(asked)
+}
+
+/// An input that the file of a campaign names, as seen from the working folder.
+fn moved(name: &str, source: &Source) -> String {
+    let folder = Path::new(&source.file).parent().filter(|_| !source.is_builtin());
+    match folder {
+        Some(folder) if assets::is_path(name) => folder.join(name).to_string_lossy().into_owned(),
+        _ => name.into(),
+    }
+}
+
+impl Campaign {
+    /// Opens a campaign by name or path, applies the changes, converts it to the units of its robot, and checks all
+    /// values.
+    pub fn load(name_or_path: &str, overrides: &Overrides) -> Result<Campaign> {
+        Self::load_for(&Self::robot_files(name_or_path, overrides)?.robot()?, name_or_path, overrides)
+    }
+
+    /// The files of the robot that a campaign, opened with these changes, names. Fails if a file cannot be read.
+    pub fn robot_files(name_or_path: &str, overrides: &Overrides) -> Result<Files> {
+        Files::open(&overrides.robot_of(&asked(&assets::open(Kind::Campaign, name_or_path)?)?))
+    }
+
+    /// As [`load`](Self::load), in the units of this robot, which need not be the one that the campaign names.
+    pub fn load_for(robot: &Robot, name_or_path: &str, overrides: &Overrides) -> Result<Campaign> {
+        let source = assets::open(Kind::Campaign, name_or_path)?;
+        let measures = Measures::of(robot);
+        let mut campaign = Self::of(&source, &measures)?;
+        campaign.check(&source.file).map_err(|e| measures.explain(e))?;
+        campaign.move_gains(&source);
+        for assignment in &overrides.set {
+            campaign = campaign.with(assignment, &measures)?;
+        }
+        campaign.trials = overrides.trials.unwrap_or(campaign.trials);
+        campaign.seed = overrides.seed.unwrap_or(campaign.seed);
+        if !(overrides.gains.is_empty() && overrides.vary.is_empty()) {
+            campaign.gains.clone_from(&overrides.gains);
+        }
+        for sweep in &overrides.vary {
+            // What is unchanged goes first: each variant is compared with it.
+            let unchanged = Listed::split(sweep).base;
+            if !campaign.gains.iter().any(|listed| listed == unchanged) {
+                campaign.gains.push(unchanged.into());
+            }
+            campaign.gains.extend(variant::expand(sweep)?);
+        }
+        if let Some(robot) = &overrides.robot {
+            campaign.robot.clone_from(robot);
+        }
+        campaign.episode.engine = overrides.engine.unwrap_or(campaign.episode.engine);
+        campaign.episode.judge.counts = overrides.judge.unwrap_or(campaign.episode.judge.counts);
+        campaign.synthetic |= overrides.synthetic;
+        campaign.gates.add(&overrides.gates, overrides.unresolved);
+        campaign.stopping.until_resolved |= overrides.until_resolved;
+        campaign.stopping.margin = overrides.margin.unwrap_or(campaign.stopping.margin);
+        campaign.check("command line").map_err(|e| measures.explain(e))?;
+        if campaign.stopping.until_resolved {
+            // Its last look is then also a look of a longer campaign, so that it can be continued.
+            campaign.trials = campaign.trials.next_multiple_of(LOOK_TRIALS);
+        }
+        Ok(campaign)
+    }
+
+    /// The campaign that a file asks for.
+    fn of(source: &Source, measures: &Measures) -> Result<Campaign> {
+        let (mut asked, file) = (asked(source)?, source.file.as_str());
+        measures.to_si("", file, &mut asked)?;
+        let mut campaign = Self::usual(&measures.units)?;
+        if asked.contains_key("units") {
+            let accepted = "no such table: the units follow from the robot";
+            return Err(Error::value(file, "units", "(a table)", "unknown key", accepted));
+        }
+        merge(&mut campaign, asked);
+        let mut missing: Vec<&str> = NEEDED.into_iter().filter(|key| !campaign.contains_key(*key)).collect();
+        let is_pushed = campaign["push"].as_table().is_none_or(|push| push.contains_key("impulse_n_s"));
+        missing.extend((!is_pushed).then_some("push.impulse"));
+        campaign.try_into().map_err(|e: toml::de::Error| {
+            let mut message = with_relative_keys(e.to_string().trim_end()).replace('\n', "\n  ");
+            if missing.len() > 1 && message.starts_with("missing field") {
+                message = format!("missing fields: {}", missing.join(", "));
+            }
+            if let Some((line, column)) = place_of(&e, source) {
+                message = format!("line {line}, column {column}: {message}");
+            }
+            Error::Syntax { file: file.into(), message }
+        })
+    }
+
+    /// What is not asked for, for a robot with these units. Some keys have no default: they must be in the file.
+    fn usual(units: &Units) -> Result<Table> {
+        let usual = Campaign {
+            name: String::new(),
+            robot: default_robot(),
+            gains: default_gains(),
+            trials: 0,
+            seed: 0,
+            units: *units,
+            episode: EpisodeConfig::of(units),
+            synthetic: false,
+            push: PushSpec::usual(units),
+            sensors: SensorSpec::default(),
+            second_push: SecondPushSpec::none(units),
+            variations: VariationSpec::default(),
+            stopping: Stopping::default(),
+            gates: GateSpec::default(),
+        };
+        let mut usual = Table::try_from(usual).map_err(not_toml)?;
+        NEEDED.iter().for_each(|key| _ = usual.remove(*key));
+        if let Some(push) = usual["push"].as_table_mut() {
+            push.remove("impulse_n_s");
+        }
+        Ok(usual)
+    }
+
+    /// The campaign of a result folder, which names the inputs there, as seen from the working folder.
+    pub fn seen_from(mut self, folder: &Path) -> Self {
+        let source = Source { file: folder.join("campaign.toml").to_string_lossy().into_owned(), text: String::new() };
+        self.robot = moved(&self.robot, &source);
+        self.move_gains(&source);
+        self
+    }
+
+    /// Names the controllers that `source` names as they are seen from the working folder.
+    fn move_gains(&mut self, source: &Source) {
+        for gains in &mut self.gains {
+            let entry = Listed::split(gains);
+            *gains = entry.with_base(&moved(entry.base, source));
+        }
+    }
+
+    /// Fails if the campaign has no trial with this index.
+    pub fn check_trial(&self, trial: u64) -> Result<()> {
+        if trial < self.trials {
+            return Ok(());
+        }
+        let accepted = format!("0 to {}", self.trials.saturating_sub(1));
+        Err(Error::option("--trial", trial, "the campaign has no such trial", accepted))
+    }
+
+    /// The campaign with `dotted.key=value` applied, which may be in units of its robot. It fails for an unknown key or a
+    /// value of the wrong type.
+    pub(super) fn with(&self, assignment: &str, measures: &Measures) -> Result<Campaign> {
+        let split = assignment.split_once('=').map(|(key, text)| (key.trim(), text.trim()));
+        let Some((key, text)) = split.filter(|(key, _)| !key.is_empty()) else {
+            let problem = if split.is_some() { "has no key" } else { "has no `=`" };
+            return Err(Error::option("--set", assignment, problem, "KEY=VALUE, for example push.height_m=0.1"));
+        };
+        let (si_key, value) = measures.assigned(key, assets::toml_value(text))?;
+        let mut root = self.table()?.into();
+        let at = assets::place(&mut root, &si_key).map_err(|missing| {
+            Error::value("--set", key, text, "unknown key", with_relative_keys(&missing.accepted))
+        })?;
+        let kind = match &*at {
+            quantity if quantity.get("uniform").or(quantity.get("normal")).is_some() => FORMS,
+            toml::Value::Table(_) => "a table",
+            other => other.type_str(),
+        };
+        let accepted = format!("{kind}, like the present value: {}", at.to_string().trim().replace('\n', "; "));
+        *at = value;
+        // A table that is set has the defaults for what it leaves out, not the present values.
+        let mut usual = Self::usual(&self.units)?;
+        let Ok(changed) = root.try_into::<Table>() else { unreachable!("a table") };
+        merge(&mut usual, changed);
+        usual.try_into::<Campaign>().map_err(|e| {
+            let message = with_relative_keys(e.message().trim_end());
+            let message = message.as_str();
+            // The error of a quantity lists what is accepted, whatever the present value is.
+            let of_quantity = message.split_once(", expected ").filter(|(_, expected)| expected.starts_with(FORMS));
+            let (problem, accepted) = of_quantity.unwrap_or((message, &accepted));
+            Error::value("--set", key, text, problem, accepted)
+        })
+    }
+
+    /// Finds the entry to load for a controller, given its name in the results, the name of its file (also as the base of
+    /// an unlisted variant), or its entry in the list. Any other name is returned unchanged.
+    pub fn gains_named(&self, name: &str) -> String {
+        let listed = self.gains.iter().find(|gains| {
+            let is_variant = Listed::split(gains).change.is_some();
+            *gains == name || is_variant && standfast_controllers::load(gains).is_ok_and(|set| set.name() == name)
+        });
+        if let Some(gains) = listed {
+            return gains.clone();
+        }
+        let wanted = Listed::split(name);
+        let of_that_name = |base: &&str| Path::new(base).file_stem().is_some_and(|stem| stem == wanted.base);
+        let base = self.gains.iter().map(|gains| Listed::split(gains).base).find(of_that_name);
+        wanted.with_base(base.unwrap_or(wanted.base))
+    }
+
+    /// The campaign as TOML, in SI units, which reads back to the same campaign, to the bit.
+    pub fn to_toml(&self) -> Result<String> {
+        toml::to_string(&self.table()?).map_err(not_toml)
+    }
+
+    /// The campaign as it could stand in a file.
+    fn table(&self) -> Result<Table> {
+        let mut table = Table::try_from(self).map_err(not_toml)?;
+        table.remove("units");
+        Ok(table)
+    }
+
+    /// Accepted values of the first push.
+    pub fn push_bounds(&self) -> PushBounds {
+        let bounds = PushBounds::new(self.episode.horizon_s);
+        let start_s = [variations::earliest_push_s(&self.variations, &self.units), bounds.start_s[1]];
+        PushBounds { start_s, ..bounds }
+    }
+
+    /// Checks that no push starts while the ground still tilts to its slope.
+    fn check_start(&self, file: &str) -> Result<()> {
+        let (start_s, [earliest, latest]) = (self.push.start_s, self.push_bounds().start_s);
+        start_s.check(file, "push.start_s", [earliest, latest]).map_err(|_| {
+            let problem = "the ground is still tilting to its slope (variations.slope_deg)";
+            let longer = format!(", episode.horizon_s at least {}", digits(2.0 * earliest));
+            let longer = if latest < earliest { longer.as_str() } else { "" };
+            let accepted = format!("{} to {}{longer}", digits(earliest), digits(latest.max(earliest)));
+            Error::value(file, "push.start_s", start_s, problem, accepted)
+        })
+    }
+
+    /// Checks every value. Errors name `file` as the origin of the values.
+    pub fn check(&self, file: &str) -> Result<()> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        if self.name.is_empty() || self.name.starts_with('.') || !self.name.chars().all(plain) {
+            let accepted = "letters, digits, `-`, `_` and `.`, but no `.` at the beginning";
+            let (name, problem) = (format!("{:?}", self.name), "is not usable as a folder name");
+            return Err(Error::value(file, "name", name, problem, accepted));
+        }
+        if self.name.len() > MOST_LETTERS {
+            return Err(Error::value(file, "name", &self.name, "is too long", format!("up to {MOST_LETTERS} letters")));
+        }
+        if self.gains.is_empty() {
+            return Err(Error::value(file, "gains", "[]", "there is no controller", "one or more names or paths"));
+        }
+        if self.gains.len() > MOST_SETS {
+            let (count, accepted) = (format!("{} controllers", self.gains.len()), format!("up to {MOST_SETS}"));
+            return Err(Error::value(file, "gains", count, "too many", accepted));
+        }
+        accept((1..=MOST_TRIALS).contains(&self.trials), file, "trials", self.trials as f64, "1 to 1e7")?;
+        if self.seed > i64::MAX as u64 {
+            return Err(Error::value(file, "seed", self.seed, "is too large", "0 to 2^63 - 1"));
+        }
+        check_episode(file, &self.episode)?;
+        let horizon_s = self.episode.horizon_s;
+        self.push.check(file, horizon_s)?;
+        self.second_push.check(file, &self.push, horizon_s)?;
+        variations::check(&self.variations, &self.units, file)?;
+        self.check_start(file)?;
+        in_range(file, "sensors.noise_scale", self.sensors.noise_scale, [0.0, 1e3])?;
+        in_range(file, "sensors.bias_scale", self.sensors.bias_scale, [0.0, 1e3])?;
+        let margin = self.stopping.margin;
+        accept((0.0..=1.0).contains(&margin), file, "stopping.margin", margin, "0 to 1: a share, not percent")?;
+        self.gates.check(file)
+    }
+}
+
+/// Line and column in the file of a campaign of what an error is about, which was found after the quantities had been
+/// converted. None if the error is about something that is missing.
+fn place_of(error: &toml::de::Error, source: &Source) -> Option<(usize, usize)> {
+    let (message, whole) = (error.message(), error.to_string());
+    let between = |text: &str, before: &str| Some(text.split_once(before)?.1.split_once('`')?.0.to_string());
+    let path = between(&whole, "\nin `");
+    let unknown = between(message, "unknown field `");
+    let key = [path, unknown].into_iter().flatten().collect::<Vec<_>>().join(".");
+    keys_in_file(&key).into_iter().find_map(|key| assets::position(&source.text, &key))
+}
+
+/// Puts the values of `asked` in the place of those of `base`.
+fn merge(base: &mut Table, asked: Table) {
+    for (key, value) in asked {
+        match (base.get_mut(&key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(asked)) => merge(inner, asked),
+            (_, value) => {
+                base.insert(key, value);
+            }
+        }
+    }
+}
+
+fn not_toml(e: toml::ser::Error) -> Error {
+    Error::Syntax { file: "campaign".into(), message: e.to_string() }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::fixtures::campaign;
+
+    #[test]
+    fn builtin_campaigns_load_and_survive_a_round_trip() {
+        let dir = tempfile::tempdir().unwrap();
+        for name in Kind::Campaign.names() {
+            let (campaign, path) = (campaign(name, &["push.height_m={normal=[0.01, 0.003]}"]), dir.path().join(name));
+            assert_eq!(campaign.name, name);
+            std::fs::write(&path, campaign.to_toml().unwrap()).unwrap();
+            assert_eq!(Campaign::load(path.to_str().unwrap(), &Overrides::default()).unwrap(), campaign);
+        }
+    }
+
+    #[test]
+    fn errors_of_an_assignment_name_the_key_and_what_is_accepted() {
+        let forms = "string \"hard\"; accepted: a number, { uniform = [a, b] } or { normal = [mean, sd] }";
+        for (bad, expected) in [
+            ("push.impulse_n_s=nan", &["push.impulse_n_s = NaN"][..]),
+            ("push.impulse_n_s={uniform=[2, 1]}", &["push.impulse_n_s.uniform = 1", "smaller number first"]),
+            ("push.impulse_n_s=hard", &["--set", forms]),
+            ("push.impulse_n_s={unifrom=[1, 2]}", &["unifrom", "`uniform` or `normal`"]),
+            ("push.impulse_n_s={uniform=[1, 2], normal=[1, 2]}", &["invalid length 2", "a number, {"]),
+            // With what 1 of the robot's own unit is.
+            ("push.impulse=-1", &["push.impulse_n_s = -2.16", "(1 of push.impulse is 2.16"]),
+            ("push.impulse=hard", &[forms]),
+            ("push.impuls=1", &["--set", "push.impulse, push.impulse_n_s"]),
+            ("push.duration_s=0", &["push.duration_s = 0", "0.001 to 1.5"]),
+            ("pushes.impulse_n_s=1", &["--set", "sensors"]),
+            ("trials=many", &["--set", "integer"]),
+            ("trials.x=1", &["--set", "accepted: trials"]),
+            ("trials", &["--set", "KEY=VALUE"]),
+            ("units.mass_kg=1", &["unknown key"]),
+            ("episode.physics_step_s=0.0015", &["episode.physics_step_s = 0.0015"]),
+            ("variations.mass_scale=0", &["variations.mass_scale = 0", "0.5 to 2"]),
+            ("variations.friction=0", &["variations.friction = 0", "0.01 to 10"]),
+            ("variations.trunk_com_x_m={uniform=[0, 0.1]}", &["variations.trunk_com_x_m.uniform = 0.1", "to 0.04959"]),
+            ("variations.slope_deg={normal=[20, 1]}", &["variations.slope_deg.normal = 20", "-15 to 15"]),
+            ("variations.slope_deg=-2", &["push.start_s = 0.5: the ground is still tilting", "accepted: 0.5972 to 3"]),
+            ("variations.delay_s=1", &["variations.delay_s = 1", "0 to 0.1"]),
+            ("variations.ground_step_m=1", &["variations.ground_step_m = 1", "-0.04959 to 0.04959"]),
+            ("variations.kp_scale=nominl", &["variations.kp_scale", "{ uniform = [a, b] }", "nominal"]),
+            ("variations.mass_kg=1", &["variations.mass_kg", "variations.mass_scale"]),
+            ("second_push.impuls=1", &["second_push.impulse, second_push.impulse_n_s"]),
+            ("second_push={impulse_n_s=-1}", &["second_push.impulse_n_s = -1", "0 to 10000"]),
+            ("second_push={impulse_n_s=1, after_s=4}", &["second_push.after_s = 4", "0 to 3.9"]),
+            (
+                "second_push={impulse=1, impulse_n_s=2}",
+                &["second_push.impulse, second_push.impulse_n_s = 1, 2", "twice"],
+            ),
+        ] {
+            let overrides = Overrides { set: vec![bad.into()], ..Overrides::default() };
+            let message = Campaign::load("nominal", &overrides).unwrap_err().to_string();
+            for part in expected {
+                assert!(message.contains(part), "{bad}: {part:?} not in {message:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! How many of the pushes that a controller loses could have been caught: a clairvoyant tries each of them again and again
+//! on the same robot and ground.
+//!
+//! The clairvoyant is the controller itself with other numbers for its first footsteps: when which foot is lifted, where and
+//! when it lands, where the ZMP is meanwhile, and how trunk and COM move ([`Departure`]). CMA-ES, from Hansen and Ostermeier
+//! (2001), changes these numbers until the robot recovers or the tries are used up. It knows the push, the robot and the
+//! ground, since it has tried them before; but it moves only after the push has begun, and by the same rules and readings.
+//!
+//! A push that it catches can be caught. Of a push that it loses, nothing is proven.
+
+use crate::ask::bounds::in_range;
+use crate::ask::spec::Campaign;
+use crate::ask::trial;
+use crate::limit::Yardstick;
+use crate::plan::{Plan, pool};
+use cmaes::{CMAESOptions, DVector};
+use rayon::prelude::*;
+use serde::Serialize;
+use standfast_controllers::{depart, gain_set};
+use standfast_core::error::{Error, Result};
+use standfast_core::lipm::GainSet;
+use standfast_core::lipm::catching::{DEPARTURES, Departure, Departures};
+use standfast_core::robot::Factory;
+use standfast_robots::urdf::Files;
+use standfast_sim::Push;
+use standfast_sim::episode::{ClosedLoop, Footstep, Outcome, Record};
+use standfast_stats::rate::SuccessCount;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Numbers of a whole list of departures.
+const NUMBERS: usize = DEPARTURES * Departure::NUMBERS;
+/// First spread of each number of a departure, in the order of [`Departure::numbers`].
+const SPREAD: [f64; Departure::NUMBERS] = [0.02, 0.03, 0.03, 0.06, 0.06, 0.03, 0.03, 0.15, 0.1, 0.1, 0.03];
+/// Tries of one generation.
+const GENERATION: usize = 24;
+/// First step size of the search and of each that starts again, when the one before has converged; in spreads.
+const STEP: f64 = 1.0;
+
+/// Settings of the search.
+#[derive(Debug, Clone, Copy)]
+pub struct CeilingOptions {
+    /// Most tries for one push.
+    pub tries: u64,
+    /// Number of threads; 0 means one per core.
+    pub threads: usize,
+    /// Whether the controller runs that has not been tried without a push.
+    pub untried: bool,
+}
+
+/// Most tries for one push.
+pub const MOST_TRIES: u64 = 1_000_000;
+
+/// The trials of a campaign with a controller that catches, to be tried by the clairvoyant if they are lost.
+pub struct Clairvoyant<'a> {
+    campaign: &'a Campaign,
+    options: CeilingOptions,
+    plan: Plan,
+    gains: GainSet,
+    factory: Factory,
+    yardstick: Yardstick,
+}
+
+/// The result.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Ceiling {
+    pub campaign: String,
+    pub robot: String,
+    /// Name and version of the physics engine.
+    pub engine: String,
+    pub seed: u64,
+    pub controller: String,
+    pub trials: u64,
+    /// From how many the controller recovers, and from how many it or the clairvoyant does.
+    pub alone: SuccessCount,
+    pub with_search: SuccessCount,
+    /// COM height (m), the unit of the departures' lengths.
+    pub com_height_m: f64,
+    /// Most tries for one push.
+    pub tries: u64,
+    /// The trials that the controller loses.
+    pub lost: Vec<LostTrial>,
+}
+
+/// A trial that the controller loses.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LostTrial {
+    pub trial: u64,
+    pub impulse_n_s: f64,
+    pub heading_deg: f64,
+    /// Ratio of the impulse to the pendulum's bounds with one footstep and with any number.
+    pub of_one_step_bound: f64,
+    pub of_n_step_bound: f64,
+    pub fell_at_s: Option<f64>,
+    pub footsteps: Vec<Footstep>,
+    /// How often the clairvoyant tried.
+    pub tries: u64,
+    /// How it recovers; None if it does not.
+    pub found: Option<Recovery>,
+}
+
+/// How the clairvoyant recovers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Recovery {
+    /// The departures without which the push is lost again, each alone; the others are zero.
+    pub departures: Vec<Departure>,
+    pub footsteps: Vec<Footstep>,
+}
+
+impl<'a> Clairvoyant<'a> {
+    /// Reads the controller, which must be a gain set with footsteps by the rule `[catching]`, and runs nothing but an
+    /// episode without a push.
+    pub fn new(campaign: &'a Campaign, files: Files, options: CeilingOptions) -> Result<Self> {
+        in_range("command line", "--tries", options.tries as f64, [1.0, MOST_TRIES as f64])?;
+        let [entry] = &campaign.gains[..] else {
+            let (count, accepted) = (format!("{} controllers", campaign.gains.len()), "one, such as catch");
+            return Err(Error::value("command line", "--controller", count, "too many", accepted));
+        };
+        let gains = gain_set(entry)?;
+        if gains.catching.is_none() {
+            let accepted = "a gain set with the table [catching], such as catch";
+            return Err(Error::value("command line", "--controller", entry, "has no table [catching]", accepted));
+        }
+        let plan = Plan::with(campaign, files)?;
+        let yardstick = Yardstick::new(&plan.robot, campaign)?;
+        let factory = plan.tried_factories(options.untried)?.remove(0);
+        Ok(Self { campaign, options, plan, gains, factory, yardstick })
+    }
+
+    /// The gain set that recovers from a push as the clairvoyant does.
+    pub fn gains(&self, trial: u64, recovery: &Recovery) -> GainSet {
+        let (mut gains, departures) = (self.gains.clone(), recovery.departures.clone());
+        gains.name = format!("trial-{trial}");
+        gains.description =
+            format!("Trial {trial} of campaign {}, caught with knowledge of the push", self.campaign.name);
+        gains.catching.iter_mut().for_each(|catching| catching.departures = departures.clone());
+        gains
+    }
+
+    /// Runs all trials, and searches for those that are lost. It calls `on_episode` after each episode and `on_trial` after
+    /// each trial, from any thread. It fails if `stop` is set from outside.
+    pub fn run(
+        &self,
+        stop: &AtomicBool,
+        on_episode: &(dyn Fn() + Sync),
+        on_trial: &(dyn Fn() + Sync),
+    ) -> Result<Ceiling> {
+        let Self { campaign, options, plan, factory, .. } = self;
+        let run = |trial: u64| {
+            let lost = self.lost(trial, stop, on_episode)?;
+            on_trial();
+            Ok(lost)
+        };
+        let numbers: Vec<u64> = (0..campaign.trials).collect();
+        let all = || numbers.into_par_iter().with_max_len(1).map(run).collect::<Result<Vec<_>>>();
+        let lost: Vec<LostTrial> = pool(options.threads)?.install(all)?.into_iter().flatten().collect();
+        let recovered = campaign.trials - lost.len() as u64;
+        let found = lost.iter().filter(|lost| lost.found.is_some()).count() as u64;
+        Ok(Ceiling {
+            campaign: campaign.name.clone(),
+            robot: campaign.robot.clone(),
+            engine: plan.manifest.engine.clone(),
+            seed: campaign.seed,
+            controller: factory.name.clone(),
+            trials: campaign.trials,
+            alone: SuccessCount::new(recovered, campaign.trials),
+            with_search: SuccessCount::new(recovered + found, campaign.trials),
+            com_height_m: self.yardstick.com_height_m,
+            tries: options.tries,
+            lost,
+        })
+    }
+
+    /// Runs a trial, and searches if it is lost; None if it is not.
+    fn lost(&self, number: u64, stop: &AtomicBool, on_episode: &(dyn Fn() + Sync)) -> Result<Option<LostTrial>> {
+        let Self { campaign, plan, factory, yardstick, .. } = self;
+        let disturbance = trial::disturbance(campaign, number);
+        let pushes = disturbance.pushes.clone();
+        let begun = ClosedLoop::new(&plan.robot, [factory], &campaign.episode, disturbance).before(pushes[0].start_s);
+        let again = Again { begun, pushes, on_episode };
+        let record = again.record(&Departures::default());
+        if record.outcome.is_success() {
+            return Ok(None);
+        }
+        let (tries, found) = self.search(number, &again, stop)?;
+        let Push { impulse_n_s, heading_deg, .. } = again.pushes[0];
+        let bounds = yardstick.heading(heading_deg);
+        Ok(Some(LostTrial {
+            trial: number,
+            impulse_n_s,
+            heading_deg,
+            of_one_step_bound: impulse_n_s / bounds.bound_one_step_n_s,
+            of_n_step_bound: impulse_n_s / bounds.bound_n_step_n_s,
+            fell_at_s: record.fell_at_s,
+            footsteps: record.footsteps.taken,
+            tries,
+            found,
+        }))
+    }
+
+    /// Searches departures with which the robot recovers. Returns how often it tried, and how it recovers.
+    fn search(&self, number: u64, again: &Again, stop: &AtomicBool) -> Result<(u64, Option<Recovery>)> {
+        let cost = |numbers: &DVector<f64>| self.cost(&again.record(&departures(numbers.as_slice())));
+        let begin = |round: u64| {
+            let options = CMAESOptions::new(vec![0.0; NUMBERS], STEP)
+                .population_size(GENERATION)
+                .seed(self.campaign.seed ^ number.rotate_left(20) ^ round.rotate_left(50));
+            options.build(&cost).expect("the options are within their ranges")
+        };
+        let (mut tries, mut round) = (0, 0);
+        let mut search = begin(round);
+        while tries < self.options.tries {
+            if stop.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
+            let has_converged = search.next_parallel().is_some();
+            tries += GENERATION as u64;
+            if let Some(best) = search.overall_best_individual().filter(|best| best.value <= 0.0) {
+                return Ok((tries, Some(again.simplest(best.point.as_slice()))));
+            }
+            // A search that has converged starts again with other random numbers.
+            if has_converged {
+                round += 1;
+                search = begin(round);
+            }
+        }
+        Ok((tries, None))
+    }
+
+    /// How far an episode is from recovery: 0 if it recovers, and more the sooner the robot falls.
+    fn cost(&self, record: &Record) -> f64 {
+        match record.outcome {
+            outcome if outcome.is_success() => 0.0,
+            Outcome::Fell => 1.0 + self.campaign.episode.horizon_s - record.fell_at_s.unwrap_or(record.end_s),
+            Outcome::Diverged | Outcome::Failed => 2.0 + self.campaign.episode.horizon_s,
+            _ => 1.0,
+        }
+    }
+}
+
+/// A trial up to its push, to be run on again and again.
+struct Again<'a> {
+    begun: ClosedLoop<'a>,
+    pushes: Vec<Push>,
+    /// Called after every episode.
+    on_episode: &'a (dyn Fn() + Sync),
+}
+
+impl Again<'_> {
+    fn record(&self, departures: &Departures) -> Record {
+        let mut again = self.begun.with(&[0], self.pushes.clone()).expect("a gain set's controller can be copied");
+        again.controllers().for_each(|controller| depart(controller, departures));
+        let record = again.finish().expect("a gain set has no process").remove(0);
+        (self.on_episode)();
+        record
+    }
+
+    /// Leaves out of a recovery, one after the other, the numbers without which the robot still recovers.
+    fn simplest(&self, found: &[f64]) -> Recovery {
+        let mut found = found.to_vec();
+        let mut record = self.record(&departures(&found));
+        for i in 0..found.len() {
+            let kept = std::mem::take(&mut found[i]);
+            let without = self.record(&departures(&found));
+            if without.outcome.is_success() {
+                record = without;
+            } else {
+                found[i] = kept;
+            }
+        }
+        let mut departures = departures(&found).to_vec();
+        while departures.pop_if(|last| *last == Departure::default()).is_some() {}
+        Recovery { departures, footsteps: record.footsteps.taken }
+    }
+}
+
+/// The departures that the numbers of the search stand for.
+fn departures(numbers: &[f64]) -> Departures {
+    let of = |footstep: usize| {
+        let at = |i: usize| SPREAD[i] * numbers[footstep * Departure::NUMBERS + i];
+        Departure::of_numbers(std::array::from_fn(at))
+    };
+    std::array::from_fn(of)
+}

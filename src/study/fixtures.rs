@@ -1,0 +1,192 @@
+//! Made-up campaigns and results, for the unit tests of this crate and of those that tell of them.
+#![allow(dead_code, reason = "each crate uses its part")]
+
+use standfast_sim::episode::Outcome::{Fell, Recovered};
+use standfast_sim::episode::{Outcome, Record, Totals};
+use standfast_sim::{Engine, Push, Variation};
+use standfast_study::ask::spec::{Campaign, Overrides};
+use standfast_study::store::manifest::{Manifest, part_trials};
+use standfast_study::store::row::TrialRow;
+use standfast_study::verdict::agreement::Agreement;
+use standfast_study::verdict::digest::Digest;
+use standfast_study::verdict::gates::Gates;
+use standfast_study::verdict::pairs::every_pair;
+use standfast_study::verdict::so_far::{SoFar, Tally};
+use standfast_study::verdict::summary::Summary;
+
+/// A built-in campaign with these values set.
+pub fn campaign(name: &str, set: &[&str]) -> Campaign {
+    let set = set.iter().map(|s| s.to_string()).collect();
+    Campaign::load(name, &Overrides { set, ..Overrides::default() }).unwrap()
+}
+
+/// Manifest of the campaign `smoke` with these changes.
+pub fn manifest(sets: &[&str], overrides: Overrides) -> Manifest {
+    let campaign = Campaign::load("smoke", &overrides).unwrap();
+    Manifest {
+        standfast: "0".into(),
+        config_hash: "0123456789abcdef".into(),
+        totals: Vec::new(),
+        inputs: Vec::new(),
+        not_kept: Default::default(),
+        robot_sha256: String::new(),
+        engine: campaign.episode.engine.with_version(),
+        part_trials: part_trials(&campaign),
+        planned_trials: campaign.trials,
+        sets: sets.iter().map(|set| set.to_string()).collect(),
+        campaign,
+    }
+}
+
+/// A record with an outcome, whose numbers are made up.
+pub fn record(outcome: Outcome) -> Record {
+    Record {
+        outcome,
+        end_s: 2.0,
+        fell_at_s: (outcome == Outcome::Fell).then_some(1.5),
+        fall_cause: matches!(outcome, Outcome::Fell | Outcome::Diverged | Outcome::Failed)
+            .then(|| "left_knee, at the ground".into()),
+        settled_at_s: (outcome == Outcome::Recovered).then_some(1.25),
+        home_at_s: (outcome == Outcome::Recovered).then_some(1.75),
+        com_speed_at_push_m_s: Some(0.001),
+        peak_tilt_deg: 1.0 / 3.0,
+        peak_torque_n_m: 4.0,
+        peak_torque_ratio: 0.5,
+        torque_limited_s: 0.004,
+        peak_joint_speed_rad_s: 2.0,
+        peak_dcm_outside_m: 1e-300,
+        peak_slip_m: 0.003,
+        promise_margin: Some(-0.25),
+        promise_margin_est: Some(0.25),
+        totals: Totals([("gain_switches".to_string(), 3.0)].into()),
+        ..Record::default()
+    }
+}
+
+/// A change of a row, in one expression.
+pub trait Changed {
+    /// The row after a change.
+    fn with(self, change: impl FnOnce(&mut Self)) -> Self;
+}
+
+impl Changed for TrialRow {
+    fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+        change(&mut self);
+        self
+    }
+}
+
+/// A trial with one push.
+pub fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> TrialRow {
+    let push = Push { impulse_n_s, ..Push::default() };
+    TrialRow::new(trial, set, &[push], Some(2.0), Variation::default(), record(outcome))
+}
+
+/// A trial for each pair of outcomes of the sets "a" and "b".
+pub fn rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
+    let trial = |(i, of): (usize, &[Outcome; 2])| [row(i as u64, "a", 1.0, of[0]), row(i as u64, "b", 1.0, of[1])];
+    outcomes.iter().enumerate().flat_map(trial).collect()
+}
+
+/// A digest of rows in the order of trials, with the settings of the campaign `standard`.
+pub fn digest_of_rows(rows: &[TrialRow], names: &[impl ToString]) -> Digest {
+    let names: Vec<String> = names.iter().map(ToString::to_string).collect();
+    let mut digest = Digest::new(&names, &campaign("standard", &[]).episode);
+    digest.push(rows);
+    digest
+}
+
+/// A digest with a trial for each pair of outcomes of the sets "a" and "b".
+pub fn digest_of_outcomes(outcomes: &[[Outcome; 2]]) -> Digest {
+    digest_of_rows(&rows(outcomes), &["a", "b"])
+}
+
+/// The summary of a campaign with sets "a" and "b", with a trial for each pair of outcomes and impulses from 1 to 2
+/// N s. The campaign is `smoke`, changed by `set`.
+pub fn summary(outcomes: &[[Outcome; 2]], set: &[&str], gates: &[&str]) -> Summary {
+    let overrides = Overrides {
+        set: set.iter().map(|s| s.to_string()).collect(),
+        gates: gates.iter().map(|s| s.to_string()).collect(),
+        trials: Some(outcomes.len() as u64),
+        ..Overrides::default()
+    };
+    let manifest = manifest(&["a", "b"], overrides);
+    let mut rows = Digest::new(&manifest.sets, &manifest.campaign.episode);
+    rows.push(&impulse_rows(outcomes));
+    let gates = Gates::new(&manifest, None).unwrap();
+    Summary::new(&manifest, &rows, String::new(), &every_pair(2), &gates)
+}
+
+/// The trials of [`summary`].
+pub fn digest(outcomes: &[[Outcome; 2]]) -> Digest {
+    digest_of_rows(&impulse_rows(outcomes), &["a", "b"])
+}
+
+fn impulse_rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
+    let impulse = |i: usize| 1.0 + i as f64 / outcomes.len() as f64;
+    let trial = |(i, of): (usize, &[Outcome; 2])| {
+        [row(i as u64, "a", impulse(i), of[0]), row(i as u64, "b", impulse(i), of[1])]
+    };
+    outcomes.iter().enumerate().flat_map(trial).collect()
+}
+
+/// A summary and its trials, of sets "a", "b" and "c". Set "b" was stopped after 25 of 100 trials. "a" and "c"
+/// recover from nine of ten pushes, "b" from one of five.
+pub fn ragged(gates: &[&str]) -> (Summary, Digest) {
+    let overrides = Overrides {
+        gates: gates.iter().map(|s| s.to_string()).collect(),
+        trials: Some(200),
+        until_resolved: true,
+        ..Overrides::default()
+    };
+    let manifest = manifest(&["a", "b", "c"], overrides);
+    let of_trial = |trial: u64| {
+        let saved = [("a", trial % 10 != 3), ("b", trial.is_multiple_of(5)), ("c", trial % 10 != 7)];
+        let row = move |(set, saved): (&str, bool)| {
+            let outcome = if saved { Outcome::Recovered } else { Outcome::Fell };
+            row(trial, set, 1.0 + trial as f64 / 50.0, outcome)
+        };
+        saved.into_iter().filter(move |(set, _)| *set != "b" || trial < 25).map(row)
+    };
+    let rows = digest_of_rows(&(0..100).flat_map(of_trial).collect::<Vec<_>>(), &manifest.sets);
+    let gates = Gates::new(&manifest, None).unwrap();
+    (Summary::new(&manifest, &rows, String::new(), &every_pair(3), &gates), rows)
+}
+
+/// The result of a comparison, and its rows, of the sets "hold" and "catch" in two engines. Of each trial it is given
+/// whether the robot recovered: with "hold" and "catch" in Rapier, then in MuJoCo. Headings turn from trial to trial.
+pub fn compared(recovered: &[[bool; 4]]) -> (Summary, Digest) {
+    let sets = ["hold", "catch"];
+    let names: Vec<String> = Engine::ALL.iter().flat_map(|e| sets.map(|set| format!("{set} ({})", e.name()))).collect();
+    let row = |trial: usize, set: &str, has_recovered: bool| {
+        let row = row(trial as u64, set, 2.0, if has_recovered { Recovered } else { Fell });
+        row.with(|row| row.push.heading_deg = 45.0 * (trial % 8) as f64)
+    };
+    let rows = |sets: &[String], first: usize| {
+        let of_trial = |(i, of): (usize, &[bool; 4])| {
+            sets.iter().zip(&of[first..]).map(|(set, of)| row(i, set, *of)).collect::<Vec<_>>()
+        };
+        digest_of_rows(&recovered.iter().enumerate().flat_map(of_trial).collect::<Vec<_>>(), sets)
+    };
+    let manifests =
+        Engine::ALL.map(|engine| manifest(&sets, Overrides { engine: Some(engine), ..Overrides::default() }));
+    let own = [0, 2].map(|first| rows(&sets.map(String::from), first));
+    let rows = rows(&names, 0);
+    let joined = Manifest { sets: names, ..manifests[0].clone() };
+    let gates = Gates::new(&joined, None).unwrap();
+    let mut summary = Summary::new(&joined, &rows, String::new(), &[(0, 2), (1, 3)], &gates);
+    let of = [(&manifests[0], &own[0]), (&manifests[1], &own[1])];
+    summary.agreement = Some(Agreement::new(of, &rows, &summary.pairs));
+    (summary, rows)
+}
+
+/// The state after so many trials with so many sets. Set i recovers from all trials but every (i + 2)nd.
+pub fn so_far(sets: usize, trials: u64, name: impl Fn(usize) -> String) -> SoFar {
+    let names: Vec<String> = (0..sets).map(name).collect();
+    let outcome = |trial: u64, set: usize| if trial.is_multiple_of(set as u64 + 2) { Fell } else { Recovered };
+    let of_trial = |trial: u64| (0..sets).map(move |set| (trial, set));
+    let rows = (0..trials).flat_map(of_trial).map(|(trial, set)| row(trial, &names[set], 1.0, outcome(trial, set)));
+    let mut tally = Tally::new(&names);
+    tally.add(&rows.collect::<Vec<_>>());
+    SoFar::new(&tally, 0.02)
+}

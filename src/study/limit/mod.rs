@@ -1,0 +1,243 @@
+//! The largest recoverable impulse by heading, beside the pendulum bounds ([`standfast_core::lipm::capture`]).
+//!
+//! For each controller and heading, a [psychometric search](standfast_stats::psychometric) finds the impulse with 50 %
+//! recovery. A second one goes up from small impulses to the first that is lost: below it nothing was, and it looks between
+//! the headings, too. A map tries every impulse. Each of their trials is a trial of the campaign with another impulse and
+//! heading of the push. Trial k at a heading has the same noise and variations for every controller. The searches run in
+//! parallel and independently of each other, so the result does not depend on the number of threads.
+
+mod search;
+mod yardstick;
+
+use crate::ask::bounds::in_range;
+use crate::ask::spec::Campaign;
+use crate::limit::search::{MAP_TO, Search, is_random};
+use crate::plan::{Plan, pool};
+use rayon::ThreadPool;
+use rayon::prelude::*;
+use serde::Serialize;
+use standfast_core::error::Result;
+use standfast_core::robot::{Factory, Robot};
+use standfast_robots::urdf::Files;
+use standfast_stats::psychometric::Rule;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, SetLimit, Tried, first_trial, pushed};
+pub use yardstick::{Heading, Yardstick};
+
+/// Largest number of headings.
+pub const MOST_HEADINGS: usize = 360;
+/// Largest impulse of a search, as a multiple of the bound with any number of footsteps.
+const BEYOND_THE_BOUND: f64 = 3.0;
+
+/// Usual precision, in sole impulses: 0.1 N s for UT-mu2.
+pub const USUAL_PRECISION: f64 = 0.0463;
+/// The search for the first loss looks at headings up to half the distance between two searches to either side, and at
+/// most so far (degrees).
+const SECTOR_DEG: f64 = 11.25;
+
+/// How many times finer and coarser than usual a precision may be.
+const FINER: f64 = 20.0;
+const COARSER: f64 = 1000.0;
+
+/// Settings of the searches.
+#[derive(Debug, Clone, Copy)]
+pub struct LimitOptions {
+    /// Number of headings, evenly spaced from 0.
+    pub headings: usize,
+    /// Half width of the 95 % interval at which a search ends (N s); None for [`USUAL_PRECISION`].
+    pub precision_n_s: Option<f64>,
+    /// Number of trials after which a search ends in any case.
+    pub max_trials: u64,
+    /// Number of episodes for each impulse of the search for the first loss; 0 leaves it out.
+    pub replicas: u64,
+    /// Whether to try every impulse, for a map.
+    pub is_dense: bool,
+    /// Number of threads; 0 means one per core.
+    pub threads: usize,
+    /// Whether controllers run that have not been tried without a push.
+    pub untried: bool,
+}
+
+/// The searches, one for each controller and heading, with all that they need.
+pub struct Searches<'a> {
+    campaign: &'a Campaign,
+    options: LimitOptions,
+    precision_n_s: f64,
+    plan: Plan,
+    yardstick: Yardstick,
+    headings: Vec<Heading>,
+    pool: ThreadPool,
+    factories: Vec<Factory>,
+}
+
+/// The result. Lengths are in the control frame: origin midway between the soles' centres, x forward, y left.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Limits {
+    pub campaign: String,
+    pub robot: String,
+    /// Name and version of the physics engine.
+    pub engine: String,
+    pub physics_step_s: f64,
+    pub seed: u64,
+    /// The robot's unit of impulses, the sole impulse (N s).
+    pub sole_impulse_n_s: f64,
+    pub precision_n_s: f64,
+    pub max_trials: u64,
+    pub replicas: u64,
+    /// The search for the first loss looked at headings up to so far to either side (degrees).
+    pub sector_deg: f64,
+    /// Whether trials with the same impulse can differ.
+    pub random: bool,
+    /// Number of episodes in all searches.
+    pub episodes: u64,
+    #[serde(flatten)]
+    pub yardstick: Yardstick,
+    pub headings: Vec<Heading>,
+}
+
+impl<'a> Searches<'a> {
+    /// Reads the controllers and factories the controllers for the robot of these files, and runs nothing. It fails if an
+    /// option or an input is wrong, or if the reach of the robot's feet is not known.
+    pub fn new(campaign: &'a Campaign, files: Files, options: LimitOptions) -> Result<Self> {
+        check(&options)?;
+        let plan = Plan::with(campaign, files)?;
+        let yardstick = Yardstick::new(&plan.robot, campaign)?;
+        let usual_n_s = two_digits(USUAL_PRECISION * campaign.units.impulse_n_s());
+        let precision_n_s = options.precision_n_s.unwrap_or(usual_n_s);
+        in_range("command line", "--precision", precision_n_s, [usual_n_s / FINER, usual_n_s * COARSER])?;
+        let heading = |i: usize| yardstick.heading(360.0 * i as f64 / options.headings as f64);
+        let headings = (0..options.headings).map(heading).collect();
+        let pool = pool(options.threads)?;
+        let factories = pool.install(|| plan.tried_factories(options.untried))?;
+        Ok(Self { campaign, options, precision_n_s, plan, yardstick, headings, pool, factories })
+    }
+
+    pub fn count(&self) -> u64 {
+        (self.headings.len() * self.factories.len()) as u64
+    }
+
+    /// The robot, and the controller of this name.
+    pub fn case(&self, name: &str) -> Option<(&Robot, &Factory)> {
+        let set = self.plan.manifest.sets.iter().position(|set| set == name)?;
+        Some((&self.plan.robot, &self.factories[set]))
+    }
+
+    /// How long the searches take on this machine (s), roughly: by some pushes, and as if each limit were the
+    /// bound with one footstep.
+    pub fn estimated_s(&self) -> Result<f64> {
+        const SAMPLE: usize = 16;
+        const LONG_S: f64 = 0.5;
+        /// Trials of a usual search for the limit, if trials can differ and if they cannot.
+        const OF_SEARCH: [f64; 2] = [60.0, 8.0];
+        let opening = self.plan.opening(&self.factories);
+        let (start, mut pushes) = (Instant::now(), 0);
+        for (set, heading) in (0..self.factories.len()).cycle().zip(self.headings.iter().cycle()).take(SAMPLE) {
+            if pushes > 0 && start.elapsed().as_secs_f64() > LONG_S {
+                break;
+            }
+            let Heading { heading_deg, bound_one_step_n_s, .. } = *heading;
+            let disturbance = pushed(self.campaign, first_trial(heading_deg), 0.5 * bound_one_step_n_s, heading_deg);
+            self.plan.records(&self.factories, opening.as_ref(), disturbance, &[set])?;
+            pushes += 1;
+        }
+        let of_search = OF_SEARCH[usize::from(!is_random(self.campaign))].min(self.options.max_trials as f64);
+        let safe = |heading: &Heading| {
+            let of_loss = if self.options.replicas > 0 { of_search } else { 0.0 };
+            self.options.replicas as f64 * heading.bound_one_step_n_s / self.precision_n_s + of_loss
+        };
+        let map = |heading: &Heading| {
+            f64::from(self.options.is_dense) * MAP_TO * heading.bound_one_step_n_s / self.precision_n_s
+        };
+        let of_set: f64 = self.headings.iter().map(|heading| of_search + safe(heading) + map(heading)).sum();
+        let of_push_s = start.elapsed().as_secs_f64() / pushes as f64;
+        Ok(of_push_s * of_set * self.factories.len() as f64 / self.pool.current_num_threads() as f64)
+    }
+
+    /// Runs all searches. It calls `on_episode` after each episode and `on_search` after each search, from any thread.
+    /// It fails if `stop` is set from outside.
+    pub fn run(
+        &self,
+        stop: &AtomicBool,
+        on_episode: &(dyn Fn() + Sync),
+        on_search: &(dyn Fn() + Sync),
+    ) -> Result<Limits> {
+        let Self { campaign, options, precision_n_s, plan, yardstick, pool, factories, .. } = self;
+        let (precision_n_s, mut headings) = (*precision_n_s, self.headings.clone());
+        let sets = &plan.manifest.sets;
+        let random = is_random(campaign);
+        let sector_deg = SECTOR_DEG.min(180.0 / options.headings as f64);
+        let opening = plan.opening(factories);
+        let jobs: Vec<(usize, usize)> =
+            (0..headings.len()).flat_map(|h| (0..sets.len()).map(move |s| (h, s))).collect();
+        let search = |&(h, s): &(usize, usize)| {
+            let heading: &Heading = &headings[h];
+            let rule = Rule {
+                most_n_s: (BEYOND_THE_BOUND * heading.bound_n_step_n_s).max(10.0 * precision_n_s),
+                precision_n_s,
+                max_trials: options.max_trials,
+                random,
+            };
+            let search = Search {
+                campaign,
+                plan,
+                factories,
+                opening: opening.as_ref(),
+                set: s,
+                heading_deg: heading.heading_deg,
+                bound_one_step_n_s: heading.bound_one_step_n_s,
+                replicas: options.replicas,
+                sector_deg,
+                is_dense: options.is_dense,
+                stop,
+                on_episode,
+            };
+            let limit = search.run(rule)?;
+            on_search();
+            Ok(limit)
+        };
+        // One job at a time, so that no core is left with several searches at the end.
+        let found = pool.install(|| jobs.par_iter().with_max_len(1).map(search).collect::<Result<Vec<SetLimit>>>())?;
+        let mut found = found.into_iter();
+        headings.iter_mut().for_each(|heading| heading.sets = found.by_ref().take(sets.len()).collect());
+        Ok(Limits {
+            campaign: campaign.name.clone(),
+            robot: campaign.robot.clone(),
+            engine: plan.manifest.engine.clone(),
+            physics_step_s: campaign.episode.clock().physics_step_s,
+            seed: campaign.seed,
+            sole_impulse_n_s: campaign.units.impulse_n_s(),
+            precision_n_s,
+            max_trials: options.max_trials,
+            replicas: options.replicas,
+            sector_deg,
+            random,
+            episodes: headings.iter().flat_map(|heading| &heading.sets).map(SetLimit::episodes).sum(),
+            yardstick: yardstick.clone(),
+            headings,
+        })
+    }
+}
+
+impl Limits {
+    /// The holes of the maps with their headings (degrees) and controllers, in the order of the controllers.
+    pub fn holes(&self) -> impl Iterator<Item = (f64, &SetLimit, &Tried)> {
+        let sets = self.headings.first().map_or(0, |heading| heading.sets.len());
+        let of = |set: usize| self.headings.iter().map(move |heading| (heading.heading_deg, &heading.sets[set]));
+        (0..sets)
+            .flat_map(of)
+            .flat_map(|(heading_deg, limit)| limit.holes().map(move |hole| (heading_deg, limit, hole)))
+    }
+}
+
+/// Rounds a number to two digits.
+fn two_digits(x: f64) -> f64 {
+    format!("{x:.1e}").parse().expect("a number that was written is read")
+}
+
+fn check(options: &LimitOptions) -> Result<()> {
+    in_range("command line", "--headings", options.headings as f64, [1.0, MOST_HEADINGS as f64])?;
+    in_range("command line", "--replicas", options.replicas as f64, [0.0, MOST_REPLICAS as f64])?;
+    in_range("command line", "--max-trials", options.max_trials as f64, [1.0, MOST_TRIALS as f64])
+}

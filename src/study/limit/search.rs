@@ -1,0 +1,325 @@
+//! The search at one heading with one controller, by trials of the campaign with another impulse and heading of the push.
+
+use crate::ask::spec::Campaign;
+use crate::ask::trial;
+use crate::plan::Plan;
+use serde::{Serialize, Serializer};
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::Factory;
+use standfast_sim::episode::{ClosedLoop, Disturbance, Outcome};
+use standfast_stats::psychometric::{Posterior, Rule};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Result for one controller at one heading.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SetLimit {
+    pub name: String,
+    pub impulse50_n_s: f64,
+    pub ci95: [f64; 2],
+    /// Impulse with 90 % recovery; None if nothing is random.
+    pub impulse90_n_s: Option<f64>,
+    pub impulse90_ci95: Option<[f64; 2]>,
+    /// The change of velocity by `impulse50_n_s`, over the robot's mass (m/s) and as a multiple of sqrt(g h).
+    pub dv_m_s: f64,
+    pub dv_over_sqrt_g_h: f64,
+    /// Ratio of `impulse50_n_s` to the bound with one footstep.
+    pub of_one_step_bound: f64,
+    /// Whether the interval of `impulse50_n_s` is as narrow as requested.
+    pub resolved: bool,
+    /// The largest impulse of the grid up to which nothing was lost; None if that was not searched for.
+    pub safe_n_s: Option<f64>,
+    /// The loss at which that search ended; None if nothing was lost, or not searched for.
+    pub first_loss: Option<FirstLoss>,
+    /// Number of trials of that search.
+    pub safe_trials: u64,
+    /// The pushes of the map at this heading, from weak to hard; empty without a map.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub map: Vec<Tried>,
+    /// Number of trials of the search for `impulse50_n_s`, and how they ended.
+    pub trials: u64,
+    pub recovered: u64,
+    pub survived: u64,
+    pub fell: u64,
+    pub timed_out: u64,
+    pub diverged: u64,
+    pub failed: u64,
+}
+
+/// A push that was lost, exactly as `standfast push` can repeat it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FirstLoss {
+    pub impulse_n_s: f64,
+    pub heading_deg: f64,
+    pub start_s: f64,
+    /// Index of the trial of this search, which fixes everything else; `push` takes it by `--limit-trial`.
+    pub trial: u64,
+    /// Impulse with 50 % recovery at this heading (N s), and how many trials found it.
+    pub limit_n_s: f64,
+    pub limit_trials: u64,
+    /// Ratio of the impulse to that one.
+    pub of_limit: f64,
+}
+
+/// A push of the map.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Tried {
+    pub impulse_n_s: f64,
+    /// Index of the trial of this search, which fixes all but impulse and heading; `push` takes it by `--limit-trial`.
+    pub trial: u64,
+    #[serde(serialize_with = "by_name")]
+    pub outcome: Outcome,
+}
+
+fn by_name<S: Serializer>(outcome: &Outcome, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.serialize_str(outcome.name())
+}
+
+/// A loss below this share of the impulse with 50 % recovery is a hole.
+const HOLE: f64 = 0.95;
+
+impl SetLimit {
+    /// The first loss, if the robot survives harder pushes although it loses this one.
+    pub fn hole(&self) -> Option<&FirstLoss> {
+        self.first_loss.as_ref().filter(|loss| loss.of_limit < HOLE)
+    }
+
+    /// The holes of the map: of each row of pushes that are lost although the robot survives harder ones, the weakest.
+    pub fn holes(&self) -> impl Iterator<Item = &Tried> {
+        let is_lost = |tried: &Tried| !tried.outcome.is_success() && tried.impulse_n_s < HOLE * self.impulse50_n_s;
+        let is_first = move |i: usize| i == 0 || !is_lost(&self.map[i - 1]);
+        self.map.iter().enumerate().filter(move |&(i, tried)| is_lost(tried) && is_first(i)).map(|(_, tried)| tried)
+    }
+
+    /// Number of episodes of its searches.
+    pub fn episodes(&self) -> u64 {
+        let of_loss = self.first_loss.map_or(0, |loss| loss.limit_trials);
+        self.trials + self.safe_trials + of_loss + self.map.len() as u64
+    }
+
+    /// Number of pushes from which the robot recovered before the first loss.
+    pub fn safe_pushes(&self) -> u64 {
+        self.safe_trials - u64::from(self.first_loss.is_some())
+    }
+
+    /// Whether the intervals of two limits do not overlap.
+    pub fn is_apart_from(&self, other: &SetLimit) -> bool {
+        self.ci95[1] < other.ci95[0] || other.ci95[1] < self.ci95[0]
+    }
+}
+
+/// Whether trials with the same impulse and heading can differ.
+pub(super) fn is_random(campaign: &Campaign) -> bool {
+    let push = &campaign.push;
+    let drawn = [push.height_m, push.duration_s].into_iter().any(|distribution| !distribution.is_constant());
+    drawn || campaign.second_push.is_random() || !trial::begin_alike(campaign)
+}
+
+/// Distance between the first trials of two headings that are a thousandth of a degree apart. What a seed yields depends
+/// on it.
+const TRIALS_APART: u64 = 1 << 20;
+/// Largest number of trials in one search.
+pub const MOST_TRIALS: u64 = 100_000;
+/// Largest number of episodes for each impulse of the search for the first loss.
+pub const MOST_REPLICAS: u64 = 100;
+
+/// How far the search for the first loss got.
+struct Safe {
+    up_to_n_s: f64,
+    first_loss: Option<FirstLoss>,
+    trials: u64,
+}
+
+/// Distance of its trials from those of the search for 50 %, and its largest number of impulses.
+const SAFE_TRIALS: u64 = 2 * MOST_TRIALS;
+const SAFE_POINTS: u64 = 8_000;
+/// Largest difference of a replica in the impulse (relative). The push starts within a control period.
+const SAFE_IMPULSE: f64 = 0.01;
+/// Distance of the map's trials from those of the search for 50 %, and the end of the map, as a multiple of that impulse.
+const MAP_TRIALS: u64 = MOST_TRIALS;
+pub(super) const MAP_TO: f64 = 1.15;
+
+pub(super) struct Search<'a> {
+    pub campaign: &'a Campaign,
+    pub plan: &'a Plan,
+    pub factories: &'a [Factory],
+    /// The beginning of all trials, if they begin alike.
+    pub opening: Option<&'a ClosedLoop<'a>>,
+    /// Number of the controller.
+    pub set: usize,
+    pub heading_deg: f64,
+    /// The pendulum's bound with one footstep (N s).
+    pub bound_one_step_n_s: f64,
+    pub replicas: u64,
+    /// Largest difference of a replica in the heading (degrees).
+    pub sector_deg: f64,
+    /// Whether to try every impulse, for a map.
+    pub is_dense: bool,
+    pub stop: &'a AtomicBool,
+    /// Called after every episode.
+    pub on_episode: &'a (dyn Fn() + Sync),
+}
+
+impl Search<'_> {
+    pub fn run(&self, rule: Rule) -> Result<SetLimit> {
+        let [mut recovered, mut survived, mut fell, mut timed_out, mut diverged, mut failed] = [0; 6];
+        let posterior = self.limit(rule, self.heading_deg, |outcome| {
+            *match outcome {
+                Outcome::Recovered => &mut recovered,
+                Outcome::Survived => &mut survived,
+                Outcome::Fell => &mut fell,
+                Outcome::TimedOut => &mut timed_out,
+                Outcome::Diverged => &mut diverged,
+                Outcome::Failed => &mut failed,
+            } += 1;
+        })?;
+        let (random, grid_n_s) = (rule.random, rule.precision_n_s);
+        let safe = self.safe(rule)?;
+        let (impulse50, impulse90) = (posterior.impulse50(), posterior.impulse90());
+        let map = if self.is_dense { self.map(grid_n_s, MAP_TO * impulse50.at_n_s)? } else { Vec::new() };
+        let [dv_m_s, dv_over_sqrt_g_h] = self.campaign.units.velocity_of(impulse50.at_n_s);
+        Ok(SetLimit {
+            name: self.plan.manifest.sets[self.set].clone(),
+            impulse50_n_s: impulse50.at_n_s,
+            ci95: impulse50.ci95,
+            impulse90_n_s: random.then_some(impulse90.at_n_s),
+            impulse90_ci95: random.then_some(impulse90.ci95),
+            dv_m_s,
+            dv_over_sqrt_g_h,
+            of_one_step_bound: impulse50.at_n_s / self.bound_one_step_n_s,
+            resolved: posterior.is_resolved(),
+            safe_n_s: (self.replicas > 0).then_some(safe.up_to_n_s),
+            first_loss: safe.first_loss,
+            safe_trials: safe.trials,
+            map,
+            trials: posterior.trials(),
+            recovered,
+            survived,
+            fell,
+            timed_out,
+            diverged,
+            failed,
+        })
+    }
+
+    /// Searches the impulse with 50 % recovery at a heading. It calls `on_outcome` after each trial.
+    fn limit(&self, rule: Rule, heading_deg: f64, mut on_outcome: impl FnMut(Outcome)) -> Result<Posterior> {
+        let mut posterior = Posterior::new(rule);
+        while let Some(impulse_n_s) = posterior.next_impulse() {
+            let trial = first_trial(heading_deg) + posterior.trials();
+            let outcome = self.outcome(pushed(self.campaign, trial, impulse_n_s, heading_deg))?;
+            on_outcome(outcome);
+            posterior.observe(impulse_n_s, outcome.is_success());
+        }
+        Ok(posterior)
+    }
+
+    /// Goes up from small impulses, in steps of the precision, to the first loss. At each step it tries `replicas` pushes
+    /// whose headings differ by up to `sector_deg`, and that are almost the same otherwise, since one may recover by luck.
+    fn safe(&self, rule: Rule) -> Result<Safe> {
+        let (grid_n_s, most_n_s) = (rule.precision_n_s, rule.most_n_s);
+        let mut safe = Safe { up_to_n_s: 0.0, first_loss: None, trials: 0 };
+        let points = ((most_n_s / grid_n_s) as u64).min(SAFE_POINTS);
+        for point in 1..=if self.replicas > 0 { points } else { 0 } {
+            let impulse_n_s = grid_n_s * point as f64;
+            for replica in 0..self.replicas {
+                let trial = first_trial(self.heading_deg) + SAFE_TRIALS + point * MOST_REPLICAS + replica;
+                let [more, turned, later] = trial::replica(self.campaign.seed, trial);
+                let impulse_n_s = impulse_n_s * (1.0 + SAFE_IMPULSE * more);
+                let heading_deg = (self.heading_deg + self.sector_deg * turned).rem_euclid(360.0);
+                let late_s = later * self.campaign.episode.control_period_s;
+                let mut disturbance = pushed(self.campaign, trial, impulse_n_s, heading_deg);
+                let mut start_s = 0.0;
+                if let Some(push) = disturbance.pushes.first_mut() {
+                    push.start_s += late_s;
+                    start_s = push.start_s;
+                }
+                safe.trials += 1;
+                if !self.outcome(disturbance)?.is_success() {
+                    let posterior = self.limit(rule, heading_deg, |_| ())?;
+                    let (limit_n_s, limit_trials) = (posterior.impulse50().at_n_s, posterior.trials());
+                    let of_limit = impulse_n_s / limit_n_s;
+                    safe.first_loss =
+                        Some(FirstLoss { impulse_n_s, heading_deg, start_s, trial, limit_n_s, limit_trials, of_limit });
+                    return Ok(safe);
+                }
+            }
+            safe.up_to_n_s = impulse_n_s;
+        }
+        Ok(safe)
+    }
+
+    /// Tries the impulses up to `to_n_s`, in steps of `grid_n_s`.
+    fn map(&self, grid_n_s: f64, to_n_s: f64) -> Result<Vec<Tried>> {
+        let points = ((to_n_s / grid_n_s) as u64).min(SAFE_POINTS);
+        let tried = |point: u64| {
+            let (impulse_n_s, trial) = (grid_n_s * point as f64, first_trial(self.heading_deg) + MAP_TRIALS + point);
+            let outcome = self.outcome(pushed(self.campaign, trial, impulse_n_s, self.heading_deg))?;
+            Ok(Tried { impulse_n_s, trial, outcome })
+        };
+        (1..=points).map(tried).collect()
+    }
+
+    /// Fails if the searches are to stop.
+    fn outcome(&self, disturbance: Disturbance) -> Result<Outcome> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(Error::Interrupted);
+        }
+        let outcome = self.plan.records(self.factories, self.opening, disturbance, &[self.set])?[0].outcome;
+        (self.on_episode)();
+        Ok(outcome)
+    }
+}
+
+/// Index of the first trial at a heading. It depends on nothing else, so that neither does what is found there.
+pub fn first_trial(heading_deg: f64) -> u64 {
+    (1e3 * heading_deg).round() as u64 * TRIALS_APART
+}
+
+/// What happens to the robot in a trial of the campaign with another impulse and heading of the first push.
+pub fn pushed(campaign: &Campaign, trial: u64, impulse_n_s: f64, heading_deg: f64) -> Disturbance {
+    let mut disturbance = trial::disturbance(campaign, trial);
+    if let Some(push) = disturbance.pushes.first_mut() {
+        (push.impulse_n_s, push.heading_deg) = (impulse_n_s, heading_deg);
+    }
+    disturbance
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::campaign;
+
+    #[test]
+    fn random_is_what_lets_two_trials_differ_and_nothing_else() {
+        assert!(!is_random(&campaign("nominal", &[])) && is_random(&campaign("standard", &[])));
+        for (set, random) in [
+            (vec!["sensors.noise_scale=0.1"], true),
+            (vec!["sensors.bias_scale=0.1"], true),
+            (vec!["push.height_m={uniform=[0, 0.1]}"], true),
+            (vec!["push.height_m=0.1", "push.duration_s=0.1"], false),
+            (vec!["variations.mass_scale={uniform=[0.9, 1.1]}"], true),
+            (vec!["variations.mass_scale={normal=[1.1, 0]}", "variations.friction=0.5"], false),
+            (vec!["variations.delay_s={normal=[0.004, 0.001]}"], true),
+            // The heading of a slope is drawn unless it is given.
+            (vec!["push.start_s=1", "variations.slope_deg=1"], true),
+            (vec!["push.start_s=1", "variations.slope_deg=1", "variations.slope_heading_deg=30"], false),
+            (vec!["variations.slope_deg=0"], false),
+            (vec!["second_push.impulse_n_s=1"], false),
+            (vec!["second_push={impulse_n_s=1, after_s={uniform=[0.1, 1]}}"], true),
+            (vec!["second_push={impulse_n_s=0, after_s={uniform=[0.1, 1]}}"], false),
+        ] {
+            let campaign = campaign("nominal", &set);
+            assert_eq!(is_random(&campaign), random, "{set:?}");
+            // `random` must agree with whether the drawn trials differ (apart from noise, which is not compared).
+            let trials: Vec<_> = (0..20)
+                .map(|i| {
+                    let mut pushes = trial::pushes(&campaign, i);
+                    (pushes[0].impulse_n_s, pushes[0].heading_deg) = (1.0, 0.0);
+                    (pushes, trial::variation(&campaign, i))
+                })
+                .collect();
+            let noisy = set[0].starts_with("sensors");
+            assert!(noisy || trials.iter().any(|trial| *trial != trials[0]) == random, "{set:?}");
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! The pendulum bounds: the largest impulses that it can take standing, with one footstep, and with any number.
+
+use crate::ask::spec::Campaign;
+use crate::limit::search::SetLimit;
+use nalgebra::Point2;
+use serde::Serialize;
+use standfast_core::error::{Error, Result};
+use standfast_core::lipm::capture::{self, Region, SteppingPendulum};
+use standfast_core::robot::{Foot, GRAVITY, Kinematics, LandingRegion, PerFoot, Robot, Units};
+use standfast_sim::Profile;
+use std::path::Path;
+
+/// The quantities from which the bounds are computed.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Yardstick {
+    pub mass_kg: f64,
+    pub omega_rad_s: f64,
+    pub com_height_m: f64,
+    /// COM at home relative to the origin: x, y.
+    pub com_offset_m: [f64; 2],
+    /// Smallest and largest coordinates about the sole's centre.
+    pub sole_x_m: [f64; 2],
+    pub sole_y_m: [f64; 2],
+    /// The part of a sole on which its ankle can hold all of the weight.
+    pub held_x_m: [f64; 2],
+    pub held_y_m: [f64; 2],
+    /// Its length while both feet stand, and the pitch of both ankles holds the weight. (At the side, one foot carries all.)
+    pub held_by_both_x_m: [f64; 2],
+    /// Distance between the soles' centres.
+    pub stance_width_m: f64,
+    /// Where a foot can land, and how soon.
+    pub reach: Vec<LandingRegion>,
+    /// Mean duration in the campaign.
+    pub push_duration_s: f64,
+    /// Mean height above the COM in the campaign.
+    pub push_height_m: f64,
+    pub push_profile: Profile,
+    /// Ratio of the impulse of a push with this duration to an instantaneous one with the same effect.
+    pub push_factor: f64,
+    /// 1 / (1 + push_height / com_height) for a push above the COM, else 1. A bound is reduced by this factor if the
+    /// angular momentum of the push has to be removed through the ankles.
+    pub height_factor: f64,
+}
+
+/// One heading: the bounds for the campaign's push (for its duration, not its height), and the controllers' results.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Heading {
+    pub heading_deg: f64,
+    pub bound_no_step_n_s: f64,
+    /// What limits the bounds beside places and times of footsteps: `soles` or, if the ankles cannot hold the weight at
+    /// their edges, `ankle torque`.
+    pub limited_by: &'static str,
+    pub bound_one_step_n_s: f64,
+    pub bound_n_step_n_s: f64,
+    /// The bounds multiplied by `height_factor`.
+    pub bound_no_step_at_height_n_s: f64,
+    pub bound_one_step_at_height_n_s: f64,
+    pub bound_n_step_at_height_n_s: f64,
+    pub sets: Vec<SetLimit>,
+}
+
+impl Yardstick {
+    /// For a robot at home and the mean push of a campaign. It fails if the reach of the feet is not known.
+    pub fn new(robot: &Robot, campaign: &Campaign) -> Result<Yardstick> {
+        if robot.reach.is_empty() {
+            let path = Path::new(&campaign.robot).with_extension("toml");
+            let accepted = "regions [[reach]] with name, x_m, y_m and swing_time_s";
+            let problem = "the pendulum's bounds depend on where a foot can land, and how soon";
+            return Err(Error::value(&path.to_string_lossy(), "reach", "(none)", problem, accepted));
+        }
+        let kinematics = Kinematics::at_home(robot);
+        let centre = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot).translation.vector);
+        let (com, middle) = (kinematics.com(), (centre.left + centre.right) / 2.0);
+        let omega_rad_s = robot.omega();
+        let com_height_m = robot.home_com_height();
+        // If the soles differ in size, the smaller one counts.
+        let half_m = [0, 1].map(|axis| {
+            Foot::BOTH.map(|foot| robot.soles[foot].half_m[axis]).into_iter().fold(f64::INFINITY, f64::min)
+        });
+        let weight_n = robot.mass() * GRAVITY;
+        let [held_x_m, held_y_m, held_by_both_x_m] = [(1.0, 0), (1.0, 1), (0.5, 0)].map(|(share, axis)| {
+            let [left, right] = Foot::BOTH.map(|foot| robot.soles[foot].pressable_m(share * weight_n)[axis]);
+            // Of feet that differ, what both allow.
+            [left[0].max(right[0]), left[1].min(right[1])]
+        });
+        let (push_duration_s, push_height_m) = (campaign.push.duration_s.mean(), campaign.push.height_m.mean());
+        let push_factor = match campaign.push.profile {
+            Profile::Rectangular => capture::rectangular_push_factor,
+            Profile::HalfSine => capture::half_sine_push_factor,
+        };
+        Ok(Yardstick {
+            mass_kg: robot.mass(),
+            omega_rad_s,
+            com_height_m,
+            com_offset_m: [com.x - middle.x, com.y - middle.y],
+            sole_x_m: [-half_m[0], half_m[0]],
+            sole_y_m: [-half_m[1], half_m[1]],
+            held_x_m,
+            held_y_m,
+            held_by_both_x_m,
+            stance_width_m: (centre.left.y - centre.right.y).abs(),
+            reach: robot.reach.clone(),
+            push_duration_s,
+            push_height_m,
+            push_profile: campaign.push.profile,
+            push_factor: push_factor(omega_rad_s, push_duration_s),
+            height_factor: 1.0 / (1.0 + push_height_m.max(0.0) / com_height_m),
+        })
+    }
+
+    /// The units of the robot.
+    pub fn units(&self) -> Units {
+        Units { mass_kg: self.mass_kg, length_m: self.com_height_m, half_sole_m: self.sole_x_m[1] }
+    }
+
+    /// The bounds for one heading (degrees), still without controllers.
+    pub fn heading(&self, heading_deg: f64) -> Heading {
+        let region =
+            |region: &LandingRegion| Region { x_m: region.x_m, y_m: region.y_m, swing_time_s: region.swing_time_s };
+        let held = SteppingPendulum {
+            mass_kg: self.mass_kg,
+            omega: self.omega_rad_s,
+            com: Point2::from(self.com_offset_m),
+            sole_x_m: self.held_x_m,
+            sole_y_m: self.held_y_m,
+            both_x_m: self.held_by_both_x_m,
+            both_y_m: self.held_y_m,
+            stance_width_m: self.stance_width_m,
+            regions: self.reach.iter().map(region).collect(),
+        };
+        let [x_m, y_m] = [self.sole_x_m, self.sole_y_m];
+        let by_soles = SteppingPendulum { sole_x_m: x_m, both_x_m: x_m, sole_y_m: y_m, both_y_m: y_m, ..held.clone() };
+        let bounds = held.bounds(heading_deg);
+        let limited_by = if bounds == by_soles.bounds(heading_deg) { "soles" } else { "ankle torque" };
+        let [no, one, n] = [bounds.no_step_n_s, bounds.one_step_n_s, bounds.n_step_n_s].map(|j| j * self.push_factor);
+        Heading {
+            heading_deg,
+            bound_no_step_n_s: no,
+            limited_by,
+            bound_one_step_n_s: one,
+            bound_n_step_n_s: n,
+            bound_no_step_at_height_n_s: no * self.height_factor,
+            bound_one_step_at_height_n_s: one * self.height_factor,
+            bound_n_step_at_height_n_s: n * self.height_factor,
+            sets: Vec::new(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ask::no_step::NoStep;
+    use crate::fixtures::campaign;
+
+    #[test]
+    fn the_yardstick_takes_the_mean_push() {
+        let robot = standfast_robots::load("ut-mu2").unwrap();
+        let of = |set: &[&str]| Yardstick::new(&robot, &campaign("nominal", set)).unwrap();
+        let drawn = of(&["push.height_m={uniform=[-0.05, 0.1]}", "push.duration_s={normal=[0.06, 0.02]}"]);
+        assert_eq!(drawn, of(&["push.height_m=0.025", "push.duration_s=0.06"]));
+        let heading = drawn.heading(0.0);
+        let factor = 1.0 / (1.0 + 0.025 / robot.home_com_height());
+        assert!((heading.bound_one_step_at_height_n_s / heading.bound_one_step_n_s - factor).abs() < 1e-12);
+        // For a push below the COM, the bound stays as it is.
+        assert_eq!(of(&["push.height_m={uniform=[-0.1, 0]}"]).height_factor, 1.0);
+    }
+
+    /// Weak ankles hold less than the soles allow, forward by the torque of both over the weight.
+    #[test]
+    fn weak_ankles_limit_what_is_held_without_a_footstep() {
+        let mut robot = standfast_robots::load("ut-mu2").unwrap();
+        let bound = |robot: &Robot| Yardstick::new(robot, &campaign("nominal", &[])).unwrap().heading(0.0);
+        let strong = bound(&robot);
+        assert_eq!(strong.limited_by, "soles");
+        let lever_m = 0.02;
+        for foot in Foot::BOTH {
+            robot.soles[foot].ankle.torque_n_m = [0.5 * robot.mass() * GRAVITY * lever_m; 2];
+            robot.soles[foot].ankle.above_m = [0.0; 2];
+        }
+        let weak = bound(&robot);
+        assert_eq!(weak.limited_by, "ankle torque");
+        let yardstick = Yardstick::new(&robot, &campaign("nominal", &[])).unwrap();
+        let held_m = lever_m - yardstick.com_offset_m[0];
+        let expected = robot.mass() * robot.omega() * held_m * yardstick.push_factor;
+        assert!((weak.bound_no_step_n_s / expected - 1.0).abs() < 1e-9, "{} {expected}", weak.bound_no_step_n_s);
+        assert!(weak.bound_one_step_n_s < strong.bound_one_step_n_s && weak.bound_n_step_n_s < strong.bound_n_step_n_s);
+    }
+
+    /// The measure of a push is the bound without a footstep and without the factor for the push's duration.
+    #[test]
+    fn the_measure_of_a_push_is_the_bound_without_a_footstep() {
+        let robot = standfast_robots::load("ut-mu2").unwrap();
+        let (yardstick, no_step) = (Yardstick::new(&robot, &campaign("nominal", &[])).unwrap(), NoStep::new(&robot));
+        for heading_deg in [-135.0, -20.0, 0.0, 70.0, 90.0, 180.0] {
+            let bound = yardstick.heading(heading_deg).bound_no_step_n_s / yardstick.push_factor;
+            let found = no_step.impulse_n_s(heading_deg).unwrap();
+            assert!((found - bound).abs() < 1e-9, "{heading_deg}: {found}, not {bound}");
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! Where two engines part company: the trials with another outcome are simulated again, side by side.
+
+use crate::ask::spec::{Campaign, Overrides};
+use crate::ask::trial;
+use crate::plan::Plan;
+use crate::store::folder::Folder;
+use crate::verdict::agreement::{Agreement, PartedTrial, SetAgreement};
+use rayon::prelude::*;
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::Factory;
+use standfast_sim::episode::parting::{half_sole_width_m, parting};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The trials to be simulated again.
+pub struct Partings<'a> {
+    plans: [Plan; 2],
+    factories: Vec<Factory>,
+    /// The distance beyond which traces part (m).
+    limit_m: f64,
+    /// Each with the number of its controller.
+    trials: Vec<(usize, &'a mut PartedTrial)>,
+}
+
+impl<'a> Partings<'a> {
+    /// Of each controller the first `most` trials on which two results, `folders`, do not agree. Errors: an input is gone,
+    /// or the program lacks an engine.
+    pub fn new(folders: [&Folder; 2], agreement: &'a mut Agreement, most: usize) -> Result<Self> {
+        let plan = |folder: &Folder| {
+            let file = folder.path.join("campaign.toml").display().to_string();
+            Plan::new(&Campaign::load(&file, &Overrides::default())?)
+        };
+        let plans = [plan(folders[0])?, plan(folders[1])?];
+        let limit_m = half_sole_width_m(&plans[0].robot);
+        agreement.part_beyond_m = Some(limit_m);
+        let of_set =
+            |(set, of): (usize, &'a mut SetAgreement)| of.parted.iter_mut().take(most).map(move |trial| (set, trial));
+        let trials: Vec<_> = agreement.sets.iter_mut().enumerate().flat_map(of_set).collect();
+        let factories = plans[0].factories()?;
+        Ok(Self { plans, factories, limit_m, trials })
+    }
+
+    /// Number of trials.
+    pub fn count(&self) -> u64 {
+        self.trials.len() as u64
+    }
+
+    /// Simulates them on all cores, and notes where they part. Calls `on_trial` after each, from any thread. Fails if
+    /// `stop` is set meanwhile.
+    pub fn run(self, stop: &AtomicBool, on_trial: &(dyn Fn() + Sync)) -> Result<()> {
+        let Self { plans, factories, limit_m, trials } = self;
+        let [in_a, in_b] = plans.each_ref().map(|plan| &plan.manifest.campaign);
+        let robot = &plans[0].robot;
+        trials.into_par_iter().try_for_each(|(set, of)| {
+            if stop.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
+            let disturbance = || trial::disturbance(in_a, of.trial);
+            of.parting = parting(robot, &factories[set], [&in_a.episode, &in_b.episode], disturbance, limit_m)?;
+            of.traced = true;
+            on_trial();
+            Ok(())
+        })
+    }
+}

@@ -1,0 +1,342 @@
+//! Runs a campaign: what its folder lacks is spread over the cores, and written part by part.
+
+use crate::interim::{InterimLooks, Look};
+use crate::plan::{Plan, pool};
+use crate::store::claim::{Access, Claim};
+use crate::store::folder::Folder;
+use crate::store::manifest::Manifest;
+use crate::store::row::TrialRow;
+use crate::store::shard::Shard;
+use crate::verdict::gates::Gates;
+use crate::verdict::summary::Summary;
+use rayon::ThreadPool;
+use rayon::prelude::*;
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::Factory;
+use standfast_sim::episode::ClosedLoop;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// How much of a campaign to run, and on how many threads.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RunOptions {
+    /// Number of threads; 0 means one for each core.
+    pub threads: usize,
+    pub shard: Option<Shard>,
+    /// Whether controllers run that have not been tried without a push.
+    pub untried: bool,
+}
+
+/// Functions that are called while a campaign runs, and a flag that stops it.
+pub struct Watch<'a> {
+    /// Somebody sets this to stop the run early.
+    pub stop: &'a AtomicBool,
+    /// Called after every episode, from any thread.
+    pub on_episode: &'a (dyn Fn() + Sync),
+    /// Called with the rows of every finished part, from any thread; first of those that were there already.
+    pub on_part: &'a (dyn Fn(&[TrialRow]) + Sync),
+    /// Called at every look at a campaign that ends when decided, with the episodes of the campaign in all, at most.
+    pub on_look: &'a (dyn Fn(&Look, u64) + Sync),
+}
+
+/// The part of a campaign that its folder still lacks, with everything that is needed to run it.
+pub struct Work<'a> {
+    plan: &'a Plan,
+    pub folder: &'a Folder,
+    pool: ThreadPool,
+    factories: Vec<Factory>,
+    pub shard: Option<Shard>,
+    /// Blocks to run; those up to the next look if the campaign ends when decided.
+    missing: Vec<u64>,
+    /// Number of trials of each controller, if the campaign does not end earlier.
+    all_trials: Vec<u64>,
+    /// None for a campaign with a fixed number of trials.
+    looks: Option<InterimLooks<'a>>,
+    claim: Option<Claim>,
+}
+
+impl<'a> Work<'a> {
+    /// What `folder` lacks (of one shard, or of all). If anything is lacking, all controllers are designed here, so that
+    /// a controller without a design fails before anything is written or removed. `gates` say when a campaign that ends
+    /// when decided is decided. Errors: no design, or a robot that falls without a push.
+    pub fn new(plan: &'a Plan, folder: &'a Folder, options: RunOptions, gates: Option<&'a Gates>) -> Result<Work<'a>> {
+        let Manifest { campaign, sets, .. } = &folder.manifest;
+        let mut work = Work {
+            plan,
+            folder,
+            pool: pool(options.threads)?,
+            factories: Vec::new(),
+            shard: options.shard,
+            missing: Vec::new(),
+            all_trials: vec![campaign.trials; sets.len()],
+            looks: gates.and_then(|gates| InterimLooks::new(folder, gates)),
+            claim: None,
+        };
+        work.missing = match work.looks {
+            Some(_) => work.look_on(&|_, _| {})?,
+            None => work.blocks().filter(|&block| work.lacks(block)).collect(),
+        };
+        if !work.is_done() {
+            work.factories = work.pool.install(|| plan.tried_factories(options.untried))?;
+        }
+        Ok(work)
+    }
+
+    /// Whether the folder lacks nothing.
+    pub fn is_done(&self) -> bool {
+        self.missing.is_empty()
+    }
+
+    /// Calls `f`, which uses no more threads than the run.
+    pub fn within_threads<T: Send>(&self, f: impl FnOnce() -> T + Send) -> T {
+        self.pool.install(f)
+    }
+
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// ClosedLoop to run; at most, if the campaign ends when decided. Looks at what is there now.
+    pub fn episodes(&self) -> u64 {
+        if self.is_done() { 0 } else { self.episodes_of(|block| self.folder.lacks(block, self.set_trials())) }
+    }
+
+    /// ClosedLoop in all, those that are there among them; at most, if the campaign ends when decided.
+    pub fn all_episodes(&self) -> u64 {
+        self.all_episodes_with(self.set_trials())
+    }
+
+    fn all_episodes_with(&self, set_trials: &[u64]) -> u64 {
+        let has_trials = |block: u64| set_trials.iter().map(move |trials| self.folder.range(block).0 < *trials);
+        self.episodes_of(|block| has_trials(block).collect())
+    }
+
+    /// ClosedLoop of all blocks, each with those of the controllers for which `of` says so.
+    fn episodes_of(&self, of: impl Fn(u64) -> Vec<bool>) -> u64 {
+        let episodes = |block: u64| {
+            let (first, end) = self.folder.range(block);
+            (end - first) * of(block).into_iter().filter(|is_one| *is_one).count() as u64
+        };
+        self.blocks().map(episodes).sum()
+    }
+
+    /// The blocks of the campaign, or of the shard.
+    fn blocks(&self) -> impl Iterator<Item = u64> + use<> {
+        let Manifest { campaign, part_trials, .. } = &self.folder.manifest;
+        let shard = self.shard;
+        (0..campaign.trials.div_ceil(part_trials.get())).filter(move |&block| takes(shard, block))
+    }
+
+    /// Number of trials of each controller, as far as it is known.
+    fn set_trials(&self) -> &[u64] {
+        self.looks.as_ref().map_or(&self.all_trials, |looks| &looks.set_trials)
+    }
+
+    fn lacks(&self, block: u64) -> bool {
+        self.folder.lacks(block, self.set_trials()).contains(&true)
+    }
+
+    /// Whether the campaign has been decided, perhaps by another shard.
+    fn is_decided(&self) -> bool {
+        self.looks.is_some() && self.shard.is_some() && self.folder.has_stopped()
+    }
+
+    /// Looks at what is there of a campaign that ends when decided, from the next look on: the blocks to run next, or
+    /// none if all is decided, or there are no more trials.
+    fn look_on(&mut self, on_look: &dyn Fn(&Look, u64)) -> Result<Vec<u64>> {
+        let Some(mut looks) = self.looks.take() else { return Ok(Vec::new()) };
+        looks.go_on(&|look| on_look(look, self.all_episodes_with(look.set_trials)))?;
+        let missing = looks.lacking(|block| takes(self.shard, block));
+        self.looks = Some(looks);
+        Ok(missing)
+    }
+
+    /// Runs what is missing and writes it part by part. Parts that are complete are left as they are.
+    ///
+    /// From then on nobody else may change the folder, as long as this lives.
+    pub fn run(&mut self, watch: &Watch) -> Result<()> {
+        let access = if self.shard.is_some() { Access::SharedByShards } else { Access::Exclusive };
+        // No report may stand beside another decision; where there are no shards, it is written again in any case.
+        let asks_anew = self.shard.is_some() && self.folder.asks_anew();
+        self.claim = Some(Claim::of(self.folder, access, || self.plan.identify(self.folder))?);
+        if asks_anew || !self.is_done() {
+            self.folder.remove_result()?;
+        }
+        if !self.is_done() {
+            let there = (0..self.folder.blocks()).filter(|&block| !self.lacks(block));
+            let rows = there.filter_map(|block| self.folder.rows_of(block..block + 1, self.set_trials()).ok());
+            rows.for_each(|rows| (watch.on_part)(&rows));
+        }
+        // Taken out, because the opening, which serves at every look, borrows them.
+        let (plan, factories) = (self.plan, std::mem::take(&mut self.factories));
+        let opening = plan.opening(&factories);
+        // Another shard may have decided it, perhaps by parts that are not seen here.
+        while !self.is_done() && !self.is_decided() {
+            self.pool.install(|| self.run_blocks(&factories, opening.as_ref(), watch))?;
+            self.missing = self.look_on(watch.on_look)?;
+        }
+        match &self.looks {
+            Some(looks) if looks.is_over => self.folder.stop_at(&looks.set_trials),
+            _ => Ok(()),
+        }
+    }
+
+    /// Units are trials, handed out in order one by one: cores stay busy to the end, and an interruption loses only the
+    /// few blocks in work.
+    fn run_blocks(&self, factories: &[Factory], opening: Option<&ClosedLoop>, watch: &Watch) -> Result<()> {
+        // A block is made when its first trial is due, and gone when its last one is written: memory does not grow with
+        // the campaign.
+        let due = self.missing.iter().take_while(|_| !self.is_decided());
+        let blocks = due.map(|&block| Arc::new(Block::new(self.folder, block, self.set_trials())));
+        let jobs = blocks.flat_map(|block| block.trials.clone().map(move |trial| (Arc::clone(&block), trial)));
+        jobs.par_bridge().try_for_each(|(block, trial)| {
+            if watch.stop.load(Ordering::Relaxed) {
+                return Err(Error::Interrupted);
+            }
+            let rows = self.plan.rows(factories, opening, trial, &block.sets)?;
+            rows.iter().for_each(|_| (watch.on_episode)());
+            let Some(rows) = block.put(trial, rows) else { return Ok(()) };
+            self.folder.check_owner()?;
+            self.folder.part(block.index).write(&rows)?;
+            (watch.on_part)(&rows);
+            Ok(())
+        })
+    }
+}
+
+/// Runs what the folder `out` lacks of a campaign, on all cores, and concludes it.
+pub fn run_all(plan: &Plan, out: &Path) -> Result<Summary> {
+    let folder = plan.folder(Some(out))?;
+    let gates = Gates::new(&folder.manifest, None)?;
+    let watch = Watch { stop: &AtomicBool::new(false), on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} };
+    Work::new(plan, &folder, RunOptions::default(), Some(&gates))?.run(&watch)?;
+    Ok(Summary::of_folder(&folder, &gates)?.0)
+}
+
+/// Whether a block is for this shard, or for a run without shards.
+fn takes(shard: Option<Shard>, block: u64) -> bool {
+    shard.is_none_or(|shard| shard.takes(block))
+}
+
+/// A block in work. Its rows stand by trial and number of the controller.
+struct Block {
+    index: u64,
+    /// The trials to run, each with these controllers.
+    trials: Range<u64>,
+    sets: Vec<usize>,
+    /// Number of rows when it is complete.
+    all: usize,
+    /// The rows so far, by trial and controller.
+    rows: Mutex<BTreeMap<(u64, usize), TrialRow>>,
+}
+
+impl Block {
+    /// The block as it is in the folder, with what it lacks if the controllers have so many trials. Rows of other sets
+    /// that are there are kept.
+    fn new(folder: &Folder, index: u64, set_trials: &[u64]) -> Self {
+        let (first, end) = folder.range(index);
+        // A part that cannot be read is run again.
+        let there = folder.part(index).rows().unwrap_or_default();
+        let names = &folder.manifest.sets;
+        let lacks = |set: &usize| first < set_trials[*set] && !there.iter().any(|row| row.set == names[*set]);
+        let sets: Vec<usize> = (0..names.len()).filter(lacks).collect();
+        let number = |row: &TrialRow| names.iter().position(|set| *set == row.set);
+        let rows: BTreeMap<_, _> =
+            there.into_iter().filter_map(|row| Some(((row.trial, number(&row)?), row))).collect();
+        let all = (end - first) as usize * sets.len() + rows.len();
+        Self { index, trials: first..end, sets, all, rows: Mutex::new(rows) }
+    }
+
+    /// Puts the rows of a trial in their places. Returns all rows in order if these were the last ones.
+    fn put(&self, trial: u64, of_trial: Vec<TrialRow>) -> Option<Vec<TrialRow>> {
+        let mut rows = self.rows.lock().unwrap_or_else(PoisonError::into_inner);
+        rows.extend(self.sets.iter().zip(of_trial).map(|(&set, row)| ((trial, set), row)));
+        (rows.len() == self.all).then(|| std::mem::take(&mut *rows).into_values().collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::tests::planned;
+    use crate::{Campaign, Overrides};
+    use std::sync::atomic::AtomicUsize;
+
+    /// Runs on one thread and stops after `most` episodes.
+    fn run(plan: &Plan, folder: &Folder, most: usize) -> Result<usize> {
+        let (stop, count) = (AtomicBool::new(false), AtomicUsize::new(0));
+        let on_episode = || {
+            if count.fetch_add(1, Ordering::Relaxed) + 1 == most {
+                stop.store(true, Ordering::Relaxed);
+            }
+        };
+        let mut work = Work::new(plan, folder, RunOptions { threads: 1, ..RunOptions::default() }, None)?;
+        work.run(&Watch { stop: &stop, on_episode: &on_episode, on_part: &|_| {}, on_look: &|_, _| {} })?;
+        Ok(count.into_inner())
+    }
+
+    /// Also with one that does not divide the count of trials; and a folder keeps to the one it began with.
+    #[test]
+    fn a_result_is_the_same_for_any_count_of_trials_in_a_part() {
+        let dir = tempfile::tempdir().unwrap();
+        let result = |part_trials: u64| {
+            let mut plan = planned(&[]);
+            plan.manifest.part_trials = part_trials.try_into().unwrap();
+            let folder = plan.folder(Some(&dir.path().join(part_trials.to_string()))).unwrap();
+            assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 30);
+            let again = planned(&[]).folder(Some(&folder.path)).unwrap();
+            assert_eq!((again.manifest.part_trials.get(), again.missing()), (part_trials, vec![]));
+            let gates = Gates::new(&plan.manifest, None).unwrap();
+            Summary::of_folder(&folder, &gates).unwrap();
+            ["trials.parquet", "summary.json", "campaign.toml"]
+                .map(|name| std::fs::read(folder.path.join(name)).unwrap())
+        };
+        let usual = result(5);
+        assert!([1, 7, 25, 100].into_iter().all(|part_trials| result(part_trials) == usual));
+    }
+
+    /// Even if the parts by which it was decided are not seen here.
+    #[test]
+    fn a_shard_ends_when_another_one_has_decided() {
+        let dir = tempfile::tempdir().unwrap();
+        let gains = vec!["hold".into(), "fixed".into()];
+        let trials = Some(100);
+        let overrides = Overrides { gains, trials, until_resolved: true, synthetic: true, ..Default::default() };
+        let plan = Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();
+        let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
+        let gates = Gates::new(&plan.manifest, None).unwrap();
+        let options = RunOptions { threads: 1, shard: "1/2".parse().ok(), ..RunOptions::default() };
+        let mut work = Work::new(&plan, &folder, options, Some(&gates)).unwrap();
+        let (stop, parts) = (AtomicBool::new(false), AtomicUsize::new(0));
+        let on_part = |_: &[TrialRow]| {
+            parts.fetch_add(1, Ordering::Relaxed);
+            folder.stop_at(&[25, 25]).unwrap();
+        };
+        work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_, _| {} }).unwrap();
+        assert!((1..=2).contains(&parts.into_inner()) && folder.has_stopped() && !work.is_done());
+    }
+
+    /// Everyone who watches hears of each part once, and first of those that are there.
+    #[test]
+    fn parts_are_shown_as_soon_as_they_are_finished() {
+        let dir = tempfile::tempdir().unwrap();
+        let plan = planned(&[]);
+        let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
+        assert!(run(&plan, &folder, 12).is_err());
+        let seen = Mutex::new(Vec::new());
+        let on_part =
+            |rows: &[TrialRow]| seen.lock().unwrap().push(rows.iter().map(|row| row.trial).collect::<Vec<_>>());
+        let mut work = Work::new(&plan, &folder, RunOptions { threads: 1, ..RunOptions::default() }, None).unwrap();
+        assert_eq!((work.episodes(), work.all_episodes()), (20, 30));
+        let stop = AtomicBool::new(false);
+        work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_, _| {} }).unwrap();
+        assert_eq!((work.episodes(), work.all_episodes()), (0, 30));
+        let seen = seen.into_inner().unwrap();
+        assert_eq!(seen[..2].concat(), (0..10).collect::<Vec<_>>());
+        assert_eq!(seen.concat(), (0..30).collect::<Vec<_>>());
+        assert_eq!(seen.len(), 6);
+    }
+}

@@ -1,0 +1,153 @@
+//! The columns of a row: its fields, and those of the structs in it, one after the other.
+
+use csv::StringRecord;
+use serde::de::value::Error;
+use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, Error as _, IntoDeserializer, SeqAccess, Visitor};
+use standfast_files::columns::{Column, Data};
+use standfast_sim::episode::Totals;
+
+/// A field, which is a column.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Field {
+    pub name: &'static str,
+    pub kind: Kind,
+    /// Whether a value may be missing.
+    pub is_optional: bool,
+}
+
+/// The kind of the values of a column.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    Count,
+    Number,
+    /// Text, or a name out of several.
+    Word,
+}
+
+/// The fields of a row, by what it would read. A row holds counts, numbers, words, any of these as an option, and structs
+/// of them.
+pub fn fields<T: DeserializeOwned>() -> Vec<Field> {
+    let mut lister = Lister::default();
+    T::deserialize(&mut lister).expect("a row holds what a column can hold");
+    lister.fields
+}
+
+/// The cells of rows as columns. The last field has a column for each of `totals` instead.
+pub fn columns<'a>(
+    fields: &'a [Field],
+    totals: &'a [String],
+    rows: &'a [StringRecord],
+) -> impl Iterator<Item = Column> + 'a {
+    let of_field = move |(at, field): (usize, &Field)| {
+        let cells = rows.iter().map(move |row| &row[at]);
+        let some = |cell: &'a str| (!cell.is_empty()).then_some(cell);
+        let data = match (field.kind, field.is_optional) {
+            (Kind::Count, _) => Data::I64(cells.map(parsed).collect()),
+            (Kind::Number, false) => Data::F64(cells.map(parsed).collect()),
+            (Kind::Number, true) => Data::OptF64(cells.map(|cell| some(cell).map(parsed)).collect()),
+            (Kind::Word, false) => Data::Text(cells.map(String::from).collect()),
+            (Kind::Word, true) => Data::OptText(cells.map(|cell| some(cell).map(String::from)).collect()),
+        };
+        Column::new(field.name, data)
+    };
+    let last = fields.len() - 1;
+    let of_controllers: Vec<Totals> = rows.iter().map(|row| Totals::read(&row[last]).unwrap_or_default()).collect();
+    let of_total = move |name: &String| {
+        Column::new(name, Data::OptF64(of_controllers.iter().map(|totals| totals.0.get(name).copied()).collect()))
+    };
+    fields[..last].iter().enumerate().map(of_field).chain(totals.iter().map(of_total))
+}
+
+/// The value of a cell that was written as one.
+fn parsed<T: std::str::FromStr<Err: std::fmt::Debug>>(cell: &str) -> T {
+    cell.parse().expect("a cell holds a value of its field")
+}
+
+/// Reads a row out of nothing, and takes note of what it asks for.
+#[derive(Default)]
+struct Lister {
+    fields: Vec<Field>,
+    /// Of the field that is read.
+    name: &'static str,
+    is_optional: bool,
+}
+
+impl Lister {
+    fn note(&mut self, kind: Kind) {
+        let is_optional = std::mem::take(&mut self.is_optional);
+        self.fields.push(Field { name: self.name, kind, is_optional });
+    }
+}
+
+impl<'de> Deserializer<'de> for &mut Lister {
+    type Error = Error;
+
+    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Error> {
+        Err(Error::custom(format!("{} is of a kind that no column has", self.name)))
+    }
+
+    fn deserialize_u32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        self.note(Kind::Count);
+        visitor.visit_u32(0)
+    }
+
+    fn deserialize_u64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        self.note(Kind::Count);
+        visitor.visit_u64(0)
+    }
+
+    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        self.note(Kind::Number);
+        visitor.visit_f64(0.0)
+    }
+
+    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        self.note(Kind::Word);
+        visitor.visit_str("")
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Error> {
+        self.note(Kind::Word);
+        visitor.visit_enum(variants[0].into_deserializer())
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        self.is_optional = true;
+        visitor.visit_some(self)
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        names: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Error> {
+        visitor.visit_seq(InTurn { lister: self, names: names.iter() })
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 u8 u16 f32 char str bytes byte_buf unit unit_struct newtype_struct seq tuple tuple_struct map
+        identifier ignored_any
+    }
+}
+
+/// The fields of a struct in turn.
+struct InTurn<'a> {
+    lister: &'a mut Lister,
+    names: std::slice::Iter<'static, &'static str>,
+}
+
+impl<'de> SeqAccess<'de> for InTurn<'_> {
+    type Error = Error;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Error> {
+        let Some(name) = self.names.next() else { return Ok(None) };
+        self.lister.name = name;
+        seed.deserialize(&mut *self.lister).map(Some)
+    }
+}

@@ -1,0 +1,522 @@
+//! A result folder: a part for each finished block of trials, and a manifest.
+
+use crate::ask::spec::Campaign;
+use crate::store::manifest::{MANIFEST, Manifest};
+use crate::store::part::{Marker, PartFile};
+use crate::store::row::TrialRow;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use standfast_core::error::{Error, Result};
+use standfast_files::assets::read;
+use standfast_files::{build_id, is_temporary, json, shell_word, write_atomic};
+use std::collections::{BTreeSet, HashMap};
+use std::ffi::OsString;
+use std::ops::Range;
+use std::{fs, path::Path, path::PathBuf};
+
+/// Files that are made from the parts.
+pub const RESULT_FILES: [&str; 6] =
+    ["summary.json", "trials.parquet", "report.html", "summary.md", "junit.xml", "success.svg"];
+
+/// Names that a run creates before its first part.
+const BEGUN: [&str; 3] = ["parts", "inputs", "campaign.toml"];
+
+/// A larger `parts/stopped.json` is not read.
+const MOST_BYTES: u64 = 1_000_000;
+
+/// Subfolder with the pages that show trials, `trial-*.html`.
+pub const REPLAYS: &str = "replays";
+
+/// `parts/stopped.json`: the number of trials at which a campaign was decided and ended.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Stopped {
+    trials: u64,
+    config_hash: String,
+    /// Number of trials of each controller. It is None if all have the number of the campaign.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    set_trials: Option<Vec<u64>>,
+}
+
+/// A result folder with its manifest.
+#[derive(Debug, Clone)]
+pub struct Folder {
+    pub path: PathBuf,
+    pub manifest: Manifest,
+}
+
+impl Folder {
+    /// Opens a folder. It is None if the folder does not exist or is empty. It fails if the folder has other content.
+    pub fn open(path: &Path) -> Result<Option<Folder>> {
+        let fail = |field: &str, at: &Path, problem: &str, accepted: &str| {
+            Err(Error::option(field, at.display(), problem, accepted))
+        };
+        let accepted = "a folder, which is new, empty, or holds the result of a campaign";
+        let empty = match fs::read_dir(path) {
+            Ok(mut entries) => entries.next().is_none(),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound && path.is_symlink() => {
+                return fail("result folder", path, "it is a link to what does not exist", accepted);
+            }
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => true,
+            Err(e) if e.kind() == std::io::ErrorKind::NotADirectory => {
+                return fail("result folder", path, "it is a file", accepted);
+            }
+            Err(source) => return Err(Error::Read { path: path.into(), source }),
+        };
+        if empty {
+            return Ok(None);
+        }
+        let parts = fs::read_dir(path.join("parts")).into_iter().flatten().flatten();
+        if let Some(part) = parts.map(|entry| entry.path()).find(|part| part.is_dir()) {
+            return fail("part of a result", &part, "it is a folder", "a file; remove the folder");
+        }
+        if path.join(MANIFEST).exists() {
+            return Ok(Some(Folder { path: path.into(), manifest: Manifest::read(path)? }));
+        }
+        if Self::markers(path)?.is_empty() {
+            return Ok(None);
+        }
+        let [file, out] = [path.join("campaign.toml"), path.into()].map(|path| shell_word(&path.display().to_string()));
+        let problem = format!(
+            "holds parts, but their manifest (parts/campaign.json) is lost. The command that began it writes it again, \
+             and so does: standfast run {file} --out {out}"
+        );
+        Err(Error::Parts { path: path.into(), problem })
+    }
+
+    /// The markers of the parts in a folder, which can be read without a manifest. There are none if a run failed
+    /// before its first part. It fails if the folder has other content.
+    pub fn markers(path: &Path) -> Result<Vec<Marker>> {
+        let names = |folder: &Path| -> Result<Vec<OsString>> {
+            let fail = |source| Error::Read { path: folder.into(), source };
+            let names: std::io::Result<_> =
+                fs::read_dir(folder).and_then(|all| all.map(|e| Ok(e?.file_name())).collect());
+            names.map_err(fail)
+        };
+        let parts = path.join("parts");
+        let is_marker = |name: &OsString| name.to_str().is_some_and(|n| n.starts_with("part-") && n.ends_with(".json"));
+        let of_parts = if parts.is_dir() { names(&parts)? } else { Vec::new() };
+        let names_of_markers = of_parts.iter().filter(|name| is_marker(name));
+        let markers: Vec<Marker> = names_of_markers.filter_map(|name| Marker::read(&parts.join(name))).collect();
+        // A run creates `parts` first. If that is missing, a `campaign.toml` is a file of the user.
+        let is_ours = |name: &OsString| (parts.is_dir() && BEGUN.iter().any(|ours| name == ours)) || is_temporary(name);
+        if markers.is_empty() && !names(path)?.iter().all(is_ours) {
+            let problem =
+                "is not the folder of a campaign: it has no parts/campaign.json, and holds other files".into();
+            return Err(Error::Parts { path: path.into(), problem });
+        }
+        Ok(markers)
+    }
+
+    /// Opens the folder of a campaign. It fails if there is no such folder, or if it does not hold a campaign.
+    pub fn existing(path: &Path) -> Result<Folder> {
+        Folder::open(path)?.ok_or_else(|| Error::Parts {
+            path: path.into(),
+            problem: "there is no such folder, or it is empty; give the result folder of `standfast run`".into(),
+        })
+    }
+
+    /// The builds of the program that made the parts ([`build_id`]).
+    pub fn builds(&self) -> BTreeSet<String> {
+        Self::markers(&self.path).unwrap_or_default().into_iter().map(|marker| marker.build).collect()
+    }
+
+    /// Whether parts in the folder were made by another build of the program than this one.
+    pub fn is_of_another_build(&self) -> bool {
+        self.builds().iter().any(|build| build != build_id())
+    }
+
+    /// Whether the manifest in the folder differs from this one in its gates, its margin or its number of trials.
+    pub fn asks_anew(&self) -> bool {
+        Folder::open(&self.path).ok().flatten().is_some_and(|found| found.manifest != self.manifest)
+    }
+
+    /// Number of trials in the result. It is that of the campaign or, if the campaign ended early, that at its
+    /// decision.
+    pub fn trials(&self) -> u64 {
+        self.stopped().map_or(self.manifest.campaign.trials, |stopped| stopped.trials)
+    }
+
+    /// Number of trials of each controller in the result. It is None if the campaign ends when decided and has not ended
+    /// yet.
+    pub fn set_trials(&self) -> Option<Vec<u64>> {
+        let Manifest { campaign, sets, .. } = &self.manifest;
+        let of_all = |trials: u64| vec![trials; sets.len()];
+        match self.stopped() {
+            Some(stopped) => Some(stopped.set_trials.unwrap_or_else(|| of_all(stopped.trials))),
+            None => (!campaign.stopping.until_resolved).then(|| of_all(campaign.trials)),
+        }
+    }
+
+    /// Whether the campaign was decided and has ended.
+    pub fn has_stopped(&self) -> bool {
+        self.stopped().is_some()
+    }
+
+    fn stopped(&self) -> Option<Stopped> {
+        let Manifest { campaign, sets, .. } = &self.manifest;
+        let stopped =
+            || -> Option<Stopped> { serde_json::from_slice(&read(&self.stopped_path(), MOST_BYTES).ok()?).ok() };
+        let valid = |stopped: &Stopped| {
+            let is_end = |trials: &u64| {
+                let mut looks = self.manifest.looks().into_iter().flat_map(|looks| looks.until(*trials));
+                *trials == campaign.trials || looks.any(|look| look == *trials)
+            };
+            let of_sets = |trials: &Vec<u64>| {
+                trials.len() == sets.len() && trials.iter().max() == Some(&stopped.trials) && trials.iter().all(is_end)
+            };
+            stopped.config_hash == self.manifest.config_hash
+                && stopped.trials <= campaign.trials
+                && is_end(&stopped.trials)
+                && stopped.set_trials.as_ref().is_none_or(of_sets)
+        };
+        campaign.stopping.until_resolved.then(stopped).flatten().filter(valid)
+    }
+
+    /// Writes that the campaign was decided and has ended, with each controller after this number of trials.
+    pub fn stop_at(&self, set_trials: &[u64]) -> Result<()> {
+        let trials = set_trials.iter().copied().max().unwrap_or_default();
+        let are_same = set_trials.iter().all(|of_set| *of_set == trials);
+        let config_hash = self.manifest.config_hash.clone();
+        let stopped = Stopped { trials, config_hash, set_trials: (!are_same).then(|| set_trials.to_vec()) };
+        write_atomic(&self.stopped_path(), json(&stopped)?.as_bytes())
+    }
+
+    fn stopped_path(&self) -> PathBuf {
+        self.path.join("parts/stopped.json")
+    }
+
+    /// Number of blocks in the result.
+    pub fn blocks(&self) -> u64 {
+        self.trials().div_ceil(self.manifest.part_trials.get())
+    }
+
+    /// The number of the first trial of a block, and the number after its last one.
+    pub fn range(&self, block: u64) -> (u64, u64) {
+        let trials = self.manifest.part_trials.get();
+        (block * trials, ((block + 1) * trials).min(self.manifest.campaign.trials))
+    }
+
+    /// The blocks that are not complete, in order.
+    pub fn missing(&self) -> Vec<u64> {
+        let set_trials = self.set_trials();
+        let is_missing = |&block: &u64| match &set_trials {
+            Some(set_trials) => self.lacks(block, set_trials).contains(&true),
+            // If the campaign has not ended, it is not known which sets a part must have.
+            None => !self.part(block).holds().contains(&true),
+        };
+        (0..self.blocks()).filter(is_missing).collect()
+    }
+
+    /// For each controller, whether a block is still to be run, if the sets have these numbers of trials.
+    pub fn lacks(&self, block: u64, set_trials: &[u64]) -> Vec<bool> {
+        let (first, _) = self.range(block);
+        let holds = self.part(block).holds();
+        set_trials.iter().zip(holds).map(|(&trials, is_there)| first < trials && !is_there).collect()
+    }
+
+    /// Fails if complete parts have rows that cannot be, with a problem for each of these parts.
+    pub fn check_rows(&self) -> Result<()> {
+        let blocks = (0..self.blocks()).into_par_iter();
+        Error::all(blocks.filter_map(|block| self.part(block).contradiction()).collect())
+    }
+
+    /// The part of a block, whether it is complete or not.
+    pub fn part(&self, block: u64) -> PartFile<'_> {
+        let stem = self.path.join(format!("parts/part-{block:06}"));
+        let (first, end) = self.range(block);
+        let Manifest { sets, config_hash, planned_trials, campaign, .. } = &self.manifest;
+        let planned_trials = campaign.stopping.until_resolved.then_some(*planned_trials);
+        PartFile { stem, trials: first..end, sets, config_hash, planned_trials, campaign }
+    }
+
+    /// Writes the manifest. It fails if the folder is not writable.
+    pub fn create(&self) -> Result<()> {
+        self.manifest.write(&self.path)
+    }
+
+    /// The rows of one part after the other, by trial and then by set in the order of the campaign; each part is read when
+    /// it is due. It fails if a part is missing or damaged, or if the campaign ends when decided and has not ended.
+    pub fn parts(&self) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>> {
+        let missing = self.missing();
+        if !missing.is_empty() {
+            let problem = format!(
+                "incomplete: {} of {} parts are missing or damaged (trials {}); to complete it, run: {}",
+                missing.len(),
+                self.blocks(),
+                self.trials_of(&missing),
+                self.resume_command(),
+            );
+            return Err(Error::Parts { path: self.path.clone(), problem });
+        }
+        let Some(set_trials) = self.set_trials() else {
+            let problem =
+                format!("incomplete: it was stopped before its end; to complete it, run: {}", self.resume_command());
+            return Err(Error::Parts { path: self.path.clone(), problem });
+        };
+        Ok((0..self.blocks()).map(move |block| self.rows_of(block..block + 1, &set_trials)))
+    }
+
+    /// The rows of these blocks. Rows beyond the number of trials of their controller are left out. It fails if a part is
+    /// missing or damaged.
+    pub fn rows_of(&self, blocks: Range<u64>, set_trials: &[u64]) -> Result<Vec<TrialRow>> {
+        let mut rows = blocks.map(|block| self.part(block).rows()).collect::<Result<Vec<_>>>()?.concat();
+        let of_set: HashMap<&String, &u64> = self.manifest.sets.iter().zip(set_trials).collect();
+        rows.retain(|row| of_set.get(&row.set).is_some_and(|trials| row.trial < **trials));
+        Ok(rows)
+    }
+
+    /// The campaign with its inputs as seen from the working folder.
+    pub fn campaign(&self) -> Campaign {
+        self.manifest.campaign.clone().seen_from(&self.path)
+    }
+
+    /// Writes `campaign.toml`, with which the campaign can be run again.
+    pub fn write_campaign(&self) -> Result<()> {
+        write_atomic(&self.path.join("campaign.toml"), self.manifest.campaign.to_toml()?.as_bytes())
+    }
+
+    /// The ranges of the trials of some blocks, as text such as `0-49, 75-99`.
+    pub fn trials_of(&self, blocks: &[u64]) -> String {
+        joined(blocks.iter().map(|&block| self.range(block))).join(", ")
+    }
+
+    /// The command that computes the missing trials.
+    pub fn resume_command(&self) -> String {
+        let file = shell_word(&self.path.join("campaign.toml").display().to_string());
+        format!("standfast run {file} --out {}{}", shell_word(&self.path.display().to_string()), self.baseline_option())
+    }
+
+    /// The error if these gates are added to those of a finished campaign, and its trials do not decide them.
+    pub fn undecided(&self, gates: &[String]) -> Error {
+        let gates: String = gates.iter().map(|gate| format!(" --gate {}", shell_word(gate))).collect();
+        let problem = format!(
+            "its {} trials do not decide what is asked, and nothing was changed; to continue it, run: {}{gates}",
+            self.trials(),
+            self.resume_command()
+        );
+        Error::Parts { path: self.path.clone(), problem }
+    }
+
+    /// The command that joins the finished parts.
+    pub fn merge_command(&self) -> String {
+        format!("standfast merge {}{}", shell_word(&self.path.display().to_string()), self.baseline_option())
+    }
+
+    /// The option that commands on this folder need if a gate compares with a baseline.
+    fn baseline_option(&self) -> &'static str {
+        if self.manifest.campaign.gates.ask_for_baseline(&self.manifest.sets) { " --baseline DIR" } else { "" }
+    }
+
+    /// Removes temporary files of programs that ended while they were writing. No program may be at work in the folder.
+    pub fn remove_unfinished(&self) -> Result<()> {
+        for folder in ["", "parts", "inputs", "inputs/gains", REPLAYS] {
+            let Ok(entries) = fs::read_dir(self.path.join(folder)) else { continue };
+            let is_left = |entry: &fs::DirEntry| entry.path().is_file() && is_temporary(&entry.file_name());
+            for entry in entries.flatten().filter(is_left) {
+                remove(&entry.path())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes the files that were made from the parts, before the parts change.
+    pub fn remove_result(&self) -> Result<()> {
+        remove(&self.stopped_path())?;
+        RESULT_FILES.iter().try_for_each(|name| remove(&self.path.join(name)))?;
+        let Ok(pages) = fs::read_dir(self.path.join(REPLAYS)) else { return Ok(()) };
+        pages
+            .flatten()
+            .filter(|page| page.path().is_file() && page.file_name().to_string_lossy().starts_with("trial-"))
+            .try_for_each(|page| remove(&page.path()))
+    }
+}
+
+/// Writes ranges as `3` or `7-9`, and joins neighbours. Each is given by its first number and the number after its last
+/// one. They are in order.
+pub fn joined(ranges: impl IntoIterator<Item = (u64, u64)>) -> Vec<String> {
+    let mut joined: Vec<(u64, u64)> = Vec::new();
+    for (first, end) in ranges {
+        match joined.last_mut() {
+            Some(last) if last.1 == first => last.1 = end,
+            _ => joined.push((first, end)),
+        }
+    }
+    let text =
+        |(first, end): (u64, u64)| if end - first == 1 { first.to_string() } else { format!("{first}-{}", end - 1) };
+    joined.into_iter().map(text).collect()
+}
+
+/// Removes a file if it exists.
+fn remove(path: &Path) -> Result<()> {
+    match fs::remove_file(path) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(Error::Write { path: path.into(), source }),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::ask::spec::Overrides;
+    use crate::fixtures::campaign;
+    use crate::fixtures::manifest;
+
+    use crate::fixtures::record;
+    use standfast_sim::Profile;
+    use standfast_sim::episode::Outcome;
+    use std::num::NonZeroU64;
+
+    pub(crate) fn folder(path: &Path) -> Folder {
+        let gains = ["hold", "fixed"];
+        let overrides = Overrides { trials: Some(60), gains: gains.map(String::from).to_vec(), ..Overrides::default() };
+        let part_trials = NonZeroU64::new(25).unwrap();
+        let mut manifest = Manifest { part_trials, ..manifest(&gains, overrides) };
+        manifest.config_hash = manifest.hash().unwrap();
+        Folder { path: path.into(), manifest }
+    }
+
+    /// A new folder of a campaign with three blocks. These blocks are written.
+    fn written(blocks: &[u64]) -> (tempfile::TempDir, Folder) {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = folder(dir.path());
+        blocks.iter().for_each(|block| folder.part(*block).write(&rows(&folder, *block)).unwrap());
+        (dir, folder)
+    }
+
+    fn rows(folder: &Folder, block: u64) -> Vec<TrialRow> {
+        let (first, end) = folder.range(block);
+        let outcomes = [Outcome::Fell, Outcome::Recovered, Outcome::Diverged, Outcome::Failed, Outcome::TimedOut];
+        let campaign = &folder.manifest.campaign;
+        let of_trial = |t: u64| {
+            let record = record(outcomes[t as usize % 5]);
+            let row = TrialRow { record, ..TrialRow::drawn(campaign, t) };
+            ["hold", "fixed"].map(|set| TrialRow { set: set.into(), ..row.clone() })
+        };
+        (first..end).flat_map(of_trial).collect()
+    }
+
+    #[test]
+    fn a_flipped_byte_a_missing_marker_and_a_foreign_part_are_noticed() {
+        let (dir, mut folder) = written(&[0, 1, 2]);
+        let part = dir.path().join("parts/part-000000.csv");
+        let mut bytes = fs::read(&part).unwrap();
+        let last = bytes.len() - 2;
+        bytes[last] ^= 1;
+        fs::write(&part, bytes).unwrap();
+        fs::remove_file(dir.path().join("parts/part-000001.json")).unwrap();
+        assert_eq!(folder.missing(), [0, 1]);
+        folder.manifest.config_hash = "other".into();
+        assert_eq!(folder.missing(), [0, 1, 2]);
+    }
+
+    /// Writes the first part with a change in its first row of this outcome, and returns what is said of it.
+    fn contradicted(folder: &Folder, outcome: Outcome, change: impl Fn(&mut TrialRow)) -> String {
+        let mut rows = rows(folder, 0);
+        change(rows.iter_mut().find(|row| row.record.outcome == outcome).unwrap());
+        folder.part(0).write(&rows).unwrap();
+        let read = folder.parts().and_then(|parts| parts.collect::<Result<Vec<_>>>());
+        let errors = [read.unwrap_err(), folder.check_rows().unwrap_err()];
+        assert_eq!(errors.each_ref().map(Error::exit_code), [3, 3]);
+        let [message, told_by_status] = errors.map(|error| error.to_string());
+        assert_eq!(message, told_by_status);
+        let advice = "To have its trials run again, remove part-000000.csv and part-000000.json";
+        assert!(message.contains("part-000000.csv: trial ") && message.contains(advice), "{message}");
+        message
+    }
+
+    /// The marker matches, so both files were changed on purpose. Each change is alone, in a row with the outcome that it
+    /// contradicts.
+    #[test]
+    fn a_row_that_contradicts_itself_is_refused() {
+        let (_dir, folder) = written(&[1, 2]);
+        type Change = (&'static str, Outcome, fn(&mut TrialRow));
+        let changes: [Change; 9] = [
+            ("fell_at_s = 1.5", Outcome::Fell, |r| r.record.outcome = Outcome::Recovered),
+            ("fell_at_s = (none)", Outcome::Recovered, |r| r.record.outcome = Outcome::Fell),
+            ("settled_at_s = (none)", Outcome::TimedOut, |r| r.record.outcome = Outcome::Recovered),
+            ("settled_at_s = 0.1", Outcome::Recovered, |r| r.record.settled_at_s = Some(0.1)),
+            ("fall_cause = (none)", Outcome::Fell, |r| r.record.fall_cause = None),
+            ("home_at_s = 1", Outcome::Fell, |r| r.record.home_at_s = Some(1.0)),
+            ("end_s = 1000", Outcome::TimedOut, |r| r.record.end_s = 1e3),
+            ("peak_tilt_deg = 170", Outcome::Recovered, |r| r.record.peak_tilt_deg = 170.0),
+            ("peak_slip_m = -0.1", Outcome::TimedOut, |r| r.record.peak_slip_m = -0.1),
+        ];
+        for (expected, outcome, change) in changes {
+            let message = contradicted(&folder, outcome, change);
+            assert!(message.contains(" of hold: ") && message.contains(expected), "{expected}: {message}");
+            assert!(message.contains(": cannot be in an episode that "), "{message}");
+        }
+    }
+
+    /// What is drawn follows from the seed and the trial's number, so a change of one bit in any of it is noticed.
+    #[test]
+    fn a_row_with_another_push_or_variation_than_its_trial_draws_is_refused() {
+        let (_dir, mut folder) = written(&[]);
+        let campaign = campaign(
+            "smoke",
+            &["second_push={impulse_n_s={uniform=[1, 2]}, after_s=0.2}", "variations.friction={uniform=[0.5, 1]}"],
+        );
+        folder.manifest.campaign = Campaign { trials: 60, ..campaign };
+        [1, 2].into_iter().for_each(|block| folder.part(block).write(&rows(&folder, block)).unwrap());
+        let a_bit_more = |value: f64| f64::from_bits(value.to_bits() + 1);
+        type Change<'a> = (&'static str, &'a dyn Fn(&mut TrialRow));
+        let changes: [Change; 12] = [
+            ("impulse_n_s", &|r| r.push.impulse_n_s = 0.001),
+            ("impulse_n_s", &|r| r.push.impulse_n_s = f64::NAN),
+            ("impulse_n_s", &|r| r.push.impulse_n_s = a_bit_more(r.push.impulse_n_s)),
+            ("heading_deg", &|r| r.push.heading_deg = 1e300),
+            ("height_m", &|r| r.push.height_m = -0.0),
+            ("duration_s", &|r| r.push.duration_s = -1.0),
+            ("start_s", &|r| r.push.start_s = a_bit_more(r.push.start_s)),
+            ("profile", &|r| r.push.profile = Profile::HalfSine),
+            ("second_impulse_n_s", &|r| r.second.second_impulse_n_s = None),
+            ("second_start_s", &|r| r.second.second_start_s = r.second.second_start_s.map(a_bit_more)),
+            ("friction", &|r| r.variation.friction = r.variation.friction.map(a_bit_more)),
+            ("delay_s", &|r| r.variation.delay_s = Some(0.01)),
+        ];
+        for (column, change) in changes {
+            let message = contradicted(&folder, Outcome::Fell, change);
+            let seed = folder.manifest.campaign.seed;
+            let told = format!("is not what seed {seed} draws for this trial; accepted: ");
+            assert!(message.contains(&format!(" of hold: {column} = ")) && message.contains(&told), "{message}");
+        }
+        // Parts of another seed, with markers that say they are of this one.
+        folder.manifest.campaign.seed += 1;
+        assert!(folder.check_rows().unwrap_err().to_string().starts_with("3 problems"));
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_told_at_the_start() {
+        let (dir, folder) = written(&[0]);
+        fs::create_dir(folder.path.join("parts/part-000001.csv")).unwrap();
+        let message = Folder::open(&folder.path).unwrap_err().to_string();
+        assert!(message.contains("part-000001.csv: it is a folder; accepted: a file"), "{message}");
+        #[cfg(unix)]
+        {
+            let link = dir.path().join("link");
+            std::os::unix::fs::symlink("nowhere", &link).unwrap();
+            let message = Folder::open(&link).unwrap_err().to_string();
+            assert!(message.contains("it is a link to what does not exist"), "{message}");
+        }
+    }
+
+    /// A run that failed before its first part leaves a folder that counts as empty. The markers of parts state their
+    /// campaign. A folder with other content is not opened.
+    #[test]
+    fn a_folder_without_a_manifest_is_told_by_its_parts() {
+        let dir = tempfile::tempdir().unwrap();
+        assert!([dir.path(), &dir.path().join("new")].into_iter().all(|path| Folder::open(path).unwrap().is_none()));
+        fs::create_dir_all(dir.path().join("parts")).unwrap();
+        fs::write(dir.path().join("parts/.tmp-a"), "{").unwrap();
+        assert!(Folder::open(dir.path()).unwrap().is_none());
+        fs::write(dir.path().join("thesis.tex"), "").unwrap();
+        assert!(Folder::open(dir.path()).is_err());
+        let folder = folder(dir.path());
+        folder.part(0).write(&rows(&folder, 0)).unwrap();
+        let message = Folder::open(dir.path()).unwrap_err().to_string();
+        assert!(message.contains("is lost") && message.contains("standfast run "), "{message}");
+        let markers = Folder::markers(dir.path()).unwrap();
+        assert_eq!((markers.len(), &markers[0].config_hash), (1, &folder.manifest.config_hash));
+        assert_eq!(markers[0].trials, 25);
+    }
+}

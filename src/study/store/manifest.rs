@@ -1,0 +1,355 @@
+//! The manifest of a result folder, `parts/campaign.json`. It states to which campaign the parts belong, and with which
+//! inputs and versions they were made.
+//!
+//! It is checked whenever a folder is opened. Its values are checked as if a user had typed them, and the configuration
+//! hash is computed again from campaign and inputs. A seal over the whole file shows accidents: a failing disk, or an edit
+//! that leaves the seal as it was. It is no signature: whoever forges a result can compute every hash anew. What was drawn
+//! for a row is therefore compared with what the campaign draws ([`part`](super::part)), and only a simulation tells
+//! whether an outcome is true.
+
+use crate::ask::bounds::shown;
+use crate::ask::gate::GateSpec;
+use crate::ask::spec::{Campaign, MOST_TRIALS};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use standfast_controllers::variant::Listed;
+use standfast_core::error::{Error, Result};
+use standfast_files::assets;
+use standfast_files::{json_pretty, sha256_hex, write_atomic};
+use standfast_sim::PhysicsStep;
+use standfast_stats::looks::{LOOK_TRIALS, Looks};
+use std::collections::BTreeMap;
+use std::num::NonZeroU64;
+use std::path::Path;
+
+/// Path of the manifest in a result folder.
+pub const MANIFEST: &str = "parts/campaign.json";
+/// A larger file is not read. A manifest lists names and numbers, so it is small.
+const MOST_BYTES: u64 = 20_000_000;
+
+/// The campaign to which the parts in a result folder belong.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of the program that wrote it.
+    pub standfast: String,
+    /// SHA-256 of all that the trials depend on: versions of program and engine, campaign, inputs.
+    pub config_hash: String,
+    /// SHA-256 of URDF, settings and meshes. It tells results of different robots apart.
+    pub robot_sha256: String,
+    /// Name and version of the physics engine.
+    pub engine: String,
+    /// Number of trials in a block. A folder keeps the number with which it was begun. The result does not depend on
+    /// it.
+    pub part_trials: NonZeroU64,
+    /// Number of trials that was planned when the folder was begun. A folder keeps it, because the
+    /// [looks](Manifest::looks) follow from it.
+    pub planned_trials: u64,
+    /// Names of the controllers, in the order of the campaign.
+    pub sets: Vec<String>,
+    /// Names of what the controllers report of a whole episode, each a column of `trials.parquet`.
+    pub totals: Vec<String>,
+    /// The files of robot and controllers, in the order in which they are hashed.
+    pub inputs: Vec<Input>,
+    /// What controllers depend on that is none of these files, by their names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub not_kept: BTreeMap<String, Vec<String>>,
+    /// The resolved campaign, which is also in `campaign.toml`.
+    pub campaign: Campaign,
+}
+
+/// Each name once, in the order of their first appearance.
+pub fn each_once(names: impl IntoIterator<Item = String>) -> Vec<String> {
+    let mut once: Vec<String> = Vec::new();
+    for name in names {
+        if !once.contains(&name) {
+            once.push(name);
+        }
+    }
+    once
+}
+
+/// A file that a campaign reads.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Input {
+    /// Its name in the result folder, or `builtin:NAME`.
+    pub file: String,
+    pub sha256: String,
+}
+
+impl Manifest {
+    /// What controllers depend on that is not kept, a sentence for each.
+    pub fn told_not_kept(&self) -> Vec<String> {
+        let told = |(name, files): (&String, &Vec<String>)| {
+            let listed = files.join(", ");
+            format!(
+                "{name} depends on files that are not kept: {listed}. No hash shows whether they change, and a replay elsewhere \
+                 lacks them."
+            )
+        };
+        self.not_kept.iter().map(told).collect()
+    }
+
+    /// The looks at which the campaign may end. It is None if its number of trials is fixed.
+    pub fn looks(&self) -> Option<Looks> {
+        self.campaign.stopping.until_resolved.then(|| Looks::up_to(self.planned_trials))
+    }
+
+    /// The value that `config_hash` must have. It is the SHA-256 of the versions, of the campaign without the settings
+    /// on which no trial depends, and of the hashes of the inputs. Each of these has its length in front.
+    pub fn hash(&self) -> Result<String> {
+        let versions = format!("{} {}", self.standfast, self.engine);
+        let campaign = what_trials_are(&self.campaign).to_toml()?;
+        let inputs = self.inputs.iter().map(|input| input.sha256.as_str());
+        let mut bytes = Vec::new();
+        for text in [versions.as_str(), &campaign].into_iter().chain(inputs) {
+            bytes.extend((text.len() as u64).to_le_bytes());
+            bytes.extend(text.as_bytes());
+        }
+        Ok(sha256_hex(&bytes))
+    }
+
+    /// What makes the trials of `here` others than those of this manifest: versions, keys of the campaign with both values,
+    /// and inputs.
+    pub fn differences(&self, here: &Manifest) -> Vec<String> {
+        let mut found = Vec::new();
+        let [there, now] = [self, here].map(|manifest| {
+            let campaign = what_trials_are(&manifest.campaign);
+            json!({ "standfast": manifest.standfast, "engine": manifest.engine, "": campaign })
+        });
+        for key in ["standfast", "engine", ""] {
+            differences(key, &now[key], &there[key], &mut found);
+        }
+        let both = self.inputs.iter().zip(&here.inputs);
+        let changed = both.filter(|(there, here)| there.file == here.file && there.sha256 != here.sha256);
+        found.extend(each_once(changed.map(|(_, here)| format!("{} has changed", here.file))));
+        found
+    }
+
+    /// Reads the manifest of a folder. It fails if the file cannot be read, has values that no campaign can have, or
+    /// was changed. It also fails if an input in the folder was changed.
+    pub fn read(folder: &Path) -> Result<Manifest> {
+        let path = folder.join(MANIFEST);
+        let problem = |problem: String| Error::Parts { path: path.clone(), problem };
+        let text = assets::read(&path, MOST_BYTES)?;
+        const ADVICE: &str = "Restore it, or remove it: the command that began the campaign writes it again";
+        let damaged = |e: serde_json::Error| problem(format!("it is damaged ({e}). {ADVICE}"));
+        let mut value: serde_json::Value = serde_json::from_slice(&text).map_err(damaged)?;
+        let seal = value.as_object_mut().and_then(|fields| fields.shift_remove("seal"));
+        let is_sealed = seal.is_some_and(|seal| seal == sha256_hex(value.to_string().as_bytes()));
+        let manifest: Manifest = serde_json::from_value(value).map_err(damaged)?;
+        manifest.check(&path.display().to_string())?;
+        if !is_sealed || manifest.hash()? != manifest.config_hash {
+            let changed = "it is not as standfast wrote it: its hash does not match what it says";
+            return Err(problem(format!("{changed}. {ADVICE}")));
+        }
+        manifest.check_inputs(folder)?;
+        Ok(manifest)
+    }
+
+    /// The configuration hash in the manifest of a folder, without any check. It is None if it cannot be read.
+    pub fn stated_hash(folder: &Path) -> Option<String> {
+        let value: serde_json::Value =
+            serde_json::from_slice(&assets::read(&folder.join(MANIFEST), MOST_BYTES).ok()?).ok()?;
+        value["config_hash"].as_str().map(String::from)
+    }
+
+    /// Writes the manifest to a folder, with its seal.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        let fail = |e: serde_json::Error| Error::Syntax { file: MANIFEST.into(), message: e.to_string() };
+        let mut value = serde_json::to_value(self).map_err(fail)?;
+        value["seal"] = sha256_hex(value.to_string().as_bytes()).into();
+        write_atomic(&folder.join(MANIFEST), json_pretty(&value)?.as_bytes())
+    }
+
+    /// Checks its values as if a user had typed them. Errors name `file`.
+    pub fn check(&self, file: &str) -> Result<()> {
+        self.campaign.check(file)?;
+        let (sets, gains) = (&self.sets, &self.campaign.gains);
+        let is_repeated = |(i, set): (usize, &String)| sets[..i].contains(set);
+        if sets.len() != gains.len() || sets.iter().enumerate().any(is_repeated) {
+            let (problem, accepted) = ("not one for each controller", format!("{} different names", gains.len()));
+            return Err(Error::value(file, "sets", sets.join(", "), problem, accepted));
+        }
+        let part_trials = self.part_trials.get();
+        let is_between_looks = self.looks().is_none() || LOOK_TRIALS.is_multiple_of(part_trials);
+        if part_trials > self.campaign.trials.max(MOST_PART_TRIALS) || !is_between_looks {
+            let accepted = "5 to 500; up to 25 in a campaign that ends when decided";
+            return Err(Error::value(file, "part_trials", part_trials, "no size of a part", accepted));
+        }
+        if !(1..=MOST_TRIALS).contains(&self.planned_trials) {
+            return Err(Error::value(file, "planned_trials", self.planned_trials, "out of range", "1 to 1e7"));
+        }
+        Ok(())
+    }
+
+    /// Fails if an input that lies in the folder has changed. A missing one is noticed when it is needed.
+    fn check_inputs(&self, folder: &Path) -> Result<()> {
+        for input in self.inputs.iter().filter(|input| !input.file.starts_with("builtin:")) {
+            let path = folder.join(&input.file);
+            if path.exists() && sha256_hex(&assets::read(&path, MOST_BYTES)?) != input.sha256 {
+                let problem = "it is not the file with which the trials were run; restore it".into();
+                return Err(Error::Parts { path, problem });
+            }
+        }
+        Ok(())
+    }
+
+    /// The controller of which all others are variants, in the result of a sweep; None in any other.
+    pub fn reference(&self) -> Option<&str> {
+        let listed: Vec<Listed> = self.campaign.gains.iter().map(|listed| Listed::split(listed)).collect();
+        let mut unchanged = (0..listed.len()).filter(|&i| listed[i].change.is_none());
+        let (Some(only), None) = (unchanged.next(), unchanged.next()) else { return None };
+        let is_sweep = listed.len() > 1 && listed.len() == self.sets.len();
+        let all_its = listed.iter().all(|variant| variant.base == listed[only].base);
+        (is_sweep && all_its).then(|| &self.sets[only][..])
+    }
+}
+
+/// Adds the values that differ, each with its dotted key.
+pub fn differences(key: &str, here: &Value, there: &Value, found: &mut Vec<String>) {
+    match (here, there) {
+        (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
+            for (name, value) in a {
+                let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+                differences(&key, value, &b[name], found);
+            }
+        }
+        _ if here == there => {}
+        _ => {
+            let rounded =
+                [there, here].map(|value| value.as_f64().filter(|_| value.is_f64()).map_or(value.to_string(), shown));
+            let [there, here] = if rounded[0] == rounded[1] { [there, here].map(Value::to_string) } else { rounded };
+            found.push(format!("{key} is {there} there and {here} here"));
+        }
+    }
+}
+
+/// Most trials in a part.
+const MOST_PART_TRIALS: u64 = 500;
+
+/// Number of trials in a block, which is stored as one part. The last block may have fewer. An interruption loses the
+/// unfinished blocks, so small ones have 5 trials: with four controllers these are 20 episodes. In large campaigns blocks
+/// are larger, so that there are about 2000 of them, because a shared folder often limits the number of files. In a
+/// campaign that ends when decided, the number of trials between two looks is a multiple of it.
+pub fn part_trials(campaign: &Campaign) -> NonZeroU64 {
+    const LEAST: u64 = 5;
+    const PARTS: u64 = 2000;
+    let trials = campaign.trials.div_ceil(PARTS).next_multiple_of(LEAST).min(MOST_PART_TRIALS);
+    let between_looks = if trials > LEAST { LOOK_TRIALS } else { LEAST };
+    NonZeroU64::new(if campaign.stopping.until_resolved { between_looks } else { trials }).unwrap_or(NonZeroU64::MIN)
+}
+
+/// The campaign without the settings on which no trial depends. The number of trials is left out if the campaign ends
+/// when decided: it may be continued with more trials, because its intervals hold at every look. A campaign with a
+/// fixed number of trials may not be continued, because to add trials after having seen the result would be a second
+/// look.
+fn what_trials_are(campaign: &Campaign) -> Campaign {
+    let mut trials = Campaign { gates: GateSpec::default(), ..campaign.clone() };
+    trials.stopping.margin = 0.0;
+    // The step of the other engine does not matter.
+    trials.episode.physics_step_s = PhysicsStep::all(trials.episode.clock().physics_step_s);
+    if campaign.stopping.until_resolved {
+        trials.trials = 0;
+    }
+    trials
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::campaign;
+    use crate::store::folder::tests::folder;
+    use serde_json::Value;
+
+    #[test]
+    fn a_manifest_that_was_changed_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let manifest = folder(dir.path()).manifest;
+        manifest.write(dir.path()).unwrap();
+        assert_eq!(Manifest::read(dir.path()).unwrap(), manifest);
+        let path = dir.path().join(MANIFEST);
+        let written: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        let foreign = "not as standfast wrote it";
+        for (pointer, value, is_sealed_again, expected) in [
+            ("/campaign/seed", 5.into(), false, foreign),
+            ("/robot_sha256", "x".into(), false, foreign),
+            ("/planned_trials", 50.into(), false, foreign),
+            // A seal can be made again, but the hash is also in every part.
+            ("/campaign/seed", 5.into(), true, foreign),
+            ("/campaign/trials", 1e18.into(), true, "1e+18"),
+            ("/campaign/trials", 10_000_001u64.into(), true, "1 to 1e7"),
+            ("/sets", Value::Array(Vec::new()), true, "2 different names"),
+            ("/sets/1", "hold".into(), true, "2 different names"),
+            ("/part_trials", 501.into(), true, "5 to 500"),
+            ("/part_trials", 0.into(), true, "nonzero"),
+            ("/planned_trials", 0.into(), true, "1 to 1e7"),
+        ] {
+            let mut changed = written.clone();
+            *changed.pointer_mut(pointer).unwrap() = value;
+            if is_sealed_again {
+                changed.as_object_mut().unwrap().shift_remove("seal");
+                changed["seal"] = sha256_hex(changed.to_string().as_bytes()).into();
+            }
+            std::fs::write(&path, changed.to_string()).unwrap();
+            let message = Manifest::read(dir.path()).unwrap_err().to_string();
+            assert!(message.contains(expected) && message.contains(MANIFEST), "{pointer}: {message}");
+        }
+    }
+
+    #[test]
+    fn an_input_that_was_changed_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let (mut manifest, file) = (folder(dir.path()).manifest, "inputs/gains/mine.toml");
+        manifest.inputs = vec![Input { file: file.into(), sha256: sha256_hex(b"name = 'mine'") }];
+        manifest.config_hash = manifest.hash().unwrap();
+        manifest.write(dir.path()).unwrap();
+        assert!(Manifest::read(dir.path()).is_ok(), "it is not needed yet");
+        write_atomic(&dir.path().join(file), b"name = 'mine'").unwrap();
+        assert!(Manifest::read(dir.path()).is_ok());
+        write_atomic(&dir.path().join(file), b"name = 'more'").unwrap();
+        let message = Manifest::read(dir.path()).unwrap_err().to_string();
+        assert!(message.contains(file) && message.contains("restore it"), "{message}");
+    }
+
+    #[test]
+    fn only_a_sweep_of_one_controller_has_a_reference() {
+        let of = |listed: &[&str], sets: usize| {
+            let mut manifest = folder(Path::new("")).manifest;
+            manifest.campaign.gains = listed.iter().map(|name| name.to_string()).collect();
+            manifest.sets = (0..sets).map(|i| format!("set {i}")).collect();
+            manifest.reference().map(String::from)
+        };
+        assert_eq!(of(&["paper:zmp_margin=0", "paper", "paper:zmp_margin=1"], 3), Some("set 1".into()));
+        for other in [&["paper"][..], &["paper", "hold"], &["paper:zmp_margin=0", "hold"], &["paper:zmp_margin=0"]] {
+            assert_eq!(of(other, other.len()), None, "{other:?}");
+        }
+        assert_eq!(of(&["paper", "paper:zmp_margin=0"], 4), None, "a comparison of two results");
+    }
+
+    #[test]
+    fn large_campaigns_have_large_parts() {
+        for (trials, until_resolved, expected) in [
+            (1, false, 5),
+            (10_000, false, 5),
+            (10_001, false, 10),
+            (1_000_000, false, 500),
+            (10_000_000, false, 500),
+            (1000, true, 5),
+            (100_000, true, 25),
+        ] {
+            let set = [format!("trials={trials}"), format!("stopping.until_resolved={until_resolved}")];
+            assert_eq!(part_trials(&campaign("standard", &set.each_ref().map(|s| &s[..]))).get(), expected, "{trials}");
+        }
+    }
+
+    #[test]
+    fn the_hash_tells_inputs_apart() {
+        let with = |shas: &[&str]| {
+            let mut manifest = folder(Path::new("")).manifest;
+            manifest.inputs = shas.iter().map(|sha| Input { file: String::new(), sha256: sha.to_string() }).collect();
+            manifest.hash().unwrap()
+        };
+        assert_ne!(with(&["ab", "c"]), with(&["a", "bc"]));
+        assert_ne!(with(&["a", "b"]), with(&["b", "a"]));
+    }
+}

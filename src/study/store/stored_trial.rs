@@ -1,0 +1,97 @@
+//! A trial of a finished campaign, to be run again and looked at. It follows from the campaign and its index alone.
+
+use crate::ask::spec::Campaign;
+use crate::ask::trial;
+use crate::store::folder::Folder;
+use crate::store::row::TrialRow;
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::{Factory, Robot};
+use standfast_sim::Engine;
+use standfast_sim::episode::{Disturbance, EpisodeConfig, Outcome, Record};
+use std::path::Path;
+
+/// A trial with one controller, ready to run.
+pub struct StoredTrial {
+    pub campaign: Campaign,
+    pub trial: u64,
+    /// Name of the controller in the results.
+    pub set: String,
+    /// Names of all controllers in the results.
+    pub sets: Vec<String>,
+    pub robot: Robot,
+    pub factory: Factory,
+    /// The stored row; None if the campaign has not come that far with this set, or if the part is damaged.
+    pub row: Option<TrialRow>,
+}
+
+impl StoredTrial {
+    /// Opens trial number `trial` of the result in `folder`. If no set is given, it takes the first that did not
+    /// recover, or else the first that has the trial. It fails if there is no such trial, set or campaign, or if an
+    /// input is gone.
+    pub fn open(folder: &Path, trial: u64, set: Option<&str>) -> Result<Self> {
+        let found = Folder::existing(folder)?;
+        let (campaign, sets) = (&found.manifest.campaign, &found.manifest.sets);
+        campaign.check_trial(trial)?;
+        found.manifest.told_not_kept().iter().for_each(|told| log::warn!("{told}"));
+        if let Some(name) = set.filter(|name| !sets.iter().any(|set| set == name)) {
+            return Err(Error::Unknown { what: "controller", name: name.into(), accepted: sets.join(", ") });
+        }
+        let block = (0..found.blocks()).find(|&block| found.range(block).1 > trial);
+        let mut rows = match block.map(|block| found.part(block)) {
+            // A part that is not there yet has no row, and one that is must be right.
+            Some(part) => {
+                part.rows().or_else(|e| if part.holds().contains(&true) { Err(e) } else { Ok(Vec::new()) })?
+            }
+            None => Vec::new(),
+        };
+        rows.retain(|row| row.trial == trial);
+        let lost = sets.iter().find(|set| rows.iter().any(|r| r.set == **set && !r.has_recovered()));
+        let first = rows.first().map_or(&sets[0], |row| &row.set);
+        let set = set.unwrap_or_else(|| lost.unwrap_or(first)).to_string();
+        let campaign = found.campaign();
+        let robot = standfast_robots::load(&campaign.robot)?;
+        let settings = standfast_controllers::load(&campaign.gains_named(&set))?;
+        let factory = settings.prepare(&robot, campaign.episode.control_period_s)?;
+        let row = rows.into_iter().find(|row| row.set == set);
+        Ok(Self { campaign, trial, set, sets: found.manifest.sets, robot, factory, row })
+    }
+
+    pub fn engine(&self) -> Engine {
+        self.campaign.episode.engine
+    }
+
+    /// Settings of the episode in an engine, which need not be that of the result. Fails if this program lacks the
+    /// engine, or if the engine does not take the robot.
+    pub fn config_in(&self, engine: Engine) -> Result<EpisodeConfig> {
+        engine.check(&self.robot)?;
+        Ok(EpisodeConfig { engine, ..self.campaign.episode })
+    }
+
+    /// The disturbance, which is the same at every call.
+    pub fn disturbance(&self) -> Disturbance {
+        trial::disturbance(&self.campaign, self.trial)
+    }
+
+    /// Describes how a record of this trial in the engine of the result differs from the stored row; None if it agrees,
+    /// or if there is no row.
+    pub fn difference(&self, record: &Record) -> Option<String> {
+        let row = self.row.as_ref()?;
+        let bits = |time_s: Option<f64>| time_s.map(f64::to_bits);
+        let same = (row.record.outcome, row.record.end_s.to_bits()) == (record.outcome, record.end_s.to_bits())
+            && bits(record.fell_at_s) == bits(row.record.fell_at_s)
+            && bits(record.settled_at_s) == bits(row.record.settled_at_s);
+        let told = |outcome: Outcome, end_s: f64| format!("{} at {end_s:.3} s", outcome.name());
+        let [now, then] = [told(record.outcome, record.end_s), told(row.record.outcome, row.record.end_s)];
+        (!same).then(|| {
+            let why = match self.factory.can_be_copied() {
+                true => "The result was made by another build of standfast, or its inputs have changed",
+                false => {
+                    "The controller does not repeat itself, its inputs have changed, or the result was made by another build \
+                     of standfast"
+                }
+            };
+            let (trial, set) = (self.trial, &self.set);
+            format!("trial {trial} of {set} is not as it was: {now}, but {then} in the result. {why}")
+        })
+    }
+}

@@ -1,0 +1,194 @@
+//! `catch` in physics: footsteps that are planned anew while the foot is in the air. Sensors are ideal.
+
+use crate::common::mirror::symmetric_robot;
+use crate::common::{Bench, push};
+use nalgebra::{Isometry2, Point2, Vector2};
+use rayon::prelude::*;
+use standfast_core::control::estimate::heading;
+use standfast_core::robot::{Foot, LandingRegion, Pose};
+use standfast_sim::Push;
+use standfast_sim::episode::{Footstep, Outcome, Record, Tick, Until};
+use standfast_study::limit::Yardstick;
+use standfast_study::{Campaign, Overrides};
+use std::sync::LazyLock;
+
+/// A foot lands within some millimetres of its planned place (m).
+const OFF_M: f64 = 0.005;
+/// Load from which the ground carries the robot (N).
+const CARRIES_N: f64 = 5.0;
+const HEADINGS: [f64; 8] = [0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0];
+
+/// What these tests observe in an episode with footsteps.
+#[derive(Debug, Default)]
+struct Course {
+    /// At every landing: offset from the centre of the stance sole to that of the landing one, with y to the side of
+    /// the swing foot (m).
+    landings: Vec<Vector2<f64>>,
+    /// Error of the estimated horizontal COM velocity (m/s) at every tick from the first lift on.
+    wrong_m_s: Vec<f64>,
+    flies: bool,
+    in_air: Option<Foot>,
+}
+
+impl Course {
+    fn watch(&mut self, tick: &Tick) {
+        let now = tick.report.footstep.map(|footstep| footstep.foot);
+        let from_stance = |foot: Foot| {
+            let [swing, stance]: [&Pose; 2] = [foot, foot.other()].map(|f| &tick.truth.soles[f]);
+            let frame = Isometry2::new(stance.translation.vector.xy(), heading(stance));
+            let place = frame.inverse_transform_point(&swing.translation.vector.xy().into());
+            Vector2::new(place.x, place.y * foot.side())
+        };
+        if now.is_some() || !self.landings.is_empty() {
+            self.flies |= tick.truth.contact_force.z < CARRIES_N;
+            self.wrong_m_s.push((tick.report.com_vel.unwrap() - tick.truth.com_vel).xy().norm());
+        }
+        if let (Some(foot), true) = (self.in_air, self.in_air != now) {
+            self.landings.push(from_stance(foot));
+        }
+        self.in_air = now;
+    }
+
+    /// Runs an episode until it is decided.
+    fn of(bench: &Bench, push: Push) -> (Record, Self) {
+        let mut course = Self::default();
+        let record = bench.run(vec![push], None, 6.0, Until::Decided, |tick| course.watch(tick));
+        (record, course)
+    }
+}
+
+/// A push with 0.9 of the impulse of the bound with one footstep.
+struct Hard {
+    push: Push,
+    /// Whether the pendulum can take more with a footstep than without.
+    steps: bool,
+    record: Record,
+    course: Course,
+}
+
+/// One such push for each heading. They are simulated once for all tests of this file.
+static HARD: LazyLock<Vec<Hard>> = LazyLock::new(|| {
+    let bench = Bench::new("catch");
+    // The bounds with footsteps that do not cross, since `catch` takes no others.
+    let mut robot = bench.robot.clone();
+    robot.reach.truncate(1);
+    let yardstick = Yardstick::new(&robot, &Campaign::load("nominal", &Overrides::default()).unwrap()).unwrap();
+    assert!((yardstick.push_duration_s - 0.05).abs() < 1e-5 && yardstick.push_height_m == 0.0);
+    let of = |heading_deg: &f64| {
+        let bounds = yardstick.heading(*heading_deg);
+        let push = push(0.9 * bounds.bound_one_step_n_s, *heading_deg);
+        let (record, course) = Course::of(&bench, push);
+        Hard { push, steps: bounds.bound_one_step_n_s > 1.01 * bounds.bound_no_step_n_s, record, course }
+    };
+    HEADINGS.par_iter().with_max_len(1).map(of).collect()
+});
+
+#[test]
+fn nine_tenths_of_what_the_pendulum_takes_with_one_footstep_is_caught_at_every_heading() {
+    for Hard { push: Push { impulse_n_s, heading_deg, .. }, record, .. } in HARD.iter() {
+        let steps = record.footsteps.taken.len();
+        println!("{impulse_n_s:.2} N s at {heading_deg}: {:?}, {steps} footsteps", record.outcome);
+    }
+    for Hard { push, steps, record, .. } in HARD.iter() {
+        assert_eq!(record.outcome, Outcome::Recovered, "{push:?}: {record:?}");
+        assert!(record.footsteps.lifted.is_none(), "{push:?}: {record:?}");
+        // Sideways the feet are apart, so standing can take as much.
+        assert_eq!(record.footsteps.taken.is_empty(), !steps, "{push:?}: {record:?}");
+    }
+}
+
+/// After a push from the side, the unloaded foot crosses the stance leg and lands beyond it: standing, the robot would
+/// recover from 4.2 N s at most.
+#[test]
+fn feet_land_in_their_regions_and_cross_where_that_helps() {
+    let bench = Bench::new("catch");
+    let regions = &bench.robot.reach;
+    let sideways: Vec<Hard> = [90.0, -90.0]
+        .par_iter()
+        .map(|&heading| {
+            let push = push(4.7, heading);
+            let (record, course) = Course::of(&bench, push);
+            assert_eq!(record.outcome, Outcome::Recovered, "at {heading}: {record:?}");
+            assert!(course.landings[0].y < regions[0].y_m[0] - OFF_M, "at {heading} it crosses: {:?}", course.landings);
+            Hard { push, steps: true, record, course }
+        })
+        .collect();
+    for Hard { push: Push { heading_deg, .. }, record, course, .. } in HARD.iter().chain(&sideways) {
+        println!("at {heading_deg}: {:.4?}, met {:?}", course.landings, record.legs_met);
+        // Where the legs cross, the knees may touch.
+        let crosses = course.landings.iter().any(|place| place.y < regions[0].y_m[0] - OFF_M);
+        assert!(crosses || record.legs_met.is_none(), "at {heading_deg}: {:?}", record.legs_met);
+        // Planned places lie in a region; a foot that comes down early or late is off by a little more.
+        for place in course.landings.iter().take(1) {
+            let within = |[least, most]: [f64; 2], at: f64| (least - OFF_M..=most + OFF_M).contains(&at);
+            let in_region = |region: &LandingRegion| within(region.x_m, place.x) && within(region.y_m, place.y);
+            assert!(regions.iter().any(in_region), "at {heading_deg}: {place}");
+        }
+    }
+}
+
+/// The trunk's accelerometer tells the velocity also while a leg swings, in flight, and when a foot strikes the ground.
+#[test]
+fn the_velocity_of_the_com_is_known_in_the_swing_in_flight_and_at_landing() {
+    let seen = HARD.iter().filter(|hard| hard.steps).map(|Hard { push, course, .. }| {
+        let wrong = &course.wrong_m_s;
+        let rms = (wrong.iter().map(|v| v * v).sum::<f64>() / wrong.len() as f64).sqrt();
+        let worst = wrong.iter().copied().fold(0.0, f64::max);
+        println!("at {}: rms {rms:.4} m/s, worst {worst:.4} m/s, {} ticks", push.heading_deg, wrong.len());
+        (push.heading_deg, rms, worst, course.flies)
+    });
+    let seen = seen.collect::<Vec<_>>();
+    assert!(seen.iter().any(|(.., flies)| *flies), "no flight is tested");
+    for (heading, rms, worst, _) in seen {
+        assert!(rms < 0.01 && worst < 0.06, "at {heading}: {rms}, at most {worst} m/s");
+    }
+}
+
+#[test]
+fn where_standing_suffices_no_foot_is_lifted() {
+    let bench = Bench::new("catch");
+    [(2.0, 0.0), (2.0, 180.0), (3.0, 90.0), (0.0, 0.0)].par_iter().for_each(|&(impulse, heading)| {
+        let record = bench.push(push(impulse, heading));
+        assert_eq!(record.outcome, Outcome::Recovered, "{impulse} N s at {heading}: {record:?}");
+        assert!(record.footsteps.taken.is_empty(), "{impulse} N s at {heading}: {record:?}");
+    });
+}
+
+/// Left and right are alike. At 0 and 180 degrees either foot may go.
+#[test]
+fn a_mirrored_push_is_caught_by_the_mirrored_foot() {
+    let bench = Bench::with(symmetric_robot(), "catch");
+    [(4.2, 45.0), (4.2, 90.0), (4.2, 135.0)].par_iter().for_each(|&(impulse, heading)| {
+        let [one, other] = [heading, -heading].map(|heading| bench.push(push(impulse, heading)));
+        let (a, b) = (&one.footsteps.taken[0], &other.footsteps.taken[0]);
+        let apart = |p: [f64; 3], q: [f64; 3]| (p[0] - q[0]).hypot(p[1] + q[1]);
+        let (from, to, land) = (apart(a.from_m, b.from_m), apart(a.to_m, b.to_m), (a.land_s - b.land_s).abs());
+        println!("{heading} degrees: {} foot, {from:.1e} m, {to:.1e} m, {land:.1e} s", a.foot.name());
+        assert_eq!(a.foot, b.foot.other(), "{heading} degrees");
+        assert_eq!(a.lift_s, b.lift_s, "{heading} degrees");
+        assert!(from < 1e-4 && to < 1e-3 && land < 0.005, "{heading} degrees: {a:?} {b:?}");
+        assert_eq!(one.outcome, other.outcome, "{heading} degrees");
+    });
+}
+
+/// The landing place does not remain that of the lift: after another push in the same direction with the foot in the
+/// air, the foot lands farther along.
+#[test]
+fn a_second_push_while_the_foot_is_in_the_air_moves_its_landing_place_along() {
+    let bench = Bench::new("catch");
+    let first_footstep =
+        |pushes: Vec<Push>| -> Footstep { bench.run(pushes, None, 1.2, Until::Fallen, |_| {}).footsteps.taken[0] };
+    let first = push(3.4, 0.0);
+    let alone = first_footstep(vec![first]);
+    // From the lift until shortly before the landing place is fixed.
+    let again = |heading_deg| Push { impulse_n_s: 0.5, heading_deg, duration_s: 0.02, start_s: alone.lift_s, ..first };
+    [0.0, 90.0, 180.0, -90.0].par_iter().for_each(|&heading| {
+        let second = again(heading);
+        let moved = first_footstep(vec![first, second]);
+        assert_eq!((moved.foot, moved.lift_s), (alone.foot, alone.lift_s), "the push comes after the lift");
+        let [a, b] = [alone.to_m, moved.to_m].map(|[x, y, _]| Point2::new(x, y));
+        let along = (b - a).dot(&second.direction().xy());
+        println!("{} foot to {a:.4}, pushed at {heading} again to {b:.4}: {along:.4} m", alone.foot.name());
+        assert!(along > 0.005, "pushed at {heading} again: {a} {b}");
+    });
+}

@@ -1,0 +1,633 @@
+//! From a controller to a better one: its numbers are searched on the trials of a campaign, and what is found is judged by
+//! trials that the search has never seen.
+//!
+//! Two seeds are written down before anything runs ([`Task`]). The [search] sees only trials of the first, which follows
+//! from the seed that is asked for. The second follows from the whole task, so no other task has its pushes, and is used
+//! once, by an ordinary campaign of the incumbent and what the search proposes. That campaign's exact test is the result,
+//! and "no better one was found" is one, too. Several robots, or both engines, can be cases of one search: then the worst
+//! case of a candidate counts.
+
+pub mod draw;
+pub mod race;
+pub mod response;
+pub mod search;
+pub mod team;
+
+use crate::ask::spec::Campaign;
+use crate::ask::trial;
+use crate::plan::{Plan, each_caught, pool};
+use crate::store::shard::Shard;
+use crate::verdict::summary::Summary;
+use draw::Sample;
+use race::{Drawn, Tally};
+use response::Effect;
+use search::{Arena, Generation, Search, least_episodes, trials_of};
+use serde::{Deserialize, Serialize};
+use standfast_controllers::Settings;
+use standfast_controllers::tunable::Tunable;
+use standfast_controllers::values::{number_to_vary, with_values};
+use standfast_controllers::variant::Listed;
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::Factory;
+use standfast_files::assets::{self, Kind, Source};
+use standfast_files::{json, json_pretty, sha256_hex, write_atomic};
+use standfast_robots::urdf::Files;
+use standfast_sim::episode::ClosedLoop;
+use std::path::{Component, Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use team::{Bound, Team, damaged, read, read_of};
+
+/// The file of the task.
+const TASK: &str = "task.json";
+/// The file of the sample.
+const SAMPLE_FILE: &str = "sample.json";
+/// Most episodes of a budget: some years of simulation on a core.
+pub const MOST_EPISODES: u64 = 1_000_000_000;
+/// Trials of the incumbent alone, by which later trials are chosen.
+const SAMPLE: u64 = 200;
+/// Halvings of a range that a controller names itself, until both ends can be used.
+const HALVINGS: usize = 8;
+
+/// What is asked for.
+#[derive(Debug, Clone)]
+pub struct TuneOptions {
+    /// `KEY=FROM..TO` or `KEY`; without any, all that the controller names.
+    pub vary: Vec<String>,
+    pub budget: Budget,
+    /// Trials of the final campaign.
+    pub trials: u64,
+    /// Number of threads; 0 means one for each core.
+    pub threads: usize,
+    /// Whether a controller is tuned that falls without a push.
+    pub untried: bool,
+    /// The share of this program, if several run the search together.
+    pub shard: Option<Shard>,
+}
+
+/// Functions that are called during a search, and a flag that stops it.
+pub struct Watch<'a> {
+    /// Somebody sets this to stop the search early.
+    pub stop: &'a AtomicBool,
+    /// Called after every episode that is run here, from any thread.
+    pub on_episode: &'a (dyn Fn() + Sync),
+    /// Called after each generation, first of those that are there, with the spread of the samples and the episodes so far.
+    pub on_generation: &'a (dyn Fn(&Generation, f64, u64) + Sync),
+    /// Called where others are waited for, with the first shard that is missing.
+    pub on_wait: &'a (dyn Fn(Shard) + Sync),
+}
+
+/// How much a search may cost, with its final campaign.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Budget {
+    Episodes(u64),
+    /// So many seconds on this machine, of which episodes are made before the search begins.
+    Time(f64),
+}
+
+/// All that a search depends on, as it is written down before the search begins.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Task {
+    pub standfast: String,
+    pub controller: String,
+    pub campaign: String,
+    pub cases: Vec<CaseId>,
+    pub tunables: Vec<Tunable>,
+    pub seed: u64,
+    pub search_seed: u64,
+    /// Seeds of the final campaigns that have judged what the controller comes from, as its file says.
+    pub judged_before: Vec<u64>,
+    /// The seed of the final campaign, which is used once. It follows from all the rest of the task.
+    pub final_seed: u64,
+    pub final_trials: u64,
+    /// The budget as it was asked for: a time (s), or nothing if it was a number of episodes.
+    pub budget_s: Option<f64>,
+    /// Most episodes, those of the final campaign among them.
+    pub episodes: u64,
+}
+
+impl Task {
+    /// SHA-256 of all but the seed of the final campaign. Every file of the search carries it.
+    pub fn hash(&self) -> Result<String> {
+        Ok(sha256_hex(json(&Self { final_seed: 0, ..self.clone() })?.as_bytes()))
+    }
+
+    /// The seed of the final campaign for a task with this [hash](Self::hash): one that has judged nothing before, and is
+    /// not that of the search.
+    fn final_seed_of(&self, hash: &str) -> u64 {
+        let seed = u64::from_str_radix(&hash[..16], 16).expect("a hash begins with 16 hexadecimal digits");
+        let is_new = |derived: &u64| *derived != self.search_seed && !self.judged_before.contains(derived);
+        (0..).map(|number| trial::derived_seed(seed, number)).find(is_new).expect("one of so many is new")
+    }
+}
+
+/// How the line of a controller's file begins that names the seeds of the campaigns which judged it.
+const JUDGED_BY: &str = "# judged_by_seeds = ";
+
+/// The seeds that the file of a controller names as those of the campaigns which judged it.
+fn judged_by(source: &Source) -> Result<Vec<u64>> {
+    let mut seeds = Vec::new();
+    for (number, line) in source.text.lines().enumerate() {
+        let Some(list) = line.strip_prefix(JUDGED_BY) else { continue };
+        let listed: Vec<u64> = serde_json::from_str(list).map_err(|_| {
+            let message = format!("line {}: `{list}` is no list of seeds; accepted: such as [17, 4]", number + 1);
+            Error::Syntax { file: source.file.clone(), message }
+        })?;
+        seeds.extend(listed);
+    }
+    Ok(seeds)
+}
+
+/// A robot in an engine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CaseId {
+    pub robot: String,
+    pub engine: String,
+    /// Of the search's campaign, so of the robot's and the controller's files, too.
+    pub config_hash: String,
+}
+
+/// The result.
+#[derive(Debug, Clone, Serialize)]
+pub struct Tuned {
+    #[serde(flatten)]
+    pub task: Task,
+    /// Share of the sample from which the incumbent recovers, for each case.
+    pub sampled: Vec<f64>,
+    pub generations: Vec<Generation>,
+    /// Episodes of the search.
+    pub searched: u64,
+    /// The proposed values, in the order of the tunable numbers.
+    pub proposed: Vec<f64>,
+    /// What each number does, fitted to all candidates that were tried.
+    pub effects: Vec<Effect>,
+    /// Name of the proposed controller.
+    pub name: String,
+    /// The verdict for each case; none if the proposed values are the present ones.
+    pub verdicts: Vec<Verdict>,
+    /// Whether the proposed controller is better in all cases.
+    pub is_better: bool,
+}
+
+/// What the final campaign says of a case.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Verdict {
+    pub robot: String,
+    pub engine: String,
+    /// Its result folder, in that of the search.
+    pub folder: String,
+    /// The pushes are those of this seed, from trial 0 on.
+    pub seed: u64,
+    pub trials: u64,
+    /// From how many the incumbent and the proposed controller recover.
+    pub recovered: [u64; 2],
+    /// The rate of the proposed one less that of the incumbent, with its 95 % interval, and p of the exact McNemar test.
+    pub difference: f64,
+    pub ci95: [f64; 2],
+    pub p: f64,
+}
+
+/// The level of the final test.
+const LEVEL: f64 = 0.05;
+
+impl Verdict {
+    /// From the result of a final campaign with the incumbent and the proposed controller.
+    pub fn of(case: &CaseId, folder: &str, summary: &Summary, proposed: &str) -> Option<Self> {
+        let pair = summary.pairs.first()?;
+        let counts = if pair.a == proposed { pair.counts } else { pair.counts.swapped() };
+        Some(Self {
+            robot: case.robot.clone(),
+            engine: case.engine.clone(),
+            folder: folder.into(),
+            seed: summary.seed,
+            trials: counts.trials(),
+            recovered: [counts.both + counts.only_b, counts.both + counts.only_a],
+            difference: counts.difference(),
+            ci95: counts.difference_interval(1.0 - LEVEL),
+            p: counts.mcnemar_p(),
+        })
+    }
+
+    pub fn is_better(&self) -> bool {
+        self.difference > 0.0 && self.p < LEVEL
+    }
+}
+
+/// A search on its robots, checked and ready.
+pub struct Tuning {
+    pub task: Task,
+    /// Whether its folder holds its beginning.
+    pub goes_on: bool,
+    /// The [hash](Task::hash) of the task.
+    hash: String,
+    folder: PathBuf,
+    base: Box<dyn Settings>,
+    /// Of each case, the campaign with the seed of the search.
+    plans: Vec<Plan>,
+    options: TuneOptions,
+}
+
+impl Tuning {
+    /// Reads and checks everything. `campaigns` are the cases, all with the same single controller, each with the files of
+    /// its robot. Errors: a controller without numbers to tune, a range that cannot be used, a budget that is too small, a
+    /// folder that holds another search.
+    pub fn new(campaigns: &[(Campaign, Files)], options: TuneOptions, folder: &Path) -> Result<Self> {
+        let (first, _) = campaigns.first().expect("a search has a case");
+        let [entry] = &first.gains[..] else { unreachable!("a search has one controller") };
+        let base = standfast_controllers::load(entry)?;
+        check_files(&*base, entry)?;
+        let judged_before = judged_by(&assets::open(Kind::Controller, Listed::split(entry).base)?)?;
+        let search_seed = trial::derived_seed(first.seed, 0);
+        let plan = |(campaign, files): &(Campaign, Files)| {
+            Plan::with(&Campaign { seed: search_seed, ..campaign.clone() }, files.clone())
+        };
+        let plans = campaigns.iter().map(plan).collect::<Result<Vec<_>>>()?;
+        let case = |plan: &Plan, (campaign, _): &(Campaign, Files)| CaseId {
+            robot: campaign.robot.clone(),
+            engine: plan.manifest.engine.clone(),
+            config_hash: plan.manifest.config_hash.clone(),
+        };
+        let task = Task {
+            standfast: env!("CARGO_PKG_VERSION").into(),
+            controller: base.name().into(),
+            campaign: first.name.clone(),
+            cases: plans.iter().zip(campaigns).map(|(plan, campaign)| case(plan, campaign)).collect(),
+            tunables: Vec::new(),
+            seed: first.seed,
+            search_seed,
+            judged_before,
+            final_seed: 0,
+            final_trials: options.trials,
+            budget_s: None,
+            episodes: 0,
+        };
+        let there = read::<Task>(&folder.join(TASK))?;
+        if there.is_none() {
+            check_new(folder)?;
+        }
+        let (goes_on, hash) = (there.is_some(), String::new());
+        let mut tuning = Self { task, goes_on, hash, folder: folder.into(), base, plans, options };
+        tuning.task.tunables = tuning.tunables()?;
+        tuning.set_budget(there.as_ref())?;
+        tuning.hash = tuning.task.hash()?;
+        tuning.task.final_seed = tuning.task.final_seed_of(&tuning.hash);
+        if there.is_some_and(|there| there != tuning.task) {
+            let problem = "holds another search (its task differs); give a new folder, or remove this one";
+            return Err(Error::Parts { path: folder.into(), problem: problem.into() });
+        }
+        Ok(tuning)
+    }
+
+    /// The numbers to tune, each with a range both ends of which can be used.
+    fn tunables(&self) -> Result<Vec<Tunable>> {
+        let (base, vary) = (&*self.base, &self.options.vary);
+        let mut named = match vary.is_empty() {
+            true => base.tunables(),
+            false => vary.iter().map(|text| number_to_vary(text, base)).collect::<Result<_>>()?,
+        };
+        if named.is_empty() {
+            let accepted = "--vary KEY=FROM..TO with a number of its file, or another controller";
+            return Err(Error::option("CONTROLLER", base.name(), "names no number to tune", accepted));
+        }
+        if let Some(twice) = (1..named.len()).find(|&i| named[..i].iter().any(|other| other.key == named[i].key)) {
+            return Err(Error::option("--vary", &named[twice].key, "is given twice", "each key once"));
+        }
+        for tunable in &mut named {
+            let problem = Tunable::problem(tunable.range);
+            if let Some(problem) = problem.or((!tunable.now.is_finite()).then_some("its present value is not finite")) {
+                let Tunable { key, now, range: [from, to] } = &*tunable;
+                let value = format!("{key}={from}..{to}, now {now}");
+                return Err(Error::option("--vary", value, problem, "finite numbers, the smaller end first"));
+            }
+            for end in 0..2 {
+                let mut refused = self.refuses(tunable, tunable.range[end])?;
+                let mut left = HALVINGS;
+                // A range that was not asked for is only a proposal.
+                while vary.is_empty() && refused.is_some() && left > 0 {
+                    tunable.range[end] = 0.5 * (tunable.range[end] + tunable.now);
+                    refused = self.refuses(tunable, tunable.range[end])?;
+                    left -= 1;
+                }
+                if let Some(error) = refused {
+                    let Tunable { key, range: [from, to], .. } = &*tunable;
+                    let problem = format!("its end {} cannot be used: {error}", tunable.range[end]);
+                    return Err(Error::option("--vary", format!("{key}={from}..{to}"), problem, "a narrower range"));
+                }
+            }
+        }
+        Ok(named)
+    }
+
+    /// Why a number cannot have a value, if so.
+    fn refuses(&self, tunable: &Tunable, value: f64) -> Result<Option<Error>> {
+        self.prepared(&[(&tunable.key, value)]).err().map(Error::refusal).transpose()
+    }
+
+    /// The controller with these values, for each case.
+    fn prepared(&self, values: &[(&str, f64)]) -> Result<Vec<Factory>> {
+        let settings = with_values(&*self.base, self.base.name(), values)?;
+        let prepare = |plan: &Plan| settings.prepare(&plan.robot, plan.manifest.campaign.episode.control_period_s);
+        self.plans.iter().map(prepare).collect()
+    }
+
+    /// Makes episodes of the budget, and fails if they are too few. A search that was begun keeps to its number: a time
+    /// would make another one on another day.
+    fn set_budget(&mut self, there: Option<&Task>) -> Result<()> {
+        let (cases, Task { tunables, final_trials, .. }) = (self.plans.len() as u64, &self.task);
+        let search = least_episodes(tunables.len(), self.plans.len());
+        let least = SAMPLE * cases + 2 * final_trials * cases + search;
+        let (budget_s, episodes, episode_s) = match self.options.budget {
+            Budget::Episodes(episodes) => (None, episodes, 0.0),
+            Budget::Time(time_s) if self.options.shard.is_some() => {
+                let (problem, accepted) = ("each shard would measure another pace", "a number of episodes");
+                return Err(Error::option("--budget", format!("{time_s} s"), problem, accepted));
+            }
+            Budget::Time(time_s) if there.is_some_and(|there| there.budget_s == Some(time_s)) => {
+                (Some(time_s), there.map_or(0, |there| there.episodes), 0.0)
+            }
+            Budget::Time(time_s) => {
+                let of_each = self.plans.iter().map(Plan::seconds_a_trial).collect::<Result<Vec<_>>>()?;
+                let episode_s = of_each.iter().sum::<f64>() / cases as f64 / self.threads()? as f64;
+                (Some(time_s), ((time_s / episode_s) as u64).min(MOST_EPISODES), episode_s)
+            }
+        };
+        if episodes < least {
+            let problem = format!("is too small for {} numbers and {final_trials} final trials", tunables.len());
+            let (stated, accepted) = match budget_s {
+                None => (format!("{episodes} episodes"), format!("{least} episodes or more")),
+                Some(time_s) => {
+                    let [stated, least_time] = [time_s, least as f64 * episode_s].map(in_minutes);
+                    let accepted = format!("{least_time} or more on this machine as it is now ({least} episodes)");
+                    (format!("{stated}, which are {episodes} episodes here"), accepted)
+                }
+            };
+            let accepted = format!("{accepted}; less with --vary or --trials");
+            return Err(Error::option("--budget", stated, problem, accepted));
+        }
+        (self.task.budget_s, self.task.episodes) = (budget_s, episodes);
+        Ok(())
+    }
+
+    /// Episodes of the search that are in the folder already. Fails if a file there is not as a search writes it.
+    pub fn episodes_there(&self) -> Result<u64> {
+        let mut episodes = self.sample_there()?.iter().flatten().map(Vec::len).sum::<usize>() as u64;
+        for number in 1.. {
+            let Some(there) = self.generation_there(number)? else { break };
+            episodes += there.episodes;
+        }
+        Ok(episodes)
+    }
+
+    /// The sample that is in the folder.
+    fn sample_there(&self) -> Result<Option<Vec<Vec<bool>>>> {
+        let path = self.folder.join(SAMPLE_FILE);
+        let there: Option<Vec<Vec<bool>>> = read_of(&path, &self.hash)?;
+        let are_all = |all: &Vec<Vec<bool>>| {
+            all.len() == self.plans.len() && all.iter().all(|of_case| of_case.len() as u64 == SAMPLE)
+        };
+        match there.as_ref().is_none_or(are_all) {
+            true => Ok(there),
+            false => Err(damaged(&path, &format!("it has not {SAMPLE} outcomes for each case"))),
+        }
+    }
+
+    /// A generation that is in the folder.
+    fn generation_there(&self, number: usize) -> Result<Option<Generation>> {
+        let (path, tunables, cases) = (self.generation_file(number), self.task.tunables.len(), self.plans.len());
+        let there: Option<Generation> = read_of(&path, &self.hash)?;
+        let trials = trials_of(tunables, cases, self.search_episodes());
+        match there.as_ref().and_then(|there| there.problem(number as u64, trials, tunables, cases)) {
+            None => Ok(there),
+            Some(problem) => Err(damaged(&path, problem)),
+        }
+    }
+
+    /// Episodes of all generations, at most.
+    fn search_episodes(&self) -> u64 {
+        self.task.episodes - self.final_episodes() - SAMPLE * self.plans.len() as u64
+    }
+
+    fn threads(&self) -> Result<usize> {
+        Ok(pool(self.options.threads)?.current_num_threads())
+    }
+
+    /// Episodes of the final campaign, of all cases.
+    pub fn final_episodes(&self) -> u64 {
+        2 * self.task.final_trials * self.plans.len() as u64
+    }
+
+    /// Name of the controller that is proposed.
+    pub fn name(&self) -> String {
+        format!("{}-tuned", self.base.name())
+    }
+
+    /// Searches, from where the folder stopped if anything is there. What is finished is written to the folder, so that the
+    /// same command goes on. Fails if it is stopped from outside, or if the robot falls without a push.
+    pub fn search(&self, watch: &Watch) -> Result<Tuned> {
+        if !self.goes_on {
+            write_atomic(&self.folder.join(TASK), json_pretty(&self.task)?.as_bytes())?;
+        }
+        pool(self.options.threads)?.install(|| self.searched(watch))
+    }
+
+    fn searched(&self, watch: &Watch) -> Result<Tuned> {
+        let Self { options, folder, .. } = self;
+        let team = Team { shard: options.shard, folder, task: &self.hash, stop: watch.stop, on_wait: watch.on_wait };
+        let sampled = self.sample(team, watch)?;
+        let samples = self.plans.iter().zip(&sampled).map(|(plan, won)| Sample::new(&plan.manifest.campaign, won));
+        let arena = Robots { tuning: self, samples: samples.collect(), on_episode: watch.on_episode };
+        let Task { tunables, search_seed, .. } = &self.task;
+        let mut spent = SAMPLE * self.plans.len() as u64;
+        let most = spent + self.search_episodes();
+        let mut search = Search::new(&arena, tunables, *search_seed, self.plans.len(), self.search_episodes());
+        let mut generations: Vec<Generation> = Vec::new();
+        while spent + search.next_episodes() <= most {
+            let number = generations.len() + 1;
+            let generation = match self.generation_there(number)? {
+                Some(there) => {
+                    search.follow(&there);
+                    there
+                }
+                None => {
+                    let new = search.generation(team)?;
+                    self.write(&self.generation_file(number), &new)?;
+                    new
+                }
+            };
+            spent += generation.episodes;
+            (watch.on_generation)(&generation, search.spread(), spent);
+            generations.push(generation);
+        }
+        let proposed = search.proposed()?;
+        let rate = |won: &Vec<bool>| won.iter().filter(|won| **won).count() as f64 / won.len() as f64;
+        Ok(Tuned {
+            task: self.task.clone(),
+            sampled: sampled.iter().map(rate).collect(),
+            generations,
+            searched: spent,
+            effects: search.effects(&proposed),
+            proposed,
+            name: self.name(),
+            verdicts: Vec::new(),
+            is_better: false,
+        })
+    }
+
+    /// The outcomes of the incumbent in the first trials, for each case.
+    fn sample(&self, team: Team, watch: &Watch) -> Result<Vec<Vec<bool>>> {
+        if let Some(there) = self.sample_there()? {
+            return Ok(there);
+        }
+        let of_plan = |(case, plan): (usize, &Plan)| {
+            let factory = &plan.tried_factories(self.options.untried)?[0];
+            let won = |number: usize| {
+                let tally = tallies(plan, &[factory], number as u64)?[0];
+                (watch.on_episode)();
+                Ok(tally.won)
+            };
+            team.gather(&format!("sample-{}", case + 1), SAMPLE as usize, won)
+        };
+        let sampled = self.plans.iter().enumerate().map(of_plan).collect::<Result<Vec<_>>>()?;
+        self.write(&self.folder.join(SAMPLE_FILE), &sampled)?;
+        Ok(sampled)
+    }
+
+    /// Writes a file of the search, which says of which task it is.
+    fn write<T: Clone + Serialize>(&self, path: &Path, found: &T) -> Result<()> {
+        let bound = Bound { task: self.hash.clone(), found: found.clone() };
+        write_atomic(path, json_pretty(&bound)?.as_bytes())
+    }
+
+    fn generation_file(&self, number: usize) -> PathBuf {
+        self.folder.join(format!("generation-{number:03}.json"))
+    }
+
+    /// Writes the proposed controller to a file of the folder, beside the files that it needs, with lines of comment before
+    /// it, of which the last one names the seeds that judge it or have judged what it comes from. Returns its path.
+    pub fn write_controller(&self, tuned: &Tuned, file: &str, comment: &[String]) -> Result<PathBuf> {
+        let keys = self.task.tunables.iter().map(|tunable| tunable.key.as_str());
+        let values: Vec<(&str, f64)> = keys.zip(tuned.proposed.iter().copied()).collect();
+        let settings = with_values(&*self.base, &tuned.name, &values)?;
+        let text = settings.text();
+        let mut head: String = comment.iter().map(|line| format!("# {line}\n")).collect();
+        let seeds: Vec<u64> = self.task.judged_before.iter().copied().chain([self.task.final_seed]).collect();
+        head += &format!("{JUDGED_BY}{}\n", json(&seeds)?);
+        for (name, bytes) in self.base.files()? {
+            write_atomic(&self.folder.join(name), &bytes)?;
+        }
+        let path = self.folder.join(file);
+        write_atomic(&path, (head + &text).as_bytes())?;
+        Ok(path)
+    }
+}
+
+/// A time (s) as `--budget` takes it, in whole minutes, rounded up.
+fn in_minutes(time_s: f64) -> String {
+    if time_s < 60.0 { format!("{time_s:.0}s") } else { format!("{:.0}min", (time_s / 60.0).ceil()) }
+}
+
+/// What happens in a trial of a plan's campaign to each of these controllers.
+fn tallies(plan: &Plan, factories: &[&Factory], number: u64) -> Result<Vec<Tally>> {
+    let campaign = &plan.manifest.campaign;
+    let run = |factories: &[&Factory]| {
+        let disturbance = trial::disturbance(campaign, number);
+        ClosedLoop::new(&plan.robot, factories.iter().copied(), &campaign.episode, disturbance).finish()
+    };
+    let tally = |record: standfast_sim::episode::Record| Tally {
+        won: record.outcome.is_success(),
+        footsteps: record.footsteps.taken.len() as u64,
+        // That of a robot whose simulation broke may be anything.
+        torque: Some(record.peak_torque_ratio).filter(|ratio| ratio.is_finite()).unwrap_or(1.0),
+    };
+    Ok(each_caught(factories, run)?.into_iter().map(tally).collect())
+}
+
+/// Names of files and folders that a search writes, and how the names of others begin.
+const WRITTEN: [&str; 7] = [TASK, SAMPLE_FILE, "parts", "final", "proposed.toml", "tune.html", "tune.json"];
+const WRITTEN_FROM: [&str; 3] = ["generation-", "final-", ".tmp-"];
+
+/// Fails if a file that the controller needs has a name that the search writes itself: both are to lie in one folder.
+fn check_files(base: &dyn Settings, entry: &str) -> Result<()> {
+    let own = format!("{}-tuned.toml", base.name());
+    for (name, _) in base.files()? {
+        let mut parts = Path::new(&name).components().filter(|part| *part != Component::CurDir);
+        // Some file systems know no capitals.
+        let first = parts.next().map(|part| part.as_os_str().to_string_lossy().to_lowercase()).unwrap_or_default();
+        let is_written = first == own.to_lowercase() || WRITTEN.contains(&first.as_str());
+        if is_written || WRITTEN_FROM.iter().any(|start| first.starts_with(start)) {
+            let [names, starts] = [WRITTEN.join(", "), WRITTEN_FROM.join(", ")];
+            let accepted = format!("a name other than {own}, {names}, and one that does not begin with {starts}");
+            return Err(Error::value(entry, "file", name, "the search writes what has this name", accepted));
+        }
+    }
+    Ok(())
+}
+
+/// Fails if a folder without a task has files of a search: nobody can say of which one.
+fn check_new(folder: &Path) -> Result<()> {
+    let names = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<String> = names.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    let of_search = |name: &&String| name.as_str() == SAMPLE_FILE || name.starts_with("generation-");
+    let Some(name) = names.iter().find(of_search) else { return Ok(()) };
+    let problem = format!(
+        "holds {name} of a search, but no {TASK} that says of which; restore {TASK}, give a new folder, or remove this one"
+    );
+    Err(Error::Parts { path: folder.into(), problem })
+}
+
+/// The robots of a search as an arena.
+struct Robots<'a> {
+    tuning: &'a Tuning,
+    samples: Vec<Sample<'a>>,
+    on_episode: &'a (dyn Fn() + Sync),
+}
+
+impl Arena for Robots<'_> {
+    type Entrant = Vec<Factory>;
+
+    fn enter(&self, values: &[f64]) -> Result<Vec<Factory>> {
+        let keys = self.tuning.task.tunables.iter().map(|tunable| tunable.key.as_str());
+        self.tuning.prepared(&keys.zip(values.iter().copied()).collect::<Vec<_>>())
+    }
+
+    fn draw(&self, generation: u64, count: usize) -> Vec<Vec<Drawn>> {
+        self.samples.iter().map(|sample| sample.draw(generation, count)).collect()
+    }
+
+    fn judge(&self, case: usize, trial: u64, entrants: &[&Vec<Factory>]) -> Result<Vec<Tally>> {
+        let factories: Vec<&Factory> = entrants.iter().map(|of_cases| &of_cases[case]).collect();
+        let found = tallies(&self.tuning.plans[case], &factories, trial)?;
+        found.iter().for_each(|_| (self.on_episode)());
+        Ok(found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Even if by chance the seed that follows from the task has judged before, or is that of the search.
+    #[test]
+    fn no_seed_judges_twice() {
+        let task = Task {
+            standfast: String::new(),
+            controller: String::new(),
+            campaign: String::new(),
+            cases: Vec::new(),
+            tunables: vec![Tunable::new("k", 0.5, [0.0, 1.0])],
+            seed: 1,
+            search_seed: 2,
+            judged_before: Vec::new(),
+            final_seed: 0,
+            final_trials: 20,
+            budget_s: None,
+            episodes: 3000,
+        };
+        let hash = task.hash().unwrap();
+        let first = task.final_seed_of(&hash);
+        assert_eq!(Task { final_seed: first, ..task.clone() }.hash().unwrap(), hash);
+        let others = [Task { judged_before: vec![first], ..task.clone() }, Task { search_seed: first, ..task.clone() }];
+        assert!(others.iter().all(|other| other.final_seed_of(&hash) != first && other.hash().unwrap() != hash));
+        assert_ne!(Task { episodes: 3001, ..task }.hash().unwrap(), hash);
+    }
+}

@@ -1,0 +1,427 @@
+//! The search, whatever candidates are and wherever they compete: generations of candidates around a middle, each a
+//! [race](super::race) on fresh trials.
+//!
+//! Outcomes are random, and a generation has too few trials to rank its candidates. So nothing is concluded from one alone:
+//! after each, a quadratic is fitted to everything that was tried so far ([`Response`]). Its best is the next middle (the
+//! response surfaces of Box and Wilson 1951), and it sets how far candidates spread: so that they are a little worse than
+//! their middle, since nearer ones teach nothing and farther ones only fall. What the search proposes is the average of its
+//! last middles. The incumbent and the middle run in every generation, so how much the middle is better is told by trials
+//! that did not choose it.
+
+use super::race::{Drawn, Race, Standing, Tally};
+use super::response::{Effect, Response, Tried};
+use super::team::Team;
+use crate::ask::trial;
+use serde::{Deserialize, Serialize};
+use standfast_controllers::tunable::Tunable;
+use standfast_core::error::{Error, Result};
+
+/// Where candidates compete.
+pub trait Arena: Sync {
+    /// A candidate that is ready to run.
+    type Entrant: Send + Sync;
+
+    /// The candidate with these values. Fails if there can be none.
+    fn enter(&self, values: &[f64]) -> Result<Self::Entrant>;
+
+    /// So many trials of a generation, for each case.
+    fn draw(&self, generation: u64, count: usize) -> Vec<Vec<Drawn>>;
+
+    /// What happens in a trial of a case to each of these candidates. Fails if a trial ends without an outcome.
+    fn judge(&self, case: usize, trial: u64, entrants: &[&Self::Entrant]) -> Result<Vec<Tally>>;
+}
+
+/// How far samples are from the first middle, as a share of the ranges: the root of the sum over all numbers.
+const DISTANCE: f64 = 0.4;
+/// By how much samples are to be worse than their middle, as a share of the trials; how fast their spread follows that; and
+/// the widest spread, as a share of a range.
+const LOSS: f64 = 0.06;
+const NARROWER: f64 = 0.6;
+const WIDER: f64 = 1.25;
+const WIDEST: f64 = 0.3;
+/// What a footstep more in each trial costs, and as much torque more as a joint has, as a share of the trials: little, so
+/// that it counts where rates hardly differ.
+const EFFORT: f64 = 0.01;
+/// Least variance of a trial's outcome that is supposed: that nothing differed is no proof that nothing does.
+const LEAST_VARIANCE: f64 = 0.01;
+/// Fewest and most trials of a generation. If there are more, more machines can share them.
+const TRIALS: [usize; 2] = [32, 256];
+/// As many generations as there are to be with more than the fewest trials, and fewest of which anything is to be expected.
+const GENERATIONS: usize = 40;
+const LEAST_GENERATIONS: usize = 8;
+/// The candidates that are no samples: the incumbent and the middle.
+const GUESTS: usize = 2;
+/// How often a sample is drawn again that can be no candidate.
+const ATTEMPTS: u64 = 100;
+/// The share of the generations whose middles are averaged in the end.
+const LAST: f64 = 1.0 / 3.0;
+
+/// A generation, as it is written down.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Generation {
+    pub number: u64,
+    /// Trials of each case.
+    pub trials: usize,
+    /// The incumbent, the middle, and the samples.
+    pub candidates: Vec<Candidate>,
+    /// The numbers of the samples, the best one first.
+    pub order: Vec<usize>,
+    pub episodes: u64,
+}
+
+/// A candidate and how it did.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Candidate {
+    /// In the order of the tunable numbers.
+    pub values: Vec<f64>,
+    #[serde(flatten)]
+    pub standing: Standing,
+}
+
+impl Generation {
+    /// Why this cannot be generation `number` of a search of so many numbers on so many cases, with `trials` in each; in
+    /// words. It is None if it can.
+    pub fn problem(&self, number: u64, trials: usize, tunables: usize, cases: usize) -> Option<&'static str> {
+        let count = samples_of(tunables) + GUESTS;
+        let has_values =
+            |one: &Candidate| one.values.len() == tunables && one.values.iter().all(|value| value.is_finite());
+        let can_be = |(i, one): (usize, &Candidate)| {
+            let Standing { advantage, error, footsteps, torque, trials: own } = one.standing;
+            let are_shares = (-1.0..=1.0).contains(&advantage) && (0.0..=1.0).contains(&error);
+            let are_means = [footsteps, torque].iter().all(|mean| mean.is_finite() && *mean >= 0.0);
+            are_shares && are_means && (1..=trials).contains(&own) && (own == trials || i >= GUESTS)
+        };
+        let mut order = self.order.clone();
+        order.sort_unstable();
+        // All cases have as many trials of a candidate.
+        let episodes = || cases * self.candidates.iter().map(|one| one.standing.trials).sum::<usize>();
+        match () {
+            () if self.number != number => Some("`number` is not that of its name"),
+            () if self.trials != trials => Some("`trials` are not those that the budget allows"),
+            () if self.candidates.len() != count => Some("`candidates` are not as many as there are in a generation"),
+            () if !self.candidates.iter().all(has_values) => Some("`values` are not a finite number for each key"),
+            () if !self.candidates.iter().enumerate().all(can_be) => Some("a candidate cannot have done so"),
+            () if !order.into_iter().eq(GUESTS..count) => Some("`order` does not name each sample once"),
+            () if self.episodes != episodes() as u64 => Some("`episodes` are not those of its candidates"),
+            () => None,
+        }
+    }
+}
+
+/// Trials of a generation in a search of so many numbers, on so many cases, with so many episodes.
+pub fn trials_of(tunables: usize, cases: usize, episodes: u64) -> usize {
+    let trials = episodes as usize / (GENERATIONS * episodes_a_trial(tunables, cases));
+    trials.clamp(TRIALS[0], TRIALS[1])
+}
+
+/// Samples of a generation, of so many numbers: as many as are usual for CMA-ES.
+fn samples_of(tunables: usize) -> usize {
+    4 + (3.0 * (tunables as f64).ln()) as usize
+}
+
+/// Most episodes of a generation for each of its trials.
+fn episodes_a_trial(tunables: usize, cases: usize) -> usize {
+    (samples_of(tunables) + GUESTS) * cases
+}
+
+/// Fewest episodes of a search of which anything is to be expected.
+pub fn least_episodes(tunables: usize, cases: usize) -> u64 {
+    (LEAST_GENERATIONS * TRIALS[0] * episodes_a_trial(tunables, cases)) as u64
+}
+
+/// A search on its way.
+pub struct Search<'a, A: Arena> {
+    arena: &'a A,
+    tunables: &'a [Tunable],
+    seed: u64,
+    cases: usize,
+    /// Trials of a generation.
+    trials: usize,
+    start: Vec<f64>,
+    /// The middles of all generations and of the next one, and the spread of that, as shares of the ranges.
+    middles: Vec<Vec<f64>>,
+    spread: f64,
+    tried: Vec<Vec<Tried>>,
+    response: Option<Response>,
+}
+
+impl<'a, A: Arena> Search<'a, A> {
+    /// A search on trials of so many cases, with so many episodes.
+    pub fn new(arena: &'a A, tunables: &'a [Tunable], seed: u64, cases: usize, episodes: u64) -> Self {
+        let trials = trials_of(tunables.len(), cases, episodes);
+        let start: Vec<f64> = tunables.iter().map(|tunable| tunable.share_of(tunable.now)).collect();
+        let spread = (DISTANCE / (tunables.len() as f64).sqrt()).min(WIDEST);
+        let (middles, tried, response) = (vec![start.clone()], Vec::new(), None);
+        Self { arena, tunables, seed, cases, trials, start, middles, spread, tried, response }
+    }
+
+    /// Most episodes of the next generation.
+    pub fn next_episodes(&self) -> u64 {
+        (self.trials * episodes_a_trial(self.tunables.len(), self.cases)) as u64
+    }
+
+    /// The spread of the next samples, as a share of the ranges.
+    pub fn spread(&self) -> f64 {
+        self.spread
+    }
+
+    fn values(&self, shares: &[f64]) -> Vec<f64> {
+        self.tunables.iter().zip(shares).map(|(tunable, share)| tunable.at(*share)).collect()
+    }
+
+    fn shares(&self, values: &[f64]) -> Vec<f64> {
+        self.tunables.iter().zip(values).map(|(tunable, value)| tunable.share_of(*value)).collect()
+    }
+
+    /// Runs the next generation. Fails as [`Team::gather`] does, or if no sample can be a candidate.
+    pub fn generation(&mut self, team: Team) -> Result<Generation> {
+        let number = self.tried.len() as u64 + 1;
+        let now: Vec<f64> = self.tunables.iter().map(|tunable| tunable.now).collect();
+        let middle = self.values(&self.middles[self.middles.len() - 1]);
+        let incumbent = (now.clone(), self.arena.enter(&now)?);
+        let middle = match self.arena.enter(&middle) {
+            Ok(entrant) => (middle, entrant),
+            Err(error) => {
+                error.refusal()?;
+                (now.clone(), self.arena.enter(&now)?)
+            }
+        };
+        let samples = (0..samples_of(self.tunables.len()) as u64).map(|slot| self.sample(number, slot));
+        let samples = samples.collect::<Result<Vec<_>>>()?;
+        let (values, entrants): (Vec<_>, Vec<_>) = [incumbent, middle].into_iter().chain(samples).unzip();
+        let cases = self.arena.draw(number, self.trials);
+        let judge = |case: usize, trial: u64, active: &[usize]| {
+            let entrants: Vec<&A::Entrant> = active.iter().map(|&i| &entrants[i]).collect();
+            self.arena.judge(case, trial, &entrants)
+        };
+        let (candidates, name) = (values.len(), format!("generation-{number:03}"));
+        let race = Race { candidates, guests: GUESTS, cases: &cases, judge: &judge, team, name };
+        let raced = race.run()?;
+        let candidates = values.into_iter().zip(raced.standings);
+        let generation = Generation {
+            number,
+            trials: self.trials,
+            candidates: candidates.map(|(values, standing)| Candidate { values, standing }).collect(),
+            order: raced.order,
+            episodes: raced.episodes,
+        };
+        self.follow(&generation);
+        Ok(generation)
+    }
+
+    /// The first of the samples for a place in a generation that can be a candidate.
+    fn sample(&self, generation: u64, slot: u64) -> Result<(Vec<f64>, A::Entrant)> {
+        let mut refused = None;
+        for attempt in 0..ATTEMPTS {
+            let normal = trial::normals(self.seed, generation, slot * ATTEMPTS + attempt, self.tunables.len());
+            let middle = &self.middles[self.middles.len() - 1];
+            let shares: Vec<f64> = middle.iter().zip(&normal).map(|(x, z)| mirrored(x + self.spread * z)).collect();
+            let values = self.values(&shares);
+            match self.arena.enter(&values) {
+                Ok(entrant) => return Ok((values, entrant)),
+                Err(error) => refused = Some(error.refusal()?),
+            }
+        }
+        let (what, problem) = ("tune".into(), "no values within the ranges can be used, such as these: ".to_string());
+        Err(Error::Numeric { what, problem: problem + &refused.map_or(String::new(), |error| error.to_string()) })
+    }
+
+    /// Moves on after a generation, which was run now or earlier.
+    pub fn follow(&mut self, generation: &Generation) {
+        let incumbent = &generation.candidates[0].standing;
+        // One error of a trial for all: their own ones are small by chance where little differed by chance. Half of the
+        // variance of a difference is the incumbent's.
+        let others = || generation.candidates[1..].iter().map(|candidate| &candidate.standing);
+        let variance =
+            others().map(|one| 0.5 * one.error.powi(2) * one.trials as f64).sum::<f64>() / others().count() as f64;
+        let tried = generation.candidates.iter().map(|candidate| {
+            let standing = &candidate.standing;
+            let effort = standing.footsteps - incumbent.footsteps + standing.torque - incumbent.torque;
+            let error = (variance.max(LEAST_VARIANCE) / standing.trials as f64).sqrt();
+            Tried { shares: self.shares(&candidate.values), rate: standing.advantage - EFFORT * effort, error }
+        });
+        self.tried.push(tried.collect());
+        self.response = Response::fit(&self.start, &self.tried);
+        let Some(response) = &self.response else { return };
+        self.middles.push(response.best());
+        let factor = (LOSS / response.loss(self.spread).max(f64::MIN_POSITIVE)).sqrt();
+        self.spread = (self.spread * factor.clamp(NARROWER, WIDER)).min(WIDEST);
+    }
+
+    /// What the search proposes: the average of the last middles or, if that can be no candidate, the last middle that can.
+    /// The first one is the incumbent. Fails if the machine or a user ends the work.
+    pub fn proposed(&self) -> Result<Vec<f64>> {
+        let count = (((self.middles.len() - 1) as f64 * LAST).ceil() as usize).max(1);
+        let last = &self.middles[self.middles.len() - count..];
+        let sum = |i: usize| last.iter().map(|middle| middle[i]).sum::<f64>();
+        let average: Vec<f64> = (0..self.tunables.len()).map(|i| sum(i) / count as f64).collect();
+        for shares in std::iter::once(&average).chain(self.middles.iter().rev()) {
+            let values = self.values(shares);
+            match self.arena.enter(&values) {
+                Ok(_) => return Ok(values),
+                Err(error) => _ = error.refusal()?,
+            }
+        }
+        Ok(self.tunables.iter().map(|tunable| tunable.now).collect())
+    }
+
+    /// What each number does, and what these values gain.
+    pub fn effects(&self, values: &[f64]) -> Vec<Effect> {
+        let effect = |(i, share): (usize, &f64)| self.response.as_ref().map(|response| response.effect(i, *share));
+        self.shares(values).iter().enumerate().map(|number| effect(number).unwrap_or_default()).collect()
+    }
+}
+
+/// A share of a range; what is outside of the range is mirrored into it.
+fn mirrored(share: f64) -> f64 {
+    let share = share.rem_euclid(2.0);
+    if share > 1.0 { 2.0 - share } else { share }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use standfast_stats::mcnemar::PairedCounts;
+    use std::hash::{DefaultHasher, Hasher};
+    use std::path::Path;
+    use std::sync::atomic::AtomicBool;
+
+    static GO_ON: AtomicBool = AtomicBool::new(false);
+    fn alone() -> Team<'static> {
+        Team { shard: None, folder: Path::new("."), task: "", stop: &GO_ON, on_wait: &|_| {} }
+    }
+
+    /// Trials that are won with a chance that depends on the values.
+    struct Landscape {
+        seed: u64,
+        chance: fn(&[f64]) -> f64,
+    }
+
+    impl Landscape {
+        /// Half of the luck is that of the trial, which all candidates share.
+        fn is_won(&self, values: &[f64], trial: u64) -> bool {
+            let mut own = DefaultHasher::new();
+            values.iter().for_each(|value| own.write_u64(value.to_bits() ^ trial.rotate_left(20)));
+            let luck = 0.5 * (trial::share(self.seed, trial) + trial::share(self.seed + 1, own.finish() >> 8));
+            luck < (self.chance)(values)
+        }
+    }
+
+    impl Arena for Landscape {
+        type Entrant = Vec<f64>;
+
+        fn enter(&self, values: &[f64]) -> Result<Vec<f64>> {
+            Ok(values.to_vec())
+        }
+
+        fn draw(&self, generation: u64, count: usize) -> Vec<Vec<Drawn>> {
+            vec![(0..count as u64).map(|i| Drawn { trial: generation << 32 | i, weight: 1.0 }).collect()]
+        }
+
+        fn judge(&self, _case: usize, trial: u64, entrants: &[&Vec<f64>]) -> Result<Vec<Tally>> {
+            let tally = |values: &&Vec<f64>| Tally { won: self.is_won(values, trial), ..Tally::default() };
+            Ok(entrants.iter().map(tally).collect())
+        }
+    }
+
+    fn tunables(now: f64) -> Vec<Tunable> {
+        (0..4).map(|i| Tunable::new(format!("k{i}"), now, [0.0, 1.0])).collect()
+    }
+
+    /// Searches with a budget, and judges what is proposed by sealed trials.
+    fn sealed(landscape: &Landscape, tunables: &[Tunable], episodes: u64, trials: u64) -> (Vec<f64>, PairedCounts) {
+        let mut search = Search::new(landscape, tunables, landscape.seed, 1, episodes);
+        let mut spent = 0;
+        while spent + search.next_episodes() <= episodes {
+            spent += search.generation(alone()).unwrap().episodes;
+        }
+        let (proposed, now) = (search.proposed().unwrap(), tunables.iter().map(|t| t.now).collect::<Vec<_>>());
+        let pair = |trial| (landscape.is_won(&proposed, trial), landscape.is_won(&now, trial));
+        let counts = PairedCounts::of((0..trials).map(|i| pair(u64::MAX / 512 - i)));
+        (proposed, counts)
+    }
+
+    /// Where nothing that is tuned matters, a winner is claimed in at most 5 % of searches.
+    #[test]
+    fn noise_has_no_winner() {
+        let claims = (0..1000).filter(|&seed| {
+            let landscape = Landscape { seed: 2 * seed, chance: |_| 0.5 };
+            let (_, counts) = sealed(&landscape, &tunables(0.5), 2500, 400);
+            counts.difference() > 0.0 && counts.mcnemar_p() < 0.05
+        });
+        let claims = claims.count();
+        assert!(claims <= 50, "{claims} of 1000");
+    }
+
+    /// Where it matters, the search finds what is better, and the sealed trials say so.
+    #[test]
+    fn a_hill_is_climbed() {
+        let hill = |values: &[f64]| 0.6 - values.iter().map(|x| (x - 0.7).powi(2)).sum::<f64>().min(0.5);
+        for seed in 0..10 {
+            let landscape = Landscape { seed: 2 * seed, chance: hill };
+            let (proposed, counts) = sealed(&landscape, &tunables(0.4), 12_000, 1000);
+            assert!(counts.difference() > 0.1 && counts.mcnemar_p() < 1e-6, "{proposed:?}: {counts:?}");
+            assert!(hill(&proposed) > 0.58, "{proposed:?}");
+        }
+    }
+
+    /// A search that goes on from what was written down is the same search.
+    #[test]
+    fn a_search_goes_on_where_it_stopped() {
+        let landscape = Landscape { seed: 6, chance: |values| 0.4 + 0.2 * values[0] };
+        let tunables = tunables(0.5);
+        let mut whole = Search::new(&landscape, &tunables, 6, 1, 4000);
+        let generations: Vec<Generation> = (0..4).map(|_| whole.generation(alone()).unwrap()).collect();
+        let mut again = Search::new(&landscape, &tunables, 6, 1, 4000);
+        let written = serde_json::to_string(&generations[..2]).unwrap();
+        let read: Vec<Generation> = serde_json::from_str(&written).unwrap();
+        read.iter().for_each(|generation| again.follow(generation));
+        assert_eq!([again.generation(alone()).unwrap(), again.generation(alone()).unwrap()], generations[2..]);
+        assert_eq!(again.proposed().unwrap(), whole.proposed().unwrap());
+    }
+
+    /// Each change is alone, and what was written is as it should be.
+    #[test]
+    fn a_generation_that_no_search_can_have_written_is_told() {
+        let (landscape, tunables) = (Landscape { seed: 6, chance: |values| 0.4 + 0.2 * values[0] }, tunables(0.5));
+        let written = Search::new(&landscape, &tunables, 6, 1, 4000).generation(alone()).unwrap();
+        let told = |change: &dyn Fn(&mut Generation)| {
+            let mut changed = written.clone();
+            change(&mut changed);
+            changed.problem(1, trials_of(4, 1, 4000), 4, 1).unwrap_or("nothing")
+        };
+        assert_eq!(told(&|_| {}), "nothing");
+        type Change<'a> = (&'static str, &'a dyn Fn(&mut Generation));
+        let changes: [Change; 16] = [
+            ("`number`", &|g| g.number = 2),
+            ("`trials`", &|g| g.trials = 31),
+            ("`candidates`", &|g| g.candidates.clear()),
+            ("`candidates`", &|g| g.candidates.truncate(1)),
+            ("`candidates`", &|g| g.candidates.push(g.candidates[0].clone())),
+            ("`values`", &|g| g.candidates[3].values.clear()),
+            ("`values`", &|g| g.candidates[3].values[1] = f64::NAN),
+            ("a candidate", &|g| g.candidates[3].standing.advantage = 1e300),
+            ("a candidate", &|g| g.candidates[3].standing.error = f64::NAN),
+            ("a candidate", &|g| g.candidates[3].standing.torque = f64::INFINITY),
+            ("a candidate", &|g| g.candidates[3].standing.trials = 0),
+            ("a candidate", &|g| g.candidates[1].standing.trials -= 1),
+            ("`order`", &|g| g.order[0] = 99),
+            ("`order`", &|g| g.order[0] = g.order[1]),
+            ("`order`", &|g| g.order.clear()),
+            ("`episodes`", &|g| g.episodes = 0),
+        ];
+        for (expected, change) in changes {
+            let told = told(change);
+            assert!(told.starts_with(expected), "{expected}: {told}");
+        }
+    }
+
+    #[test]
+    fn samples_stay_within_their_ranges() {
+        assert_eq!([-0.25, 1.25, 2.5, 0.5].map(mirrored), [0.25, 0.75, 0.5, 0.5]);
+        let (landscape, tunables) = (Landscape { seed: 2, chance: |_| 0.5 }, tunables(1.0));
+        let generation = Search::new(&landscape, &tunables, 2, 1, 4000).generation(alone()).unwrap();
+        let is_within = |candidate: &Candidate| candidate.values.iter().all(|value| (0.0..=1.0).contains(value));
+        assert!(generation.candidates.iter().all(is_within), "{generation:?}");
+    }
+}

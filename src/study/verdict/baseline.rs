@@ -1,0 +1,130 @@
+//! Reads an earlier result with which gates compare, and checks whether two results can be compared at all.
+//!
+//! Two results can be compared only if their trials are the same. So their seeds, distributions and judges must be
+//! equal, and every push must be equal to the bit.
+
+use crate::ask::spec::Campaign;
+use crate::ask::trial;
+use crate::store::folder::Folder;
+use crate::store::manifest::{Manifest, differences};
+use crate::verdict::digest::{Digest, Ended};
+use serde::Serialize;
+use serde_json::Value;
+use standfast_core::error::{Error, Result};
+use std::path::Path;
+
+/// An error names at most this many differences of two campaigns.
+const SHOWN: usize = 4;
+
+/// An earlier result with the same pushes.
+pub struct Baseline {
+    pub manifest: Manifest,
+    rows: Digest,
+}
+
+/// Which result was the baseline.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BaselineId {
+    pub name: String,
+    /// Version of the program.
+    pub standfast: String,
+    pub config_hash: String,
+    pub trials: u64,
+}
+
+impl Baseline {
+    /// Opens a baseline for the campaign `ours`. It fails if the result is not complete, or if its trials are not those
+    /// of `ours`.
+    pub fn open(path: &Path, ours: &Manifest) -> Result<Baseline> {
+        let folder = Folder::existing(path)?;
+        let campaign = &ours.campaign;
+        refuse_other_trials(&folder, campaign)?;
+        let mut rows = Digest::new(&folder.manifest.sets, &campaign.episode);
+        for part in folder.parts()? {
+            let part = part?;
+            for row in &part {
+                let (pushes, variation) = (trial::pushes(campaign, row.trial), trial::variation(campaign, row.trial));
+                if row.pushes() != pushes || row.variation != variation {
+                    return Err(other_push(path, row.trial));
+                }
+            }
+            rows.push(&part);
+        }
+        Ok(Baseline { manifest: folder.manifest, rows })
+    }
+
+    /// Number of trials. A set that was stopped earlier has fewer.
+    pub fn trials(&self) -> u64 {
+        self.rows.trials()
+    }
+
+    /// What a report states about the baseline.
+    pub fn id(&self) -> BaselineId {
+        let Manifest { standfast, config_hash, campaign, .. } = &self.manifest;
+        let (name, trials) = (campaign.name.clone(), self.trials());
+        BaselineId { name, standfast: standfast.clone(), config_hash: config_hash.clone(), trials }
+    }
+
+    /// Whether the baseline ended when it was decided. Then its number of trials depends on its outcomes.
+    pub fn is_sequential(&self) -> bool {
+        self.manifest.campaign.stopping.until_resolved
+    }
+
+    /// How the trials of a controller ended, from trial 0. It is empty if the baseline does not have the set.
+    pub fn rows_of(&self, set: &str) -> &[Ended] {
+        self.rows.names.iter().position(|name| name == set).map_or(&[], |set| self.rows.of(set))
+    }
+}
+
+/// Says why two results are hard to compare although their trials are the same: they differ in more than their gains,
+/// or in nothing.
+pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
+    let robots = [a, b].map(|m| format!("{} ({:.8})", m.campaign.robot, m.robot_sha256));
+    let versions = [a, b].map(|m| m.standfast.clone());
+    let engines = [a, b].map(|m| m.engine.clone());
+    let differ = |(what, [of_a, of_b]): (&str, [String; 2])| {
+        (of_a != of_b).then(|| format!("the {what} differ: {of_a} and {of_b}"))
+    };
+    let differences = [("robots", robots), ("versions of standfast", versions), ("physics engines", engines)];
+    let differences = differences.into_iter().filter_map(differ);
+    let same = "both results have the same inputs: a difference can only come from another build of standfast";
+    differences.chain((a.config_hash == b.config_hash).then(|| same.to_string())).collect()
+}
+
+/// Fails if the trials of `folder` are drawn or judged in another way than those of `campaign`.
+pub(super) fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Result<()> {
+    let mut found = Vec::new();
+    differences("", &drawn(campaign), &drawn(&folder.manifest.campaign), &mut found);
+    if found.is_empty() {
+        return Ok(());
+    }
+    let more = match found.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        more => format!("; and {more} more differ"),
+    };
+    found.truncate(SHOWN);
+    let problem =
+        format!("its trials are not the same, so they cannot be compared in pairs: {}{more}", found.join("; "));
+    Err(Error::Parts { path: folder.path.clone(), problem })
+}
+
+/// The error if a trial has another push, robot or ground than the same campaign draws now, or drew for another result.
+pub(super) fn other_push(path: &Path, trial: u64) -> Error {
+    let problem = format!("trial {trial} has another push, robot or ground, although the campaigns are the same");
+    Error::Parts { path: path.into(), problem: problem + ": another version of standfast drew it" }
+}
+
+/// The settings of a campaign on which its trials and their judgement depend.
+fn drawn(campaign: &Campaign) -> Value {
+    let mut drawn = serde_json::json!({
+        "seed": campaign.seed,
+        "push": campaign.push,
+        "second_push": campaign.second_push,
+        "variations": campaign.variations,
+        "sensors": campaign.sensors,
+        "episode": campaign.episode,
+    });
+    // The step of the other engine does not matter.
+    drawn["episode"]["physics_step_s"] = campaign.episode.clock().physics_step_s.into();
+    drawn
+}

@@ -1,0 +1,206 @@
+//! Compares two finished results trial by trial.
+
+use crate::ask::gate::GateSpec;
+use crate::store::folder::Folder;
+use crate::store::manifest::{Manifest, each_once};
+use crate::store::row::{TrialRow, TrialsFile};
+use crate::verdict::agreement::{Agreement, differ_in_engine_alone};
+use crate::verdict::baseline::{other_push, refuse_other_trials, unlike};
+use crate::verdict::digest::Digest;
+use crate::verdict::gates::Gates;
+use crate::verdict::set_summary::SetOrigin;
+use crate::verdict::summary::Summary;
+use standfast_core::error::{Error, Result};
+use standfast_files::{AtomicFile, is_same_folder, sha256_hex};
+use std::collections::HashMap;
+use std::io::{Write, sink};
+use std::path::{Path, PathBuf};
+
+/// Two results joined to one, as if one campaign had had the controllers of both.
+pub struct Comparison {
+    /// The summary of both results. Its campaign is the first one, with the names, sets and hashes of both. A path of
+    /// an [origin](SetOrigin) begins with the path by which its folder was named.
+    pub summary: Summary,
+    /// The trials that both results have. The sets of the first result come before those of the second.
+    pub rows: Digest,
+    /// The two results.
+    of: [Folder; 2],
+}
+
+impl Comparison {
+    /// Compares two finished folders. `gates` name the sets as the summary does. It fails if a folder is not complete,
+    /// if their trials are not the same, or if a gate cannot be read.
+    pub fn new(a: &Folder, b: &Folder, gates: &[String]) -> Result<Comparison> {
+        if is_same_folder(&a.path, &b.path) {
+            let problem = "both are this folder: a result does not differ from itself";
+            return Err(Error::Parts { path: b.path.clone(), problem: problem.into() });
+        }
+        let mut asked = a.manifest.campaign.clone();
+        let (ours, theirs) = (&mut asked.episode, b.manifest.campaign.episode);
+        if ours.engine != theirs.engine {
+            (ours.engine, ours.physics_step_s) = (theirs.engine, theirs.physics_step_s);
+        }
+        refuse_other_trials(b, &asked)?;
+        let engines_alone = differ_in_engine_alone(a, b);
+        let sets = match engines_alone {
+            true => [a, b].map(named_by_engine).concat(),
+            false => [names(a, b), names(b, a)].concat(),
+        };
+        let (rows, _, sha256) = paired([a, b], &sets, sink())?;
+        let count = rows.trials();
+        let manifest = joined(&a.manifest, &b.manifest, sets, count, gates);
+        let pairs = pairs(&a.manifest.sets, &b.manifest.sets);
+        let mut summary = Summary::new(&manifest, &rows, sha256, &pairs, &Gates::new(&manifest, None)?);
+        let mut found = warnings(a, b, count, engines_alone);
+        if engines_alone {
+            let own = [Digest::read(a)?, Digest::read(b)?];
+            let of = [(&a.manifest, &own[0]), (&b.manifest, &own[1])];
+            let agreement = Agreement::new(of, &rows, &summary.pairs);
+            found.splice(..0, agreement.warnings());
+            summary.headline = agreement.headline();
+            summary.agreement = Some(agreement);
+        }
+        summary.warnings.splice(..0, found);
+        for (set, origin) in summary.sets.iter_mut().zip([origins(a), origins(b)].concat()) {
+            set.origin = origin;
+        }
+        Ok(Comparison { summary, rows, of: [a.clone(), b.clone()] })
+    }
+
+    /// Reads both results again, and writes `trials.parquet` and `summary.json`. It returns the summary as it was
+    /// written, with paths that are relative to `folder`. It fails if a result has changed meanwhile, or if the folder
+    /// is not writable.
+    pub fn write(&self, folder: &Path) -> Result<Summary> {
+        std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
+        let mut summary = self.summary.clone();
+        for set in &mut summary.sets {
+            set.origin.campaign = seen_from(folder, Path::new(&set.origin.campaign)).display().to_string();
+        }
+        let [a, b] = &self.of;
+        let to = AtomicFile::create(&folder.join("trials.parquet"))?;
+        let (_, trials, sha256) = paired([a, b], &self.rows.names, to)?;
+        if sha256 != summary.trials_sha256 {
+            let problem = format!("it or {} changed while the two were compared", b.path.display());
+            return Err(Error::Parts { path: a.path.clone(), problem });
+        }
+        trials.commit()?;
+        summary.write(folder)?;
+        Ok(summary)
+    }
+}
+
+/// Reads the trials that both folders have. `sets` are the new names of their sets, those of the first folder first.
+/// The rows are written to `to` as a `trials.parquet`, which is returned with its SHA-256. It fails if a trial is not
+/// the same in both.
+fn paired<W: Write + Send>([a, b]: [&Folder; 2], sets: &[String], to: W) -> Result<(Digest, W, String)> {
+    let (names_a, names_b) = sets.split_at(a.manifest.sets.len());
+    let renamed = |folder: &Folder, names: &[String]| {
+        let sets = folder.manifest.sets.iter().cloned();
+        let names: HashMap<String, String> = sets.zip(names.iter().cloned()).collect();
+        move |row: TrialRow| TrialRow { set: names[&row.set].clone(), ..row }
+    };
+    let (renamed_a, renamed_b) = (renamed(a, names_a), renamed(b, names_b));
+    let totals = each_once([a, b].into_iter().flat_map(|folder| folder.manifest.totals.clone()));
+    let (mut digest, mut file) = (Digest::new(sets, &a.manifest.campaign.episode), TrialsFile::new(to, &totals)?);
+    for (of_a, of_b) in trials(a)?.zip(trials(b)?) {
+        let (of_a, of_b) = (of_a?, of_b?);
+        let (ours, theirs) = (&of_a[0], &of_b[0]);
+        if ours.pushes() != theirs.pushes() || ours.variation != theirs.variation {
+            return Err(other_push(&b.path, ours.trial));
+        }
+        let rows: Vec<TrialRow> = of_a.into_iter().map(&renamed_a).chain(of_b.into_iter().map(&renamed_b)).collect();
+        digest.push(&rows);
+        file.push(rows)?;
+    }
+    let (to, sha256) = file.finish()?;
+    Ok((digest, to, sha256))
+}
+
+/// The rows of each trial of a finished folder.
+fn trials(folder: &Folder) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>> {
+    let same_trial = |a: &TrialRow, b: &TrialRow| a.trial == b.trial;
+    let of_part = move |rows: Vec<TrialRow>| rows.chunk_by(same_trial).map(|trial| Ok(trial.to_vec())).collect();
+    Ok(folder.parts()?.flat_map(move |part| part.map_or_else(|error| vec![Err(error)], of_part)))
+}
+
+/// Pairs of one set of each result. Sets of the same name make a pair. If no name is in both results, every set of one
+/// makes a pair with every set of the other.
+fn pairs(sets_a: &[String], sets_b: &[String]) -> Vec<(usize, usize)> {
+    let all = || (0..sets_a.len()).flat_map(|i| (0..sets_b.len()).map(move |j| (i, j)));
+    let of_one_name: Vec<_> = all().filter(|&(i, j)| sets_a[i] == sets_b[j]).collect();
+    let pairs = if of_one_name.is_empty() { all().collect() } else { of_one_name };
+    pairs.into_iter().map(|(i, j)| (i, sets_a.len() + j)).collect()
+}
+
+/// The manifest of the comparison. It is that of the first result, with the names, sets and hashes of both, and with
+/// the number of trials that both have.
+fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[String]) -> Manifest {
+    let both = |a: &str, b: &str| if a == b { a.to_string() } else { format!("{a}, {b}") };
+    let mut campaign = a.campaign.clone();
+    campaign.name = both(&a.campaign.name, &b.campaign.name);
+    campaign.robot = both(&a.campaign.robot, &b.campaign.robot);
+    campaign.trials = trials;
+    campaign.stopping.until_resolved |= b.campaign.stopping.until_resolved;
+    campaign.gates = GateSpec { require: gates.to_vec(), ..a.campaign.gates.clone() };
+    Manifest {
+        standfast: both(&a.standfast, &b.standfast),
+        config_hash: sha256_hex(format!("{} {}", a.config_hash, b.config_hash).as_bytes()),
+        robot_sha256: both(&a.robot_sha256, &b.robot_sha256),
+        engine: both(&a.engine, &b.engine),
+        part_trials: a.part_trials,
+        // Both numbers were chosen before any outcome was known.
+        planned_trials: a.planned_trials.min(b.planned_trials),
+        sets,
+        totals: each_once([a, b].into_iter().flat_map(|of| of.totals.clone())),
+        inputs: Vec::new(),
+        not_kept: [a, b].into_iter().flat_map(|of| of.not_kept.clone()).collect(),
+        campaign,
+    }
+}
+
+/// Warns of what a comparison over the first `trials` trials cannot support.
+fn warnings(a: &Folder, b: &Folder, trials: u64, engines_alone: bool) -> Vec<String> {
+    let (of_a, of_b) = (a.trials(), b.trials());
+    let counts = format!("the results have {of_a} and {of_b} trials: only the first {trials} are compared");
+    let [ours, theirs] = [a, b].map(|folder| &folder.manifest.campaign.gates);
+    let decides_otherwise = (ours.confidence, ours.unresolved) != (theirs.confidence, theirs.unresolved);
+    let gates = "the results ask for gates of another confidence, or decide otherwise what is unresolved".to_string();
+    let unlike = if engines_alone { Vec::new() } else { unlike(&a.manifest, &b.manifest) };
+    (of_a != of_b).then_some(counts).into_iter().chain(unlike).chain(decides_otherwise.then_some(gates)).collect()
+}
+
+/// The names of a folder's sets. A set whose name the other folder has too also gets the name of its folder.
+fn names(folder: &Folder, other: &Folder) -> Vec<String> {
+    let label = label(&folder.path, &other.path);
+    let is_shared = |set: &String| other.manifest.sets.contains(set);
+    let name = |set: &String| if is_shared(set) { format!("{set} ({label})") } else { set.clone() };
+    folder.manifest.sets.iter().map(name).collect()
+}
+
+/// Names of a folder's sets with that of its physics engine.
+fn named_by_engine(folder: &Folder) -> Vec<String> {
+    let engine = folder.manifest.campaign.episode.engine.name();
+    folder.manifest.sets.iter().map(|set| format!("{set} ({engine})")).collect()
+}
+
+fn origins(folder: &Folder) -> Vec<SetOrigin> {
+    let campaign = folder.path.join("campaign.toml").display().to_string();
+    let origin = |gains: &String| SetOrigin { campaign: campaign.clone(), gains: gains.clone() };
+    folder.manifest.sets.iter().map(origin).collect()
+}
+
+/// The path of a file, relative to a folder. Both exist.
+fn seen_from(folder: &Path, file: &Path) -> PathBuf {
+    let (Ok(folder), Ok(file)) = (folder.canonicalize(), file.canonicalize()) else { return file.into() };
+    pathdiff::diff_paths(&file, &folder).unwrap_or(file)
+}
+
+/// A short name that tells a folder from another. It is the last part of its path, or the whole path if the last parts
+/// are the same.
+fn label(path: &Path, other: &Path) -> String {
+    let (ours, theirs) = (path.file_name(), other.file_name());
+    match ours {
+        Some(name) if ours != theirs => name.to_string_lossy().into_owned(),
+        _ => path.display().to_string(),
+    }
+}

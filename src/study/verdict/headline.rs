@@ -1,0 +1,146 @@
+//! Writes the first sentences of a result. They say which controller recovers most often, and than which others it is
+//! better.
+
+use crate::verdict::listed::listed;
+use crate::verdict::pairs::{self, Pair, points};
+use crate::verdict::set_summary::SetSummary;
+use standfast_stats::decision::PairVerdict;
+
+/// The controllers that recover most, in the order of `sets`.
+pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[Pair]) -> Vec<&'a SetSummary> {
+    let behind = pairs.iter().filter(|pair| pair.difference > 0.0 || pair.verdict == PairVerdict::Better);
+    let behind = behind.filter_map(|pair| sets.iter().position(|set| set.name == pair.b));
+    let rates: Vec<f64> = sets.iter().map(|set| set.count.success_rate).collect();
+    pairs::leaders(&rates, behind).into_iter().map(|set| &sets[set]).collect()
+}
+
+/// One or two sentences. Two sets count as the same if they differ by less than `margin` (a share). The text is empty
+/// if there are no controllers.
+pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
+    let leaders = leaders(sets, pairs);
+    let Some(first) = leaders.first() else { return String::new() };
+    let others: Vec<_> = sets.iter().filter(|set| leaders.iter().all(|leader| leader.name != set.name)).collect();
+    let trials = match leaders.iter().all(|leader| leader.count.trials == first.count.trials) {
+        true => format!("{} trials", first.count.trials),
+        false => "its trials".into(),
+    };
+    let rate = format!("{:.1} % of {trials}", 100.0 * first.count.success_rate);
+    let names = listed(&leaders.iter().map(|set| set.name.as_str()).collect::<Vec<_>>(), "and");
+    let are_several = leaders.len() > 1;
+    let who = match (are_several, others.is_empty()) {
+        (false, true) => return format!("{names} recovers from {rate}."),
+        (true, true) => return format!("{names} recover equally often: in {rate} each."),
+        (false, false) => format!("{names} recovers most often: in {rate}."),
+        (true, false) => format!("{names} recover most often: in {rate} each."),
+    };
+    // The verdict on another set is the one that holds for every leader. It is None if a leader is not compared with
+    // that set, as may be in a comparison of two results.
+    let verdict_on = |other: &SetSummary| {
+        let on = |leader: &&SetSummary| {
+            let is_of = |pair: &&Pair, a: &SetSummary, b: &SetSummary| pair.a == a.name && pair.b == b.name;
+            let is_theirs = |pair: &&Pair| is_of(pair, leader, other) || is_of(pair, other, leader);
+            pairs.iter().find(is_theirs).map(|pair| match pair.verdict {
+                // Three sets with different trials may each be better than the next, in a circle.
+                PairVerdict::Better if pair.b == leader.name => PairVerdict::Open,
+                verdict => verdict,
+            })
+        };
+        let found = leaders.iter().map(on).collect::<Option<Vec<_>>>()?;
+        let all_are = |verdict| found.iter().all(|found| *found == verdict);
+        let decided = [PairVerdict::Better, PairVerdict::Same].into_iter().find(|verdict| all_are(*verdict));
+        Some(decided.unwrap_or(PairVerdict::Open))
+    };
+    let on: Vec<_> = others.iter().filter_map(|other| Some((other.name.as_str(), verdict_on(other)?))).collect();
+    let with = |verdict| on.iter().filter(|(_, found)| *found == verdict).map(|(name, _)| *name).collect::<Vec<_>>();
+    let (beaten, same, open) = (with(PairVerdict::Better), with(PairVerdict::Same), with(PairVerdict::Open));
+    let mut findings = Vec::new();
+    if !beaten.is_empty() {
+        findings.push(format!("better than {}", listed(&beaten, "and")));
+    }
+    if !same.is_empty() {
+        findings.push(format!("within {} points of {}", points(margin), listed(&same, "and")));
+    }
+    if !open.is_empty() {
+        findings.push(format!("not shown to be better than {}", listed(&open, "or")));
+    }
+    match findings.is_empty() {
+        true => who,
+        false => format!("{who} {} {}.", if are_several { "They are" } else { "It is" }, findings.join(", and ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::row;
+    use crate::verdict::digest::Digest;
+    use crate::verdict::pairs::{DecisionRule, every_pair};
+    use crate::verdict::standing::When;
+    use standfast_sim::episode::Outcome::{Fell, Recovered};
+    use standfast_stats::looks::Looks;
+
+    fn headline(rows: &Digest, when: When, margin: f64) -> String {
+        let pairs = every_pair(rows.names.len());
+        let pairs = Pair::all(rows, &pairs, &[], DecisionRule { when, margin, end_early: true });
+        let sets: Vec<SetSummary> = (0..rows.names.len()).map(|i| SetSummary::new(i, rows, &[], &[], true)).collect();
+        of(&sets, &pairs, margin)
+    }
+
+    /// A set that was stopped early, on easy pushes, may have the higher rate and be the worse one.
+    #[test]
+    fn the_leader_is_found_on_trials_that_both_sets_have() {
+        let trial = |trial: u64| match trial {
+            0..25 => vec![("a", trial >= 2), ("b", true)],
+            _ => vec![("b", !trial.is_multiple_of(5))],
+        };
+        let of_trial = |i: u64| {
+            trial(i).into_iter().map(move |(set, saved)| row(i, set, 1.0, if saved { Recovered } else { Fell }))
+        };
+        let rows = crate::fixtures::digest_of_rows(&(0..100).flat_map(of_trial).collect::<Vec<_>>(), &["a", "b"]);
+        let told = headline(&rows, When::At(Looks::up_to(100)), 0.02);
+        assert_eq!(told, "b recovers most often: in 85.0 % of 100 trials. It is not shown to be better than a.");
+    }
+
+    /// Sets recover from the first so many of 200 trials.
+    #[test]
+    fn it_says_who_recovers_most_and_than_which_it_is_better() {
+        for (recovered, expected) in [
+            (&[][..], ""),
+            (&[("catch", 172)], "catch recovers from 86.0 % of 200 trials."),
+            (
+                &[("hold", 90), ("paper", 100), ("catch", 172)],
+                "catch recovers most often: in 86.0 % of 200 trials. It is better than hold and paper.",
+            ),
+            (
+                &[("hold", 90), ("paper", 170), ("catch", 172)],
+                "catch recovers most often: in 86.0 % of 200 trials. It is better than hold, and not shown to be better than \
+                 paper.",
+            ),
+            (
+                &[("hold", 171), ("paper", 170), ("catch", 172)],
+                "catch recovers most often: in 86.0 % of 200 trials. It is not shown to be better than hold or paper.",
+            ),
+            (
+                &[("hold", 90), ("paper", 172), ("catch", 172)],
+                "paper and catch recover most often: in 86.0 % of 200 trials each. They are better than hold.",
+            ),
+            (&[("hold", 0), ("paper", 0)], "hold and paper recover equally often: in 0.0 % of 200 trials each."),
+            (
+                &[("a", 1), ("b", 2), ("c", 3), ("d", 4), ("e", 5), ("f", 6), ("g", 200)],
+                "g recovers most often: in 100.0 % of 200 trials. It is better than 6 controllers.",
+            ),
+            (
+                &[("hold", 0), ("paper", 170), ("twin", 171)],
+                "twin recovers most often: in 85.5 % of 200 trials. It is better than hold, and within 10.0 points of paper.",
+            ),
+        ] {
+            let trial = |i: u64| {
+                recovered.iter().map(move |(name, n)| row(i, name, 1.0, if i < *n { Recovered } else { Fell }))
+            };
+            let names: Vec<&str> = recovered.iter().map(|(name, _)| *name).collect();
+            let rows = crate::fixtures::digest_of_rows(&(0..200).flat_map(trial).collect::<Vec<_>>(), &names);
+            let margin = if expected.contains("within 10.0") { 0.1 } else { 0.02 };
+            assert_eq!(headline(&rows, When::Once, margin), expected);
+        }
+    }
+}

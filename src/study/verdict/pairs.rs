@@ -1,0 +1,433 @@
+//! Compares two controllers on the same pushes: in which trials they end differently, and which is better.
+//!
+//! The better set is the first of its pair. If neither is known to be better, it is the one that recovers more often,
+//! or the earlier one of two that recover equally often. This holds for a comparison of two results, too, where the
+//! names tell the sets apart.
+//!
+//! Pairs are ordered by their verdicts: first those of which one set is better, then those that are the same, then
+//! those that are not resolved. Within a verdict, the pair with the larger difference comes first.
+
+use crate::store::manifest::Manifest;
+use crate::verdict::digest::{Digest, Ended};
+use crate::verdict::standing::{Standing, When};
+use crate::verdict::strata::Stratum;
+use serde::Serialize;
+use standfast_stats::decision::{Decision, PairVerdict, alpha_of_each};
+use standfast_stats::looks::Looks;
+use standfast_stats::mcnemar::PairedCounts;
+use standfast_stats::ranks::{Shift, signed_rank};
+use std::cmp::Ordering;
+
+/// Up to so many pairs are all named in a text.
+const FEW_PAIRS: usize = 6;
+/// At most so many trials are named as examples.
+const EXAMPLES: usize = 5;
+/// Level of the intervals in strata.
+const LEVEL: f64 = 0.95;
+/// The stated number of further trials would decide a pair with this chance.
+const POWER: f64 = 0.8;
+
+/// Two sets on the trials that both have. Set b is not known to be better than a.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Pair {
+    pub a: String,
+    pub b: String,
+    #[serde(flatten)]
+    pub counts: PairedCounts,
+    /// Rate of a less rate of b over the trials that both have (a share). It is negative only if a was found better and
+    /// has recovered less often since.
+    pub difference: f64,
+    /// Interval of the difference, at 95 % for all pairs of the result together. If the campaign could end when
+    /// decided, it is the intersection of the intervals of all looks. It does not contain 0 exactly if a is better,
+    /// even where 0 is its end.
+    pub adjusted_ci95: [f64; 2],
+    /// Two-sided p-value of McNemar's test times the number of pairs. It is below 0.05 exactly if a is better. It is
+    /// None if the campaign could end when decided, because the test is for a number of trials that was fixed in
+    /// advance.
+    pub adjusted_p: Option<f64>,
+    pub verdict: PairVerdict,
+    /// The number of trials at the look at which a was found better, if the campaign could end when decided.
+    pub better_after: Option<u64>,
+    /// The verdict in sentences.
+    pub words: String,
+    /// About how many trials that are still to be run would show the difference, if it is as large as observed. If the
+    /// campaign ends when decided, they continue it. Otherwise they are those of a new campaign with another seed. It
+    /// is None if the pair is decided, or if no difference was observed.
+    pub more_trials: Option<u64>,
+    /// The first trials that only one of them recovered from.
+    pub first_only_a: Vec<u64>,
+    pub first_only_b: Vec<u64>,
+    /// Time to standing (s), a less b, over the trials from which both recovered.
+    pub settling_s: Option<Shift>,
+    /// Time until the COM is home for good (s), a less b, over the trials in which it got there with both. It is None
+    /// for episodes that end early.
+    pub homing_s: Option<Shift>,
+    /// Number of finished footsteps, a less b, over the trials from which both recovered.
+    pub footsteps: Option<Shift>,
+    pub strata: Vec<PairStratum>,
+}
+
+/// Two sets on the trials of one stratum. It shows where to look, and proves nothing, because its interval is not
+/// adjusted for the number of strata.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PairStratum {
+    pub by: &'static str,
+    pub label: String,
+    pub trials: u64,
+    #[serde(flatten)]
+    pub counts: PairedCounts,
+    pub difference: f64,
+    pub ci95: [f64; 2],
+}
+
+/// How a campaign decides between two sets.
+#[derive(Debug, Clone, Copy)]
+pub struct DecisionRule {
+    pub when: When,
+    /// Sets that differ by less than this share are the same.
+    pub margin: f64,
+    /// Whether episodes ended as soon as the robot had settled or fallen. Then it is not known when it got home.
+    pub end_early: bool,
+}
+
+impl DecisionRule {
+    pub fn of(manifest: &Manifest) -> Self {
+        let campaign = &manifest.campaign;
+        let when = manifest.looks().map_or(When::Once, When::At);
+        Self { when, margin: campaign.stopping.margin, end_early: campaign.episode.end_early }
+    }
+}
+
+impl Pair {
+    /// The comparisons of these pairs of sets, ordered by their verdicts.
+    pub fn all(rows: &Digest, pairs: &[(usize, usize)], strata: &[Stratum], deciding: DecisionRule) -> Vec<Self> {
+        let pair = |&sets: &(usize, usize)| Self::new(rows, sets, strata, pairs.len(), deciding);
+        let mut all: Vec<Self> = pairs.iter().map(pair).collect();
+        all.sort_by(|x, y| by_verdict((x.verdict, x.difference), (y.verdict, y.difference)));
+        all
+    }
+
+    /// The comparison of two sets, which is one of `pairs` comparisons.
+    fn new(
+        rows: &Digest,
+        sets: (usize, usize),
+        strata: &[Stratum],
+        pairs: usize,
+        DecisionRule { when, margin, end_early }: DecisionRule,
+    ) -> Self {
+        let standing = Standing::of(rows, sets, pairs, when, margin);
+        let Standing { a, b, counts, decision: Decision { ci95, p, verdict }, better_after } = standing;
+        let first = |wins: usize, loses: usize| {
+            let only = |&(_, (won, lost)): &(u64, (&Ended, &Ended))| won.has_recovered() && !lost.has_recovered();
+            (0..).zip(rows.common(wins, loses)).filter(only).take(EXAMPLES).map(|(trial, _)| trial).collect()
+        };
+        let shift = |get: &dyn Fn(&Ended) -> Option<f64>| {
+            let both = rows.common(a, b).filter(|(a, b)| a.has_recovered() && b.has_recovered());
+            let differences = both.filter_map(|(a, b)| Some(get(a)? - get(b)?));
+            signed_rank(&differences.collect::<Vec<_>>())
+        };
+        let stratum = |stratum: &Stratum| {
+            let of = |set: usize, trial: usize| rows.of(set).get(trial).map(Ended::has_recovered);
+            let recovered = |trial: usize| Some((of(a, trial)?, of(b, trial)?));
+            let counts = PairedCounts::of(stratum.trials().filter_map(recovered));
+            let (by, label, trials) = (stratum.by, stratum.label.clone(), counts.trials());
+            let (difference, ci95) = (counts.difference(), counts.difference_interval(LEVEL));
+            PairStratum { by, label, trials, counts, difference, ci95 }
+        };
+        let alpha = alpha_of_each(pairs);
+        let more_trials = match when {
+            _ if verdict != PairVerdict::Open => None,
+            When::At(looks) => trials_to_resolve(&counts, looks, alpha).map(|trials| trials - counts.trials()),
+            When::Once | When::AnyTime => counts.trials_to_resolve(0.0, POWER, alpha),
+        };
+        let mut pair = Self {
+            a: rows.names[a].clone(),
+            b: rows.names[b].clone(),
+            counts,
+            difference: counts.difference(),
+            adjusted_ci95: ci95,
+            adjusted_p: p,
+            verdict,
+            better_after,
+            words: String::new(),
+            more_trials,
+            first_only_a: first(a, b),
+            first_only_b: first(b, a),
+            settling_s: shift(&Ended::settling_s),
+            homing_s: if end_early { None } else { shift(&Ended::homing_s) },
+            footsteps: shift(&|ended| Some(ended.footsteps.into())),
+            strata: strata.iter().map(stratum).collect(),
+        };
+        pair.words = pair.in_words(margin);
+        pair
+    }
+
+    fn in_words(&self, margin: f64) -> String {
+        let (a, b, [least, most]) = (&self.a, &self.b, self.adjusted_ci95.map(points));
+        let p = self.adjusted_p.map_or(String::new(), |p| format!(", {}", p_value(p)));
+        let least = match self.verdict {
+            PairVerdict::Better if self.adjusted_ci95[0] == 0.0 => "above 0".into(),
+            _ => least,
+        };
+        let interval = format!("({least} to {most}{p})");
+        let difference = points(self.difference);
+        let seen = match self.difference {
+            0.0 => format!("No difference was seen {interval}."),
+            _ => format!("{a} recovered {difference} points more often {interval}."),
+        };
+        match (self.verdict, self.more_trials) {
+            (PairVerdict::Better, _) if self.difference <= 0.0 => {
+                let (after, all) = (self.better_after.unwrap_or_default(), self.counts.trials());
+                let since = match self.difference {
+                    0.0 => "no difference".into(),
+                    less => format!("{a} {} points behind", points(-less)),
+                };
+                format!(
+                    "{a} was found better than {b} after {after} trials, which stands; all {all} trials show {since}."
+                )
+            }
+            (PairVerdict::Better, _) => format!("{a} is better than {b} by {difference} points {interval}."),
+            (PairVerdict::Same, _) => format!("{a} and {b} differ by less than {} points. {seen}", points(margin)),
+            (PairVerdict::Open, None) => format!("{a} and {b}: not resolved. {seen}"),
+            (PairVerdict::Open, Some(more)) => {
+                let pushes = match self.adjusted_p {
+                    Some(_) => format!("a new campaign with another seed and about {} trials", rounded(more)),
+                    None => format!("about {} more trials", rounded(more)),
+                };
+                format!("{a} and {b}: not resolved. {seen} If that is the true difference, {pushes} would show it.")
+            }
+        }
+    }
+}
+
+/// Writes a difference (a share) in percentage points, with one digit after the point, or with as many as show that it
+/// is not 0.
+pub(super) fn points(share: f64) -> String {
+    let points = 100.0 * share;
+    let digits = (1..6).find(|&digits| points == 0.0 || points.abs() >= 0.5 * 10f64.powi(-digits)).unwrap_or(6);
+    format!("{points:.*}", digits as usize)
+}
+
+/// The order of two pairs, each given by its verdict and its difference (a share).
+pub fn by_verdict(x: (PairVerdict, f64), y: (PairVerdict, f64)) -> Ordering {
+    x.0.cmp(&y.0).then(y.1.total_cmp(&x.1))
+}
+
+/// The first look by which the exact test finds the difference with a chance of about [`POWER`], if the rates are as
+/// observed. The guess takes a single test at that look, with all the error that may be spent by then. It is None if no
+/// difference was observed.
+fn trials_to_resolve(counts: &PairedCounts, looks: Looks, alpha: f64) -> Option<u64> {
+    let enough =
+        |look: &u64| counts.trials_to_resolve(0.0, POWER, alpha * looks.spent(*look)).is_some_and(|n| n <= *look);
+    let next = |look: u64| if look < u64::MAX / 2 { looks.after(look) } else { u64::MAX };
+    (counts.only_a != counts.only_b).then(|| {
+        let mut look = next(counts.trials());
+        while !enough(&look) && look < u64::MAX {
+            look = next(look);
+        }
+        look
+    })
+}
+
+/// The numbers of the controllers that recover most often, in the order of `rates` (shares). Sets may have different
+/// trials. So they are ranked first by how many other sets recover more often on the trials that both have, and then by
+/// their rates. `behind` has for each pair the set that recovers less often, if there is one.
+pub fn leaders(rates: &[f64], behind: impl IntoIterator<Item = usize>) -> Vec<usize> {
+    let mut better = vec![0; rates.len()];
+    behind.into_iter().for_each(|set| better[set] += 1);
+    let rank = |a: usize, b: usize| better[a].cmp(&better[b]).then(rates[b].total_cmp(&rates[a]));
+    let Some(first) = (0..rates.len()).min_by(|&a, &b| rank(a, b)) else { return Vec::new() };
+    (0..rates.len()).filter(|&set| rank(set, first).is_eq()).collect()
+}
+
+/// Whether a pair is named where there is little room. If there are many `pairs`, only those with the leader are named.
+pub fn is_worth_a_line<T>(pairs: usize, is_leader: impl Fn(T) -> bool, (a, b): (T, T)) -> bool {
+    pairs <= FEW_PAIRS || is_leader(a) || is_leader(b)
+}
+
+/// Writes a p-value. A large one has two digits. A small one has four, and is cut off instead of rounded, so that
+/// 0.04998 does not become 0.05.
+pub fn p_value(p: f64) -> String {
+    match p {
+        p if p < 1e-4 => "p < 0.0001".into(),
+        p if p < 0.1 => format!("p = {:.4}", (1e4 * p + 1e-9).floor() / 1e4),
+        p => format!("p = {p:.2}"),
+    }
+}
+
+/// Rounds a guessed number up to two digits.
+pub fn rounded(count: u64) -> u64 {
+    let unit = 10u64.pow(count.max(1).ilog10().saturating_sub(1));
+    count.div_ceil(unit) * unit
+}
+
+/// Every pair of so many sets, each with the earlier set first.
+pub fn every_pair(sets: usize) -> Vec<(usize, usize)> {
+    (0..sets).flat_map(|a| (a + 1..sets).map(move |b| (a, b))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::{row, rows};
+    use standfast_sim::episode::Outcome::{self, Fell, Recovered, TimedOut};
+
+    const AT_ONCE: DecisionRule = DecisionRule { when: When::Once, margin: 0.02, end_early: true };
+
+    fn at_looks(planned: u64) -> DecisionRule {
+        DecisionRule { when: When::At(Looks::up_to(planned)), ..AT_ONCE }
+    }
+
+    /// Sets "a" and "b".
+    fn pair(outcomes: &[[Outcome; 2]], deciding: DecisionRule) -> Pair {
+        Pair::all(&crate::fixtures::digest_of_outcomes(outcomes), &[(0, 1)], &[], deciding).remove(0)
+    }
+
+    /// So many trials with both, then with only a, then with only b.
+    fn in_turn(both: usize, only_a: usize, only_b: usize) -> Vec<[Outcome; 2]> {
+        [vec![[Recovered; 2]; both], vec![[Recovered, Fell]; only_a], vec![[Fell, Recovered]; only_b]].concat()
+    }
+
+    /// Every set of several recovers from the trials for which `saved` says so.
+    fn all_pairs(names: &[&str], saved: impl Fn(u64, usize) -> bool, deciding: DecisionRule) -> Vec<Pair> {
+        let outcome = |trial, set| if saved(trial, set) { Recovered } else { Fell };
+        let of_trial = |i: u64| (0..names.len()).map(move |set| (i, set));
+        let rows = (0..100).flat_map(of_trial).map(|(i, set)| row(i, names[set], 1.0, outcome(i, set)));
+        let pairs = every_pair(names.len());
+        Pair::all(&crate::fixtures::digest_of_rows(&rows.collect::<Vec<_>>(), names), &pairs, &[], deciding)
+    }
+
+    #[test]
+    fn a_pair_counts_every_trial_once_and_names_the_first_that_differ() {
+        let mut outcomes = vec![[Recovered, Recovered], [Fell, TimedOut], [Fell, Recovered]];
+        outcomes.extend([[Recovered, Fell]; 7]);
+        let pair = pair(&outcomes, AT_ONCE);
+        assert_eq!(pair.counts, PairedCounts { both: 1, only_a: 7, only_b: 1, neither: 1 });
+        assert_eq!((&pair.first_only_a[..], &pair.first_only_b[..]), (&[3, 4, 5, 6, 7][..], &[2][..]));
+        assert_eq!(pair.difference, 0.6);
+    }
+
+    #[test]
+    fn a_verdict_is_what_the_trials_support() {
+        use PairVerdict::{Better, Open, Same};
+        for (counts, first, verdict, words) in [
+            ([80, 18, 2], "a", Better, "a is better than b by 16.0 points (8.2 to 25.1, p = 0.0004)."),
+            // The better one comes first.
+            ([80, 2, 18], "b", Better, "b is better than a by 16.0 points (8.2 to 25.1, p = 0.0004)."),
+            (
+                [95, 5, 0],
+                "a",
+                Open,
+                "a and b: not resolved. a recovered 5.0 points more often (0.0 to 11.2, p = 0.0625). If that is the true \
+                 difference, a new campaign with another seed and about 160 trials would show it.",
+            ),
+            ([98, 1, 1], "a", Open, "a and b: not resolved. No difference was seen (-4.6 to 4.6, p = 1.00)."),
+            (
+                [998, 1, 1],
+                "a",
+                Same,
+                "a and b differ by less than 2.0 points. No difference was seen (-0.5 to 0.5, p = 1.00).",
+            ),
+        ] {
+            let found = pair(&in_turn(counts[0], counts[1], counts[2]), AT_ONCE);
+            assert_eq!((&found.a[..], found.verdict, &found.words[..]), (first, verdict, words));
+            assert_eq!(found.more_trials.is_some(), words.contains("would show it"));
+        }
+        let worse = pair(&in_turn(80, 2, 18), AT_ONCE);
+        assert_eq!((&worse.first_only_a[..2], &worse.first_only_b[..]), (&[82, 83][..], &[80, 81][..]));
+    }
+
+    /// Every hundred trials have the same number of each kind of trial.
+    #[test]
+    fn at_every_look_more_is_asked_for_than_once() {
+        use PairVerdict::{Better, Open};
+        for (trials, [only_a, only_b], deciding, verdict, better_after, words) in [
+            (100, [9, 1], AT_ONCE, Better, None, "a is better than b by 8.0 points ("),
+            (100, [9, 1], at_looks(1000), Open, None, "a and b: not resolved. "),
+            (100, [18, 1], at_looks(1000), Better, Some(75), "a is better than b by 17.0 points (4.2 to 31.9)."),
+            // By betting alone it would not be better.
+            (100, [12, 2], at_looks(100), Better, Some(75), "a is better than b by 10.0 points (above 0 to "),
+            // Trials after the last look do not count yet.
+            (74, [18, 1], at_looks(1000), Open, None, "a and b: not resolved. "),
+            (500, [12, 8], at_looks(1000), Open, None, "a and b: not resolved. a recovered 4.0 points more often ("),
+        ] {
+            let kind = |i: usize| match i % 100 * 37 % 100 {
+                i if i < only_a => [Recovered, Fell],
+                i if i < only_a + only_b => [Fell, Recovered],
+                _ => [Recovered; 2],
+            };
+            let found = pair(&(0..trials).map(kind).collect::<Vec<_>>(), deciding);
+            assert_eq!((found.verdict, found.better_after), (verdict, better_after), "{}", found.words);
+            assert!(found.words.starts_with(words), "{}", found.words);
+            let more = (trials == 500).then_some(750);
+            assert!(
+                more.is_none()
+                    || found.more_trials == more && found.words.ends_with("about 750 more trials would show it.")
+            );
+        }
+    }
+
+    /// A verdict stays once it is reached, and the words do not claim that the set that is behind recovers more often.
+    #[test]
+    fn a_set_that_was_found_better_stays_so_and_it_is_said_if_it_falls_behind() {
+        let at_first = pair(&in_turn(0, 25, 0), at_looks(200)).adjusted_ci95;
+        for (only_b, difference, words) in [
+            (0, 1.0, "a is better than b by 100.0 points ("),
+            (25, 0.0, "a was found better than b after 25 trials, which stands; all 50 trials show no difference."),
+            (
+                175,
+                -0.75,
+                "a was found better than b after 25 trials, which stands; all 200 trials show a 75.0 points behind.",
+            ),
+        ] {
+            let found = pair(&in_turn(0, 25, only_b), at_looks(200));
+            assert_eq!((&found.a[..], found.verdict, found.better_after), ("a", PairVerdict::Better, Some(25)));
+            assert_eq!((found.difference, found.more_trials), (difference, None));
+            assert!(found.words.starts_with(words), "{}", found.words);
+            // If intervals exclude each other, the first one counts.
+            assert!(only_b != 175 || found.adjusted_ci95 == at_first, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn an_end_of_an_interval_is_told_from_zero_and_a_p_from_what_is_asked() {
+        let found = [0.0834, -0.02, 0.0, 0.0004, 0.0005, -0.0000712].map(points);
+        assert_eq!(found, ["8.3", "-2.0", "0.0", "0.04", "0.1", "-0.01"]);
+        let found = [0.76, 0.0625, 0.04998, 0.05, 0.0007, 1e-5].map(p_value);
+        assert_eq!(found, ["p = 0.76", "p = 0.0625", "p = 0.0499", "p = 0.0500", "p = 0.0007", "p < 0.0001"]);
+    }
+
+    #[test]
+    fn pairs_are_ordered_by_their_verdicts() {
+        // Sets recover from the first so many pushes.
+        let recovered = [50, 51, 90, 90, 45];
+        let deciding = DecisionRule { margin: 0.09, ..AT_ONCE };
+        let all = all_pairs(&["hold", "paper", "catch", "twin", "fixed"], |i, set| i < recovered[set], deciding);
+        let told: Vec<_> = all.iter().map(|pair| format!("{} {} {:?}", pair.a, pair.b, pair.verdict)).collect();
+        let expected = "catch fixed Better, twin fixed Better, catch hold Better, twin hold Better, catch paper Better, \
+                        twin paper Better, catch twin Same, paper fixed Open, hold fixed Open, paper hold Open";
+        assert_eq!(told.join(", "), expected);
+    }
+
+    /// 8 : 1 has p = 0.039: enough for one pair, not for three.
+    #[test]
+    fn claims_are_adjusted_for_how_many_there_are() {
+        let all = all_pairs(&["a", "b", "c"], |i, set| if set == 1 { i == 0 || i > 8 } else { i != 0 }, AT_ONCE);
+        let open = all.iter().find(|pair| (&pair.a[..], &pair.b[..]) == ("a", "b")).unwrap();
+        assert!(open.counts.mcnemar_p() < 0.05 && open.verdict == PairVerdict::Open, "{open:?}");
+        assert_eq!(open.adjusted_p, Some(3.0 * open.counts.mcnemar_p()));
+    }
+
+    #[test]
+    fn times_are_compared_trial_by_trial_where_both_recover() {
+        let mut rows = rows(&[vec![[Recovered; 2]; 12], vec![[Recovered, Fell]]].concat());
+        for row in rows.iter_mut().filter(|row| row.set == "b") {
+            row.record.settled_at_s = row.record.settled_at_s.map(|s| s + 0.1 + 0.001 * row.trial as f64);
+            row.record.footsteps.count = 1;
+        }
+        let pair = Pair::all(&crate::fixtures::digest_of_rows(&rows, &["a", "b"]), &[(0, 1)], &[], AT_ONCE).remove(0);
+        let (settling, footsteps) = (pair.settling_s.unwrap(), pair.footsteps.unwrap());
+        assert_eq!((settling.pairs, footsteps.pairs, footsteps.median, pair.homing_s), (12, 12, -1.0, None));
+        assert!((settling.median + 0.1055).abs() < 1e-9 && settling.p < 0.001, "{settling:?}");
+    }
+}

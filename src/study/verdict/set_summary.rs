@@ -1,0 +1,218 @@
+//! Sums up the trials of one controller: from how many it recovered, by impulse, and how it lost the others.
+
+use crate::verdict::digest::{Counted, Digest, Ended, success_count};
+use crate::verdict::failures::{Failures, FallCause};
+use crate::verdict::footsteps::ByFootsteps;
+use crate::verdict::prediction::Prediction;
+use crate::verdict::strata::Stratum;
+use crate::verdict::telling_trials::TellingTrial;
+use crate::verdict::times::Times;
+use serde::Serialize;
+use standfast_sim::episode::Outcome;
+use standfast_stats::curve::{NoCurve, Pushes, SuccessCurve};
+use standfast_stats::rate::SuccessCount;
+
+/// If a curve is fitted to more trials than this, their impulses are rounded.
+const MANY: usize = 2500;
+const CURVE_POINTS: usize = 41;
+
+/// The results of one controller.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SetSummary {
+    pub name: String,
+    pub origin: SetOrigin,
+    #[serde(flatten)]
+    pub count: SuccessCount,
+    /// How many had not fallen at the end, whether they stood or not.
+    pub survived: SuccessCount,
+    pub fell: u64,
+    pub diverged: u64,
+    pub failed: u64,
+    pub timed_out: u64,
+    /// Trials in which the push found the COM faster than a robot that counts as standing.
+    pub moving_at_push: u64,
+    /// Trials that were run twice to see whether the controller repeats, and those that ended otherwise the second time.
+    pub run_twice: u64,
+    pub not_repeated: u64,
+    /// Over this set's own recovered trials.
+    #[serde(flatten)]
+    pub times: Times,
+    /// How well the sets of the pendulum predicted the outcomes. It is None for a set without gains.
+    pub foretold: Option<Prediction>,
+    /// Outcomes by number of footsteps. It is None for a set that took no footstep.
+    pub stepped: Option<ByFootsteps>,
+    /// How trials were lost.
+    pub failures: Failures,
+    pub fall_causes: Vec<FallCause>,
+    /// Success by impulse, in bins of equal width. All sets have the same bins. Those without any trial are left out.
+    pub by_impulse: Vec<ImpulseBin>,
+    /// The impulses (N s) with 50 % and with 90 % recovery, by a fitted curve.
+    pub curve: FittedCurve,
+    /// The same for the impulse as a multiple of m omega d, by which robots of different sizes can be compared.
+    pub normalized_curve: FittedCurve,
+    pub strata: Vec<SetStratum>,
+    pub telling: Vec<TellingTrial>,
+}
+
+/// Where a set's trials can be replayed from.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SetOrigin {
+    /// Path of the campaign file, relative to the folder of the result.
+    pub campaign: String,
+    /// Name of the controller in that campaign.
+    pub gains: String,
+}
+
+impl SetOrigin {
+    /// The origin of a set of the result's own campaign.
+    pub fn own(set: &str) -> Self {
+        Self { campaign: "campaign.toml".into(), gains: set.into() }
+    }
+}
+
+/// A curve of success against impulse or, if it cannot be fitted, the reason.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FittedCurve {
+    #[serde(flatten)]
+    pub fit: Option<SuccessCurve>,
+    pub none_because: Option<NoCurve>,
+    /// Points of the curve for a picture, over the range of the impulses.
+    pub points: Vec<CurvePoint>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CurvePoint {
+    /// Impulse, in the unit of the curve.
+    pub x: f64,
+    pub chance: f64,
+    pub ci95: [f64; 2],
+}
+
+impl FittedCurve {
+    fn through(trials: Vec<(f64, bool)>) -> Self {
+        let pushes = Pushes::new(&pooled(trials));
+        let fit = match pushes.curve() {
+            Ok(fit) => fit,
+            Err(why) => return Self { fit: None, none_because: Some(why), points: Vec::new() },
+        };
+        let [from, to] = fit.range;
+        let at = |i: usize| from + (to - from) * i as f64 / (CURVE_POINTS - 1) as f64;
+        let point = |x: f64| CurvePoint { x, chance: fit.chance(x), ci95: pushes.band(x) };
+        Self { fit: Some(fit), none_because: None, points: (0..CURVE_POINTS).map(at).map(point).collect() }
+    }
+}
+
+/// Rounds impulses to one of [`MANY`] values if there are more trials than that, because a fit takes time for each
+/// different impulse. An impulse changes by at most 0.02 % of the range.
+fn pooled(mut trials: Vec<(f64, bool)>) -> Vec<(f64, bool)> {
+    let ends = trials.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], (x, _)| [a.min(*x), b.max(*x)]);
+    let unit = (ends[1] - ends[0]) / MANY as f64;
+    if trials.len() > MANY && unit != 0.0 {
+        trials.iter_mut().for_each(|(x, _)| *x = ends[0] + unit * ((*x - ends[0]) / unit).round());
+    }
+    trials
+}
+
+/// The trials of a set that are in one stratum.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SetStratum {
+    pub by: &'static str,
+    pub label: String,
+    #[serde(flatten)]
+    pub count: SuccessCount,
+}
+
+/// Trials with `from_n_s <= impulse < to_n_s`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ImpulseBin {
+    pub from_n_s: f64,
+    pub to_n_s: f64,
+    #[serde(flatten)]
+    pub count: SuccessCount,
+}
+
+impl SetSummary {
+    /// Sums up set number `set`. `bins` are the edges of bins of impulse (N s), and `strata` are those of the campaign.
+    /// `end_early` is as for [`Times::of`].
+    pub(super) fn new(set: usize, all: &Digest, bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
+        let (name, trials) = (&all.names[set], all.of(set));
+        let Counted { failures, fall_causes, moving_at_push, run_twice, not_repeated } = all.counted(set);
+        let with = |outcome| trials.iter().filter(|ended| ended.outcome == outcome).count() as u64;
+        let survived = [Outcome::Recovered, Outcome::Survived, Outcome::TimedOut].map(with).iter().sum();
+        let within = |bin: &[f64]| {
+            let (from_n_s, to_n_s) = (bin[0], bin[1]);
+            let is_within = |trial: &usize| (from_n_s..to_n_s).contains(&all.impulse_n_s(*trial));
+            let is_empty = !(0..all.drawn.trials()).any(|trial| is_within(&trial));
+            let count = || success_count((0..trials.len()).filter(is_within).map(|trial| &trials[trial]));
+            (!is_empty).then(|| ImpulseBin { from_n_s, to_n_s, count: count() })
+        };
+        let stratum = |stratum: &Stratum| {
+            let count = success_count(stratum.trials().filter_map(|trial| trials.get(trial)));
+            SetStratum { by: stratum.by, label: stratum.label.clone(), count }
+        };
+        let over = |impulse: &dyn Fn(usize, &Ended) -> Option<f64>| {
+            let trials = trials.iter().enumerate();
+            let trials = trials.filter_map(|(trial, ended)| Some((impulse(trial, ended)?, ended.has_recovered())));
+            FittedCurve::through(trials.collect())
+        };
+        let curve = over(&|trial, _| Some(all.impulse_n_s(trial)));
+        let normalized_curve = over(&|_, ended| ended.impulse_over_m_omega_d());
+        let limit = normalized_curve.fit.or(curve.fit).map(|fit| fit.x50);
+        Self {
+            name: name.clone(),
+            origin: SetOrigin::own(name),
+            count: success_count(trials),
+            survived: SuccessCount::new(survived, trials.len() as u64),
+            fell: with(Outcome::Fell),
+            diverged: with(Outcome::Diverged),
+            failed: with(Outcome::Failed),
+            timed_out: with(Outcome::TimedOut),
+            moving_at_push: *moving_at_push,
+            run_twice: *run_twice,
+            not_repeated: *not_repeated,
+            times: Times::of(trials.iter(), end_early),
+            foretold: Prediction::new(trials),
+            stepped: ByFootsteps::new(trials),
+            fall_causes: FallCause::most_frequent_first(fall_causes),
+            by_impulse: bins.windows(2).filter_map(within).collect(),
+            curve,
+            normalized_curve,
+            strata: strata.iter().map(stratum).collect(),
+            telling: TellingTrial::of(all, set, limit),
+            failures: *failures,
+        }
+    }
+}
+
+/// Edges of about eight bins of a round width (1, 2, 2.5 or 5 times a power of ten) that cover the values.
+pub(super) fn bin_edges(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    let span = most - least;
+    if !span.is_finite() {
+        return Vec::new();
+    }
+    if span == 0.0 {
+        // All pushes are the same, so there is one bin around them.
+        return vec![(least - 0.5).max(0.0), most + 0.5];
+    }
+    let decade = 10f64.powi((span / 8.0).log10().floor() as i32);
+    let width = [1.0, 2.0, 2.5, 5.0, 10.0].map(|m| m * decade).into_iter().find(|w| span / w <= 8.5).unwrap_or(span);
+    let (first, last) = ((least / width).floor() as i64, (most / width).floor() as i64);
+    (first..=last + 1).map(|i| i as f64 * width).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bins_are_round_and_hold_every_value() {
+        assert_eq!(bin_edges([0.51, 4.49].into_iter()), [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5]);
+        assert_eq!(bin_edges([2.0, 2.0].into_iter()), [1.5, 2.5]);
+        assert!(bin_edges([].into_iter()).is_empty());
+        for most in [0.001, 0.3, 1.0, 7.7, 4e4] {
+            let edges = bin_edges([0.0, most].into_iter());
+            assert!(edges[0] <= 0.0 && most < edges[edges.len() - 1] && edges.len() <= 11, "{edges:?}");
+        }
+    }
+}

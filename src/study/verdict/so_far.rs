@@ -1,0 +1,149 @@
+//! Sums up the finished trials of a campaign while it runs: how often each controller has recovered, and which sets can
+//! be told apart. The intervals hold at every look, so a user may look at any time.
+
+use crate::store::row::TrialRow;
+use crate::verdict::pairs::{by_verdict, every_pair, is_worth_a_line, leaders};
+use crate::verdict::standing::Standing;
+use standfast_stats::decision::PairVerdict;
+use standfast_stats::mcnemar::PairedCounts;
+use standfast_stats::rate::SuccessCount;
+use standfast_stats::sequential::rate_interval;
+
+/// Level of the interval of a rate.
+const LEVEL: f64 = 0.95;
+
+/// Counts of the finished trials. The time to add a part does not grow with the number of parts before it.
+pub struct Tally {
+    names: Vec<String>,
+    trials: u64,
+    /// For each set the number of its trials, and from how many of them it recovered.
+    sets: Vec<[u64; 2]>,
+    /// Counts for the pairs of [`every_pair`], over the trials that both sets have.
+    pairs: Vec<PairedCounts>,
+}
+
+impl Tally {
+    /// A tally without trials. `names` are the controllers in the order of the campaign.
+    pub fn new(names: &[String]) -> Self {
+        let pairs = vec![PairedCounts::default(); every_pair(names.len()).len()];
+        Self { names: names.to_vec(), trials: 0, sets: vec![[0; 2]; names.len()], pairs }
+    }
+
+    /// Counts more trials. `rows` are sorted by trial, and have all rows of each of their trials.
+    pub fn add(&mut self, rows: &[TrialRow]) {
+        let recovered =
+            |trial: &[TrialRow], name: &String| trial.iter().find(|row| row.set == *name).map(TrialRow::has_recovered);
+        let trials = rows.chunk_by(|a, b| a.trial == b.trial);
+        let trials: Vec<Vec<Option<bool>>> =
+            trials.map(|trial| self.names.iter().map(|name| recovered(trial, name)).collect()).collect();
+        self.trials += trials.len() as u64;
+        for (set, [count, recovered]) in self.sets.iter_mut().enumerate() {
+            *count += trials.iter().filter(|trial| trial[set].is_some()).count() as u64;
+            *recovered += trials.iter().filter(|trial| trial[set] == Some(true)).count() as u64;
+        }
+        for ((a, b), counts) in every_pair(self.names.len()).into_iter().zip(&mut self.pairs) {
+            let common = trials.iter().filter_map(|trial| Some((trial[a]?, trial[b]?)));
+            common.for_each(|(a, b)| counts.add(a, b));
+        }
+    }
+
+    /// Whether no trial is finished.
+    pub fn is_empty(&self) -> bool {
+        self.trials == 0
+    }
+}
+
+/// What follows from a [`Tally`].
+pub struct SoFar {
+    /// Number of finished trials. A set that was stopped earlier has fewer.
+    pub trials: u64,
+    /// Name and count of each set, in the order of the campaign. The intervals hold at every look.
+    pub sets: Vec<(String, SuccessCount)>,
+    /// The pairs, ordered by their verdicts.
+    pub pairs: Vec<PairSoFar>,
+}
+
+/// Two sets on the same trials. Which of them is a is decided as for a [`Pair`](super::pairs::Pair).
+pub struct PairSoFar {
+    pub a: String,
+    pub b: String,
+    /// Rate of a less rate of b (a share).
+    pub difference: f64,
+    /// Interval of the difference. It holds at 95 % for all pairs together and at every look.
+    pub ci95: [f64; 2],
+    pub verdict: PairVerdict,
+}
+
+impl SoFar {
+    /// Sets that differ by less than `margin` (a share) are the same.
+    pub fn new(tally: &Tally, margin: f64) -> Self {
+        let Tally { names, trials, .. } = tally;
+        let count = |&[trials, recovered]: &[u64; 2]| SuccessCount {
+            ci95: rate_interval(recovered, trials, LEVEL),
+            ..SuccessCount::new(recovered, trials)
+        };
+        let sets: Vec<(String, SuccessCount)> = names.iter().cloned().zip(tally.sets.iter().map(count)).collect();
+        let every = every_pair(sets.len());
+        let behind = every.iter().zip(&tally.pairs).filter_map(|(&(a, b), counts)| match counts.difference() {
+            0.0 => None,
+            difference => Some(if difference > 0.0 { b } else { a }),
+        });
+        let rates: Vec<f64> = sets.iter().map(|(_, count)| count.success_rate).collect();
+        let leader = leaders(&rates, behind).first().copied();
+        let shown = every.iter().zip(&tally.pairs);
+        let shown = shown.filter(|(pair, _)| is_worth_a_line(every.len(), |set| Some(set) == leader, **pair));
+        let pair = |(&sets, counts): (&(usize, usize), &PairedCounts)| {
+            let Standing { a, b, counts, decision, .. } = Standing::at_any_time(sets, *counts, every.len(), margin);
+            let (a, b, difference) = (names[a].clone(), names[b].clone(), counts.difference());
+            PairSoFar { a, b, difference, ci95: decision.ci95, verdict: decision.verdict }
+        };
+        let mut pairs: Vec<PairSoFar> = shown.map(pair).collect();
+        pairs.sort_by(|x, y| by_verdict((x.verdict, x.difference), (y.verdict, y.difference)));
+        Self { trials: *trials, sets, pairs }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::fixtures::row;
+    use crate::fixtures::so_far;
+    use standfast_sim::episode::Outcome::{Fell, Recovered};
+
+    #[test]
+    fn every_pair_of_few_sets_and_those_with_the_best_of_many() {
+        let pairs = |sets: usize| {
+            let found = so_far(sets, 60, |set| set.to_string()).pairs;
+            found.into_iter().map(|pair| (pair.a, pair.b)).collect::<Vec<_>>()
+        };
+        assert_eq!(pairs(4).len(), 6);
+        assert_eq!(pairs(5), ["0", "1", "2", "3"].map(|other| ("4".to_string(), other.to_string())));
+    }
+
+    /// One of the sets stops after the first part.
+    #[test]
+    fn a_tally_counts_each_part_once_and_pairs_over_their_common_trials() {
+        let mut tally = Tally::new(&["a", "b"].map(String::from));
+        assert!(tally.is_empty());
+        let both = |trial: u64| [row(trial, "a", 1.0, Recovered), row(trial, "b", 1.0, Fell)];
+        tally.add(&(0..25).flat_map(both).collect::<Vec<_>>());
+        tally.add(&(25..40).map(|trial| row(trial, "a", 1.0, Recovered)).collect::<Vec<_>>());
+        let found = SoFar::new(&tally, 0.02);
+        assert_eq!((found.trials, found.sets[0].1.trials, found.sets[1].1.trials), (40, 40, 25));
+        let pair = &found.pairs[0];
+        assert_eq!((&pair.a[..], pair.difference, pair.verdict), ("a", 1.0, PairVerdict::Better));
+    }
+
+    /// Because a user may look often, the intervals are wider than those for a fixed number of trials.
+    #[test]
+    fn it_may_be_looked_at_often() {
+        let found = so_far(2, 300, |set| set.to_string());
+        let (_, count) = &found.sets[1];
+        assert_eq!((count.recovered, count.trials, found.trials), (200, 300, 300));
+        let fixed = SuccessCount::new(200, 300).ci95;
+        assert!(count.ci95[0] < fixed[0] && fixed[1] < count.ci95[1], "{:?} {fixed:?}", count.ci95);
+        let pair = &found.pairs[0];
+        assert_eq!((&pair.a[..], pair.verdict, pair.difference), ("1", PairVerdict::Better, 50.0 / 300.0));
+        assert_eq!(so_far(2, 10, |set| set.to_string()).pairs[0].verdict, PairVerdict::Open);
+    }
+}

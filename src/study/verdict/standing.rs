@@ -1,0 +1,124 @@
+//! Decides between two controllers on the same trials. The lines of a running campaign, its end and its result all use
+//! this one decision.
+//!
+//! A betting interval contains the truth at all looks together with its confidence. So does the intersection of the
+//! intervals of all looks. Verdicts are taken from that intersection. So what is decided at one look stays decided,
+//! even if more trials are run because something else is still open.
+
+use crate::verdict::digest::Digest;
+use standfast_stats::decision::{ALPHA, Decision, alpha_of_each, each_of};
+use standfast_stats::looks::Looks;
+use standfast_stats::mcnemar::PairedCounts;
+use standfast_stats::sign_test::first_decision;
+
+/// At which times a campaign may decide that one set is better.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum When {
+    /// Once, after a number of trials that was fixed in advance.
+    Once,
+    /// At any time and any number of times, by intervals alone.
+    AnyTime,
+    /// At each of these looks, by the exact test.
+    At(Looks),
+}
+
+/// Two sets on the trials that both have. Set a is the better one. If neither is known to be better, it is the one that
+/// recovers more often, or the first of two that recover equally often.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Standing {
+    /// Numbers of the sets in the campaign.
+    pub a: usize,
+    pub b: usize,
+    pub counts: PairedCounts,
+    pub decision: Decision,
+    /// The number of trials at the look at which a was found better. Later trials may contradict this, and then the
+    /// difference is not positive.
+    pub better_after: Option<u64>,
+}
+
+impl Standing {
+    /// Compares two sets, given by their numbers, as one of so many `pairs`. Sets that differ by less than `margin` (a
+    /// share) are the same.
+    pub fn of(rows: &Digest, sets: (usize, usize), pairs: usize, when: When, margin: f64) -> Self {
+        let next = |trials: u64| match when {
+            When::At(looks) => looks.after(trials),
+            When::Once | When::AnyTime => u64::MAX,
+        };
+        let (mut counts, mut at_looks, mut look) = (PairedCounts::default(), Vec::new(), next(0));
+        for (a, b) in rows.common(sets.0, sets.1) {
+            counts.add(a.has_recovered(), b.has_recovered());
+            if counts.trials() == look {
+                at_looks.push(counts);
+                look = next(look);
+            }
+        }
+        Self::new(sets, counts, &at_looks, pairs, when, margin)
+    }
+
+    /// Compares two sets at any time, from counts of trials in any order.
+    pub fn at_any_time(sets: (usize, usize), counts: PairedCounts, pairs: usize, margin: f64) -> Self {
+        Self::new(sets, counts, &[], pairs, When::AnyTime, margin)
+    }
+
+    fn new(
+        (a, b): (usize, usize),
+        counts: PairedCounts,
+        at_looks: &[PairedCounts],
+        pairs: usize,
+        when: When,
+        margin: f64,
+    ) -> Self {
+        let winner = match when {
+            When::At(looks) => first_decision(at_looks, looks, alpha_of_each(pairs)),
+            When::Once | When::AnyTime => None,
+        };
+        let a_is_first = winner.map_or(counts.only_a >= counts.only_b, |winner| winner.is_a);
+        let ordered = |counts: PairedCounts| if a_is_first { counts } else { counts.swapped() };
+        let (a, b) = if a_is_first { (a, b) } else { (b, a) };
+        let betting = |counts: &PairedCounts| ordered(*counts).interval(each_of(pairs, 1.0 - ALPHA), true);
+        let decision = match when {
+            When::Once => Decision::once(&ordered(counts), pairs, margin),
+            When::AnyTime => Decision::by_interval(betting(&counts), margin),
+            When::At(_) => {
+                Decision::at_looks(narrowed(at_looks.iter().chain([&counts]).map(betting)), winner.is_some(), margin)
+            }
+        };
+        Self { a, b, counts: ordered(counts), decision, better_after: winner.map(|winner| winner.trials) }
+    }
+}
+
+/// The intersection of the intervals of all looks, in their order. An interval is left out if it has nothing in common
+/// with those before it. Then one of them misses the truth, and it cannot be known which one.
+pub fn narrowed(intervals: impl IntoIterator<Item = [f64; 2]>) -> [f64; 2] {
+    intervals.into_iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[low, high], [least, most]| {
+        let common = [low.max(least), high.min(most)];
+        if common[0] <= common[1] { common } else { [low, high] }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use standfast_sim::episode::Outcome::{self, Fell, Recovered};
+    use standfast_stats::decision::PairVerdict;
+
+    /// A look at 300 trials decides it. The later trials alone would leave it open.
+    #[test]
+    fn sets_that_were_found_to_be_the_same_stay_so() {
+        let mut outcomes = vec![[Recovered; 2]; 300];
+        let verdict = |outcomes: &[[Outcome; 2]]| {
+            let rows = crate::fixtures::digest_of_outcomes(outcomes);
+            Standing::of(&rows, (0, 1), 1, When::At(Looks::up_to(100)), 0.05).decision.verdict
+        };
+        assert_eq!(verdict(&outcomes), PairVerdict::Same);
+        outcomes.extend([[Recovered, Fell], [Fell, Recovered]].repeat(50));
+        assert_eq!(verdict(&outcomes), PairVerdict::Same);
+        assert_eq!(verdict(&outcomes[300..]), PairVerdict::Open);
+    }
+
+    #[test]
+    fn what_a_look_has_left_out_stays_out() {
+        assert_eq!(narrowed([[-0.2, 0.4], [0.1, 0.5], [-0.1, 0.3]]), [0.1, 0.3]);
+        assert_eq!(narrowed([[0.1, 0.5], [-0.2, 0.0], [0.2, 0.6]]), [0.2, 0.5]);
+    }
+}

@@ -1,0 +1,241 @@
+//! Sums up the trials of a campaign, as `summary.json` states it.
+
+use crate::ask::push::{PushSpec, SecondPushSpec};
+use crate::ask::spec::{SensorSpec, Stopping};
+use crate::ask::variations::VariationSpec;
+use crate::store::folder::Folder;
+use crate::store::manifest::Manifest;
+use crate::store::row::TrialsFile;
+use crate::verdict::agreement::Agreement;
+use crate::verdict::baseline::BaselineId;
+use crate::verdict::digest::Digest;
+use crate::verdict::gates::{GateResult, Gates};
+use crate::verdict::headline;
+use crate::verdict::listed::listed;
+use crate::verdict::pairs::{DecisionRule, Pair, every_pair};
+use crate::verdict::set_summary::{SetSummary, bin_edges};
+use crate::verdict::standing::When;
+use crate::verdict::strata::strata;
+use crate::verdict::times::CommonSurvivors;
+use crate::verdict::warnings;
+use serde::Serialize;
+use standfast_core::error::Result;
+use standfast_core::robot::Units;
+use standfast_files::{AtomicFile, json_pretty, write_atomic};
+use standfast_sim::episode::EpisodeConfig;
+use std::collections::BTreeMap;
+use std::io::{Write, sink};
+use std::path::Path;
+
+/// `summary.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    pub name: String,
+    /// Version of the program.
+    pub standfast: String,
+    /// Name and version of the physics engine.
+    pub engine: String,
+    /// SHA-256 over campaign, robot, controllers and version. With the same build, equal hashes mean equal trials.
+    pub config_hash: String,
+    pub trials_sha256: String,
+    /// The first sentences of a report: which set recovers most often, and than which others it is better.
+    pub headline: String,
+    pub robot: String,
+    /// Number of trials. In a campaign that ends when decided, a set that was stopped earlier has fewer. Its own number
+    /// stands in `sets`.
+    pub trials: u64,
+    /// The largest number of trials that was asked for. It is larger than `trials` if the campaign ended earlier
+    /// because it was decided.
+    pub most_trials: u64,
+    /// The number of trials that was asked for when the campaign was begun. If the campaign could end when decided, its
+    /// looks follow from this number.
+    pub planned_trials: u64,
+    /// Sentences that say which controllers stopped before the others, and why. It is None if all have the same number of
+    /// trials.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stopped: Option<String>,
+    pub stopping: Stopping,
+    pub seed: u64,
+    /// Horizon, steps and the judge's thresholds.
+    pub episode: EpisodeConfig,
+    pub push: PushSpec,
+    pub sensors: SensorSpec,
+    pub second_push: SecondPushSpec,
+    pub variations: VariationSpec,
+    pub units: Units,
+    /// How `ci95` and `adjusted_ci95` are computed.
+    pub interval: &'static str,
+    pub sets: Vec<SetSummary>,
+    /// The controller of which all others are variants, if there is one. Its pairs come first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
+    /// Times over the trials that every set survived, which can be compared between sets.
+    pub common_survivors: CommonSurvivors,
+    /// Every pair of sets, compared trial by trial, ordered by verdict. In a comparison of two results each pair has
+    /// one set of each.
+    pub pairs: Vec<Pair>,
+    pub gates: Vec<GateResult>,
+    /// How far two results agree that differ only in the physics engine.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub agreement: Option<Agreement>,
+    /// The earlier result with which gates compare.
+    pub baseline: Option<BaselineId>,
+    /// Warnings of what this result cannot support.
+    pub warnings: Vec<String>,
+}
+
+impl Summary {
+    /// Sums up the trials of a campaign. `trials_sha256` is the hash of the file that holds them. `pairs` are the sets
+    /// to compare, by their numbers in the campaign.
+    pub fn new(
+        manifest: &Manifest,
+        rows: &Digest,
+        trials_sha256: String,
+        pairs: &[(usize, usize)],
+        gates: &Gates,
+    ) -> Self {
+        let campaign = &manifest.campaign;
+        let deciding = DecisionRule::of(manifest);
+        let bins = bin_edges(rows.drawn.impulse_n_s.iter().flatten());
+        let (trials, strata) = (rows.trials(), strata(&rows.drawn));
+        let sets: Vec<SetSummary> =
+            (0..manifest.sets.len()).map(|i| SetSummary::new(i, rows, &bins, &strata, deciding.end_early)).collect();
+        let mut pairs = Pair::all(rows, pairs, &strata, deciding);
+        let reference = manifest.reference().map(String::from);
+        pairs.sort_by_key(|pair| reference.as_ref().is_some_and(|name| pair.a != *name && pair.b != *name));
+        let warnings =
+            [manifest.told_not_kept(), warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, rows)]
+                .concat();
+        Self {
+            name: campaign.name.clone(),
+            standfast: manifest.standfast.clone(),
+            engine: manifest.engine.clone(),
+            config_hash: manifest.config_hash.clone(),
+            trials_sha256,
+            headline: headline::of(&sets, &pairs, deciding.margin),
+            robot: campaign.robot.clone(),
+            trials,
+            most_trials: campaign.trials,
+            planned_trials: manifest.planned_trials,
+            stopped: stopped(&sets, trials),
+            stopping: campaign.stopping,
+            seed: campaign.seed,
+            episode: campaign.episode,
+            push: campaign.push,
+            sensors: campaign.sensors,
+            second_push: campaign.second_push,
+            variations: campaign.variations,
+            units: campaign.units,
+            interval: if deciding.when == When::Once { INTERVAL } else { SEQUENTIAL_INTERVAL },
+            sets,
+            reference,
+            common_survivors: CommonSurvivors::new(rows, deciding.end_early),
+            pairs,
+            gates: gates.judged(rows),
+            agreement: None,
+            baseline: gates.baseline(),
+            warnings,
+        }
+    }
+
+    /// Joins the parts of a campaign. It writes `trials.parquet`, `summary.json` and `campaign.toml`, and returns the
+    /// summary and the trials. It fails if a part is missing or damaged, or if the folder is not writable.
+    pub fn of_folder(folder: &Folder, gates: &Gates) -> Result<(Summary, Digest)> {
+        let to = || AtomicFile::create(&folder.path.join("trials.parquet"));
+        let (summary, rows, trials) = Self::read_into(folder, gates, to)?;
+        trials.commit()?;
+        summary.write(&folder.path)?;
+        folder.write_campaign()?;
+        Ok((summary, rows))
+    }
+
+    /// Reads the same without writing anything. It fails if a part is missing or damaged.
+    pub fn read(folder: &Folder, gates: &Gates) -> Result<(Summary, Digest)> {
+        Self::read_into(folder, gates, || Ok(sink())).map(|(summary, rows, _)| (summary, rows))
+    }
+
+    /// Reads the parts one after the other, and writes `trials.parquet` on the way.
+    fn read_into<W: Write + Send>(
+        folder: &Folder,
+        gates: &Gates,
+        to: impl FnOnce() -> Result<W>,
+    ) -> Result<(Summary, Digest, W)> {
+        let Manifest { campaign, sets, .. } = &folder.manifest;
+        let (parts, mut rows) = (folder.parts()?, Digest::new(sets, &campaign.episode));
+        let mut trials = TrialsFile::new(to()?, &folder.manifest.totals)?;
+        for part in parts {
+            let part = part?;
+            rows.push(&part);
+            trials.push(part)?;
+        }
+        let (written, sha256) = trials.finish()?;
+        let summary = Summary::new(&folder.manifest, &rows, sha256, &every_pair(sets.len()), gates);
+        Ok((summary, rows, written))
+    }
+
+    /// Writes `summary.json` to a folder.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        write_atomic(&folder.join("summary.json"), json_pretty(self)?.as_bytes())
+    }
+}
+
+/// Says which sets have fewer than these trials.
+fn stopped(sets: &[SetSummary], trials: u64) -> Option<String> {
+    let mut by_trials: BTreeMap<u64, Vec<&str>> = BTreeMap::new();
+    for set in sets.iter().filter(|set| set.count.trials < trials) {
+        by_trials.entry(set.count.trials).or_default().push(&set.name);
+    }
+    let are_several = by_trials.values().flatten().count() > 1;
+    let after = |(trials, names): (&u64, &Vec<&str>)| format!("{} after {trials} trials", listed(names, "and"));
+    let after: Vec<String> = by_trials.iter().map(after).collect();
+    let told = listed(&after.iter().map(String::as_str).collect::<Vec<_>>(), "and");
+    let about = if are_several { "them" } else { "it" };
+    let why = format!("because all that was to be decided about {about} was decided by then");
+    let subject = if are_several { "Some controllers" } else { "One controller" };
+    let rates =
+        "Each rate is over the controller's own trials, and each pair is compared over the trials that both have.";
+    (!by_trials.is_empty()).then(|| format!("{subject} stopped before the others, {why}: {told}. {rates}"))
+}
+
+/// Explains the intervals of a campaign with a fixed number of trials.
+const INTERVAL: &str = "All intervals are at 95 %. Those of the differences of pairs are Tango's; they hold for all pairs \
+                        together (Bonferroni), and are widened to touch 0 where the exact McNemar test finds no \
+                        difference. The others hold each for itself: rates have Wilson's, or Clopper and Pearson's where \
+                        fewer than 5 trials recovered or fewer than 5 did not; differences by kind of trial have \
+                        Tango's; gates have Clopper and Pearson's on rates and Tango's on differences.";
+/// Explains the intervals of a campaign that could end when decided.
+const SEQUENTIAL_INTERVAL: &str = "All intervals are at 95 %. Those of the differences of pairs, and of gates, are \
+                                   what betting confidence sequences leave of them at all looks together: they hold \
+                                   however often one looks, for all pairs and for all gates together. Which controller of a \
+                                   pair is better is decided by an exact test at planned looks; the interval of a better \
+                                   one is cut off at 0, which does not belong to it, and any other is widened to touch \
+                                   0. The others hold each for itself, and as for a fixed count of trials: \
+                                   rates have Wilson's, or Clopper and Pearson's where fewer than 5 trials recovered or \
+                                   fewer than 5 did not; differences by kind of trial have Tango's.";
+
+#[cfg(test)]
+pub(crate) mod tests {
+
+    use crate::fixtures::ragged;
+
+    #[test]
+    fn a_set_counts_its_own_trials_and_a_pair_those_that_both_sets_have() {
+        let (summary, _) = ragged(&["a >= b + 0.1", "c >= 0.5"]);
+        let counts: Vec<_> = summary.sets.iter().map(|set| (set.count.trials, set.count.recovered)).collect();
+        assert_eq!((summary.trials, counts), (100, vec![(100, 90), (25, 5), (100, 90)]));
+        for pair in &summary.pairs {
+            let is_common = pair.a == "b" || pair.b == "b";
+            assert_eq!(pair.counts.trials(), if is_common { 25 } else { 100 }, "{pair:?}");
+            assert!(pair.strata.iter().all(|stratum| stratum.counts.trials() == stratum.trials));
+        }
+        assert_eq!(summary.gates.iter().map(|gate| gate.judged.trials).collect::<Vec<_>>(), [25, 100]);
+        // All sets have the same bins, although the later pushes are harder and "b" has none of them.
+        assert!(summary.sets.iter().all(|set| set.by_impulse.len() == summary.sets[0].by_impulse.len()));
+        assert_eq!(summary.sets[1].by_impulse.last().unwrap().count.trials, 0);
+        assert!(summary.sets[1].telling.iter().all(|telling| telling.trial < 25));
+        assert!(summary.common_survivors.trials <= 5);
+        let stopped = summary.stopped.clone().unwrap();
+        assert!(stopped.starts_with("One controller stopped before the others, because "), "{stopped}");
+        assert!(stopped.contains("was decided by then: b after 25 trials. Each rate is over "), "{stopped}");
+    }
+}

@@ -1,0 +1,135 @@
+//! Warns of conclusions that a campaign cannot support because of its design.
+
+use crate::ask::bounds::digits;
+use crate::ask::spec::Campaign;
+use crate::ask::trial;
+use crate::verdict::pairs::Pair;
+use crate::verdict::set_summary::SetSummary;
+use standfast_stats::decision::PairVerdict;
+
+/// With fewer trials than this, a rate of 50 % is known to 10 points either way at best.
+const FEW_TRIALS: u64 = 100;
+/// At most so many pairs are named.
+const NAMED: usize = 3;
+/// If all rates are above this, or all are below 1 minus this, there is little to compare.
+const NEARLY: f64 = 0.98;
+/// No warning is given if at most this share of the trials begins with a robot in motion.
+const MOVING: f64 = 0.02;
+
+/// The warnings as sentences, the gravest first. A sound design has none.
+pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair]) -> Vec<String> {
+    let mut found = Vec::new();
+    if campaign.synthetic {
+        found.push("Nothing was simulated: the outcomes are made up (--synthetic).".into());
+    }
+    let alike = |i: u64| {
+        let (pushes, variation) = (trial::pushes(campaign, i), trial::variation(campaign, i));
+        pushes == trial::pushes(campaign, 0) && variation == trial::variation(campaign, 0)
+    };
+    let is_noisy = trial::sensor_errors(campaign, 0).is_some();
+    if trials > 1 && alike(1) {
+        found.push(if is_noisy {
+            "Every trial is the same push on the same robot. Only sensor noise differs, so rates say nothing of other \
+             pushes. Draw impulse and heading, e.g. push.impulse_n_s = { uniform = [a, b] }."
+                .into()
+        } else {
+            "Every trial is the same, to the bit, so all count as one, and intervals and p-values mean nothing. Draw \
+             impulse and heading, e.g. push.impulse_n_s = { uniform = [a, b] }."
+                .to_string()
+        });
+    }
+    if trials < FEW_TRIALS {
+        let points = 98.0 / (trials as f64).sqrt();
+        found.push(format!("{trials} trials are few: a rate near 50 % is known to {points:.0} points either way."));
+    }
+    let rates = || sets.iter().map(|set| set.count.success_rate);
+    if sets.len() > 1 && rates().all(|rate| rate > NEARLY) {
+        found.push(
+            "Every controller recovered from nearly every trial: the pushes are too weak to tell the controllers apart."
+                .into(),
+        );
+    } else if sets.len() > 1 && rates().all(|rate| rate < 1.0 - NEARLY) {
+        found.push(
+            "No controller recovered from more than a few trials: the pushes are too hard to tell the controllers apart."
+                .into(),
+        );
+    }
+    // The smallest number k of discordant trials that show a difference if the same set recovers in all of them. It is
+    // the smallest k for which 2 / 2^k, times the number of pairs, is below 5 %.
+    let enough = (2.0 * pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
+    let is_thin = |pair: &&Pair| {
+        let discordant = pair.counts.only_a + pair.counts.only_b;
+        pair.verdict == PairVerdict::Open && discordant < enough && pair.counts.trials() >= FEW_TRIALS
+    };
+    let thin: Vec<String> = pairs.iter().filter(is_thin).map(|pair| format!("{} and {}", pair.a, pair.b)).collect();
+    if !thin.is_empty() {
+        let more = if thin.len() > NAMED { format!(" and {} more pairs", thin.len() - NAMED) } else { String::new() };
+        let named = thin[..thin.len().min(NAMED)].join(", ");
+        found.push(format!(
+            "It cannot be said which is better of {named}{more}: fewer than {enough} trials were survived with only one \
+             of the two."
+        ));
+    }
+    if campaign.stopping.until_resolved {
+        found.push(
+            "The campaign could end when decided. Intervals of differences, verdicts and gates allow for that. Rates, \
+             p-values, curves, strata and times do not: they are as for a fixed number of trials, and lean towards the \
+             result at which the campaign ended."
+                .into(),
+        );
+    }
+    for set in sets.iter().filter(|set| set.moving_at_push as f64 > MOVING * set.count.trials as f64) {
+        let trials = set.count.trials;
+        let speed_m_s = digits(campaign.episode.judge.standing_com_speed_m_s);
+        found.push(format!(
+            "With {}, the push found a robot that was not at rest in {} of {trials} trials (COM faster than {speed_m_s} \
+             m/s). A later push.start_s gives it time to come to rest.",
+            set.name, set.moving_at_push
+        ));
+    }
+    for set in sets.iter().filter(|set| set.diverged > 0) {
+        found.push(format!("With {}, {} trials diverged numerically and count as lost.", set.name, set.diverged));
+    }
+    for SetSummary { name, run_twice, not_repeated, .. } in sets.iter().filter(|set| set.not_repeated > 0) {
+        found.push(format!(
+            "{name} does not repeat itself: of {run_twice} trials that were run twice, {not_repeated} had another record \
+             the second time. Its replays are not exact, and trials cannot be compared one by one."
+        ));
+    }
+    for set in sets.iter().filter(|set| set.failed > 0) {
+        let told = "trials ended since the controller failed, and count as lost. The causes are in the tables.";
+        found.push(format!("With {}, {} {told}", set.name, set.failed));
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::fixtures::summary;
+    use standfast_sim::episode::Outcome::{Diverged, Failed, Fell, Recovered};
+
+    #[test]
+    fn a_design_that_cannot_support_a_claim_is_told_so() {
+        let [strong, no_noise] =
+            [["push.impulse_n_s=2", "push.heading_deg=0"], ["sensors.noise_scale=0", "sensors.bias_scale=0"]];
+        for (words, times, trials, outcomes, set) in [
+            ("are few", 1, 99, [Recovered, Fell], &[][..]),
+            ("too weak", 1, 100, [Recovered, Recovered], &[]),
+            ("too hard", 1, 100, [Fell, Fell], &[]),
+            ("cannot be said", 1, 100, [Recovered, Recovered], &[]),
+            ("same push on the same robot", 1, 100, [Recovered, Fell], &strong),
+            ("count as one", 1, 100, [Recovered, Fell], &[strong, no_noise].concat()),
+            ("could end when decided", 1, 100, [Recovered, Fell], &["stopping.until_resolved=true"]),
+            ("diverged numerically", 1, 100, [Recovered, Diverged], &[]),
+            ("since the controller failed", 1, 100, [Recovered, Failed], &[]),
+            // With either set.
+            ("not at rest", 2, 100, [Recovered, Fell], &["episode.judge.standing_com_speed_m_s=0.0005"]),
+            // A sound one.
+            ("", 0, 100, [Recovered, Fell], &[]),
+        ] {
+            let warnings = summary(&vec![outcomes; trials], set, &[]).warnings;
+            let found = warnings.iter().filter(|warning| warning.contains(words)).count();
+            assert_eq!(found, times, "{words}: {warnings:?}");
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! The robot in a window, live in the closed loop.
+
+#![forbid(unsafe_code)]
+
+mod app;
+mod options;
+
+pub use app::run;
+pub use options::Options;

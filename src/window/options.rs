@@ -1,0 +1,31 @@
+//! The options of the window.
+
+use standfast_sim::Engine;
+use std::path::PathBuf;
+
+/// What the window shows, and how it starts.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Trial of `campaign`, whose robot, ground, noise and pushes are used.
+    pub trial: Option<u64>,
+    /// Controllers by name or file, of which the first acts. If empty, the default sets.
+    pub gains: Vec<String>,
+    /// Physics engine. None for that of the campaign, or Rapier.
+    pub engine: Option<Engine>,
+    /// Whether the robot in the other engine is shown, too, as a ghost.
+    pub ghost: bool,
+    /// Robot by name or URDF file. None for that of the campaign, or the compiled-in one.
+    pub robot: Option<String>,
+    /// Campaign whose sensor noise, rates and thresholds are used. None for ideal sensors.
+    pub campaign: Option<String>,
+    /// Impulse of the push that a key gives (N s). None for one that suits the robot.
+    pub impulse: Option<f64>,
+    /// Heading of this push (degrees).
+    pub heading: f64,
+    /// Simulated seconds per second.
+    pub speed: f64,
+    /// Time after which the window closes (s).
+    pub seconds: Option<f64>,
+    /// PNG file for the window's last picture.
+    pub screenshot: Option<PathBuf>,
+}
