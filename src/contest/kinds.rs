@@ -12,7 +12,7 @@ use crate::lipm::stepping::SteppingTable;
 use serde::de::DeserializeOwned;
 use toml::Table;
 
-/// The kinds of controllers, the first of which is that of a file without a kind.
+/// The kinds of controllers. The first one is the kind of a file that does not state a kind.
 const KINDS: [KindOf; 4] = [
     kind::<GainSet>("cpi"),
     kind::<Posture>("posture"),
@@ -22,15 +22,15 @@ const KINDS: [KindOf; 4] = [
 
 /// A kind of controllers.
 pub(super) struct KindOf {
-    /// The word in a file.
+    /// The word for the kind in a file.
     name: &'static str,
     /// Reads a file. It checks no values.
     parse: fn(&Source) -> Result<Box<dyn Settings>>,
-    /// Reads what a file states. It checks no values.
+    /// Reads the tree of a file. It checks no values.
     pub of_tree: fn(Table) -> Result<Box<dyn Settings>, toml::de::Error>,
 }
 
-/// A kind whose files state an `S`.
+/// A kind whose files are deserialized as `S`.
 const fn kind<S: Settings + DeserializeOwned + 'static>(name: &'static str) -> KindOf {
     KindOf {
         name,
@@ -47,7 +47,8 @@ pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
     Ok(settings)
 }
 
-/// The error about a missing key, with all others that are missing in the file, its gains and its rules for footsteps.
+/// Adds to the error about a missing key all other keys that are missing in the file, its gains and its rules for
+/// footsteps.
 fn of_all_missing(error: Error, table: &Table) -> Error {
     fn lacks(table: Option<&toml::Value>, name: &str, keys: &[&str]) -> Vec<String> {
         let Some(table) = table.and_then(toml::Value::as_table) else { return Vec::new() };

@@ -1,8 +1,8 @@
 //! The contest: all kinds of controllers, each behind the socket ([`Controller`]).
 //!
-//! The file of a controller says of which kind it is: `kind = "posture"`. A file without a kind is a gain set, of the kind
-//! `cpi`. A new kind is a file here and a line in `kinds.rs`. Whoever drives, judges or compares controllers gets a
-//! [`Factory`] and knows nothing of kinds.
+//! The file of a controller says of which kind it is: `kind = "posture"`. A file without a kind is a gain set, of the
+//! kind `cpi`. A new kind is a file here and a line in `kinds.rs`. Code that drives, judges or compares controllers
+//! gets a [`Factory`] and knows nothing of kinds.
 //!
 //! A program of your own can put a controller of its own on trial, beside the built-in ones and under the same pushes:
 //!
@@ -91,8 +91,8 @@ pub fn gain_set(entry: &str) -> Result<GainSet> {
     })
 }
 
-/// Goes on with another controller where `controller` is: with its state if both are gain sets, else from the start, as
-/// if the robot were at home and at rest.
+/// Replaces the controller during an episode. If both are gain sets, the new one continues from the state of the old
+/// one. Otherwise the new one starts as if the robot were at home and at rest.
 pub fn replace(controller: &mut Box<dyn Controller>, factory: &Factory, seed: u64) {
     let next = factory.start(seed);
     let both = ((&mut **controller as &mut dyn Any).downcast_mut(), (&*next as &dyn Any).downcast_ref());
@@ -102,7 +102,7 @@ pub fn replace(controller: &mut Box<dyn Controller>, factory: &Factory, seed: u6
     }
 }
 
-/// Lets the first footsteps of a gain set's controller depart from its rule; to be called before them.
+/// Makes the first footsteps of a gain set's controller depart from its rule. It must be called before these footsteps.
 pub fn depart(controller: &mut Box<dyn Controller>, departures: &Departures) {
     let controller: Option<&mut CpiController> = (&mut **controller as &mut dyn Any).downcast_mut();
     controller.expect("a gain set is driven by this controller").depart(departures);

@@ -1,5 +1,5 @@
 //! Stiff joints: the servos hold the posture of the start, with the torques that carry the weight there, and nothing is
-//! measured. Every controller must beat that. It is also the shortest example of a kind of controllers.
+//! measured. Every controller must beat this one. It is also the shortest example of a kind of controllers.
 
 use super::settings::{Settings, check_name};
 use crate::error::Result;
@@ -7,7 +7,7 @@ use crate::robot::{Command, Controller, Factory, Report, Robot, Sensed, TickErro
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
-/// What its file states.
+/// The content of the controller's file.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Posture {

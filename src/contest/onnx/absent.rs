@@ -1,6 +1,6 @@
-//! In the place of the network where the program was built without ONNX.
+//! Replaces the network if the program was built without ONNX.
 
-/// There is no such network.
+/// A network, of which there is no value.
 pub enum Net {}
 
 impl Net {

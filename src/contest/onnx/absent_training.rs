@@ -1,4 +1,4 @@
-//! In the place of what reads the training of a policy where the program was built without ONNX.
+//! Replaces the reading of a policy's training if the program was built without ONNX.
 
 use super::written::Written;
 use crate::error::{Error, Result};

@@ -6,7 +6,7 @@ use crate::contest::onnx::observation::{Gait, Scale, Term};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Width of a list.
+/// Width of the lines of a list (characters).
 const WIDTH: usize = 110;
 
 /// The text of the file, which lies beside `model`.
