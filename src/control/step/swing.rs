@@ -22,8 +22,9 @@ pub struct SwingTiming {
     pub swing_time_s: f64,
     /// Largest height of the sole (m).
     pub lift_m: f64,
-    /// How much sooner than in the middle of the swing the sole is highest: at the share u of the swing, it is as high as
-    /// it would otherwise be at `u + lead u (1 - u)`. From 0 to 1; with a lead, the foot rises fast and comes down slowly.
+    /// How much sooner than in the middle of the swing the sole is highest: at the share u of the swing, it is as high
+    /// as it would otherwise be at `u + lead u (1 - u)`. From 0 to 1; with a lead, the foot rises fast and comes down
+    /// slowly.
     pub lead: f64,
     /// Longest time for which a late foot goes on downward (s).
     pub late_s: f64,
@@ -73,7 +74,8 @@ pub struct Swing {
     timing: SwingTiming,
     /// Pose of the stance sole in the world, flat on the ground.
     pub stance: Isometry2<f64>,
-    /// Path of the swing sole's centre (stance axes for x and y; height), without the bump that lifts it off the ground.
+    /// Path of the swing sole's centre (stance axes for x and y; height), without the bump that lifts it off the
+    /// ground.
     path: [Quintic; 3],
     /// Shares of the swing between which each axis moves.
     moves: [[f64; 2]; 3],
