@@ -25,14 +25,14 @@ pub struct Snapshot {
     pub soles: PerFoot<Point3<f64>>,
     /// Corners of the support polygon, counter-clockwise; empty in flight.
     pub support: Vec<Point2<f64>>,
-    /// The regions of the controller's promise: places of the COM from which it recovers by standing. Of a controller, these
-    /// are the slices of the gains' CPI sets from slow to fast, at the estimated COM velocity and the desired ZMP. Corners
-    /// are counter-clockwise. A region may be empty, and with a foot in the air there are none.
+    /// The regions of the controller's promise: places of the COM from which it recovers by standing. Of a controller,
+    /// these are the slices of the gains' CPI sets from slow to fast, at the estimated COM velocity and the desired
+    /// ZMP. Corners are counter-clockwise. A region may be empty, and with a foot in the air there are none.
     pub regions: Vec<Region>,
     /// Name of the acting gain; None without gains or with a foot in the air.
     pub gain: Option<String>,
-    /// Margin in the slowest gain's CPI set: 1 at rest at home, and negative when no set contains the state. None without
-    /// gains, with a foot in the air, and if there is no set.
+    /// Margin in the slowest gain's CPI set: 1 at rest at home, and negative when no set contains the state. None
+    /// without gains, with a foot in the air, and if there is no set.
     pub margin: Option<f64>,
     /// What the controller is doing, in a word.
     pub phase: Word,
