@@ -9,7 +9,8 @@ use super::{MAX_TICKS, OnlineSets, Points, is_finite};
 use crate::lipm::pendulum::State;
 use nalgebra::Point2;
 
-/// The slice is limited to this distance from the origin, beyond which no leg stands; in distances of the farthest edge.
+/// The slice is limited to this distance from the origin, beyond which no leg stands; in distances of the farthest
+/// edge.
 const FARTHEST: f64 = 20.0;
 
 impl OnlineSets {
