@@ -3,7 +3,7 @@
 use crate::robot::{Foot, Wrench};
 use nalgebra::{Point3, Vector3};
 
-/// A part of the robot that may touch the ground.
+/// A part of the robot that the ground may touch.
 #[derive(Debug, Clone, Copy)]
 pub enum Part {
     Sole(Foot),

@@ -1,4 +1,4 @@
-//! Stands in for MuJoCo in a program that was built without it.
+//! Replaces MuJoCo in a program that was built without it.
 
 use super::physics::Physics;
 use super::{Ground, Pairs};
