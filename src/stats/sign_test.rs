@@ -1,18 +1,18 @@
-//! The exact test that one of two gain sets is better, at several looks.
+//! The exact test of whether one of two controllers is better, at several looks.
 //!
-//! Only trials that one set recovers from and the other does not tell the two apart. If neither is better, each of
-//! these
-//! *discordant* trials falls to either set as the throw of a fair coin does, independently of the others and of which
-//! trials they are. So, given how many discordant trials there are at each look, the chance of every course of the
-//! counts is known, whatever the share of discordant trials is. `SignTest` follows all courses that have not been
-//! decided yet: it holds the chance of each count of the trials that fell to a. At a look it decides for the counts
-//! that lie farthest from a half, on both sides alike, and for as many of them as the error that may be spent by then
-//! allows. The limits depend on the counts of discordant trials up to that look alone, not on later ones. If no set is
-//! better, the chance of ever deciding is therefore at most the error that is spent. If one is better, the chance of
-//! deciding for the other is at most half of it, since each course that leads there only becomes less likely.
+//! Only trials from which one controller recovers and the other does not distinguish the two. They are called
+//! *discordant*. If neither is better, each discordant trial falls to either controller as the throw of a fair coin
+//! does, independently of the others and of which trials they are. So, given the number of discordant trials at each
+//! look, the chance of every course of the counts is known, whatever the share of discordant trials is. `SignTest`
+//! follows all courses that have not been decided yet: it holds the chance of each number of trials that fell to a. At
+//! a look it decides for the numbers that lie farthest from a half, on both sides alike. It decides for as many numbers
+//! as the error allows that may be spent by then. The limits depend on the numbers of discordant trials up to that look
+//! alone, not on later ones. If no controller is better, the chance of ever deciding is therefore at most the error
+//! that is spent. If one is better, the chance of deciding for the other is at most half of this error, since each
+//! course that leads there only becomes less likely.
 //!
-//! Simulated, with two gain sets and the looks of [`Looks`] (1000 campaigns each; *power* is the share that finds the
-//! better set; *betting* decides by the intervals of [`sequential`](crate::stats::sequential) instead):
+//! Simulated, with two controllers and the looks of [`Looks`] (1000 campaigns each; *power* is the share that finds the
+//! better controller; *betting* decides by the intervals of [`sequential`](crate::stats::sequential) instead):
 //!
 //! | truth | planned | trials | power | trials by betting | its power |
 //! |---|---|---|---|---|---|
@@ -23,29 +23,29 @@
 //! | 27 points of 30 % | 2000 | 57 | 1.00 | 53 | 1.00 |
 //! | no difference, 10 % | 870 | 850 | 0.047 | 865 | 0.011 |
 //!
-//! In the last row, the power is the error. Only where a large difference is met by a plan for many trials is betting
-//! as quick.
+//! In the last row, the power is the error. Betting is as quick only if the plan has many trials and the difference is
+//! large.
 
 use crate::stats::looks::Looks;
 use crate::stats::mcnemar::PairedCounts;
 
-/// Counts that are less likely than this are not followed any further: they are taken to be decided wrongly, which can
-/// only make the test more careful. All of them together have less than 1e-14 in 100,000 trials.
+/// Chance below which a count is not followed any further. It is taken to be decided wrongly, which can only make the
+/// test more careful. All such counts together have less than 1e-14 in 100,000 trials.
 const NEGLIGIBLE: f64 = 1e-20;
-/// Trials after which negligible counts are looked for.
+/// Number of trials after which negligible counts are removed.
 const TRIALS_TO_TRIM: u64 = 32;
 
-/// A decision that one of two sets is better.
+/// A decision that one of two controllers is better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Winner {
     pub is_a: bool,
-    /// Count of trials at the look.
+    /// Number of trials at the look.
     pub trials: u64,
 }
 
-/// The first look at which one of two sets is better, from the counts at each of `looks` (in order, each with the
-/// trials of those before); `error` is the chance (a share) of a wrong decision, of both sides together, at all looks
-/// that there may ever be.
+/// The first look at which one of two controllers is better, from the counts at each of `looks` (in order, each with
+/// the trials of the earlier ones). `error` is the chance (a share) of a wrong decision, of both sides together, at all
+/// looks that there may ever be.
 pub fn first_decision(counts: &[PairedCounts], looks: Looks, error: f64) -> Option<Winner> {
     let mut test = SignTest::default();
     counts.iter().find_map(|look| {
@@ -58,7 +58,7 @@ pub fn first_decision(counts: &[PairedCounts], looks: Looks, error: f64) -> Opti
 #[derive(Debug, Clone)]
 struct SignTest {
     discordant: u64,
-    /// Chance of each count that fell to a, from the count `first` on.
+    /// Chance of each number of trials that fell to a, from the number `first` on.
     chances: Vec<f64>,
     first: u64,
     /// Chance of all courses that are decided.
@@ -72,8 +72,8 @@ impl Default for SignTest {
 }
 
 impl SignTest {
-    /// Whether, at a look at these counts of discordant trials, a is decided to be better, or b (false), if `error` may
-    /// be spent in all by now. Not to be called after a decision.
+    /// Whether a (true) or b (false) is decided to be better at a look at these counts of discordant trials, if `error`
+    /// may be spent in all by now. It is not to be called after a decision.
     fn look(&mut self, only_a: u64, only_b: u64, error: f64) -> Option<bool> {
         while self.discordant < only_a + only_b {
             self.throw();
@@ -100,8 +100,8 @@ impl SignTest {
         }
     }
 
-    /// Takes counts away at both ends, which are alike, as long as the chance of one, and what is spent with the two,
-    /// are `such`.
+    /// Removes the same number of counts at both ends, as long as `such` is true for the chance of one count and for
+    /// the sum of the spent error and the chance of both counts.
     fn cut(&mut self, such: impl Fn(f64, f64) -> bool) {
         let mut count = 0;
         while 2 * (count + 1) < self.chances.len() && such(self.chances[count], self.spent + 2.0 * self.chances[count])
