@@ -26,7 +26,7 @@ impl Color {
         self.egui().gamma_multiply(opacity)
     }
 
-    /// The colour as linear light, which is what the material draws.
+    /// The colour as linear light, which the material draws.
     pub fn linear(self) -> Rgb {
         light(self.parts())
     }
