@@ -2,7 +2,8 @@
 //!
 //! A URDF becomes a Rapier multibody with PD servos ([`sim`]). The controller ([`control`]) implements the switching
 //! control of the COG-ZMP inverted pendulum by maximal CPI sets of Yamamoto and Nakamura ([`lipm`]). An [`episode`]
-//! closes the loop between the two. A [`campaign`] draws random pushes and counts how many the robot recovers from.
+//! closes the loop between the two. A [`campaign`] draws random pushes and counts the trials from which the robot
+//! recovers.
 //!
 //! The [`guide`] says how to use it and what has been measured.
 //!
