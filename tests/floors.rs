@@ -54,7 +54,7 @@ fn floor(room: &str) -> usize {
     floor.unwrap_or_else(|| panic!("room {room} has no floor: give it one in tests/floors.rs"))
 }
 
-/// The violations of these rules, in words.
+/// The violations of the rules, in words.
 fn breaches(house: &Crate) -> Vec<String> {
     let mut found = house.circles();
     for (module, file) in house.files.iter().filter(|(module, _)| !module.is_empty()) {
@@ -73,7 +73,7 @@ fn breaches(house: &Crate) -> Vec<String> {
 
 fn not_below(house: &Crate, module: &[String], path: &[String]) -> Option<String> {
     let (room, made_in) = (&module[0], house.made_in(path)?);
-    // Checked are the room that is named and, for a re-export, the room in which the item is defined.
+    // Two rooms are checked: the room that is named and, for a re-export, the room in which the item is defined.
     let named = path.first().filter(|name| house.files.contains_key(std::slice::from_ref(*name)));
     let too_high = |other: &&String| {
         let (mine, theirs) = (floor(room), floor(other));
@@ -95,7 +95,7 @@ fn reserved_for_others(file: &File, named: &Named, is_test_file: bool) -> Option
     (!is_there && !named.in_test && !is_test_file).then(|| format!("is for {place} only"))
 }
 
-/// To understand a file, one needs to know only what is below it.
+/// To understand a file, a reader needs to know only the floors below it.
 #[test]
 fn files_name_what_is_below_them_and_form_no_circle() {
     let house = Crate::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
@@ -104,7 +104,7 @@ fn files_name_what_is_below_them_and_form_no_circle() {
     assert!(found.is_empty(), "\n{}", found.join("\n"));
 }
 
-/// Files as in the crate's rooms, for other files to import from.
+/// Files as in the crate's rooms, from which other files can import.
 const NEIGHBOURS: [(&str, &str); 6] = [
     ("lib.rs", "pub mod error; pub use error::Error;"),
     ("error.rs", "pub enum Error {}"),
@@ -160,7 +160,7 @@ fn circles_are_seen() {
         let circle = "a circle: robot/a.rs -> robot/b.rs; robot/b.rs -> robot/a.rs";
         assert_eq!(found, [circle], "{a} {b}");
     }
-    // Circles through a re-export, and of three files.
+    // Circles can run through a re-export, and through three files.
     let house = [
         ("lipm/mod.rs", "mod a; mod b; mod c; pub use b::B; pub use self::c::*;"),
         ("lipm/a.rs", "use crate::lipm::B; pub struct A;"),
@@ -195,7 +195,8 @@ fn what_is_allowed_is_no_breach() {
             "{text}"
         );
     }
-    // A module that re-exports what its rooms define is no circle, nor is a test beside the code that it tests.
+    // A module that re-exports items of its rooms forms no circle, and neither does a test beside the code that it
+    // tests.
     let house = [
         ("lipm/mod.rs", "mod a; mod b; pub use a::A; pub use b::{self, B};"),
         ("lipm/a.rs", "use super::B; pub struct A; #[cfg(test)] mod tests;"),

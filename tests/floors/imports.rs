@@ -1,4 +1,4 @@
-//! Which file of the crate imports from which, read from their tokens: `use` trees and paths in code, with re-exports
+//! Finds which file of the crate imports from which, by their tokens: `use` trees and paths in code, with re-exports
 //! followed to the definition of a name. It understands enough of Rust for this crate: no names made by macros, and no
 //! shadowed modules.
 
@@ -9,12 +9,12 @@ use std::path::Path;
 /// A module such as `campaign::ask::spec`, without the crate. The root is empty.
 pub type Module = Vec<String>;
 
-/// A path in a file: `crate::a::b` from the root or, for another crate, as it is written.
+/// A path in a file: `crate::a::b` from the root or, for another crate, as it is written in the file.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Named {
     pub path: Vec<String>,
     pub is_ours: bool,
-    /// Whether it is in code that is compiled for unit tests only.
+    /// Whether the path is in code that is compiled for unit tests only.
     pub in_test: bool,
     /// The name by which a `pub use` re-exports it.
     handed_on: Option<String>,
@@ -26,15 +26,15 @@ pub struct File {
     /// Name such as `campaign/ask/spec.rs`.
     pub name: String,
     pub named: Vec<Named>,
-    /// Modules that it declares, and those of them that are for unit tests only.
+    /// Modules that the file declares, and modules among them that are for unit tests only.
     children: BTreeSet<String>,
     tests: BTreeSet<String>,
-    /// Names that it imports, and from where (for this crate, paths from the root).
+    /// Names that the file imports, each with its path (for this crate, from the root).
     imported: BTreeMap<String, Vec<String>>,
     globs: Vec<Vec<String>>,
-    /// Names that it defines.
+    /// Names that the file defines.
     defined: BTreeSet<String>,
-    /// Words of its code, except in `use` and tests.
+    /// Words of the file's code, except in `use` and tests.
     words: BTreeSet<String>,
 }
 
@@ -88,7 +88,7 @@ impl Crate {
         (0..module.len()).any(|k| self.files.get(&module[..k]).is_some_and(|file| file.tests.contains(&module[k])))
     }
 
-    /// The file in which the item of a path is defined; None if it is not in this crate.
+    /// The file in which the item of a path is defined. It is None if the item is not in this crate.
     pub fn made_in(&self, path: &[String]) -> Option<&Module> {
         self.follow(path, 0)
     }
@@ -124,7 +124,7 @@ impl Crate {
         uses
     }
 
-    /// Files that form import circles, in groups, each with who uses whom within.
+    /// Groups of files that form import circles, each with the uses within the group.
     pub fn circles(&self) -> Vec<String> {
         let uses = self.uses();
         let reach: BTreeMap<_, _> = uses.keys().map(|module| (*module, reached(&uses, module))).collect();
@@ -144,7 +144,7 @@ impl Crate {
     }
 }
 
-/// All files that are used from a file on, directly or not.
+/// All files that a file uses, directly or through others.
 fn reached<'a>(uses: &BTreeMap<&'a Module, BTreeSet<&'a Module>>, from: &'a Module) -> BTreeSet<&'a Module> {
     let (mut seen, mut next) = (BTreeSet::new(), vec![from]);
     while let Some(module) = next.pop() {
@@ -186,7 +186,7 @@ fn item_end(tokens: &[TokenTree], from: usize) -> usize {
     if is_punct(tokens.get(end), ';') { end + 1 } else { end }
 }
 
-/// Whether there is a `#[cfg(test)]`, or another condition with `test` in it, at a position.
+/// Whether there is a `#[cfg(test)]`, or another condition with `test`, at a position.
 fn is_for_tests(tokens: &[TokenTree], at: usize) -> bool {
     let Some(TokenTree::Group(group)) = tokens.get(at + 1).filter(|_| is_punct(tokens.get(at), '#')) else {
         return false;
@@ -217,7 +217,7 @@ fn declarations(tokens: TokenStream, in_test: bool, found: &mut Vec<(String, boo
 
 struct Reader<'a> {
     file: &'a mut File,
-    /// The module of the file, with those inside of it.
+    /// The module of the file, with the names of inline modules around the present place.
     module: Module,
     in_test: bool,
 }
@@ -246,7 +246,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads what begins with a word, and returns where to continue.
+    /// Reads the code that begins with a word, and returns the position at which to continue.
     fn word(&mut self, word: &str, tokens: &[TokenTree], at: usize) -> usize {
         let next = ident(tokens.get(at + 1));
         match (word, &next, tokens.get(at + 2)) {
