@@ -1,5 +1,5 @@
-//! Learned policies: a network does the same as its law in Python, mistakes are reported in a sentence, and real
-//! policies stand and are pushed if they are available.
+//! Learned policies: a network gives the same actions as its law in Python, mistakes are reported in a sentence, and
+//! real policies stand and are pushed if they are available.
 
 mod common;
 
