@@ -1,4 +1,4 @@
-//! The program `standfast-mujoco`: what `standfast` runs where a command asks for MuJoCo ([`standfast::commands`]).
+//! The program `standfast-mujoco`, which `standfast` runs if a command asks for MuJoCo ([`standfast::commands`]).
 
 #![forbid(unsafe_code)]
 

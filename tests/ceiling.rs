@@ -1,4 +1,4 @@
-//! `standfast ceiling`: pushes that are lost are caught by a search, and what it finds can be repeated.
+//! `standfast ceiling`: a search catches pushes that the controller loses, and its recoveries can be repeated.
 
 use crate::common::program::{folder, standfast, stderr, stdout};
 use serde_json::Value;
@@ -30,7 +30,7 @@ fn a_lost_push_is_caught_and_can_be_repeated() {
     let caught = push("found/trial-0.toml");
     assert_eq!(caught["outcome"], "Recovered", "{caught}");
     assert_eq!(caught["footsteps"], lost["found"]["footsteps"], "{caught}");
-    // Every number in it is needed.
+    // Every number in the file is needed.
     let text = fs::read_to_string(dir.path().join("found/trial-0.toml")).unwrap();
     let (head, first) = text.split_once("[[catching.departures]]\n").unwrap();
     let needed: Vec<&str> = first.lines().take_while(|line| line.contains(" = ") && !line.contains('[')).collect();
@@ -45,7 +45,7 @@ fn a_lost_push_is_caught_and_can_be_repeated() {
     assert!(again.contains("--out = found: it holds a result already"), "{again}");
 }
 
-/// With one generation of tries, nothing may be found; the text then says so, and claims no proof.
+/// With one generation of tries, nothing may be found. The text then says so, and claims no proof.
 #[test]
 fn what_is_not_found_is_told_as_that() {
     let dir = folder();
@@ -75,7 +75,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
         let message = stderr(&standfast(dir.path(), &[&["ceiling"], args].concat()).code(2));
         assert!(message.contains(words), "{message}");
     }
-    // Departures in a gain set are checked as the rest of it.
+    // Departures in a gain set are checked like its other values.
     let catch = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gains/catch.toml")).unwrap();
     for (departures, words) in [
         ("[[catching.departures]]\nlift = 0.5\n".to_string(), "catching.departures[0] = [0.5, "),

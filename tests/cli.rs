@@ -6,7 +6,7 @@ use standfast::files::assets::Kind;
 use std::process::Command;
 use std::{collections::BTreeMap, fs};
 
-/// Runs the short campaign in a new folder with further arguments, and returns what it wrote.
+/// Runs the short campaign in a new folder with further arguments, and returns the written files.
 fn result_of(more: &[&str]) -> BTreeMap<String, Vec<u8>> {
     let dir = folder();
     standfast(dir.path(), &short(more)).success();
@@ -133,7 +133,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         (good, &["push", "--impulse=1", "--plot=a.png"], &["--plot = a.png", "ends in .svg"]),
         (good, &["push", "--impulse=1", "--trace=a.csv", "--plot=no/a.svg"], &["--plot = no/a.svg", "does not exist"]),
         (good, &["walk"], &["walk"]),
-        // What would not end, or take all memory.
+        // This campaign would never end, or take all memory.
         (
             &good.replace("= 2\n", "= 1000000000000000000\n"),
             &["run", "c.toml"],
@@ -208,7 +208,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
     }
 }
 
-/// Somebody who misspells a name, or mixes up files, is told what was probably meant.
+/// If a user misspells a name, or mixes up files, the message names the probable meaning.
 #[test]
 fn what_was_meant_is_told() {
     let dir = folder();
@@ -274,7 +274,7 @@ fn shards_merge_and_resume_end_in_the_same_bytes() {
     assert!(stdout(&status).contains("missing: trials 0-4, 10-14, 20-24"), "{}", stdout(&status));
     let merge = standfast(dir.path(), &["merge", "out"]).code(3);
     assert!(stderr(&merge).contains("standfast run out/campaign.toml --out out"), "{}", stderr(&merge));
-    // The command that was just printed.
+    // The command is the one that was just printed.
     let run = standfast(dir.path(), &["run", "out/campaign.toml", "--out", "out"]).success();
     assert!(stderr(&run).contains("goes on, 11 of 26 episodes are there"), "{}", stderr(&run));
     assert!(files(&out) == whole, "resumed");
@@ -349,7 +349,7 @@ fn a_push_is_drawn_and_traced_beside_its_json() {
     let both = standfast(dir.path(), &[&push[..], &["--plot=a.svg", "--trace=a.csv"]].concat()).success();
     let alone = standfast(dir.path(), &[&push[..], &["--plot=b.svg"]].concat()).success();
     assert_eq!(stdout(&both), stdout(&alone));
-    // Whether anybody watches or not, the verdict is the same; the trace goes on to the horizon.
+    // The verdict is the same with and without an observer; the trace continues to the horizon.
     assert_eq!(stdout(&both), stdout(&plain));
     let written = files(dir.path());
     let trace = String::from_utf8_lossy(&written["a.csv"]);
@@ -366,7 +366,7 @@ fn a_push_is_drawn_and_traced_beside_its_json() {
     assert!((0.3..=fell["fell_at_s"].as_f64().unwrap()).contains(&last), "the picture ends with the fall: {times:?}");
 }
 
-/// The push of the window, unless a trial has its own.
+/// Without options, the push is that of the window; in a trial, it is that of the trial.
 #[test]
 fn a_push_needs_nothing_to_be_given() {
     let dir = folder();
@@ -397,7 +397,7 @@ fn inputs_from_files_are_kept_with_the_result() {
     assert_eq!(kept.len(), 1);
     assert_eq!(fs::read_to_string(kept[0].path()).unwrap(), hold);
     let before = files(&dir.path().join("out"));
-    // The source files may go, since the result has copies of them.
+    // The source files may be removed, since the result has copies of them.
     fs::remove_dir_all(dir.path().join("g")).unwrap();
     let again = standfast(dir.path(), &["run", "out/campaign.toml", "--out=out"]).success();
     assert!(stderr(&again).contains("nothing is computed again"), "{}", stderr(&again));
@@ -424,7 +424,7 @@ fn a_check_says_that_all_is_fine_and_writes_nothing() {
     let one = standfast(dir.path(), &["limit", "--gains=hold", "--headings=1", "--check"]).success();
     assert!(stderr(&one).contains(": 1 search to run; that takes some "), "{}", stderr(&one));
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
-    // For an existing result it tells what is left to do, and changes nothing.
+    // For an existing result the command says what is left to do, and changes nothing.
     standfast(dir.path(), &short(&[FEW])).success();
     let before = crate::common::program::files(dir.path());
     let told = stderr(&standfast(dir.path(), &short(&[FEW, "--check"])).success());
@@ -487,7 +487,7 @@ fn the_help_is_short_and_the_long_one_has_examples() {
         assert!(!long.contains("--gains ") && !short.contains("--gains "), "{command}: an example with the older name");
     }
     let of = |args: &[&str]| stdout(&standfast(dir.path(), args).success());
-    // Without line breaks, which depend on the longest option.
+    // Line breaks are removed, since they depend on the longest option.
     let words = |args: &[&str]| of(args).split_whitespace().collect::<Vec<_>>().join(" ");
     let run = words(&["run", "-h"]);
     for default in ["[default: standard]", "[default: those of the campaign]", "[default: that of the campaign]"] {
@@ -501,14 +501,14 @@ fn the_help_is_short_and_the_long_one_has_examples() {
     {
         assert!(push.contains(default), "{default} is not in {push}");
     }
-    // It lists no option that it refuses.
+    // The help lists no option that the command refuses.
     let slurm = of(&["slurm", "--help"]);
     for refused in ["--shard <", "--check\n", "both]"] {
         assert!(!slurm.contains(refused), "{refused} is in {slurm}");
     }
 }
 
-/// Every command that takes a controller takes it by the same option, under both of its names.
+/// Every command that takes a controller takes it by the same option, under both names of the option.
 #[test]
 fn a_controller_is_named_by_its_option_or_without() {
     let dir = folder();
@@ -517,7 +517,7 @@ fn a_controller_is_named_by_its_option_or_without() {
         let of = |words: &[&str]| {
             let run = standfast(dir.path(), &[args, words].concat()).success();
             let told = stdout(&run) + &stderr(&run);
-            // How long a tick takes is another one each time.
+            // The time of a tick differs each time.
             told.lines().filter(|line| !line.contains("tick")).map(String::from).collect::<Vec<_>>()
         };
         let vary = ["--vary=zmp_margin=0.02..0.1"];
@@ -529,7 +529,7 @@ fn a_controller_is_named_by_its_option_or_without() {
     }
 }
 
-/// From where verdicts were seen to change.
+/// A warning comes from the step on at which verdicts were seen to change.
 #[test]
 fn long_steps_of_the_physics_are_warned_of() {
     let dir = folder();
@@ -545,7 +545,7 @@ fn long_steps_of_the_physics_are_warned_of() {
     assert!(!told("0.005").contains("verdicts may differ"));
 }
 
-/// A count may be written as people write large ones.
+/// A count may be written with an exponent, as in 1e3.
 #[test]
 fn a_count_may_have_an_exponent() {
     let dir = folder();
@@ -555,7 +555,7 @@ fn a_count_may_have_an_exponent() {
     assert_eq!(episodes(&of("1e3")), episodes(&of("1000")));
 }
 
-/// Quiet, a command prints its result, and says what is wrong.
+/// With --quiet, a command prints its result and its errors.
 #[test]
 fn quiet_leaves_results_and_errors() {
     let dir = folder();
@@ -592,7 +592,7 @@ fn what_has_a_name_is_listed() {
     assert!(text.contains("a URDF, or a TOML file") && text.lines().all(|line| line.chars().count() <= 80), "{text}");
 }
 
-/// The default push is printed with all its numbers, and a changed one is what its options say.
+/// The default push is printed with all its numbers, and options change it.
 #[test]
 fn a_push_states_its_numbers_and_takes_changes_of_its_campaign() {
     let dir = folder();
@@ -604,7 +604,7 @@ fn a_push_states_its_numbers_and_takes_changes_of_its_campaign() {
     let told = push(&[]);
     let numbers = "for 0.05 s from t = 0.5 s, level with the COM horizon 6 s: the episode ends then";
     assert!(told.starts_with("push 5 N s towards 0 degrees (dv = ") && told.contains(numbers), "{told}");
-    // The same in the units of a larger robot, and what a search by `limit` pushes with.
+    // The push is tested in the units of a larger robot, and as in a search by `limit`.
     let adult = format!("--robot={}", robot("adult.urdf"));
     let told = push(&[&adult]);
     let json: serde_json::Value = serde_json::from_str(&push(&[&adult, "--json"])).unwrap();
@@ -635,7 +635,7 @@ fn help_and_completions_are_printed() {
     assert!(stdout(&standfast(dir.path(), &["completions", "bash"]).success()).contains("standfast"));
 }
 
-/// A program with MuJoCo takes what one without it refuses, and says how to get.
+/// A program with MuJoCo accepts the engine. A program without it refuses it, and says how to get it.
 #[test]
 fn the_physics_engine_is_chosen_by_its_name() {
     let dir = folder();
@@ -650,7 +650,7 @@ fn the_physics_engine_is_chosen_by_its_name() {
         assert!(message.contains("'bullet' for '--engine <ENGINE>'"), "{message}");
     }
     let in_file = "--set=episode.engine=mujoco";
-    // What a program without MuJoCo says is in `mujoco_beside.rs`.
+    // The messages of a program without MuJoCo are tested in `mujoco_beside.rs`.
     for args in [
         short(&[FEW, "--engine=mujoco"]),
         short(&[FEW, in_file]),
@@ -693,7 +693,7 @@ fn names_that_are_not_utf_8_are_written_or_refused() {
     assert!(stderr(&refused).contains("UTF-8"), "{}", stderr(&refused));
 }
 
-/// A run creates `parts` first, so without it a campaign is somebody's own.
+/// A run creates `parts` first, so a campaign file without `parts` belongs to the user.
 #[test]
 fn a_campaign_in_its_folder_is_not_written_over() {
     let dir = folder();
@@ -704,7 +704,7 @@ fn a_campaign_in_its_folder_is_not_written_over() {
     assert_eq!(fs::read_to_string(dir.path().join("campaign.toml")).unwrap(), text);
 }
 
-/// Lines are broken between words alone, whatever the terminal's width, and COLUMNS states it where there is none.
+/// Lines are broken between words only, at any width of the terminal. COLUMNS states the width if there is no terminal.
 #[test]
 fn no_number_no_name_and_no_unit_is_broken_at_any_width() {
     let dir = folder();
@@ -736,7 +736,7 @@ fn no_number_no_name_and_no_unit_is_broken_at_any_width() {
     assert!(lines <= 80, "UT-mu2 has room in 80 columns: {lines}");
 }
 
-/// A pipe without a writer would be waited for without end.
+/// A program that read a pipe without a writer would wait without end.
 #[cfg(unix)]
 #[test]
 fn what_is_no_file_is_refused() {

@@ -12,7 +12,7 @@ fn summary(folder: &Path) -> Value {
     serde_json::from_slice(&fs::read(folder.join("summary.json")).unwrap()).unwrap()
 }
 
-/// Gates with an outcome that is certain, whatever the robot does.
+/// Gates whose outcome is certain, whatever the robot does.
 const PASSES: &str = "--gate=hold >= 0";
 const FAILS: &str = "--gate=hold >= 1";
 const OPEN: &str = "--gate=hold >= hold description=0.2";
@@ -52,7 +52,7 @@ fn what_another_build_has_made_is_kept_but_said() {
     assert!(said() && merged());
 }
 
-/// The shards share a folder, or `merge` gets the parts of both from elsewhere and takes all looks.
+/// The shards share a folder, or `merge` gets the parts of both shards from elsewhere and takes all looks.
 #[test]
 fn shards_of_a_campaign_that_ends_when_decided_end_as_one_machine_does() {
     let dir = folder();
@@ -67,7 +67,7 @@ fn shards_of_a_campaign_that_ends_when_decided_end_as_one_machine_does() {
     let parts = |out: &str| fs::read_dir(dir.path().join(out).join("parts")).unwrap().count();
     run(&["--out=whole"]).code(100);
     assert!(summary(&dir.path().join("whole"))["trials"].as_u64().unwrap() < 100);
-    // The first cannot know what the other will find, and runs all its trials; the other ends with the decision.
+    // The first shard cannot know the results of the other, and runs all its trials; the other ends with the decision.
     run(&["--out=out", "--shard=2/2"]).success();
     let of_one = parts("out");
     run(&["--out=out", "--shard=1/2"]).success();
@@ -93,7 +93,7 @@ fn while_trials_are_run_there_is_no_result_of_an_earlier_look() {
     let out = dir.path().join("out");
     standfast(dir.path(), &short(&[SEVERAL_PARTS])).success();
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();
-    // A shard joins nothing, so this leaves what an interruption would leave.
+    // A shard joins nothing, so it leaves the same files as an interruption.
     standfast(dir.path(), &short(&[SEVERAL_PARTS, "--shard=2/2"])).success();
     let left: Vec<String> = files(&out).into_keys().filter(|name| !name.starts_with("parts/")).collect();
     assert_eq!(left, ["campaign.toml"]);
@@ -128,7 +128,7 @@ fn an_unresolved_gate_fails_only_if_asked_to() {
             junit.contains("skipped=\"0\"") && junit.contains("hold &gt;= hold") && !junit.contains("failures=\"0\"")
         );
     }
-    // The folder remembers it, and may be asked otherwise.
+    // The folder keeps the setting, and may be asked with another one.
     standfast(dir.path(), &["merge", "out"]).code(100);
     standfast(dir.path(), &["merge", "out", "--unresolved=pass"]).success();
     standfast(dir.path(), &["merge", "out", "--unresolved=fail"]).code(100);
@@ -163,7 +163,7 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
         let args: Vec<&str> = args.into_iter().filter(|arg| *arg != "--out=out").collect();
         standfast(dir.path(), &args)
     };
-    // Nothing differs: 0 of 26 discordant trials bound the difference by 13 points.
+    // No trial differs: 0 of 26 discordant trials bound the difference by 13 points.
     run(&[]).success();
     let found = summary(&dir.path().join("new"));
     assert_eq!(
@@ -173,7 +173,7 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
     assert_eq!(found["baseline"]["trials"], 26);
     let warned = found["warnings"].as_array().unwrap().iter().any(|w| w.as_str().unwrap().contains("same inputs"));
     assert!(warned, "{}", found["warnings"]);
-    // The printed commands for resuming and joining have what the gates need.
+    // The printed commands for resuming and joining have the options that the gates need.
     let status = standfast(dir.path(), &["status", "new", "--json"]).success();
     assert!(stdout(&status).contains("standfast merge new --baseline DIR"), "{}", stdout(&status));
     standfast(dir.path(), &["merge", "new"]).code(2);
@@ -189,7 +189,8 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
     assert_eq!((more["trials"].as_u64(), more["gates"][0]["trials"].as_u64()), (Some(30), Some(26)));
     assert!(more["warnings"].to_string().contains("the baseline has 26 trials"), "{}", more["warnings"]);
     fs::remove_dir_all(dir.path().join("new")).unwrap();
-    // A campaign that ends when decided does not go on without its baseline, and tells so. (It draws the same trials.)
+    // A campaign that ends when decided does not continue without its baseline, and says so. (It draws the same
+    // trials.)
     let gate = "--gate=hold >= baseline - 0.01";
     let until = ["--trials=100", "--until-resolved", gate, "--baseline=out", "--out=new"];
     let args = short(&until).into_iter().filter(|arg| *arg != "--out=out").collect::<Vec<_>>();
@@ -225,7 +226,7 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
         (&Value::from("hold (a)"), &Value::from("hold (b)"))
     );
     assert_eq!((found["pairs"][0]["only_a"].as_u64(), found["pairs"][0]["only_b"].as_u64()), (Some(0), Some(0)));
-    // Without a common name, every set is compared with every other, as in one campaign with both.
+    // Without a common name, every controller is compared with every other, as in one campaign with both.
     let gate = "--gate=hold >= 1";
     let compared = standfast(dir.path(), &["compare", "a", "c", "--out=d", gate]).code(100);
     assert!(stderr(&compared).contains("--campaign a/campaign.toml"), "{}", stderr(&compared));
@@ -242,7 +243,7 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
     standfast(dir.path(), &["compare", "a", "nothing"]).code(3);
     standfast(dir.path(), &["compare", "a", "c", "--out=b"]).code(3);
     standfast(dir.path(), &["compare", "a", "./a"]).code(3);
-    // Compared again into its own folder, in which its commands are run.
+    // The results are compared again into the same folder, in which the printed commands are run.
     standfast(dir.path(), &["compare", "a", "c", "--out=d", gate]).code(100);
     let junit = fs::read_to_string(dir.path().join("d/junit.xml")).unwrap();
     let command = junit.lines().find_map(|line| line.split("standfast push ").nth(1)).unwrap();
@@ -252,8 +253,8 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
     standfast(&dir.path().join("d"), &[&["push"], &words[..]].concat()).success();
 }
 
-/// The second result was simulated with another physics step, and its manifest says that it was in the other engine: so
-/// this needs no program that has both.
+/// The second result was simulated with another physics step, and its manifest states the other engine. So this test
+/// needs no program that has both engines.
 #[test]
 fn two_results_that_differ_in_the_engine_alone_are_compared_engine_by_engine() {
     let dir = folder();
@@ -298,7 +299,7 @@ fn two_results_that_differ_in_the_engine_alone_are_compared_engine_by_engine() {
         let text = fs::read_to_string(dir.path().join("d").join(file)).unwrap();
         assert!(text.contains(told), "{file}");
     }
-    // More than the engine differs.
+    // Here more than the engine differs.
     let found = compared("c", &[]);
     assert!(found.get("agreement").is_none() && found["sets"][0]["name"] == "hold (a)", "{}", found["sets"]);
     assert!(found["warnings"].to_string().contains("the physics engines differ: Rapier "), "{}", found["warnings"]);
@@ -364,7 +365,8 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
     standfast(other.path(), &["status", "out"]).success();
     standfast(other.path(), &["merge", "out"]).success();
     assert!(files(&other.path().join("out")) == whole, "merged");
-    // A question that so few trials cannot decide continues where the campaign was, up to the allowed maximum.
+    // A new question that these few trials cannot decide continues the campaign where it was, up to the allowed
+    // maximum.
     let close = format!("--gate=hold >= {}", found["sets"][0]["success_rate"]);
     let said = stderr(&standfast(other.path(), &["merge", "out", &close]).code(3));
     assert!(said.contains("do not decide what is asked") && said.contains("--gate 'hold >= "), "{said}");
@@ -375,7 +377,7 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
     assert_eq!((found["trials"].as_u64(), &found["gates"][0]["status"]), (Some(100), &Value::from("unresolved")));
 }
 
-/// One gate is decided at the first look, the other one is not; each names one controller.
+/// One gate is decided at the first look, the other one is not. Each names one controller.
 #[test]
 fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happened_on_the_way() {
     let until = |most| [most, "--until-resolved", "--gains=fixed", "--gate=hold >= 0.01", "--gate=fixed >= 0.5"];
@@ -408,7 +410,7 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
     assert!(files(&other.path().join("out")) == whole, "merged");
     let status = stdout(&standfast(other.path(), &["status", "out"]).success());
     assert!(status.contains("hold has 25 trials"), "{status}");
-    // What `stopped.json` says is looked at again, whether a look it is or none.
+    // The content of `stopped.json` is checked again, whether it states a look or not.
     let stopped = other.path().join("out/parts/stopped.json");
     let text = fs::read_to_string(&stopped).unwrap();
     for trials in ["25", "7", "0"] {
@@ -417,7 +419,7 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
         standfast(other.path(), &["merge", "out"]).success();
         assert!(files(&other.path().join("out")) == whole, "decided at {trials}");
     }
-    // With another question, a shard runs its part of what that takes, and the old report goes.
+    // With another question, a shard runs its part of the new trials, and the old report is removed.
     let shard = |k| standfast(other.path(), &short(&["--max-trials=50", "--until-resolved", "--gains=fixed", k]));
     let lacking = || standfast(other.path(), &["status", "out", "--missing", "--shards=2"]);
     shard("--shard=1/2").success();
@@ -425,21 +427,21 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
     assert_eq!(stdout(&lacking().code(3)), "2\n");
     shard("--shard=2/2").success();
     assert_eq!(stdout(&lacking().success()), "none\n");
-    // With more trials the set that is still undecided goes on.
+    // With more trials, the controller that is still undecided continues.
     let said = stderr(&run(other.path(), "--max-trials=75", &[]));
     assert!(said.contains("25 episodes in"), "{said}");
     assert_eq!(trials(&summary(&other.path().join("out"))), [25, 75]);
-    // No boundary that was looked at is moved by that.
+    // This moves no boundary at which there was a look.
     let manifest = standfast::study::store::manifest::Manifest::read(&other.path().join("out")).unwrap();
     assert_eq!((manifest.planned_trials, manifest.campaign.trials), (50, 75));
-    // Compared with a result of which both sets have all trials.
+    // The result is compared with one of which both controllers have all trials.
     let elsewhere = |more: &[&'static str]| [&SHORT[..SHORT.len() - 1], &["--gains=fixed"], more].concat();
     standfast(other.path(), &elsewhere(&["--trials=40", "--out=fixed"])).success();
     let compared = standfast(other.path(), &["compare", "out", "fixed", "--json"]).success();
     let compared: Value = serde_json::from_str(&stdout(&compared)).unwrap();
     let of_sets = |i: usize| compared["sets"][i]["trials"].as_u64().unwrap();
     assert_eq!([0, 1, 2, 3].map(of_sets), [25, 40, 40, 40], "{compared}");
-    // As a baseline, each gate has the trials of its own set.
+    // As a baseline, the result gives each gate the trials of the gate's own controller.
     let gates = ["--gate=hold >= baseline - 0.9", "--gate=fixed >= baseline - 0.9", "--baseline=out"];
     let gated = elsewhere(&[&["--trials=60", "--out=gated"][..], &gates].concat());
     standfast(other.path(), &gated).success();
@@ -478,10 +480,10 @@ fn gates_and_stopping_of_a_campaign_file_are_those_of_the_command_line() {
     fs::write(dir.path().join("c.toml"), file).unwrap();
     standfast(dir.path(), &["run", "c.toml", "--out=out", FAILS]).code(100);
     let found = summary(&dir.path().join("out"));
-    // Two gates that are looked at repeatedly: each has the confidence at which both hold together with 99 %.
+    // Two gates have looks: each has the confidence at which both hold together with 99 %.
     assert_eq!((found["gates"][1]["confidence"].as_f64(), found["gates"].as_array().unwrap().len()), (Some(0.995), 2));
     assert_eq!(found["stopping"]["until_resolved"], true);
-    // The folder remembers its gates, and lists each once.
+    // The folder keeps its gates, and lists each once.
     standfast(dir.path(), &["merge", "out", FAILS]).code(100);
     assert_eq!(summary(&dir.path().join("out")), found);
     fs::write(dir.path().join("c.toml"), file.replace("0.99", "1.5")).unwrap();
@@ -489,7 +491,7 @@ fn gates_and_stopping_of_a_campaign_file_are_those_of_the_command_line() {
     assert!(stderr(&refused).contains("gates.confidence = 1.5"), "{}", stderr(&refused));
 }
 
-/// What is written to a terminal, without what colours it, cleans it and moves about in it.
+/// The text that is written to a terminal, without the codes that colour it, clear it and move the cursor.
 #[cfg(target_os = "linux")]
 fn plain(text: &str) -> String {
     let (mut plain, mut rest) = (String::new(), text.chars());
@@ -503,11 +505,12 @@ fn plain(text: &str) -> String {
     plain
 }
 
-/// The first line that is wider than the terminal, but for what must not be broken: commands to copy and, where there is less
-/// than the usual width, rows of numbers.
+/// The first line that is wider than the terminal. Text that must not be broken is left out: commands to copy and, with
+/// less than the usual width, rows of numbers.
 #[cfg(target_os = "linux")]
 fn too_wide(text: &str, columns: usize) -> Option<String> {
-    // Progress fills each of its lines with blanks, and writes them in one go: each ends with a blank, and none with a word.
+    // Progress pads each of its lines with blanks, and writes them at once. Such a line ends with a blank, and no other
+    // line does.
     let fits = |line: &&str| {
         let letters: Vec<char> = line.chars().collect();
         let ends_well =
@@ -535,7 +538,7 @@ fn a_terminal_of_60_columns_is_enough_and_so_is_none() {
     let run = standfast(dir.path(), &args).success();
     assert_eq!(too_wide(&stdout(&run), 80), None);
     assert_eq!(too_wide(&stderr(&run), 80), None);
-    // The same in a terminal, with a bar of progress, and what was found so far above it.
+    // The command is run in a terminal, with a progress bar, and with the findings so far above it.
     let words: Vec<String> = args.iter().map(|arg| format!("'{arg}'")).collect();
     for columns in [60, 80] {
         fs::remove_dir_all(dir.path().join("out")).unwrap();
@@ -548,14 +551,15 @@ fn a_terminal_of_60_columns_is_enough_and_so_is_none() {
             .expect("script, of util-linux, makes a terminal");
         let text = plain(&String::from_utf8(terminal.stdout).unwrap());
         assert!(terminal.status.success() && text.contains(" of 24 episodes") && text.contains("controller"), "{text}");
-        // The part of one trial may end before that of five.
+        // The part with one trial may end before the part with five.
         assert!(text.contains(" trials, not final: ") && text.contains("can be told apart"), "{text}");
         assert_eq!(too_wide(&text, columns), None);
     }
 }
 
-/// A run without a terminal, which is interrupted as soon as it has said this: all that it said.
-/// It is interrupted once, even if it says this again, since the second time it would end in the middle of a word.
+/// Runs the program without a terminal, interrupts it as soon as it prints `words`, and returns its whole output. It is
+/// interrupted only once, even if it prints `words` again, since a second interruption would end it in the middle of a
+/// word.
 #[cfg(unix)]
 fn interrupted_at(folder: &Path, args: &[&str], words: &str) -> String {
     use std::io::{BufRead, BufReader};
@@ -579,7 +583,7 @@ fn interrupted_at(folder: &Path, args: &[&str], words: &str) -> String {
     said
 }
 
-/// The number before these words.
+/// The number before `words`.
 #[cfg(unix)]
 fn number_before(words: &str, text: &str) -> u64 {
     let (before, _) = text.split_once(words).unwrap_or_else(|| panic!("no {words:?} in {text}"));
@@ -594,20 +598,20 @@ fn an_interrupted_run_says_what_is_kept_and_goes_on_there() {
     let said = interrupted_at(dir.path(), &args, "40 of 400 episodes");
     assert!(said.starts_with("0 of 400 episodes\n"), "{said}");
     assert!(said.contains("stopping as soon as what is running ends"), "{said}");
-    // Where a line ends depends on how many digits the numbers have.
+    // The place of a line break depends on the number of digits of the numbers.
     let words = said.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(words.contains("The same command goes on from there"), "{said}");
     assert!(said.contains("  standfast run out/campaign.toml --out out"), "{said}");
     assert!(!said.contains("error"), "{said}");
     let (kept, done) = (number_before(" of 400 episodes are kept", &said), number_before(" episodes in", &said));
-    // Of one thread at most one part of five trials is in work.
+    // With one thread, at most one part of five trials is unfinished.
     assert!(kept % 5 == 0 && kept <= done && done < kept + 5, "{kept} of {done}");
     let again = interrupted_at(dir.path(), &args, "goes on");
     assert!(again.starts_with(&format!("out: goes on, {kept} of 400 episodes are there\n")), "{again}");
     assert!(again.contains(&format!("\n{kept} of 400 episodes\n")), "{again}");
 }
 
-/// Whoever calls the program with nothing at all hears what it does, for how long, and what would be quicker.
+/// If the program is called without arguments, it says what it does, how long that takes, and what would be quicker.
 #[cfg(unix)]
 #[test]
 fn without_a_command_it_says_first_what_it_is_about_to_do() {
@@ -639,8 +643,8 @@ fn a_result_is_printed_in_full_again_without_a_change() {
     }
 }
 
-/// A robot that never stands still enough has not recovered, but it has survived: that has a rate of its own, and counts if
-/// the judge is told so.
+/// A robot that never stands still enough has not recovered, but it has survived. Survival has a rate of its own, and
+/// counts as won if the judge is told so.
 #[test]
 fn who_does_not_fall_has_survived() {
     let dir = folder();
@@ -669,7 +673,7 @@ fn who_does_not_fall_has_survived() {
     assert!(told.contains("judge:  survival: a robot that stands still, or has not fallen after 6 s"), "{told}");
     let rows = fs::read_to_string(dir.path().join("b/parts/part-000000.csv")).unwrap();
     assert!(rows.contains(",Survived,") && !rows.contains(",TimedOut,"), "{rows}");
-    // 8 kg: over sqrt(g h) it is a share of 1.74 m/s.
+    // The robot has 8 kg. Over sqrt(g h), the change of velocity is a share of 1.74 m/s.
     let push = stdout(&standfast(dir.path(), &["push", "--impulse=4", "--gains=hold", "--json"]).success());
     let push: Value = serde_json::from_str(&push).unwrap();
     let [dv_m_s, share] = ["dv_m_s", "dv_over_sqrt_g_h"].map(|key| push[key].as_f64().unwrap());

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 const PUSH: [&str; 5] = ["push", "--gains=hold", "--impulse=1", "--horizon=1", "--trace=a.mcap"];
 
-/// The messages of a file by topic, as far as it can be read, and whether it can to its end.
+/// The messages of a file by topic, as far as the file can be read, and whether it can be read to its end.
 fn messages(bytes: &[u8]) -> (BTreeMap<String, Vec<Value>>, bool) {
     let mut found: BTreeMap<String, Vec<Value>> = BTreeMap::new();
     for message in MessageStream::new(bytes).unwrap() {
@@ -64,7 +64,7 @@ fn an_mcap_file_says_the_same_as_a_csv_file() {
             assert_eq!(joint[field].as_f64().unwrap().to_string(), cell(tick, &format!("{prefix}_{name}")), "{field}");
         }
     }
-    // The base is a link, and where the trace has it.
+    // The base is a link, and its pose is the one in the trace.
     let base = &by_topic["/tf"][50]["transforms"][0];
     assert_eq!(
         (base["parent_frame_id"].as_str(), base["timestamp"]["nsec"].as_u64()),
@@ -79,12 +79,12 @@ fn an_mcap_file_says_the_same_as_a_csv_file() {
     let attached = mcap::read::attachment(&bytes, &summary.attachment_indexes[0]).unwrap();
     assert_eq!(attached.name, "ut-mu2.urdf");
     assert_eq!(attached.data.as_ref(), include_bytes!("../assets/robots/ut-mu2.urdf"));
-    // Again, it is the same to the byte.
+    // A second run gives the same bytes.
     standfast(dir.path(), &[&PUSH[..4], &["--trace=b.mcap"]].concat()).success();
     assert!(fs::read(dir.path().join("b.mcap")).unwrap() == bytes);
 }
 
-/// What is in a folder: the only file may be `a.mcap`, as it was.
+/// Asserts that a folder contains at most the file `a.mcap`, as it was.
 #[track_caller]
 fn assert_as_it_was(folder: &Path) {
     let names: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
@@ -92,7 +92,7 @@ fn assert_as_it_was(folder: &Path) {
     assert_eq!(fs::read_to_string(folder.join("a.mcap")).unwrap(), "earlier");
 }
 
-/// As on a full disk: no file may grow beyond 200 blocks of 512 bytes.
+/// As on a full disk, no file may grow beyond 200 blocks of 512 bytes.
 #[cfg(unix)]
 #[test]
 fn a_disk_that_is_full_in_the_middle_is_an_error_and_leaves_the_file_that_was_there() {
@@ -104,7 +104,7 @@ fn a_disk_that_is_full_in_the_middle_is_an_error_and_leaves_the_file_that_was_th
     assert_as_it_was(dir.path());
 }
 
-/// The controller says when it ticks, and then takes its time.
+/// The controller reports its ticks, and then takes its time.
 #[cfg(unix)]
 #[test]
 fn a_kill_in_the_middle_leaves_the_file_that_was_there() {
@@ -157,7 +157,7 @@ fn a_pipe_in_the_place_of_a_file_is_refused_before_anything_is_simulated() {
     {
         pipe(name);
         refused(name, &format!("{option} {name}"), "--");
-        // A folder is no file, either.
+        // A folder is no file either.
         fs::remove_file(dir.path().join(name)).unwrap();
         fs::create_dir(dir.path().join(name)).unwrap();
         refused(name, &format!("{option} {name}"), "--");
@@ -211,7 +211,7 @@ fn the_report_of_a_result_is_opened_or_named() {
     let dir = folder();
     standfast(dir.path(), &short(&[FEW])).success();
     let report = fs::canonicalize(dir.path().join("out/report.html")).unwrap();
-    // What is started in the place of a browser writes down what it is to show.
+    // The program that is started instead of a browser writes down the page that it is to show.
     let browser = dir.path().join("xdg-open");
     fs::write(&browser, "#!/bin/sh\necho \"$1\" > opened.part\nmv opened.part opened\n").unwrap();
     fs::set_permissions(&browser, fs::Permissions::from_mode(0o755)).unwrap();

@@ -34,8 +34,9 @@ fn an_episode_repeats_to_the_bit_in_every_thread() {
     assert_ne!(fingerprint(&bench, 2), first);
 }
 
-/// Controllers that run together, and trials that go on from a shared beginning, have the records of episodes that run
-/// alone: with noise, on a slope, with pushes that need no footstep, that need some, and that topple the robot.
+/// Controllers that run together, and trials that continue from a shared beginning, have the same records as episodes
+/// that run alone: with noise, on a slope, with pushes that need no footstep, with pushes that need some, and with
+/// pushes that topple the robot.
 #[test]
 fn episodes_that_share_a_robot_are_the_same_bits() {
     use standfast::sim::episode::{self, ClosedLoop, Disturbance};
@@ -87,7 +88,7 @@ fn errors_seen(gains: &str) -> Vec<Vec<f64>> {
     let bench = Bench::new(gains);
     let clock = Clock { engine: engine(), physics_step_s: 0.001, control_period_s: 0.002 };
     let plant = |errors| Plant::new(bench.robot.clone(), clock, errors, bench.robot.home_command());
-    // The twin without errors gets the same commands, and so shows the true values.
+    // The twin without errors gets the same commands, so it shows the true values.
     let (mut noisy, mut ideal) = (plant(Some(sensor_errors(5))), plant(None));
     let mut controller = bench.factory.start(0);
     let mut command = bench.robot.home_command();
@@ -113,7 +114,7 @@ fn errors_seen(gains: &str) -> Vec<Vec<f64>> {
     seen
 }
 
-/// Controllers are compared in pairs, so the error of a sensor at a tick must not depend on the controller.
+/// Controllers are compared on the same trials, so the error of a sensor at a tick must not depend on the controller.
 #[test]
 fn sensor_errors_do_not_depend_on_the_controller() {
     let (switching, hold) = (errors_seen("switching"), errors_seen("hold"));
@@ -123,12 +124,12 @@ fn sensor_errors_do_not_depend_on_the_controller() {
             assert!((a - b).abs() < 1e-9, "tick {tick}, number {sensor}: {a} and {b}");
         }
     }
-    // It is noise: no two ticks have the same errors.
+    // The errors are noise: no two ticks have the same errors.
     assert!((1..switching.len()).all(|k| switching[k] != switching[k - 1]));
 }
 
-/// With everything varied that a campaign can draw, and with several parts, the result is the same for any number of
-/// threads.
+/// If all that a campaign can draw is varied, and the campaign has several parts, the result is the same for any number
+/// of threads.
 #[test]
 fn a_campaign_that_varies_everything_is_the_same_bytes_for_any_number_of_threads() {
     let result = |threads: &str| {

@@ -16,7 +16,7 @@ fn clock(engine: Engine) -> Clock {
     EpisodeConfig { engine, ..config(6.0) }.clock()
 }
 
-/// The robot under the command that holds its home posture, for `duration_s`, as `see` finds it after each tick.
+/// The robot under the command that holds its home posture, for `duration_s`. `see` is called after each tick.
 fn hold(bench: &Bench, robot: &Robot, ground: Ground, clock: Clock, duration_s: f64, mut see: impl FnMut(&mut Plant)) {
     let home = bench.robot.home_command();
     let mut plant = Plant::on(ground, robot.clone(), clock, None, home.clone());
@@ -26,7 +26,7 @@ fn hold(bench: &Bench, robot: &Robot, ground: Ground, clock: Clock, duration_s: 
     }
 }
 
-/// A robot that is thrown up falls with g, and keeps its horizontal and its angular momentum, though its servos work.
+/// A robot that is thrown up falls with g, and keeps its horizontal and its angular momentum, although its servos work.
 #[test]
 fn a_robot_in_flight_falls_freely() {
     let bench = Bench::new("hold");
@@ -76,7 +76,7 @@ fn on_a_slope_a_robot_slides_like_a_block() {
             let mut speeds = Vec::new();
             hold(&bench, &slope.robot(&bench.robot), ground, clock(engine), 2.5, |plant| {
                 let truth = plant.truth();
-                // It has tilted after 0.8 s, and stopped to sway after 2 s.
+                // The ground has tilted after 0.8 s, and the robot has stopped to sway after 2 s.
                 if truth.time_s > 2.0 - 1e-9 {
                     speeds.push(truth.com_vel.dot(&down));
                 }
@@ -170,7 +170,7 @@ fn a_stiff_robot_topples_at_the_same_pushes() {
     });
 }
 
-/// As with Rapier, the result is the same for any number of threads, with everything varied that a campaign can draw.
+/// As in Rapier, the result is the same for any number of threads, even if all that a campaign can draw is varied.
 #[test]
 fn a_campaign_in_mujoco_is_the_same_bytes_for_any_number_of_threads() {
     let result = |threads: &str| {
@@ -186,7 +186,7 @@ fn a_campaign_in_mujoco_is_the_same_bytes_for_any_number_of_threads() {
     assert!(one == result("--threads=2"), "two threads wrote something else");
 }
 
-/// The limits of both engines in one file, which are those that the second engine has alone.
+/// The limits of both engines in one file equal the limits that each engine has alone.
 #[test]
 fn limits_stand_side_by_side() {
     let dir = folder();
@@ -212,13 +212,14 @@ fn limits_stand_side_by_side() {
     assert!(stderr(&limit("--engine=both").code(2)).contains("it holds a result already"));
 }
 
-/// What one engine takes and the other does not is an error that says which.
+/// A robot that only one engine takes is an error of the other engine, which the error names.
 #[test]
 fn a_robot_that_one_engine_refuses_is_an_error_that_names_the_engine() {
     let dir = folder();
     let assets = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/robots");
     let urdf = std::fs::read_to_string(assets.join("ut-mu2.urdf")).unwrap();
-    // Of a link that has all but no inertia MuJoCo wants none; Rapier takes it, since the joint's rotor has an inertia.
+    // MuJoCo refuses a link with hardly any inertia. Rapier takes the link, since the rotor of its joint has an
+    // inertia.
     let of_elbow = urdf.find("<link name=\"left_elbow_rotation\"").unwrap();
     let light =
         ["mass value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz"].into_iter().fold(urdf.clone(), |urdf, name| {

@@ -1,5 +1,5 @@
-//! What goes wrong on one machine, and what becomes of a result: each row of the guide's table of faults is done here.
-//! Whatever happens, the result is in the end, byte for byte, that of a run that nothing disturbed.
+//! Faults on one machine, and their effect on a result: each row of the guide's table of faults is tested here.
+//! Whatever happens, the result is in the end, byte for byte, the result of an undisturbed run.
 //!
 //! `cargo test --release --test faults -- --nocapture` prints the table.
 
@@ -30,7 +30,7 @@ const MINE: &str = "kind = 'posture'\nname = 'mine'\ndescription = 'a'\n";
 
 type Files = BTreeMap<String, Vec<u8>>;
 
-/// A folder in which the campaign can run, and the result of a run that nothing disturbs.
+/// A folder in which the campaign can run, and the result of an undisturbed run.
 fn begin() -> tempfile::TempDir {
     let dir = folder();
     fs::write(dir.path().join("mine.toml"), MINE).unwrap();
@@ -55,8 +55,8 @@ fn started(dir: &Path) -> Child {
     child
 }
 
-/// Runs a command while the campaign is at work. The campaign is stopped meanwhile, so that it cannot end before, and
-/// ends well after that.
+/// Runs a command while the campaign is at work. The campaign is stopped during the command, so that it cannot end
+/// before, and ends well after the command.
 fn beside(dir: &Path, args: &[&str]) -> Run {
     let mut child = started(dir);
     send("STOP", &child);
@@ -66,7 +66,7 @@ fn beside(dir: &Path, args: &[&str]) -> Run {
     second
 }
 
-/// Runs the campaign with at most so many blocks of 1024 bytes in a file, as on a full disk.
+/// Runs the campaign with at most `blocks` blocks of 1024 bytes in a file, as on a full disk.
 fn run_with_files_up_to(dir: &Path, blocks: u32) -> Run {
     let command = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
     Run::of(Command::new("bash").current_dir(dir).args(["-c", &command, PROGRAM]).args(RUN))
@@ -99,8 +99,8 @@ fn change_marker(marker: &Path, sha256: String) {
     change(marker, |value| value["sha256"] = sha256.into());
 }
 
-/// What was done to the campaign in a folder that is new or, after `begin`, begun. Returns what happened. After that the
-/// same command has to end with the whole result.
+/// A fault in the folder of a campaign, which is new or, after `begin`, begun. The function returns what happened.
+/// Afterwards the same command has to end with the whole result.
 type Fault = (&'static str, fn(&Path) -> &'static str);
 
 const FAULTS: [Fault; 14] = [

@@ -1,4 +1,5 @@
-//! What README and guide state more than once is what `.ci/figures` has measured, and the pictures are of the same build.
+//! Figures that README and guide state more than once are those that `.ci/figures` has measured, and the pictures are
+//! of the same build.
 
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -52,7 +53,7 @@ fn the_tables_of_what_holds_now_are_those_that_were_measured() {
     };
     assert_eq!(rows(&text, "## The hardest push"), (0..9).map(row).collect::<Vec<_>>());
 
-    // From the margin `from` on, up to `to`.
+    // The bins are those from the margin `from` on, up to `to`.
     let foretold = |from: f64, to: f64| {
         let bins = standard["foretold"].as_array().unwrap().iter().filter(|bin| {
             bin["from"].as_f64().unwrap_or(f64::NEG_INFINITY) >= from
@@ -96,10 +97,10 @@ fn readme_and_guide_state_the_same_figures() {
         ("src/guide/limits.md", format!("catch       {hardest} (")),
         ("src/guide/limits.md", format!("catch              {hardest} (")),
     ] {
-        // A sentence may go on in the next line.
+        // A sentence may continue in the next line.
         assert!(text(file).replace('\n', " ").contains(&figure), "{file}: {figure}");
     }
-    // No other number of the standard campaign is told as if it held now.
+    // No other number of the standard campaign is stated as if it held now.
     let known: Vec<String> = CONTROLLERS.iter().map(|name| standard["rapier"][name].to_string()).collect();
     for file in ["README.md", "src/guide/campaigns.md", "src/guide/measured.md"] {
         let text = text(file);
@@ -109,7 +110,7 @@ fn readme_and_guide_state_the_same_figures() {
     }
 }
 
-/// A rate is no luck of the choice if nothing was chosen by the pushes from which it comes.
+/// A rate is not lucky by choice if no choice was made by the pushes from which it comes.
 #[test]
 fn the_standard_campaign_has_the_last_seed_of_the_list_and_the_figures_are_of_it() {
     let table = |file: &str| text(file).parse::<toml::Table>().unwrap_or_else(|e| panic!("{file}: {e}"));

@@ -1,7 +1,7 @@
-//! Whatever an input holds, it is read or refused in words, and what is read can be designed for and simulated: mutations
-//! of valid inputs, after those that once failed (`tests/data/fuzz`).
+//! Any input is either read or refused in words, and any input that is read can be designed for and simulated. The
+//! inputs are mutations of valid ones, and inputs that once failed (`tests/data/fuzz`).
 //!
-//! `STANDFAST_FUZZ_CASES=N` runs N cases of each kind. The case that runs, and so the one that crashed or hung, is in
+//! `STANDFAST_FUZZ_CASES=N` runs N cases of each kind. The running case, and so the case that crashed or hung, is in
 //! `target/tmp/fuzz/KIND`; a copy of it in the folder of its kind becomes part of the test.
 
 #[path = "fuzz/mutations.rs"]
@@ -22,7 +22,7 @@ use standfast::{Error, Result};
 use std::fs;
 use std::sync::atomic::AtomicBool;
 
-/// Stands between the files of one case.
+/// Separator between the files of one case.
 const NEXT_FILE: &str = "\n=====\n";
 
 fn builtin(kind: Kind, name: &str) -> Source {
@@ -41,7 +41,7 @@ fn pushed(robot: &Robot) -> Result<()> {
     simulated(robot, &standfast::controllers::gain_set(gains)?, &EpisodeConfig::of(&units), disturbance)
 }
 
-/// A refusal by the design is one in words too.
+/// A refusal by the design is a refusal in words, too.
 fn read_of(robot: Result<Robot>) -> Result<()> {
     robot.and_then(|robot| pushed(&robot))
 }
@@ -73,11 +73,11 @@ const COLLADA: &str = r##"<COLLADA version="1.4.1"><asset><unit meter="0.01"/><u
 <library_visual_scenes><visual_scene id="scene"><node><rotate>0 0 1 90</rotate><scale>1 -1 1</scale>
 <instance_geometry url="#solid"/></node></visual_scene></library_visual_scenes></COLLADA>"##;
 
-/// A tetrahedron of 10 cm, with one of its faces.
+/// A tetrahedron of 10 cm, of which one face is drawn.
 const KEPT: &str = "mesh 1 1 1 any.obj\nhull 0 0 0\nhull 0.1 0 0\nhull 0 0.1 0\nhull 0 0 0.1
 point 0 0 0\npoint 0.1 0 0\npoint 0 0.1 0\ntriangle 0 1 2\n";
 
-/// Meshes that collide on the robot's arm, each after its format; and the same as a result keeps them.
+/// Meshes that collide on the robot's arm, each after its format; and the kept text of the meshes.
 #[test]
 fn meshes() {
     let dir = tempfile::tempdir().unwrap();

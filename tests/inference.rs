@@ -1,4 +1,4 @@
-//! What is inferred of a robot from its URDF alone.
+//! The settings of a robot that are inferred from its URDF alone.
 
 use crate::common::program::{PROGRAM, Run, files, folder, short, standfast, stderr, stdout};
 use serde_json::Value;
@@ -24,7 +24,7 @@ fn near(what: &str, value: f64, expected: f64, share: f64) {
     assert!((value - expected).abs() <= share * expected.abs() + 1e-12, "{what}: {value}, not about {expected}");
 }
 
-/// The rules are those by which the settings of UT-mu2 were chosen.
+/// The rules of the inference are the rules by which the settings of UT-mu2 were chosen.
 #[test]
 fn the_settings_of_ut_mu2_are_inferred() {
     let stated = standfast::robots::load("ut-mu2").unwrap();
@@ -59,8 +59,8 @@ fn the_settings_of_ut_mu2_are_inferred() {
     }
 }
 
-/// What UT-mu2's URDF states of the motors is what is assumed of a robot of this size; so it makes no difference if the
-/// URDF has placeholders.
+/// The motors in UT-mu2's URDF equal the motors that are assumed for a robot of this size. So placeholders in the URDF
+/// make no difference.
 #[test]
 fn placeholders_in_the_place_of_torques_and_speeds_are_not_believed() {
     let urdf = assets::open(Kind::Robot, "ut-mu2").unwrap();
@@ -91,7 +91,7 @@ fn a_child_stands_on_its_soles_with_its_com_above_their_middle() {
     assert_eq!(robot.reach[0].name, "beside");
 }
 
-/// A robot without settings runs with those that `init` writes.
+/// A robot without settings runs with the settings that `init` writes.
 #[test]
 fn what_init_writes_is_what_a_robot_without_settings_has() {
     let folder = folder();
@@ -137,7 +137,7 @@ fn a_knee_that_hardly_carries_the_robot_on_one_leg_is_told() {
     }
 }
 
-/// A robot that cannot stand on what was found is told so, with what touches the ground.
+/// If a robot cannot stand on the soles that were found, the message says so, and what touches the ground.
 #[test]
 fn what_init_writes_is_tried() {
     let folder = folder();
@@ -152,7 +152,7 @@ fn what_init_writes_is_tried() {
     assert!(told.contains("Written: rod.toml") && !told.contains("It stands"), "{told}");
 }
 
-/// A collision of a foot.
+/// The collision of a foot.
 fn solid(at: [f64; 3], rpy: &str, geometry: &str) -> String {
     let [x, y, z] = at;
     format!("<collision><origin xyz=\"{x} {y} {z}\" rpy=\"{rpy}\"/><geometry>{geometry}</geometry></collision>")
@@ -220,7 +220,7 @@ fn soles_are_found_on_feet_of_any_kind() {
     }
 }
 
-/// Legs that differ a little are taken to be alike, and it is said. Here the knees have no play to make up for it.
+/// Legs that differ a little are taken to be alike, and a warning says so. Here the knees have no room to compensate.
 #[test]
 fn legs_that_differ_a_little_are_levelled() {
     let lower = |urdf: &str, by_m: f64| {
@@ -280,8 +280,8 @@ fn the_trunk_is_not_the_heaviest_link_alone() {
     assert_ne!(trunk(&[("<mass value=\"9\"/>", "<mass value=\"60\"/>")]), "torso");
 }
 
-/// The smoke campaign with robots of our own, from their URDF alone: one with weak ankles, and one of adult size with
-/// arms, a waist and meshes. A footstep saves what stiff joints lose.
+/// The smoke campaign with our own robots, from their URDF alone: one with weak ankles, and one of adult size with
+/// arms, a waist and meshes. A footstep recovers from a push that stiff joints lose.
 #[test]
 fn a_robot_without_settings_catches_itself() {
     for (robot, least) in [("child", 3), ("adult", 14)] {
@@ -298,7 +298,7 @@ fn a_robot_without_settings_catches_itself() {
     }
 }
 
-/// A result has all that is needed to run it again, also if a later version infers something else.
+/// A result has all files that are needed to run it again, even if a later version infers other settings.
 #[test]
 fn inferred_settings_are_kept_with_a_result() {
     let folder = folder();
@@ -378,7 +378,7 @@ fn macros_need_the_program_that_expands_them() {
     }
 }
 
-/// What a comment holds is not expanded, and what is told to do spares the file.
+/// Macros in a comment are not expanded, and the advice in a message does not overwrite the file.
 #[test]
 fn macros_in_comments_are_none_and_no_advice_overwrites_the_robot() {
     let folder = folder();
@@ -403,7 +403,7 @@ fn macros_in_comments_are_none_and_no_advice_overwrites_the_robot() {
     }
 }
 
-/// Settings are found by their name, so nothing is written that no command would read.
+/// Settings are found by their name, so no file is written that no command would read.
 #[test]
 fn settings_are_written_where_they_are_read() {
     let folder = folder();
@@ -416,7 +416,7 @@ fn settings_are_written_where_they_are_read() {
     assert!(there.contains("Written: there/mine.toml.") && there.contains("It is read once it lies beside"), "{there}");
 }
 
-/// Feet without a shape have no sole that could be found. The soles alone are stated, and `init` adds the rest.
+/// Feet without a shape have no sole to be found. The user states the soles alone, and `init` adds the rest.
 #[test]
 fn stated_soles_are_completed() {
     let folder = folder();
@@ -427,7 +427,7 @@ fn stated_soles_are_completed() {
         (gone, "the mesh of the foot left_foot is left out: gone.stl (no such file)"),
         ("", "the foot left_foot has no collision geometry"),
     ] {
-        // With a byte order mark, as some editors begin a file.
+        // The file has a byte order mark, with which some editors begin a file.
         fs::write(path("mine.urdf"), format!("\u{feff}{}", with_feet(|_| foot.into()))).unwrap();
         let told = stderr(&init().code(2));
         assert!(told.contains(words), "{told}");
@@ -469,11 +469,11 @@ fn stated_soles_are_completed() {
     assert!((robot.home_com_height() - found.home_com_height()).abs() < 1e-3);
     fs::write(path("mine.urdf"), with_feet(|_| gone.into())).unwrap();
     assert!(stderr(&standfast(folder.path(), &["model", "mine.urdf"]).success()).contains("it stands on a plate"));
-    // What is whole is not replaced.
+    // A whole file is not replaced.
     assert!(stderr(&init().code(2)).contains("this file is there already"));
 }
 
-/// All warnings have one form, wherever they come from.
+/// All warnings have one form, independent of their origin.
 #[test]
 fn warnings_begin_alike() {
     let folder = folder();
@@ -491,7 +491,8 @@ fn make_executable(path: &Path) {
 #[cfg(not(unix))]
 fn make_executable(_: &Path) {}
 
-/// A result of a robot with meshes, moved to where there are none, goes on and is replayed to the same bytes.
+/// A result of a robot with meshes is moved to a place without the meshes. It continues and is replayed to the same
+/// bytes.
 #[test]
 fn a_result_keeps_the_meshes_of_its_robot() {
     let (home, away) = (folder(), folder());
@@ -537,7 +538,7 @@ fn a_result_keeps_the_meshes_of_its_robot() {
 #[test]
 fn only_arms_hang_and_both_alike() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/robots/adult.urdf");
-    // Its arms point aside at zero.
+    // The arms point aside at zero.
     let adult = fs::read_to_string(file).unwrap();
     let adult = adult
         .replace("<origin xyz=\"0 0.05 0\"/><axis", "<origin xyz=\"0 0.05 0\" rpy=\"1 0 0\"/><axis")

@@ -1,10 +1,10 @@
-//! `standfast limit` from outside: what it writes, that it does not depend on threads, and what it refuses.
+//! `standfast limit` from outside: its output, its independence of threads, and its refusals.
 
 use crate::common::program::standfast;
 use serde_json::Value;
 use std::{fs, path::Path};
 
-/// Two headings, forward and backward, for the set without gains.
+/// Two headings, forward and backward, for the controller without gains.
 const SMALL: [&str; 5] = ["limit", "--gains=hold", "--headings=2", "--set=push.height_m=0.02", "--json"];
 const NOMINAL: &str = "--campaign=nominal";
 
@@ -22,7 +22,7 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
     assert_eq!(printed, fs::read_to_string(dir.path().join("out/limit.json")).unwrap());
     let svg = fs::read_to_string(dir.path().join("out/limit.svg")).unwrap();
     assert!(svg.contains("<polygon class=\"bound one\"") && svg.contains("hold") && svg.contains("forward, 0"));
-    // Two headings say nothing of those between.
+    // Two headings say nothing about the headings between them.
     assert!(svg.contains("hold, 180\u{b0}: ") && !svg.contains("class=\"outline\""));
     assert_eq!(svg, fs::read_to_string(dir.path().join("polar.svg")).unwrap());
 
@@ -61,18 +61,19 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         assert!(low < of("impulse50_n_s") && of("impulse50_n_s") < high && high - low <= 0.8);
         let ninety = json.pointer(&format!("/headings/{heading}/sets/0/impulse90_n_s"));
         assert_eq!(ninety, Some(&Value::Null), "nothing is left to chance");
-        // Upward on a grid of the precision, and once more exactly as told.
+        // The impulses go up on a grid of the precision.
         let (safe, lost) = (of("safe_n_s"), of("first_loss/impulse_n_s"));
         assert!((safe / 0.4).fract() < 1e-9 || (safe / 0.4).fract() > 1.0 - 1e-9, "{safe}");
         assert!((lost / (safe + 0.4) - 1.0).abs() <= 0.01 && (2.0..2.9).contains(&lost), "{safe} {lost}");
-        // It looks between the headings, and compares the loss with the limit where it was lost.
+        // The search for the first loss looks between the headings, and compares the loss with the limit at the heading
+        // of the loss.
         let turned = (of("first_loss/heading_deg") - 180.0 * f64::from(heading) + 180.0).rem_euclid(360.0) - 180.0;
         assert!(turned.abs() > 1.0 && turned.abs() <= 11.25, "{turned}");
         assert_eq!(of("first_loss/of_limit"), lost / of("first_loss/limit_n_s"));
         assert!((0.0..0.002).contains(&(of("first_loss/start_s") - 0.5)));
         assert_eq!(of("safe_trials"), (safe / 0.4).round() + 1.0);
         assert_eq!(of("trials"), ["recovered", "fell", "timed_out", "diverged", "failed"].map(of).iter().sum::<f64>());
-        // The map has every impulse, up to some beyond the limit.
+        // The map has every impulse of the grid, up to a few beyond the limit.
         let map = json.pointer(&format!("/headings/{heading}/sets/0/map")).and_then(Value::as_array).unwrap();
         for (point, tried) in (1..).zip(map) {
             let impulse = tried["impulse_n_s"].as_f64().unwrap();
@@ -98,8 +99,8 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
     assert_eq!(episodes, number("/episodes"));
     let at_losses: f64 = (0..2).map(|i| number(&format!("/headings/{i}/sets/0/first_loss/limit_trials"))).sum();
     assert!(episodes - at_losses < 70.0 && at_losses < 20.0, "{episodes} {at_losses}");
-    // The limit at the heading of the loss is the one that a search at that heading finds: the robot falls beyond it and
-    // recovers short of it.
+    // The limit at the heading of the loss is the limit that a search at this heading finds: the robot falls beyond it
+    // and recovers below it.
     for (share, outcome) in [(0.8, "Recovered"), (1.2, "Fell")] {
         let impulse = format!("--impulse={}", share * loss["limit_n_s"].as_f64().unwrap());
         let push = ["push", NOMINAL, "--gains=hold", "--height=0.02", "--json", &impulse, &heading];
@@ -112,8 +113,8 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
     assert!(message.contains("--out = out: it holds a result"), "{message}");
 }
 
-/// The push of the limit of a robot of another size, with a campaign that is changed: the printed command recovers, and is
-/// lost with the impulse that is named with it.
+/// The push at the limit of a robot of another size, with a campaign that is changed: with the printed command the
+/// robot recovers, and with the other impulse that is named beside it the robot falls.
 #[test]
 fn a_limit_is_checked_by_the_command_that_is_printed() {
     let dir = tempfile::tempdir().unwrap();
@@ -154,7 +155,7 @@ fn threads_change_nothing_the_seed_does_and_too_few_trials_are_marked() {
     assert!(one.contains("\"resolved\": false") && one.contains("\"random\": true"));
     assert_eq!(one, of(&["--headings=2", "--threads=2"]));
     let found = |json: &str| serde_json::from_str::<Value>(json).unwrap()["headings"].take();
-    // What is found at a heading depends on no other heading.
+    // The result at a heading depends on no other heading.
     assert_ne!(found(&one), found(&of(&["--headings=2", "--seed=9"])));
     assert_eq!(found(&one)[1], found(&of(&["--headings=4"]))[2]);
 }

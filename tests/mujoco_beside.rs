@@ -1,4 +1,4 @@
-//! A program without MuJoCo goes on in the one beside it that has it, or says what is missing.
+//! A program without MuJoCo continues in the program beside it that has MuJoCo, or says what is missing.
 #![cfg(all(unix, not(feature = "mujoco")))]
 
 use crate::common::program::{FEW, PROGRAM, Run, SHORT, files, folder, short, standfast, stderr, stdout};
@@ -7,7 +7,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The program where no other lies beside it.
+/// The program in a folder without any other program.
 fn installed(folder: &Path) -> PathBuf {
     let program = folder.join("bin/standfast");
     fs::create_dir_all(folder.join("bin")).unwrap();
@@ -80,6 +80,6 @@ fn a_command_goes_on_in_the_program_beside_which_finds_its_library() {
     let expected: String = args.iter().map(|arg| format!("<{arg}>")).collect();
     let package = fs::canonicalize(&package).unwrap();
     assert_eq!(went_on, format!("{}:/none\n{expected}", package.display()));
-    // Another engine asks for none of it.
+    // Another engine needs no program with MuJoCo.
     run(&program, dir.path(), &["push", "--gains=hold", "--horizon=1"]).success();
 }

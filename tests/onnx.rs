@@ -1,5 +1,5 @@
-//! Learned policies: a network does what the same law does in Python, mistakes are told in a sentence, and real policies
-//! stand and are pushed where they are at hand.
+//! Learned policies: a network gives the same actions as its law in Python, mistakes are reported in a sentence, and
+//! real policies stand and are pushed if they are available.
 
 use crate::common::program::{folder, standfast, stderr, stdout};
 use ndarray::array;
@@ -45,14 +45,14 @@ fn tensor(name: &str, dims: &[usize], values: &[f32]) -> Vec<u8> {
     dims.chain(rest).collect()
 }
 
-/// A tensor of int64, as sizes are.
+/// A tensor of int64, the type of sizes.
 fn sizes(name: &str, values: &[i64]) -> Vec<u8> {
     use protobuf::{bytes, number};
     let raw: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
     [number(1, values.len() as u64), number(2, 7), bytes(8, name.as_bytes()), bytes(9, &raw)].concat()
 }
 
-/// An operation with the names of what it reads and makes.
+/// An operation with the names of its inputs and outputs.
 fn operation(kind: &str, reads: &[&str], makes: &[&str]) -> Vec<u8> {
     use protobuf::bytes;
     let names =
@@ -60,7 +60,7 @@ fn operation(kind: &str, reads: &[&str], makes: &[&str]) -> Vec<u8> {
     [names(1, reads), names(2, makes), bytes(4, kind.as_bytes())].concat()
 }
 
-/// A network of operations and tensors, whose inputs and outputs are rows of so many numbers.
+/// A network of operations and tensors, with the sizes of the rows that are its inputs and outputs.
 fn network(
     operations: &[Vec<u8>],
     tensors: &[Vec<u8>],
@@ -93,7 +93,7 @@ fn linear(weights: &[Vec<f32>], bias: &[f32]) -> Vec<u8> {
     network(&[gemm], &tensors, &[("obs", weights.len())], &[("action", bias.len())])
 }
 
-/// The same file with metadata.
+/// The network with metadata.
 fn with_metadata(network: Vec<u8>, metadata: &[(&str, &str)]) -> Vec<u8> {
     use protobuf::bytes;
     let prop =
@@ -105,7 +105,7 @@ fn with_metadata(network: Vec<u8>, metadata: &[(&str, &str)]) -> Vec<u8> {
 const ANKLES: [&str; 2] = ["left_ankle_flexion", "right_ankle_flexion"];
 const HOME_RAD: f64 = 0.442;
 
-/// A policy of the two ankles in a folder: its network, and the terms that it sees, with what else its file states.
+/// A policy of the two ankles in a folder: its network, its terms, and further lines of its file.
 fn policy(folder: &Path, name: &str, network: &[u8], terms: &str, more: &str) -> String {
     fs::write(folder.join("policy.onnx"), network).unwrap();
     let text = format!(
@@ -128,7 +128,7 @@ fn terms(names: &[&str]) -> String {
 #[test]
 fn a_network_does_what_the_same_law_does_in_python() {
     let dir = folder();
-    // The ankles follow the angular velocity of the trunk, seen now and one action ago, and lean by 0.01 rad.
+    // The ankles follow the angular velocity of the trunk, as observed now and one action ago, and lean by 0.01 rad.
     let gains = [0.0, 0.02, 0.0, 0.0, 0.05, 0.0].map(|gain: f32| vec![gain, gain]);
     let seen = "[[observation]]\nterm = 'base_angular_velocity'\nhistory = 2\nscale = 2.0\n";
     let ours = policy(dir.path(), "ours", &linear(&gains, &[0.01, 0.01]), seen, "");
@@ -154,7 +154,7 @@ fn a_network_does_what_the_same_law_does_in_python() {
     let (network, law, stiff) = (told(&ours), told("same.toml"), told("hold"));
     assert_eq!(network["outcome"], law["outcome"]);
     let peak = |told: &Value| told["peak_tilt_deg"].as_f64().unwrap();
-    // The network has 24 bits.
+    // The numbers of the network have 24 bits.
     assert!((peak(&network) - peak(&law)).abs() < 1e-3 * peak(&law), "{network}\n{law}");
     assert!(
         (peak(&network) - peak(&stiff)).abs() > 0.01 * peak(&stiff),
@@ -234,7 +234,7 @@ fn what_does_not_fit_is_told_in_a_sentence() {
         assert!(told.contains(words), "wanted: {words}\n{told}");
         assert!(told.contains("ours.toml") || told.contains("other.onnx"), "{told}");
     }
-    // A network that gives nonsense ends the episode, and no more.
+    // A network that gives invalid numbers ends the episode, and nothing else.
     let dir = folder();
     let file =
         policy(dir.path(), "ours", &linear(&[vec![f32::NAN; 2], vec![0.0; 2], vec![0.0; 2]], &[0.0; 2]), &gyro, "");
@@ -244,7 +244,7 @@ fn what_does_not_fit_is_told_in_a_sentence() {
     assert!(told["fall_cause"].as_str().unwrap().contains("ours: action 0 of policy.onnx is not finite"), "{told}");
 }
 
-/// A network of which a stranger says what cannot be, or what fills the memory, is refused for that.
+/// A network that states impossible sizes, or fills the memory, is refused with the cause.
 #[test]
 fn a_network_that_cannot_be_is_refused_for_its_cause() {
     use protobuf::{bytes, number};
@@ -297,7 +297,7 @@ fn a_network_that_cannot_be_is_refused_for_its_cause() {
             "has the sizes [1099511627776, 1073741824]; up to 16777216 numbers are taken",
         ),
         (plain(&[gemm()], &[weights(), tensor("bias", &[usize::MAX], &[])]), "has the sizes [-1]; up to"),
-        // What is made for nothing, too, and what is there by itself.
+        // Tensors that ConstantOfShape and Expand make count, too.
         (
             with(&[operation("ConstantOfShape", &["huge"], &["a"])], &[huge]),
             "its \"huge\" has the number 1099511627776; up to 2147483647",
@@ -349,7 +349,7 @@ fn a_network_that_cannot_be_is_refused_for_its_cause() {
         assert!(told.contains(words), "wanted: {words}\n{told}");
         assert!(told.contains("ours.toml: model = policy.onnx: ") && !told.contains("panic"), "{told}");
     }
-    // A slice may go to the end, and inputs that are tensors of the file are no inputs, as old exporters have it.
+    // A slice may go to the end. Old exporters list stored tensors as inputs, and these do not count as inputs.
     let ends = [sizes("from", &[0]), sizes("to", &[i64::MAX])];
     let sliced = with(&[operation("Slice", &["obs", "from", "to"], &["a"])], &ends);
     let file = policy(dir.path(), "ours", &sliced, &terms(&["base_angular_velocity"]), "");
@@ -359,7 +359,7 @@ fn a_network_that_cannot_be_is_refused_for_its_cause() {
     standfast(dir.path(), &["push", "--controller", &file]).success();
 }
 
-/// Whatever a byte of a network is, the network is taken or refused.
+/// With any change of a byte, a network is taken or refused.
 #[test]
 fn any_byte_of_a_network_may_be_wrong() {
     let dir = folder();
@@ -385,7 +385,7 @@ fn any_byte_of_a_network_may_be_wrong() {
     assert!(taken > 50 && refused > 50, "{taken} {refused}");
 }
 
-/// The motors of a policy are simulated with it, and with nobody else.
+/// The motors of a policy are simulated with this policy, and with no other controller.
 #[test]
 fn a_policy_brings_its_own_motors() {
     let servos = standfast::robots::load("ut-mu2").unwrap().servos;
@@ -429,7 +429,8 @@ fn a_policy_brings_its_own_motors() {
     assert!(told.contains("with stiffness, damping, torque limits, rotor"), "{told}");
 }
 
-/// What the training recorded has to come out again: the network, the order of its terms and of its joints.
+/// The recorded actions of the training have to come out again: this tests the network, and the order of its terms and
+/// joints.
 #[test]
 fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
     let dir = folder();
@@ -459,7 +460,7 @@ fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
         let told = stderr(&check(pairs, &[]).code(2));
         assert!(told.contains(words), "wanted: {words}\n{told}");
     }
-    // The same two pairs in arrays of NumPy, of both widths, in any order.
+    // The same two pairs are given as arrays of NumPy, of both widths, in any order.
     let observed = array![[1.0, 0.0, 0.0], [0.5, 1.0, -1.0]];
     let npz = |write: &dyn Fn(&mut NpzWriter<fs::File>)| {
         let mut npz = NpzWriter::new_compressed(fs::File::create(dir.path().join("pairs.npz")).unwrap());
@@ -480,12 +481,12 @@ fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
     assert!(in_a_line(&told).contains("in line 2, action 1 is -2.3000, and -2.2000 was recorded"), "{told}");
     let told = stderr(&npz(&|npz| npz.add_array("seen", &array![[1.0, 2.0]]).unwrap()).code(2));
     assert!(told.contains("pairs.npz: arrays = seen (1 x 2): are no observations and actions"), "{told}");
-    // A head that states 208 GB, and one that is itself too long.
+    // One head states 208 GB, and another one is itself too long.
     let mut array = Vec::new();
     observed.write_npy(&mut array).unwrap();
     let at = array.windows(6).position(|part| part == b"(2, 3)").unwrap();
     array.splice(at..at + 6, *b"(26000000000, 1)");
-    // As many spaces less stand before the end of the head.
+    // Ten fewer spaces stand before the end of the head.
     let end = array.iter().position(|byte| *byte == b'\n').unwrap();
     assert!(array.drain(end - 10..end).all(|byte| byte == b' '));
     let mut long = array.clone();
@@ -511,7 +512,7 @@ fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
     assert!(told.contains("this controller takes no observations"), "{told}");
 }
 
-/// The folder with the public policies and robots; None where it is not.
+/// The folder with the public policies and robots. It is None if the folder does not exist.
 fn public() -> Option<PathBuf> {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
     let is_there = data.join("policies/holosoma-g1-ppo.onnx").is_file();
@@ -521,7 +522,7 @@ fn public() -> Option<PathBuf> {
     is_there.then_some(data)
 }
 
-/// The same policy in the words of three trainers, each with the network that it needs.
+/// The same policy as described by three trainers, each with the network that it needs.
 #[test]
 fn a_policy_is_written_from_what_its_training_left() {
     let dir = folder();
@@ -554,11 +555,11 @@ fn a_policy_is_written_from_what_its_training_left() {
     assert_eq!(terms(&lab), seen);
     let check = stdout(&standfast(dir.path(), &["check", "lab.toml", "--horizon=1"]).success());
     assert!(check.contains("projected_gravity") && check.contains("The first observation"), "{check}");
-    // What is there is kept.
+    // An existing file is kept.
     assert!(stderr(&init(&["lab.onnx"]).code(2)).contains("this file is there already"));
     init(&["lab.onnx", "--force"]).success();
 
-    // In the order of the motors are stiffness and damping alone.
+    // Only stiffness and damping are in the order of the motors.
     let robot = standfast::robots::load("ut-mu2").unwrap();
     let motor = |name: &str| robot.joints.iter().position(|joint| joint.name == name).unwrap();
     let [left, right] = ANKLES.map(motor);
@@ -590,7 +591,7 @@ fn a_policy_is_written_from_what_its_training_left() {
     let gym = "simulation_dt: 0.002\ncontrol_decimation: 10\nkps: [100, 90]\nkds: [2, 1]\ndefault_angles: [0.0, 0.1]\n\
         ang_vel_scale: 0.25\ndof_pos_scale: 1.0\ndof_vel_scale: 0.05\naction_scale: 0.25\ncmd_scale: [2.0, 2.0, 0.25]\n\
         num_actions: 2\nnum_obs: 17\ncmd_init: [0.5, 0, 0]\n";
-    // As some editors begin a file.
+    // The file has a byte order mark, with which some editors begin a file.
     fs::write(dir.path().join("g.yaml"), format!("\u{feff}{gym}")).unwrap();
     let gym_text = gym;
     write("gym.onnx", zero(17, 2));
@@ -628,7 +629,7 @@ fn a_policy_is_written_from_what_its_training_left() {
         ),
     ] {
         write("bad.onnx", network);
-        // What lies where a trainer puts it would be read.
+        // A description where a trainer puts it would be read.
         let _ = fs::remove_file(dir.path().join("deploy.yaml"));
         if more.iter().any(|option| option.contains("deploy")) {
             fs::write(dir.path().join("deploy.yaml"), &deploy).unwrap();
@@ -656,8 +657,8 @@ fn a_policy_is_written_from_what_its_training_left() {
     assert!(told.contains("is for the robot of a policy"), "{told}");
 }
 
-/// The locomotion policies of holosoma and unitree_rl_lab (Apache-2.0) stand on the G1 of Unitree as `init` writes them, and
-/// recover from pushes that stiff joints lose.
+/// The locomotion policies of holosoma and unitree_rl_lab (Apache-2.0) stand on the G1 of Unitree with the files that
+/// `init` writes, and recover from pushes that stiff joints lose.
 #[test]
 fn real_policies_stand_and_recover() {
     let Some(data) = public() else { return };

@@ -1,5 +1,5 @@
-//! Controllers that run in processes of their own, in Python: they do what the same controller does inside, failures are
-//! outcomes with a cause, and no child is left behind.
+//! Controllers that run in processes of their own, in Python: they do the same as the same controller within the
+//! program, failures are outcomes with a cause, and no child is left behind.
 
 use crate::common::program::{PROGRAM, Run, folder, send, standfast, stderr, stdout};
 use serde_json::Value;
@@ -9,11 +9,11 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Where the controllers in C++ are.
+/// Folders of the controllers in C++ and in Python.
 const CPP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/controllers/cpp");
 const PYTHON: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/controllers/python");
 
-/// Whether there is Python, without which these tests have nothing to run.
+/// Whether there is Python, without which these tests cannot run.
 fn has_python() -> bool {
     let found = Command::new("python3").arg("--version").output().is_ok_and(|run| run.status.success());
     if !found {
@@ -22,7 +22,7 @@ fn has_python() -> bool {
     found
 }
 
-/// A controller in a folder: what its file states beside `kind`, and the Python that answers after the greeting.
+/// A controller in a folder: further lines of its file, and the Python code that answers after the greeting.
 fn controller(folder: &Path, name: &str, more: &str, script: &str) -> String {
     let text = format!(
         "kind = 'process'\nname = '{name}'\ncommand = ['python3', '{name}.py']\nfiles = ['standfast.py']\n{more}"
@@ -33,7 +33,7 @@ fn controller(folder: &Path, name: &str, more: &str, script: &str) -> String {
     format!("{name}.toml")
 }
 
-/// The rows of a controller in a part, without its name, and without whether they were tried twice.
+/// The rows of a controller in a part, without its name, and without the column on second runs.
 fn rows_of(part: &Path, set: &str) -> Vec<Vec<String>> {
     let mut reader = csv::Reader::from_path(part).unwrap();
     let headers = reader.headers().unwrap().clone();
@@ -69,13 +69,13 @@ fn hold_in_python_is_hold_to_the_bit_and_is_replayed_from_its_result() {
     let args = ["replay", "a", "--trial=0", "--gains=hold-python", "--output=page.html"];
     let replayed = standfast(dir.path(), &args).success();
     assert!(!stderr(&replayed).contains("is not as it was"), "{}", stderr(&replayed));
-    // Another script is another campaign.
+    // With another script it is another campaign.
     fs::write(dir.path().join("a/inputs/gains/hold.py"), "pass").unwrap();
     let changed = stderr(&standfast(dir.path(), &args).code(3));
     assert!(changed.contains("inputs/gains/hold.py") && changed.contains("restore it"), "{changed}");
 }
 
-/// Both languages have the same two controllers, and what they do is the same to the bit.
+/// Both languages have the same two controllers, whose commands are the same to the bit.
 #[test]
 fn controllers_in_cpp_do_what_those_in_python_do_to_the_bit() {
     if !has_python() || Command::new("g++").arg("--version").output().is_err() {
@@ -102,7 +102,7 @@ fn controllers_in_cpp_do_what_those_in_python_do_to_the_bit() {
     let replay = ["replay", "a", "--trial=0", "--gains=ankles-cpp", "--output=page.html"];
     let replayed = standfast(dir.path(), &replay).success();
     assert!(!stderr(&replayed).contains("is not as it was"), "{}", stderr(&replayed));
-    // What a controller throws is told.
+    // The message of an exception in a controller is shown.
     let source = fs::read_to_string(format!("{CPP}/hold.cpp")).unwrap();
     let throws = source.replace("return command;", "throw std::runtime_error(\"no \\\"gain\\\" é\");");
     fs::write(dir.path().join("cpp/hold.cpp"), throws).unwrap();
@@ -142,7 +142,7 @@ fn ticks(tick: &str) -> String {
     )
 }
 
-/// What it says of a controller whose `tick` is given, and its exit code.
+/// The output of `standfast check` for a controller whose `tick` is given, and its exit code.
 fn checked(tick: &str) -> (String, Option<i32>) {
     let dir = folder();
     let file = controller(dir.path(), "mine", "", &ticks(tick));
@@ -162,7 +162,7 @@ fn a_controller_is_tried_before_it_is_pushed() {
     for (tick, words, code) in [
         ("return home", [stands, same], 0),
         (
-            // The count of ticks goes on through a reset.
+            // The count of ticks continues through a reset.
             "home['q_ref'] = [q + 1e-9 * (self.count > 1500) for q in home['q_ref']]\n        return home",
             [stands, "again WARNING: in a second episode, its command differs from 0."],
             100,
@@ -187,7 +187,7 @@ fn a_controller_is_tried_before_it_is_pushed() {
     }
 }
 
-/// What a program says before it fails keeps its lines, and the story has no sentence about a joint that is none.
+/// The error message of a program keeps its lines, and the story has no sentence about a joint if there is none.
 #[test]
 fn the_traceback_of_a_controller_keeps_its_lines() {
     if !has_python() {
@@ -229,7 +229,7 @@ fn a_failure_is_an_outcome_with_its_cause_and_leaves_no_child() {
         ("flood", flood, "answered with a line of more than 1000000 bytes"),
     ] {
         let dir = folder();
-        // Whoever fails before the push is refused, and nothing is run.
+        // A controller that fails before the push is refused, and nothing is run.
         let file = controller(dir.path(), name, "timeout_s = 2\n", &ticks(tick));
         let run = ["run", "smoke", "--trials=2", "--replays=0", "--set=push.impulse_n_s=4", "--gains=hold", "--gains"];
         let args = [&run[..], &[&file, "--out=a"]].concat();
@@ -263,7 +263,8 @@ fn a_failure_is_an_outcome_with_its_cause_and_leaves_no_child() {
     }
 }
 
-/// Whoever falls alone is refused by what was seen; what is not the same a second time is told.
+/// A controller with which the robot falls without a push is refused with the reason. A second run that differs is
+/// reported.
 #[test]
 fn a_campaign_tries_its_controllers_before_it_pushes_and_some_trials_twice() {
     if !has_python() {
@@ -283,7 +284,7 @@ fn a_campaign_tries_its_controllers_before_it_pushes_and_some_trials_twice() {
     let summary: Value = serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
     let set = &summary["sets"][0];
     assert_eq!((&set["fell"], &set["run_twice"], &set["not_repeated"]), (&2.into(), &1.into(), &0.into()), "{summary}");
-    // A child that remembers how many ticks it has had.
+    // The child remembers how many ticks it has had.
     let counts = "home['q_ref'] = [q + 1e-6 * (self.count % 7) for q in home['q_ref']]; return home";
     let counts = controller(dir.path(), "counts", "", &ticks(counts));
     let args = ["run", "smoke", "--trials=2", "--json", "--replays=1", "--gains", &counts, "--out=b"];
@@ -328,7 +329,7 @@ fn what_cannot_be_a_controller_is_refused_before_any_episode() {
     assert!(message.contains("files = ../secret: is not in the folder of this file"), "{message}");
 }
 
-/// A controller that is started by a shell, which leaves another child of its own that would go on for long.
+/// A controller that is started by a shell, which leaves another child of its own that would run for a long time.
 fn with_grandchild(folder: &Path, name: &str, tick: &str) -> String {
     let file = controller(folder, name, "timeout_s = 1000\n", &ticks(tick));
     let text = fs::read_to_string(folder.join(&file)).unwrap();
@@ -339,7 +340,7 @@ fn with_grandchild(folder: &Path, name: &str, tick: &str) -> String {
     file
 }
 
-/// Processes of the file `pids` in a folder that still run. Those that nobody has waited for have ended.
+/// Running processes of the file `pids` in a folder. Processes that are only waited for have ended.
 fn alive(folder: &Path) -> Vec<String> {
     let pids = fs::read_to_string(folder.join("pids")).unwrap_or_default();
     let runs = |pid: &&str| {
@@ -349,7 +350,7 @@ fn alive(folder: &Path) -> Vec<String> {
     pids.lines().filter(runs).map(String::from).collect()
 }
 
-/// Waits until something is so, and fails if it never is.
+/// Waits until `is_so` is true, and fails if it never is.
 #[track_caller]
 fn wait_until(what: &str, is_so: impl Fn() -> bool) {
     let began = Instant::now();
@@ -359,7 +360,7 @@ fn wait_until(what: &str, is_so: impl Fn() -> bool) {
     }
 }
 
-/// Runs the program where only so many files may be open.
+/// Runs the program with at most `most` open files.
 fn with_open_files(dir: &Path, most: u32, args: &[&str]) -> Run {
     let command = format!("ulimit -n {most}; exec \"$0\" \"$@\"");
     Run::of(Command::new("sh").current_dir(dir).args(["-c", &command, PROGRAM]).args(args))
@@ -399,7 +400,7 @@ fn what_the_machine_lacks_is_no_outcome() {
         assert!(told.contains("Too many open files") && told.contains("`ulimit -n`"), "{told}");
         told
     };
-    // Not even one child.
+    // The limit does not allow even one child.
     let ankles = format!("{PYTHON}/ankles.toml");
     for args in [
         &["push", &python][..],
@@ -411,7 +412,7 @@ fn what_the_machine_lacks_is_no_outcome() {
         let run = with_open_files(dir.path(), 9, args).code(75);
         assert!(stdout(&run).is_empty() && !told(&run).contains("command ="), "{args:?}: {}", stdout(&run));
     }
-    // Fewer children than threads.
+    // The limit allows fewer children than threads.
     let args = ["run", "smoke", "--trials=12", "--replays=0", &python, "--json"];
     let all = |out: &str| standfast(dir.path(), &[&args[..], &[out]].concat()).success();
     let short_of_files = with_open_files(dir.path(), 40, &[&args[..], &["--out=a", "--threads=24"]].concat()).code(75);
@@ -472,7 +473,7 @@ fn what_a_controller_tells_is_bounded() {
     }
 }
 
-/// Neither names nor answers nor last words of a program command the terminal, or break a picture.
+/// Names, answers and error messages of a program neither command the terminal nor break a picture.
 #[test]
 fn foreign_text_is_a_picture() {
     if !has_python() {
@@ -497,7 +498,7 @@ fn foreign_text_is_a_picture() {
     }
     let read = |name: &str| fs::read_to_string(dir.path().join(name)).unwrap();
     assert!(roxmltree::Document::parse(&read("p.svg")).is_ok() && is_plain(&read("p.html")));
-    // A number that a person writes as 1e308 has 309 digits.
+    // The number 1e308 written out has 309 digits.
     let refused = stderr(&standfast(dir.path(), &["push", "--impulse=1e308"]).code(2));
     assert!(refused.contains("1e308") && refused.len() < 400, "{refused}");
 }
@@ -533,7 +534,7 @@ fn what_a_command_refers_to_is_an_input_or_is_told() {
     fs::write(mine.join("posture.py"), posture + "\n# another\n").unwrap();
     let other = stderr(&run(&["--out=a"]).code(3));
     assert!(other.contains("another campaign"), "{other}");
-    // Elsewhere.
+    // The script is in another folder.
     fs::write(dir.path().join("elsewhere.py"), "import posture\nposture.serve()\n").unwrap();
     as_command("['env', 'PYTHONPATH=.', 'python3', '../elsewhere.py']");
     let ran = run(&["--out=b"]).success();
@@ -547,7 +548,7 @@ fn what_a_command_refers_to_is_an_input_or_is_told() {
     assert!(read("parts/campaign.json").contains("\"not_kept\": { \"holds\": [ \"../elsewhere.py\" ] }"));
 }
 
-/// A result from elsewhere may hold any command, so what starts it says so, and asks before.
+/// A result from elsewhere may hold any command. So the program that starts the command says so, and asks before.
 #[test]
 fn the_command_of_a_result_from_elsewhere_starts_only_if_it_is_allowed() {
     if !has_python() {
@@ -592,11 +593,11 @@ fn the_command_of_a_result_from_elsewhere_starts_only_if_it_is_allowed() {
         assert!(!has_started && stderr(&run).contains("was not started"), "{args:?}: {}", stderr(&run));
     }
     on("theirs", &["merge", "out", "--replays=0"]).success();
-    // Python would load this in place of its own module.
+    // Python would load this file instead of its own module.
     fs::write(dir.path().join("out/inputs/gains/json.py"), "").unwrap();
     let (planted, has_started) = starts(&|| on("ours", &["merge", "out", "--replays=1"]).code(2));
     assert!(!has_started, "{}", stderr(&planted));
-    // Controllers that are no programs are nobody's commands.
+    // Controllers that are no programs have no commands.
     on("ours", &["run", "smoke", "--trials=1", "--gains=hold", "--replays=0", "--out=plain"]).success();
     on("theirs", &["merge", "plain", "--replays=1"]).success();
 }

@@ -1,5 +1,6 @@
 //! The commands in the README, the guide and the help are valid, as far as this can be checked without running them:
-//! files, names, keys and gates are checked, and not only the options. Links lead somewhere, and a shown output is true.
+//! files, names, keys and gates are checked, and not only the options. Links lead somewhere, and a shown output is
+//! true.
 
 #[path = "readme/shown.rs"]
 mod shown;
@@ -12,9 +13,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// Commands that can check everything without running. For the others only the options are checked.
+/// Commands that can check everything without running. For all other commands, only the options are checked.
 const CHECKED: [&str; 5] = ["run", "push", "limit", "ceiling", "tune"];
-/// Those that first try whether the robot stands, which is not asked here: it would be most of the time.
+/// Commands that first try whether the robot stands. This is left out here, because it would take most of the time.
 const TRYING: [&str; 4] = ["run", "limit", "ceiling", "tune"];
 const COMMANDS: [&str; 15] = [
     "ceiling", "run", "merge", "compare", "status", "push", "replay", "limit", "check", "cpi", "model", "view",
@@ -45,7 +46,7 @@ fn reader() -> TempDir {
     for (file, text) in PYTHON {
         fs::write(dir.path().join("controllers").join(file), text).unwrap();
     }
-    // A robot of our own stands for the public one.
+    // A robot of our own replaces the public one.
     let public = dir.path().join("unitree_ros/robots/h1_description/urdf");
     fs::create_dir_all(&public).unwrap();
     let child = root().join("assets/robots/child.urdf");
@@ -65,7 +66,7 @@ fn put_baseline(words: &[String], folder: &Path) {
     }
 }
 
-/// Why a command is not valid; None if it is.
+/// The reason why a command is not valid. It is None if the command is valid.
 fn wrong(command: &str, folder: &Path) -> Option<String> {
     let words = words_of(&command.replace("${{ matrix.k }}", "1"));
     let is_among = |names: &[&str]| words.get(1).is_some_and(|name| names.contains(&name.as_str()));
@@ -118,7 +119,7 @@ fn a_command_that_is_wrong_inside_is_not_good() {
     }
 }
 
-/// The guide shows what one push tells: the words are those of the program, and the numbers nearly so.
+/// The guide shows the output of one push: the words equal those of the program, and the numbers nearly so.
 #[test]
 fn what_a_push_tells_is_what_the_guide_shows() {
     let guide = fs::read_to_string(root().join("src/guide/commands.md")).unwrap();
@@ -137,8 +138,8 @@ fn what_a_push_tells_is_what_the_guide_shows() {
     }
 }
 
-/// One thing has one name, on pages, in texts and in tables: m omega d (with d in the direction of the push) and the sole impulse
-/// are two measures, the pendulum bound is no bound of physics, and what is compared are controllers.
+/// One thing has one name, on pages, in texts and in tables: m omega d (with d in the direction of the push) and the
+/// sole impulse are two measures, the pendulum bound is no bound of physics, and what is compared are controllers.
 #[test]
 fn a_thing_has_one_name() {
     let mut texts = documents(&root());
@@ -150,7 +151,7 @@ fn a_thing_has_one_name() {
     }
     assert!(texts.len() > 60, "{texts:?}");
     for path in texts {
-        // A sentence may go on in the next line.
+        // A sentence may continue in the next line.
         let text = fs::read_to_string(&path).unwrap();
         let words = text.split_whitespace().filter(|word| *word != "\\").collect::<Vec<_>>().join(" ");
         for wrong in [
@@ -177,7 +178,7 @@ fn a_thing_has_one_name() {
     }
 }
 
-/// The files that the README names are there, or are made by the line above.
+/// The files that the README names exist, or are made by the line above.
 #[test]
 fn the_commands_of_the_readme_make_the_files_that_they_name() {
     let readme = fs::read_to_string(root().join("README.md")).unwrap();
@@ -206,13 +207,13 @@ fn the_commands_of_the_readme_make_the_files_that_they_name() {
     standfast(dir.path(), &args).success();
 }
 
-/// Targets of a document's links: those in its text, and those in the list of targets at its end.
+/// Targets of a document's links: the targets in its text, and the targets in the list at its end.
 fn targets_of(document: &str) -> impl Iterator<Item = &str> {
     let inline = document.split("](").skip(1).filter_map(|rest| rest.split(')').next());
     inline.chain(document.lines().filter_map(target_at_the_end).map(|(_, target)| target))
 }
 
-/// A line `[name]: target` of that list.
+/// A line `[name]: target` of the list of targets.
 fn target_at_the_end(line: &str) -> Option<(&str, &str)> {
     line.strip_prefix('[')?.split_once("]: ")
 }
@@ -229,7 +230,7 @@ fn anchors_of(document: &str) -> Vec<String> {
     headings.map(|heading| name(heading).chars().filter(kept).collect::<String>().replace(' ', "-")).collect()
 }
 
-/// Why a link of a document is broken; None if it is not.
+/// The reason why a link of a document is broken. It is None if the link is not broken.
 fn leads_nowhere(target: &str, path: &Path) -> Option<String> {
     let (file, anchor) = target.split_once('#').unwrap_or((target, ""));
     let other = if file.is_empty() { path.to_path_buf() } else { path.parent().unwrap().join(file) };

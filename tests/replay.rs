@@ -1,4 +1,4 @@
-//! Trials of a campaign, run again one by one: what `push` reports agrees with the campaign, to the bit.
+//! Trials of a campaign, run again one by one: the report of `push` agrees with the campaign, to the bit.
 
 use crate::common::program::{FEW, SEVERAL_PARTS, files, folder, forge, short, standfast, stderr, stdout};
 use std::{collections::BTreeMap, fs, path::Path};
@@ -58,7 +58,7 @@ fn a_trial_is_replayed_to_the_bit() {
         assert!(more[0] == "harsh" || rows.iter().any(|row| row["outcome"] == "Recovered"));
         for row in rows {
             let (trial, set) = (row["trial"].as_f64().unwrap().to_string(), row["set"].as_str().unwrap());
-            // For a set from a file its name is enough, since the result has a copy.
+            // A controller from a file can be given by its name, since the result has a copy.
             let campaign = format!("{out}/campaign.toml");
             let args = ["push", "--json", "--campaign", &campaign, "--trial", &trial, "--gains", set];
             let replay: serde_json::Value =
@@ -118,7 +118,8 @@ fn a_trial_ends_alike_however_it_is_looked_at() {
     }
 }
 
-/// Each episode is what it is alone. The pictures have one robot beside the other, and the page has the other as a ghost.
+/// Each episode is the same as alone. The pictures have one robot beside the other, and the page has the other as a
+/// ghost.
 #[test]
 fn two_controllers_are_shown_beside_each_other() {
     let dir = folder();
@@ -177,7 +178,8 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     let sets: Vec<&str> = rows.iter().map(|row| row["set"].as_str().unwrap()).collect();
     assert_eq!(sets, ["hold", "mine", "mine zmp_margin=0.02", "mine zmp_margin=0.4", "fixed", "fixed x=[0.8,1,5]"]);
     assert_ne!(rows[2]["promise_margin"], rows[3]["promise_margin"], "a variant is another set");
-    // By the name in the results, and as in the list, where the file is called by the name of its set.
+    // Controllers are given by the name in the results, and as in the list, where the file has the name of its
+    // controller.
     let asked = [sets[2], sets[3], sets[5], "mine:zmp_margin=0.4", "fixed:gains.0.x=[0.8,1,5]"];
     for (set, row) in asked.into_iter().zip([2, 3, 5, 3, 5].map(|i| &rows[i])) {
         let args = ["push", "--json", "--campaign=out/campaign.toml", "--trial=25", "--gains", set];
@@ -248,7 +250,7 @@ fn a_result_has_replays_of_telling_trials() {
     for set in summary["sets"].as_array().unwrap() {
         let (name, telling) = (set["name"].as_str().unwrap(), set["telling"].as_array().unwrap());
         assert!(telling.len() > 3, "{telling:?}");
-        // The easiest lost trial may also be the one nearest to the limit.
+        // The easiest lost trial may also be the lost trial nearest to the limit.
         let survived = telling.iter().position(|trial| trial["survived"] == true).unwrap();
         assert!([1, 2].contains(&survived), "{telling:?}");
         for trial in &telling[..3] {
@@ -260,7 +262,7 @@ fn a_result_has_replays_of_telling_trials() {
     assert_eq!((pages.len(), pictures.len()), (6, 6), "{pages:?} {pictures:?}");
     assert_eq!(report().matches("<img src=\"data:image/png;base64,").count(), 6);
 
-    // The same page by hand, with the set that lost the trial.
+    // The same page is made by hand, with the controller that lost the trial.
     let lost = summary["sets"][0]["telling"][0]["trial"].to_string();
     let page =
         |trial: &str, set: &str| fs::read_to_string(out.join(format!("replays/trial-{trial}-{set}.html"))).unwrap();
@@ -286,12 +288,12 @@ fn a_result_has_replays_of_telling_trials() {
     let message = stderr(&standfast(dir.path(), &unfit).code(2));
     assert!(message.contains("it is in the folder of --frames"), "{message}");
 
-    // With another build or other inputs the trial is another one, and the program tells so.
+    // With another build or other inputs the trial is another one, and the program says so.
     forge(&out, |manifest| manifest.campaign.seed += 1);
     let refused = stderr(&standfast(dir.path(), &["replay", "out", "--trial=0", "--gains=hold"]).code(3));
     assert!(refused.contains("trial 0 of hold: impulse_n_s = ") && refused.contains("is not what seed"), "{refused}");
     forge(&out, |manifest| manifest.campaign.seed -= 1);
-    // Whether it stands or not, the trial then ends at another time.
+    // The trial then ends at another time, whether the robot stands or not.
     let ends = |horizon_s: f64, standing_time_s: f64| {
         forge(&out, |manifest| {
             manifest.campaign.episode.horizon_s = horizon_s;
@@ -306,7 +308,7 @@ fn a_result_has_replays_of_telling_trials() {
     assert!(page(&won, "hold").contains("is not as it was"), "the page does not say so");
     ends(0.4, 0.1);
 
-    // The trials are computed again, so other ones may be telling.
+    // The trials are computed again, so other trials may be telling.
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();
     standfast(dir.path(), &asked("--replays=0")).success();
     assert!(!out.join("replays").join(&pages[0]).exists(), "a page of another result");

@@ -1,11 +1,11 @@
-//! The pages of real results as a reader meets them: in a browser, from a file, without network.
+//! The pages of real results as a reader sees them: in a browser, from a file, without network.
 
 use crate::common::browser::{Browser, Page};
 use crate::common::program::{folder, short, standfast, stdout};
 use serde_json::{Value, json};
 use std::{fs, path::Path, path::PathBuf};
 
-/// Enough trials for both recoveries and falls.
+/// Number of trials that is large enough for both recoveries and falls.
 const TRIALS: &str = "--trials=16";
 const AROUND: &str = "--set=push.heading_deg={uniform=[-180, 180]}";
 
@@ -20,7 +20,7 @@ fn campaign(folder: &Path, out: &str, gains: &[&str], more: &[&str], code: i32) 
     folder.join(out).join("report.html")
 }
 
-/// The page of two sets, with gates that have each kind of answer.
+/// The page of two controllers, with gates that have each kind of answer.
 fn gated(folder: &Path) -> PathBuf {
     let gates = [
         "--gate=hold >= 0",
@@ -32,7 +32,7 @@ fn gated(folder: &Path) -> PathBuf {
     campaign(folder, "gated", &["hold", "switching"], &[&[TRIALS], &gates[..]].concat(), 100)
 }
 
-/// The page of three sets, which are three pairs, with so many trials that more of them tell sets apart than are shown.
+/// The page of three controllers, which are three pairs. More trials distinguish controllers than are shown.
 fn three(folder: &Path) -> PathBuf {
     campaign(folder, "three", &["hold", "switching", "fixed"], &["--trials=80"], 0)
 }
@@ -78,8 +78,8 @@ const DEAD_LINKS: &str = "[...document.querySelectorAll('a')].map((a) => a.getAt
     .filter((link) => link.startsWith('#') && !document.getElementById(link.slice(1)))";
 const FILES: &str = "[...document.querySelectorAll('a')].map((a) => a.getAttribute('href'))
     .filter((link) => !link.startsWith('#'))";
-/// Sections by their navigation and as they stand; and links of the navigation after which the heading is not to be seen,
-/// or lies under the navigation.
+/// Sections in the order of the navigation and in the order of the page; and links of the navigation after which the
+/// heading is not visible, or lies under the navigation.
 const SECTIONS: &str = "[[...document.querySelectorAll('nav a')].map((a) => a.hash.slice(1)),
     [...document.querySelectorAll('main > section')].map((section) => section.id)]";
 const BLIND_LINKS: &str = "(async () => {
@@ -168,7 +168,7 @@ fn gates_are_told_in_their_unit_and_lead_to_a_lost_trial() {
     assert_eq!((count(&mut tab, ".here"), count(&mut tab, ".map")), (3, 3));
     tab.evaluate("document.body.click()");
     assert_eq!(count(&mut tab, ".here"), 0);
-    // What is folded on the screen is printed.
+    // Parts that are folded on the screen are printed.
     let folded = "[...document.querySelectorAll('details:not([open]) > *:not(summary)')]";
     let seen = format!("{folded}.map((part) => part.checkVisibility())");
     assert_eq!(tab.evaluate(&format!("{seen}.includes(true)")), false);
@@ -191,7 +191,7 @@ fn a_click_on_a_trial_copies_the_command_that_replays_it_and_a_pair_can_be_chose
     let mut tab = browser.tab(1200, 900, "light");
     tab.open(&file);
 
-    // A trial on the map of the second set, at the place that the page promises: up is forward, left is left.
+    // A trial on the map of the second controller, at the place that the page promises: up is forward, left is left.
     let at = tab.evaluate(
         "(async () => {
             const map = document.querySelectorAll('.map')[1];
@@ -214,10 +214,10 @@ fn a_click_on_a_trial_copies_the_command_that_replays_it_and_a_pair_can_be_chose
     assert!(toast.ends_with(&command), "{toast:?} is not {command:?}");
     let tip = texts(&mut tab, "#tip:not([hidden])");
     assert!(tip.len() == 1 && tip[0].starts_with(&format!("trial {trial}: ")), "{tip:?}");
-    // Three sets are three pairs.
+    // Three controllers are three pairs.
     assert_eq!((count(&mut tab, ".here"), count(&mut tab, ".map")), (6, 6));
 
-    // A trial that distinguishes two sets and is not mentioned elsewhere.
+    // A trial that distinguishes two controllers and is not mentioned elsewhere.
     let apart = tab.evaluate(
         "(() => {
             const code = document.querySelector('.apart .command');

@@ -1,4 +1,4 @@
-//! `standfast tune`: a search is the same however it is run, goes on where it stopped, and its verdict is that of an
+//! `standfast tune`: a search is the same however it is run, continues where it stopped, and has the verdict of an
 //! ordinary campaign with a seed of its own.
 
 use crate::common::program::{PROGRAM, Run, files, folder, standfast, stderr, stdout};
@@ -27,7 +27,7 @@ fn search<'a>(more: &[&'a str]) -> Vec<&'a str> {
     [&SEARCH[..], &[BUDGET], more].concat()
 }
 
-/// What a search leaves, but for the parts of shards and of the final campaign, and its replays.
+/// The files that a search leaves, without the parts of shards and of the final campaign, and without its replays.
 fn left(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut left = files(folder);
     left.retain(|name, _| !name.contains("parts/") && !name.contains("replays/") && !name.contains("report.html"));
@@ -43,7 +43,7 @@ fn a_search_is_the_same_for_any_number_of_threads_and_shards_and_goes_on_where_i
     let dir = folder();
     let told = stdout(&standfast(dir.path(), &search(&["--out=one"])).success());
     let one = left(&dir.path().join("one"));
-    // Two programs at the same time, each with a half of the trials.
+    // Two programs run at the same time, each with a half of the trials.
     let member = |shard: &str| {
         let args = search(&["--threads=1", "--out=team"]);
         let mut command = Command::new(PROGRAM);
@@ -56,7 +56,7 @@ fn a_search_is_the_same_for_any_number_of_threads_and_shards_and_goes_on_where_i
     assert!(ends[1].stdout.is_empty() && String::from_utf8_lossy(&ends[0].stdout) == told);
     assert!(one == left(&dir.path().join("team")), "shards change something");
 
-    // As if it had been stopped in its sixth generation, and was continued on one core.
+    // The folder is as if the search had been stopped in its sixth generation, and is continued on one core.
     let two = dir.path().join("two");
     fs::create_dir(&two).unwrap();
     for name in one.keys().filter(|name| name.ends_with(".json") && !name.contains('/') && *name != "tune.json") {
@@ -68,7 +68,7 @@ fn a_search_is_the_same_for_any_number_of_threads_and_shards_and_goes_on_where_i
     assert!(stderr(&again).contains("two: goes on, ") && stdout(&again) == told);
     assert!(one == left(&two), "an interruption, or threads, change something");
 
-    // The folder keeps to its search, and its verdict is that of a campaign whose seed was written down before.
+    // The folder keeps to its search, and its verdict is the verdict of a campaign whose seed was written down before.
     let other = stderr(&standfast(dir.path(), &search(&["--out=two", "--seed=5"])).code(3));
     assert!(other.contains("two: holds another search"), "{other}");
     let (task, tuned, summary) =
@@ -85,7 +85,7 @@ fn a_search_is_the_same_for_any_number_of_threads_and_shards_and_goes_on_where_i
     assert!(told.contains("points that") || told.contains("pushes that the search has not seen"), "{told}");
     let page = String::from_utf8(one["tune.html"].clone()).unwrap();
     assert!(page.matches("<svg").count() == 3 && page.contains("gains.0.x.0") && !page.contains("http://"), "{page}");
-    // The page, the text and the JSON say by which pushes it was judged.
+    // The page, the text and the JSON name the pushes by which the controller was judged.
     let seed = task["final_seed"].to_string();
     for told in [&told, &page] {
         let words = told.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -96,7 +96,7 @@ fn a_search_is_the_same_for_any_number_of_threads_and_shards_and_goes_on_where_i
         assert!(words.contains(&format!("(trials 0 to 19 of seed {seed})")), "{words}");
     }
     assert_eq!(verdict["seed"], task["final_seed"]);
-    // What is written can be used, and names the seed for those who tune it again.
+    // The written controller can be used, and names the seed for users who tune it again.
     standfast(dir.path(), &["push", "--check", "--gains=two/proposed.toml"]).success();
     let proposed = fs::read_to_string(two.join("proposed.toml")).unwrap();
     assert!(proposed.starts_with(&format!("# judged_by_seeds = [{seed}]\n")), "{proposed}");
@@ -145,7 +145,7 @@ fn files_that_no_search_has_written_are_refused(dir: &Path) {
     refused("two: holds generation-001.json of a search, but no task.json");
 }
 
-/// Whatever the verdict depends on gives it other pushes, and so does what has judged the controller before.
+/// All that the verdict depends on changes its pushes, and so do the campaigns that have judged the controller before.
 #[test]
 fn no_two_tasks_are_judged_by_the_same_pushes() {
     let dir = folder();
@@ -159,7 +159,7 @@ fn no_two_tasks_are_judged_by_the_same_pushes() {
         let args = [&search(&[])[..], more].concat();
         let of = |arg| match arg {
             "fixed" => controller,
-            // A third number takes more.
+            // A third number needs a larger budget.
             BUDGET if !more.contains(&"--budget=2601") => "--budget=2600",
             other => other,
         };

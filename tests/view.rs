@@ -1,5 +1,5 @@
-//! The window of `standfast view` as a person uses it, on a display of its own, by keys and mouse. Where no window can
-//! be opened, one line tells why.
+//! The window of `standfast view` as a person uses it, on a display of its own, by keys and mouse. If no window can be
+//! opened, one line says why.
 
 use crate::common::program::{PROGRAM, Run, stderr, stdout};
 use std::process::Command;
@@ -33,7 +33,7 @@ fn a_build_without_the_window_says_how_to_get_one() {
     let view = no_window(&[]);
     let told = stderr(&view);
     is_told(view, &["no window", "cargo build --release --features view", "twenty minutes"]);
-    // What needs no other build comes first.
+    // Remedies that need no other build come first.
     let at = |words: &str| told.find(words).unwrap_or_else(|| panic!("no {words:?} in {told}"));
     assert!(at("standfast push --replay") < at("cargo build") && at("standfast replay DIR") < at("cargo build"));
 }
@@ -87,7 +87,7 @@ mod window {
         assert_eq!(view.frame().speed, 0.1);
         view.press("equal");
         assert_eq!(view.frame().speed, 0.2);
-        // The trunk, some distance from the middle of the picture.
+        // The drag begins on the trunk, some distance from the middle of the picture.
         view.drag([500, 240], [530, 240]);
         view.press("space");
         let paused = view.frame();
@@ -96,7 +96,7 @@ mod window {
         (0..3).for_each(|_| view.press("period"));
         let stepped_s = view.frame().time_s - paused.time_s;
         assert!((stepped_s - 0.006).abs() < 1e-6, "{stepped_s} s");
-        // Held for as long as a keyboard repeats the key many times, it restarts only once.
+        // The key is held until a keyboard has repeated it many times, and the program restarts only once.
         view.hold("r");
         view.until("it begins anew", |frame| frame.time_s == 0.0);
         let told = view.quit("q");
@@ -115,14 +115,14 @@ mod window {
         let Some(display) = Display::start() else { return };
         let folder = folder();
         let view = View::open(&display, folder.path(), &["--gains=switching", "--impulse=1.5"]);
-        // A push for the plots, and the beginning of another one, in which the marks are apart.
+        // A push fills the plots, and another one begins, in which the marks are apart.
         view.press("Return");
         let pushed_s = view.frame().time_s;
         view.until("the robot has come back", |frame| frame.time_s > pushed_s + 1.0);
         view.press("space");
         view.press("Return");
         (0..15).for_each(|_| display.tell(&["key", "period"]));
-        // On the screen, and not only in the program's own picture.
+        // The picture is taken from the screen, and not only from the program.
         let screen = || {
             view.frames(3);
             display.screen()
@@ -147,7 +147,8 @@ mod window {
             assert!(differing(&shown, &without) > 20, "{key} makes no difference");
             view.press(key);
         }
-        // The same from another side and back, except for edges, which are smoothed as far as the machine has time.
+        // The view is turned and turned back. The picture is then the same, except for edges, whose smoothing depends
+        // on the time.
         let before = screen();
         view.drag([100, 600], [200, 600]);
         let turned = differing(&before, &screen());
@@ -158,7 +159,7 @@ mod window {
         view.quit("q");
     }
 
-    /// The window shows a trial. Its robot falls, or has come to a stand, at the time that `push` tells.
+    /// The window shows a trial. Its robot falls, or has come to stand, at the time that `push` states.
     #[test]
     fn a_trial_ends_in_the_window_as_it_does_elsewhere() {
         let folder = folder();
@@ -166,7 +167,7 @@ mod window {
         for (controller, key, words) in
             [("--gains=hold", "fell_at_s", "fell at"), ("--gains=catch", "settled_at_s", "has stood still since")]
         {
-            // Each has a display of its own, since one ends with its last window.
+            // Each program has a display of its own, since a display ends with its last window.
             let Some(display) = Display::start() else { return };
             let push = standfast(folder.path(), &[&["push", "--json", controller], &trial[..]].concat()).success();
             let push: serde_json::Value = serde_json::from_str(&stdout(&push)).unwrap();
@@ -214,19 +215,19 @@ mod window {
         assert!(refused(&["--screenshot=picture.bmp"]).contains("png"));
     }
 
-    /// The number right before these words.
+    /// The number right before `words`.
     fn number_before(told: &str, words: &str) -> f64 {
         told.split(words).next().unwrap().split_whitespace().last().unwrap().parse().unwrap()
     }
 
-    /// How many pixels of a part of a picture have a colour, up to a difference `off`.
+    /// Number of pixels of a part of a picture that have a colour, up to a difference `off`.
     fn count(picture: &RgbImage, x: [u32; 2], y: [u32; 2], color: [u8; 3], off: u8) -> usize {
         let is_near = |pixel: [u8; 3]| (0..3).all(|i| pixel[i].abs_diff(color[i]) <= off);
         let at = |y| (x[0]..x[1]).map(move |x| (x, y));
         (y[0]..y[1]).flat_map(at).filter(|&(x, y)| is_near(picture.get_pixel(x, y).0)).count()
     }
 
-    /// How many pixels of the picture differ, without the panel and the rest of the screen.
+    /// Number of pixels of the picture that differ, without the panel and the rest of the screen.
     fn differing(a: &RgbImage, b: &RgbImage) -> usize {
         let all = (0..HEIGHT).flat_map(|y| (0..PANEL_X).map(move |x| (x, y)));
         all.filter(|&(x, y)| a.get_pixel(x, y) != b.get_pixel(x, y)).count()

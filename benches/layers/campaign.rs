@@ -38,8 +38,8 @@ pub fn episode(c: &mut Criterion) {
     }
 }
 
-/// The trials of a campaign, which are written to a folder. What comes once, as the search of the sets, is not in it.
-/// Many short episodes, so that one thread does not wait long for the other at the end.
+/// The trials of a campaign, which are written to a folder. Work that is done once, such as the search of the CPI sets,
+/// is not timed. There are many short episodes, so that one thread does not wait long for the other thread at the end.
 pub fn threads(c: &mut Criterion) {
     let short = ["push.start_s=0.05", "episode.horizon_s=0.4", "episode.judge.standing_time_s=0.1"];
     let plan = Plan::new(&campaign("nominal", 40, &short)).expect("valid");

@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 
 pub fn ticks(c: &mut Criterion) {
     use Phase::{Standing, Swing, Switching};
-    // The first is pushed by less than what topples it, the others by so much that they step.
+    // The push on `switching` is too weak to topple it; the pushes on `paper` and `catch` are strong enough to make
+    // them step.
     for (gains, impulse_n_s, phases) in [
         ("switching", 2.0, &[Standing, Switching][..]),
         ("paper", 3.6, &[Standing, Switching, Swing]),
@@ -25,7 +26,7 @@ pub fn ticks(c: &mut Criterion) {
     }
 }
 
-/// Time of `count` ticks in `phase`, over as many repetitions of the episode as it takes.
+/// Time of `count` ticks in `phase`; the episode is repeated until `count` ticks in `phase` have run.
 fn ticks_in(phase: Phase, played: &Played, count: u64) -> Duration {
     let mut command = Command::hold(&played.robot.home_rad);
     let (mut spent, mut left) = (Duration::ZERO, count);

@@ -1,6 +1,7 @@
 //! What each layer of the program costs, from the bottom up: `cargo bench`, or `cargo bench -- tick` for the benchmarks
-//! with that word in their name. The output reads from top to bottom as the program is built: sets, whole body, control
-//! tick, control period of the plant, episode, campaign. The times hold for one machine; their ratios tell more.
+//! with that word in their name. The output reads from top to bottom as the program is built: CPI sets, whole body,
+//! control tick, control period of the plant, episode, campaign. The times hold for one machine; their ratios tell
+//! more.
 
 mod campaign;
 mod control;
@@ -12,7 +13,7 @@ mod whole_body;
 use criterion::{Criterion, criterion_group, criterion_main};
 use std::time::Duration;
 
-/// Short enough for all layers to take some two minutes.
+/// The settings are short enough for all layers to take some two minutes.
 fn settings() -> Criterion {
     Criterion::default()
         .warm_up_time(Duration::from_millis(300))

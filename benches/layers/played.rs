@@ -1,5 +1,5 @@
 //! A pushed robot, recorded tick by tick. Its readings are played back to a controller, and its commands to a plant: so
-//! each of the two goes through the states of the episode, and the other one takes no time.
+//! the controller and the plant each go through the states of the episode, while the time of the other is not measured.
 
 use standfast::core::control::{CpiController, Design};
 use standfast::core::robot::{Command, Controller, Robot, Sensed, Units};
@@ -42,14 +42,14 @@ pub struct Played {
     pub ticks: Vec<Tick>,
 }
 
-/// The time steps of an episode that is not told otherwise.
+/// The time steps of an episode with default settings.
 pub fn clock(engine: Engine) -> Clock {
     let robot = standfast::robots::load("ut-mu2").expect("built in");
     EpisodeConfig { engine, ..EpisodeConfig::of(&Units::of(&robot)) }.clock()
 }
 
 impl Played {
-    /// Ideal sensors, and a push from behind after 0.2 s.
+    /// Records an episode with ideal sensors, and with a push from behind after 0.2 s.
     pub fn new(gains: &str, impulse_n_s: f64, engine: Engine) -> Self {
         let (robot, clock) = (standfast::robots::load("ut-mu2").expect("built in"), clock(engine));
         let gains = standfast::controllers::gain_set(gains).expect("built in");

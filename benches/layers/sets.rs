@@ -25,7 +25,7 @@ fn off_centre() -> SupportPolygon {
     SupportPolygon::rectangle(-0.003, 0.093, -0.0831, 0.0831).expect("a rectangle")
 }
 
-/// By linear programs, for all gains of `switching`.
+/// The search by linear programs, for all gains of `switching`.
 pub fn search(c: &mut Criterion) {
     let family = family("switching");
     let mut group = c.benchmark_group("sets/search by linear programs");
@@ -45,7 +45,8 @@ pub fn membership(c: &mut Criterion) {
     let family = family("switching");
     let mut online = OnlineSets::new(&family);
     online.update(&at_home());
-    // The harder push is just inside the slowest set, so that the prediction of every set runs to its end.
+    // The harder push is just inside the slowest gain's CPI set, so that the prediction of every CPI set runs to its
+    // end.
     for (name, share) in [("hard push", 0.95), ("soft push", 0.3)] {
         let x = Vector3::new(0.0, share * 0.8 * PENDULUM.omega * 0.0481, 0.0);
         let state = State { x, y: Vector3::new(0.01, 0.02, -0.01) };
@@ -59,7 +60,7 @@ pub fn membership(c: &mut Criterion) {
 }
 
 /// The plan of a footstep, and the work after its landing, for which the paper took 0.15 ms: from footholds to support
-/// polygon and frame, the sets of all gains, and the fastest gain whose set contains the state.
+/// polygon and frame, the CPI sets of all gains, and the fastest gain whose CPI set contains the state.
 pub fn footstep(c: &mut Criterion) {
     let (robot, family) = (standfast::robots::load("ut-mu2").expect("built in"), family("paper"));
     let design =

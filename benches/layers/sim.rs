@@ -20,13 +20,13 @@ pub fn control_period(c: &mut Criterion) {
 fn in_engine(c: &mut Criterion, robot: &Robot, engine: Engine) {
     let home = Command::hold(&robot.home_rad);
     let mut group = c.benchmark_group(format!("control period in {}", engine.name()));
-    // Many samples, so that short ones are among them, which other work on the machine does not disturb.
+    // The number of samples is large, so that some short samples are not disturbed by other work on the machine.
     group.sample_size(50);
     let start = || Plant::on(Ground::default(), robot.clone(), clock(engine), None, home.clone());
     let mut plant = start();
     group.bench_function("standing", |b| b.iter_custom(|count| advance(&mut plant, &home, count)));
 
-    // With commands of `catch`, which are known: a foot is in the air, and lands.
+    // The commands of `catch` are recorded before; a foot is in the air, and lands.
     let played = Played::new("catch", 3.6, engine);
     group.bench_function("swing", |b| b.iter_custom(|count| swing(&played, count)));
 
@@ -39,8 +39,8 @@ fn in_engine(c: &mut Criterion, robot: &Robot, engine: Engine) {
     group.bench_function("fallen", |b| b.iter_custom(|count| advance(&mut plant, &home, count)));
 }
 
-/// The child with fingers: robots of 12 to 58 joints that stand, with and without collisions of the fingers, so that the
-/// difference is what pairs of links cost.
+/// Robots of 12 to 58 joints that stand, made from the child with fingers, with and without collisions of the fingers,
+/// so that the difference is what pairs of links cost.
 pub fn joints(c: &mut Criterion) {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/robots/child.urdf");
     let stated = assets::text(Path::new(file)).expect("it is there");
@@ -67,7 +67,8 @@ pub fn joints(c: &mut Criterion) {
     }
 }
 
-/// The URDF of the child with this number of joints: its legs have 12, arms and neck 5, and fingers on both hands the rest.
+/// The URDF of the child with this number of joints: its legs have 12, arms and neck have 5, and the fingers of both
+/// hands have the rest.
 fn with_joints(child: &str, joints: usize, solid: bool) -> String {
     let upper = ["neck_yaw", "left_shoulder_pitch", "left_elbow", "right_shoulder_pitch", "right_elbow"];
     let fixed = if joints == 12 { &upper[..] } else { &[] };
@@ -99,7 +100,7 @@ fn advance(plant: &mut Plant, command: &Command, count: u64) -> Duration {
     start.elapsed()
 }
 
-/// Time of `count` control periods with a foot in the air, over as many repetitions of the episode as it takes.
+/// Time of `count` control periods with a foot in the air; the episode is repeated until `count` such periods have run.
 fn swing(played: &Played, count: u64) -> Duration {
     let (mut spent, mut left) = (Duration::ZERO, count);
     while left > 0 {

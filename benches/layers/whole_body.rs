@@ -44,7 +44,7 @@ pub fn whole_body(c: &mut Criterion) {
         ("both feet", both, Vector3::new(0.5, 0.0, 0.0), 0.001),
         ("both feet, past the edge", both, Vector3::new(-4.0, 0.0, 0.0), 0.001),
         ("one foot", PerFoot { left: true, right: false }, Vector3::new(0.0, -1.5, 0.0), 0.001),
-        // The last solution does not help here.
+        // The last solution does not help where the desired acceleration jumps from edge to edge.
         ("both feet, from edge to edge", both, Vector3::zeros(), 4.0),
     ] {
         let mut wanted = DesiredAcceleration::rest(&robot, standing);

@@ -57,7 +57,7 @@ pub struct CampaignArgs {
 
 impl CampaignArgs {
     pub fn name(&self) -> Option<&str> {
-        // Where the first has a default, it is there beside the option, too.
+        // If the first argument has a default, it is present beside the option, too, so the option comes first.
         self.campaign.as_deref().or(self.first.as_deref())
     }
 
@@ -133,7 +133,7 @@ impl ChangeArgs {
 }
 
 impl SettingArgs {
-    /// The engines that are asked for, one or two. None stands for that of the campaign.
+    /// The engines that are asked for, one or two. None stands for the engine of the campaign.
     pub fn engines(&self) -> Vec<Option<Engine>> {
         match self.engine {
             Some(EngineChoice::Both) => Engine::ALL.map(Some).into(),

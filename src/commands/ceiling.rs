@@ -90,7 +90,7 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
     progress.finish();
     let found = nothing_kept(found)?;
     let as_json = standfast_report::json(&found);
-    // The campaign may have fewer trials in its file.
+    // The campaign's file may state fewer trials.
     let trials = args.trials.map(|trials| format!(" --set trials={trials}"));
     let changes = args.change.settings.options() + &trials.unwrap_or_default();
     print(&if args.json { as_json.clone() } else { text::text(&found, args.out.as_deref(), &changes) })?;

@@ -100,7 +100,7 @@ pub fn compared([a, b]: [&Folder; 2], gates: &[String], args: &TracesArgs) -> Re
             progress.finish();
             run?;
         }
-        // The comparison is complete without them.
+        // The comparison is complete without the times at which the traces part.
         Err(error) => warn("", &format!("Where the traces of the two engines part was not looked for: {error}")),
     }
     Ok(comparison)

@@ -15,8 +15,8 @@ const MOST_BYTES: u64 = 200_000_000;
 type Pair = (usize, Vec<f64>);
 
 /// Reads the pairs in a file, and asks `controller` for each action again. Each line of a `.csv` has an observation and
-/// then an action; the first line may have names. An `.npz` has two arrays, the observations and the actions, with a row
-/// for each. Errors: a pair of another length, no numbers, or a controller that takes no observations.
+/// then an action; the first line may have names. An `.npz` has two arrays, the observations and the actions, with a
+/// row for each. Errors: a pair of another length, no numbers, or a controller that takes no observations.
 pub fn repeated(path: &Path, controller: &dyn Controller) -> Result<Contract> {
     let file = path.to_string_lossy();
     let size: usize = controller.observed().iter().map(|(_, numbers)| numbers.len()).sum();
@@ -61,7 +61,7 @@ fn of_csv(file: &str, bytes: &[u8], size: usize) -> Result<Vec<Pair>> {
         let record = record.map_err(|e| Error::Syntax { file: file.to_string(), message: e.to_string() })?;
         let line = record.position().map_or(i + 1, |position| position.line() as usize);
         let cells: Vec<Result<f64, _>> = record.iter().map(str::parse).collect();
-        // Names, which are no numbers.
+        // The line holds names, which are no numbers.
         if i == 0 && cells.iter().all(Result::is_err) {
             continue;
         }

@@ -18,8 +18,8 @@ use std::process::ExitCode;
 
 /// Accepted frequencies of the pendulum (rad/s): COM heights from 10 um to a kilometre.
 const OMEGAS_RAD_S: [f64; 2] = [0.1, 1000.0];
-/// Accepted control periods in 1/omega. Half the period takes four times as long to search, half a minute with the least;
-/// with the largest the pendulum falls within a period.
+/// Accepted control periods in 1/omega. Half the period takes four times as long to search, half a minute with the
+/// least; with the largest the pendulum falls within a period.
 const PHASES: [f64; 2] = [0.002, 1.0];
 
 #[derive(Debug, clap::Args)]
@@ -86,7 +86,7 @@ fn answer(args: &CpiArgs) -> Result<String> {
     Ok(if args.json { standfast_report::json(&found.as_json()) } else { found.text() })
 }
 
-/// The pendulum of the options, or else that of `robot` at home.
+/// The pendulum of the options; where an option is missing, of `robot` at home.
 fn pendulum(args: &CpiArgs, robot: &Robot) -> Result<Pendulum> {
     let dt = args.dt.unwrap_or(CONTROL_PERIOD_S);
     let pendulum = Pendulum { omega: args.omega.unwrap_or(robot.omega()), dt };
@@ -96,7 +96,7 @@ fn pendulum(args: &CpiArgs, robot: &Robot) -> Result<Pendulum> {
     Ok(pendulum)
 }
 
-/// Largest coordinate of a support (m), as for the soles of a robot. Much larger ones are lost in rounding.
+/// Largest coordinate of a support (m), as for the soles of a robot. Much larger coordinates are lost in rounding.
 const MOST_SUPPORT_M: f64 = 100.0;
 
 /// Reads `XMIN,XMAX,YMIN,YMAX` (m), a rectangle with the origin inside.

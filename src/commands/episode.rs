@@ -1,5 +1,5 @@
-//! Runs one episode for `push` and `replay`, tells what happened, and writes the files that were asked for: a trace, a plot
-//! over time, a page to watch, snapshots.
+//! Runs one episode for `push` and `replay`, tells what happened, and writes the files that were asked for: a trace, a
+//! plot over time, a page to watch, snapshots.
 
 use super::arguments::check_output;
 use super::terminal::note;
@@ -78,7 +78,7 @@ impl OutputArgs {
         [&self.trace, &self.plot, &self.replay, &self.frames].into_iter().all(Option::is_none)
     }
 
-    /// Draws the snapshots of a film, with those of a second film of the same trial, if they are asked for.
+    /// Draws the snapshots of a film if they are asked for, with the snapshots of a second film of the same trial.
     pub fn draw_frames(&self, film: &Film, second: Option<&Film>) -> Result<()> {
         let draw = |folder: &PathBuf| {
             standfast_pictures::write_frames(film, second, folder, &FramesOptions::default()).map(|_| ())
@@ -133,8 +133,8 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// The setting of a campaign, or the usual one. `overrides` have the robot and the engine, and change the campaign, too;
-    /// `horizon_s` is the length of the episode (s). Fails if these do not fit together.
+    /// The setting of a campaign, or the usual one. `overrides` have the robot and the engine, and change the campaign,
+    /// too; `horizon_s` is the length of the episode (s). Fails if these do not fit together.
     pub fn of(campaign: Option<&str>, overrides: &Overrides, horizon_s: Option<f64>) -> Result<Self> {
         let campaign = campaign.map(|name| Campaign::load(name, overrides)).transpose()?;
         let robot_name = overrides.robot.as_ref().or(campaign.as_ref().map(|c| &c.robot));
@@ -173,8 +173,8 @@ pub struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
-    /// Runs one episode, writes the files that are asked for, and returns what to print, and whether the controller failed
-    /// or the simulation diverged. `command` is the command line that the page of a replay states.
+    /// Runs one episode, writes the files that are asked for, and returns what to print, and whether the controller
+    /// failed or the simulation diverged. `command` is the command line that the page of a replay states.
     pub fn run(
         &self,
         disturbance: Disturbance,
@@ -229,8 +229,8 @@ impl<'a> Case<'a> {
         Ok((told, film.cut_at(end_s)))
     }
 
-    /// Does the same as [`Self::film`], and films the episode with the engine or controller of `other`, too. Both films end
-    /// at the same time.
+    /// Films the episode as [`Self::film`] does, and films it with the engine or controller of `other`, too. Both films
+    /// end at the same time.
     pub fn film_both(
         &self,
         other: &Self,
@@ -255,8 +255,9 @@ impl<'a> Case<'a> {
         self.watched(disturbance, outputs, aftermath_s, take, |film| film.record.clone())
     }
 
-    /// Runs one episode and at least `aftermath_s` (s) after it by `run`, which shows every tick to the observer, and writes
-    /// trace and plot if they are asked for. Returns what happened and what `run` returns, which holds the record.
+    /// Runs one episode and at least `aftermath_s` (s) after it by `run`, which shows every tick to the observer, and
+    /// writes trace and plot if they are asked for. Returns what happened and what `run` returns, which holds the
+    /// record.
     fn watched<T>(
         &self,
         disturbance: Disturbance,
@@ -297,8 +298,8 @@ impl<'a> Case<'a> {
     }
 }
 
-/// Whether an episode ended because the controller failed or the simulation diverged, so that it says nothing of how well
-/// the robot stands.
+/// Whether an episode ended because the controller failed or the simulation diverged, so that it says nothing of how
+/// well the robot stands.
 fn is_broken(told: &Told) -> bool {
     matches!(told.record.outcome, Outcome::Failed | Outcome::Diverged)
 }
@@ -337,14 +338,14 @@ pub fn command_line(program: &str) -> String {
     std::iter::once(program.to_string()).chain(args).collect::<Vec<_>>().join(" ")
 }
 
-/// End of a film (s). A plot ends at a fall, since COM and ZMP of a body on the ground tell nothing. A film goes on, and
-/// shows how the robot comes to lie.
+/// End of a film (s). A plot ends at a fall, since COM and ZMP of a body on the ground tell nothing. A film goes on,
+/// and shows how the robot comes to lie.
 fn film_end_s(record: &Record) -> f64 {
     end_of_interest_s(record) + if record.fell_at_s.is_some() { Film::AFTERMATH_S } else { 0.0 }
 }
 
-/// Time (s) after which nothing of interest happens: that of the fall or, with [`REST_S`] to spare, that at which the
-/// robot stands still and, if it gets there, is home.
+/// Time (s) after which nothing of interest happens: the time of the fall or, with [`REST_S`] to spare, the time at
+/// which the robot stands still and, if it gets home, is home.
 fn end_of_interest_s(record: &Record) -> f64 {
     let settled_s = record.settled_at_s.map(|at| at.max(record.home_at_s.unwrap_or(at)) + REST_S);
     record.fell_at_s.or(settled_s).unwrap_or(record.end_s)

@@ -1,5 +1,5 @@
-//! `standfast init`: writes the settings of a robot, inferred from its URDF, or the file of a policy, from what its training
-//! left.
+//! `standfast init`: writes the settings of a robot, inferred from its URDF, or the file of a policy, from what its
+//! training left.
 
 use super::arguments::{is_file_of, number};
 use super::terminal::{note, print, tell};
@@ -65,11 +65,11 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
         let (problem, accepted) = ("is for the robot of a policy", "none with a URDF");
         return Err(Error::option("--robot", robot, problem, accepted));
     }
-    // First of all, since a file of another kind has no settings.
+    // The URDF is read first of all, since a file of another kind has no settings.
     let urdf = urdf::opened(&args.file)?;
     let usual = urdf::settings_path(&args.file);
     args.check_place(&urdf, &usual)?;
-    // The soles alone are kept, and the rest is inferred.
+    // The stated soles alone are kept, and the other settings are inferred.
     let kept = usual.is_file().then(|| assets::text(&usual).ok()).flatten().filter(urdf::states_soles_alone);
     let path = if kept.is_some() && args.out.is_none() { usual } else { args.path(usual)? };
     let settings = urdf::completed(&urdf, args.range, kept.as_ref())?;
@@ -109,14 +109,14 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A joint that needs more of its torque than this to carry the robot on one leg is told
+/// Largest share of a joint's torque limit that carrying the robot on one leg may take without a word about the joint
 /// ([`Robot::hardest_on_one_leg`]).
 const MOST_ON_ONE_LEG: f64 = 0.6;
 
-/// What the left and the right sole carry (% of the weight) of a robot that stands for a moment with stiff joints; if it
-/// does not, how it falls, and the likely cause.
+/// What the left and the right sole carry (% of the weight) of a robot that stands for a moment with stiff joints; if
+/// it does not, how it falls, and the likely cause.
 fn stands(robot: &Robot) -> Result<Result<[f64; 2], String>> {
-    /// So long it has to stand, in units of its time: about a second for UT-mu2.
+    /// Time that the robot has to stand, in units of the robot's time: about a second for UT-mu2.
     const MOMENT: f64 = 6.0;
     let units = Units::of(robot);
     let config = EpisodeConfig { horizon_s: MOMENT * units.time_s(), ..EpisodeConfig::of(&units) };

@@ -1,5 +1,6 @@
-//! Ctrl-C (SIGINT) and termination (SIGTERM, or SIGHUP when its terminal goes). The first lets the running episodes end, so
-//! that finished work is kept, but for those that wait for the answer of a process; the second ends the program at once.
+//! Ctrl-C (SIGINT) and termination (SIGTERM, or SIGHUP when the terminal closes). The first signal lets the running
+//! episodes end, so that finished work is kept, except episodes that wait for the answer of a process; the second
+//! signal ends the program at once.
 //!
 //! A cluster terminates a task that has reached its time limit, or whose node is needed for something else. Such a task
 //! has done nothing wrong, and is to be run again, which its exit code says.
@@ -14,7 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Set by the first signal.
 pub use standfast_controllers::STOP;
 
-/// Whether that was a termination.
+/// Whether a signal was a termination (SIGTERM or SIGHUP).
 static TERMINATED: AtomicBool = AtomicBool::new(false);
 
 /// From now on the first signal sets [`STOP`], and the second ends the program at once.

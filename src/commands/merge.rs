@@ -40,13 +40,14 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
         let advice = "To have all from one, run the campaign with it and a new --out.";
         warn("", &format!("The parts were made by {builds} builds of standfast, whose trials may differ. {advice}"));
     }
-    // Of a campaign that ends when decided, the shards may have left the looks to us; what they say is looked at again.
+    // The shards of a campaign that ends when decided may have left the looks to the merge; what the shards say is
+    // looked at again.
     if let Some(mut looks) = InterimLooks::new(&folder, &gates) {
         looks.go_on(&|_| {})?;
         if looks.is_over {
             folder.stop_at(&looks.set_trials)?;
         } else if folder.has_stopped() && folder.missing().is_empty() {
-            // It has ended for another question.
+            // The campaign has ended for another question.
             return Err(folder.undecided(&args.gates.gate));
         }
     }
@@ -55,7 +56,7 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     if differ.is_empty() {
         return Ok(exit_code(&[summary]));
     }
-    // Each was told with its page.
+    // Each trial that differs was told when its page was written.
     let problem = format!(
         "the result was written, but {} of the trials that were simulated again do not end as its parts say",
         differ.len()

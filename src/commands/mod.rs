@@ -122,7 +122,7 @@ enum Chosen {
     Man(man::ManArgs),
 }
 
-/// Said on a terminal where the program is called with nothing else, before it goes on.
+/// Words on a terminal where the program is called without any argument, before it goes on.
 const FIRST_WORDS: &str = "\
 How hard can a humanoid be pushed before it falls, and which controller makes it
 stand better?
@@ -143,7 +143,7 @@ pub fn main() -> ExitCode {
     leaves::add();
     let mut logger = env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn"));
     logger.format(|out, record| match record.level() {
-        // As warnings are written in results.
+        // Warnings have the form that they have in results.
         Level::Warn => writeln!(out, "warning: {}", record.args()),
         level => writeln!(out, "[{level} {}] {}", record.target(), record.args()),
     });
@@ -152,7 +152,7 @@ pub fn main() -> ExitCode {
     log::set_boxed_logger(Box::new(terminal::Once::new(logger))).expect("there is no logger yet");
     let done = run().or_else(|error| if matches!(error, Error::NoMujoco) { mujoco::go_on() } else { Err(error) });
     done.unwrap_or_else(|error| {
-        // Whoever was interrupted has said what is left of it.
+        // An interrupted command has already said what is left of its work.
         if !matches!(error, Error::Interrupted) {
             terminal::alert(&format!("error: {error}"));
         }
@@ -227,7 +227,7 @@ const RARE: [&str; 18] = [
 
 /// The command line. With `-h` in place of `--help`, it has neither rare options nor examples.
 fn command_line() -> clap::Command {
-    // What is below zero is refused by the option that it is given to.
+    // A negative number is refused by the option that takes it.
     let all = Cli::command().mut_subcommands(|command| command.allow_negative_numbers(true));
     if !std::env::args_os().any(|arg| arg == "-h") {
         return all;

@@ -1,6 +1,7 @@
-//! MuJoCo as a program of its own. Nothing can be linked to a library that may be absent, so `standfast` has no MuJoCo, and
-//! starts everywhere. A command that asks for that engine goes on in `standfast-mujoco`: the same program, built with the
-//! feature `mujoco`, which lies beside. It is told where the library is, which comes with the Python package `mujoco`.
+//! MuJoCo as a program of its own. Nothing can be linked to a library that may be absent, so `standfast` has no MuJoCo,
+//! and starts everywhere. A command that asks for MuJoCo goes on in `standfast-mujoco`: the same program, built with
+//! the feature `mujoco`, in the same folder. `standfast` tells it where the library is, which comes with the Python
+//! package `mujoco`.
 
 use standfast_core::error::Error;
 use standfast_sim::MUJOCO_VERSION;
@@ -9,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 const BESIDE: &str = "standfast-mujoco";
-/// What a user does who has no MuJoCo.
+/// How a user without MuJoCo gets it.
 pub const HOW_TO_GET: &str = "`pip install 'standfast[mujoco]'`, or from the source `eval \"$(.ci/mujoco)\"` and `cargo build \
                               --release --features mujoco --bin standfast-mujoco`";
 /// Where the system's loader looks for libraries first.
@@ -81,7 +82,7 @@ fn versions(folder: &Path) -> Vec<String> {
 #[cfg(unix)]
 fn replace(command: &mut Command) -> Result<ExitCode, Error> {
     use std::os::unix::process::CommandExt;
-    // It returns only if it fails.
+    // `exec` returns only if it fails.
     let source = command.arg0("standfast").exec();
     Err(Error::Read { path: command.get_program().into(), source })
 }

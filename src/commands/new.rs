@@ -54,7 +54,7 @@ pub fn run(args: &NewArgs) -> Result<ExitCode> {
         "campaign" => (Kind::Campaign, "standard", "run"),
         _ => (Kind::Controller, "switching", "push --controller"),
     };
-    // Results and tables go by the name, so it is that of the file.
+    // Results and tables name a controller or campaign by `name`, so the name is the file's.
     let name = |name: &str| format!("\nname = {}\n", toml::Value::String(name.into()));
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let text = assets::open(kind, from)?.text.replacen(&name(from), &name(&stem), 1);
@@ -67,8 +67,8 @@ pub fn run(args: &NewArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The text of a campaign, with three significant digits for each of its numbers that has more: those in units of a robot
-/// were converted once.
+/// The text of a campaign, with three significant digits for each of its numbers that has more: those in units of a
+/// robot were converted once.
 fn in_round_numbers(text: &str) -> String {
     let rounded = |piece: &str| {
         let digits = piece.trim_end_matches(|c: char| !c.is_ascii_digit());

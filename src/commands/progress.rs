@@ -1,5 +1,5 @@
 //! Shows how far a campaign or a search is. On a terminal there is a bar, and above it what was found so far; in a log
-//! there is a line now and then. All of it goes to the standard error.
+//! there is a line now and then. Both go to the standard error.
 
 use super::terminal::{is_quiet, make_way_for, note};
 use console::Term;
@@ -13,13 +13,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// No rate and no time to go is told before this time has passed (s), because the first episode alone says little.
+/// Time before which no rate and no time to go is told (s), because the first episode alone says little.
 const FIRST_S: f64 = 1.0;
 /// Width of the narrowest bar with the space after it (columns).
 const BAR_COLUMNS: usize = 5;
-/// A terminal shows what was found at most this often (s).
+/// Shortest time between two texts of what was found on a terminal (s).
 const SHOWN_EVERY_S: f64 = 0.25;
-/// Where there is no terminal, a line is written whenever another one of so many equal parts of the work is done.
+/// Number of equal parts of the work after each of which a line is written where there is no terminal.
 const LINES: u64 = 10;
 
 /// Counts what is finished, from any thread: episodes, or other things such as searches, each of which takes many
@@ -134,7 +134,7 @@ impl Progress {
         if let (Some(bar), false) = (&self.bar, told.is_empty()) {
             bar.set_style(style("{prefix}\n{wide_bar} {msg}"));
             bar.set_prefix(wrapped_to(columns().min(80), "", &harmless(&told)).trim_end().to_string());
-            // This draws at once; the changes of single episodes are not all drawn.
+            // The call draws at once; the changes of single episodes are not all drawn.
             return bar.suspend(|| {});
         }
         let mut before = self.found.lock().unwrap_or_else(PoisonError::into_inner);
@@ -163,7 +163,7 @@ impl Progress {
         self.time_of_s(self.total() - self.there)
     }
 
-    /// Time that so many take at the pace so far (s).
+    /// Time that `count` episodes or other counted things take at the pace so far (s).
     pub fn time_of_s(&self, count: u64) -> f64 {
         self.start.elapsed().as_secs_f64() * count as f64 / self.done().max(1) as f64
     }
@@ -281,7 +281,7 @@ mod tests {
         assert_eq!(progress(1100, 0, 0, 100).line(), "1100 of 4000 episodes");
         assert_eq!(progress(1000, 100, 100, 25).line(), "1100 of 4000 episodes, 4.0/s, 12 min to go");
         assert_eq!(progress(1000, 3000, 3000, 750).line(), "4000 of 4000 episodes, 4.0/s");
-        // A search takes many episodes, and has no time to go before the first one has ended.
+        // A search takes many episodes, and has no time to go before the first search has ended.
         let searches = |done, episodes| {
             let progress =
                 Progress { what: "searches", of_episodes: false, total: 8.into(), ..progress(0, done, episodes, 25) };

@@ -141,7 +141,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
 const OF_TRIAL: [&str; 3] = ["push", "second_push", "variations"];
 
 impl PushArgs {
-    /// The trial that the episode is, of the campaign or of a search in it.
+    /// The trial of the episode: one of the campaign, or one of a search in it.
     fn any_trial(&self) -> Option<u64> {
         self.trial.or(self.limit_trial)
     }
@@ -189,8 +189,8 @@ impl PushArgs {
     }
 }
 
-/// The pushes of the episode: those of the named trial or, if there is none, one from behind. The options change the
-/// first push. Fails for a value out of range, or if a push does not end within the horizon.
+/// The pushes of the episode: the pushes of the named trial or, if no trial is named, one push from behind. The options
+/// change the first push. Fails for a value out of range, or if a push does not end within the horizon.
 fn the_pushes(
     args: &PushArgs,
     campaign: Option<&Campaign>,
@@ -205,7 +205,7 @@ fn the_pushes(
         _ => vec![Push::first(&Units::of(robot))],
     };
     let base = pushes[0];
-    // The time, height and duration of the second push follow from those of the first.
+    // The time, height and duration of the second push follow from the first push.
     let moves_second =
         args.start.is_some() || args.duration.is_some() || args.height.is_some() || args.profile.is_some();
     if pushes.len() > 1 && moves_second {
@@ -238,7 +238,8 @@ fn the_pushes(
     Ok(pushes)
 }
 
-/// Checks that a height above the COM at home (m) is one of the robot, from its soles to its top, to a centimetre outwards.
+/// Checks that a height above the COM at home (m) is one of the robot, from its soles to its top, to a centimetre
+/// outwards.
 fn at_robot(height_m: f64, robot: &Robot) -> Result<f64> {
     let at_home = Kinematics::at_home(robot);
     let top_of = |(i, link): (usize, &Link)| {

@@ -68,7 +68,7 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
         trace: args.trace.clone(),
         plot: args.plot.clone(),
         frames: args.frames.clone(),
-        // The page has another option here, `--output`, which is checked below.
+        // The page has the option `--output` in this command, which is checked below.
         replay: None,
     };
     args.output.iter().try_for_each(|path| check_output("--output", path, &["html"]))?;
@@ -182,8 +182,8 @@ pub struct Replays {
 }
 
 /// Writes the pages of the first `for_each_set` telling trials of each controller, only those that are missing or, with
-/// `afresh`, all. It asks `stop` before each page, and writes no more once this is true. A page that cannot be written is
-/// left out with a warning.
+/// `afresh`, all. It asks `stop` before each page, and writes no more once this is true. A page that cannot be written
+/// is left out with a warning.
 pub fn write_telling(
     folder: &Folder,
     summary: &Summary,
@@ -224,8 +224,8 @@ pub fn write_telling(
     replays
 }
 
-/// Simulates a trial of the result in `folder` again, and writes its page and a small picture into this folder. Returns how
-/// the trial differs if it does not end as it did in the result.
+/// Simulates a trial of the result in `folder` again, and writes its page and a small picture into this folder. Returns
+/// how the trial differs if it does not end as it did in the result.
 fn write_page(folder: &Path, trial: u64, set: &str) -> Result<Option<String>> {
     let (replayed, path) = (StoredTrial::open(folder, trial, Some(set))?, page_in(folder, trial, set, None)?);
     let config = replayed.config_in(replayed.engine())?;

@@ -88,7 +88,8 @@ pub struct RunArgs {
 }
 
 pub fn run(args: &RunArgs) -> Result<ExitCode> {
-    // All is checked before anything runs, so that no time is lost on a campaign that cannot be judged in the end.
+    // All input is checked before anything runs, so that no time is lost on a campaign that cannot be judged in the
+    // end.
     let (plans, folders) = args.plans()?;
     let campaign = &plans[0].manifest.campaign;
     let agreement = match &folders[..] {
@@ -97,13 +98,13 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     };
     agreement.as_deref().map_or(Ok(()), compare::check_out)?;
     let gates = |folder: &Folder| match args.shard {
-        // A shard judges nothing, but it may have to know when all is decided; `merge` judges the whole.
+        // A shard judges nothing, but it may have to know when every question is decided; `merge` judges the whole.
         Some(_) if !folder.manifest.campaign.stopping.until_resolved => Ok(None),
         _ => gates_of(folder, &args.gates).map(Some),
     };
     let gates = folders.iter().map(gates).collect::<Result<Vec<_>>>()?;
     let options = RunOptions { threads: args.threads, shard: args.shard, untried: args.untried };
-    // Of two engines, both have the same controllers.
+    // Two engines run the same controllers, so one folder tells about both.
     folders[0].manifest.told_not_kept().iter().for_each(|told| tell("warning: ", told));
     stop_on_ctrl_c();
     let of_each = plans.iter().zip(&folders).zip(&gates);
@@ -135,7 +136,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         simulate(&mut work, gates.as_ref(), args.bare && is_new)?;
         match gates {
             Some(gates) if args.shard.is_none() => {
-                // Of two engines there is one JSON object for both.
+                // With two engines there is one JSON object for both.
                 let printing = (agreement.is_none() || !args.printing.json).then_some(args.printing);
                 summaries.push(work.within_threads(|| conclude(folder, gates, &args.replays, printing, false))?.0);
             }
@@ -189,7 +190,7 @@ pub(super) fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool)
     let on_look = |look: &Look, all_episodes: u64| {
         let Some(progress) = &progress else { return };
         progress.set_total(all_episodes);
-        // A terminal shows at any time what is open, so it needs a line only when something ends.
+        // A terminal always shows what is open, so it needs a line only when something ends.
         if look.open.is_empty() || !look.stopping.is_empty() || !progress.is_on_terminal() {
             note(&told(look, gates));
         }
@@ -249,7 +250,7 @@ impl RunArgs {
         }
     }
 
-    /// The folder for the result of a plan. Of two engines, each has its own in that of `--out`.
+    /// The folder for the result of a plan. With two engines, each engine has its own folder in the folder of `--out`.
     fn folder(&self, plan: &Plan) -> Result<Folder> {
         let engine = plan.manifest.campaign.episode.engine.name();
         match (&self.out, self.change.settings.engine) {
@@ -258,7 +259,7 @@ impl RunArgs {
         }
     }
 
-    /// The folder for the comparison of two engines, of which the result of one is in `first`.
+    /// The folder for the comparison of two engines; the result of one engine is in `first`.
     fn agreement_folder(&self, first: &Folder) -> PathBuf {
         let beside =
             || first.path.with_file_name(format!("{}-agreement", first.path.file_name().unwrap_or_default().display()));

@@ -1,7 +1,7 @@
 //! `standfast slurm`: a campaign as an array of jobs on a Slurm cluster, and a merge that waits for them.
 //!
 //! Each task runs one shard into a folder that all nodes share. Execution is at least once: a task may be killed,
-//! requeued, or submitted again with another count of shards, since parts are the same whoever writes them.
+//! requeued, or submitted again with another number of shards, since a part is the same whichever task writes it.
 
 use super::arguments::{ENGINES, EngineChoice, count, fine, one_of};
 use super::mujoco;
@@ -15,9 +15,9 @@ use std::ffi::{OsStr, OsString};
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
-/// A task that is asked to stop has so long before it is killed (s).
+/// Time between the request to stop and the end of a task by force (s).
 const NOTICE_S: u32 = 60;
-/// A task is requeued so often at most.
+/// Largest number of times that a task is requeued.
 const REQUEUES: u32 = 20;
 
 #[derive(Debug, clap::Args)]
@@ -51,7 +51,8 @@ pub struct SlurmArgs {
     pub run: RunArgs,
 }
 
-/// Options of this command, and those of `run` that are for the merge; `true` where a value follows.
+/// Options of `slurm` alone; `true` where a value follows. The second list has the options of `run` that only the merge
+/// gets.
 const OWN: [(&str, bool); 5] =
     [("--shards", true), ("--minutes", true), ("--cpus", true), ("--sbatch", true), ("--submit", false)];
 const OF_MERGE: [(&str, bool); 7] = [
@@ -63,7 +64,7 @@ const OF_MERGE: [(&str, bool); 7] = [
     ("--json", false),
     ("--run-inputs", false),
 ];
-/// Those that a task chooses itself.
+/// Options of `run` that each task chooses itself.
 const OF_TASK: [(&str, bool); 2] = [("--threads", true), ("--out", true)];
 
 pub fn run(args: &SlurmArgs) -> Result<ExitCode> {
@@ -93,7 +94,8 @@ pub fn run(args: &SlurmArgs) -> Result<ExitCode> {
 }
 
 impl SlurmArgs {
-    /// A shell script that submits array and merge, and prints their numbers. An argument is the list of tasks to submit.
+    /// A shell script that submits array and merge, and prints their numbers. An argument is the list of tasks to
+    /// submit.
     fn script(&self, plan: &Plan, out: &Path, typed: Vec<String>) -> Result<String> {
         let campaign = &plan.manifest.campaign;
         let trial_s = plan.seconds_a_trial()?;
@@ -102,7 +104,7 @@ impl SlurmArgs {
         let by_time = || (whole_s / (60.0 * self.minutes as f64)).ceil().max(1.0) as u64;
         let shards = self.shards.unwrap_or_else(by_time).min(parts);
         let (of_merge, mut rest) = split(typed, &OF_MERGE);
-        // Both may start commands of a result's folder.
+        // Both the tasks and the merge may start commands of a result's folder.
         rest.extend(of_merge.iter().filter(|word| *word == "--run-inputs").cloned());
         let (_, rest) = split(rest, &[&OWN[..], &OF_TASK].concat());
         // Whether a campaign is decided depends on its gates, so its shards have to know them.
@@ -173,7 +175,7 @@ fn line(word: OsString) -> Result<String> {
 fn split(line: Vec<String>, names: &[(&str, bool)]) -> (Vec<String>, Vec<String>) {
     let (mut taken, mut rest, mut words) = (Vec::new(), Vec::new(), line.into_iter());
     while let Some(word) = words.next() {
-        // What follows would be no option any more, but options are added.
+        // Words after `--` would not be read as options, but the script adds options at the end.
         if word == "--" {
             continue;
         }

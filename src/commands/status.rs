@@ -54,8 +54,8 @@ pub fn run(args: &StatusArgs) -> Result<ExitCode> {
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
 }
 
-/// The blocks that a result still lacks. Of a campaign that ends when decided and has not ended, the looks that its parts
-/// allow are taken: what was decided by then lacks nothing.
+/// The blocks that a result still lacks. Of a campaign that ends when decided and has not ended, the looks that its
+/// parts allow are taken: what was decided by then lacks nothing.
 fn missing(folder: &Folder, baseline: Option<&Path>) -> Result<Vec<u64>> {
     let of = |set_trials: &[u64]| {
         (0..folder.blocks()).filter(|&block| folder.lacks(block, set_trials).contains(&true)).collect()
@@ -64,7 +64,7 @@ fn missing(folder: &Folder, baseline: Option<&Path>) -> Result<Vec<u64>> {
         return Ok(folder.missing());
     }
     let gates = match Gates::new(&folder.manifest, baseline) {
-        // It takes a baseline to know what is decided.
+        // What is decided can be known only with a baseline.
         Err(_) if baseline.is_none() => return Ok(of(&vec![folder.trials(); folder.manifest.sets.len()])),
         gates => gates?,
     };
@@ -119,11 +119,11 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
     Ok(complete)
 }
 
-/// The shards of so many that have these blocks, as ranges: `3,7-9`; or `none`.
+/// The shards that have these blocks, if there are `shards` in all, as ranges: `3,7-9`; or `none`.
 fn shards_of(blocks: &[u64], shards: u64) -> String {
     let numbers: BTreeSet<u64> = blocks.iter().map(|block| block % shards + 1).collect();
     match numbers.is_empty() {
-        // Not an empty line, which is also what a command that fails prints.
+        // The answer is not an empty line, because a command that fails also prints an empty line.
         true => "none".into(),
         false => joined(numbers.into_iter().map(|number| (number, number + 1))).join(","),
     }

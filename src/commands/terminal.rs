@@ -15,8 +15,8 @@ use std::sync::{Mutex, PoisonError};
 /// The progress bar that is on the terminal. It is taken away while a note is printed.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// Prints to the standard output, where no foreign text commands the terminal, and gives the exit code of a command that ends
-/// with that. It is no error if the reader has gone, as in `| head`.
+/// Prints to the standard output, where no foreign text commands the terminal, and gives the exit code of a command
+/// that ends with that. It is no error if the reader has gone, as in `| head`.
 pub fn print(text: &str) -> Result<ExitCode> {
     let mut out = std::io::stdout().lock();
     match out.write_all(harmless(text).as_bytes()).and_then(|()| out.flush()) {
@@ -44,7 +44,8 @@ pub fn note(line: &str) {
     }
 }
 
-/// Prints a line of a warning or an error to the standard error. If that fails, nobody can be told, and the work goes on.
+/// Prints a line of a warning or an error to the standard error. If that fails, nobody can be told, and the work goes
+/// on.
 pub fn alert(line: &str) {
     above_the_bar(|| {
         let _ = writeln!(std::io::stderr().lock(), "{}", harmless(line));
@@ -58,8 +59,8 @@ fn above_the_bar(write: impl FnOnce()) {
     }
 }
 
-/// Logs by another logger, as harmless as [`print()`] prints, but each warning only once: that of a robot would else come again
-/// with every replay of it.
+/// Logs by another logger, with texts as harmless as [`print()`] prints, but each warning only once: a warning of a
+/// robot would come again with every replay.
 pub struct Once<L> {
     logger: L,
     told: Mutex<HashSet<String>>,
@@ -79,7 +80,7 @@ impl<L: Log> Log for Once<L> {
     fn log(&self, record: &Record) {
         let text = record.args().to_string();
         let is_new = || self.told.lock().unwrap_or_else(PoisonError::into_inner).insert(text.clone());
-        // Whoever asks for more than warnings wants all of it.
+        // A user who asks for more than warnings wants every message.
         if self.enabled(record.metadata()) && (record.level() > Level::Warn || is_new()) {
             let shown = harmless(&text);
             let (metadata, module) = (record.metadata().clone(), record.module_path());
@@ -100,8 +101,8 @@ pub fn tell(mark: &str, sentences: &str) {
     note(wrapped(mark, sentences).trim_end());
 }
 
-/// Whether a command that a result keeps may be started, and says which one. If this machine has not made the result, it
-/// asks, unless `is_allowed`; where there is no terminal, it may not.
+/// Whether a command that a result keeps may be started, and says which one. If this machine has not made the result,
+/// it asks, unless `is_allowed`; where there is no terminal, it may not.
 pub fn may_start(kept: &Kept, is_allowed: bool) -> bool {
     let Kept { file, command, made } = kept;
     if *made == Made::Now {

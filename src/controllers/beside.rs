@@ -1,10 +1,11 @@
-//! Files beside the file of a controller, which it needs: a script, a network. They are inputs of a result.
+//! Files beside the file of a controller that the controller needs, such as a script or a network. They are inputs of a
+//! result.
 
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::{Source, parse_toml};
 use std::path::{Component, Path, PathBuf};
 
-/// A larger file is no part of a controller.
+/// Largest size of a file that a controller needs (bytes).
 pub const MOST_FILE_BYTES: u64 = 200_000_000;
 
 /// Fails if a controller's file states the key `file`, in which its own path is kept; `accepted` names other keys.

@@ -1,11 +1,12 @@
-//! A child process that answers each line with a line, within a time limit. What it writes to stderr is kept, to be shown
-//! if it fails.
+//! A child process that answers each line with a line, within a time limit. The end of its stderr is kept, and is shown
+//! if the child fails.
 //!
-//! The pipes do not block, so that a child which does not read, or never stops writing, meets the same limit as one that
-//! does not answer. No thread reads them: they are closed with the [`Talker`], whoever holds their other ends.
+//! The pipes do not block. So a child that does not read, or never stops writing, meets the same limit as a child that
+//! does not answer. No thread reads the pipes: they are closed with the [`Talker`], even if other programs hold their
+//! other ends.
 //!
-//! A child has a process group of its own, which is killed at the end with all that the child has started in it. Should this
-//! program be killed, a shell beside it, the [`Guard`], sees its pipe close and does the same.
+//! A child has a process group of its own, which is killed at the end with all processes that the child has started in
+//! it. If this program is killed, a shell beside it, the [`Guard`], sees its pipe close and kills the groups.
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::ioctl_fionbio;
@@ -20,15 +21,15 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Set to stop: from then on, nobody waits for an answer of a child.
+/// If true, no answer of a child is waited for any longer.
 pub static STOP: AtomicBool = AtomicBool::new(false);
 
-/// Longest accepted answer (bytes), and how much of stderr is kept.
+/// Longest accepted answer, and length of the end of stderr that is kept (bytes).
 const MOST_BYTES: usize = 1_000_000;
 const LAST_WORDS: usize = 1000;
-/// How long a child may take to end after its input was closed.
+/// Longest time that a child may take to end after its input was closed.
 const FAREWELL: Duration = Duration::from_millis(300);
-/// How often [`STOP`] is looked at while an answer is waited for. An answer that comes sooner still counts.
+/// Time between two looks at [`STOP`] while an answer is waited for. An answer that comes sooner still counts.
 const GLANCE: Duration = Duration::from_millis(20);
 
 /// Why there is no answer.
@@ -51,14 +52,14 @@ impl From<String> for Trouble {
 /// A running child.
 pub(super) struct Talker {
     child: Child,
-    /// None once it was closed, with which a child has to end.
+    /// Input of the child. It is None once it was closed, after which the child has to end.
     stdin: Option<ChildStdin>,
     stdout: ChildStdout,
     stderr: ChildStderr,
-    /// What was heard from stdout and belongs to no answer so far, and whether that was all.
+    /// Bytes from stdout that belong to no answer yet, and whether stdout has ended.
     heard: Vec<u8>,
     is_silent: bool,
-    /// The end of what was heard from stderr, and whether that was all.
+    /// Last bytes from stderr, and whether stderr has ended.
     words: VecDeque<u8>,
     is_speechless: bool,
 }
@@ -86,8 +87,8 @@ impl Talker {
         unblocked.map_err(|e| fail(e.into())).map(|()| talker)
     }
 
-    /// Sends a line, which ends with a line feed, and waits for the answer; both take at most `limit`. After an error the
-    /// child is of no use.
+    /// Sends a line, which ends with a line feed, and waits for the answer. Both together take at most `limit`. After
+    /// an error the child is of no use.
     pub fn ask(&mut self, line: &str, limit: Duration) -> Result<String, Trouble> {
         self.exchange(line.as_bytes(), limit).map_err(|trouble| match trouble {
             Trouble::OfChild(problem) => self.failed(problem).into(),
@@ -103,7 +104,7 @@ impl Talker {
             None => {}
         }
         let began = Instant::now();
-        // A child that has ended takes no line. Why it did is in what it says last.
+        // A child that has ended takes no line. The reason is in its last output.
         let mut is_deaf = false;
         loop {
             if !unsent.is_empty() && !is_deaf {
@@ -133,7 +134,7 @@ impl Talker {
         }
     }
 
-    /// Waits until there is something to hear or, if `is_sending`, something can be sent; at most for `limit`.
+    /// Waits until there is something to read or, if `is_sending`, something can be sent; at most for `limit`.
     fn wait(&self, is_sending: bool, limit: Duration) -> Result<(), String> {
         let mut pipes = vec![PollFd::new(&self.stdout, PollFlags::IN)];
         // A stderr that is closed would be ready at all times.
@@ -150,7 +151,7 @@ impl Talker {
         }
     }
 
-    /// Hears what is there, up to one answer.
+    /// Reads the available output, up to one answer.
     fn hear(&mut self) -> Result<(), String> {
         self.hear_words();
         let mut bytes = [0; 1 << 14];
@@ -170,7 +171,7 @@ impl Talker {
         Ok(())
     }
 
-    /// The first line of what was heard, or the rest at the end; None if there is no whole line.
+    /// The first line of the output or, after its end, the rest. It is None if there is no whole line.
     fn answer(&mut self) -> Result<Option<String>, String> {
         let end = match self.heard.iter().position(|&byte| byte == b'\n') {
             Some(at) => at + 1,
@@ -185,9 +186,10 @@ impl Talker {
         Ok(Some(line).filter(|line| !line.is_empty()))
     }
 
-    /// Hears what is there on stderr, and keeps the end of it.
+    /// Reads the available bytes of stderr, and keeps the last ones.
     fn hear_words(&mut self) {
-        /// What a pipe can hold and more; a child that never stops has to be asked in between.
+        /// Largest number of reads, enough for a full pipe. A child that never stops writing must still be asked in
+        /// between.
         const MOST_READS: usize = 64;
         let mut bytes = [0; 1 << 14];
         for _ in 0..MOST_READS {
@@ -204,7 +206,7 @@ impl Talker {
         }
     }
 
-    /// Ends the child, and adds how it ended and its last words to the problem.
+    /// Ends the child, and adds its exit status and its last output to stderr to the problem.
     fn failed(&mut self, problem: String) -> String {
         let ended = match self.end() {
             Some(status) if !status.success() => format!(" ({status})"),
@@ -215,20 +217,20 @@ impl Talker {
         format!("{problem}{ended}{words}")
     }
 
-    /// Closes its input, gives it a moment to end by itself, and then kills all that is left of its group. Returns how it
-    /// ended by itself.
+    /// Closes the child's input, waits a moment for the child to end, and then kills the rest of its group. Returns the
+    /// exit status if the child ended by itself.
     fn end(&mut self) -> Option<ExitStatus> {
         self.stdin = None;
         let (group, until) = (Pid::from_child(&self.child), Instant::now() + FAREWELL);
         let mut has_ended = has_ended(group);
         while !has_ended && Instant::now() < until {
-            // A child that is about to end may have more to say than its pipe can hold.
+            // A child that is about to end may write more to stderr than a pipe can hold.
             self.hear_words();
             thread::sleep(Duration::from_millis(2));
             has_ended = self::has_ended(group);
         }
-        // The child keeps its number until it is waited for, so that no other process can have it here. It may have left
-        // its group, and there may be nothing to kill.
+        // A child keeps its process number until it is waited for, so no other process can have the number here. The
+        // child may have left its group, and then there may be nothing to kill.
         _ = kill_process_group(group, Signal::KILL);
         _ = self.child.kill();
         GUARD.forget(&self.child);
@@ -247,11 +249,11 @@ impl Drop for Talker {
 /// Whether a child has ended. It still has to be waited for.
 fn has_ended(child: Pid) -> bool {
     let look = WaitIdOptions::EXITED | WaitIdOptions::NOWAIT | WaitIdOptions::NOHANG;
-    // Whoever cannot be waited for is not there.
+    // A process that cannot be waited for does not exist.
     waitid(WaitId::Pid(child), look).map_or(true, |status| status.is_some())
 }
 
-/// Whether a pipe may have more to say, or take more, some time later.
+/// Whether a pipe may be ready to read or write at a later time.
 fn is_for_later(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }
@@ -267,7 +269,7 @@ pub(super) fn shortened(text: &str, most: usize) -> String {
     if text.chars().count() > most { format!("{start}...") } else { start }
 }
 
-/// A shell that ends all children should this program be killed: it reads from a pipe that is closed with this program, and
+/// A shell that kills all children if this program is killed. It reads from a pipe that closes with this program, and
 /// does nothing until then.
 static GUARD: Guard = Guard(Mutex::new(None));
 
@@ -285,7 +287,7 @@ while read -r change group; do
 done
 for group in $groups; do kill -s KILL -- \"-$group\"; done 2>/dev/null";
 
-    /// Watches over a child's group. Errors: the shell cannot be started.
+    /// Adds a child's group to the guarded ones. It fails if the shell cannot be started.
     fn watch(&self, child: &Child) -> io::Result<()> {
         let mut shell = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if shell.is_none() {
@@ -302,7 +304,7 @@ for group in $groups; do kill -s KILL -- \"-$group\"; done 2>/dev/null";
         Ok(())
     }
 
-    /// Watches no longer over a child's group.
+    /// Removes a child's group from the guarded ones.
     fn forget(&self, child: &Child) {
         Self::tell(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner), '-', child);
     }
@@ -311,7 +313,7 @@ for group in $groups; do kill -s KILL -- \"-$group\"; done 2>/dev/null";
         let told =
             shell.as_mut().map_or(Ok(()), |shell| shell.write_all(format!("{change} {}\n", child.id()).as_bytes()));
         if told.is_err() {
-            // Somebody has ended it. Whoever comes next gets another one.
+            // The shell was killed from outside. The next child starts another one.
             *shell = None;
         }
     }
@@ -380,7 +382,8 @@ mod tests {
         panic!("the grandchild is still there");
     }
 
-    /// A group of another guard, which somebody has ended, once doubled all that the guard knew.
+    /// The guard is told to forget a group of another guard, which was killed from outside. This once doubled the
+    /// guard's list.
     #[test]
     fn the_guard_forgets_only_what_it_knows() {
         let mut shell = Command::new("/bin/sh").args(["-c", Guard::SCRIPT]).stdin(Stdio::piped()).spawn().unwrap();

@@ -1,30 +1,30 @@
-//! Which files the command of a process refers to: those in the folder of the controller's file become inputs of a result,
-//! and what else it names is told.
+//! Finds the files to which the command of a process refers. Files in the folder of the controller's file become inputs
+//! of a result, and all other names are listed.
 
 use super::beside::is_inside;
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 
-/// Programs that run others or scripts, and belong to a machine as an operating system does.
+/// Programs that run other programs or scripts, and belong to the machine like its operating system.
 const INTERPRETERS: [&str; 20] = [
     "bash", "bun", "dash", "deno", "env", "java", "julia", "lua", "luajit", "nice", "node", "octave", "perl", "pypy",
     "python", "Rscript", "ruby", "sh", "uv", "zsh",
 ];
-/// A folder with more files is no package of a controller.
+/// Largest number of files in a Python package of a controller.
 const MOST_FILES: usize = 1000;
 
-/// What a command refers to.
+/// The files and names to which a command refers.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Followed {
     /// Files in the folder, by their paths within it.
     pub kept: BTreeSet<String>,
-    /// Whatever else is named: paths to elsewhere, programs and modules that are not in the folder.
+    /// All other names: paths to elsewhere, and programs and modules that are not in the folder.
     pub not_kept: BTreeSet<String>,
 }
 
 impl Followed {
-    /// Follows a command that is run in `folder`: its words, the modules of Python that it starts, and what these and `files`
-    /// import from the folder.
+    /// Follows a command that is run in `folder`: its words, the modules of Python that it starts, and the imports of
+    /// these modules and of `files` from the folder.
     pub fn of(folder: &Path, command: &[String], files: &[String]) -> Self {
         let mut followed = Self::default();
         files.iter().for_each(|file| followed.keep(folder, file));
@@ -82,7 +82,7 @@ impl Followed {
         }
     }
 
-    /// Keeps a file of the folder, and what it imports.
+    /// Keeps a file of the folder, and the files that it imports.
     fn keep(&mut self, folder: &Path, file: &str) {
         if self.kept.iter().any(|kept| plain(kept) == plain(file)) {
             return;
@@ -96,7 +96,8 @@ impl Followed {
         }
     }
 
-    /// Keeps what a script, which lies in `within` the folder, imports from there or from above.
+    /// Keeps the modules that a script imports from the folder. The script lies in `within`, and may import from there
+    /// or from a folder above.
     fn imports(&mut self, folder: &Path, within: &Path, script: &str) {
         for statement in script.lines().flat_map(|line| line.split(';')).map(str::trim_start) {
             let names = match (statement.strip_prefix("import "), statement.strip_prefix("from ")) {
@@ -130,7 +131,7 @@ impl Followed {
         is_there
     }
 
-    /// Keeps all files of a package of Python in the folder. Returns false if it is none.
+    /// Keeps all files of a Python package in the folder. Returns false if there is no such package.
     fn package(&mut self, folder: &Path, package: &Path) -> bool {
         let mut files = Vec::new();
         files_in(folder, package, &mut files);
@@ -153,7 +154,7 @@ fn files_in(folder: &Path, within: &Path, files: &mut Vec<PathBuf>) {
     entries.sort_by_key(std::fs::DirEntry::file_name);
     for entry in entries.iter().filter(|entry| !entry.file_name().as_encoded_bytes().starts_with(b".")) {
         let path = within.join(entry.file_name());
-        // A link may lead around in a circle, so it is followed to a file only.
+        // A link may lead around in a circle, so only links to files are followed.
         match entry.file_type() {
             Ok(kind) if kind.is_dir() && entry.file_name() != "__pycache__" && files.len() <= MOST_FILES => {
                 files_in(folder, &path, files);
@@ -164,7 +165,7 @@ fn files_in(folder: &Path, within: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// The words of an argument: itself, or those of a line for a shell.
+/// The words of an argument: the argument itself or, if it is a line for a shell, the words of the line.
 fn words<'a>(folder: &Path, arg: &'a str) -> Vec<&'a str> {
     if folder.join(arg).exists() || !arg.contains(char::is_whitespace) {
         return vec![arg];

@@ -28,7 +28,7 @@ impl Settings for GainSet {
     fn tree(&self) -> Table {
         let mut tree = Table::try_from(self).expect("it was read from a table");
         if let (Some(catching), Some(Value::Table(table))) = (&self.catching, tree.get_mut("catching")) {
-            // Its file leaves out zeros; as a table that can be changed it has them.
+            // The file leaves out zeros, but a key that can be changed must be in the table.
             let Departure { lift, left, crossed, place, zmp, slower, tilt, lower } = catching.every;
             let [place, zmp, tilt] = [place, zmp, tilt].map(|pair| Value::from(pair.to_vec()));
             let numbers = [("lift", lift), ("left", left), ("crossed", crossed), ("slower", slower), ("lower", lower)];
@@ -47,8 +47,8 @@ impl Settings for GainSet {
         &["gain_switches", "left_sets_at_s"]
     }
 
-    /// The margin and the slowest pole of each gain, and of footsteps what decides most. The ranges hold for robots of
-    /// every size, as the values do.
+    /// The margin, the slowest pole of each gain, and the most important numbers of footsteps. The ranges, like the
+    /// values, hold for robots of every size.
     fn tunables(&self) -> Vec<Tunable> {
         let about = |value: f64, factor: f64| [value / factor, value * factor];
         let mut found = vec![Tunable::new("zmp_margin", self.zmp_margin, [0.0, 0.3])];

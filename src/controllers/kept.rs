@@ -1,7 +1,7 @@
-//! Commands that results keep. A result has the files of its controllers in `inputs/gains`, where a trial that is simulated
-//! again starts those that are programs. A result from elsewhere would so run anybody's code. So it is noted which inputs
-//! this machine has made, by a hash of all files in that folder, in the state folder of the user. A command beside other
-//! files is started only if somebody [allows](ask_by) it.
+//! Commands that results keep. A result has the files of its controllers in `inputs/gains`. If a trial is simulated
+//! again, controllers that are programs are started from there. A result from elsewhere could so run anybody's code. So
+//! this machine notes, in the state folder of the user, a hash of all files in each such folder that it has made. If
+//! the files have another hash, a command is started only if somebody [allows](ask_by) it.
 
 use standfast_core::error::{Error, Result};
 use standfast_files::assets;
@@ -21,7 +21,7 @@ pub struct Kept<'a> {
     pub made: Made,
 }
 
-/// Who has made the files of a result's controllers.
+/// The origin of the files of a result's controllers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Made {
     /// This program, since it was started.
@@ -41,13 +41,13 @@ static ANSWERS: Mutex<Option<HashMap<(PathBuf, String), bool>>> = Mutex::new(Non
 /// Hashes of the inputs that this program has made.
 static MADE: Mutex<Option<HashSet<String>>> = Mutex::new(None);
 
-/// From now on, `ask` is asked once before each command of a result that is to be started. Until then, only those are
-/// started that this machine has made. It has no effect if it was called before.
+/// Sets the function that is asked once before each command of a result is started. Without it, only commands are
+/// started whose files this machine has made. It has no effect if it was called before.
 pub fn ask_by(ask: impl Fn(&Kept) -> bool + Send + Sync + 'static) {
     _ = ASK.set(Box::new(ask));
 }
 
-/// Fails if `file`, the file of a controller, is kept by a result, and its command may not be started.
+/// Fails if `file` is the file of a controller in a result, and its command may not be started.
 pub(super) fn check(file: &str, command: &[String]) -> Result<()> {
     let Some((path, gains)) = place(file) else { return Ok(()) };
     let command = command.join(" ");
@@ -77,9 +77,9 @@ fn made(gains: &Path) -> Made {
     if is_noted { Made::Earlier } else { Made::Elsewhere }
 }
 
-/// Notes that this machine has made the inputs of a result, given by their paths in its folder. It has no effect if other
-/// files lie beside those of the controllers, which a program might load, or if nothing can be noted: then a command is not
-/// started unasked.
+/// Notes that this machine has made the inputs of a result, given by their paths in its folder. It has no effect if
+/// there are other files beside those of the controllers, which a program might load, or if the note cannot be written:
+/// then a command is not started without asking.
 pub fn note(result: &Path, inputs: &[(String, Vec<u8>)]) {
     let of_controllers = inputs.iter().filter_map(|(name, bytes)| {
         let name = Path::new(name).strip_prefix(GAINS).ok()?;
@@ -97,8 +97,8 @@ pub fn note(result: &Path, inputs: &[(String, Vec<u8>)]) {
     MADE.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default().insert(hash);
 }
 
-/// All files under a folder in the order of their paths, which are relative to it. It is None if one cannot be read, or is
-/// no file.
+/// All files under a folder in the order of their paths, which are relative to it. It is None if an entry cannot be
+/// read, or is not a file.
 fn read(folder: &Path) -> Option<Vec<(PathBuf, Vec<u8>)>> {
     let (mut files, mut folders) = (Vec::new(), vec![folder.to_path_buf()]);
     while let Some(at) = folders.pop() {
@@ -122,7 +122,7 @@ fn hash(files: &[(PathBuf, Vec<u8>)]) -> Option<String> {
     Some(sha256_hex(json(&of_each).ok()?.as_bytes()))
 }
 
-/// Where the hashes are noted, each as an empty file of this name.
+/// The folder of the noted hashes. Each hash is the name of an empty file.
 fn state_folder() -> Option<PathBuf> {
     let whole = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     let state = whole("XDG_STATE_HOME").or_else(|| Some(whole("HOME")?.join(".local/state")));

@@ -12,7 +12,7 @@ use standfast_files::assets::{Source, parse_toml};
 use std::sync::{PoisonError, RwLock};
 use toml::Table;
 
-/// The kinds of controllers, the first of which is that of a file without a kind.
+/// The kinds of controllers. The first one is the kind of a file that does not state a kind.
 static KINDS: [KindOf; 4] = [
     kind::<GainSet>("cpi"),
     kind::<Posture>("posture"),
@@ -44,15 +44,15 @@ pub fn add(kind: KindOf) {
 /// A kind of controllers.
 #[derive(Debug, Clone, Copy)]
 pub struct KindOf {
-    /// The word in a file.
+    /// The word for the kind in a file.
     pub name: &'static str,
     /// Reads a file. It checks no values.
     pub parse: fn(&Source) -> Result<Box<dyn Settings>>,
-    /// Reads what a file states. It checks no values.
+    /// Reads the tree of a file. It checks no values.
     pub of_tree: fn(Table) -> Result<Box<dyn Settings>, toml::de::Error>,
 }
 
-/// A kind whose files state an `S`.
+/// A kind whose files are deserialized as `S`.
 pub const fn kind<S: Settings + DeserializeOwned + 'static>(name: &'static str) -> KindOf {
     KindOf {
         name,
@@ -69,7 +69,8 @@ pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
     Ok(settings)
 }
 
-/// The error about a missing key, with all others that are missing in the file, its gains and its rules for footsteps.
+/// Adds to the error about a missing key all other keys that are missing in the file, its gains and its rules for
+/// footsteps.
 fn of_all_missing(error: Error, table: &Table) -> Error {
     fn lacks(table: Option<&toml::Value>, name: &str, keys: &[&str]) -> Vec<String> {
         let Some(table) = table.and_then(toml::Value::as_table) else { return Vec::new() };

@@ -57,8 +57,8 @@ pub fn parse_gain_set(source: &Source) -> Result<GainSet> {
     Ok(gains)
 }
 
-/// Goes on with another controller where `controller` is: with its state if both are gain sets, else from the start, as
-/// if the robot were at home and at rest.
+/// Replaces the controller during an episode. If both are gain sets, the new one continues from the state of the old
+/// one. Otherwise the new one starts as if the robot were at home and at rest.
 pub fn replace(controller: &mut Box<dyn Controller>, factory: &Factory, seed: u64) {
     let next = factory.start(seed);
     let both = ((&mut **controller as &mut dyn Any).downcast_mut(), (&*next as &dyn Any).downcast_ref());
@@ -68,7 +68,7 @@ pub fn replace(controller: &mut Box<dyn Controller>, factory: &Factory, seed: u6
     }
 }
 
-/// Lets the first footsteps of a gain set's controller depart from its rule; to be called before them.
+/// Makes the first footsteps of a gain set's controller depart from its rule. It must be called before these footsteps.
 pub fn depart(controller: &mut Box<dyn Controller>, departures: &Departures) {
     let controller: Option<&mut CpiController> = (&mut **controller as &mut dyn Any).downcast_mut();
     controller.expect("a gain set is driven by this controller").depart(departures);

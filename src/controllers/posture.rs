@@ -1,5 +1,5 @@
 //! Stiff joints: the servos hold the posture of the start, with the torques that carry the weight there, and nothing is
-//! measured. Every controller must beat that. It is also the shortest example of a kind of controllers.
+//! measured. Every controller must beat this one. It is also the shortest example of a kind of controllers.
 
 use super::settings::{Settings, check_name};
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use standfast_core::error::Result;
 use standfast_core::robot::{Command, Controller, Factory, Report, Robot, Sensed, TickError};
 use toml::Table;
 
-/// What its file states.
+/// The content of the controller's file.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Posture {

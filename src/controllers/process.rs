@@ -1,5 +1,5 @@
-//! Programs of any language: a controller that runs in a process of its own, and answers the readings of each tick with a
-//! command, as lines of JSON. The guide's chapter `process.md` has the protocol.
+//! Programs of any language: a controller that runs in a process of its own, and answers the readings of each tick with
+//! a command, as lines of JSON. The guide's chapter `process.md` has the protocol.
 //!
 //! Each worker has a child, which serves one episode after another. A child that dies, hangs or answers nonsense is
 //! replaced, and its episode ends as failed, with the cause.
@@ -24,18 +24,19 @@ use toml::Table;
 
 /// The version of the protocol.
 const PROTOCOL: u64 = 1;
-/// What traces, replays and results keep of an episode: longest phase and name (characters), most numbers of a tick, most
-/// names of numbers and most phases of an episode.
+/// Limits of what traces, replays and results keep of an episode: characters of a phase or a name, numbers of a tick,
+/// names of numbers, and phases. `MOST_NUMBERS` is the limit of the numbers of a tick and of the names.
 const MOST_LETTERS: usize = 100;
 const MOST_NUMBERS: usize = 100;
 const MOST_PHASES: usize = 1000;
-/// Longest time for which an answer is waited for (s), and that for the first answer, before which a program is loaded.
+/// Longest timeout of an answer that a file may state (s), and the timeout of the first answer, before which a program
+/// loads.
 const MOST_TIMEOUT_S: f64 = 1000.0;
 const START: Duration = Duration::from_secs(30);
-/// How much is told of why a child gives up, or why its answer cannot be read (characters).
+/// Largest number of characters that are shown of a child's error, or of the reason why its answer cannot be read.
 const MOST_WORDS: usize = 1000;
 
-/// What its file states.
+/// The content of the controller's file.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Process {
@@ -45,19 +46,19 @@ pub struct Process {
     description: String,
     /// The program and its arguments. It runs in the folder of the file.
     command: Vec<String>,
-    /// Further files that it reads, relative to that folder.
+    /// Further files that the program reads, relative to the folder of the file.
     #[serde(default)]
     files: Vec<String>,
     /// Longest time for an answer (s).
     #[serde(default = "one_second")]
     timeout_s: f64,
-    /// Whatever the program wants to know; `--vary` can change it.
+    /// Settings of the program; `--vary` can change them.
     #[serde(default)]
     parameters: Table,
     /// Which numbers of `parameters` are worth tuning, each with the ends of its range.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     tunable: BTreeMap<String, [f64; 2]>,
-    /// The file itself. No file states it.
+    /// Path of the file itself. No file states this key.
     #[serde(default)]
     file: String,
 }
@@ -67,7 +68,7 @@ fn one_second() -> f64 {
 }
 
 impl Process {
-    /// Reads a file, and remembers where it is.
+    /// Reads a file, and keeps its path.
     pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
         beside::refuse_file(source, "`command`, `files`, `timeout_s`, `parameters`, `tunable`")?;
         Ok(Box::new(Self { file: source.file.clone(), ..parse_toml(source)? }))
@@ -86,13 +87,13 @@ impl Process {
         let (folder, [program, args @ ..]) = (beside::folder(&self.file), &self.command[..]) else {
             return Err("there is no command".to_string().into());
         };
-        // A path is one in the folder of the file; a plain name is searched for as usual.
+        // A path is relative to the folder of the file; a plain name is searched for as usual.
         let program = match Path::new(program).components().count() {
             1 => PathBuf::from(program),
             _ => folder.canonicalize().unwrap_or(folder.clone()).join(program),
         };
         let mut command = process::Command::new(program);
-        // Python would else write compiled scripts beside them, in a result, too.
+        // Otherwise Python writes compiled scripts beside the scripts, even in the folder of a result.
         command.args(args).current_dir(&folder).env("PYTHONDONTWRITEBYTECODE", "1");
         let mut talker = Talker::start(&mut command)?;
         let answer = talker.ask(hello, START)?;
@@ -145,7 +146,7 @@ impl Settings for Process {
         Table::try_from(self).expect("it was read from a table")
     }
 
-    /// What the command refers to in the folder of the controller's file, and the files that it lists.
+    /// The files in the folder of the controller's file that the command refers to, and the files that the file lists.
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
         self.followed().kept.iter().map(|name| beside::read(&self.file, "files", name)).collect()
     }
@@ -191,7 +192,7 @@ impl Settings for Process {
     }
 }
 
-/// What all episodes share.
+/// The data that all episodes share.
 struct Shared {
     settings: Process,
     hello: String,
@@ -205,11 +206,11 @@ impl Shared {
     }
 }
 
-/// Such a controller in an episode.
+/// The controller in one episode.
 struct Remote {
     shared: Arc<Shared>,
     seed: u64,
-    /// Its child; None before the first tick and after a failure.
+    /// The child of this episode; None before the first tick and after a failure.
     talker: Option<Talker>,
     phase: String,
     numbers: Map<String, Value>,
@@ -219,11 +220,11 @@ struct Remote {
 }
 
 impl Remote {
-    /// A child that is ready for this episode: one that served another, or a new one.
+    /// A child that is ready for this episode: an idle one, or a new one.
     fn begin(&self, limit: Duration) -> Result<Talker, Trouble> {
         let idle = self.shared.idle().pop();
         let mut talker = idle.map_or_else(|| self.shared.settings.start(&self.shared.hello), Ok)?;
-        // Every bit of a seed counts, and many languages have numbers of 53 bits.
+        // The seed is sent as text, because every bit of it counts, and many languages have numbers of 53 bits.
         let answer = talker.ask(&line(&json!({ "type": "reset", "seed": self.seed.to_string() })), limit)?;
         let said: Value = serde_json::from_str(&answer).map_err(|e| nonsense(&answer, &e))?;
         if said["type"] == "ready" {
@@ -233,7 +234,7 @@ impl Remote {
         }
     }
 
-    /// Fails if a phase or the numbers are more than traces, replays and results keep.
+    /// Fails if the phase or the numbers of an answer exceed what traces, replays and results keep.
     fn check_told(&mut self, answer: &Answer) -> Result<(), String> {
         let count = answer.numbers.len();
         if count > MOST_NUMBERS {
@@ -415,6 +416,6 @@ struct Answer {
     /// Numbers for traces.
     #[serde(default)]
     numbers: Map<String, Value>,
-    /// Why it cannot go on.
+    /// The reason why the program cannot go on.
     error: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! What every kind of controllers provides: settings that are read from a file, and make a [`Factory`] for a robot.
+//! The interface of every kind of controllers: settings that are read from a file, and make a [`Factory`] for a robot.
 
 use super::tunable::Tunable;
 use standfast_core::error::{Error, Result};
@@ -12,37 +12,38 @@ pub trait Settings: Any + Debug + Send + Sync {
     /// Name of the controller in tables and results.
     fn name(&self) -> &str;
 
-    /// Checks the values. Errors name `file`, the field, its value and what is accepted.
+    /// Checks the values. Errors name `file`, the field, its value and the accepted values.
     fn check(&self, file: &str) -> Result<()>;
 
     /// The file with all defaults filled in, in which a [variant](super::variant) changes a value.
     fn tree(&self) -> Table;
 
-    /// The file that states these settings. Its numbers are those of the tree.
+    /// The text of a file that states these settings. Its numbers are those of the tree.
     fn text(&self) -> String {
         let mut tree = self.tree();
-        // Where a controller was read from is not in its file.
+        // The key `file` is the path from which the controller was read, and no file states it.
         tree.remove("file");
         toml::to_string(&tree).expect("it was read from a table")
     }
 
-    /// Names of the totals that its reports have, which become columns of a result.
+    /// Names of the totals in the controller's reports, which become columns of a result.
     fn totals(&self) -> &'static [&'static str] {
         &[]
     }
 
-    /// The files that the controller needs beside its own, each by its path relative to that one. They are inputs of a
-    /// result.
+    /// The files that the controller needs beside its own file, each by its path relative to that file. They are inputs
+    /// of a result.
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
         Ok(Vec::new())
     }
 
-    /// Whether it starts a command that its file names.
+    /// Whether the controller starts a command that its file names.
     fn is_program(&self) -> bool {
         false
     }
 
-    /// What the controller depends on that is not among these files, in words of its file: paths to elsewhere, programs.
+    /// Paths to elsewhere and programs on which the controller depends and which are not among its files, in words of
+    /// its file.
     fn not_kept(&self) -> Vec<String> {
         Vec::new()
     }
@@ -62,12 +63,12 @@ pub fn check_name(file: &str, name: &str) -> Result<()> {
     if name.trim().is_empty() { Err(Error::value(file, "name", stated, "is empty", "a name")) } else { Ok(()) }
 }
 
-/// The description that a file states, or what the controller is made by.
+/// The description that a file states. If it states none, it is the controller's maker.
 pub fn about(description: &str, made_by: &str) -> String {
     if description.is_empty() { format!("by {made_by}") } else { description.into() }
 }
 
-/// A controller of a program of your own, which has no file.
+/// A controller that a program of your own defines, and that has no file.
 pub struct Own {
     name: String,
     tree: Table,
@@ -78,8 +79,8 @@ pub struct Own {
 type Prepare = dyn Fn(&Robot, f64) -> Result<Factory> + Send + Sync;
 
 impl Own {
-    /// `tree` is whatever the controller depends on: a result with other numbers is another result. `prepare` makes its
-    /// factory for a robot and a control period (s).
+    /// `tree` holds all numbers on which the controller depends: a result with other numbers is another result.
+    /// `prepare` makes the factory for a robot and a control period (s).
     pub fn new(
         name: impl Into<String>,
         tree: Table,

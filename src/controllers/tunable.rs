@@ -2,20 +2,20 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A number of a controller, and where to look for a better one. The key of a list stands for a factor by which all its
-/// numbers are multiplied.
+/// A number of a controller that a search may change, and the range of its search. If the key is that of a list, the
+/// number is a factor by which all numbers of the list are multiplied.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tunable {
-    /// Dotted, as for [variants](super::variant).
+    /// The dotted key, as for [variants](super::variant).
     pub key: String,
     /// The present value.
     pub now: f64,
     pub range: [f64; 2],
 }
 
-/// A range whose ends differ by this factor or more is searched by ratios.
+/// Ratio of the ends of a range from which on the range is searched on a logarithmic scale.
 const BY_RATIOS: f64 = 3.0;
-/// Significant digits of the values that are tried: what is tried can then be written down.
+/// Significant digits of the values that a search tries, so that a file can state exactly these values.
 const DIGITS: i32 = 4;
 
 impl Tunable {
@@ -23,13 +23,13 @@ impl Tunable {
         Self { key: key.into(), now, range }
     }
 
-    /// Why a range cannot be searched, in words. It is None if it can.
+    /// The reason, in words, why a range cannot be searched. It is None if the range can.
     pub fn problem(range: [f64; 2]) -> Option<&'static str> {
         let [from, to] = range;
         if !(from.is_finite() && to.is_finite()) {
             return Some("its ends are no finite numbers");
         }
-        // Its shares are worked out by the difference or the ratio of its ends.
+        // Shares of the range are computed from the difference or the ratio of its ends, which must be finite.
         let is_too_wide = !(to - from).is_finite() || (from > 0.0 && !(to / from).is_finite());
         match from < to {
             false => Some("its range has no extent"),
@@ -41,14 +41,14 @@ impl Tunable {
         self.range[0] > 0.0 && self.range[1] >= BY_RATIOS * self.range[0]
     }
 
-    /// The value at a share of the range (0 to 1), to so many digits as it is written with.
+    /// The value at a share of the range (0 to 1), rounded by [`rounded`].
     pub fn at(&self, share: f64) -> f64 {
         let [from, to] = self.range;
         let value = if self.is_by_ratios() { from * (to / from).powf(share) } else { from + (to - from) * share };
         rounded(value.clamp(from, to), to - from)
     }
 
-    /// The share of the range at which a value lies, cut to 0 to 1.
+    /// The share of the range at which a value lies, clamped to 0 to 1.
     pub fn share_of(&self, value: f64) -> f64 {
         let [from, to] = self.range;
         let share = match self.is_by_ratios() {
@@ -59,15 +59,15 @@ impl Tunable {
     }
 }
 
-/// A number to so many digits as it is written with: four, or to four digits of the range in which it lies if that is
-/// coarser.
+/// Rounds a value to four significant digits. A value smaller than a hundredth of its range gets no more decimals than
+/// a hundredth of the range would have.
 pub fn rounded(value: f64, range: f64) -> f64 {
     let size = value.abs().max(1e-2 * range);
     if size == 0.0 || !size.is_finite() {
         return value;
     }
     let decimals = (DIGITS - 1 - size.log10().floor() as i32).clamp(0, 300) as usize;
-    // By way of the text, so that it is the number that the file will state.
+    // The value goes through text, so that it equals the number that the file will state.
     format!("{value:.decimals$}").parse().unwrap_or(value)
 }
 

@@ -1,4 +1,4 @@
-//! Numbers of a controller by their keys: which one is meant, and the controller with other values.
+//! Numbers of a controller by their keys: finds the number of a key, and makes the controller with other values.
 
 use super::kinds::kind_of;
 use super::settings::Settings;
@@ -7,7 +7,7 @@ use standfast_core::error::{Error, Result};
 use standfast_files::assets::{self, Missing, nearest, number};
 use toml::Value;
 
-/// Reads `KEY=FROM..TO`, or the key of a number that the controller names itself.
+/// Reads `KEY=FROM..TO`, or the key of a number for which the controller names a range itself.
 pub fn number_to_vary(text: &str, of: &dyn Settings) -> Result<Tunable> {
     let accepted = "KEY=FROM..TO, such as zmp_margin=0.02..0.3";
     let refuse = |problem: &str| Error::option("--vary", text, problem, accepted);
@@ -37,7 +37,7 @@ pub fn number_to_vary(text: &str, of: &dyn Settings) -> Result<Tunable> {
     }
 }
 
-/// The value of a number, or the factor 1 of a list of numbers that are not all 0.
+/// The value of a number. For a list of numbers that are not all 0, it is the factor 1.
 fn is_number_or_list(value: &Value) -> Option<f64> {
     match value {
         Value::Array(list) => {
@@ -61,7 +61,7 @@ fn keys_of(tree: &Value) -> Vec<String> {
     }
 }
 
-/// The controller with these values in place of its own. Fails if the values do not fit together.
+/// The controller with these values instead of its own. Fails if the values do not fit together.
 pub fn with_values(base: &dyn Settings, name: &str, values: &[(&str, f64)]) -> Result<Box<dyn Settings>> {
     let mut tree = Value::Table(base.tree());
     for &(key, value) in values {

@@ -1,9 +1,9 @@
-//! Variants of a controller: the same settings with one changed value, to see what that value does (a sweep).
+//! Variants of a controller: the same settings with one changed value, to measure the effect of that value (a sweep).
 //!
 //! A campaign lists its controllers by name or path, and a variant as `NAME:KEY=VALUE`, for example
 //! `switching:zmp_margin=0.001` or `my.toml:gains.0.x=[0.2, 1, 5]`. The key is dotted, a number in it is an index
-//! into an array (from 0), and the value is TOML (a bare word is a string). Variants can be opened wherever
-//! controllers can, so result folders, shards and replays treat them as any other controller.
+//! into an array (from 0), and the value is TOML (a bare word is a string). A variant can be named wherever a
+//! controller can, so result folders, shards and replays treat it as any other controller.
 
 use super::kinds::kind_of;
 use super::settings::Settings;
@@ -14,16 +14,16 @@ use toml::Value;
 /// A controller as it is listed: a name or path and, for a variant, the change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Listed<'a> {
-    /// Name of a built-in set, or a path.
+    /// Name of a built-in controller, or a path.
     pub base: &'a str,
     /// Key and value as they are written.
     pub change: Option<(&'a str, &'a str)>,
 }
 
 impl<'a> Listed<'a> {
-    /// Splits at the first `:` that is followed by `key=` and preceded by a controller: the name of a built-in set, a
-    /// `.toml` file, or anything if no path follows. So neither a drive (`C:\g.toml`) nor a folder like `a:b=1/g.toml`
-    /// is a variant.
+    /// Splits at the first `:` that is followed by `key=` and preceded by a controller: the name of a built-in
+    /// controller, a `.toml` file, or any text if no path follows. So neither a drive (`C:\g.toml`) nor a folder like
+    /// `a:b=1/g.toml` is a variant.
     pub fn split(text: &'a str) -> Self {
         for (at, _) in text.match_indices(':') {
             let base = &text[..at];
@@ -38,7 +38,7 @@ impl<'a> Listed<'a> {
         Self { base: text, change: None }
     }
 
-    /// The same change of another controller, for a list in which the base has moved.
+    /// The same change with another path or name of the base, for a list in which the base has moved.
     pub fn with_base(&self, base: &str) -> String {
         match self.change {
             Some((key, value)) => format!("{base}:{key}={value}"),
@@ -46,8 +46,8 @@ impl<'a> Listed<'a> {
         }
     }
 
-    /// Applies the change to `base`. The name of the result states the change, as in `switching zmp_margin=0.001`. Fails if
-    /// the change does not fit.
+    /// Applies the change to `base`. The name of the result states the change, as in `switching zmp_margin=0.001`.
+    /// Fails if the change does not fit.
     pub fn of(&self, base: Box<dyn Settings>) -> Result<Box<dyn Settings>> {
         let Some((key, value)) = self.change else { return Ok(base) };
         let file = format!("{} (of --vary or --controller)", self.with_base(self.base));
@@ -59,7 +59,8 @@ impl<'a> Listed<'a> {
         let missing = |Missing { name, accepted }| refuse(&format!("the set has no `{name}`"), accepted);
         let (folder, last) = key.rsplit_once('.').unwrap_or(("", key));
         let before = match assets::place(&mut tree, folder).map_err(missing)? {
-            // A missing name may be a key without a value so far. Whether the key is known shows when the set is read.
+            // A missing name may be a key that has no value yet. Whether the key is known is checked when the
+            // controller is read.
             Value::Table(table) => table.insert(last.into(), assets::toml_value(value)),
             _ => {
                 let place = assets::place(&mut tree, key).map_err(missing)?;
@@ -101,7 +102,7 @@ pub fn expand(sweep: &str) -> Result<Vec<String>> {
     Ok(values.iter().map(|value| Listed { base, change: Some((key, value)) }.with_base(base)).collect())
 }
 
-/// Splits at commas outside of brackets and quotes; None if these do not close.
+/// Splits at commas outside of brackets and quotes. It is None if a bracket or a quote does not close.
 fn split_values(text: &str) -> Option<Vec<&str>> {
     let (mut values, mut start) = (Vec::new(), 0);
     let (mut depth, mut quote) = (0_u32, None);
@@ -123,7 +124,8 @@ fn split_values(text: &str) -> Option<Vec<&str>> {
     (depth == 0 && quote.is_none()).then_some(values)
 }
 
-/// How many keys in the tree have this name. A table of ranges names numbers that are elsewhere.
+/// Number of keys in the tree that have this name. A table of ranges is left out, since its keys are names of other
+/// numbers.
 fn count(tree: &Value, name: &str) -> usize {
     match tree {
         Value::Table(table) => {

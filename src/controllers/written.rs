@@ -1,9 +1,9 @@
-//! What `standfast init` writes of a policy.
+//! The file of a policy that `standfast init` writes.
 
-/// The file of a policy, written from what its training left.
+/// The file of a policy, written from the records of its training.
 pub struct Written {
     pub text: String,
-    /// Who trained it, and where that stands.
+    /// The trainer of the policy, and the file that says so.
     pub by: String,
     /// The figures that are assumed, each with the reason.
     pub assumed: Vec<String>,

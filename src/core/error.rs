@@ -1,9 +1,9 @@
-//! The error type. Every error that a user can cause names the file, the field, the value and what is accepted.
+//! The error type. Every error that a user can cause names the file, the field, the value and the accepted values.
 
 use std::io::ErrorKind;
 use std::path::PathBuf;
 
-/// What can go wrong outside of a simulation. (A trial that fails numerically has an outcome instead of an error.)
+/// An error outside of a simulation. (A trial that fails numerically has an outcome instead of an error.)
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// An input file cannot be read.
@@ -21,7 +21,7 @@ pub enum Error {
     /// An unknown name, for example of a gain set that is neither built in nor a file.
     #[error("{what} {name:?} not found; accepted: {accepted}")]
     Unknown { what: &'static str, name: String, accepted: String },
-    /// A command that a result keeps, which nobody has allowed to start.
+    /// A command in a result that nobody has allowed to start.
     #[error(
         "{file}: command = {command}: was not started, because this machine has not made the files of this result, and a \
          command may do anything; accepted: --run-inputs, once you have read them"
@@ -36,28 +36,28 @@ pub enum Error {
     /// The caller asked to stop (Ctrl-C). Finished work is kept.
     #[error("interrupted")]
     Interrupted,
-    /// A window was requested where none can be opened.
+    /// A window was requested, but none can be opened.
     #[error("{missing}; {remedy}")]
     NoWindow { missing: String, remedy: String },
     /// The window was lost without being closed by the user.
     #[error("the window is lost: {cause}")]
     LostWindow { cause: String },
-    /// MuJoCo is asked for where it was not built in. The program then goes on in another one that has it.
+    /// MuJoCo is requested, but was not built in. The program then continues in another program that has it.
     #[error(
         "engine = mujoco: this program was built without MuJoCo; accepted: rapier; or, in a clone, `eval \"$(.ci/mujoco)\"` and a \
          build with `--features mujoco`"
     )]
     NoMujoco,
-    /// Several problems of one input, at least two, in the order in which they stand there.
+    /// Several problems of one input, at least two, in the order in which they occur there.
     #[error("{}", listed(.0))]
     Several(Vec<Error>),
-    /// A controller with which the robot falls before anybody pushes it.
+    /// A controller with which the robot falls without a push.
     #[error(
         "controller {name}: it {how}. Nothing was run. `standfast check` with this robot and engine shows more of it; --untried \
          runs it all the same"
     )]
     Falls { name: String, how: String },
-    /// The machine has no more of what is needed, such as open files. What is finished is kept.
+    /// The machine lacks something, such as open files. Finished work is kept.
     #[error(
         "{0}. What this machine lacks says nothing about a controller, so it ends here; the same command can be tried again"
     )]
@@ -68,8 +68,8 @@ pub enum Error {
 }
 
 impl Error {
-    /// Exit code of the program: 2 for errors of the caller, 3 for damaged parts, 75 for what passes, so that the same
-    /// command is to be tried again, 130 when interrupted, else 1.
+    /// Exit code of the program: 2 for errors of the caller, 3 for damaged parts, 75 for a temporary error after which
+    /// the same command is to be tried again, 130 when interrupted, else 1.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Parts { .. } => 3,
@@ -84,8 +84,8 @@ impl Error {
         }
     }
 
-    /// The error as an answer to whether something can be. Fails with it if it says nothing of that, since the machine or a user
-    /// ended the work.
+    /// Returns the error if it answers whether something is possible. Fails with the error if it does not, because the
+    /// machine or a user ended the work.
     pub fn refusal(self) -> Result<Error> {
         let is_answer = self.exit_code() != TRY_AGAIN && !matches!(self, Error::Interrupted);
         if is_answer { Ok(self) } else { Err(self) }
@@ -113,7 +113,7 @@ impl Error {
         Self::value("command line", option, value, problem, accepted)
     }
 
-    /// All problems of an input as one error; nothing if there are none.
+    /// Joins all problems of an input into one error. It is Ok if there are none.
     pub fn all(mut problems: Vec<Error>) -> Result<()> {
         match problems.len() {
             0 => Ok(()),
@@ -136,19 +136,18 @@ impl Error {
     }
 }
 
-/// Exit code of what is to be run again as it is (EX_TEMPFAIL of `sysexits.h`).
+/// Exit code of a command that is to be run again as it is (EX_TEMPFAIL of `sysexits.h`).
 pub const TRY_AGAIN: u8 = 75;
 
-/// Whether there is no room on the disk: there may be some later.
+/// Whether the disk is full. There may be room later.
 fn is_full(error: &std::io::Error) -> bool {
-    // What a library reports may have the cause within.
+    // The error of a library may have its cause within.
     let within = || std::error::Error::source(error)?.downcast_ref::<std::io::Error>();
     matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge)
         || within().is_some_and(is_full)
 }
 
-/// What helps if the machine has no more of what a file or a program needs, which is no fault of either; None for any other
-/// error.
+/// The remedy if the machine lacks a resource, which is no fault of the file or the program. None for any other error.
 pub fn shortage(error: &std::io::Error) -> Option<&'static str> {
     // ENFILE and EMFILE have no kinds.
     const ENFILE: i32 = 23;
@@ -165,12 +164,12 @@ pub fn shortage(error: &std::io::Error) -> Option<&'static str> {
     }
 }
 
-/// The same to stand behind the error.
+/// The remedy of [`shortage`], to be written after the error.
 fn remedy(error: &std::io::Error) -> String {
     shortage(error).map_or_else(String::new, |remedy| format!("; {remedy}"))
 }
 
-/// Most problems of an input that are told one by one.
+/// Largest number of problems of an input that are listed.
 const MOST_LISTED: usize = 20;
 
 /// Problems as a list with a line for each.

@@ -1,4 +1,4 @@
-//! The files that are compiled into the binary, and a common way to open an input that is one of them or a file.
+//! The files that are compiled into the binary, and the opening of an input that is either compiled in or a file.
 
 use standfast_core::error::{Error, Result};
 use std::fs::File;
@@ -7,7 +7,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A text input, with the name by which error messages call it.
+/// A text input, with its name in error messages.
 #[derive(Debug, Clone)]
 pub struct Source {
     /// Path as the caller gave it, or `builtin:NAME`.
@@ -25,7 +25,7 @@ impl Source {
 /// The robot that is used if none is named.
 pub const DEFAULT_ROBOT: &str = "ut-mu2";
 
-/// Controllers in Python, to begin with: names and texts of their files.
+/// Files of a new controller in Python: names and texts.
 pub const PYTHON: [(&str, &str); 5] = [
     ("ankles.py", include_str!("assets/controllers/python/ankles.py")),
     ("ankles.toml", include_str!("assets/controllers/python/ankles.toml")),
@@ -34,7 +34,7 @@ pub const PYTHON: [(&str, &str); 5] = [
     ("standfast.py", include_str!("assets/controllers/python/standfast.py")),
 ];
 
-/// Controllers in C++, to begin with: names and texts of their files.
+/// Files of a new controller in C++: names and texts.
 pub const CPP: [(&str, &str); 5] = [
     ("ankles.cpp", include_str!("assets/controllers/cpp/ankles.cpp")),
     ("ankles.toml", include_str!("assets/controllers/cpp/ankles.toml")),
@@ -64,7 +64,7 @@ impl Kind {
         self.what_and_where()[0]
     }
 
-    /// What it is, and what takes such a file.
+    /// The name of the kind, and the option or command that takes a file of this kind.
     fn what_and_where(self) -> [&'static str; 2] {
         match self {
             Kind::Robot => ["robot", "--robot takes this file"],
@@ -74,7 +74,7 @@ impl Kind {
         }
     }
 
-    /// The kind of which a file surely is. None if no key tells it.
+    /// The kind to which a text surely belongs. None if no key tells it.
     fn of(text: &str) -> Option<Kind> {
         if text.trim_start().starts_with('<') {
             return Some(Kind::Robot);
@@ -126,7 +126,7 @@ pub fn open(kind: Kind, name: &str) -> Result<Source> {
     }
 }
 
-/// Adds to an error about an unknown name which option takes it.
+/// Adds to an error about an unknown name the option that takes the name.
 fn of_another_kind(mut error: Error, asked: Kind, name: &str) -> Error {
     let options = [(Kind::Robot, "--robot"), (Kind::Controller, "--controller"), (Kind::Campaign, "--campaign")];
     let takes = options.iter().find(|(kind, _)| *kind != asked && kind.names().contains(&name));
@@ -136,8 +136,8 @@ fn of_another_kind(mut error: Error, asked: Kind, name: &str) -> Error {
     error
 }
 
-/// Does the same as [`open()`] for inputs that another program has compiled in: `what` they are, and their names and texts
-/// in the order in which they are listed.
+/// Opens an input as [`open()`] does, among the inputs that another program has compiled in. `what` is the name of
+/// their kind, and `builtin` has their names and texts in the order in which they are listed.
 pub fn open_among(what: &'static str, builtin: &[(&str, &str)], name: &str) -> Result<Source> {
     if let Some((_, text)) = builtin.iter().find(|(n, _)| *n == name) {
         return Ok(Source { file: format!("builtin:{name}"), text: (*text).into() });
@@ -155,14 +155,14 @@ pub fn open_among(what: &'static str, builtin: &[(&str, &str)], name: &str) -> R
     Ok(Source { file: name.into(), ..text(path)? })
 }
 
-/// The name that is meant by a misspelt one, if there is one that is so near.
+/// The name nearest to a misspelt one, if it is near enough.
 pub fn nearest<'a>(misspelt: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let away = |name: &str| strsim::damerau_levenshtein(misspelt, name);
     let most = (misspelt.chars().count() / 3).max(1);
     names.into_iter().min_by_key(|name| away(name)).filter(|name| away(name) <= most)
 }
 
-/// Fails if a name is that of a file that belongs to a policy or a program, with what is to be given in its place.
+/// Fails if `name` is a file that belongs to a policy or a program. The error names the file to be given instead.
 pub fn refuse_other_kind(kind: Kind, name: &str) -> Result<()> {
     let path = Path::new(name);
     match other_kind(path).filter(|_| path.is_file() && !kind.names().contains(&name)) {
@@ -177,8 +177,8 @@ pub fn refuse_other_kind(kind: Kind, name: &str) -> Result<()> {
     }
 }
 
-/// What a file is by its name, if it is none of the inputs in [`Kind`] but belongs to a policy or a program, and what is to
-/// be given in its place.
+/// For a file that belongs to a policy or a program and is none of the inputs in [`Kind`]: what it is, judged by its
+/// name, and what is to be given instead.
 fn other_kind(path: &Path) -> Option<(&'static str, String)> {
     let (file, toml) = (shell_word(&path.to_string_lossy()), path.with_extension("toml"));
     let beside = toml.is_file().then(|| format!("the file beside it, {}", toml.display()));
@@ -212,7 +212,7 @@ fn other_kind(path: &Path) -> Option<(&'static str, String)> {
     })
 }
 
-/// What a file that is no text in UTF-8 surely is, by its first bytes.
+/// The kind of a file that is no text in UTF-8, judged by its first bytes.
 pub fn what_else(bytes: &[u8]) -> Option<&'static str> {
     const KNOWN: [(&[u8], &str); 9] = [
         (b"version https://git-lfs", "a pointer of Git LFS, in whose place `git lfs pull` puts the file itself"),
@@ -228,8 +228,8 @@ pub fn what_else(bytes: &[u8]) -> Option<&'static str> {
     KNOWN.iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, what)| *what)
 }
 
-/// The text of a file, without the byte order mark with which some editors begin. Fails as [`read`] does, and if it is not
-/// UTF-8.
+/// The text of a file, without the byte order mark with which some editors begin. Fails as [`read`] does, and if the
+/// text is not UTF-8.
 pub fn text(path: &Path) -> Result<Source> {
     let text = String::from_utf8(read(path, MOST_TEXT_BYTES)?).map_err(|error| {
         let what = what_else(error.as_bytes()).map_or(String::new(), |what| format!(", but {what}"));
@@ -246,8 +246,8 @@ pub fn without_mark(text: String) -> String {
 
 const MOST_TEXT_BYTES: u64 = 20_000_000;
 
-/// Reads a file of up to `most` bytes. Fails if it is larger, if it cannot be read, or if it is no regular file: a pipe or
-/// a device may never answer or never end, and inputs are read more than once.
+/// Reads a file of up to `most` bytes. Fails if it is larger, if it cannot be read, or if it is no regular file: a pipe
+/// or a device may never answer or never end, and inputs are read more than once.
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
     let fail = |source| Error::Read { path: path.into(), source };
     if !std::fs::metadata(path).map_err(fail)?.is_file() {
@@ -287,7 +287,7 @@ pub fn number(value: &toml::Value) -> Option<f64> {
 pub struct Missing {
     /// The key up to the missing name.
     pub name: String,
-    /// The names that exist in its place.
+    /// The existing names at this level.
     pub accepted: String,
 }
 
@@ -342,7 +342,7 @@ fn value_of<'a, 'i>(table: &'a DeTable<'i>, name: &str) -> Option<&'a Spanned<De
     table.iter().find(|(key, _)| key.get_ref() == name).map(|(_, value)| value)
 }
 
-/// A number that TOML reads as one with a fraction.
+/// Writes a number with a decimal point, so that TOML reads it as a float.
 pub fn decimal(figure: f64) -> String {
     let text = (figure + 0.0).to_string();
     if text.contains('.') { text } else { text + ".0" }
@@ -353,7 +353,7 @@ pub fn quoted(text: &str) -> String {
     toml::Value::String(one_line(text)).to_string()
 }
 
-/// A text that ends no comment.
+/// A text without control characters, such as a line break that would end a comment.
 pub fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

@@ -14,7 +14,7 @@ use std::{io::Write, path::Path, sync::Arc};
 /// The chapter of the guide on the columns of trials and traces.
 pub const CHAPTER: &str = include_str!("columns.md");
 
-/// What a column of trials or traces means, as the chapter says; None for what a controller notes in words of its own.
+/// The meaning of a column of trials or traces, from the chapter. It is None for the notes of a controller.
 pub fn meaning(name: &str) -> Option<&'static str> {
     let rows = CHAPTER.lines().filter_map(|line| line.strip_prefix("| `")?.split_once("` | "));
     // `q_ref_JOINT` fits better than `q_JOINT`.
@@ -22,7 +22,7 @@ pub fn meaning(name: &str) -> Option<&'static str> {
     best.map(|(_, meaning)| meaning.trim_end_matches(" |"))
 }
 
-/// Whether a name is one of a pattern, such as `com_[xyz]_m`, `SIDE_sole_[xyz]_m` or `q_JOINT`.
+/// Whether a name matches a pattern, such as `com_[xyz]_m`, `SIDE_sole_[xyz]_m` or `q_JOINT`.
 fn fits(pattern: &str, name: &str) -> bool {
     if let Some(rest) = pattern.strip_prefix("SIDE") {
         return ["left", "right"].iter().any(|side| name.strip_prefix(side).is_some_and(|name| fits(rest, name)));
@@ -40,7 +40,7 @@ fn fits(pattern: &str, name: &str) -> bool {
     one.is_some_and(|one| one.len() == 1 && letters.contains(one))
 }
 
-/// The unit at the end of a column's name, as people write it; None where there is none.
+/// The unit at the end of a column's name, in the usual notation. None if there is no unit.
 pub fn unit(name: &str) -> Option<&'static str> {
     let name = name.trim_end_matches("_est");
     const UNITS: [(&str, &str); 9] = [
@@ -116,12 +116,12 @@ fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
     write_atomic(path, &out.into_inner().map_err(|e| other(path, e.into_error()))?)
 }
 
-/// A Parquet file in the making, with gzip compression, without host name or time. It is written row group by row group. Its
-/// metadata `columns` say of each column, as JSON, what it means and in which unit.
+/// A Parquet file while it is written, with gzip compression, without host name or time. It is written row group by row
+/// group. Its metadata `columns` state for each column, as JSON, its meaning and unit.
 pub struct ParquetFile<W: Write + Send>(SerializedFileWriter<W>);
 
 impl<W: Write + Send> ParquetFile<W> {
-    /// A file with columns of these names and kinds; their values are not looked at.
+    /// A file with columns of these names and kinds. Their values are not used.
     pub fn new(to: W, columns: impl IntoIterator<Item = Column>) -> Result<Self, ParquetError> {
         let mut about = Map::new();
         let field_of = |column: Column| {
@@ -138,7 +138,7 @@ impl<W: Write + Send> ParquetFile<W> {
         Ok(Self(SerializedFileWriter::new(to, schema, Arc::new(properties))?))
     }
 
-    /// Adds a row group of columns of equal length, in the order of those of the file.
+    /// Adds a row group of columns of equal length, in the order of the file's columns.
     pub fn group(&mut self, columns: impl IntoIterator<Item = Column>) -> Result<(), ParquetError> {
         let mut group = self.0.next_row_group()?;
         for column in columns {
@@ -149,7 +149,7 @@ impl<W: Write + Send> ParquetFile<W> {
         group.close().map(|_| ())
     }
 
-    /// Ends the file, and gives back what it was written to.
+    /// Ends the file, and returns the writer.
     pub fn finish(self) -> Result<W, ParquetError> {
         self.0.into_inner()
     }
@@ -196,7 +196,7 @@ fn write_column(writer: &mut SerializedColumnWriter<'_>, data: &Data) -> Result<
     Ok(())
 }
 
-/// Definition levels of a nullable column: 1 where there is a value.
+/// Definition levels of a nullable column: 1 for each present value.
 fn present<T>(values: &[Option<T>]) -> Vec<i16> {
     values.iter().map(|v| i16::from(v.is_some())).collect()
 }

@@ -14,7 +14,7 @@ use std::ffi::OsStr;
 use std::hash::{DefaultHasher, Hasher};
 use std::{fs, io, io::Write, path::Path, path::PathBuf, sync::OnceLock};
 
-/// How the name of a file begins while it is being written.
+/// Beginning of the name of a file while it is being written.
 const TEMPORARY: &str = ".tmp-";
 
 /// Writes `bytes` to `path` as an [`AtomicFile`].
@@ -24,8 +24,8 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
     file.commit()
 }
 
-/// A file that stands at its path once it is committed, as a whole. Until then it is a unique temporary file in the same
-/// folder, which goes when this is dropped. If two writers race, the result is one of both files.
+/// A file that appears at its path as a whole when it is committed. Until then it is a unique temporary file in the
+/// same folder, which is removed when this is dropped. If two writers race, the result is one of both files.
 pub struct AtomicFile {
     path: PathBuf,
     temporary: tempfile::NamedTempFile,
@@ -42,7 +42,7 @@ impl AtomicFile {
         fs::create_dir_all(folder).map_err(fail)?;
         let mut builder = tempfile::Builder::new();
         builder.prefix(TEMPORARY);
-        // Temporary files are private to their owner; a result is made as readable as any other file of the caller.
+        // Temporary files are private to their owner, but a result must be as readable as any other file of the caller.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         Ok(Self { path: path.into(), temporary: builder.tempfile_in(folder).map_err(fail)? })
@@ -70,7 +70,7 @@ impl Write for AtomicFile {
     }
 }
 
-/// Writes to `to`, and hashes what is written.
+/// Writes to `to`, and hashes the written bytes.
 pub struct Hashing<W> {
     to: W,
     sha256: Sha256,
@@ -81,7 +81,7 @@ impl<W: Write> Hashing<W> {
         Self { to, sha256: Sha256::new() }
     }
 
-    /// Where it wrote to, and the SHA-256 of what was written, in lower-case hexadecimal.
+    /// Returns the writer, and the SHA-256 of the written bytes in lower-case hexadecimal.
     pub fn finish(self) -> (W, String) {
         (self.to, hex(&self.sha256.finalize()))
     }
@@ -99,13 +99,13 @@ impl<W: Write> Write for Hashing<W> {
     }
 }
 
-/// Whether a file of this name was being written when its writer died.
+/// Whether a file has the name of a temporary file, whose writer ended before it was committed.
 pub fn is_temporary(name: &OsStr) -> bool {
     name.as_encoded_bytes().starts_with(TEMPORARY.as_bytes())
 }
 
-/// Whether there is something at the path that is no file: a folder, pipe or device. It is not opened, for a pipe may never
-/// answer.
+/// Whether the path leads to something other than a file: a folder, pipe or device. It is not opened, because a pipe
+/// may never answer.
 pub fn is_no_file(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|found| !found.is_file())
 }
@@ -115,12 +115,12 @@ pub fn folder_of(file: &Path) -> &Path {
     file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Whether both paths lead to the same folder. A path that leads nowhere yet is the same as no other.
+/// Whether both paths lead to the same folder. It is false if one of them does not exist.
 pub fn is_same_folder(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Whether two paths name the same file, which need not be there.
+/// Whether two paths name the same file, which need not exist.
 pub fn is_same_file(a: &Path, b: &Path) -> bool {
     a.file_name() == b.file_name() && is_same_folder(folder_of(a), folder_of(b))
 }
@@ -162,7 +162,8 @@ fn json_error(e: serde_json::Error) -> Error {
     Error::Syntax { file: "JSON".into(), message: e.to_string() }
 }
 
-/// Identifies this build of the program among others on the same machine; empty if the program's file cannot be read.
+/// Identifies this build of the program among others on the same machine. It is empty if the program's file cannot be
+/// read.
 pub fn build_id() -> &'static str {
     static ID: OnceLock<String> = OnceLock::new();
     ID.get_or_init(|| {

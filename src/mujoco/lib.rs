@@ -46,7 +46,7 @@ pub fn start(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
         .map(|joint| Addresses { q: model.jnt_qposadr()[joint] as usize, dq: model.jnt_dofadr()[joint] as usize })
         .collect();
     let ground_body = id(MjtObjBase::mjOBJ_BODY, GROUND);
-    // The solids of a body stand in the model in the order in which they were written.
+    // The solids of a body are in the model in the order in which they were written.
     let mut solids = vec![None; model.ngeom() as usize];
     for (link, &body) in bodies.iter().enumerate() {
         let first = model.geom_bodyid().iter().position(|of| *of as usize == body);
@@ -69,7 +69,7 @@ pub fn start(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
     Box::new(Mujoco { data, spare, step_s, rotors, bodies, joints, solids, ground_body })
 }
 
-/// Where a joint stands in MuJoCo's positions and velocities.
+/// Index of a joint in MuJoCo's positions and velocities.
 #[derive(Clone, Copy)]
 struct Addresses {
     q: usize,
@@ -80,7 +80,7 @@ struct Addresses {
 #[derive(Clone)]
 struct Mujoco {
     data: MjData<Box<MjModel>>,
-    /// A second model, in which the inertia of joints is changed; it then takes the place of the first.
+    /// A second model, in which the inertia of joints is changed; it then replaces the first.
     spare: Option<Box<MjModel>>,
     step_s: f64,
     /// Rotor inertia of each joint (kg m^2).
@@ -150,14 +150,14 @@ impl Physics for Mujoco {
     }
 
     fn step(&mut self) {
-        // MuJoCo writes a file if it meets numbers like these. The referee ends the episode.
+        // MuJoCo writes a file if it meets such numbers. The referee ends the episode.
         let forces = self.data.xfrc_applied().as_flattened();
         let is_sane = self.data.qvel().iter().all(|v| v.abs() < 1e6) && forces.iter().all(|f| f.abs() < 1e8);
         if !is_sane {
             self.data.qvel_mut().fill(f64::NAN);
             return;
         }
-        // The parts of a step without its checks, which would write that file, too.
+        // These are the parts of a step without its checks, which would also write that file.
         self.data.forward();
         self.data.euler();
         // Pushes act on the robot where it is now. The contacts remain those of the step.

@@ -1,5 +1,5 @@
-//! The robot and its ground as a MuJoCo model, written as MJCF: links, rotors, joint stops, friction and the shapes that
-//! collide are those of [`Robot`]. Which links collide with each other is up to [`Pairs`]. The servos are not in it; the
+//! The robot and its ground as a MuJoCo model, written as MJCF. Links, rotors, joint stops, friction and colliding
+//! shapes are those of [`Robot`]. [`Pairs`] states which links collide with each other. The model has no servos; the
 //! plant drives the joints.
 
 use nalgebra::{Isometry3, UnitQuaternion};
@@ -13,12 +13,12 @@ use std::fmt::Write;
 /// Name of the body that carries the ground.
 pub const GROUND: &str = "ground";
 
-/// Time constant (s) and damping ratio of contacts and joint stops, which make both rigid for a robot whose COM is 1 m
+/// Time constant (s) and damping ratio of contacts and joint stops. They make both rigid for a robot whose COM is 1 m
 /// high: half the weight presses a sole 0.06 mm into the ground. (With five times this time constant, `switching` loses
-/// ten pushes in a hundred more.) A step of up to half the time constant is stable.
+/// ten more pushes in a hundred.) A step of up to half the time constant is stable.
 const SOLREF: &str = "0.0072 1";
 
-/// Name of the body of a link. A link may be called `world` or `ground`, which are taken.
+/// Name of the body of a link. Its prefix distinguishes it from `world` and `ground`, which may also be names of links.
 pub fn body_name(link: &Link) -> String {
     format!("link {}", link.name)
 }
@@ -56,7 +56,7 @@ pub fn mjcf(robot: &Robot, ground: &Ground, pairs: &Pairs, step_s: f64) -> Strin
     xml
 }
 
-/// Adds the hulls of the meshes that collide.
+/// Adds the hulls of the colliding meshes.
 fn assets(xml: &mut String, meshes: &Meshes) {
     xml.push_str("<asset>");
     for (number, mesh) in meshes.0.iter().enumerate() {
@@ -67,7 +67,7 @@ fn assets(xml: &mut String, meshes: &Meshes) {
     xml.push_str("</asset>");
 }
 
-/// Adds a link with all that it carries.
+/// Adds a link with all links that it carries.
 fn body(xml: &mut String, robot: &Robot, meshes: &Meshes, index: usize) {
     let link = &robot.links[index];
     let origin = if index == 0 { Isometry3::identity() } else { robot.joints[index - 1].origin };

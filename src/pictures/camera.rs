@@ -24,8 +24,9 @@ impl Camera {
         View::new(self, size).project(point).map(|[x, y, _]| [x, y])
     }
 
-    /// The same view from the nearest place that shows the balls (centre and radius, m) whole in a picture of `size`
-    /// (px), with `margin` (a share of the half width and height) around them. Without balls, the camera is unchanged.
+    /// The view from the nearest place, in the same direction, that shows the balls (centre and radius, m) whole in a
+    /// picture of `size` (px), with `margin` (a share of the half width and height) around them. Without balls, the
+    /// camera is unchanged.
     pub fn framing(&self, balls: &[(Point3<f64>, f64)], size: [u32; 2], margin: f64) -> Self {
         let view = View::new(self, size);
         let free = 1.0 - margin;
@@ -47,7 +48,7 @@ impl Camera {
         }
         let back = ((right + left) / (2.0 * slope[0])).max((up + down) / (2.0 * slope[1]));
         let eye = view.right * ((right - left) / 2.0) + view.up * ((up - down) / 2.0) + view.back * back;
-        // The target is at the depth of the middle of the balls, so that the distance is that from the robot.
+        // The target is at the depth of the middle of the balls, so that the distance is the distance from the robot.
         let depths = balls.iter().map(|(at, _)| view.back.dot(&at.coords));
         let (near, far) = depths.fold((f64::NEG_INFINITY, f64::INFINITY), |(n, f), d| (n.max(d), f.min(d)));
         let distance_m = back - (near + far) / 2.0;
@@ -71,7 +72,7 @@ pub(super) struct View {
     pub target: Point3<f64>,
 }
 
-/// Points nearer to the eye than this are not drawn (m).
+/// Least distance from the eye of points that are drawn (m).
 pub(super) const NEAREST_M: f64 = 0.02;
 
 impl View {

@@ -14,11 +14,11 @@ use standfast_sim::Ground;
 /// The triangles of a picture, with its camera and its light.
 pub(super) struct Canvas {
     pub view: View,
-    /// Unit vectors towards the lamp, and towards a weaker light that brightens its shadows.
+    /// Unit vectors towards the lamp, and towards a weaker light that brightens the shadows.
     lamp: Vector3<f64>,
     fill: Vector3<f64>,
     pub triangles: Vec<Triangle>,
-    /// Opaque triangles, which throw a shadow (m, world frame).
+    /// Opaque triangles, which cast a shadow (m, world frame).
     opaque: Vec<[Point3<f64>; 3]>,
 }
 
@@ -33,8 +33,8 @@ impl Canvas {
         Self { view, lamp, fill, triangles: Vec::new(), opaque: Vec::new() }
     }
 
-    /// Adds a ghost, which throws no shadow and shows only its nearest surface. It is slightly farther away than it
-    /// should be, so that a robot at the same place hides it.
+    /// Adds a ghost, which casts no shadow and shows only its nearest surface. It is drawn slightly farther away than
+    /// it is, so that a robot at the same place hides it.
     pub fn ghost(&mut self, stage: &Stage, kinematics: &Kinematics) {
         const BEHIND: f64 = 0.998;
         let (first, opaque) = (self.triangles.len(), self.opaque.len());
@@ -54,8 +54,7 @@ impl Canvas {
         self.solids(stage, kinematics, None);
     }
 
-    /// Adds the solids of a robot in their own colours, or in another one. Only faces that look at the camera are
-    /// painted.
+    /// Adds the solids of a robot in their own colours, or in `color`. Only faces that look at the camera are painted.
     fn solids(&mut self, stage: &Stage, kinematics: &Kinematics, color: Option<Light>) {
         for (solid, pose) in stage.solids(kinematics) {
             let Surface { color: [r, g, b, alpha], mesh, .. } = solid;

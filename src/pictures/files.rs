@@ -16,8 +16,8 @@ pub fn png(image: &RgbImage) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// Pictures side by side, with a fine white line between two. The strip is as wide as all together and as high as the
-/// highest; the space below the others is white.
+/// Pictures side by side, with a fine white line between two. The strip is as wide as all pictures together and as high
+/// as the highest one; the space below the others is white.
 pub fn strip(images: &[RgbImage]) -> RgbImage {
     let width = images.iter().map(RgbImage::width).sum();
     let height = images.iter().map(RgbImage::height).max().unwrap_or(0);
@@ -37,7 +37,7 @@ pub fn strip(images: &[RgbImage]) -> RgbImage {
 /// Number of colours of a GIF, and the index after them, which means "unchanged since the last picture".
 const COLORS: usize = 255;
 const AS_BEFORE: u8 = 255;
-/// Each colour of a mark is one in this many colours from which a palette is learned.
+/// Number of other colours that a palette learns for each time that it learns the colour of a mark.
 const EACH_MARK: usize = 200;
 
 /// The bytes of an endless GIF from pictures of one size, each with the time for which it is shown (1/100 s), in the
@@ -76,7 +76,7 @@ fn changes(before: Option<&[u8]>, now: &[u8], (width, height): (u16, u16), delay
 pub(super) struct Palette {
     network: NeuQuant,
     colors: Vec<u8>,
-    /// Index of the colour for each [`bucket`], once it was needed.
+    /// Index of the colour of each [`bucket`], after its first use.
     nearest: Vec<Option<u8>>,
 }
 

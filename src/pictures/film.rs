@@ -31,7 +31,7 @@ impl Default for FramesOptions {
     }
 }
 
-/// How long the pictures go on after the robot stands still (s).
+/// Time for which the pictures continue after the robot stands still (s).
 const REST_S: f64 = 0.5;
 /// Least time between two moments (s).
 const APART_S: f64 = 0.012;
@@ -40,8 +40,8 @@ const ARROW_M: f64 = 0.3;
 /// Margin around the robot, as a share of half the width and height.
 const MARGIN: f64 = 0.08;
 
-/// What is filmed: the robot of a film on its ground, and that of a second film of the same trial. This is a ghost in the
-/// same picture or, with another controller, in a picture beside it.
+/// The filmed robots: the robot of a film on its ground, and the robot of a second film of the same trial. The second
+/// is a ghost in the same picture or, with another controller, in a picture beside it.
 pub(super) struct Cast<'a> {
     pub film: &'a Film,
     second: Option<&'a Film>,
@@ -67,14 +67,15 @@ impl<'a> Cast<'a> {
         self.second.is_some_and(|second| !second.has_controller_of(self.film))
     }
 
-    /// The second robot at snapshot `k`, or where it was last.
+    /// The second robot at snapshot `k`, or at its last snapshot.
     fn second(&self, k: usize) -> Option<&'a Snapshot> {
         let seen = self.second.map(|second| &second.snapshots[..second.near()])?;
         seen.get(k).or(seen.last())
     }
 
-    /// The picture of snapshot `k` of the film in a size (px), with labels for its time, the speed (if it is not empty) and
-    /// what the controller does. Of two robots beside each other, each has a picture of this size, with its controller.
+    /// The picture of snapshot `k` of the film in a size (px), with labels for its time, the speed (if it is not empty)
+    /// and the phase of the controller. If two robots are beside each other, each has a picture of this size, with its
+    /// controller.
     pub fn picture(&self, k: usize, camera: &Camera, size: [u32; 2], speed: &str) -> RgbImage {
         let snapshot = &self.film.snapshots[k];
         let time = format!("{:.2} s {speed}", snapshot.time_s);
@@ -92,8 +93,8 @@ impl<'a> Cast<'a> {
         strip(&images.collect::<Vec<_>>())
     }
 
-    /// A camera at the robot's left or right front, whichever looks more across the push, and as near as shows the
-    /// robot and the second one whole at all these moments.
+    /// A camera at the robot's left or right front, whichever looks more across the push. It is as near as possible
+    /// while both robots are whole in the picture at all these moments.
     pub fn camera(&self, moments: impl Iterator<Item = usize>, size: [u32; 2]) -> Camera {
         let (film, stage) = (self.film, &self.stage);
         const SIDES_DEG: [f64; 2] = [52.0, -38.0];
@@ -117,7 +118,8 @@ impl<'a> Cast<'a> {
     }
 }
 
-/// A small picture (PNG) of the moment that tells most: the fall, or else the first landing, or else the end of the push.
+/// A small picture (PNG) of the most important moment: the fall, or else the first landing, or else the end of the
+/// push.
 pub fn thumbnail(film: &Film) -> Vec<u8> {
     const SIZE: [u32; 2] = [200, 150];
     let record = &film.record;
@@ -129,7 +131,7 @@ pub fn thumbnail(film: &Film) -> Vec<u8> {
     png(&draw_on(&cast.stage, snapshot, None, &camera, SIZE, &Overlay::ALL))
 }
 
-/// Time after which there is nothing more to see (s), since the robots stand still or have flown off.
+/// Time after which nothing more happens (s), since the robots stand still or have flown off.
 pub(super) fn end_s(cast: &Cast) -> f64 {
     let end_s = |film: &Film| {
         let last_s = film.snapshots[..film.near()].last().map_or(0.0, |snapshot| snapshot.time_s);
@@ -158,9 +160,9 @@ pub(super) fn index(film: &Film, time_s: f64) -> usize {
     k.min(film.snapshots.len().saturating_sub(1))
 }
 
-/// Indices of the moments that tell the story, in order: before the push, at its end, at lift, mid swing and landing of
-/// each footstep, at the fall, and at the end. To get `count` moments, the most crowded are left out, or the widest
-/// gaps filled.
+/// Indices of the most important moments, in order: before the push, at its end, at lift, mid swing and landing of each
+/// footstep, at the fall, and at the end. To get `count` moments, the most crowded are left out, or the widest gaps
+/// filled.
 pub(super) fn moments(cast: &Cast, count: usize) -> Vec<usize> {
     let (film, end_s) = (cast.film, end_s(cast));
     let record = &film.record;
@@ -182,7 +184,7 @@ pub(super) fn moments(cast: &Cast, count: usize) -> Vec<usize> {
         times.remove(i);
     }
     while times.len() < count {
-        // The last gap counts less, since there is little to see while the robot comes to rest.
+        // The last gap counts less, since little happens while the robot comes to rest.
         let gap = |i: &usize| (times[i + 1] - times[*i]) * if i + 2 == times.len() { 0.3 } else { 1.0 };
         let widest = (0..times.len() - 1).max_by(|a, b| gap(a).total_cmp(&gap(b)));
         let Some(i) = widest.filter(|i| gap(i) > APART_S) else { break };

@@ -8,7 +8,7 @@ use image::{ImageBuffer, Luma};
 use nalgebra::{Point3, Vector3};
 use standfast_sim::Ground;
 
-// Colours of the floor, its lines, and the background.
+// Colours of the floor, its lines, and its strong lines.
 const FLOOR: Light = linear([0.905, 0.915, 0.930]);
 const LINE: Light = linear([0.800, 0.820, 0.850]);
 const STRONG_LINE: Light = linear([0.700, 0.728, 0.770]);
@@ -18,9 +18,9 @@ const ZENITH: Light = linear([0.800, 0.845, 0.900]);
 const PERIOD_M: f64 = 0.1;
 const STRONG_PERIOD_M: f64 = 0.5;
 const LINE_WIDTH_M: f64 = 0.0022;
-/// Distance from the target at which the floor has faded, as a multiple of that of the camera.
+/// Distance from the target at which the floor has faded, as a multiple of the distance of the camera.
 const FADED: f64 = 1.9;
-/// Brightness of the patch, and of its walls, as a share of that of the floor around it.
+/// Brightness of the patch, and of its walls, as a share of the brightness of the floor around them.
 const PATCH: f32 = 0.87;
 const WALL: f32 = 0.62;
 /// Share of the light that is missing in full shadow.
@@ -29,8 +29,8 @@ const SHADOW: f32 = 0.62;
 pub(super) struct Floor {
     view: View,
     ground: Ground,
-    /// The eye, the directions right, up and back, and the target in the frame of the plane, which is that of everything
-    /// below.
+    /// The eye, the directions right, up and back, and the target in the frame of the plane. All fields below are in
+    /// this frame.
     eye: Vector3<f64>,
     right: Vector3<f64>,
     up: Vector3<f64>,
@@ -40,8 +40,7 @@ pub(super) struct Floor {
 }
 
 impl Floor {
-    /// The ground with the shadow of `triangles` (m, world frame) in the light of the lamp. `lamp` is the unit vector
-    /// towards it.
+    /// The ground with the shadow of `triangles` (m, world frame). `lamp` is the unit vector towards the lamp.
     pub fn new(view: View, ground: &Ground, lamp: Vector3<f64>, triangles: &[[Point3<f64>; 3]]) -> Self {
         let local = |world: Vector3<f64>| ground.slope.inverse() * world;
         let faces: Vec<_> = triangles.iter().map(|corners| corners.map(|at| local(at.coords))).collect();
@@ -64,13 +63,14 @@ impl Floor {
         self.right * x - self.up * y - self.back
     }
 
-    /// What part of the ground a ray meets first, and at which depth (m). A wall is met at the depth of the level below.
+    /// The part of the ground that a ray meets first, and its depth (m). A wall is met at the depth of the level below.
     fn met(&self, ray: &Vector3<f64>) -> Option<(GroundPart, f64)> {
         use GroundPart::{Around, Patch, Wall};
         let (eye, Ground { step_m, patch: [least, most], .. }) = (self.eye, self.ground);
         let is_in_patch =
             |depth: f64| step_m != 0.0 && (0..2).all(|i| (least[i]..=most[i]).contains(&(eye[i] + depth * ray[i])));
-        // Whether a part is where the ray meets its level, and at which depth. It is not seen from below.
+        // Whether the ray meets the level of a part within the part, and the depth there. A level is not seen from
+        // below.
         let level = |part: GroundPart| {
             let depth = (if part == Patch { 0.0 } else { step_m } - eye.z) / ray.z;
             (ray.z < 0.0 && depth > NEAREST_M).then(|| (is_in_patch(depth) == (part == Patch), depth))
@@ -101,7 +101,7 @@ impl Floor {
         }
         let fade = (1.0 - distance * distance) as f32;
         let fade = fade * fade;
-        // How far the floor moves from one pixel to the next, right and down.
+        // Movement of the floor from one pixel to the next, right and down.
         let turns = [self.right, -self.up].map(|direction| direction / focal_px);
         let steps = turns.map(|turn| (turn - ray * (turn.z / ray.z)) * depth);
         let width = [0, 1].map(|i| steps.iter().map(|step| step[i].abs()).sum::<f64>());
@@ -129,7 +129,7 @@ fn mix(a: Light, b: Light, share: f32) -> Light {
     [0, 1, 2].map(|i| a[i] + share * (b[i] - a[i]))
 }
 
-/// Share of a stretch of `width` about `at` that is covered by lines of a grid. Lines that are too fine to be seen
+/// Share of an interval of `width` about `at` that is covered by lines of a grid. Lines that are too fine to be visible
 /// become a tint.
 fn line_share(at: f64, width: f64, period: f64, breadth: f64) -> f64 {
     let width = width.max(1e-9);
@@ -193,7 +193,7 @@ impl Shadow {
         [0, 1].map(|i| point[i] - self.lamp[i] * point.z)
     }
 
-    /// The same in cells.
+    /// Place on the floor of the shadow of a point, in cells.
     fn cell(&self, point: &Vector3<f64>) -> [f64; 2] {
         let at = self.thrown(point);
         [0, 1].map(|i| (at[i] - self.corner[i]) * self.cells_per_m)

@@ -16,9 +16,9 @@ const STRIP: &str = "strip.png";
 const GIF: &str = "motion.gif";
 
 /// Writes `frame-0001-0.480s.png` and so on, `strip.png` and `motion.gif` to `folder`, which is created if necessary.
-/// The robot of a second film of the same trial is drawn as a ghost, or beside it if it has another controller. Frames of
-/// an earlier film are removed. Returns the
-/// paths of the files. Fails like [`check_folder`], if a file cannot be written, or if the film has no moment.
+/// The robot of a second film of the same trial is drawn as a ghost, or beside the first if it has another controller.
+/// Frames of an earlier film are removed. Returns the paths of the files. Fails like [`check_folder`], if a file cannot
+/// be written, or if the film has no moment.
 pub fn write_frames(
     film: &Film,
     second: Option<&Film>,
@@ -54,8 +54,8 @@ pub fn write_frames(
     files.iter().map(write).collect()
 }
 
-/// Names of the frames that are in a folder already; none if it does not exist. Fails if the path is a file, or if the
-/// folder holds other files.
+/// Names of the frames that are already in a folder; none if the folder does not exist. Fails if the path is a file, or
+/// if the folder holds other files.
 pub fn check_folder(folder: &Path) -> Result<Vec<String>> {
     let accepted = format!("a folder that is new, empty, or holds nothing but frames (frame-*.png, {STRIP}, {GIF})");
     own_folder("--frames", folder, is_frame, &accepted)

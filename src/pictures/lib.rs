@@ -1,9 +1,9 @@
 //! Pictures of the robot, drawn without display, graphics card or driver: stills, strips and animated pictures of an
 //! episode.
 //!
-//! It is a small renderer of triangles with a depth buffer, since none of the crates that draw in software knows depth,
-//! and a robot's links reach into one another. The same snapshot gives the same bytes with any number of
-//! threads. On another machine they may differ if its sines differ in the last digit.
+//! It is a small renderer of triangles with a depth buffer. No crate that draws in software knows depth, and the links
+//! of a robot reach into one another. The same snapshot gives the same bytes with any number of threads. On another
+//! machine the bytes may differ if its sines differ in the last digit.
 
 #![forbid(unsafe_code)]
 

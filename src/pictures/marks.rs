@@ -1,11 +1,12 @@
-//! Marks as triangles. Fillings of polygons are painted on the ground before the robot, everything else over the picture.
+//! Marks as triangles. Fillings of polygons are painted on the ground before the robot, all other marks over the
+//! picture.
 
 use super::camera::View;
 use super::triangle::{Triangle, Vertex, linear};
 use crate::scene::{At, Drawing, Form, Mark, Stroke, strokes};
 use nalgebra::{Point2, Vector2};
 
-/// One over the depth of marks (1/m), which is nearer than everything that is there when they are painted.
+/// One over the depth of marks (1/m). Marks are nearer than all that is in the picture when they are painted.
 const OVER_ALL: f64 = 1e6;
 
 /// The fillings of polygons, in the order in which they are drawn.

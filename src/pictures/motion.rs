@@ -6,17 +6,17 @@ use image::RgbImage;
 use rayon::prelude::*;
 use standfast_core::error::Result;
 
-/// Time for which a picture is shown, and for which the last one is (1/100 s).
+/// Time for which a picture is shown, and time for which the last picture is shown (1/100 s).
 const DELAY_CS: u16 = 4;
 pub(super) const LAST_DELAY_CS: u16 = 120;
 /// Approximate largest number of pictures, and the number of pictures that are in memory at a time and from which the
 /// palette is made.
 const MOST_SHOTS: usize = 200;
 const AT_ONCE: usize = 16;
-/// How long before the push the GIF begins, and how long before it slow motion begins (s).
+/// Time before the push at which the GIF begins, and time before the push at which slow motion begins (s).
 const LEAD_S: f64 = 0.2;
 const SLOW_LEAD_S: f64 = 0.04;
-/// How long slow motion lasts after a landing or a fall, and how long it lasts at most (s).
+/// Time for which slow motion continues after a landing or a fall, and its largest duration (s).
 const SLOW_TAIL_S: f64 = 0.1;
 const LONGEST_SLOW_S: f64 = 0.8;
 
@@ -47,7 +47,7 @@ pub(super) fn shots(cast: &Cast, slow_motion: f64) -> Vec<Shot> {
     let delay_s = f64::from(DELAY_CS) / 100.0;
     let count = |(from_s, to_s, speed): (f64, f64, f64)| ((to_s - from_s) / (delay_s * speed)).round() as usize;
     let mut stretches = stretches(cast, slow_motion);
-    // If the robot takes long to come to rest, this stretch is shown faster.
+    // If the robot takes long to come to rest, the last stretch is shown faster.
     let room = MOST_SHOTS.saturating_sub(count(stretches[0]) + count(stretches[1])).max(MOST_SHOTS / 4);
     stretches[2].2 = (count(stretches[2]) as f64 / room as f64).ceil().max(1.0);
     let mut shots = Vec::new();

@@ -1,7 +1,7 @@
 //! Paints triangles over the ground, with a depth buffer of [`SAMPLES`] x [`SAMPLES`] samples for each pixel, which are
 //! averaged in linear light.
 //!
-//! Each band of rows is painted by itself, so that a picture has the same bytes with any number of threads.
+//! Each band of rows is painted separately, so that a picture has the same bytes with any number of threads.
 
 use super::floor::Floor;
 use super::triangle::{Light, Triangle, for_each_inside, stored};
@@ -33,7 +33,7 @@ pub(super) fn paint(size: [u32; 2], floor: &Floor, triangles: &[Triangle]) -> Rg
         let mut samples: Vec<Sample> = Vec::with_capacity(row * rows);
         for i in 0..row * rows {
             let (x, y) = (i % row, i / row);
-            // Light changes little within a pixel, so that of its middle is enough.
+            // Light changes little within a pixel, so the light of its middle is enough.
             let light = match (x % SAMPLES, y % SAMPLES) {
                 (0, 0) => floor.light(at(x + SAMPLES / 2, y + SAMPLES / 2)),
                 (0, _) => samples[i - row].light,

@@ -24,7 +24,7 @@ fn ut_mu2() -> Robot {
     standfast_robots::load("ut-mu2").unwrap()
 }
 
-/// UT-mu2 at rest, with everything that can be marked.
+/// UT-mu2 at rest, with a value for every mark.
 fn snapshot(robot: &Robot) -> Snapshot {
     let square = |x: f64, half: f64| {
         [(half, half), (-half, half), (-half, -half), (half, -half)].map(|(dx, dy)| Point2::new(x + dx, dy))
@@ -90,7 +90,7 @@ fn is_red([r, g, b]: [u8; 3]) -> bool {
     u16::from(r) > 2 * u16::from(g.max(b))
 }
 
-/// A ghost is seen through, hidden by what is before it, and unseen at the place of the robot. It throws no shadow.
+/// A ghost is transparent, hidden by objects before it, and invisible at the place of the robot. It casts no shadow.
 #[test]
 fn a_ghost_is_seen_beside_the_robot_and_not_over_it() {
     let (robot, posture) = boxes(&[([0.0, 0.0, 0.3], [0.05; 3], RED)]);
@@ -159,7 +159,7 @@ fn each_mark_is_seen_in_its_colour() {
     let moment = snapshot(&robot);
     let bare = draw(&robot, &moment, &FRONT, SIZE, &[]);
     assert!(bare == draw_posture(&robot, &moment.posture, &FRONT, SIZE));
-    // For each overlay: a place where it stands out, an offset to the right (px), and the channel that is strongest
+    // For each overlay: a place where it is visible, an offset to the right (px), and the channel that is strongest
     // there.
     let on_floor = |x: f64, y: f64| Point3::new(x, y, 0.0);
     let cases = [

@@ -22,7 +22,7 @@ pub(super) struct Triangle {
     pub hides: bool,
 }
 
-/// The code value of linear light. Gamma is 2 in place of the screen's 2.2, since a square root is exact on every
+/// The code value of linear light. Gamma is 2 instead of the screen's 2.2, since a square root is exact on every
 /// machine.
 pub(super) fn stored(light: f32) -> u8 {
     (255.0 * light.clamp(0.0, 1.0).sqrt() + 0.5) as u8
@@ -33,14 +33,14 @@ pub(super) const fn linear([r, g, b]: [f64; 3]) -> Light {
     [(r * r) as f32, (g * g) as f32, (b * b) as f32]
 }
 
-/// Calls `call` for each cell whose middle is inside of a triangle and of the window (left, top, right, bottom; the last
-/// two not included), with the weights of the three corners there.
+/// Calls `call` for each cell whose middle is inside of a triangle and of the window (left, top, right, bottom; the
+/// last two not included), with the weights of the three corners there.
 pub(super) fn for_each_inside(
     [a, b, c]: [[f64; 2]; 3],
     window: [usize; 4],
     mut call: impl FnMut(usize, usize, [f64; 3]),
 ) {
-    /// A middle may be outside by this share, so that none is missed between two triangles.
+    /// Share by which a middle may be outside, so that no cell is missed between two triangles.
     const SLACK: f64 = -1e-9;
     let area =
         |[ax, ay]: [f64; 2], [bx, by]: [f64; 2], [cx, cy]: [f64; 2]| (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);

@@ -1,8 +1,8 @@
-//! Learned policies: a network that turns an observation into targets of the joints, `q_ref = default + scale * action`.
-//! The guide's chapter `onnx.md` has the keys of its file.
+//! Learned policies: a network that turns an observation into targets of the joints, `q_ref = default + scale *
+//! action`. The guide's chapter `onnx.md` has the keys of its file.
 //!
-//! The network runs at a rate of its own, and its last targets hold in between. The servos get the stiffness and the
-//! damping with which it was trained and, where its file states them, its torque limits and rotor inertias.
+//! The network runs at its own rate, and its last targets hold in between. The servos get the stiffness and the damping
+//! with which the network was trained and, if the file states them, its torque limits and rotor inertias.
 
 #![forbid(unsafe_code)]
 
@@ -30,11 +30,11 @@ use toml::Table;
 /// The kind of controllers that this crate adds ([`standfast_controllers::kinds::add`]).
 pub const KIND: KindOf = KindOf { parse: Policy::read, ..kind::<Policy>("onnx") };
 
-/// The numbers that a servo can have: those of a robot's settings.
+/// Smallest and largest number of a servo, as in a robot's settings.
 const LEAST: f64 = 1e-12;
 const MOST: f64 = 1e12;
 
-/// What its file states. Lists of joints are in the order of `joints`.
+/// The content of the controller's file. Lists of joints are in the order of `joints`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Policy {
@@ -44,34 +44,34 @@ pub struct Policy {
     description: String,
     /// The network, an ONNX file in the folder of this file.
     model: String,
-    /// Time between two of its actions (s).
+    /// Time between two actions (s).
     period_s: f64,
-    /// Names of the joints that it drives. The others keep the posture of the start.
+    /// Names of the joints that the policy drives. The others keep the posture of the start.
     joints: Vec<String>,
-    /// Their angles at the action 0 (rad), and how far an action of 1 goes from there (rad).
+    /// Angles of the joints at the action 0 (rad), and the change of the angles by an action of 1 (rad).
     default_rad: Vec<f64>,
     action_scale: Vec<f64>,
     /// Largest magnitude of an action.
     action_clip: Option<f64>,
-    /// Stiffness (N m/rad) and damping (N m s/rad) of their servos.
+    /// Stiffness (N m/rad) and damping (N m s/rad) of the joints' servos.
     stiffness: Vec<f64>,
     damping: Vec<f64>,
-    /// Torque limits (N m) and rotor inertias (kg m^2) with which it was trained, simulated in place of the robot's.
+    /// Torque limits (N m) and rotor inertias (kg m^2) of the training, which are simulated instead of the robot's.
     torque_n_m: Option<Vec<f64>>,
     rotor_inertia_kg_m2: Option<Vec<f64>>,
-    /// The velocity that it is asked for: forward, to the left (m/s), and turning (rad/s).
+    /// The velocity that the policy is asked for: forward, to the left (m/s), and turning (rad/s).
     #[serde(default)]
     command: [f64; 3],
     gait: Option<Gait>,
-    /// What the network sees, in this order.
+    /// The terms of the observation, in the order in which the network takes them.
     observation: Vec<Term>,
-    /// The file itself. No file states it.
+    /// Path of the file itself. No file states this key.
     #[serde(default)]
     file: String,
 }
 
 impl Policy {
-    /// Reads a file, and remembers where it is.
+    /// Reads a file, and keeps its path.
     pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
         beside::refuse_file(source, "`model`")?;
         Ok(Box::new(Self { file: source.file.clone(), ..parse_toml(source)? }))
@@ -81,7 +81,7 @@ impl Policy {
         Error::value(&self.file, field, value.to_string(), problem.to_string(), accepted.into())
     }
 
-    /// The index in the robot of each of its joints.
+    /// The index in the robot of each joint of the policy.
     fn joints_of(&self, robot: &Robot) -> Result<Vec<usize>> {
         let names: Vec<&str> = robot.joints.iter().map(|joint| joint.name.as_str()).collect();
         let find = |name: &String| {
@@ -92,7 +92,7 @@ impl Policy {
         self.joints.iter().map(find).collect()
     }
 
-    /// The whole number of control periods (s) in one of its own.
+    /// The number of control periods (s) from one action to the next, which must be whole.
     fn ticks_per_action(&self, period_s: f64) -> Result<u64> {
         let ticks = (self.period_s / period_s).round();
         if ticks >= 1.0 && (ticks * period_s - self.period_s).abs() < 1e-6 * self.period_s {
@@ -151,7 +151,7 @@ impl Settings for Policy {
         Table::try_from(self).expect("it was read from a table")
     }
 
-    /// Factors on what belongs to the servos, not to the network.
+    /// Factors on the numbers of the servos. The numbers of the network are not tuned.
     fn tunables(&self) -> Vec<Tunable> {
         ["action_scale", "stiffness", "damping"].map(|key| Tunable::new(key, 1.0, [0.5, 2.0])).into()
     }
@@ -192,7 +192,7 @@ impl Settings for Policy {
     }
 }
 
-/// What all episodes share.
+/// The data that all episodes share.
 struct Shared {
     settings: Policy,
     robot: Robot,
@@ -229,7 +229,7 @@ impl Actor {
         }
     }
 
-    /// Observes, asks the network, and sets the targets.
+    /// Makes an observation, runs the network, and sets the targets.
     fn act(&mut self, sensed: &Sensed) -> Result<(), TickError> {
         let Shared { settings, robot, joints, net, .. } = &*self.shared;
         self.base.update(robot, sensed);

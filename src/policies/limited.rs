@@ -1,4 +1,4 @@
-//! Work on a file of a stranger, in a thread of its own, which is given up if it takes too much time or memory.
+//! Runs work on an untrusted file in a thread of its own, and gives up if it takes too much time or memory.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -7,19 +7,19 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread::{Builder, current};
 use std::time::{Duration, Instant};
 
-/// Longest time, which is a hundred times what large policies take.
+/// Longest time of the work, a hundred times as long as large policies take.
 const MOST: Duration = Duration::from_secs(60);
-/// Most memory that the whole program takes meanwhile, beyond what it had before (bytes). It is known on Linux alone.
+/// Largest growth of the program's memory during the work (bytes). The memory is known on Linux only.
 const MOST_BYTES: u64 = 2_000_000_000;
-/// How often both are looked at.
+/// Time between two checks of time and memory.
 const LOOKS_EVERY: Duration = Duration::from_millis(10);
-/// The stack of the thread, since the library that reads networks goes down by recursion (bytes).
+/// Stack size of the thread (bytes). It is large because the library that reads networks recurses deeply.
 const STACK_BYTES: usize = 64 << 20;
-/// The name of the thread. A panic in it is told by its caller, and not where it happens.
+/// Name of the thread. A panic in this thread is reported by the caller, not where it happens.
 const NAME: &str = "network";
 
-/// What `work` gives. Fails, in words, if it panics or takes too much. What is given up goes on until the program ends, since
-/// a thread cannot be stopped.
+/// The result of `work`. Fails, in words, if the work panics or takes too much. Work that is given up goes on until the
+/// program ends, since a thread cannot be stopped.
 pub fn limited<T: Send + 'static>(work: impl FnOnce() -> Result<T, String> + Send + 'static) -> Result<T, String> {
     within(MOST, MOST_BYTES, work)
 }
@@ -34,7 +34,7 @@ fn within<T: Send + 'static>(
     let (since, before) = (Instant::now(), memory_bytes());
     let caught = move || {
         let answer = catch_unwind(AssertUnwindSafe(work));
-        // Nobody listens any more if it was given up.
+        // If the work was given up, nobody receives the answer.
         let _ = done.send(answer.unwrap_or_else(|panic| Err(in_words(&*panic))));
     };
     let thread = Builder::new().name(NAME.into()).stack_size(STACK_BYTES).spawn(caught);
@@ -73,7 +73,7 @@ fn leave_panics_to_the_caller() {
     });
 }
 
-/// Memory in use by the program (bytes), or 0 where that is not known.
+/// Memory in use by the program (bytes). It is 0 on systems where it is not known.
 fn memory_bytes() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let kilobytes =

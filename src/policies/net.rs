@@ -8,17 +8,17 @@ use tract_onnx::pb::GraphProto;
 use tract_onnx::prelude::*;
 use tract_onnx::tract_hir::infer::Factoid;
 
-/// Most numbers of all tensors of a network together.
+/// Largest number of values in all tensors of a network together.
 const MOST_OF_ALL: u64 = 4 * MOST_NUMBERS;
 
-/// A network that makes an action of an observation.
+/// A network that turns an observation into an action.
 pub struct Net {
     model: Arc<TypedRunnableModel>,
     /// The shape of its input.
     shape: Vec<usize>,
 }
 
-/// What a file says of its network beside the network: names and texts. Errors are in words.
+/// The metadata of a network's file: names and texts. Errors are in words.
 pub fn metadata(bytes: &[u8]) -> Result<HashMap<String, String>, String> {
     let bytes = bytes.to_vec();
     limited(move || {
@@ -28,8 +28,8 @@ pub fn metadata(bytes: &[u8]) -> Result<HashMap<String, String>, String> {
 }
 
 impl Net {
-    /// Reads a network with these numbers of values to observe and to do. Errors are in words: it does not fit, or would take
-    /// too much time or memory.
+    /// Reads a network whose observation and action have these `sizes`. Errors are in words: the network does not fit,
+    /// or would take too much time or memory.
     pub fn of(bytes: &[u8], sizes: [usize; 2]) -> Result<Self, String> {
         let bytes = bytes.to_vec();
         limited(move || Self::prepared(&bytes, sizes))
@@ -40,7 +40,7 @@ impl Net {
         check_ends(proto::check(&mut proto)?)?;
         let mut model = tract_onnx::onnx().model_for_proto_model(&proto).map_err(in_words)?;
         let input = model.input_fact(0).map_err(in_words)?;
-        // What a file leaves open is the number of observations at a time, which is 1 here.
+        // A size that the file leaves open is the batch size, which is 1 here.
         let known = |dim: TDim| usize::try_from(dim.to_i64().ok()?).ok();
         let sizes = input.shape.dims().map(|dim| dim.concretize().and_then(known).unwrap_or(1));
         let shape: Vec<usize> = sizes.collect();
@@ -74,11 +74,11 @@ impl Net {
     }
 }
 
-/// Fails if a network does not have one input and one output, with what it has instead.
+/// Fails, with the inputs and outputs in words, if a network does not have one input and one output.
 fn check_ends(graph: &GraphProto) -> Result<(), String> {
-    /// Most inputs or outputs that are named.
+    /// Largest number of inputs or outputs that an error names.
     const MOST_NAMED: usize = 4;
-    /// Parts of the names that exporters give to a memory.
+    /// Parts of the names that exporters give to the inputs of a recurrent memory.
     const MEMORY: [&str; 6] = ["h_in", "c_in", "hidden", "cell", "state_in", "memory"];
     let inputs: Vec<&str> = proto::inputs(graph).iter().map(|input| input.name.as_str()).collect();
     let outputs: Vec<&str> = graph.output.iter().map(|output| output.name.as_str()).collect();
@@ -100,15 +100,15 @@ fn check_ends(graph: &GraphProto) -> Result<(), String> {
     Err(format!("has {} and {}{what}", named("input", &inputs), named("output", &outputs)))
 }
 
-/// Counts the numbers that a network makes, before it makes them.
+/// Counts the values that a network will make, before it makes them.
 #[derive(Default)]
 struct Numbers {
     all: u64,
 }
 
 impl Numbers {
-    /// Finds the sizes of what each operation makes, and what it makes where its inputs are known, each before the next: the
-    /// library would make a tensor that is stated to be as large as the memory.
+    /// Finds the sizes of each operation's outputs, and the outputs themselves if the inputs are known, one operation
+    /// after the other. The library alone would make a tensor of any stated size, even as large as the memory.
     fn bound(&mut self, model: &mut InferenceModel) -> Result<(), String> {
         // Each operation has a larger number than those that make its inputs.
         for id in 0..model.nodes().len() {
@@ -120,7 +120,7 @@ impl Numbers {
         Ok(())
     }
 
-    /// What the operation makes whose inputs were found before.
+    /// The outputs of an operation whose inputs have been found.
     fn made(&mut self, model: &InferenceModel, id: usize) -> Result<Vec<InferenceFact>, String> {
         let node = model.node(id);
         let at = |error: TractError| format!("its operation {:?}: {}", node.name, in_words(error));
@@ -145,7 +145,7 @@ impl Numbers {
         Ok(made)
     }
 
-    /// Checks what each operation makes once all sizes have to be known.
+    /// Checks the sizes of each operation's outputs when all sizes have to be known.
     fn check(&mut self, model: &TypedModel) -> Result<(), String> {
         self.all = 0;
         for node in model.nodes() {
@@ -184,7 +184,7 @@ fn check_whole_numbers(name: &str, fact: &InferenceFact) -> Result<(), String> {
     numbers.iter().try_for_each(|number| proto::check_whole(*number, &format!("{name:?}")))
 }
 
-/// What the library says, with the causes, on one line.
+/// The library's error with its causes, on one line.
 fn in_words(error: TractError) -> String {
     let text = format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ");
     format!("cannot be prepared: {text:.300}")

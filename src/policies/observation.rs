@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Longest history of a term.
 const MOST_HISTORY: usize = 1000;
-/// A command below this (m/s, rad/s) asks for standing.
+/// Largest velocity of a command that asks for standing (m/s, rad/s).
 const STANDS: f64 = 0.01;
 
 /// A part of the observation.
@@ -22,23 +22,24 @@ pub struct Term {
     pub scale: Scale,
     /// Largest magnitude of a number, after scaling.
     pub clip: Option<f64>,
-    /// How many of its last values are seen, the oldest first. Before the first, its first value counts.
+    /// Number of values of the term in the observation, the oldest first. Values from before the start are the first
+    /// value.
     #[serde(default = "once")]
     pub history: usize,
 }
 
 impl Term {
-    /// How many numbers it is for a policy of so many joints.
+    /// Number of numbers of the term in the observation of a policy with `joints` joints.
     pub fn length(&self, joints: usize) -> usize {
         self.history * self.term.length(joints)
     }
 
-    /// Fails, in words, if its scale is none for a policy of so many joints.
+    /// Fails, in words, if the scale does not fit the number of values of the term, for a policy with `joints` joints.
     pub fn check_scale(&self, joints: usize) -> Result<(), String> {
         self.scale.check(self.term.length(joints))
     }
 
-    /// What it is, in the word of a file.
+    /// The quantity of the term, in the word of a file.
     pub fn name(&self) -> String {
         let word = toml::Value::try_from(self.term).ok();
         word.as_ref().and_then(toml::Value::as_str).unwrap_or_default().into()
@@ -67,7 +68,7 @@ impl Scale {
         }
     }
 
-    /// Fails, in words, if it is none for so many numbers.
+    /// Fails, in words, if the scale does not fit a term of `numbers` numbers.
     fn check(&self, numbers: usize) -> Result<(), String> {
         match self {
             Self::Each(each) if each.len() != numbers => Err(format!("{} factors for {numbers} numbers", each.len())),
@@ -81,7 +82,7 @@ fn once() -> usize {
     1
 }
 
-/// What a term is. The base is the first link of the URDF, and vectors are in its axes.
+/// The quantity of a term. The base is the first link of the URDF, and vectors are in its axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
@@ -91,11 +92,11 @@ pub enum Quantity {
     BaseAngularVelocity,
     /// The direction of gravity, of length 1.
     ProjectedGravity,
-    /// The velocity that is asked for: all three, the first two, and the last one.
+    /// The velocity that the policy is asked for: all three numbers, the first two, and the last one.
     Command,
     CommandWalk,
     CommandTurn,
-    /// Angles of the joints, less those of the action 0 (rad); their speeds (rad/s).
+    /// Angles of the joints less the angles at the action 0 (rad); speeds of the joints (rad/s).
     JointPositions,
     JointVelocities,
     /// The last action, within `action_clip`; 0 at first.
@@ -146,7 +147,7 @@ impl Gait {
     }
 }
 
-/// Checks the values, for a policy of so many joints. Errors name `file`.
+/// Checks the values, for a policy with `joints` joints. Errors name `file`.
 pub fn check(file: &str, terms: &[Term], joints: usize, gait: Option<&Gait>) -> Result<()> {
     if terms.is_empty() {
         return Err(Error::value(file, "observation", "[]", "is empty", "the terms that the network sees"));
@@ -176,18 +177,18 @@ pub fn check(file: &str, terms: &[Term], joints: usize, gait: Option<&Gait>) -> 
     }
 }
 
-/// How many numbers these terms are for a policy of so many joints.
+/// Number of numbers in the observation of a policy with `joints` joints.
 pub fn length(terms: &[Term], joints: usize) -> usize {
     terms.iter().map(|term| term.length(joints)).sum()
 }
 
-/// The base, as far as the sensors tell: the IMU is in the trunk, and the joints between are known.
+/// The state of the base. It follows from the sensors: the IMU is in the trunk, and the joints in between are known.
 #[derive(Clone)]
 pub struct Base {
     kinematics: Kinematics,
     posture: Posture,
     jacobian: Matrix6xX<f64>,
-    /// Velocity (m/s), angular velocity (rad/s) and the direction of gravity, in its own axes.
+    /// Velocity (m/s), angular velocity (rad/s) and direction of gravity, in the axes of the base.
     linear: Vector3<f64>,
     angular: Vector3<f64>,
     gravity: Vector3<f64>,
@@ -209,7 +210,7 @@ impl Base {
         self.posture.q.copy_from_slice(&sensed.q);
         self.posture.base = Isometry3::identity();
         self.kinematics.update(robot, &self.posture);
-        // In the axes of the base from here on.
+        // From here on, vectors are in the axes of the base.
         let trunk = self.kinematics.link_pose(robot.trunk).rotation;
         let to_world = sensed.imu.orientation * trunk.inverse();
         let of_joint = |joint: usize| self.kinematics.joint_axis(joint) * sensed.dq[joint];
@@ -230,7 +231,7 @@ impl Base {
     }
 }
 
-/// What there is to observe at an action.
+/// The quantities that a policy can observe at an action.
 pub struct Observation<'a> {
     pub base: &'a Base,
     pub command: [f64; 3],
@@ -238,11 +239,11 @@ pub struct Observation<'a> {
     pub joint_velocities: Vec<f64>,
 }
 
-/// What a policy keeps from one action to the next.
+/// The data that a policy keeps from one action to the next.
 #[derive(Clone)]
 pub struct Memory {
     last_action: Vec<f32>,
-    /// The phases of the feet (rad), and those that the policy sees.
+    /// Phases of the feet (rad), and the phases in the observation.
     phase_rad: [f64; 2],
     seen_rad: [f64; 2],
     /// The last values of each term, the oldest first.
@@ -300,7 +301,7 @@ impl Memory {
         numbers.into_iter().enumerate().map(scaled).collect()
     }
 
-    /// Keeps an action, and lets the clock of the gait go on by `period_s`.
+    /// Keeps an action, and advances the clock of the gait by `period_s`.
     pub fn remember(&mut self, action: Vec<f32>, gait: Option<&Gait>, command: [f64; 3], period_s: f64) {
         self.last_action = action;
         if let Some(gait) = gait {

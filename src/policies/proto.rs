@@ -1,5 +1,5 @@
-//! The content of an ONNX file, checked before the library `tract` sees it: that is made for files of friends, and panics
-//! or fills the memory where one says what cannot be.
+//! The content of an ONNX file, checked before the library `tract` reads it. The library trusts a file: it panics or
+//! fills the memory if the file states impossible sizes.
 
 use standfast_files::assets::what_else;
 use std::collections::HashSet;
@@ -8,9 +8,9 @@ use tract_onnx::pb::{AttributeProto, GraphProto, ModelProto, NodeProto, TensorPr
 use tract_onnx::pb::{tensor_shape_proto::dimension, type_proto};
 use tract_onnx::prelude::*;
 
-/// Most operations of a network. Large policies have some hundreds.
+/// Largest number of operations of a network. Large policies have some hundreds.
 const MOST_NODES: usize = 5_000;
-/// Most numbers of a tensor, as of 64 MB of float32.
+/// Largest number of values of a tensor: 64 MB of float32.
 pub const MOST_NUMBERS: u64 = 1 << 24;
 
 /// Reads a file. Errors are in words.
@@ -22,9 +22,9 @@ pub fn read(bytes: &[u8]) -> Result<ModelProto, String> {
     proto.map_err(|e| format!("cannot be read: it is no ONNX file, or not all of one: {e:#}"))
 }
 
-/// Its graph, of which is known from now on that each tensor has the numbers that it states, and that each operation is known
-/// and reads what is made before it. What its file says of sizes beyond those of tensors and inputs is left out. Errors are
-/// in words.
+/// The graph of a file, after checks: each tensor has the number of values that it states, and each operation is known
+/// and reads only tensors that are made before it. Sizes that the file states beyond those of tensors and inputs are
+/// removed. Errors are in words.
 pub fn check(model: &mut ModelProto) -> Result<&GraphProto, String> {
     let graph = model.graph.as_mut().ok_or("cannot be read: it has no graph")?;
     let known = tract_onnx::onnx().op_register.0;
@@ -54,13 +54,13 @@ fn shown(node: &NodeProto) -> String {
     format!("operation {:?} ({:?})", name.map_or("", String::as_str), node.op_type)
 }
 
-/// The inputs of a graph that are no tensors of its file.
+/// The inputs of a graph that are not stored tensors.
 pub fn inputs(graph: &GraphProto) -> Vec<&ValueInfoProto> {
     let stored: HashSet<&str> = graph.initializer.iter().map(|tensor| tensor.name.as_str()).collect();
     graph.input.iter().filter(|input| !stored.contains(input.name.as_str())).collect()
 }
 
-/// Checks that each operation reads what is made before it, and that nothing is made twice.
+/// Checks that each operation reads only tensors that are made before it, and that no tensor is made twice.
 fn check_wires(graph: &GraphProto) -> Result<(), String> {
     let stored = graph.initializer.iter().map(|tensor| &tensor.name);
     let mut made: HashSet<&str> =
@@ -79,7 +79,7 @@ fn check_wires(graph: &GraphProto) -> Result<(), String> {
     lost.map_or(Ok(()), |output| Err(format!("its output {:?} is made by no operation", output.name)))
 }
 
-/// Checks a value that an operation has of its own.
+/// Checks an attribute of an operation.
 fn check_attribute(attribute: &AttributeProto, of: &str) -> Result<(), String> {
     if attribute.g.is_some() || !attribute.graphs.is_empty() {
         return Err(format!("its {of} has networks within it, which are not taken: conditions and loops"));
@@ -89,8 +89,8 @@ fn check_attribute(attribute: &AttributeProto, of: &str) -> Result<(), String> {
     tensors.try_for_each(|tensor| check_tensor(tensor, &format!("{of} has a tensor {:?}, which", attribute.name)))
 }
 
-/// Checks a whole number, which may be a size: where it is larger than this, the library reads another one. The largest and
-/// the least that there are stand for ends.
+/// Checks a whole number, which may be a size: the library would misread a size above the limit. The largest and the
+/// smallest integer are accepted, since they stand for the ends of a range.
 pub fn check_whole(number: i64, its: &str) -> Result<(), String> {
     const MOST: u64 = i32::MAX as u64;
     if number.unsigned_abs() <= MOST || number.unsigned_abs() >= i64::MAX as u64 {
@@ -99,7 +99,7 @@ pub fn check_whole(number: i64, its: &str) -> Result<(), String> {
     Err(format!("its {its} has the number {number}; up to {MOST} are taken"))
 }
 
-/// Checks that a tensor has the numbers that it states.
+/// Checks that a tensor has the number of values that it states.
 fn check_tensor(tensor: &TensorProto, its: &str) -> Result<(), String> {
     if tensor.data_location == Some(DataLocation::External as i32) {
         let place = tensor.external_data.iter().find(|entry| entry.key == "location").map_or("", |entry| &entry.value);
@@ -131,7 +131,7 @@ fn check_tensor(tensor: &TensorProto, its: &str) -> Result<(), String> {
     Err(format!("its {its} has the sizes {dims:?}, but {there} bytes of numbers instead of {}", stated * bytes as u64))
 }
 
-/// Leaves out what an input says of its sizes in letters: they are as many observations as there are at a time.
+/// Removes named sizes of an input: they stand for the batch size.
 fn leave_sizes_open(input: &mut ValueInfoProto) {
     let Some(type_proto::Value::TensorType(tensor)) = input.r#type.as_mut().and_then(|kind| kind.value.as_mut()) else {
         return;

@@ -1,13 +1,13 @@
-//! Text that others wrote: names in files, answers and last words of programs, metadata of networks. Whatever is printed or
-//! drawn goes through here, so that it cannot command a terminal or break a page.
+//! Makes texts of others harmless: names in files, answers and error messages of programs, metadata of networks. All
+//! text that is printed or drawn goes through here, so that it cannot command a terminal or break a page.
 
 use std::borrow::Cow;
 
-/// Numbers with more digits than this are shortened: what a person writes as `1e308` has 309.
+/// Largest number of digits of a number that is not shortened: `1e308` written out has 309.
 const MOST_DIGITS: usize = 40;
 
-/// The text with control characters, and those that turn the direction of writing, as in `\u001b`, which is also how JSON
-/// has them. Line breaks and tabs stay. Numbers of more than 40 digits stand as in `1e308`.
+/// The text with escapes such as `\u001b`, as in JSON, for control characters and for characters that change the
+/// direction of writing. Line breaks and tabs stay. Numbers of more than 40 digits are shortened to the form `1e308`.
 pub fn harmless(text: &str) -> Cow<'_, str> {
     let text = match text.contains(is_harmful) {
         true => Cow::Owned(text.chars().fold(String::new(), |out, c| match c {
@@ -26,7 +26,7 @@ pub fn harmless(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// Whether a character is more than a picture. XML has none of these but DEL and the ones beyond.
+/// Whether a character has an effect beyond its picture, or is not allowed in XML.
 fn is_harmful(c: char) -> bool {
     let turns = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     c.is_control() && c != '\n' && c != '\t' || turns || matches!(c, '\u{fffe}' | '\u{ffff}')

@@ -1,5 +1,5 @@
-//! What all HTML pages share (the report, replays, the paper's figures): the styles, and the way from a template to one
-//! file that loads nothing else.
+//! The common part of all HTML pages (the report, replays, the paper's figures): the styles, and the rendering of a
+//! template to one file that loads nothing else.
 
 use crate::foreign::harmless;
 use crate::text::layout::together;
@@ -10,13 +10,13 @@ use serde::Serialize;
 use standfast_core::error::{Error, Result};
 use std::borrow::Cow;
 
-/// Names and texts of the styles: that of all pages, and that of pages that are read from top to bottom.
+/// Names and texts of the styles: the style of all pages, and the style of pages that are read from top to bottom.
 const STYLES: [(&str, &str); 2] =
     [("page_style", include_str!("html_page.css")), ("document_style", include_str!("html_document.css"))];
 
-/// Makes a page from `template`, which reads `context` and the shared styles (`page_style`, `document_style`), and calls
-/// the functions and filters that `add` gives it. Nothing in it is more than a [picture](harmless) of its text. `name` must end in `.html` or `.xml`, so that values are escaped. Fails
-/// only if the template is wrong.
+/// Makes a page from `template`, which reads `context` and the shared styles (`page_style`, `document_style`), and
+/// calls the functions and filters that `add` gives it. All texts in it are [harmless](harmless). `name` must end in
+/// `.html` or `.xml`, so that values are escaped. Fails only if the template is wrong.
 pub fn render(
     name: &str,
     template: &str,
@@ -27,7 +27,7 @@ pub fn render(
     let fail = |e: minijinja::Error| Error::Numeric { what: name.into(), problem: format!("{e:#}") };
     let mut environment = Environment::new();
     environment.set_undefined_behavior(undefined);
-    // A line of the template that holds only a statement leaves no empty line in the page.
+    // A template line that holds only a statement leaves no empty line in the page.
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build().map_err(fail)?);
     for (name, style) in STYLES {
         environment.add_global(name, style);

@@ -18,7 +18,7 @@ const TEMPLATE: &str = include_str!("junit.xml.jinja");
 /// unless the campaign counts it as failed. Fails only if the template is wrong.
 pub fn xml(summary: &Summary) -> Result<String> {
     let case = |gate: &GateResult| {
-        // A CI service keeps the result folder, where the campaign file lies.
+        // A CI service keeps the result folder, which contains the campaign file.
         let command = |trial| replay_command(summary, &gate.set, trial, Path::new(""));
         json!({
             "name": gate.judged.name,

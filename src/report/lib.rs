@@ -39,7 +39,7 @@ pub fn replay_command(summary: &Summary, set: &str, trial: u64, folder: &Path) -
     replay_parts(&found.unwrap_or_else(|| SetOrigin::own(set)), folder).join(&trial.to_string())
 }
 
-/// The parts of this command before and after the number of the trial.
+/// The parts of the replay command before and after the number of the trial.
 fn replay_parts(origin: &SetOrigin, folder: &Path) -> [String; 2] {
     let campaign = folder.join(&origin.campaign).display().to_string();
     let [campaign, gains] = [&campaign, &origin.gains].map(|word| shell_word(word));

@@ -10,8 +10,8 @@ use standfast_study::verdict::gates::GateResult;
 use std::fmt::Write;
 use std::path::Path;
 
-/// The whole text: failed gates first, then verdicts and the other gates, then the numbers behind them; all but the most
-/// important tables are folded. Its commands are for a shell in the result folder.
+/// The whole text: failed gates first, then verdicts and the other gates, then the numbers behind them. All but the
+/// most important tables are folded. The commands are for a shell in the result folder.
 pub fn text(summary: &Summary) -> String {
     let mut text = format!("## standfast: {}\n\n", escaped(&summary.name));
     let failed: Vec<_> = summary.gates.iter().filter(|gate| !gate.passes).collect();
@@ -58,7 +58,7 @@ pub fn text(summary: &Summary) -> String {
     text
 }
 
-/// A gate that did not pass, what was seen, and the command that replays a lost trial.
+/// Writes a gate that did not pass, its observed value, and the command that replays a lost trial.
 fn tell_gate(text: &mut String, summary: &Summary, gate: &GateResult) {
     _ = writeln!(text, "{}\n", escaped(&gate_words(gate)));
     if let Some(trial) = gate.lost_trial {

@@ -1,17 +1,17 @@
-//! The trace of an episode as an MCAP file, which Foxglove shows without any configuration: the robot moves in a 3D panel
-//! with COM, DCM, ZMP and the forces, and every number can be plotted. All messages are JSON with a JSON schema.
+//! The trace of an episode as an MCAP file, which Foxglove shows without any configuration: the robot moves in a 3D
+//! panel with COM, DCM, ZMP and the forces, and every number can be plotted. All messages are JSON with a JSON schema.
 //!
 //! | topic | schema | how often |
 //! |---|---|---|
 //! | `/tf` | foxglove.FrameTransforms: each link in the frame `world` | every 10 ms |
 //! | `/robot` | foxglove.SceneUpdate: the shapes of the links | once |
 //! | `/forces` | foxglove.SceneUpdate: COM, DCM, ZMP as balls, forces as arrows | every 10 ms |
-//! | `/joint_states` | foxglove.JointStates: what the joints do | every tick |
-//! | `/joint_commands` | foxglove.JointStates: what is asked of them | every tick |
+//! | `/joint_states` | foxglove.JointStates: angles, speeds and torques of the joints | every tick |
+//! | `/joint_commands` | foxglove.JointStates: commands to the joints | every tick |
 //! | `/trace` | standfast.Trace: the columns of the trace but those of joints, soles and base | every tick |
 //!
-//! The URDF of the robot is an attachment. The file is written in chunks while the episode runs, without a name, and gets
-//! its name once it is whole: whatever happens before, a file of this name that was there stays.
+//! The URDF of the robot is an attachment. The file is written in chunks while the episode runs, without a name, and
+//! gets its name when it is whole: before that, an earlier file of this name stays.
 
 use super::trace::Trace;
 use mcap::records::{MessageHeader, Metadata};
@@ -31,12 +31,12 @@ use std::path::{Path, PathBuf};
 
 /// Bytes of a chunk before compression.
 const CHUNK: u64 = 1 << 18;
-/// Time between two pictures (s), as often as a display can show them.
+/// Time between two pictures (s), which is as short as a display can show.
 const PICTURE_S: f64 = 0.01;
 /// Radius of a ball, and diameter of an arrow, in COM heights.
 const BALL: f64 = 0.03;
 const ARROW: f64 = 0.02;
-/// A force as large as the weight is as long as this, in COM heights.
+/// Length of the arrow of a force as large as the robot's weight, in COM heights.
 const WEIGHT: f64 = 0.5;
 const WORLD: &str = "world";
 
@@ -53,17 +53,18 @@ const TOPICS: [(&str, &str); 6] = [
 /// An MCAP file that is being written.
 pub struct McapTrace<'a> {
     path: PathBuf,
-    /// Writes to a file without a name in the folder of `path`, which ends with the program, however that ends.
+    /// Writes to a file without a name in the folder of `path`. Such a file vanishes when the program ends, in whatever
+    /// way.
     writer: Writer<File>,
     /// The number of each topic in the file, as in [`TOPICS`].
     channels: [u16; TOPICS.len()],
     robot: &'a Robot,
-    /// The same ticks as a table, whose last row is the next message of `/trace`.
+    /// The ticks as a table, whose last row is the next message of `/trace`.
     rows: Trace,
-    /// How many messages there are so far.
+    /// Number of messages so far.
     written: u32,
     next_picture_s: f64,
-    /// What went wrong first. From then on nothing more is written.
+    /// The first error. After it nothing more is written.
     failure: Option<Error>,
 }
 
@@ -111,7 +112,7 @@ impl<'a> McapTrace<'a> {
         Ok(made)
     }
 
-    /// Adds a tick. If it cannot be written, [`finish`](Self::finish) says so.
+    /// Adds a tick. If the tick cannot be written, [`finish`](Self::finish) fails.
     pub fn push(&mut self, tick: &Tick) {
         if self.failure.is_none() {
             self.failure = self.add(tick).err();
@@ -147,7 +148,8 @@ impl<'a> McapTrace<'a> {
         self.write("/trace", nanoseconds, &Value::Object(row))
     }
 
-    /// Ends the file with its index, and gives it its name. If any of it could not be written, it fails and leaves nothing.
+    /// Ends the file with its index, and gives it its name. If any part could not be written, it fails and leaves
+    /// nothing.
     pub fn finish(mut self) -> Result<()> {
         if let Some(failure) = self.failure {
             return Err(failure);
@@ -160,7 +162,7 @@ impl<'a> McapTrace<'a> {
         named.commit()
     }
 
-    /// Writes a message on one of [`TOPICS`], of a time in nanoseconds.
+    /// Writes a message on one of [`TOPICS`], with a time in nanoseconds.
     fn write(&mut self, topic: &str, log_time: u64, message: &Value) -> Result<()> {
         let number = TOPICS.iter().position(|(name, _)| *name == topic).expect("it is one of the topics");
         let (channel_id, sequence) = (self.channels[number], self.written);
@@ -211,7 +213,7 @@ fn transforms(robot: &Robot, tick: &Tick, at: &Value) -> Value {
     json!({ "transforms": robot.links.iter().enumerate().map(of_link).collect::<Vec<_>>() })
 }
 
-/// A scene's entity; those of a later message with the same `id` replace it.
+/// An entity of a scene. A later message with the same `id` replaces it.
 fn entity(id: &str, frame: &str, at: &Value, parts: &[(&str, Vec<Value>)]) -> Value {
     let mut entity = json!({
         "id": id, "frame_id": frame, "timestamp": at, "lifetime": timestamp(0), "frame_locked": true, "metadata": [],
@@ -251,7 +253,7 @@ fn shape(solid: &Solid) -> (usize, Value) {
             (cylinder["bottom_scale"], cylinder["top_scale"]) = (json!(1.0), json!(1.0));
             (kind, cylinder)
         }
-        // There is no capsule; a stretched ball is close.
+        // Foxglove has no capsule; a stretched ball is similar.
         Shape::Capsule { radius, length } => sized(1, 2.0 * radius, 2.0 * radius, length + 2.0 * radius),
         Shape::Mesh(mesh) => {
             let points: Vec<Value> = mesh.points.iter().map(|point| xyz(point.coords)).collect();
@@ -294,7 +296,7 @@ fn forces(robot: &Robot, tick: &Tick, at: &Value) -> Value {
     json!({ "deletions": [], "entities": [entity("forces", WORLD, at, &[("spheres", balls), ("arrows", arrows)])] })
 }
 
-/// The JSON schema of a message. Foxglove goes by its name; the properties tell a reader what to plot.
+/// The JSON schema of a message. Foxglove uses its name; the properties tell a reader what to plot.
 fn schema_of(name: &str) -> Value {
     let object = |properties: Value| json!({ "type": "object", "properties": properties });
     let [number, text] = ["number", "string"].map(|kind| json!({ "type": kind }));

@@ -1,4 +1,4 @@
-//! The files of a result that people and CI services look at.
+//! The files of a result that people and CI services read.
 
 use crate::text::layout::wrapped;
 use crate::{figure, html, junit, markdown};
@@ -8,10 +8,10 @@ use standfast_study::Summary;
 use standfast_study::verdict::digest::Digest;
 use std::path::Path;
 
-/// Names of these files.
+/// Names of the files.
 pub const FILES: [&str; 4] = ["report.html", "summary.md", "junit.xml", "success.svg"];
 
-/// Writes these files to the result folder. `rows` are those of the summary. Fails if a file cannot be written.
+/// Writes the files to the result folder. `rows` are the rows of the summary. Fails if a file cannot be written.
 pub fn write(summary: &Summary, rows: &Digest, folder: &Path) -> Result<()> {
     let [report, markdown, junit, success] = FILES.map(|name| folder.join(name));
     figure::success::write(&success, summary)?;
@@ -20,7 +20,7 @@ pub fn write(summary: &Summary, rows: &Digest, folder: &Path) -> Result<()> {
     write_atomic(&junit, junit::xml(summary)?.as_bytes())
 }
 
-/// The message that names these files and `others` once they are written, the report first.
+/// The message that names the written files and `others`, the report first.
 pub fn written(folder: &Path, others: &[&str]) -> String {
     let [report, more @ ..] = FILES;
     let (report, more) = (folder.join(report), [&more[..], others].concat().join(", "));

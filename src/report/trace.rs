@@ -2,10 +2,10 @@
 //!
 //! The row of time t holds the true state at t, the mean forces over the tick that ends at t, and the controller's
 //! estimates and commands at t (which act after the robot's delay). All values are in the world frame. Estimates and
-//! commands are in the controller's estimate of it, which drifts when feet slip. Before the first physics step, the
-//! forces are half of the weight on each sole. A value that does not exist is empty, such as the ZMP in flight or
-//! what a controller does not say. What it notes beyond has columns of its own. The chapter `columns` of the guide has the
-//! meaning of each column.
+//! commands are in the controller's estimate of the world frame, which drifts when feet slip. Before the first physics
+//! step, the forces are half of the weight on each sole. A value that does not exist is empty, such as the ZMP in
+//! flight or a value that a controller does not report. Other notes of a controller have columns of their own. The
+//! chapter `columns` of the guide has the meaning of each column.
 
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
@@ -18,7 +18,7 @@ pub struct Trace {
     names: Vec<String>,
     values: Vec<Vec<Option<f64>>>,
     phase: Vec<String>,
-    /// What the controller notes, by name: a number or a word at each tick, or nothing.
+    /// The notes of the controller, by name: a number or a word at each tick, or nothing.
     notes: Vec<(String, Vec<Option<Note>>)>,
     /// Whether the tick lies after the verdict (1) or not (0).
     after_verdict: Vec<i64>,
@@ -111,7 +111,7 @@ impl Trace {
         self.links_met.push(truth.meeting.map(|meeting| names(meeting.links)));
     }
 
-    /// The numbers and words of the last tick, by name, but those of joints, feet and base.
+    /// The numbers and words of the last tick, by name, without those of joints, feet and base.
     pub fn last_row(&self) -> Map<String, Value> {
         let numbers = Self::names_of_body().zip(&self.values).map(|(name, of_tick)| (name, json!(of_tick.last())));
         let notes = self.notes.iter().map(|(name, notes)| {

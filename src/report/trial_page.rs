@@ -7,12 +7,12 @@ use standfast_study::store::folder::REPLAYS;
 use standfast_study::verdict::set_summary::SetOrigin;
 use std::path::{Path, PathBuf};
 
-/// A larger picture is not shown.
+/// Largest size of a picture that is shown (bytes).
 const MOST_BYTES: u64 = 10_000_000;
 
-/// Path of the page of a trial, relative to the result folder, with `engine` at its end if the page shows another engine
-/// than the result's, or both. Names of variants contain characters that some file
-/// systems and CI services refuse; these are replaced, and a hash keeps the names apart.
+/// Path of the page of a trial, relative to the result folder, with `engine` at its end if the page shows another
+/// engine than the result's, or both. Names of variants contain characters that some file systems and CI services
+/// refuse; they are replaced, and a hash keeps the names apart.
 pub fn replay_file(trial: u64, set: &str, engine: Option<&str>) -> PathBuf {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.=".contains(c);
     let mut name: String = set.chars().map(|c| if is_plain(c) { c } else { '-' }).collect();
@@ -29,7 +29,7 @@ pub fn replay_found(folder: &Path, origin: &SetOrigin, trial: u64) -> Option<Str
     folder.join(&path).is_file().then(|| path.display().to_string())
 }
 
-/// The small picture beside a page that was [found](replay_found), to be shown within a report in `folder`.
+/// The small picture beside a page that was [found](replay_found), for a report in `folder`.
 pub fn picture_found(folder: &Path, page: &str) -> Option<String> {
     let png = read(&folder.join(page).with_extension("png"), MOST_BYTES).ok()?;
     Some(format!("data:image/png;base64,{}", BASE64_STANDARD.encode(png)))

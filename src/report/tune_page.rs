@@ -17,7 +17,7 @@ const TEMPLATE: &str = include_str!("tune_page.html.jinja");
 const SHADES: [&str; 4] = [".25", ".45", ".7", "1"];
 /// Pieces of the fitted curve.
 const CURVE: usize = 60;
-/// Least height of an axis, above and below zero (points).
+/// Least height of an axis above zero, and below zero (points).
 const LEAST_POINTS: f64 = 5.0;
 
 /// The page. Fails only if the template is wrong.
@@ -49,7 +49,7 @@ pub fn page(tuned: &Tuned) -> Result<String> {
     html_page::render("tune.html", TEMPLATE, UndefinedBehavior::SemiStrict, |_| {}, &context)
 }
 
-/// The ends of an axis that holds all these points, and zero.
+/// The ends of an axis that holds zero and all these points.
 fn ends(points: impl Iterator<Item = f64>) -> [f64; 2] {
     points.fold([-LEAST_POINTS, LEAST_POINTS], |[from, to], x| [from.min(x), to.max(x)])
 }

@@ -1,11 +1,11 @@
-//! XML of limited depth, for parsers that go down by recursion.
+//! Parses XML of limited depth, because the parsers recurse.
 
 use roxmltree::Document;
 
-/// Most nested elements.
+/// Largest number of nested elements.
 const MOST_LEVELS: usize = 64;
 
-/// Most bytes of a tag: the parser compares each attribute with all others.
+/// Largest number of bytes of a tag: the parser compares each attribute with all others.
 const MOST_TAG_BYTES: usize = 10_000;
 
 /// Parses XML whose elements are not nested too deeply, with tags that are not too long. Fails with what is wrong, in
@@ -21,7 +21,7 @@ pub fn document(text: &str) -> Result<Document<'_>, String> {
     Document::parse(text).map_err(|e| e.to_string())
 }
 
-/// The text without the comments of XML. One that does not end goes to the end of the text.
+/// The text without XML comments. A comment without an end goes to the end of the text.
 pub fn without_comments(text: &str) -> String {
     let (mut kept, mut rest) = (String::with_capacity(text.len()), text);
     while let Some((before, after)) = rest.split_once("<!--") {
@@ -31,7 +31,7 @@ pub fn without_comments(text: &str) -> String {
     kept + rest
 }
 
-/// How deep elements are nested, and how long the longest tag is (bytes), seen without parsing.
+/// The deepest nesting of elements, and the length of the longest tag (bytes), found without parsing.
 fn extent(text: &str) -> [usize; 2] {
     let (mut level, mut most, mut longest, mut rest): (usize, usize, usize, &str) = (0, 0, 0, text);
     while let Some(at) = rest.find('<') {

@@ -35,8 +35,8 @@ pub(super) struct Settings {
     pub assumptions: Vec<String>,
     servos: Vec<ServoGroup>,
     home_rad: BTreeMap<String, f64>,
-    /// The range, to both sides (rad), of the joints whose limits in the URDF leave them none. If it is not stated, these
-    /// joints are locked.
+    /// The range of joints whose limits in the URDF leave no range, from this angle to both sides (rad). If it is not
+    /// stated, such joints are locked.
     #[serde(default)]
     pub range_rad: Option<f64>,
 }
@@ -100,7 +100,7 @@ struct ServoGroup {
     rotor_inertia_kg_m2: f64,
 }
 
-/// Checks a range that joints without one are given (rad).
+/// Checks a range for joints without one (rad).
 pub(super) fn check_range(file: &str, range_rad: f64) -> Result<()> {
     Error::check_ranges(file, "", &[("range_rad", range_rad, 1e-3, std::f64::consts::PI)])
 }
@@ -118,7 +118,7 @@ impl SolesAlone {
         assets::parse_toml(source)
     }
 
-    /// The soles. A link without a shape gets that of a [plate](plates).
+    /// The soles. A link without a shape gets the shape of a [plate](plates).
     pub fn soles(&self, file: &str, tree: &mut Tree) -> Result<PerFoot<Sole>> {
         soles(&self.soles, file, tree)
     }
@@ -150,7 +150,8 @@ pub(super) fn parse(source: &Source) -> Result<Settings> {
     }
     let settings: Settings = assets::parse_toml(source)?;
     let (file, noise) = (source.file.as_str(), &settings.noise);
-    // Generous: from a robot of a millimetre and a milligram to one of a hundred metres and a thousand tonnes.
+    // The ranges are generous: from a robot of a millimetre and a milligram to one of a hundred metres and a thousand
+    // tonnes.
     let own = [("friction", settings.friction, 0.0, 100.0), ("delay_s", settings.delay_s, 0.0, 1.0)];
     Error::check_ranges(file, "", &own)?;
     let noises = [
@@ -250,8 +251,8 @@ impl Settings {
         Ok(home)
     }
 
-    /// The soles, as they are stated or from the collision box of each named link. A link without a shape gets that of a
-    /// [plate](plates).
+    /// The soles, as they are stated or from the collision box of each named link. A link without a shape gets the
+    /// shape of a [plate](plates).
     pub fn soles(&self, file: &str, tree: &mut Tree) -> Result<PerFoot<Sole>> {
         soles(&self.soles, file, tree)
     }
@@ -300,7 +301,7 @@ fn plates(faces: &PerFoot<SoleFace>, tree: &mut Tree) {
 }
 
 impl StatedFace {
-    /// The pose of its centre in the frame of the link.
+    /// The pose of the face's centre in the frame of the link.
     fn pose(&self) -> Isometry3<f64> {
         let ([x, y, z], [roll, pitch, yaw]) = (self.center_m, self.rpy_rad);
         Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
@@ -332,7 +333,7 @@ fn stated_sole(file: &str, field: &str, face: &StatedFace, tree: &Tree) -> Resul
     Error::check_ranges(file, field, &ranges)?;
     let center = frames[frame].pose * face.pose();
     let up = center.rotation * Vector3::z();
-    // There is one at least, if only a plate.
+    // There is at least one collision, since a link without a shape has a plate.
     let top = links[link].collisions.iter().map(|solid| solid.reach_m(&up)).fold(f64::NEG_INFINITY, f64::max);
     Ok(Sole {
         frame,

@@ -1,17 +1,17 @@
-//! Bones for a robot whose URDF has no shapes, or whose meshes are missing: capsules from joint to joint, and from the last
-//! joint of a limb to the COM of its link. They are drawn, and do not collide.
+//! Bones for a robot whose URDF has no shapes, or whose meshes are missing: capsules from joint to joint, and from the
+//! last joint of a limb to the COM of its link. They are drawn, and do not collide.
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use standfast_core::robot::{Link, Robot, Shape, Solid};
 use std::f64::consts::PI;
 
-/// A body has about the density of water (kg/m^3). A bone is as thick as its share of the link's mass says, up to these
-/// shares of its length.
+/// Density of a body, about that of water (kg/m^3). The thickness of a bone follows from its share of the link's mass,
+/// within these shares of its length.
 const DENSITY_KG_M3: f64 = 1000.0;
 const THICKNESS: [f64; 2] = [0.05, 0.3];
 /// Grey, opaque.
 const COLOR: [f64; 4] = [0.62, 0.64, 0.67, 1.0];
-/// A shorter bone is not drawn, as a share of the height of the COM at home.
+/// Least length of a bone that is drawn, as a share of the height of the COM at home.
 const SHORT: f64 = 0.02;
 
 /// The robot with bones for the links that have nothing to draw, if these are at least half of all, and with a note of it.
@@ -39,7 +39,7 @@ pub fn with_bones(mut robot: Robot) -> Robot {
     robot
 }
 
-/// The bone from the origin of a link to `end`, one of `count`.
+/// The bone from the origin of a link to `end`, which is one of `count` bones of the link.
 fn bone(link: &Link, frame: usize, end: Point3<f64>, count: usize) -> Solid {
     let length = end.coords.norm();
     let area_m2 = link.mass_kg / count as f64 / (DENSITY_KG_M3 * length);

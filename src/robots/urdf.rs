@@ -1,7 +1,7 @@
 //! Reads a [`Robot`] from a URDF and the settings beside it.
 //!
-//! What a URDF may contain stands in the module `tree`. `effort` and `velocity` of its limits and the `dynamics` of its
-//! joints are not used, because the settings describe the servos.
+//! The accepted content of a URDF is in the module `tree`. `effort` and `velocity` of its limits and the `dynamics` of
+//! its joints are not used, because the settings describe the servos.
 
 use super::infer;
 use super::settings::{self, Settings};
@@ -29,26 +29,26 @@ const LEAST_COM_M: f64 = 1e-4;
 const SOLE_SHARES: [f64; 2] = [0.01, 2.0];
 /// Accepted masses of a link with all that is fixed to it (kg).
 const LINKS_KG: [f64; 2] = [1e-12, 1e7];
-/// Least principal moment of inertia of a link, as a share of the robot's mass times the squared height of its COM. Below
-/// a fifth of it the physics engine divides by zero.
+/// Least principal moment of inertia of a link, as a share of the robot's mass times the squared height of its COM.
+/// Below a fifth of this share the physics engine divides by zero.
 const LEAST_INERTIA_SHARE: f64 = 1e-16;
 
 /// The texts from which a robot is read, and the content of its URDF.
 #[derive(Debug, Clone)]
 pub struct Files {
     pub urdf: Source,
-    /// Its meshes, as a text that replaces their files if it stands beside the URDF: `robot.meshes` for `robot.urdf`.
-    /// None if the URDF names no mesh.
+    /// The meshes as a text, which replaces the files of the meshes if it is beside the URDF: `robot.meshes` for
+    /// `robot.urdf`. None if the URDF names no mesh.
     pub meshes: Option<Source>,
-    /// Its settings (TOML). Those of a robot without such a file are inferred.
+    /// The settings (TOML). For a robot without a file of settings they are inferred.
     pub settings: Source,
     pub are_inferred: bool,
     tree: Tree,
 }
 
 impl Files {
-    /// Those of a built-in robot by its name, or a URDF file with its settings beside it (same name, `.toml`). If there
-    /// are none, they are inferred from the URDF.
+    /// The files of a built-in robot by its name, or a URDF file with its settings beside it (same name, `.toml`). If
+    /// there are no settings, they are inferred from the URDF.
     ///
     /// # Errors
     /// A file cannot be read, or the settings cannot be inferred.
@@ -96,13 +96,14 @@ pub fn opened(name_or_path: &str) -> Result<Source> {
     xacro::expanded(assets::open(Kind::Robot, name_or_path)?)
 }
 
-/// The settings that are inferred from a URDF. Joints without a range of their own get one of `range_rad` (rad) to both
-/// sides, or else are locked. Fails if the URDF cannot be read or is not of a humanoid.
+/// The settings that are inferred from a URDF. Joints without a range of their own get the range `range_rad` (rad) to
+/// both sides or, if it is None, are locked. Fails if the URDF cannot be read or is not of a humanoid.
 pub fn inferred(urdf: &Source, range_rad: Option<f64>) -> Result<Source> {
     completed(urdf, range_rad, None)
 }
 
-/// Does the same as [`inferred`], with the soles that a file [states alone](states_soles_alone).
+/// The settings that are inferred from a URDF as by [`inferred`], with the soles that a file [states
+/// alone](states_soles_alone).
 pub fn completed(urdf: &Source, range_rad: Option<f64>, stated: Option<&Source>) -> Result<Source> {
     range_rad.map_or(Ok(()), |range_rad| settings::check_range("init", range_rad))?;
     inferred_from(urdf, Tree::parse(urdf, range_rad)?, range_rad, stated)
@@ -165,7 +166,7 @@ fn check_masses(file: &str, robot: &Robot) -> Result<()> {
     Err(Error::value(file, field, format!("{:e}", link.mass_kg), "out of range", accepted))
 }
 
-/// Checks that no link turns so easily that its angular acceleration is lost in rounding.
+/// Checks that no link has so small an inertia that its angular acceleration is lost in rounding.
 fn check_inertias(file: &str, robot: &Robot) -> Result<()> {
     let least_kg_m2 = LEAST_INERTIA_SHARE * robot.mass() * robot.home_com_height().powi(2);
     let moment = |link: &Link| link.inertia_kg_m2.symmetric_eigenvalues().min();
@@ -175,8 +176,8 @@ fn check_inertias(file: &str, robot: &Robot) -> Result<()> {
     Err(Error::value(file, field, format!("{:.1e}", moment(link)), "too small to be simulated", accepted))
 }
 
-/// Checks that the soles have a size that fits the robot, span an area at home, as far as the ankles can hold the weight
-/// there, and do not overlap.
+/// Checks that the soles have a size that fits the robot, that they do not overlap, and that the parts of them on which
+/// the ankles can hold the weight span an area at home.
 fn check_support(file: &str, robot: &Robot) -> Result<()> {
     let height_m = robot.home_com_height();
     for foot in Foot::BOTH {

@@ -6,13 +6,12 @@ use standfast_files::assets::{Source, shell_word};
 use std::io::ErrorKind;
 use std::process::{Command, Stdio};
 
-/// The namespace of macros, by which a xacro file is known whatever its name is.
+/// The namespace of macros, by which a xacro file of any name is recognised.
 const NAMESPACE: &str = "xmlns:xacro";
 
-/// The URDF itself, or what `xacro` makes of it if it has macros.
+/// The URDF itself or, if it has macros, the output of `xacro`.
 ///
-/// # Errors
-/// There is no program `xacro`, or it fails; the error has what it says.
+/// # Errors The program `xacro` is missing, or it fails; the error has its message.
 pub fn expanded(source: Source) -> Result<Source> {
     if source.is_builtin() || !has_macros(&source) {
         return Ok(source);
@@ -39,14 +38,14 @@ pub fn expanded(source: Source) -> Result<Source> {
     Ok(Source { text, ..source })
 }
 
-/// The name for what becomes of a file. It is another one, since a shell empties the file that it writes to.
+/// The name for the expanded file. It differs from `file`, since a shell empties the file that it writes to.
 fn expanded_file(file: &str) -> String {
     let stem = file.trim_end_matches(".xacro").trim_end_matches(".urdf");
     let urdf = format!("{stem}.urdf");
     if urdf == file { format!("{stem}-expanded.urdf") } else { urdf }
 }
 
-/// Whether a file is to be expanded: by its name, or if it uses a macro, which one in a comment does not.
+/// Whether a file is to be expanded: by its name, or if it uses a macro outside of comments.
 fn has_macros(source: &Source) -> bool {
     let uses_macros = || {
         let text = without_comments(&source.text);

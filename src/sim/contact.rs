@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use standfast_core::robot::{Foot, Wrench};
 
-/// A part of the robot that may touch the ground.
+/// A part of the robot that the ground may touch.
 #[derive(Debug, Clone, Copy)]
 pub enum Part {
     Sole(Foot),

@@ -8,7 +8,7 @@ use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Posture, Robot};
 use std::sync::OnceLock;
 
-/// The version of MuJoCo's library that this program is made for.
+/// The version of MuJoCo's library for which this program is made.
 pub const MUJOCO_VERSION: &str = "3.17.0";
 
 /// What a crate brings that has an engine.
@@ -66,7 +66,7 @@ impl Engine {
         }
     }
 
-    /// Name and version, such as "Rapier 0.36.1". The version is that of the library that this program runs with.
+    /// Name and version, such as "Rapier 0.36.1". The version is that of the library in use.
     pub fn with_version(self) -> String {
         let version = match self {
             Engine::Rapier => rapier::VERSION,
@@ -111,7 +111,7 @@ pub struct PhysicsStep {
     pub mujoco: f64,
 }
 
-/// The forms in which a file may state it.
+/// The forms in which a file may state the physics step.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, untagged, expecting = "a number, or { rapier = ..., mujoco = ... }")]
 enum Form {

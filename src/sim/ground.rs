@@ -12,17 +12,18 @@ use super::variation::Variation;
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, UnitVector3, Vector3};
 use standfast_core::robot::{Foot, Kinematics, Robot, Scale, Units};
 
-/// Distance from the soles to the edges of the patch, in COM heights, so that feet that rock or slide do not meet an edge.
+/// Distance from the soles to the edges of the patch, in COM heights, so that feet that rock or slide do not meet an
+/// edge.
 pub const MARGIN: f64 = 0.032;
 
-/// Time in which the ground tilts from level to a slope of so many degrees, without setting the robot in motion; in
+/// Time in which the ground tilts from level to a slope of `slope_deg` degrees, without setting the robot in motion; in
 /// 1/omega.
 pub fn tilting(slope_deg: f64) -> f64 {
     (1.68 * slope_deg.abs()).clamp(1.68, 4.5)
 }
 
-/// Extent of the ground around the patch, which is farther than a robot falls, and depth of the boxes that rise above
-/// the plane; in diagonals of the patch.
+/// Extent of the ground around the patch, and depth of the boxes that rise above the plane; in diagonals of the patch.
+/// A robot falls less far than the extent.
 const REACH: f64 = 9.0;
 const DEPTH: f64 = 1.0;
 

@@ -1,18 +1,18 @@
-//! Which links of a robot collide with each other: those of one leg with those of the other, and those of an arm with the
-//! trunk, the legs and the other arms.
+//! Which links of a robot collide with each other: links of one leg with links of the other, and links of an arm with
+//! the trunk, the legs and the other arms.
 //!
-//! The links of every other pair pass through each other. Links of one limb, and a leg and the trunk, are kept apart by
-//! the limits of the joints. A link does not collide with the one that carries it. A pair that touches in the home
-//! posture does not collide either, so that home remains a posture without inner forces. The force sensors of the soles
-//! do not feel contacts between links.
+//! All other pairs of links pass through each other. Links of one limb, and a leg and the trunk, are kept apart by the
+//! limits of the joints. A link does not collide with the link that carries it. A pair that touches in the home posture
+//! does not collide either, so that home remains a posture without inner forces. The force sensors of the soles do not
+//! feel contacts between links.
 
 use super::rapier::shape::{gap_m, placed};
 use standfast_core::robot::{Foot, Kinematics, PerFoot, Robot, Scale};
 
-/// Friction coefficient between links, plastic on plastic; assumed. (It is a power of two, so that a factor for the
-/// friction with the ground can undo it exactly.)
+/// Friction coefficient between links, plastic on plastic; assumed. (It is a power of two, so that the friction with
+/// the ground, which an engine may multiply by it, can be divided by it exactly.)
 pub const FRICTION: f64 = 0.25;
-/// A pair touches at home if its gap there is smaller than this (in COM heights).
+/// Gap at home below which a pair touches there (in COM heights).
 const TOUCHING: f64 = 0.003;
 
 /// Two links that pressed on each other in the past tick.
@@ -47,7 +47,7 @@ impl Pairs {
         let kinematics = Kinematics::at_home(in_heights);
         let limbs = limbs(robot);
         let count = robot.links.len();
-        // The solids of each link where they are at home.
+        // The solids of each link at home.
         let at_home: Vec<Vec<_>> = (0..count)
             .map(|link| {
                 let pose = kinematics.link_pose(link);
@@ -90,12 +90,12 @@ impl Pairs {
     }
 }
 
-/// Whether links of these limbs may collide: those of an arm and any other limb, or those of both legs.
+/// Whether links of these limbs may collide: an arm with any other limb, or one leg with the other.
 fn can_meet(a: usize, b: usize) -> bool {
     a != b && (a.min(b) != TRUNK || a.max(b) > LEGS.right)
 }
 
-/// The link that carries another.
+/// The link that carries a link.
 fn carrier(robot: &Robot, link: usize) -> Option<usize> {
     link.checked_sub(1).map(|joint| robot.joints[joint].parent)
 }
@@ -149,10 +149,10 @@ mod tests {
             assert!(!pairs.collide(a, b) && !pairs.collide(b, a), "{a} {b}");
         }
         assert!(pairs.are_legs([right_foot, hip]) && !pairs.are_legs([hand, hip]) && !pairs.are_legs([hip, knee]));
-        // 36 pairs of links of the legs, 16 of the arms, 96 of arm and leg, and 6 of arm and trunk, whose shoulders it
-        // carries.
+        // 36 pairs are links of the two legs, 16 of the two arms, 96 of an arm and a leg, and 6 of an arm and the
+        // trunk, whose shoulders do not count since the trunk carries them.
         assert_eq!((pairs.count(), pairs.touching_at_home.len()), (36 + 16 + 96 + 6, 0));
-        // A hand as large as this is in everything, so that it meets nothing.
+        // A hand of this size overlaps all links, so it collides with none.
         robot.links[hand].collisions[0].shape = Shape::Sphere { radius: 2.0 };
         let pairs = Pairs::new(&robot);
         assert!(!pairs.collide(hand, trunk) && pairs.collide(other_hand, trunk));

@@ -23,10 +23,11 @@ pub trait Physics: Send + Sync {
     /// Adds a force (N) on a link at a point (m) for the next physics step, in the world frame.
     fn add_force(&mut self, link: usize, force: Vector3<f64>, point: Point3<f64>);
 
-    /// Sets what each servo does in the next physics step, given by number, angle (rad) and speed (rad/s) of its joint.
+    /// Sets the drive of each servo for the next physics step, given by number, angle (rad) and speed (rad/s) of its
+    /// joint.
     fn set_drives(&mut self, drive: &mut dyn FnMut(usize, f64, f64) -> Drive);
 
-    /// Tilts the ground for the next physics step. `slope` rotates the frame of its plane to the world.
+    /// Tilts the ground for the next physics step. `slope` rotates the frame of the ground's plane to the world.
     fn tilt(&mut self, slope: &UnitQuaternion<f64>);
 
     fn step(&mut self);
@@ -34,12 +35,12 @@ pub trait Physics: Send + Sync {
     /// Calls `see` with the speed (rad/s) of every joint in order.
     fn speeds(&self, see: &mut dyn FnMut(usize, f64));
 
-    /// Calls `see` with each part that touched the ground in the last physics step, when the ground was tilted by `slope`,
-    /// and with the mean wrench of the ground on it.
+    /// Calls `see` with each part that touched the ground in the last physics step, and with the mean wrench of the
+    /// ground on the part. `slope` is the slope of the ground in that step.
     fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(Part, WorldWrench));
 
-    /// Calls `see` with each pair of links that pressed on each other in the last physics step, and with the norm of the
-    /// mean force between them (N).
+    /// Calls `see` with each pair of links that pressed on each other in the last physics step, and with the norm of
+    /// the mean force between the two (N).
     fn meets(&self, see: &mut dyn FnMut([usize; 2], f64));
 }
 

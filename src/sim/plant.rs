@@ -1,4 +1,4 @@
-//! The simulated robot. One control tick is a call of `sense` and then one of `advance` with a command.
+//! The simulated robot. One control tick is a call of `sense` and then a call of `advance` with a command.
 
 use super::contact::{Part, WorldWrench};
 use super::meeting::{Meeting, Pairs};
@@ -22,7 +22,7 @@ pub struct Clock {
     pub control_period_s: f64,
 }
 
-/// A force on a point of a link, for as long as it is set.
+/// A force on a point of a link that acts as long as it is set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pull {
     /// Index into `Robot::links`. An index out of range panics.
@@ -33,7 +33,7 @@ pub struct Pull {
     pub force: Vector3<f64>,
 }
 
-/// A simulated robot. A copy goes on from the present state to the same bits.
+/// A simulated robot. A copy continues from the present state to the same bits.
 #[derive(Clone)]
 pub struct Plant {
     robot: Arc<Robot>,
@@ -44,18 +44,19 @@ pub struct Plant {
     physics: Box<dyn Physics>,
     sensors: Sensors,
     kinematics: Kinematics,
-    /// Commands that are delayed, each with the physics step at which it reaches the servos.
+    /// Delayed commands, each with the number of the physics step at which it reaches the servos.
     in_flight: VecDeque<(u64, Command)>,
     acting: Command,
     drives: Vec<servo::Drive>,
-    /// By how much each servo is ahead of its limit (N m).
+    /// Excess of the past torques of each servo over its limit (N m).
     owed: Vec<f64>,
     /// Number of physics steps done.
     steps: u64,
     delay_steps: u64,
     /// A force on a link that acts until it is removed.
     pub pull: Option<Pull>,
-    /// COM of the home posture in the frame of the trunk's [body](Physics::body), with the orientation that it has at home.
+    /// COM of the home posture in the frame of the trunk's [body](Physics::body), with the orientation of the body at
+    /// home.
     push_origin: Isometry3<f64>,
     com_jacobian: Matrix3xX<f64>,
     trunk_jacobian: Matrix6xX<f64>,
@@ -68,7 +69,7 @@ pub struct Plant {
 #[derive(Debug, Clone)]
 pub struct Truth {
     pub time_s: f64,
-    /// The ground as it lies now.
+    /// The ground at this time.
     pub ground: Ground,
     pub posture: Posture,
     /// Generalised velocity: velocity of the base's origin, angular velocity of the base (world axes), joint rates.
@@ -88,14 +89,15 @@ pub struct Truth {
     pub contact_force: Vector3<f64>,
     /// ZMP of all contacts on the plane z = 0 (m). It is None in flight.
     pub zmp: Option<[f64; 2]>,
-    /// Sum of pushes and pull (N), and the point where the last of them acts.
+    /// Sum of pushes and pull (N), and the point where the last one acts.
     pub push_force: Vector3<f64>,
     pub push_point: Point3<f64>,
     /// Joint torques (N m).
     pub tau: Vec<f64>,
     /// Index into `Robot::links` of the first link that touched the ground in the past tick, other than by its sole.
     pub touching: Option<usize>,
-    /// The links that pressed on each other hardest in the past tick. Links of both legs go before any others.
+    /// The pair of links that pressed on each other hardest in the past tick. Pairs of links of both legs go before
+    /// others.
     pub meeting: Option<Meeting>,
 }
 
@@ -144,8 +146,8 @@ impl Plant {
         Self::on(Ground::default(), robot, clock, errors, initial)
     }
 
-    /// The same on `ground`, which is level at first and then tilts to its slope. The engine must
-    /// [take](Engine::check) the robot.
+    /// The robot at rest in its home posture on `ground`, which is level at first and then tilts to its slope. The
+    /// engine must [take](Engine::check) the robot.
     pub fn on(
         ground: Ground,
         robot: impl Into<Arc<Robot>>,
@@ -175,7 +177,7 @@ impl Plant {
             drives: vec![servo::Drive { constant: 0.0, damping: 0.0 }; joints],
             owed: vec![0.0; joints],
             steps: 0,
-            // Rounded to the nearest physics step.
+            // The delay is rounded to whole physics steps.
             delay_steps: (robot.delay_s / clock.physics_step_s).round() as u64,
             pull: None,
             push_origin: trunk_body.inverse() * Isometry3::from_parts(com.coords.into(), UnitQuaternion::identity()),
@@ -309,7 +311,7 @@ impl Plant {
         });
     }
 
-    /// Adds the torques of the past physics step to their averages.
+    /// Adds the torques of the past physics step to the averages of the tick.
     fn add_torques(&mut self, share: f64) {
         let Self { physics, robot, truth, drives, owed, .. } = self;
         physics.speeds(&mut |i, dq| {
@@ -319,8 +321,8 @@ impl Plant {
         });
     }
 
-    /// Adds the ground's wrenches of the past physics step, and notes which link but the soles touches the ground, and
-    /// which links touch each other.
+    /// Adds the ground's wrenches of the past physics step to the averages of the tick. Notes the link that touches the
+    /// ground with other parts than a sole, and the links that touch each other.
     fn add_contacts(&mut self, share: f64, soles: &mut PerFoot<WorldWrench>, total: &mut WorldWrench) {
         let (slope, touching) = (self.truth.ground.slope, &mut self.truth.touching);
         self.physics.touches(&slope, &mut |part, wrench| {

@@ -54,8 +54,8 @@ impl Default for Push {
 }
 
 impl Push {
-    /// The default push of a robot with these units, from behind. A campaign takes what its file leaves out from it, to
-    /// the bit.
+    /// The default push of a robot with these units, from behind. A campaign takes from it, to the bit, the values that
+    /// its file leaves out.
     pub fn of(units: &Units) -> Self {
         let time_s = units.time_s();
         Self {
@@ -66,7 +66,7 @@ impl Push {
         }
     }
 
-    /// The same in numbers that a person would write: what the command line and the window push with if nothing is given.
+    /// The default push in round numbers. The command line and the window use it if nothing is given.
     pub fn first(units: &Units) -> Self {
         let Self { impulse_n_s, duration_s, start_s, .. } = Self::of(units);
         let [duration_s, start_s] = [duration_s, start_s].map(three_digits);
@@ -100,7 +100,7 @@ impl Push {
     }
 }
 
-/// The nearest number that a person would choose: 1, 2, 2.5 or 5 times a power of ten.
+/// The nearest round number: 1, 2, 2.5 or 5 times a power of ten.
 pub fn round(value: f64) -> f64 {
     let power = 10_f64.powi(value.log10().floor() as i32);
     let off = |factor: f64| (value / (factor * power)).ln().abs();

@@ -15,13 +15,13 @@ pub struct SensorErrors {
     pub normal: Arc<dyn Normal>,
 }
 
-/// Standard normal numbers as a function of time and sensor: what one sensor reads changes nothing for another one.
+/// Standard normal numbers as a function of time and sensor: the reading of one sensor does not change those of others.
 pub trait Normal: Send + Sync {
     /// Fills `channels` with the independent numbers of a sensor, at a control tick or for its bias.
     fn draw(&self, when: When, sensor: Sensor, channels: &mut [f64]);
 }
 
-/// What numbers are drawn for.
+/// The purpose for which numbers are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum When {
     /// The bias, which is drawn once.
@@ -30,7 +30,7 @@ pub enum When {
     Tick(u64),
 }
 
-/// The sensors. What a seed yields depends on their numbers, so a new sensor takes a new one.
+/// The sensors. The drawn numbers depend on the number of the sensor, so a new sensor takes a new number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sensor {
     JointAngles = 0,

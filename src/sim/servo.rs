@@ -3,8 +3,9 @@
 //! The damping term becomes the joint's own damping, which the engines integrate implicitly. So the servo is as stable
 //! as an implicit position actuator at steps of 1 to 2 ms. The torque then depends on the speed at the end of the step,
 //! which an impact may change by many rad/s. Therefore the implicit part of the damping is limited, so that the torque
-//! stays within its limit for all but the hardest impacts, and what those add is taken from the next steps. The rest of
-//! the damping acts with the speed at the start of the step. At the limit, the clamped torque replaces spring and damping.
+//! stays within its limit for all but the hardest impacts. The excess of such an impact is subtracted in the next
+//! steps. The rest of the damping acts with the speed at the start of the step. At the limit, the clamped torque
+//! replaces spring and damping.
 
 use standfast_core::robot::Servo;
 
@@ -17,7 +18,7 @@ pub struct Drive {
     pub damping: f64,
 }
 
-/// What a servo is to do: its reference angle (rad) and speed (rad/s), and a torque in addition (N m).
+/// The target of a servo: its reference angle (rad) and speed (rad/s), and a torque in addition (N m).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
     pub q_ref: f64,
@@ -27,10 +28,11 @@ pub struct Target {
 
 /// The servo law at joint angle `q` (rad) and joint speed `dq` (rad/s), for one physics step of `step_s`.
 ///
-/// The torque at the end of the step is within the limit, too, if the speed stays or changes towards rest, and then by up
-/// to `full_torque_speed_rad_s` more. There are two exceptions. One is a harder impact. The other is a servo whose rotor is
-/// so light that explicit damping would be unstable: as much of its damping as stability needs remains implicit, and may
-/// add to the torque. What a step has given too much is [`owed`] (N m), and taken from the limit of the next ones.
+/// The torque at the end of the step is within the limit, too, if the speed stays or changes towards rest, and then by
+/// up to `full_torque_speed_rad_s` more. There are two exceptions. One is a harder impact. The other is a servo whose
+/// rotor is so light that explicit damping would be unstable: the part of its damping that stability needs remains
+/// implicit, and may add to the torque. The excess of a step is [`owed`] (N m), and subtracted from the limit of the
+/// next steps.
 pub fn drive(servo: &Servo, step_s: f64, q: f64, dq: f64, target: Target, owed: f64) -> Drive {
     let wanted = servo.kp * (target.q_ref - q) + servo.kd * (target.dq_ref - dq) + target.tau_ff;
     let (most, least) = ((servo.torque_n_m - owed.max(0.0)).max(0.0), (-servo.torque_n_m - owed.min(0.0)).min(0.0));
@@ -43,14 +45,15 @@ pub fn drive(servo: &Servo, step_s: f64, q: f64, dq: f64, target: Target, owed: 
     // Distances to the smallest and the largest speed at the end of the step.
     let (down, up) = (dq.max(0.0) + servo.full_torque_speed_rad_s, servo.full_torque_speed_rad_s - dq.min(0.0));
     let within_limit = ((most - wanted) / down).min((wanted - least) / up);
-    // Explicit damping of more than the rotor's inertia per step would turn the joint around.
+    // Explicit damping of more than the rotor's inertia per step would reverse the joint's motion.
     let stable = (servo.kd - servo.rotor_inertia_kg_m2 / step_s).max(0.0);
     let damping = within_limit.max(stable).min(servo.kd);
     Drive { constant: wanted + damping * dq, damping }
 }
 
-/// By how much a servo is ahead of its limit after a step with torque `tau`, if it was ahead by `owed` before (N m, with
-/// the sign of the torque). With it, no number of steps in a row has more than the limit on average, but for the last one.
+/// The excess of a servo's torque over its limit (N m, with the sign of the torque) after a step with torque `tau`, if
+/// it was `owed` before. With it, the average over any number of steps in a row is within the limit, except for the
+/// last step.
 pub fn owed(servo: &Servo, owed: f64, tau: f64) -> f64 {
     let sum = owed + tau;
     sum - sum.clamp(-servo.torque_n_m, servo.torque_n_m)
@@ -106,7 +109,7 @@ mod tests {
 
     #[test]
     fn a_light_rotor_keeps_the_damping_that_it_needs() {
-        // 2.5 N m s/rad for 2 ms would turn around whatever has less than 0.005 kg m^2.
+        // 2.5 N m s/rad for 2 ms would reverse the motion of any joint with less than 0.005 kg m^2.
         let light = Servo { rotor_inertia_kg_m2: 0.002, ..SERVO };
         let drive = super::drive(&light, 0.002, 0.0, 0.0, Target { q_ref: 0.09, dq_ref: 0.0, tau_ff: 0.0 }, 0.0);
         assert!((drive.damping - 1.5).abs() < 1e-12, "{drive:?}");
@@ -118,7 +121,8 @@ mod tests {
             for sign in [1.0, -1.0] {
                 let target = Target { q_ref: 0.09 * sign, dq_ref: 0.0, tau_ff: 0.0 };
                 let (mut ahead, mut sum, mut highest, mut steps) = (0.0, 0.0, 0.0_f64, 0.0);
-                // The impact is within the first step. After it the joint is at rest, and its motor is asked for much.
+                // The impact is within the first step. After it the joint is at rest, and its target asks for a large
+                // torque.
                 while steps == 0.0 || ahead != 0.0 {
                     let drive = super::drive(&servo, 0.002, 0.0, 0.0, target, ahead);
                     let after = if steps == 0.0 { -impact * sign } else { 0.0 };

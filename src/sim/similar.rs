@@ -1,6 +1,6 @@
 //! Simulates every robot in the same size. An engine sees a similar robot of [`COM_HEIGHT_M`] and [`MASS_KG`], and
 //! times, forces and speeds are converted on the way in and out. Engines have tolerances in metres and seconds, and
-//! only some of these can be set. In this way all of them, and the settings of contacts, are in units of the robot.
+//! only some of these can be set. In this way all tolerances, and the settings of contacts, are in units of the robot.
 
 use super::contact::{Part, WorldWrench};
 use super::physics::Physics;
@@ -9,7 +9,7 @@ use super::{Engine, Ground, Pairs};
 use nalgebra::{DVector, Isometry3, Point3, UnitQuaternion, Vector3};
 use standfast_core::robot::{Posture, Robot, Scale, Units};
 
-/// Height of the COM at home (m), and mass (kg), of the robot that an engine sees. Other values would do as well.
+/// Height of the COM at home (m), and mass (kg), of the robot that an engine sees. Other values would serve as well.
 const COM_HEIGHT_M: f64 = 1.0;
 const MASS_KG: f64 = 1.0;
 

@@ -1,5 +1,5 @@
-//! Differences of the simulated robot and ground from those for which the controller is designed. The controller is not
-//! told of them: only the plant uses [`Variation::robot`] and [`Ground::new`](super::Ground::new).
+//! Differences of the simulated robot and ground from the design of the controller. The controller does not know them:
+//! only the plant uses [`Variation::robot`] and [`Ground::new`](super::Ground::new).
 
 use serde::{Deserialize, Serialize};
 use standfast_core::robot::Robot;
@@ -14,7 +14,7 @@ pub struct Variation<T = Option<f64>> {
     pub trunk_com_x_m: T,
     /// Shift of the trunk's COM in its link's frame (m), to the left.
     pub trunk_com_y_m: T,
-    /// Friction coefficient between soles and ground, in place of the robot's.
+    /// Friction coefficient between soles and ground, instead of the robot's.
     pub friction: T,
     /// Angle of the slope, after it has tilted (degrees).
     pub slope_deg: T,
@@ -30,7 +30,7 @@ pub struct Variation<T = Option<f64>> {
     pub torque_scale: T,
     /// Factor on both speeds of the servos' torque-speed curve.
     pub speed_scale: T,
-    /// Delay from sensing to torque (s), in place of the robot's. The plant rounds it to whole physics steps.
+    /// Delay from sensing to torque (s), instead of the robot's. The plant rounds it to whole physics steps.
     pub delay_s: T,
 }
 
@@ -68,7 +68,7 @@ impl<T> Variation<T> {
 }
 
 impl Variation {
-    /// The robot to be simulated in place of `nominal`.
+    /// The robot to be simulated instead of `nominal`.
     pub fn robot(&self, nominal: &Robot) -> Robot {
         let scale = |factor: Option<f64>| factor.unwrap_or(1.0);
         let mut robot = nominal.clone();

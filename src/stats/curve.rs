@@ -8,10 +8,11 @@
 //! `logit P = logit p - b (x - t)`, with b >= 0 as the only unknown. So the same search gives the impulse at a given
 //! success and the band of success at a given impulse: x is in the interval of x50 exactly if the band at x contains 50
 //! %.
-//! If every push with recovery is weaker than every one without, the likeliest curve is a step (s = 0) anywhere between
-//! the two neighbours. It is put midway, for 50 % and 90 % alike, and the profile likelihood bounds it in the same way.
-//! Firth's penalty, the usual remedy, would give the step a width that comes from the penalty and not from the trials;
-//! its interval of x90 then contained the truth in only 80 % of simulated cases (40 trials over 6 N s, s = 0.02 N s).
+//! If every push with recovery is weaker than every push without, the likeliest curve is a step (s = 0) anywhere
+//! between the two neighbours. It is put midway, for 50 % and 90 % alike, and the profile likelihood bounds it in the
+//! same way. Firth's penalty, the usual remedy, would give the step a width that comes from the penalty and not from
+//! the trials. The interval of x90 then contained the truth in only 80 % of simulated cases (40 trials over 6 N s, s =
+//! 0.02 N s).
 //!
 //! With fewer than 10 trials between the weakest push without recovery and the hardest with recovery, 3.841 is not
 //! enough: intervals contained the truth in 85 % of some cases. There the slope is as uncertain as the position, so
@@ -19,15 +20,16 @@
 //! contained the truth (40 trials with s of 0.2 and 0.5 N s, 100 with 0.5, 400 with 0.05 and 0.5, 1000 with 1); with 40
 //! trials and s = 0.02, more than 99 %.
 //!
-//! x is in any one unit, such as N s or the impulse as a share of `m omega d`.
+//! x is in any unit, such as N s or the impulse as a share of `m omega d`, the same for all trials.
 
 use serde::Serialize;
 
 /// Values that chi-squared with 1 and with 2 degrees of freedom exceeds with 5 % probability.
 const CHI2_95: [f64; 2] = [3.841_458_820_694_124, 5.991_464_547_107_979];
-/// Number of trials between the weakest push without recovery and the hardest with, below which they count as few.
+/// Number of trials between the weakest push without recovery and the hardest with recovery below which they count as
+/// few.
 const FEW: f64 = 10.0;
-/// Searches end when the likelihood changes by less.
+/// Change of the likelihood below which searches end.
 const NEGLIGIBLE: f64 = 1e-11;
 /// Logit beyond which a probability counts as 0 or 1.
 const CERTAIN: f64 = 36.0;
@@ -37,7 +39,7 @@ const HAIR: f64 = 1e-9;
 const PRECISE: f64 = 1e-9;
 const MAX_TRIALS: u32 = 100;
 
-/// Why there is no curve, or no impulse for a given success.
+/// The reason why there is no curve, or no impulse for a given success.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum NoCurve {
@@ -63,7 +65,7 @@ pub enum NoCurve {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Level {
     pub at: f64,
-    /// None where the trials give no bound within the range of their impulses.
+    /// 95 % interval. An end is None if the trials give no bound within the range of their impulses.
     pub ci95: [Option<f64>; 2],
 }
 
@@ -98,7 +100,7 @@ impl SuccessCurve {
 /// Trials, counted by impulse, with the likeliest curve through them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pushes {
-    /// Middle and half width of the range. Places are impulses relative to these, from -1 to 1.
+    /// Middle and half width of the range. Places are impulses relative to this range, from -1 to 1.
     middle: f64,
     half: f64,
     /// Impulses of the weakest and the hardest push.
@@ -119,12 +121,13 @@ struct Best {
     ln_likelihood: f64,
     /// Value that twice the logarithm of a likelihood ratio exceeds with 5 % probability.
     chi2_95: f64,
-    /// Variances of intercept and slope, and covariance, from which the ends of intervals are guessed; 0 for a step.
+    /// Variances of intercept and slope, and their covariance, from which the ends of intervals are estimated; 0 for a
+    /// step.
     covariance: [f64; 3],
 }
 
 impl Pushes {
-    /// From the impulse of each trial (finite, all in one unit) and whether it was recovered from.
+    /// Counts trials, each given by its impulse (finite, all in one unit) and by whether the robot recovered.
     pub fn new(trials: &[(f64, bool)]) -> Self {
         let mut sorted = trials.to_vec();
         sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -207,7 +210,7 @@ impl Best {
         }
     }
 
-    /// A step takes all other values just beside its centre, on one side or the other.
+    /// Places the values of a step, other than the centre's, just beside the centre, on one side or the other.
     fn place(&self, logit: f64) -> f64 {
         let beside = if logit > self.at_centre { HAIR } else { -HAIR };
         self.centre - if self.slope.is_finite() { logit / self.slope } else { beside }
@@ -274,7 +277,7 @@ fn likeliest(places: &[(f64, f64, f64)]) -> Result<Best, NoCurve> {
             }
             share *= 0.5;
         };
-        // The value is no higher, or it is NaN because the trials hardly distinguish one slope from another.
+        // The value is not higher, or it is NaN because the trials hardly distinguish one slope from another.
         if next <= value || next.is_nan() {
             break [hbb / determinant, haa / determinant, -hab / determinant];
         }
@@ -305,14 +308,14 @@ fn likeliest_through(places: &[(f64, f64, f64)], place: f64, logit: f64, start: 
         }
         *if gradient > 0.0 { &mut low } else { &mut high } = slope;
         let step = gradient / curvature;
-        // Where the trials do not bound the slope, the likelihood levels off.
+        // If the trials do not bound the slope, the likelihood levels off.
         if (slope == 0.0 && gradient <= 0.0)
             || curvature == 0.0 && gradient.abs() < NEGLIGIBLE
             || gradient * step < NEGLIGIBLE
         {
             return value;
         }
-        // Newton's step, limited to not far beyond the last slope. Where it leaves the bracket, bisection.
+        // Newton's step, limited to not far beyond the last slope. If it leaves the bracket, the bracket is bisected.
         let newton = (slope + step).max(0.0).min(2.0 * slope + 8.0);
         slope = if newton > low && newton < high { newton } else { 0.5 * (low.max(0.0) + high) };
         if slope == low || slope == high {
@@ -332,11 +335,12 @@ fn ln_likelihood(places: &[(f64, f64, f64)], logit: impl Fn(f64) -> f64) -> f64 
     -places.iter().map(term).sum::<f64>()
 }
 
-/// Where `f` rises through 0 between `inside` (at most 0) and `outside`, about two `deviation`s away, if at all.
+/// The place where `f` rises through 0 between `inside` (at most 0) and `outside`, about two `deviation`s away. It is
+/// None if there is no such place.
 fn crossing(f: impl Fn(f64) -> f64, inside: f64, outside: f64, deviation: f64) -> Option<f64> {
     let mut low = (inside, f(inside));
     let mut reach = 1.96 * deviation * (outside - inside).signum();
-    // Outwards from a guess, because far outside the search for the likeliest slope takes long.
+    // The search goes outwards from a guess, because far outside the search for the likeliest slope takes long.
     let mut high = loop {
         let guess = inside + reach;
         let x = if (guess - inside) * (guess - outside) < 0.0 { guess } else { outside };

@@ -40,28 +40,29 @@
 use crate::mcnemar::PairedCounts;
 use serde::Serialize;
 
-/// A difference is claimed if chance alone makes one as large, in any of the pairs, less often than this.
+/// Level of the claims: a difference is claimed if chance alone makes one as large, in any of the pairs, less often
+/// than this.
 pub const ALPHA: f64 = 0.05;
 
-/// What is said of one pair of several.
+/// The decision on one pair of several.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decision {
-    /// Of the difference (a share), for all pairs together at 95 %. Where a is better, 0 does not belong to it, even as
-    /// its end.
+    /// Interval of the difference (a share), for all pairs together at 95 %. If a is better, 0 does not belong to the
+    /// interval, even as its end.
     pub ci95: [f64; 2],
-    /// Two-sided, of all pairs together; None where the campaign could end when decided.
+    /// Two-sided p, of all pairs together. None if the campaign could end when decided.
     pub p: Option<f64>,
     pub verdict: PairVerdict,
 }
 
-/// What an interval of the difference of two rates decides.
+/// The verdict of an interval of the difference of two rates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PairVerdict {
-    /// The set that recovers more often, a of a pair in its order, is better, by however little.
+    /// The controller that recovers more often, a of an ordered pair, is better, by however little.
     #[serde(rename = "a_better")]
     Better,
-    /// No difference as large as the margin; there may be a smaller one.
+    /// There is no difference as large as the margin; there may be a smaller one.
     Same,
     /// Not decided.
     #[serde(rename = "not_resolved")]
@@ -69,8 +70,8 @@ pub enum PairVerdict {
 }
 
 impl Decision {
-    /// On one pair of `pairs`, after a count of trials that was fixed in advance; sets that differ by less than
-    /// `margin` (a share) are the same.
+    /// The decision on one of `pairs` pairs, after a number of trials that was fixed in advance. Controllers that
+    /// differ by less than `margin` (a share) are the same.
     pub fn once(counts: &PairedCounts, pairs: usize, margin: f64) -> Self {
         let interval = counts.interval(each_of(pairs, 1.0 - ALPHA), false);
         let p = (pairs as f64 * counts.mcnemar_p().max(counts.score_p())).min(1.0);
@@ -78,13 +79,13 @@ impl Decision {
         Self { ci95, p: Some(p), verdict: verdict(ci95, margin) }
     }
 
-    /// The same at any time, by the betting interval alone.
+    /// The decision at any time, by the betting interval alone.
     pub fn by_interval(betting: [f64; 2], margin: f64) -> Self {
         Self { ci95: betting, p: None, verdict: verdict(betting, margin) }
     }
 
-    /// The same where the campaign may end when decided, of the betting interval; `a_is_better`: the exact test has
-    /// said so by now.
+    /// The decision if the campaign may end when decided, from the betting interval. `a_is_better` states whether the
+    /// exact test has said so by now.
     pub fn at_looks(betting: [f64; 2], a_is_better: bool, margin: f64) -> Self {
         match a_is_better {
             true => Self { ci95: betting.map(|end| end.max(0.0)), p: None, verdict: PairVerdict::Better },
@@ -93,14 +94,14 @@ impl Decision {
     }
 }
 
-/// Widened to touch 0, if it leaves it out.
+/// The interval, widened to touch 0 if it leaves 0 out.
 fn with_0([least, most]: [f64; 2]) -> [f64; 2] {
     [least.min(0.0), most.max(0.0)]
 }
 
-/// Reads an interval of the difference of two rates (a share). A difference that is known to be smaller than the margin (a
-/// share), but not to be none, goes to the better set. As each verdict is wrong only if the interval misses the truth,
-/// so is the verdict at which one stops.
+/// Reads an interval of the difference of two rates (a share). If the difference is known to be smaller than the margin
+/// (a share), but not to be 0, the verdict is that one controller is better. A verdict is wrong only if the interval
+/// misses the truth. So this also holds for the verdict at which a campaign ends.
 pub fn verdict([least, most]: [f64; 2], margin: f64) -> PairVerdict {
     if least > 0.0 || most < 0.0 {
         PairVerdict::Better
@@ -111,12 +112,12 @@ pub fn verdict([least, most]: [f64; 2], margin: f64) -> PairVerdict {
     }
 }
 
-/// Level of each of so many intervals at which all of them hold together at `level` (Bonferroni; shares).
+/// Level of each of `intervals` intervals at which all of them hold together at `level` (Bonferroni; shares).
 pub fn each_of(intervals: usize, level: f64) -> f64 {
     1.0 - (1.0 - level) / intervals.max(1) as f64
 }
 
-/// The error (a share) that each of so many pairs may make if all of them together make [`ALPHA`] at most (Bonferroni).
+/// The error (a share) that each of `pairs` pairs may make if all pairs together make at most [`ALPHA`] (Bonferroni).
 pub fn alpha_of_each(pairs: usize) -> f64 {
     ALPHA / pairs.max(1) as f64
 }
@@ -167,7 +168,8 @@ mod tests {
                 assert_eq!(p < ALPHA, least > 0.0, "{told}: p = {p}, {least} to {most}");
                 assert_eq!(p < ALPHA, verdict == PairVerdict::Better, "{told}: p = {p}, {verdict:?}");
                 assert!(verdict != PairVerdict::Same || (least > -0.02 && most < 0.02), "{told}");
-                // Never narrower than Tango's, never less than the exact p of each of the pairs.
+                // The interval is never narrower than Tango's, and p is never less than the exact p times the number of
+                // pairs.
                 let [tango, _] = counts.difference_interval(each_of(pairs, 0.95));
                 assert!(least <= tango && p >= (pairs as f64 * counts.mcnemar_p()).min(1.0), "{told}");
                 let mirrored = Decision::once(&table(trials, only_b, only_a), pairs, 0.02);
@@ -181,7 +183,7 @@ mod tests {
         assert!(claimed > 1000 && widened > 50 && by_score > 0, "{claimed} {widened} {by_score}");
     }
 
-    /// Also where betting alone says otherwise, on either side.
+    /// The two also agree if betting alone says otherwise, on either side.
     #[test]
     fn where_a_campaign_may_end_when_decided_the_interval_agrees_with_the_exact_test() {
         for (only_a, only_b) in [(0, 0), (5, 0), (18, 2), (40, 20), (300, 200), (501, 499), (2, 90), (0, 2000)] {
@@ -194,9 +196,10 @@ mod tests {
         }
     }
 
-    /// Simulates campaigns of so many trials, of sets with these rates. A push is as hard for all sets, except in a share
-    /// of the trials, where each set has luck of its own. Returns in how many campaigns an interval misses the truth at
-    /// the end, and in how many a set is ever called better that is not. With `looks` a campaign ends when decided.
+    /// Simulates campaigns of `trials` trials, of controllers with these rates. A push is as hard for all controllers,
+    /// except in a share of the trials, where each controller has luck of its own. Returns in how many campaigns an
+    /// interval misses the truth at the end, and in how many a controller is ever called better that is not. With
+    /// `looks` a campaign ends when decided.
     fn errors(rates: &[f64], share_of_own: f64, trials: u64, looks: Option<Looks>, campaigns: u32) -> [u32; 2] {
         let mut rng = ChaCha8Rng::seed_from_u64(11);
         let pairs: Vec<_> = (0..rates.len()).flat_map(|a| (a + 1..rates.len()).map(move |b| (a, b))).collect();
@@ -235,17 +238,18 @@ mod tests {
         errors
     }
 
-    /// At most 5 % and three standard deviations are allowed. Where no two sets differ, errors are not absent either.
+    /// At most 5 % and three standard deviations are allowed. If no two controllers differ, errors are not absent
+    /// either.
     #[test]
     fn a_campaign_errs_as_seldom_as_said() {
         for (rates, share_of_own, trials, planned) in [
             (&[0.5, 0.5, 0.5, 0.5][..], 0.2, 100, None),
             (&[0.86, 0.55, 0.52, 0.5], 0.3, 200, None),
             (&[0.99, 0.98, 0.95, 0.6], 0.1, 200, None),
-            // All that differs falls to one side: the hardest case for Tango's interval.
+            // All trials that differ fall to one side: the hardest case for Tango's interval.
             (&[0.9, 0.89, 0.88, 0.87], 0.0, 400, None),
             (&[0.7, 0.7], 0.3, 200, Some(200)),
-            // Taken up with more trials than were planned.
+            // The campaign is continued with more trials than were planned.
             (&[0.5, 0.5, 0.5], 0.3, 500, Some(100)),
             (&[0.5, 0.5, 0.5, 0.5], 0.2, 400, Some(400)),
             (&[0.86, 0.55, 0.52, 0.5], 0.3, 400, Some(400)),

@@ -1,11 +1,12 @@
-//! How far two yes-or-no findings on the same trials agree: Cohen's kappa (1960, "A coefficient of agreement for nominal
-//! scales").
+//! How far two yes-or-no findings on the same trials agree: Cohen's kappa (1960, "A coefficient of agreement for
+//! nominal scales").
 //!
-//! Of a share `p` of trials on which both agree, and a share `c` on which they would agree if each kept its own rate but
-//! knew nothing of the other, kappa is `(p - c) / (1 - c)`: 1 if they always agree, 0 if no more often than by chance. Its
-//! interval is that of `p`, with `c` taken as known, as in Cohen's own standard error. Simulated (50 to 1000 trials,
-//! 80 to 98 % agreement, 4000 tables each), it contains the truth in 93 to 99.9 %; the asymptotic interval of Fleiss,
-//! Cohen and Everitt (1969), which knows that `c` is estimated, does so in 36 to 95 %, and has no width when all agree.
+//! Of a share `p` of trials on which both agree, and a share `c` on which they would agree if each kept its own rate
+//! but knew nothing of the other, kappa is `(p - c) / (1 - c)`: 1 if they always agree, 0 if no more often than by
+//! chance. Its interval follows from the interval of `p`, with `c` taken as known, as in Cohen's own standard error. In
+//! simulations (50 to 1000 trials, 80 to 98 % agreement, 4000 tables each), it contains the truth in 93 to 99.9 %. The
+//! asymptotic interval of Fleiss, Cohen and Everitt (1969), which allows for the estimate of `c`, does so in 36 to 95
+//! %, and has no width when all agree.
 
 use crate::mcnemar::PairedCounts;
 use crate::rate::SuccessCount;
@@ -31,7 +32,7 @@ impl Agreed {
         let by_chance = a * b + (1.0 - a) * (1.0 - b);
         let kappa = |agree: f64| {
             (counts.trials() > 0 && by_chance < 1.0).then(|| {
-                // It is never below -1, but its interval would be where chance agrees nearly always.
+                // Kappa is never below -1, but its interval would be if chance agrees nearly always.
                 ((agree - by_chance) / (1.0 - by_chance)).max(-1.0)
             })
         };

@@ -1,8 +1,8 @@
-//! Tests and intervals that do not depend on campaigns: rates ([`rate`]), paired outcomes ([`mcnemar`]) and how far they
-//! agree ([`kappa`]), paired numbers ([`ranks`]), what is decided between two of several sets ([`decision`]), success
-//! against impulse ([`curve`]), looks at a campaign that may end when decided ([`looks`]), the exact test of a pair at
-//! these ([`sign_test`]), intervals that hold at any time ([`sequential`]), and the search for the impulse of 50 %
-//! recovery with few pushes ([`psychometric`]).
+//! Tests and intervals that do not depend on campaigns: rates ([`rate`]), paired outcomes ([`mcnemar`]) and how far
+//! they agree ([`kappa`]), paired numbers ([`ranks`]), the decision between two of several controllers ([`decision`]),
+//! success against impulse ([`curve`]), looks at a campaign that may end when decided ([`looks`]), the exact test of a
+//! pair at these looks ([`sign_test`]), intervals that hold at any time ([`sequential`]), and the search for the
+//! impulse of 50 % recovery with few pushes ([`psychometric`]).
 
 #![forbid(unsafe_code)]
 

@@ -7,12 +7,12 @@
 //! nor does a change of its greatest count of trials: a look at a moment that somebody chose by what he saw would void
 //! the test.
 
-/// The first looks are so many trials apart, and all up to the planned count are at multiples of it.
+/// Number of trials between the first looks. All looks before the planned number are at multiples of it.
 pub const LOOK_TRIALS: u64 = 25;
-/// Share of the error that is spent at the planned count. Up to there it grows with the 3/4th power of the trials: if
-/// it grew in proportion, 1 to 9 % more trials were needed (differences of 3 to 27 points, 200 to 4000 planned trials),
-/// and with the root, 0 to 6 % fewer, but a difference that takes nearly all of them would be found in up to 3 % fewer
-/// campaigns.
+/// Share of the error that is spent at the planned number of trials. Up to there it grows with the 3/4th power of the
+/// trials. If it grew in proportion, 1 to 9 % more trials were needed (differences of 3 to 27 points, 200 to 4000
+/// planned trials). If it grew with the square root, 0 to 6 % fewer were needed, but a difference that takes nearly all
+/// trials would be found in up to 3 % fewer campaigns.
 const SPENT_AS_PLANNED: f64 = 0.9;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,25 +21,25 @@ pub struct Looks {
 }
 
 impl Looks {
-    /// Of a campaign of which so many trials were planned, at least one.
+    /// The looks of a campaign for which `planned` trials were planned first, at least one.
     pub fn up_to(planned: u64) -> Self {
         Self { planned: planned.max(1) }
     }
 
-    /// Count of trials at the first look after `trials`: about a quarter more, at least [`LOOK_TRIALS`], a multiple of
-    /// it. The planned count is a look, too.
+    /// Number of trials at the first look after `trials`: about a quarter more, at least [`LOOK_TRIALS`] more, and a
+    /// multiple of [`LOOK_TRIALS`]. The planned number is a look, too.
     pub fn after(self, trials: u64) -> u64 {
         let next = (trials + (trials / 4).max(LOOK_TRIALS)).next_multiple_of(LOOK_TRIALS);
         if trials < self.planned { next.min(self.planned) } else { next }
     }
 
-    /// The looks after at most so many trials, in order.
+    /// The looks up to `trials` trials, in order.
     pub fn until(self, trials: u64) -> impl Iterator<Item = u64> {
         let next = move |look: &u64| Some(self.after(*look));
         std::iter::successors(Some(self.after(0)), next).take_while(move |look| *look <= trials)
     }
 
-    /// Share of the error that may be spent at all looks up to the one after so many trials.
+    /// Share of the error that may be spent at all looks together up to the look after `trials` trials.
     pub fn spent(self, trials: u64) -> f64 {
         let of_planned = trials as f64 / self.planned as f64;
         match of_planned <= 1.0 {

@@ -1,12 +1,12 @@
-//! Compares two sets on the same trials: the 2x2 table of who recovered, the difference of the two rates, and how certain
-//! it is.
+//! Compares two controllers on the same trials: the 2x2 table of recoveries, the difference of the two rates, and its
+//! uncertainty.
 //!
-//! Only trials with different outcomes distinguish the sets; they are called discordant. The exact McNemar test asks
-//! whether these split as the throws of a fair coin would. Tango's score interval (1998, "Equivalence test and
+//! Only trials with different outcomes distinguish the controllers; they are called discordant. The exact McNemar test
+//! asks whether these split as the throws of a fair coin would. Tango's score interval (1998, "Equivalence test and
 //! confidence interval for the difference in proportions for the paired-sample design") contains every difference D
 //! that the score test does not reject. Its ends satisfy `only_a - only_b - n D = +-z sqrt(n (2 q + D (1 - D)))`, with
-//! n trials, the normal quantile z, and the likeliest share q of `only_b` if the difference is D: the root of
-//! `2 n q^2 + ((2 n - only_a + only_b) D - only_a - only_b) q - only_b D (1 - D) = 0`.
+//! n trials, the normal quantile z, and the likeliest share q of `only_b` if the difference is D: the root of `2 n q^2
+//! + ((2 n - only_a + only_b) D - only_a - only_b) q - only_b D (1 - D) = 0`.
 //!
 //! The 95 % interval misses the truth with about 2.5 % on either side. Sums over all tables (200 to 4000 trials, up to
 //! 40 % discordant) give more exact figures. The interval lies nearer to zero than the truth, or beyond zero, with at
@@ -23,7 +23,7 @@ use statrs::function::erf::erfc;
 /// Bisections of an interval of length 2, which give its end to 1e-17.
 const HALVINGS: usize = 58;
 
-/// Numbers of trials by their outcome with two sets a and b.
+/// Numbers of trials by their outcome with two controllers a and b.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct PairedCounts {
     /// Both recovered.
@@ -43,7 +43,7 @@ impl PairedCounts {
         counts
     }
 
-    /// One more trial, by whether a and b recovered.
+    /// Adds one more trial, by whether a and b recovered.
     pub fn add(&mut self, a: bool, b: bool) {
         *match (a, b) {
             (true, true) => &mut self.both,
@@ -62,7 +62,7 @@ impl PairedCounts {
         }
     }
 
-    /// The same with b as a.
+    /// The counts with a and b exchanged.
     pub fn swapped(&self) -> Self {
         Self { only_a: self.only_b, only_b: self.only_a, ..*self }
     }
@@ -82,15 +82,16 @@ impl PairedCounts {
         (2.0 * fair_coin_tail(self.only_a.min(self.only_b), self.only_a + self.only_b)).min(1.0)
     }
 
-    /// McNemar's test by the normal approximation, two-sided and without continuity correction: the score test of no
-    /// difference, of which [`difference_interval`](Self::difference_interval) holds 0 just where it does not reject.
+    /// McNemar's test by the normal approximation, two-sided and without continuity correction. It is the score test of
+    /// no difference: [`difference_interval`](Self::difference_interval) contains 0 exactly if this test does not
+    /// reject.
     pub fn score_p(&self) -> f64 {
         let [won, lost] = [self.only_a, self.only_b].map(|count| count as f64);
         erfc((won - lost).abs() / (2.0 * (won + lost).max(1.0)).sqrt())
     }
 
     /// Tango's score interval of [`difference`](Self::difference) at a two-sided level (between 0 and 1); -1 to 1
-    /// without trials. Each of its ends alone is a one-sided bound at about the level `(1 + level) / 2`.
+    /// without trials. Each end alone is a one-sided bound at about the level `(1 + level) / 2`.
     pub fn difference_interval(&self, level: f64) -> [f64; 2] {
         if self.trials() == 0 {
             return [-1.0, 1.0];
@@ -99,11 +100,12 @@ impl PairedCounts {
         [self.least_difference(z), -self.swapped().least_difference(z)]
     }
 
-    /// Trials in all after which the score test at the two-sided level `alpha` tells the difference from `required` (a
-    /// share) with the chance `power`, if the rates are as observed: `(z_alpha sqrt(v) + z_power sqrt(s - d^2))^2 / (d -
-    /// required)^2`, s the share of discordant trials, d the difference, and v the variance of a trial's difference at the
-    /// likeliest rates that differ by `required`. For 0, v is s, and the test McNemar's (Connor 1987, "Sample size for testing
-    /// differences in proportions for the paired-sample design"). None where just the required difference was seen.
+    /// Total number of trials after which the score test at the two-sided level `alpha` tells the difference from
+    /// `required` (a share) with the chance `power`, if the rates are as observed: `(z_alpha sqrt(v) + z_power sqrt(s -
+    /// d^2))^2 / (d - required)^2`, with the share s of discordant trials, the difference d, and the variance v of a
+    /// trial's difference at the likeliest rates that differ by `required`. For a `required` of 0, v is s, and the test
+    /// is McNemar's (Connor 1987, "Sample size for testing differences in proportions for the paired-sample design").
+    /// None if the observed difference is the required one.
     ///
     /// This is a rough guess: an observed difference that is not resolved may well be twice the true one.
     pub fn trials_to_resolve(&self, required: f64, power: f64, alpha: f64) -> Option<u64> {
@@ -113,7 +115,7 @@ impl PairedCounts {
         }
         let discordant = (self.only_a + self.only_b) as f64 / self.trials() as f64;
         let z = |p: f64| Normal::standard().inverse_cdf(p);
-        // Rounding may leave s - d^2 a little below 0 where all trials are discordant to one side.
+        // Rounding may leave s - d^2 a little below 0 if all trials are discordant to one side.
         let spread = (discordant - d * d).max(0.0).sqrt();
         let root = z(1.0 - alpha / 2.0) * self.variance_at(required).sqrt() + z(power) * spread;
         Some((root / (d - required)).powi(2).ceil().max(1.0) as u64)
@@ -123,7 +125,7 @@ impl PairedCounts {
     fn least_difference(&self, z: f64) -> f64 {
         let n = self.trials() as f64;
         let observed = self.only_a as f64 - self.only_b as f64;
-        // This is monotone: `d` is too low if the observed difference exceeds it by more than z standard errors.
+        // Bisection finds the end: `d` is too low if the observed difference exceeds it by more than z standard errors.
         let too_low = |d: f64| observed - n * d > z * (n * self.variance_at(d)).sqrt();
         let (mut low, mut high) = (-1.0, self.difference());
         for _ in 0..HALVINGS {
@@ -147,8 +149,9 @@ impl PairedCounts {
 
 /// Probability of at most `k` heads in `n` throws of a fair coin, for `k <= n / 2`.
 ///
-/// Each term follows from the one before, outwards from the middle, relative to the sum of all. So there are no
-/// factorials and no cancellation. Terms vanish at 38 standard deviations: a million throws take some 20 thousand.
+/// Each term follows from the previous one, outwards from the middle, relative to the sum of all. So there are no
+/// factorials and no cancellation. Terms vanish at 38 standard deviations: a million throws take some 20 thousand
+/// terms.
 fn fair_coin_tail(k: u64, n: u64) -> f64 {
     let middle = n / 2;
     let (mut term, mut below, mut tail) = (1.0, 0.0, 0.0);
@@ -161,7 +164,7 @@ fn fair_coin_tail(k: u64, n: u64) -> f64 {
             break;
         }
     }
-    // The upper half mirrors the lower; for even n they share the middle.
+    // The upper half mirrors the lower half; for even n the two share the middle.
     let all = 2.0 * below - if n.is_multiple_of(2) { 1.0 } else { 0.0 };
     tail / all
 }

@@ -40,7 +40,7 @@ const CANDIDATES: usize = 60;
 /// The 95 % interval, and the part of the threshold's distribution in which impulses are considered.
 const INTERVAL: [f64; 2] = [0.025, 0.975];
 const WORTH_A_TRIAL: [f64; 2] = [0.002, 0.998];
-/// Thresholds that are less likely than this are ignored.
+/// Probability below which thresholds are ignored.
 const NEGLIGIBLE: f64 = 1e-12;
 
 /// Settings of a search.
@@ -48,11 +48,11 @@ const NEGLIGIBLE: f64 = 1e-12;
 pub struct Rule {
     /// Thresholds from 0 to this are equally likely at first (N s).
     pub most_n_s: f64,
-    /// The search stops when the 95 % interval of the threshold is narrower than twice this (N s).
+    /// Half width of the 95 % interval of the threshold at which the search stops (N s).
     pub precision_n_s: f64,
     /// Number of trials after which the search stops in any case.
     pub max_trials: u64,
-    /// Whether the same impulse may have another outcome in the next trial.
+    /// Whether the same impulse may have another outcome in another trial.
     pub random: bool,
 }
 
@@ -98,7 +98,7 @@ impl Posterior {
         Self { rule, step, count, spreads, chance, probability, tried: Vec::new() }
     }
 
-    /// The impulse (N s) to try next; None when enough is known, or when nothing more can be learnt.
+    /// The impulse (N s) to try next. None if enough is known, or if nothing more can be learnt.
     pub fn next_impulse(&self) -> Option<f64> {
         if self.tried.len() as u64 >= self.rule.max_trials || self.is_resolved() {
             return None;
@@ -111,7 +111,7 @@ impl Posterior {
         let (first, last) = (place(low - 1.5 * spread), place(high + 1.5 * spread) + 1);
         let stride = (last - first).div_ceil(CANDIDATES);
         let fresh = |j: &usize| self.rule.random || !self.tried.contains(j);
-        // If every candidate has been tried, those between them have not.
+        // If every candidate has been tried, the impulses between them are candidates.
         let next = [stride, 1].into_iter().find_map(|stride| {
             let candidates = (first..=last.min(self.count - 1)).step_by(stride).filter(fresh);
             candidates.map(|j| (j, self.learnt(j, &marginal))).reduce(|a, b| if b.1 > a.1 { b } else { a })
@@ -119,7 +119,7 @@ impl Posterior {
         next.map(|(j, _)| j as f64 * self.step)
     }
 
-    /// Takes the outcome at an impulse of [`Self::next_impulse`] into account.
+    /// Updates the probabilities by the outcome at an impulse of [`Self::next_impulse`].
     pub fn observe(&mut self, impulse_n_s: f64, recovered: bool) {
         let j = (impulse_n_s / self.step).round() as usize;
         self.tried.push(j);
@@ -229,7 +229,7 @@ mod tests {
         posterior
     }
 
-    /// Outcomes are of a logistic curve, while the search assumes a normal one, with lapses on the lower side.
+    /// Outcomes follow a logistic curve, while the search assumes a normal one, with lapses on the lower side.
     #[test]
     fn the_interval_holds_the_threshold_as_often_as_it_says_for_far_fewer_trials_than_a_grid() {
         const COUNT: u64 = 240;

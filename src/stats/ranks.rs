@@ -1,16 +1,17 @@
-//! Compares recovery times and other numbers of two sets on the same trials: is one of them larger, and by how much?
+//! Compares recovery times and other numbers of two controllers on the same trials: is one of them larger, and by how
+//! much?
 //!
 //! The test is Wilcoxon's signed-rank test (1945). The differences are ranked by magnitude, and the ranks of the
-//! positive ones should sum to about half of all. Differences of zero are left out (as Wilcoxon does; scipy's
+//! positive ones should sum to about half of the total. Differences of zero are left out (as Wilcoxon does; scipy's
 //! `zero_method="wilcox"`), and equal magnitudes share the mean of their ranks. P is exact up to 50 differences without
-//! ties. Beyond, it is that of the normal approximation with the corrections for ties and continuity (scipy's
-//! `method="approx", correction=True`).
+//! ties. Beyond 50, or with ties, P follows from the normal approximation with the corrections for ties and continuity
+//! (scipy's `method="approx", correction=True`).
 //!
-//! The shift is that of Hodges and Lehmann (1963): the median of the means of all pairs of differences, including each
-//! with itself (Walsh averages). Zeros count. Its interval contains the averages that the test does not reject
-//! (Hollander and Wolfe, "Nonparametric Statistical Methods"). The k-th of the n (n + 1) / 2 averages is found without
-//! forming them, by bisection of a range of numbers: two indices on the sorted differences count the averages below a
-//! number.
+//! The shift is the one of Hodges and Lehmann (1963): the median of the means of all pairs of differences, including
+//! each difference with itself (Walsh averages). Zeros count. Its interval contains the averages that the test does not
+//! reject (Hollander and Wolfe, "Nonparametric Statistical Methods"). The k-th of the n (n + 1) / 2 averages is found
+//! without forming them, by bisection of a range of numbers: two indices on the sorted differences count the averages
+//! below a number.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
@@ -21,8 +22,8 @@ use std::f64::consts::SQRT_2;
 const EXACT: usize = 50;
 /// Smallest number of differences other than zero for which an interval of the mean is given.
 const ENOUGH_FOR_A_MEAN: u64 = 20;
-/// Magnitudes that differ by less than this share of the largest are ties (or zero). Times are rounded multiples of a
-/// tick.
+/// Difference below which magnitudes are ties (or zero), as a share of the largest one. Times are rounded multiples of
+/// a tick.
 const TIE: f64 = 1e-9;
 
 /// How paired differences are distributed about zero.
@@ -39,8 +40,8 @@ pub struct Shift {
     pub mean: f64,
     /// Interval of `median` at 95 % or a little more; None below 6 pairs, which cannot give 95 %.
     pub ci95: Option<[f64; 2]>,
-    /// Of `mean` (its unit), at about 95 % (Student's t; 93 to 96 % of simulated ones held, of counts of footsteps). None
-    /// where fewer than 20 differences are not zero.
+    /// Interval of `mean` at about 95 % (Student's t; 93 to 96 % of simulated intervals of numbers of footsteps held).
+    /// None if fewer than 20 differences are not zero.
     pub mean_ci95: Option<[f64; 2]>,
 }
 
@@ -54,9 +55,9 @@ pub fn signed_rank(differences: &[f64]) -> Option<Shift> {
     let n = sorted.len();
     let averages = n as u64 * (n as u64 + 1) / 2;
     let (p, nonzero) = p_value(&sorted);
-    // The median is one of the averages, or the mean of two.
+    // The median is one of the averages, or the mean of two averages.
     let median = 0.5 * kth_average(&sorted, averages.div_ceil(2)) + 0.5 * kth_average(&sorted, averages / 2 + 1) + 0.0;
-    // Plus 0: no -0.
+    // Adding 0 turns -0 into 0.
     let outer = lowest_kept(n);
     let ci95 = (outer > 0).then(|| [outer, averages + 1 - outer].map(|k| kth_average(&sorted, k) + 0.0));
     let mean = differences.iter().sum::<f64>() / n as f64;
@@ -100,7 +101,8 @@ fn p_value(sorted: &[f64]) -> (f64, u64) {
     (p.min(1.0), n as u64)
 }
 
-/// Probabilities of the sums 0, 1, ... of the positive ones among ranks 1 to `n`, if either sign is equally likely.
+/// Probabilities of the sums 0, 1, ... of the ranks with a positive sign, of ranks 1 to `n`, if either sign is equally
+/// likely.
 fn rank_sums(n: usize) -> Vec<f64> {
     let mut chance = vec![0.0; n * (n + 1) / 2 + 1];
     chance[0] = 1.0;
@@ -112,7 +114,8 @@ fn rank_sums(n: usize) -> Vec<f64> {
     chance
 }
 
-/// The 95 % interval runs from this average (1 is the lowest) to its mirror image; 0 if there are too few averages.
+/// Number of the average (1 is the lowest) at which the 95 % interval begins; it ends at the mirror image. 0 if there
+/// are too few averages.
 fn lowest_kept(n: usize) -> u64 {
     if n <= EXACT {
         let mut below = 0.0;
@@ -127,7 +130,7 @@ fn lowest_kept(n: usize) -> u64 {
     (all / 2.0 - z * (all * (2.0 * n + 1.0) / 12.0).sqrt()).floor() as u64
 }
 
-/// The `k`-th lowest (from 1) of the means of two sorted values, including each with itself.
+/// The `k`-th lowest (from 1) of the means of two sorted values, including each value with itself.
 fn kth_average(sorted: &[f64], k: u64) -> f64 {
     // Bisection over integers that are ordered as the floats are: 64 steps end at the average itself, to the last bit.
     let (mut low, mut high) = (place(sorted[0]), place(sorted[sorted.len() - 1]));
@@ -142,7 +145,7 @@ fn kth_average(sorted: &[f64], k: u64) -> f64 {
     at(low)
 }
 
-/// How many means of two sorted values, including each with itself, are at most `bound`.
+/// Number of means of two sorted values, including each value with itself, that are at most `bound`.
 fn averages_up_to(sorted: &[f64], bound: f64) -> u64 {
     let (mut count, mut partners) = (0, sorted.len());
     for (i, value) in sorted.iter().enumerate() {
@@ -182,8 +185,8 @@ mod tests {
         (0..n).map(|i| ((i * factor) % modulus - less) as f64 / unit).collect()
     }
 
-    // Expected values: scipy 1.17.1, `wilcoxon(d, zero_method="wilcox", method="exact")`; of tied differences and of more
-    // than 50, `method="approx", correction=True`.
+    // Expected values: scipy 1.17.1, `wilcoxon(d, zero_method="wilcox", method="exact")`; of tied differences and of
+    // more than 50, `method="approx", correction=True`.
     #[test]
     fn p_is_that_of_scipy() {
         let twelve = [0.12, -0.03, 0.44, 0.08, -0.21, 0.35, 0.52, -0.11, 0.27, 0.61, 0.05, -0.36];

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
-/// A count of successes, and what it tells of the rate.
+/// A count of successes, with the rate and its interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SuccessCount {
     pub trials: u64,
@@ -19,7 +19,7 @@ impl SuccessCount {
     }
 }
 
-/// 95 % interval of a rate: Wilson's or, near 0 and 1, where that one is too short, Clopper and Pearson's.
+/// 95 % interval of a rate: Wilson's or, near 0 and 1, where Wilson's is too short, Clopper and Pearson's.
 fn interval95(successes: u64, trials: u64) -> [f64; 2] {
     if successes.min(trials - successes) < 5 {
         clopper_pearson(successes, trials, 0.95)
@@ -58,7 +58,8 @@ mod tests {
     use super::*;
 
     // Expected values: statsmodels 0.15.0 on scipy 1.17.1, `proportion_confint(k, n, method="wilson")` and
-    // `method="beta"`; other levels by `beta.ppf((1 - level) / 2, k, n - k + 1)`, `beta.ppf((1 + level) / 2, k + 1, n - k)`.
+    // `method="beta"`; other levels by `beta.ppf((1 - level) / 2, k, n - k + 1)`, `beta.ppf((1 + level) / 2, k + 1, n -
+    // k)`.
     #[test]
     fn intervals_are_those_of_statsmodels_and_scipy() {
         for (found, expected) in [

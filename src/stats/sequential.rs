@@ -5,15 +5,16 @@
 //! The method is betting. A gambler who believes that the mean of x is not m bets on this in every trial. Let x lie
 //! between 0 and 1 (for a difference, x = 1/2 in a trial with equal outcomes). A bet f in (0, 1] that the mean is
 //! larger multiplies the capital by `1 - f + f x / m`, and a bet that it is smaller by `1 - f + f (1 - x) / (1 - m)`.
-//! Both are never below 0 and, if the mean is m, 1 on average. The same holds for a capital that is spread over several
-//! bets, here evenly over 30 on either side. If the mean is m, such a capital ever reaches 1 / alpha with a probability
-//! of at most alpha, whenever one looks and stops (Ville 1939). The interval consists of all m for which it has not. It
-//! depends on the counts alone, and not on their order. For a difference of 0 the capital is a mixture over the odds
-//! that, if only one of two sets recovers, it is the first: McNemar's test as a bet.
+//! Both factors are never below 0 and, if the mean is m, 1 on average. This also holds for a capital that is spread
+//! over several bets, here evenly over 30 on either side. If the mean is m, such a capital ever reaches 1 / alpha with
+//! a probability of at most alpha, whenever one looks and stops (Ville 1939). The interval consists of all m for which
+//! the capital has not reached it. The interval depends on the counts alone, and not on their order. For a difference
+//! of 0 the capital is a mixture over the odds that, if only one of two controllers recovers, it is the first:
+//! McNemar's test as a bet.
 //!
-//! These m form an interval that contains the observed mean. The logarithm of each factor is convex in m, so those of
-//! their products and sums are too; and at the observed mean no capital exceeds 1 (the geometric mean of the factors is
-//! at most their arithmetic mean, which is 1).
+//! These m form an interval that contains the observed mean. The logarithm of each factor is convex in m, and so are
+//! the logarithms of products and sums of factors. At the observed mean no capital exceeds 1 (the geometric mean of the
+//! factors is at most their arithmetic mean, which is 1).
 //!
 //! Sources: Waudby-Smith and Ramdas 2024, "Estimating means of bounded random variables by betting", J. R. Stat. Soc. B
 //! 86, 1-27; Robbins 1970, "Statistical methods related to the law of the iterated logarithm" (mixtures).
@@ -45,7 +46,7 @@ pub fn difference_interval(only_a: u64, only_b: u64, trials: u64, level: f64) ->
     counts.interval(&bets(LEAST_BET_DIFFERENCE), level).map(|mean| 2.0 * mean - 1.0)
 }
 
-/// Interval of a rate (a share) that contains the truth at all looks together with at least the probability `level`.
+/// Interval of a rate (a share) that contains the truth at all looks together with a probability of at least `level`.
 ///
 /// # Panics
 /// Panics if `recovered` exceeds `trials`, or if `level` is not between 0 and 1.
@@ -59,7 +60,7 @@ fn bets(least: f64) -> [f64; BETS] {
     std::array::from_fn(|i| least.powf(i as f64 / (BETS - 1) as f64))
 }
 
-/// How often x was 0, 1/2 and 1.
+/// Numbers of times that x was 0, 1/2 and 1.
 #[derive(Debug, Clone, Copy)]
 struct Tally {
     low: u64,

@@ -29,23 +29,23 @@
 use crate::looks::Looks;
 use crate::mcnemar::PairedCounts;
 
-/// Counts that are less likely than this are not followed any further: they are taken to be decided wrongly, which can
-/// only make the test more careful. All of them together have less than 1e-14 in 100,000 trials.
+/// Chance below which a count is not followed any further. It is taken to be decided wrongly, which can only make the
+/// test more careful. All such counts together have less than 1e-14 in 100,000 trials.
 const NEGLIGIBLE: f64 = 1e-20;
-/// Trials after which negligible counts are looked for.
+/// Number of trials after which negligible counts are removed.
 const TRIALS_TO_TRIM: u64 = 32;
 
-/// A decision that one of two sets is better.
+/// A decision that one of two controllers is better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Winner {
     pub is_a: bool,
-    /// Count of trials at the look.
+    /// Number of trials at the look.
     pub trials: u64,
 }
 
-/// The first look at which one of two sets is better, from the counts at each of `looks` (in order, each with the
-/// trials of those before); `error` is the chance (a share) of a wrong decision, of both sides together, at all looks
-/// that there may ever be.
+/// The first look at which one of two controllers is better, from the counts at each of `looks` (in order, each with
+/// the trials of the earlier ones). `error` is the chance (a share) of a wrong decision, of both sides together, at all
+/// looks that there may ever be.
 pub fn first_decision(counts: &[PairedCounts], looks: Looks, error: f64) -> Option<Winner> {
     let mut test = SignTest::default();
     counts.iter().find_map(|look| {
@@ -58,7 +58,7 @@ pub fn first_decision(counts: &[PairedCounts], looks: Looks, error: f64) -> Opti
 #[derive(Debug, Clone)]
 struct SignTest {
     discordant: u64,
-    /// Chance of each count that fell to a, from the count `first` on.
+    /// Chance of each number of trials that fell to a, from the number `first` on.
     chances: Vec<f64>,
     first: u64,
     /// Chance of all courses that are decided.
@@ -72,8 +72,8 @@ impl Default for SignTest {
 }
 
 impl SignTest {
-    /// Whether, at a look at these counts of discordant trials, a is decided to be better, or b (false), if `error` may
-    /// be spent in all by now. Not to be called after a decision.
+    /// Whether a (true) or b (false) is decided to be better at a look at these counts of discordant trials, if `error`
+    /// may be spent in all by now. It is not to be called after a decision.
     fn look(&mut self, only_a: u64, only_b: u64, error: f64) -> Option<bool> {
         while self.discordant < only_a + only_b {
             self.throw();
@@ -100,8 +100,8 @@ impl SignTest {
         }
     }
 
-    /// Takes counts away at both ends, which are alike, as long as the chance of one, and what is spent with the two,
-    /// are `such`.
+    /// Removes the same number of counts at both ends, as long as `such` is true for the chance of one count and for
+    /// the sum of the spent error and the chance of both counts.
     fn cut(&mut self, such: impl Fn(f64, f64) -> bool) {
         let mut count = 0;
         while 2 * (count + 1) < self.chances.len() && such(self.chances[count], self.spent + 2.0 * self.chances[count])

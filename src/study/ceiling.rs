@@ -1,12 +1,13 @@
-//! How many of the pushes that a controller loses could have been caught: a clairvoyant tries each of them again and again
-//! on the same robot and ground.
+//! How many of the pushes that a controller loses could have been caught: a clairvoyant tries each of them again and
+//! again on the same robot and ground.
 //!
-//! The clairvoyant is the controller itself with other numbers for its first footsteps: when which foot is lifted, where and
-//! when it lands, where the ZMP is meanwhile, and how trunk and COM move ([`Departure`]). CMA-ES, from Hansen and Ostermeier
-//! (2001), changes these numbers until the robot recovers or the tries are used up. It knows the push, the robot and the
-//! ground, since it has tried them before; but it moves only after the push has begun, and by the same rules and readings.
+//! The clairvoyant is the controller itself with other numbers for its first footsteps: when which foot is lifted,
+//! where and when it lands, where the ZMP is meanwhile, and how trunk and COM move ([`Departure`]). CMA-ES, from Hansen
+//! and Ostermeier (2001), changes these numbers until the robot recovers or the tries are used up. The clairvoyant
+//! knows the push, the robot and the ground, since it has tried them before. But it moves only after the push has
+//! begun, and it has the same rules and readings as the controller.
 //!
-//! A push that it catches can be caught. Of a push that it loses, nothing is proven.
+//! A push that the clairvoyant catches can be caught. A push that the clairvoyant loses proves nothing.
 
 use crate::ask::bounds::in_range;
 use crate::ask::spec::Campaign;
@@ -27,13 +28,13 @@ use standfast_sim::episode::{ClosedLoop, Footstep, Outcome, Record};
 use standfast_stats::rate::SuccessCount;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Numbers of a whole list of departures.
+/// Number of search variables: all numbers of all departures.
 const NUMBERS: usize = DEPARTURES * Departure::NUMBERS;
 /// First spread of each number of a departure, in the order of [`Departure::numbers`].
 const SPREAD: [f64; Departure::NUMBERS] = [0.02, 0.03, 0.03, 0.06, 0.06, 0.03, 0.03, 0.15, 0.1, 0.1, 0.03];
-/// Tries of one generation.
+/// Number of tries in one generation of CMA-ES.
 const GENERATION: usize = 24;
-/// First step size of the search and of each that starts again, when the one before has converged; in spreads.
+/// First step size of CMA-ES, in spreads. A search that has converged starts again with this step size.
 const STEP: f64 = 1.0;
 
 /// Settings of the search.
@@ -70,7 +71,8 @@ pub struct Ceiling {
     pub seed: u64,
     pub controller: String,
     pub trials: u64,
-    /// From how many the controller recovers, and from how many it or the clairvoyant does.
+    /// Numbers of trials from which the controller recovers alone, and from which the controller or the clairvoyant
+    /// recovers.
     pub alone: SuccessCount,
     pub with_search: SuccessCount,
     /// COM height (m), the unit of the departures' lengths.
@@ -92,7 +94,7 @@ pub struct LostTrial {
     pub of_n_step_bound: f64,
     pub fell_at_s: Option<f64>,
     pub footsteps: Vec<Footstep>,
-    /// How often the clairvoyant tried.
+    /// Number of tries of the clairvoyant.
     pub tries: u64,
     /// How it recovers; None if it does not.
     pub found: Option<Recovery>,
@@ -101,7 +103,7 @@ pub struct LostTrial {
 /// How the clairvoyant recovers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Recovery {
-    /// The departures without which the push is lost again, each alone; the others are zero.
+    /// The departures that the recovery needs: any number whose removal the robot survives is set to zero.
     pub departures: Vec<Departure>,
     pub footsteps: Vec<Footstep>,
 }
@@ -126,7 +128,7 @@ impl<'a> Clairvoyant<'a> {
         Ok(Self { campaign, options, plan, gains, factory, yardstick })
     }
 
-    /// The gain set that recovers from a push as the clairvoyant does.
+    /// The gain set with the clairvoyant's departures, which recovers from the push of this trial.
     pub fn gains(&self, trial: u64, recovery: &Recovery) -> GainSet {
         let (mut gains, departures) = (self.gains.clone(), recovery.departures.clone());
         gains.name = format!("trial-{trial}");
@@ -136,8 +138,8 @@ impl<'a> Clairvoyant<'a> {
         gains
     }
 
-    /// Runs all trials, and searches for those that are lost. It calls `on_episode` after each episode and `on_trial` after
-    /// each trial, from any thread. It fails if `stop` is set from outside.
+    /// Runs all trials, and searches for those that are lost. It calls `on_episode` after each episode and `on_trial`
+    /// after each trial, from any thread. It fails if `stop` is set from outside.
     pub fn run(
         &self,
         stop: &AtomicBool,
@@ -170,7 +172,7 @@ impl<'a> Clairvoyant<'a> {
         })
     }
 
-    /// Runs a trial, and searches if it is lost; None if it is not.
+    /// Runs a trial, and searches a recovery if the controller loses it. Returns None if the controller recovers.
     fn lost(&self, number: u64, stop: &AtomicBool, on_episode: &(dyn Fn() + Sync)) -> Result<Option<LostTrial>> {
         let Self { campaign, plan, factory, yardstick, .. } = self;
         let disturbance = trial::disturbance(campaign, number);
@@ -197,7 +199,8 @@ impl<'a> Clairvoyant<'a> {
         }))
     }
 
-    /// Searches departures with which the robot recovers. Returns how often it tried, and how it recovers.
+    /// Searches departures with which the robot recovers. Returns the number of tries and the recovery, if one was
+    /// found.
     fn search(&self, number: u64, again: &Again, stop: &AtomicBool) -> Result<(u64, Option<Recovery>)> {
         let cost = |numbers: &DVector<f64>| self.cost(&again.record(&departures(numbers.as_slice())));
         let begin = |round: u64| {
@@ -226,7 +229,7 @@ impl<'a> Clairvoyant<'a> {
         Ok((tries, None))
     }
 
-    /// How far an episode is from recovery: 0 if it recovers, and more the sooner the robot falls.
+    /// How far an episode is from recovery: 0 if the robot recovers, and the larger the sooner it falls.
     fn cost(&self, record: &Record) -> f64 {
         match record.outcome {
             outcome if outcome.is_success() => 0.0,
@@ -254,7 +257,8 @@ impl Again<'_> {
         record
     }
 
-    /// Leaves out of a recovery, one after the other, the numbers without which the robot still recovers.
+    /// Sets the numbers of a recovery to zero one after the other, and keeps each zero with which the robot still
+    /// recovers.
     fn simplest(&self, found: &[f64]) -> Recovery {
         let mut found = found.to_vec();
         let mut record = self.record(&departures(&found));

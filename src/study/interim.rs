@@ -1,6 +1,6 @@
 //! Looks at a campaign that ends when decided. After fixed numbers of trials, the gates are asked what is still open. A
 //! controller stops if no open question needs more of its trials. The same parts always lead to the same decisions. So
-//! neither the end of the campaign nor the trials of a set depend on threads, shards or interruptions.
+//! neither the end of the campaign nor the trials of a controller depend on threads, shards or interruptions.
 
 use crate::store::folder::Folder;
 use crate::verdict::digest::Digest;
@@ -20,7 +20,7 @@ pub struct InterimLooks<'a> {
     pub next: u64,
     /// All trials up to the last look.
     rows: Digest,
-    /// Number of trials of each controller, as far as it is decided.
+    /// Number of trials of each controller: the final one if it is decided, else the largest possible one.
     pub set_trials: Vec<u64>,
     /// Whether everything is decided, or there are no more trials.
     pub is_over: bool,
@@ -39,8 +39,8 @@ pub struct Look<'a> {
 }
 
 impl<'a> InterimLooks<'a> {
-    /// The state before the first look. It is None if the campaign has a fixed number of trials. `gates` decide when it
-    /// is over.
+    /// The state before the first look. It is None if the campaign has a fixed number of trials. `gates` state what the
+    /// campaign has to decide.
     pub fn new(folder: &'a Folder, gates: &'a Gates) -> Option<Self> {
         let (planned, most) = (folder.manifest.looks()?, folder.manifest.campaign.trials);
         let set_trials = vec![most; folder.manifest.sets.len()];
@@ -76,9 +76,9 @@ impl<'a> InterimLooks<'a> {
         Ok(())
     }
 
-    /// The blocks that a shard has to run for the next look. If it has them all, they are those for the first later
-    /// look for which it lacks any, so that it need not wait for the other shards. It is empty if the shard lacks no
-    /// block.
+    /// The blocks that a shard has to run before the next look. If the shard lacks none of them, they are the blocks
+    /// before the first later look for which it lacks any, so that the shard need not wait for the others. It is empty
+    /// if the shard lacks no block.
     pub fn lacking(&self, is_own: impl Fn(u64) -> bool) -> Vec<u64> {
         let (mut from, mut to) = (self.last, self.next);
         while !self.is_over && from < to {
@@ -96,7 +96,7 @@ impl<'a> InterimLooks<'a> {
         self.folder.lacks(block, &self.set_trials).contains(&true)
     }
 
-    /// The blocks with these trials. Such a range begins and ends at the border of a block.
+    /// The blocks with these trials. The range must begin and end at the border of a block.
     fn blocks(&self, trials: Range<u64>) -> Range<u64> {
         let part_trials = self.folder.manifest.part_trials.get();
         trials.start / part_trials..trials.end.div_ceil(part_trials)

@@ -1,8 +1,9 @@
-//! A campaign: many trials with random pushes on varied robots and grounds, the same for every controller, and a count of
-//! how many each set recovers from. [`ask`] is what a campaign asks, [`plan`] reads what that needs, [`run`] runs it,
-//! [`store`] keeps the results, and [`verdict`] draws the conclusions. [`limit`] searches the largest recoverable
-//! impulse, heading by heading, [`tune`] searches a better controller, [`ceiling`] tries again what one loses, with
-//! knowledge of the push, and [`partings`] shows where two physics engines part company.
+//! A campaign: many trials with random pushes on varied robots and grounds, the same for every controller, and for each
+//! controller the number of trials from which it recovers. [`ask`] is what a campaign asks, [`plan`] reads the inputs,
+//! [`run`] runs the trials, [`store`] keeps the results, and [`verdict`] draws the conclusions. [`limit`] searches the
+//! largest recoverable impulse, heading by heading, [`tune`] searches a better controller, [`ceiling`] searches
+//! recoveries from the pushes that a controller loses, and [`partings`] shows where the traces of two physics engines
+//! part.
 //!
 //! Imports between these rooms go one way: [`ask`] does not know [`store`], and neither knows [`verdict`].
 

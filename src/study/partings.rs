@@ -1,4 +1,5 @@
-//! Where two engines part company: the trials with another outcome are simulated again, side by side.
+//! Finds where the traces of two physics engines part: trials with different outcomes are simulated again in both
+//! engines.
 
 use crate::ask::spec::{Campaign, Overrides};
 use crate::ask::trial;
@@ -15,15 +16,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Partings<'a> {
     plans: [Plan; 2],
     factories: Vec<Factory>,
-    /// The distance beyond which traces part (m).
+    /// The distance beyond which two traces have parted (m).
     limit_m: f64,
-    /// Each with the number of its controller.
+    /// The trials, each with the number of its controller.
     trials: Vec<(usize, &'a mut PartedTrial)>,
 }
 
 impl<'a> Partings<'a> {
-    /// Of each controller the first `most` trials on which two results, `folders`, do not agree. Errors: an input is gone,
-    /// or the program lacks an engine.
+    /// Takes for each controller the first `most` trials on which the results of the two `folders` do not agree. It
+    /// fails if an input is gone, or if the program lacks an engine.
     pub fn new(folders: [&Folder; 2], agreement: &'a mut Agreement, most: usize) -> Result<Self> {
         let plan = |folder: &Folder| {
             let file = folder.path.join("campaign.toml").display().to_string();
@@ -44,8 +45,8 @@ impl<'a> Partings<'a> {
         self.trials.len() as u64
     }
 
-    /// Simulates them on all cores, and notes where they part. Calls `on_trial` after each, from any thread. Fails if
-    /// `stop` is set meanwhile.
+    /// Simulates the trials on all cores, and notes where their traces part. Calls `on_trial` after each trial, from
+    /// any thread. Fails if `stop` is set meanwhile.
     pub fn run(self, stop: &AtomicBool, on_trial: &(dyn Fn() + Sync)) -> Result<()> {
         let Self { plans, factories, limit_m, trials } = self;
         let [in_a, in_b] = plans.each_ref().map(|plan| &plan.manifest.campaign);

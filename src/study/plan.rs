@@ -25,7 +25,7 @@ use std::num::NonZeroU64;
 use std::path::Path;
 use std::time::Instant;
 
-/// One trial of so many is run twice with a controller whose memory is its own.
+/// A controller that cannot be copied runs every 50th trial twice, to see whether the trial repeats to the bit.
 const TRIED_AGAIN: u64 = 50;
 
 /// A campaign whose inputs are read and checked. The controllers are designed later.
@@ -39,8 +39,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Reads the robot and the controllers. It fails if any of them is missing or wrong, or if two sets have the same
-    /// name.
+    /// Reads the robot and the controllers. It fails if any of them is missing or wrong, or if two controllers have the
+    /// same name.
     pub fn new(campaign: &Campaign) -> Result<Plan> {
         Self::with(campaign, Files::open(&campaign.robot)?)
     }
@@ -103,8 +103,8 @@ impl Plan {
         Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, controllers, inputs: inputs.kept })
     }
 
-    /// Adds a controller that is no file but a part of the calling program. Its name and its tree are inputs of the result.
-    /// Fails if another controller has this name.
+    /// Adds a controller that is no file but a part of the calling program. Its name and its tree are inputs of the
+    /// result. Fails if another controller has this name.
     pub fn and(mut self, controller: Box<dyn Settings>) -> Result<Plan> {
         let (name, manifest) = (controller.name().to_string(), &mut self.manifest);
         if manifest.sets.contains(&name) {
@@ -122,12 +122,12 @@ impl Plan {
         Ok(self)
     }
 
-    /// The folder for the result: the one asked for, or one under `standfast-results` that is free or this
-    /// campaign's. Writes nothing. Errors: the one asked for holds something else.
+    /// The folder for the result: `out` if it is given, else a folder under `standfast-results` that is new or belongs
+    /// to this campaign. Writes nothing. Fails if `out` holds something else.
     pub fn folder(&self, out: Option<&Path>) -> Result<Folder> {
         let manifest = &self.manifest;
         let hash = &manifest.config_hash;
-        // What its parts say of this campaign in a folder whose manifest is lost, and will be written again.
+        // The markers of this campaign's parts in a folder whose manifest is lost. The manifest will be written again.
         let markers = |path: &Path| -> Vec<Marker> {
             let markers = if path.join(MANIFEST).exists() { Ok(Vec::new()) } else { Folder::markers(path) };
             markers.unwrap_or_default().into_iter().filter(|marker| marker.config_hash == *hash).collect()
@@ -171,7 +171,7 @@ impl Plan {
                 let planned_trials = markers.iter().find_map(|marker| marker.planned_trials);
                 let planned_trials = planned_trials.unwrap_or(manifest.planned_trials);
                 let begun = Manifest { part_trials, planned_trials, ..manifest.clone() };
-                // Of a last part alone, which may be a short one, the size of the others is not known.
+                // A single last part may be a short one, so it does not tell the size of the others.
                 if begun.check("").is_ok() { begun } else { manifest.clone() }
             }
         };
@@ -190,8 +190,9 @@ impl Plan {
         Ok(factories)
     }
 
-    /// Prepares all controllers, and lets each drive the robot for an episode without a push: rates of a robot that falls
-    /// alone would mean nothing. Fails if a robot falls. `untried` leaves the episodes out.
+    /// Prepares all controllers, and runs an episode without a push with each. Fails if a robot falls in its episode,
+    /// because recovery rates of a robot that falls without a push would mean nothing. `untried` leaves the episodes
+    /// out.
     pub(crate) fn tried_factories(&self, untried: bool) -> Result<Vec<Factory>> {
         let (factories, campaign) = (self.factories()?, &self.manifest.campaign);
         if untried || campaign.synthetic {
@@ -216,8 +217,8 @@ impl Plan {
         })
     }
 
-    /// Runs the episodes of a trial with some controllers, given by their numbers in ascending order. They go on from
-    /// `opening`, if there is one. Errors are those of [`ClosedLoop::finish`].
+    /// Runs the episodes of a trial with some controllers, given by their numbers in ascending order. The episodes
+    /// continue `opening`, if there is one. Errors are those of [`ClosedLoop::finish`].
     pub(crate) fn records(
         &self,
         factories: &[Factory],
@@ -232,8 +233,8 @@ impl Plan {
         ClosedLoop::new(&self.robot, factories, &self.manifest.campaign.episode, disturbance).finish()
     }
 
-    /// How long a trial takes with all controllers, on one core of this machine (s), by as many trials as half a second
-    /// allows, and by one at least.
+    /// The time that a trial takes with all controllers on one core of this machine (s). It is measured on up to 8
+    /// trials, and no new trial begins after half a second.
     pub fn seconds_a_trial(&self) -> Result<f64> {
         const SAMPLE: u64 = 8;
         const LONG_S: f64 = 0.5;
@@ -274,8 +275,9 @@ impl Plan {
         sets.iter().zip(records).map(row).collect()
     }
 
-    /// Whether a second run of a trial with a controller has the same record. None if it was not tried: that is done in one
-    /// trial of [`TRIED_AGAIN`], with controllers that cannot be copied, since what they remember is not known here.
+    /// Whether a second run of a trial with a controller has the same record. It is None if there was no second run.
+    /// There is one only in every [`TRIED_AGAIN`]th trial, and only for controllers that cannot be copied, because
+    /// their memory is hidden.
     fn repeats(&self, factories: &[Factory], trial: u64, set: usize, record: &Record) -> Result<Option<Repeats>> {
         let campaign = &self.manifest.campaign;
         if campaign.synthetic || !trial.is_multiple_of(TRIED_AGAIN) || factories[set].can_be_copied() {
@@ -290,7 +292,7 @@ impl Plan {
         Ok(Some(if is_same { Repeats::Yes } else { Repeats::No }))
     }
 
-    /// Writes whose folder it is, with all that is needed to run it again: `campaign.toml` and its inputs.
+    /// Writes the manifest and all that is needed to run the campaign again: `campaign.toml` and the inputs.
     pub(super) fn identify(&self, folder: &Folder) -> Result<()> {
         folder.create()?;
         for (name, bytes) in &self.inputs {
@@ -307,8 +309,8 @@ impl Plan {
     }
 }
 
-/// The records that `run` gives of some controllers. A panic is the outcome of the controller that caused it; the others are
-/// run again, each alone. Errors are those of `run`.
+/// The records that `run` gives of some controllers. If one of them panics, all are run again, each alone, and the
+/// record of the one that panics is `Diverged`, with the panic as its cause. Errors are those of `run`.
 pub(super) fn each_caught<T: Copy>(
     controllers: &[T],
     run: impl Fn(&[T]) -> Result<Vec<Record>>,
@@ -328,14 +330,14 @@ fn make_executable(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// A pool of so many threads; 0 means one for each core.
+/// A pool of `threads` threads; 0 means one for each core.
 pub(crate) fn pool(threads: usize) -> Result<ThreadPool> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let remedy = "raise the limit of processes and threads (`ulimit -u`), or take fewer --threads";
     pool.map_err(|e| Error::Machine(format!("the threads cannot be started: {e}; {remedy}")))
 }
 
-/// Fails if the name of a controller cannot be the name of a file, or if two sets have the same name.
+/// Fails if the name of a controller cannot be the name of a file, or if two controllers have the same name.
 fn check_names(campaign: &Campaign, sets: &[String], bases: &[(String, Source)]) -> Result<()> {
     for (i, (name, (base, _))) in sets.iter().zip(bases).enumerate() {
         if base.is_empty() || base.starts_with('.') || base.contains(|c: char| "/\\:".contains(c) || c.is_control()) {
@@ -398,7 +400,7 @@ impl Inputs {
         Ok(())
     }
 
-    /// Keeps a file. Variants of one controller share theirs. Returns false if another file has this name.
+    /// Keeps a file. Variants of one controller share one file. Returns false if another file has this name.
     fn keep(&mut self, name: &str, bytes: Vec<u8>) -> bool {
         match self.kept.iter().find(|(kept, _)| kept == name) {
             Some((_, kept)) => *kept == bytes,
@@ -426,7 +428,7 @@ pub(super) mod tests {
         Plan::new(&Campaign::load("smoke", &short(set)).unwrap()).unwrap()
     }
 
-    /// The second set has no design: to run it panics.
+    /// The second controller has no design, so its episode panics.
     #[test]
     fn a_panic_is_the_outcome_of_the_set_that_caused_it() {
         let gains = ["hold", "fixed"].map(String::from).to_vec();

@@ -49,7 +49,7 @@ pub struct Work<'a> {
     pool: ThreadPool,
     factories: Vec<Factory>,
     pub shard: Option<Shard>,
-    /// Blocks to run; those up to the next look if the campaign ends when decided.
+    /// Blocks to run. If the campaign ends when decided, these are the blocks up to the next look.
     missing: Vec<u64>,
     /// Number of trials of each controller, if the campaign does not end earlier.
     all_trials: Vec<u64>,
@@ -59,9 +59,10 @@ pub struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    /// What `folder` lacks (of one shard, or of all). If anything is lacking, all controllers are designed here, so that
-    /// a controller without a design fails before anything is written or removed. `gates` say when a campaign that ends
-    /// when decided is decided. Errors: no design, or a robot that falls without a push.
+    /// The work that `folder` lacks, of one shard or of all. If anything is lacking, all controllers are prepared here,
+    /// so that a controller that cannot be prepared fails before anything is written or removed. `gates` state what a
+    /// campaign that ends when decided has to decide. Errors: a controller cannot be prepared, or a robot falls without
+    /// a push.
     pub fn new(plan: &'a Plan, folder: &'a Folder, options: RunOptions, gates: Option<&'a Gates>) -> Result<Work<'a>> {
         let Manifest { campaign, sets, .. } = &folder.manifest;
         let mut work = Work {
@@ -99,12 +100,13 @@ impl<'a> Work<'a> {
         self.pool.current_num_threads()
     }
 
-    /// ClosedLoop to run; at most, if the campaign ends when decided. Looks at what is there now.
+    /// Number of episodes still to run, as the folder is now. It is an upper bound if the campaign ends when decided.
     pub fn episodes(&self) -> u64 {
         if self.is_done() { 0 } else { self.episodes_of(|block| self.folder.lacks(block, self.set_trials())) }
     }
 
-    /// ClosedLoop in all, those that are there among them; at most, if the campaign ends when decided.
+    /// Number of episodes of the campaign, including finished ones. It is an upper bound if the campaign ends when
+    /// decided.
     pub fn all_episodes(&self) -> u64 {
         self.all_episodes_with(self.set_trials())
     }
@@ -114,7 +116,7 @@ impl<'a> Work<'a> {
         self.episodes_of(|block| has_trials(block).collect())
     }
 
-    /// ClosedLoop of all blocks, each with those of the controllers for which `of` says so.
+    /// Number of episodes in all blocks, with the controllers of each block for which `of` is true.
     fn episodes_of(&self, of: impl Fn(u64) -> Vec<bool>) -> u64 {
         let episodes = |block: u64| {
             let (first, end) = self.folder.range(block);
@@ -130,7 +132,7 @@ impl<'a> Work<'a> {
         (0..campaign.trials.div_ceil(part_trials.get())).filter(move |&block| takes(shard, block))
     }
 
-    /// Number of trials of each controller, as far as it is known.
+    /// Number of trials of each controller: the final one if it is decided, else the largest possible one.
     fn set_trials(&self) -> &[u64] {
         self.looks.as_ref().map_or(&self.all_trials, |looks| &looks.set_trials)
     }
@@ -144,8 +146,8 @@ impl<'a> Work<'a> {
         self.looks.is_some() && self.shard.is_some() && self.folder.has_stopped()
     }
 
-    /// Looks at what is there of a campaign that ends when decided, from the next look on: the blocks to run next, or
-    /// none if all is decided, or there are no more trials.
+    /// Takes the next looks at a campaign that ends when decided, as far as there are trials. Returns the blocks to run
+    /// next. It returns none if all is decided, or if there are no more trials.
     fn look_on(&mut self, on_look: &dyn Fn(&Look, u64)) -> Result<Vec<u64>> {
         let Some(mut looks) = self.looks.take() else { return Ok(Vec::new()) };
         looks.go_on(&|look| on_look(look, self.all_episodes_with(look.set_trials)))?;
@@ -170,10 +172,10 @@ impl<'a> Work<'a> {
             let rows = there.filter_map(|block| self.folder.rows_of(block..block + 1, self.set_trials()).ok());
             rows.for_each(|rows| (watch.on_part)(&rows));
         }
-        // Taken out, because the opening, which serves at every look, borrows them.
+        // Taken out of `self`, because the opening borrows the factories during all looks.
         let (plan, factories) = (self.plan, std::mem::take(&mut self.factories));
         let opening = plan.opening(&factories);
-        // Another shard may have decided it, perhaps by parts that are not seen here.
+        // Another shard may have decided the campaign, perhaps by parts that are not seen here.
         while !self.is_done() && !self.is_decided() {
             self.pool.install(|| self.run_blocks(&factories, opening.as_ref(), watch))?;
             self.missing = self.look_on(watch.on_look)?;
@@ -184,8 +186,8 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Units are trials, handed out in order one by one: cores stay busy to the end, and an interruption loses only the
-    /// few blocks in work.
+    /// Threads take single trials in order, so cores stay busy to the end, and an interruption loses only the few
+    /// unfinished blocks.
     fn run_blocks(&self, factories: &[Factory], opening: Option<&ClosedLoop>, watch: &Watch) -> Result<()> {
         // A block is made when its first trial is due, and gone when its last one is written: memory does not grow with
         // the campaign.
@@ -221,21 +223,21 @@ fn takes(shard: Option<Shard>, block: u64) -> bool {
     shard.is_none_or(|shard| shard.takes(block))
 }
 
-/// A block in work. Its rows stand by trial and number of the controller.
+/// A block in work.
 struct Block {
     index: u64,
-    /// The trials to run, each with these controllers.
+    /// The trials to run, each with the controllers in `sets`.
     trials: Range<u64>,
     sets: Vec<usize>,
-    /// Number of rows when it is complete.
+    /// Number of rows of the complete block.
     all: usize,
     /// The rows so far, by trial and controller.
     rows: Mutex<BTreeMap<(u64, usize), TrialRow>>,
 }
 
 impl Block {
-    /// The block as it is in the folder, with what it lacks if the controllers have so many trials. Rows of other sets
-    /// that are there are kept.
+    /// The block of a folder whose controllers have `set_trials` trials. It runs the controllers that the stored part
+    /// lacks, and keeps the rows that the part has.
     fn new(folder: &Folder, index: u64, set_trials: &[u64]) -> Self {
         let (first, end) = folder.range(index);
         // A part that cannot be read is run again.
@@ -278,7 +280,8 @@ mod tests {
         Ok(count.into_inner())
     }
 
-    /// Also with one that does not divide the count of trials; and a folder keeps to the one it began with.
+    /// The number of trials in a part need not divide the number of trials, and a folder keeps the number with which it
+    /// began.
     #[test]
     fn a_result_is_the_same_for_any_count_of_trials_in_a_part() {
         let dir = tempfile::tempdir().unwrap();

@@ -3,22 +3,22 @@
 use standfast_sim::Engine;
 use std::path::PathBuf;
 
-/// What the window shows, and how it starts.
+/// The content of the window, and how it starts.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
     /// Trial of `campaign`, whose robot, ground, noise and pushes are used.
     pub trial: Option<u64>,
-    /// Controllers by name or file, of which the first acts. If empty, the default sets.
+    /// Controllers by name or file, of which the first acts. If empty, the default controllers.
     pub gains: Vec<String>,
-    /// Physics engine. None for that of the campaign, or Rapier.
+    /// Physics engine. None for the engine of the campaign, or Rapier.
     pub engine: Option<Engine>,
     /// Whether the robot in the other engine is shown, too, as a ghost.
     pub ghost: bool,
-    /// Robot by name or URDF file. None for that of the campaign, or the compiled-in one.
+    /// Robot by name or URDF file. None for the robot of the campaign, or the compiled-in one.
     pub robot: Option<String>,
     /// Campaign whose sensor noise, rates and thresholds are used. None for ideal sensors.
     pub campaign: Option<String>,
-    /// Impulse of the push that a key gives (N s). None for one that suits the robot.
+    /// Impulse of the push that a key gives (N s). None for an impulse that suits the robot.
     pub impulse: Option<f64>,
     /// Heading of this push (degrees).
     pub heading: f64,

@@ -1,4 +1,4 @@
-//! A display of its own (Xvfb), with keyboard and mouse (xdotool), and the picture on it.
+//! A display (Xvfb) for one test, with keyboard and mouse (xdotool), and the picture on it.
 
 use image::{Rgb, RgbImage};
 use std::io::{BufRead, BufReader};
@@ -13,9 +13,9 @@ use tempfile::TempDir;
 /// If this is set in the environment, a missing display is a failure.
 const NEED: &str = "STANDFAST_NEED_DISPLAY";
 const PROGRAMS: [&str; 2] = ["Xvfb", "xdotool"];
-/// Timeout for anything that takes a moment, even on a busy machine.
+/// Timeout for each action that takes a moment, even on a busy machine.
 pub const PATIENCE: Duration = Duration::from_secs(120);
-/// One at a time, because a window that is rendered in software uses the whole machine.
+/// Lock for one display at a time, because a window that is rendered in software uses the whole machine.
 static TURN: Mutex<()> = Mutex::new(());
 
 pub struct Display {
@@ -28,8 +28,8 @@ pub struct Display {
 }
 
 impl Display {
-    /// None, with a message on stderr, if there can be no display and the environment does not require one. It waits
-    /// until no other test has one.
+    /// Starts a display. It is None, with a message on stderr, if there can be no display and the environment does not
+    /// require one. It waits until no other test has a display.
     pub fn start() -> Option<Self> {
         if let Some(program) = PROGRAMS.into_iter().find(|program| in_path(program).is_none()) {
             assert!(std::env::var_os(NEED).is_none(), "{NEED} is set, but {program} is not in PATH");

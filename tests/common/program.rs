@@ -16,13 +16,13 @@ pub const SHORT: [&str; 8] = [
     "--set=push.impulse_n_s={uniform=[0, 4]}",
     "--out=out",
 ];
-/// The number of trials for one part of a campaign, and for several, of which the last is not full.
+/// The number of trials for one part of a campaign, and for several parts, of which the last is not full.
 pub const FEW: &str = "--trials=3";
 pub const SEVERAL_PARTS: &str = "--trials=26";
 
 pub use super::PROGRAM;
 
-/// Where the program notes which inputs it has made.
+/// Folder in which the program notes the inputs that it has made.
 pub const STATE: &str = env!("CARGO_TARGET_TMPDIR");
 
 /// A run of the program that has ended.
@@ -68,7 +68,7 @@ pub fn folder() -> TempDir {
     tempfile::tempdir().unwrap()
 }
 
-/// Every file under a folder, by its path, but for the lock, which is empty.
+/// All files under a folder, by their paths, without the lock, which is empty.
 pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
@@ -90,7 +90,8 @@ pub fn stderr(run: &Run) -> String {
     String::from_utf8(run.get_output().stderr.clone()).unwrap()
 }
 
-/// Changes the manifest of a result folder, and all that guards it: the seal, the hash, and the hash in every part.
+/// Changes the manifest of a result folder, and all that guards the manifest: the seal, the hash, and the hash in every
+/// part.
 pub fn forge(folder: &Path, change: impl FnOnce(&mut Manifest)) {
     let mut manifest = Manifest::read(folder).unwrap();
     let old = manifest.config_hash.clone();

@@ -1,4 +1,4 @@
-//! A running `standfast view` on a display of its own, and a person at it.
+//! A running `standfast view` on a display of its own, and a person who uses it.
 
 use super::display::{Display, PATIENCE};
 use std::io::{BufRead, BufReader, Read};
@@ -37,7 +37,7 @@ impl Frame {
 }
 
 impl<'a> View<'a> {
-    /// Opens it with these further arguments, and gives it the keyboard focus.
+    /// Opens the window with these further arguments, and gives it the keyboard focus.
     pub fn open(display: &'a Display, folder: &Path, arguments: &[&str]) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_standfast"))
             .current_dir(folder)
@@ -93,8 +93,8 @@ impl<'a> View<'a> {
         self.wait(what, || is_so(&self.frame()));
     }
 
-    /// Waits until some frame after `before` satisfied `is_so`, even if the last one does not: a slow machine draws
-    /// few.
+    /// Waits until some frame after `before` satisfied `is_so`, even if the last frame does not: a slow machine draws
+    /// few frames.
     pub fn once(&self, what: &str, before: &Frame, is_so: impl Fn(&Frame) -> bool) {
         let is_later = |line: &String| Frame::told(line).is_some_and(|f| f.number > before.number && is_so(&f));
         self.wait(what, || self.told.lock().unwrap().iter().any(is_later));

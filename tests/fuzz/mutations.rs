@@ -1,4 +1,4 @@
-//! Mutations of valid inputs, and what must become of them: each is accepted, or refused in words.
+//! Mutations of valid inputs, and the check that each is accepted, or refused in words.
 
 use standfast::Result;
 use standfast::core::control::Design;
@@ -9,7 +9,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::{fs, path::PathBuf};
 
-/// Cases of each kind unless the caller says otherwise.
+/// Number of cases of each kind unless the environment states another one.
 const USUAL_CASES: u64 = 150;
 
 /// A small generator of random numbers (splitmix64).
@@ -73,7 +73,7 @@ const WORDS: [&str; 24] = [
     "%", "true", "NaN", "<!--", "\n\n",
 ];
 
-/// Places of the numbers in a text.
+/// Ranges of the numbers in a text.
 fn numbers(text: &str) -> Vec<(usize, usize)> {
     let (bytes, mut found, mut at) = (text.as_bytes(), Vec::new(), 0);
     while at < bytes.len() {
@@ -92,7 +92,7 @@ fn numbers(text: &str) -> Vec<(usize, usize)> {
     found
 }
 
-/// The text with all values of one key, or one attribute, times the same factor: what is consistent is accepted.
+/// The text with all values of one key, or of one attribute, times the same factor: consistent values are accepted.
 fn scaled(text: &str, random: &mut Random) -> String {
     let found = numbers(text);
     let Some(&(start, _)) = found.get(random.below(found.len())) else { return text.into() };
@@ -112,7 +112,7 @@ fn scaled(text: &str, random: &mut Random) -> String {
     out + &text[from..]
 }
 
-/// The next place at which a text can be cut.
+/// The next position at which a text can be cut.
 fn boundary(text: &str, at: usize) -> usize {
     (at..).find(|&at| text.is_char_boundary(at)).unwrap_or(text.len())
 }
@@ -123,7 +123,7 @@ fn changed(text: &str, random: &mut Random, others: &[String]) -> String {
     let (line, count) = (random.below(lines.len()), 1 + random.below(6));
     let end = (line + count).min(lines.len());
     match random.below(14) {
-        // Most inputs are numbers, and most of their faults are numbers that nobody thought of.
+        // Most inputs are numbers, and most of their faults are numbers that nobody considered.
         0..=5 => {
             let found = numbers(text);
             let Some(&(start, end)) = found.get(random.below(found.len())) else { return text.into() };
@@ -164,8 +164,8 @@ fn changed(text: &str, random: &mut Random, others: &[String]) -> String {
     lines.concat()
 }
 
-/// Runs the cases of one kind: those that once failed, the valid ones, and mutations of them. Each must be accepted or
-/// refused with words.
+/// Runs the cases of one kind: the cases that once failed, the valid ones, and mutations of both. Each must be accepted
+/// or refused in words.
 pub fn fuzz(kind: &str, valid: &[String], check: impl Fn(&str) -> Result<()>) {
     let running = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fuzz").join(kind);
     fs::create_dir_all(running.parent().unwrap()).unwrap();
@@ -207,7 +207,7 @@ pub fn fuzz(kind: &str, valid: &[String], check: impl Fn(&str) -> Result<()>) {
 
 /// A few ticks of an episode.
 pub fn simulated(robot: &Robot, gains: &GainSet, config: &EpisodeConfig, disturbance: Disturbance) -> Result<()> {
-    // More gains cost more time, and are read in the same way.
+    // More gains take more time, and are read in the same way.
     let gains = GainSet { gains: gains.gains.iter().take(1).cloned().collect(), ..gains.clone() };
     let factory = Design::new(robot, &gains, config.control_period_s)?.into();
     let horizon_s = 12.0 * config.control_period_s;

@@ -37,7 +37,7 @@ pub fn commands_of(document: &str, program: &str) -> Vec<String> {
     found
 }
 
-/// The command with the name of its program, if it is called from a clone, by way of cargo.
+/// The command with the name of its program. A command from a clone calls the program through cargo.
 fn by_name(command: &str) -> String {
     match command.split_once(" -- ").filter(|(start, _)| start.starts_with("cargo run ")) {
         Some((start, arguments)) => {
@@ -47,8 +47,8 @@ fn by_name(command: &str) -> String {
     }
 }
 
-/// The words of a command, as a shell reads them. It ends at a comment or where its output goes or, in a help text, at
-/// two spaces.
+/// The words of a command, as a shell reads them. The command ends at a comment or at the redirection of its output or,
+/// in a help text, at two spaces.
 pub fn words_of(command: &str) -> Vec<String> {
     let ends = [" #", " > ", "  "].into_iter().filter_map(|end| command.find(end));
     shlex::split(&command[..ends.min().unwrap_or(command.len())]).unwrap_or_else(|| panic!("{command}"))

@@ -1,6 +1,6 @@
 //! The paper's own simulation (Sect. V.C): a ZMP error is imposed on the ideal pendulum, and the whole body follows by
-//! inverse kinematics. Eq. 1 and 2 are its only physics. The controller reads the pendulum's state, the ZMP equals the
-//! desired ZMP, and a foot lands when its path ends.
+//! inverse kinematics. The simulation has no physics but eq. 1 and 2. The controller reads the pendulum's state, the
+//! ZMP equals the desired ZMP, and a foot lands when its path ends.
 //!
 //! The paper does not give the state to which the error belongs, so there are two variants. With [`Start::AtRest`] the
 //! COM starts at rest, and the error is only handed to the footwork rule: the paper's section is about generating the
@@ -24,10 +24,11 @@ use std::sync::Arc;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {
-    /// It rests at home, and only the footwork rule is given the error.
+    /// The COM rests at home, and only the footwork rule is given the error.
     #[default]
     AtRest,
-    /// It has the velocity at which the slowest gain asks for a ZMP that far outside of the support polygon.
+    /// The COM has the velocity at which the slowest gain asks for a ZMP that is outside of the support polygon by the
+    /// error.
     Moving,
 }
 
@@ -42,9 +43,11 @@ pub struct ImposedRecord {
     pub footsteps: Vec<Footstep>,
     /// The footstep in the air at the end.
     pub unfinished_footstep: Option<Lifted>,
-    /// Time from which the COM stays within the judge's radius of the soles' middle; None if it does not come home.
+    /// Time from which the COM stays within the judge's radius of the point midway between the soles; None if the COM
+    /// does not come home.
     pub home_at_s: Option<f64>,
-    /// Time at which the DCM was farther from that point than any footstep reaches. The run ends there.
+    /// Time at which the DCM was farther from the point midway between the soles than any footstep reaches. The run
+    /// ends then.
     pub lost_at_s: Option<f64>,
     /// Largest horizontal distance between the body's COM and the pendulum's.
     pub worst_com_error_m: f64,
@@ -152,7 +155,8 @@ impl<'a> Ideal<'a> {
 }
 
 impl Ideal<'_> {
-    /// The state now, and what the controller does with it. To be called once per control period.
+    /// Runs one tick of the controller on the present state, and returns the tick. It is called once per control
+    /// period.
     fn tick(&mut self) -> Tick<'_> {
         self.sense();
         if let Err(error) = self.balance.tick(&mut self.estimate, &mut self.command) {
@@ -200,7 +204,8 @@ fn velocity_for(robot: &Robot, design: &Design, com: Point2<f64>, zmp_error: Vec
     let Some(edge) = z.distance_along(Point2::origin(), zmp_error) else {
         return Err(refused(design, zmp_error, "has no direction"));
     };
-    // Start with the DCM where the ZMP has to be, which is close. Then correct by the missing part of the error.
+    // The first guess has the DCM at the ZMP that the error asks for, which is close. Each round corrects it by the
+    // missing part of the error.
     let farthest = Point2::from(zmp_error.normalize() * edge) + zmp_error;
     let mut velocity = (farthest - com) * family.pendulum.omega;
     for _ in 0..1000 {

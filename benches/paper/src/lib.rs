@@ -1,9 +1,10 @@
-//! The study of the paper: what its authors simulated and measured, done again with the controller of [`standfast`].
+//! The study of the paper: simulations and measurements of its authors, done again with the controller of
+//! [`standfast`].
 //!
-//! A [`scenario`] is a disturbance with a name. The paper's pushes are simulated as any push is; the ZMP errors that the
-//! paper gives to its controller are [`imposed`] on the ideal pendulum, without physics. [`response`] measures how well
-//! the ZMP of the simulated robot follows the desired one, which the paper takes for granted. [`commands`] has a file
-//! for each command of the program, and [`render`] draws and tells what they found.
+//! A [`scenario`] is a disturbance with a name. The paper's pushes are simulated as any push is; the ZMP errors that
+//! the paper gives to its controller are [`imposed`] on the ideal pendulum, without physics. [`response`] measures how
+//! well the ZMP of the simulated robot follows the desired ZMP, which the paper takes for granted. [`commands`] has a
+//! file for each command of the program, and [`render`] draws and tells what the commands found.
 //!
 //! This crate sees the controller only through [`account`], and the robot through the closed loop of standfast.
 

@@ -1,10 +1,10 @@
-//! How well the ZMP follows the desired one: its frequency response, measured on the standing robot.
+//! How well the ZMP follows the desired ZMP: its frequency response, measured on the standing robot.
 //!
 //! The paper's model (eq. 5 to 13) takes the ZMP to be where the gain asks for it. Joints, delay and contacts deliver
 //! it late and not in full. Here a small sine is added to the gain's ZMP while all loops stay closed. The desired ZMP
-//! (that of the gain plus the sine) and the ZMP under the soles are correlated with the frequency of the sine over
-//! whole periods. Their complex ratio is the response, which is 1 for an ideal robot. A pole faster than the bandwidth
-//! of the response is more than the robot can follow.
+//! (the gain's ZMP plus the sine) and the ZMP under the soles are correlated with the frequency of the sine over whole
+//! periods. Their complex ratio is the response, which is 1 for an ideal robot. A pole faster than the bandwidth of the
+//! response is more than the robot can follow.
 //!
 //! Measured on UT-mu2 under `switching`, sine of 5 mm, ideal sensors (`standfast-paper response`, `--axis y`):
 //!
@@ -58,17 +58,19 @@ pub struct Experiment {
 /// The response at one frequency.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Point {
-    /// The frequency nearest to the requested one whose measured periods fill whole ticks.
+    /// The frequency nearest to the requested frequency whose measured periods fill whole ticks.
     pub frequency_hz: f64,
     /// Amplitude of the desired ZMP (m).
     pub wanted_m: f64,
-    /// Ratio of the amplitude of the desired ZMP to that of the sine: the sensitivity of the loop to a disturbance.
+    /// Ratio of the amplitude of the desired ZMP to the amplitude of the sine: the sensitivity of the loop to a
+    /// disturbance.
     pub sensitivity: f64,
     /// Ratio of the true ZMP (all contacts, mean over a tick) to the ZMP desired for that tick: gain.
     pub gain: f64,
-    /// Phase of that ratio; continuous over the frequencies if measured by [`measure`].
+    /// Phase of the ratio of the true ZMP to the desired ZMP; continuous over the frequencies if measured by
+    /// [`measure`].
     pub phase_deg: f64,
-    /// The same for the controller's estimate of the ZMP, which is known one tick later.
+    /// Gain and phase of the controller's estimate of the ZMP, which is known one tick later, to the desired ZMP.
     pub estimate_gain: f64,
     pub estimate_phase_deg: f64,
 }
@@ -128,7 +130,7 @@ fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f
     let [mut wanted, mut truth, mut estimate] = [Complex::new(0.0, 0.0); 3];
     let turn_at = |k: u64| Complex::cis(-TAU * frequency_hz * dt * k as f64);
     // The desired ZMP of a tick can be reached by the end of that tick at best, so it is compared with the true and the
-    // estimated ZMP then.
+    // estimated ZMP at the end of the tick.
     let (mut wanted_before, mut stood) = (Point2::origin(), true);
     for k in 0..=settle + measured {
         let angle = TAU * frequency_hz * dt * k as f64;

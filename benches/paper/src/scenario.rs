@@ -1,4 +1,4 @@
-//! Scenarios: single disturbances with a name, above all those of the paper's Sect. V and VI. A file under
+//! Scenarios: single disturbances with a name, above all the disturbances of the paper's Sect. V and VI. A file under
 //! `scenarios/` states the disturbance; everything else is as in the command `push` of standfast.
 
 use crate::imposed::Start;
@@ -108,7 +108,7 @@ impl Scenario {
         EpisodeConfig { horizon_s: self.horizon_s, ..EpisodeConfig::of(&Units::of(robot)) }
     }
 
-    /// The disturbance. It fails unless there is exactly one.
+    /// The disturbance. It fails unless the scenario has exactly one.
     pub fn cause(&self) -> Result<Cause> {
         self.cause_in(&self.name)
     }

@@ -23,7 +23,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
     assert_eq!(files(dir.path()).len(), 0);
 }
 
-/// Whoever does not know the commands is shown all of them.
+/// A user who names no known command is shown all commands.
 #[test]
 fn without_a_command_that_it_knows_it_lists_them() {
     let dir = folder();
@@ -50,7 +50,7 @@ fn a_check_says_that_all_is_fine_and_writes_nothing() {
     assert_eq!(files(dir.path()).len(), 0);
 }
 
-/// A program with MuJoCo takes what one without it refuses, and says how to get.
+/// A program with MuJoCo accepts the engine that a program without MuJoCo refuses, saying how to get it.
 #[test]
 fn the_physics_engine_is_chosen_by_its_name() {
     let dir = folder();

@@ -1,4 +1,4 @@
-//! Whatever a scenario's file holds, it is read or refused in words, and what is read can be simulated.
+//! A scenario's file with any content is read or refused in words, and a scenario that is read can be simulated.
 
 #[path = "../../../tests/fuzz/mutations.rs"]
 mod mutations;

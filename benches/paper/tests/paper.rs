@@ -1,5 +1,5 @@
-//! `standfast-paper page` from outside: what it writes, that it writes the same every time, and that its captions agree with
-//! the library.
+//! `standfast-paper page` from outside: what it writes, that it writes the same every time, and that its captions agree
+//! with the library.
 
 mod common;
 #[path = "paper/measured.rs"]

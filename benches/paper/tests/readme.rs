@@ -1,4 +1,5 @@
-//! The commands of this program in the guide and in its help are valid, as far as this can be checked without running them.
+//! The commands of this program in the guide and in its help are valid, as far as this can be checked without running
+//! them.
 
 mod common;
 #[path = "../../../tests/readme/shown.rs"]

@@ -23,7 +23,7 @@ fn first(result: &Value) -> (&str, [f64; 2], bool) {
     (footstep["foot"].as_str().unwrap(), way, footstep["in_set_at_landing"].as_bool().unwrap())
 }
 
-/// Sect. V.C: for both imposed errors the right foot steps and lands inside a set, and the COM comes home.
+/// Sect. V.C: for both imposed errors the right foot steps and lands inside a CPI set, and the COM comes home.
 #[test]
 fn the_imposed_errors_are_made_good() {
     let behind = json(&["scenario", "error-backward"]);

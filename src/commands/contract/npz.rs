@@ -7,13 +7,13 @@ use standfast_core::error::{Error, Result};
 use std::io::{Cursor, Read};
 use zip::ZipArchive;
 
-/// Longest array that is read, and all of a file together (bytes).
+/// Largest size of one array that is read, and of all arrays of a file together (bytes).
 const MOST_BYTES: u64 = 400_000_000;
-/// Longest head of an array. NumPy writes 118 bytes.
+/// Largest head of an array (bytes). NumPy writes 118 bytes.
 const MOST_HEAD_BYTES: usize = 1000;
 
-/// The pairs of an `.npz` file: the only array whose rows have `size` numbers, or the one whose name begins with `obs`, and
-/// the only other array, or the one whose name begins with `act`.
+/// The pairs of an `.npz` file: the only array whose rows have `size` numbers, or the one whose name begins with `obs`,
+/// and the only other array, or the one whose name begins with `act`.
 pub fn pairs(file: &str, bytes: Vec<u8>, size: usize) -> Result<Vec<(usize, Vec<f64>)>> {
     let arrays = arrays(bytes).map_err(|message| Error::Syntax { file: file.to_string(), message })?;
     let shapes = || {
@@ -47,7 +47,7 @@ fn arrays(bytes: Vec<u8>) -> Result<Vec<(String, Array2<f64>)>, String> {
     for i in 0..zip.len() {
         let entry = zip.by_index(i).map_err(|e| e.to_string())?;
         let name = entry.name().strip_suffix(".npy").unwrap_or(entry.name()).to_string();
-        // What is packed may become as large as it likes, whatever the file says of it.
+        // A packed array may unpack to any size, whatever size the file states.
         let mut array = Vec::new();
         entry.take(left + 1).read_to_end(&mut array).map_err(|e| format!("array {name:?}: {e}"))?;
         left = left
@@ -60,7 +60,7 @@ fn arrays(bytes: Vec<u8>) -> Result<Vec<(String, Array2<f64>)>, String> {
     Ok(arrays)
 }
 
-/// The array in the content of a file `.npy`; None if it is of another kind.
+/// The array in the content of a file `.npy`; None if the array is of another kind.
 fn read(content: &[u8]) -> Option<Array2<f64>> {
     let wide = ndarray::ArrayBase::<OwnedRepr<f64>, Ix2>::read_npy(content);
     wide.ok().or_else(|| {
@@ -69,8 +69,8 @@ fn read(content: &[u8]) -> Option<Array2<f64>> {
     })
 }
 
-/// Whether a content is that of an array of float32 or float64. Fails, in words, if the head states more numbers than there
-/// are: memory for them would be taken first.
+/// Whether the content is an array of float32 or float64. Fails, in words, if the head states more numbers than the
+/// content has, because the reader would first take memory for the stated numbers.
 fn is_whole(content: &[u8]) -> Result<bool, String> {
     let length = match content {
         [_, _, _, _, _, _, 1, _, a, b, ..] => usize::from(u16::from_le_bytes([*a, *b])),

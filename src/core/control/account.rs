@@ -1,4 +1,4 @@
-//! What the controller did at a tick, and why. Traces, films, the window and the referee read it.
+//! The controller's decision at a tick, and its reason. Traces, films, the window and the referee read it.
 
 use super::design::Design;
 use super::estimate::Estimate;
@@ -7,7 +7,7 @@ use super::step::Swing;
 use crate::robot::{Airborne, Foot, Note, Posture, Report};
 use nalgebra::{Point2, Vector2};
 
-/// What the controller is doing.
+/// The activity of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
     /// It stands, and the state lies in the CPI set of at least one gain.
@@ -36,12 +36,12 @@ pub struct Account<'a> {
     pub estimate: &'a Estimate,
     /// Desired ZMP (m).
     pub zmp_ref: Point2<f64>,
-    /// Index of the acting gain, from slow to fast; with a foot in the air, of the last one.
+    /// Index of the acting gain, from slow to fast. With a foot in the air, it is the index of the last acting gain.
     pub gain: usize,
     /// Margin of the state in the slowest gain's CPI set, which is the largest set, when the robot last stood. It is
-    /// negative when no set contains the state (eq. 26), and negative infinity when there is no set.
+    /// negative when no CPI set contains the state (eq. 26), and negative infinity when there is no CPI set.
     pub margin: f64,
-    /// How often a gain has been started from the estimated state.
+    /// Number of times that a gain has been started from the estimated state.
     pub switches: u32,
     /// The footstep in the air.
     pub swing: Option<&'a Swing>,
@@ -52,11 +52,11 @@ pub struct Account<'a> {
 }
 
 impl<'a> Account<'a> {
-    /// The account as everybody sees it who knows no CPI sets.
+    /// The account for readers that know no CPI sets.
     pub fn report(&self) -> Report {
         let number = |name: &'static str, value: f64| (name.into(), Note::Number(value));
         let mut notes = vec![("gain".into(), Note::Word(self.gain_name().to_string().into()))];
-        // The sets are not looked at while a foot is in the air.
+        // The CPI sets are not evaluated while a foot is in the air.
         if self.stands() {
             notes.push(number("cpi_margin", self.margin));
             notes.push(number("in_cpi_set", f64::from(u8::from(self.phase == Phase::Switching))));
@@ -100,7 +100,8 @@ impl<'a> Account<'a> {
     }
 
     /// For pictures: the slice of each gain's CPI set over COM positions, at the COM velocity and ZMP when the robot
-    /// last stood, from slow to fast. Each is a list of corners (m, world), empty where the set contains no such state.
+    /// last stood, from slow to fast. Each is a list of corners (m, world), empty where the CPI set contains no such
+    /// state.
     pub fn slices(&self) -> Vec<Vec<Point2<f64>>> {
         self.supervisor.slices()
     }

@@ -23,7 +23,8 @@ pub struct Balance {
     /// The footstep in the air.
     swing: Option<Swing>,
     last_landing: Option<LastLanding>,
-    /// For how long the state has been in no CPI set while no foot was in the air (s); 0 at the first such tick.
+    /// Time for which the state has been in no CPI set while no foot was in the air (s). It is 0 at the first such
+    /// tick.
     out_of_sets_s: Option<f64>,
     /// Desired ZMP, world frame (m).
     zmp_ref: Point2<f64>,
@@ -61,12 +62,12 @@ impl Balance {
     }
 
     /// Adds `probe` (m, world frame) to the ZMP that the acting gain asks for, without changing the gain's own state.
-    /// It serves to measure how the ZMP follows.
+    /// This serves to measure how the ZMP follows.
     pub fn probe_zmp(&mut self, probe: Vector2<f64>) {
         self.supervisor.zmp_probe = probe;
     }
 
-    /// Lets the first footsteps depart from the footwork rule.
+    /// Makes the first footsteps depart from the footwork rule.
     pub fn depart(&mut self, departures: &Departures) {
         self.footwork.iter_mut().for_each(|footwork| footwork.depart(departures));
     }
@@ -80,7 +81,7 @@ impl Balance {
         self.swing.as_ref()
     }
 
-    /// Whether a state in no gain's CPI set was the last one while the robot stood, or a foot is in the air for it.
+    /// Whether the state was in no gain's CPI set when the robot last stood, or a foot is in the air.
     pub fn has_left_sets(&self) -> bool {
         self.swing.is_some() || !self.supervisor.is_held()
     }
@@ -154,7 +155,8 @@ impl Balance {
         if decision.held {
             body.com.make_up_for_sag(&family.pendulum, design.units.length_m, com);
         }
-        // What cannot be led is not: the legs keep the COM above the middle of the feet, and the ZMP is what it is.
+        // A reference that cannot be followed is not set: the legs keep the COM above the middle of the feet, and the
+        // ZMP follows.
         if design.is_rigid_sideways && estimate.in_contact.left && estimate.in_contact.right {
             let sideways = support.frame.rotation * Vector2::y();
             let across = |v: Vector2<f64>| sideways * v.dot(&sideways);
@@ -169,7 +171,7 @@ impl Balance {
         Ok(())
     }
 
-    /// Whether the impact of the last landing goes on.
+    /// Whether the impact of the last landing is not over yet.
     fn is_landing(&self) -> bool {
         let (Some(landing), Some(footwork)) = (self.last_landing, &self.footwork) else { return false };
         landing.ago_s < footwork.impact_s(&self.design)

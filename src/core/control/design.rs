@@ -20,7 +20,7 @@ pub struct Design {
     /// The robot for which the design is made.
     pub robot: Arc<Robot>,
     pub family: GainFamily,
-    /// What to do when no set contains the state; None if the robot only stands.
+    /// The footwork rules for a state in no CPI set. None if the robot only stands.
     pub footwork: Option<FootworkRules>,
     /// How the first footsteps depart from the rule `[catching]`.
     pub departures: Departures,
@@ -29,7 +29,7 @@ pub struct Design {
     /// Joint targets at home, with the torques that carry the weight there.
     pub(super) home: Command,
     pub(super) units: Units,
-    /// Vector from the centre of the right sole to that of the left one at home (m), control frame.
+    /// Vector from the centre of the right sole to the centre of the left one at home (m), control frame.
     pub(super) stance: Vector2<f64>,
     /// Whether the legs are rigid sideways while both soles are flat on the ground, because the ankles do not roll. The
     /// ZMP then follows the push, and no reference of the COM can be followed.
@@ -64,7 +64,7 @@ impl Design {
         Ok(Self { robot, family, footwork, departures, warning, home, units, stance, is_rigid_sideways })
     }
 
-    /// The paper's stepping rules, if the set uses them.
+    /// The paper's stepping rules, if the gain set uses them.
     pub fn stepping(&self) -> Option<&Stepping> {
         match &self.footwork {
             Some(FootworkRules::Stepping(rules)) => Some(rules),
@@ -78,11 +78,11 @@ impl Design {
     }
 }
 
-/// Shortest control period with which nesting is checked, in 1/omega. Sets hardly depend on a period as short, and half of
-/// it takes four times as long.
+/// Shortest control period with which nesting is checked, in 1/omega. CPI sets hardly depend on a period as short as
+/// this, and with half of it the check takes four times as long.
 const LEAST_PHASE: f64 = 0.005;
 
-/// Names the gains of a set whose CPI sets do not nest on `support`.
+/// Names the gains of a gain set whose CPI sets do not nest on `support`.
 fn nesting(gains: &GainSet, family: &GainFamily, support: &SupportPolygon) -> Result<Option<String>> {
     let pendulum = family.pendulum;
     if pendulum.phase() >= LEAST_PHASE {
@@ -92,8 +92,9 @@ fn nesting(gains: &GainSet, family: &GainFamily, support: &SupportPolygon) -> Re
     nesting_warning(&GainFamily::design(gains, slower, family.half_sole_m)?, support)
 }
 
-/// The footwork rules of a gain set for a robot whose feet stand `stance_m` (m) apart at home; None if it only stands.
-/// Fails if the robot does not say where its feet can land, or if they do not stand there.
+/// The footwork rules of a gain set for a robot whose feet stand `stance_m` (m) apart at home. It is None if the robot
+/// only stands. Fails if the robot does not say where its feet can land, or if its feet at home are not in such a
+/// region.
 fn footwork_rules(gains: &GainSet, robot: &Robot, units: &Units, stance_m: f64) -> Result<Option<FootworkRules>> {
     let table = match (&gains.stepping, &gains.catching) {
         (Some(_), _) => "stepping",

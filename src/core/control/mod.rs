@@ -2,11 +2,11 @@
 //! (paper, Fig. 11). It is one [`Controller`] among others, of the kind `cpi`: it alone knows CPI sets. It reads a
 //! [`Sensed`] and writes a [`Command`], and it never names the simulation.
 //!
-//! One control tick ([`CpiController::tick`]) goes through three parts. The [`Estimator`] finds the posture, the COM and
-//! its velocity, the ZMP and which soles are in contact. [`Balance`] applies the standing rule ([`stand`]: support
+//! One control tick ([`CpiController::tick`]) goes through three parts. The [`Estimator`] finds the posture, the COM
+//! and its velocity, the ZMP and which soles are in contact. [`Balance`] applies the standing rule ([`stand`]: support
 //! polygon, acting gain, desired ZMP) or, when the state lies in no gain's [CPI set](crate::lipm::cpi_set), a footwork
-//! rule ([`step`]). The [`body`] turns the result into joint targets and torques. [`Account`] tells what the controller
-//! did and why; [`Report`] is what others see of it.
+//! rule ([`step`]). The [`body`] turns the result into joint targets and torques. [`Account`] states the controller's
+//! decision and its reason; [`Report`] is the part that others see.
 //!
 
 mod account;
@@ -73,7 +73,7 @@ impl CpiController {
         Ok(())
     }
 
-    /// What the controller did at the last tick, and why.
+    /// The controller's decision at the last tick, and its reason.
     pub fn account(&self) -> Account<'_> {
         self.balance.account(&self.estimator.now)
     }
@@ -86,17 +86,18 @@ impl CpiController {
     }
 
     /// Adds `probe` (m, world frame) to the ZMP that the acting gain asks for, without changing the gain's own state.
-    /// It serves to measure how the ZMP follows.
+    /// This serves to measure how the ZMP follows.
     pub fn probe_zmp(&mut self, probe: Vector2<f64>) {
         self.balance.probe_zmp(probe);
     }
 
-    /// Lets the first footsteps depart from the rule `[catching]`, as if its gain set said so. To be called before them.
+    /// Makes the first footsteps depart from the rule `[catching]`, as if the gain set said so. It must be called
+    /// before these footsteps.
     pub fn depart(&mut self, departures: &Departures) {
         self.balance.depart(departures);
     }
 
-    /// What the controller is designed for.
+    /// The gain set and the robot for which the controller is designed.
     pub fn design(&self) -> &Arc<Design> {
         &self.design
     }
@@ -138,7 +139,7 @@ impl Controller for CpiController {
     }
 }
 
-/// The states in the slowest gain's CPI set, which is the largest.
+/// The states in the slowest gain's CPI set, which is the largest one.
 impl Promise for CpiController {
     fn margin_at(&self, com: Point2<f64>, com_vel: Vector2<f64>) -> f64 {
         self.account().margin_at(com, com_vel)

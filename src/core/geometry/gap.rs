@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-/// Most steps of the search. It takes four to ten.
+/// Largest number of steps of the search, which takes four to ten.
 const STEPS: usize = 50;
 /// Share of the distance by which the result may be too large.
 const ACCURACY: f64 = 1e-6;
@@ -42,7 +42,7 @@ fn nearest_of(simplex: &[Vector3<f64>]) -> (Vector3<f64>, Vec<Vector3<f64>>) {
     };
     let candidates = parts.filter_map(|part| {
         let corners = corners(part);
-        // Four corners at most are kept, since four enclose the origin or one of them is not needed.
+        // At most four corners are kept: either four enclose the origin, or one of them is not needed.
         (corners.len() <= 4).then(|| nearest_between(&corners)).flatten().map(|point| (point, corners))
     });
     let best = candidates.min_by(|a, b| a.0.norm_squared().total_cmp(&b.0.norm_squared()));

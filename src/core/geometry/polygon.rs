@@ -29,11 +29,11 @@ impl HalfPlane {
     }
 }
 
-/// Largest number of points for a hull: those of a polygon that was cut by the half planes of another.
+/// Largest number of points for a hull: the vertices of a polygon that was cut by the half planes of another one.
 const SCRATCH: usize = 2 * SupportPolygon::MAX;
 
-/// A vertex that is closer to the line through its neighbours is removed, as a share of the distance from the first vertex
-/// to the farthest one.
+/// Distance of a vertex to the line through its neighbours below which it is removed, as a share of the distance from
+/// the first vertex to the farthest one.
 const FLAT: f64 = 1e-8;
 
 impl SupportPolygon {

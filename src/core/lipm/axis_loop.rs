@@ -1,4 +1,4 @@
-//! The closed loop of one axis (eq. 11-13): its poles, its feedback, and the lags that it consists of.
+//! The closed loop of one axis (eq. 11-13): its poles, its feedback, and its form as a cascade of first-order lags.
 
 use super::pendulum::Pendulum;
 use nalgebra::{Matrix3, RowVector3, Vector3};
@@ -30,9 +30,10 @@ impl AxisLoop {
         poles
     }
 
-    /// The observable part of the loop as a cascade of first-order lags with the poles `through`, which contain its
-    /// own: for each lag its discrete pole l, and the row that maps [com, com_vel, zmp] to its output. That of the last
-    /// one is the ZMP, and that of a lag which only the other axis has is its input.
+    /// The observable part of the loop as a cascade of first-order lags, one for each pole in `through`, which must
+    /// include the loop's own observable poles. For each lag it gives the discrete pole l and the row that maps [com,
+    /// com_vel, zmp] to the output of the lag. The output of the last lag is the ZMP. Lags before the first of the
+    /// loop's own poles have the output 0.
     pub(super) fn cascade(&self, pendulum: &Pendulum, through: &[f64]) -> Vec<(f64, RowVector3<f64>)> {
         let mut own = self.observable_poles();
         let mut row = RowVector3::new(0.0, 0.0, 1.0);

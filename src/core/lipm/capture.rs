@@ -19,24 +19,24 @@
 //! weight. After the last footstep both ankles share it, and hold it on the larger part D, so that the sum has
 //! `(1 - w) B + w D` in the place of B, with w = q1 .. qN.
 //!
-//! The set of all impulses is the union of these sets over the sequences of regions. Each is a polygon: the
+//! The set of all impulses is the union of these sets over the sequences of regions. Each of them is a polygon: the
 //! hull of two boxes, without and with the last footstep. The largest J along a heading is found by going through the
-//! sequences of at most [`MOST_STEPS`] footsteps in which all footsteps from the second on land in the same region, so
-//! that a crossing may come first or follow another footstep. What other sequences bring is not known to be less, but
-//! it is shrunk by q1 q2.
+//! sequences of at most [`MOST_STEPS`] footsteps in which all footsteps from the third on land in the same region as
+//! the second, so that a crossing may come first or follow another footstep. Other sequences may bring more, but their
+//! gain is shrunk by q1 q2.
 //!
-//! These bounds are a yardstick, not a ceiling for every robot: they leave out leaps, angular momentum and rocking.
+//! These bounds are a yardstick, not a limit of every robot: they leave out leaps, angular momentum and rocking.
 
 use crate::geometry::SupportPolygon;
 use nalgebra::{Point2, Vector2};
 use std::f64::consts::PI;
 
-/// Largest number of footsteps that is tried: "any number". More would bring less than a thousandth.
+/// Largest number of footsteps that is tried, for "any number". More would bring less than a thousandth.
 pub const MOST_STEPS: usize = 10;
-/// Number of footsteps that each may take any region.
+/// Number of first footsteps each of which may take any region.
 const FREE_STEPS: usize = 2;
-/// Where a foot can land, and the time of its swing (s): smallest and largest offsets from the centre of the stance
-/// sole to that of the landing one (m), x forward and y to the side of the swing foot.
+/// Offsets from the centre of the stance sole to the centre of a landing sole, and the time of the swing (s). The
+/// offsets have a smallest and a largest value for each axis (m), x forward and y to the side of the swing foot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Region {
     pub x_m: [f64; 2],
@@ -52,16 +52,15 @@ pub struct SteppingPendulum {
     pub omega: f64,
     /// The COM at rest, where the dcm starts (m).
     pub com: Point2<f64>,
-    /// Smallest and largest coordinates, about the centre of a sole (m), of where the ZMP can be while that foot stands
-    /// alone.
+    /// Smallest and largest coordinates of the ZMP, about the centre of a sole (m), while that foot stands alone.
     pub sole_x_m: [f64; 2],
     pub sole_y_m: [f64; 2],
-    /// The same while both feet stand.
+    /// Smallest and largest coordinates of the ZMP about the centre of a sole (m), while both feet stand.
     pub both_x_m: [f64; 2],
     pub both_y_m: [f64; 2],
     /// Distance between the soles' centres (m).
     pub stance_width_m: f64,
-    /// Where a foot can land. Without any there are no footsteps.
+    /// The regions where a foot can land. If there are none, there are no footsteps.
     pub regions: Vec<Region>,
 }
 
@@ -69,7 +68,7 @@ pub struct SteppingPendulum {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
     pub no_step_n_s: f64,
-    /// With at most one footstep; not less than without.
+    /// With at most one footstep; it is not less than without.
     pub one_step_n_s: f64,
     /// With any number of footsteps.
     pub n_step_n_s: f64,
@@ -87,7 +86,7 @@ impl Span {
         Self { low: Vector2::new(x0, y0), high: Vector2::new(x1, y1) }
     }
 
-    /// All sums of a point of this box, and `weight` times a point of the other.
+    /// The box of all sums of a point of this box and `weight` times a point of the other.
     fn plus(self, other: Self, weight: f64) -> Self {
         Self { low: self.low + other.low * weight, high: self.high + other.high * weight }
     }
@@ -104,7 +103,7 @@ impl Span {
     }
 }
 
-/// What comes before a footstep: the set of dcms so far, and the factor by which it scales what follows.
+/// The sums of a sequence before its next footstep: the set of dcms so far, and the factor that scales the rest.
 struct Start {
     set: Span,
     weight: f64,
@@ -120,7 +119,7 @@ impl SteppingPendulum {
         }
     }
 
-    /// The bound with at most so many footsteps (N s), with the better foot as the first stance foot. Without a
+    /// The bound with at most `steps` footsteps (N s), with the better foot as the first stance foot. Without a
     /// footstep it is m omega d, with d from the COM to the edge of the soles' hull. It is 0 if these footsteps recover
     /// from no impulse in this heading.
     pub fn at_most_n_s(&self, heading_deg: f64, steps: usize) -> f64 {
@@ -133,8 +132,8 @@ impl SteppingPendulum {
         self.mass_kg * self.omega * best
     }
 
-    /// Goes through the sequences of footsteps, of which `done` are done and `most` are the most, and raises `best`
-    /// (m) to the farthest dcm. The next one is to the side `side`, in one of `regions`.
+    /// Goes through the sequences of at most `most` footsteps that continue the first `done` ones, and raises `best`
+    /// (m) to the farthest dcm. The next footstep is to the side `side`, in one of `regions`.
     fn step(
         &self,
         along: Vector2<f64>,
@@ -170,7 +169,7 @@ impl SteppingPendulum {
         Span { low: self.sole(-1.0).low, high: self.sole(1.0).high }.plus(self.gain_of_both(), 1.0)
     }
 
-    /// How much farther both ankles hold the ZMP than one: D - B.
+    /// How much farther two ankles hold the ZMP than one: D - B.
     fn gain_of_both(&self) -> Span {
         let gain = |[both, one]: [[f64; 2]; 2]| [both[0] - one[0], both[1] - one[1]];
         Span::new(gain([self.both_x_m, self.sole_x_m]), gain([self.both_y_m, self.sole_y_m]))
@@ -184,7 +183,7 @@ pub fn rectangular_push_factor(omega: f64, duration_s: f64) -> f64 {
     if angle < 1e-9 { 1.0 } else { angle / -(-angle).exp_m1() }
 }
 
-/// The same ratio for a force that is half a period of a sine.
+/// The ratio of [`rectangular_push_factor`] for a force that is half a period of a sine.
 pub fn half_sine_push_factor(omega: f64, duration_s: f64) -> f64 {
     let turn = omega * duration_s / PI;
     2.0 * (1.0 + turn * turn) / (1.0 + (-omega * duration_s).exp())

@@ -1,5 +1,5 @@
-//! Footsteps that are planned anew during the swing: where the foot is to land, and where the ZMP is to be until then,
-//! so that the DCM ends inside of the new support polygon. The paper plans a footstep only once.
+//! Plans footsteps anew during the swing: where the foot lands, and where the ZMP is until then, so that the DCM ends
+//! inside of the new support polygon. The paper plans a footstep only once.
 //!
 //! While the foot is in the air, for a time T, the DCM diverges from the ZMP p inside of the stance sole (eq. 1, 2):
 //!
@@ -15,10 +15,10 @@
 //! min over p in the sole, f within reach of  (dcm(T) - s f)^2 + TIE (p^2 + (f - home)^2)
 //! ```
 //!
-//! has two variables in a box and a closed-form solution. The small cost TIE only decides between equally good footsteps.
-//! Of several shares the one with the least cost is taken, where
-//! a DCM outside of the support polygon costs far more than the rest. Solved at every tick, landing place and ZMP
-//! follow the DCM.
+//! has two variables in a box and a closed-form solution. The small cost TIE only decides between equally good
+//! footsteps. The problem is solved for several shares, and the solution with the least cost is taken, where a DCM
+//! outside of the support polygon costs far more than the rest. It is solved anew at every tick, so landing place and
+//! ZMP follow the DCM.
 
 use super::relaxation::in_box;
 use crate::arrays::exactly;
@@ -32,7 +32,7 @@ use serde::{Deserialize, Serialize};
 pub struct CatchingTable {
     /// In COM heights.
     pub lift: f64,
-    /// In 1/omega, as all that follows.
+    /// In 1/omega, as all fields below.
     pub late: f64,
     pub pause: f64,
     /// At most half of the robot's quickest swing.
@@ -42,7 +42,7 @@ pub struct CatchingTable {
     /// How every footstep that catches departs from the rule.
     #[serde(default, skip_serializing_if = "Departure::is_none")]
     pub every: Departure,
-    /// How the first footsteps depart from it beyond that, in order.
+    /// Departures of the first footsteps beyond `every`, in their order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub departures: Vec<Departure>,
 }
@@ -53,28 +53,28 @@ pub struct CatchingTable {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Departure {
-    /// The foot is lifted when the DCM is so far outside of the support polygon, in COM heights; sooner if negative.
+    /// Distance of the DCM from the support polygon at which the foot is lifted, in COM heights; inside if negative.
     #[serde(skip_serializing_if = "is_none")]
     pub lift: f64,
-    /// A footstep of the left foot counts as if it missed by so much more, in COM heights; of the right one if negative.
+    /// Added miss of a footstep of the left foot, in COM heights. It is subtracted for the right foot.
     #[serde(skip_serializing_if = "is_none")]
     pub left: f64,
-    /// A footstep with crossed legs counts as if it missed by so much more, in COM heights.
+    /// Added miss of a footstep with crossed legs, in COM heights.
     #[serde(skip_serializing_if = "is_none")]
     pub crossed: f64,
-    /// Shift of the landing place, also beyond reach, and of the ZMP within the sole, in COM heights: forward, and to the
-    /// side of the foot in the air.
+    /// Shift of the landing place, also beyond reach, and of the ZMP within the sole, in COM heights: forward, and to
+    /// the side of the foot in the air.
     #[serde(deserialize_with = "exactly", skip_serializing_if = "are_none")]
     pub place: [f64; 2],
     #[serde(deserialize_with = "exactly", skip_serializing_if = "are_none")]
     pub zmp: [f64; 2],
-    /// The swing takes e^slower times as long.
+    /// The swing takes e^slower times its planned time.
     #[serde(skip_serializing_if = "is_none")]
     pub slower: f64,
-    /// The trunk turns during the swing by so much about its x and y axes (rad), and stays so until the next footstep.
+    /// Turn of the trunk during the swing about its x and y axes (rad). It stays until the next footstep.
     #[serde(deserialize_with = "exactly", skip_serializing_if = "are_none")]
     pub tilt: [f64; 2],
-    /// The COM is so much lower at the landing, in COM heights.
+    /// How much lower the COM is at the landing, in COM heights.
     #[serde(skip_serializing_if = "is_none")]
     pub lower: f64,
 }
@@ -88,12 +88,12 @@ fn are_none(numbers: &[f64; 2]) -> bool {
 }
 
 impl Departure {
-    /// How many numbers it has.
+    /// Number of numbers in a departure.
     pub const NUMBERS: usize = 11;
-    /// Largest size of each number, in the order of [`numbers`](Self::numbers).
+    /// Largest magnitude of each number, in the order of [`numbers`](Self::numbers).
     pub const MOST: [f64; Self::NUMBERS] = [0.3, 1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 1.0, 1.0, 1.0, 0.5];
 
-    /// Its numbers, in the order of the fields.
+    /// The numbers of the departure, in the order of the fields.
     pub fn numbers(&self) -> [f64; Self::NUMBERS] {
         let Self { lift, left, crossed, place: [x, y], zmp: [zmp_x, zmp_y], slower, tilt: [roll, pitch], lower } =
             *self;
@@ -104,14 +104,14 @@ impl Departure {
         *self == Self::default()
     }
 
-    /// Both departures at once: the sum of each number.
+    /// The sum of two departures, number by number.
     pub fn and(&self, other: &Self) -> Self {
         let mut numbers = self.numbers();
         numbers.iter_mut().zip(other.numbers()).for_each(|(number, more)| *number += more);
         Self::of_numbers(numbers)
     }
 
-    /// The departure with these numbers, each cut to its largest size.
+    /// The departure with these numbers, each clamped to its largest magnitude.
     pub fn of_numbers(mut numbers: [f64; Self::NUMBERS]) -> Self {
         numbers.iter_mut().zip(Self::MOST).for_each(|(number, most)| *number = number.clamp(-most, most));
         let [lift, left, crossed, x, y, zmp_x, zmp_y, slower, roll, pitch, lower] = numbers;
@@ -161,7 +161,7 @@ impl CatchingTable {
     }
 }
 
-/// Rules of these footsteps for one robot.
+/// Rules of the footsteps of one robot that are planned anew during the swing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Catching {
     /// Largest height of the sole in a swing (m).
@@ -170,22 +170,22 @@ pub struct Catching {
     pub late_s: f64,
     /// Shortest time from a landing to the next lift (s).
     pub pause_s: f64,
-    /// Time until the ZMP is where it is wanted, if the foot to be lifted carries the whole weight (s); in proportion
-    /// for less. So a foot with more load costs more time.
+    /// Time until the ZMP is where it is wanted, if the foot to be lifted carries the whole weight (s). For a smaller
+    /// load it is in proportion, so a foot with more load costs more time.
     pub transfer_s: f64,
-    /// Time before the landing from which the landing place is fixed (s). A foot that is redirected to the end lands
-    /// fast.
+    /// Time before the landing from which on the landing place is fixed (s). A foot whose landing place changed up to
+    /// the end would land fast.
     pub settle_s: f64,
     /// How every footstep that catches departs from the rule.
     pub every: Departure,
 }
 
-/// How many footsteps can depart from the rule.
+/// Number of first footsteps that can depart from the rule.
 pub const DEPARTURES: usize = 4;
-/// Of the first footsteps.
+/// Departures of the first footsteps.
 pub type Departures = [Departure; DEPARTURES];
 
-/// The first departures of a list, and none for the footsteps that it leaves out.
+/// The first departures of a list. Footsteps beyond the end of the list have none.
 pub fn first(list: &[Departure]) -> Departures {
     std::array::from_fn(|i| list.get(i).copied().unwrap_or_default())
 }
@@ -198,8 +198,8 @@ pub struct CatchProblem {
     pub omega: f64,
     /// Smallest and largest x, and y, of the ZMP.
     pub zmp: [[f64; 2]; 2],
-    /// Smallest and largest x, and y, from a point between the feet's middle and the landing foot, of a DCM that is
-    /// inside of the support polygon.
+    /// Smallest and largest x, and y, of a DCM inside of the support polygon, relative to any point from the middle of
+    /// the feet to the landing foot.
     pub support: [[f64; 2]; 2],
     /// Smallest and largest x, and y, of the landing place.
     pub reach: [[f64; 2]; 2],
@@ -208,12 +208,12 @@ pub struct CatchProblem {
 }
 
 impl CatchProblem {
-    /// The same problem with the landing place fixed.
+    /// The problem with the landing place fixed.
     pub fn landing_at(self, place: Vector2<f64>) -> Self {
         Self { reach: [[place.x; 2], [place.y; 2]], ..self }
     }
 
-    /// What a DCM outside of the support by `miss` (m) adds to [`CatchPlan::cost`].
+    /// The share of a `miss` (m) in [`CatchPlan::cost`].
     pub fn cost_of_miss(&self, miss: f64) -> f64 {
         MISS * self.home.norm() * miss
     }
@@ -228,19 +228,19 @@ pub struct CatchPlan {
     pub place: Vector2<f64>,
     /// DCM at the landing (m).
     pub dcm: Vector2<f64>,
-    /// Distance of that DCM from the part of the support polygon between the feet's middle and the landing foot (m); 0
+    /// Distance of `dcm` from the part of the support polygon between the feet's middle and the landing foot (m); 0
     /// inside.
     pub miss: f64,
-    /// Cost in squared metres, in which `miss` counts `MISS` times the distance between the feet at home times its length.
+    /// Cost (m^2). A `miss` costs `MISS` times the distance between the feet at home times `miss`.
     pub cost: f64,
 }
 
 /// The shares s that are tried.
 const SHARES: [f64; 6] = [0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
-/// Cost of a DCM outside of the support, per metre, in distances between the feet at home (m). It exceeds all other costs.
+/// Cost of a DCM outside of the support, per metre, in distances between the feet at home. It exceeds all other costs.
 const MISS: f64 = 1000.0;
-/// Cost of a ZMP away from the middle of the stance sole, and of a landing place away from home, relative to the cost of
-/// a DCM away from the middle of its support.
+/// Cost of a ZMP away from the middle of the stance sole, and of a landing place away from home, relative to the cost
+/// of a DCM away from the middle of its support.
 const TIE: f64 = 1e-6;
 
 /// The best footstep with `time_s` (s) left until its landing, for a `dcm` now (m, in the frame of [`CatchProblem`]).
@@ -298,7 +298,7 @@ mod tests {
 
     #[test]
     fn a_push_to_the_side_is_best_taken_by_the_foot_on_the_far_side() {
-        // For 65 mm to the side, the foot on that side would have to land beyond its reach.
+        // For a DCM 65 mm to the side, the foot on that side would have to land beyond its reach.
         let near = plan(&PROBLEM, pushed(0.0, 0.065), TIME_S);
         let far = plan(&PROBLEM, pushed(0.0, -0.065), TIME_S);
         // By hand: with the ZMP 32 mm to that side, the DCM ends at e^(omega T) (113.5 - 32) + 32 = 221.6 mm.
@@ -329,7 +329,7 @@ mod tests {
     proptest! {
         #![proptest_config(cases(5, 300))]
 
-        /// No other ZMP and place within reach cost less, and the planned DCM is that of the pendulum.
+        /// No other ZMP and place within reach cost less, and the planned DCM obeys the pendulum.
         #[test]
         fn no_other_zmp_and_place_cost_less(
             dcm in [-0.2..0.2f64, -0.1..0.25f64], time in 0.02..0.3f64, other in [-1.0..1.0f64, -1.0..1.0, 0.0..1.0, 0.0..1.0],

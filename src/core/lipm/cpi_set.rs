@@ -2,10 +2,11 @@
 //!
 //! The maximal constraint positively invariant (CPI) set of a closed loop with a support polygon Z is the set of all
 //! states from which the loop runs to the origin without the ZMP ever leaving Z. It is a polytope with finitely many
-//! rows (eq. 22). With a pole at -omega it is unbounded along the convergent mode, since the feedback does not read it.
+//! rows (eq. 22). With a pole at -omega the set is unbounded along the convergent mode, since the feedback does not
+//! read this mode.
 //!
-//! The set of a gain with a [`Spread`] is the maximal robust one: the ZMP stays inside for
-//! all disturbances. Then the rows of each prediction are relative to Z less the spread at that prediction.
+//! The set of a gain with a [`Spread`] is the maximal robust CPI set: the ZMP stays inside for all disturbances. Then
+//! the rows of each prediction are relative to Z less the spread at that prediction.
 
 use super::disturbance::Spread;
 use super::gains::{Gain, GainFamily};
@@ -16,11 +17,11 @@ use crate::geometry::polytope::Polytope;
 use nalgebra::{DMatrix, Vector2};
 use std::sync::{Mutex, PoisonError};
 
-/// Largest number of periods in a search, beyond which it fails.
+/// Largest number of periods in a search. A search that needs more fails.
 pub const MAX_HORIZON: usize = 8192;
-/// A row is redundant if no state of the set exceeds it by more than this.
+/// Excess below which a row is redundant: no state of the set exceeds the row by more.
 const REDUNDANT: f64 = 1e-9;
-/// Sets count as nested if no row is exceeded by more than this.
+/// Excess below which sets count as nested: no state of the inner set exceeds a row of the outer set by more.
 const NESTED: f64 = 1e-6;
 
 /// The maximal CPI set (O_inf) of one gain on one support polygon.
@@ -58,7 +59,7 @@ impl CpiSet {
         family.gains.iter().map(|gain| Self::search(gain, family.pendulum, polygon)).collect()
     }
 
-    /// The rows of eq. 22 and 25 for a given k, whether or not it is large enough.
+    /// The rows of eq. 22 and 25 for a given k, which need not be large enough.
     pub fn stacked(gain: &Gain, polygon: &SupportPolygon, horizon: usize) -> Result<Polytope> {
         Ok(Stack::of(gain, polygon)?.up_to(horizon))
     }
@@ -71,7 +72,7 @@ impl CpiSet {
     }
 
     /// Largest impulse J from rest along `direction`, divided by `m omega d`, with d from the origin to the polygon's
-    /// edge. The value 1 would be all that standing can take.
+    /// edge. The value 1 would be the largest impulse without a footstep.
     pub fn largest_impulse_from_rest(&self, direction: Vector2<f64>) -> f64 {
         let d = self.polygon.distance_along(nalgebra::Point2::origin(), direction).unwrap_or(f64::NAN);
         self.largest_com_vel_from_rest(direction) / (self.pendulum.omega * d)
@@ -83,7 +84,7 @@ impl CpiSet {
     }
 }
 
-/// Which sets of a family contain which.
+/// Which CPI sets of a family lie inside which.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inclusion {
     /// Names of the gains, slow to fast.
@@ -122,9 +123,9 @@ impl Inclusion {
     }
 }
 
-/// Checks inclusion when a family is loaded: returns a warning if the set of a gain is not inside that of its slower
-/// neighbour. It is faster than [`Inclusion::of`], which compares all pairs. For the same gains on the same polygon it
-/// is computed once in a process, since it takes hundreds of linear programs.
+/// Checks inclusion when a family is loaded: returns a warning if the CPI set of a gain is not inside the set of its
+/// slower neighbour. This is faster than [`Inclusion::of`], which compares all pairs. For the same gains on the same
+/// polygon the result is computed once in a process, since it takes hundreds of linear programs.
 ///
 /// It fails as [`CpiSet::search`] does.
 pub fn nesting_warning(family: &GainFamily, support: &SupportPolygon) -> Result<Option<String>> {
@@ -174,7 +175,7 @@ pub fn maximal_cpi(a: &DMatrix<f64>, s0: &DMatrix<f64>) -> Result<(usize, Polyto
 ///
 /// The paper increases i until all rows of prediction i + 1 are redundant, each tested by a linear program on Set(S_i).
 /// From then on they stay redundant (`Set(S_i) = Set(S_i+1)` is invariant), so doubling and bisection find k with fewer
-/// programs. The same holds with disturbances (Kolmanovsky and Gilbert 1998, theorem 6.3).
+/// programs. This also holds with disturbances (Kolmanovsky and Gilbert 1998, theorem 6.3).
 fn smallest_horizon(mut stack: Stack) -> Result<(usize, Polytope)> {
     // The smallest k that passes the test lies in low..=high.
     let (mut low, mut high) = (0, 8);
@@ -209,7 +210,7 @@ struct Stack {
 }
 
 impl Stack {
-    /// It fails if the set is empty.
+    /// The stack of a gain on a polygon. It fails if the CPI set is empty.
     fn of(gain: &Gain, polygon: &SupportPolygon) -> Result<Self> {
         let stack = Self { a: closed_loop(gain), blocks: vec![constraint_rows(polygon)?], spread: gain.spread.clone() };
         if (0..stack.blocks[0].nrows()).any(|edge| stack.distance(edge, gain.spread.limit()) <= 0.0) {
@@ -221,7 +222,7 @@ impl Stack {
         Ok(stack)
     }
 
-    /// Distance of an edge of Z less a spread (m), as a share of that of the edge of Z.
+    /// Distance of an edge of Z less a spread (m), as a share of the distance of the edge of Z.
     fn distance(&self, edge: usize, [x, y]: [f64; 2]) -> f64 {
         let row = self.blocks[0].row(edge);
         1.0 - row[2].abs() * x - row[5].abs() * y

@@ -1,15 +1,15 @@
-//! Bounded disturbances of the pendulum, for sets that hold on robots that differ from it.
+//! Bounded disturbances of the pendulum, for CPI sets that hold on robots that differ from it.
 //!
 //! A disturbance w shifts the ZMP at which the ground acts: `com_acc = omega^2 (com - zmp - w)`. It stands for all that
-//! the pendulum leaves out: an unknown place of the COM, a ZMP that does not follow, moving limbs, a delay, noise. All
-//! that is known of it is a bound for each axis; it may be constant or change at every tick.
+//! the pendulum leaves out: an unknown place of the COM, a ZMP that does not follow, moving limbs, a delay, noise. Only
+//! a bound for each axis is known of w; w may be constant or change at every tick.
 //!
-//! A gain answers to what the disturbances did, so that the ZMP j periods ahead is the predicted one plus a sum over the
-//! disturbances until then. The largest value of this sum is the [`Spread`]. The ZMP stays inside the support for all
-//! disturbances if the predicted one stays inside the support less the spread. This gives the maximal robust CPI set (E.
-//! G. Gilbert and K. T. Tan, Linear systems with state and control constraints, IEEE Trans. Automatic Control 36(9),
-//! 1991; I. Kolmanovsky and E. G. Gilbert, Theory and computation of disturbance invariant sets for discrete-time linear
-//! systems, Mathematical Problems in Engineering 4, 1998, eq. 5.1 and theorem 6.3).
+//! A gain responds to the effects of the disturbances, so that the ZMP j periods ahead is the predicted one plus a sum
+//! over the disturbances until then. The largest value of this sum is the [`Spread`]. The ZMP stays inside the support
+//! for all disturbances if the predicted one stays inside the support less the spread. This gives the maximal robust
+//! CPI set (E. G. Gilbert and K. T. Tan, Linear systems with state and control constraints, IEEE Trans. Automatic
+//! Control 36(9), 1991; I. Kolmanovsky and E. G. Gilbert, Theory and computation of disturbance invariant sets for
+//! discrete-time linear systems, Mathematical Problems in Engineering 4, 1998, eq. 5.1 and theorem 6.3).
 
 use super::axis_loop::AxisLoop;
 use super::pendulum::Pendulum;
@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 /// Periods after which the sum of a spread is replaced by its bound, which makes the set a little too small.
 const MAX_PERIODS: usize = 20_000;
-/// The sum ends when what follows is less than this (m per m of disturbance).
+/// Remainder at which the sum ends (m per m of disturbance).
 const NEGLIGIBLE: f64 = 1e-13;
 
 /// Bound of the disturbance of the ZMP in a file, in half sole lengths: one number for both axes, or one for each.
@@ -49,7 +49,7 @@ impl ZmpDisturbance {
         self.bounds() == Vector2::zeros()
     }
 
-    /// The value as it stands in a file, times `factor`.
+    /// The text of the value in a file, times `factor`.
     pub(super) fn text(self, factor: f64) -> String {
         match self {
             Self::Both(bound) => format!("{:.4}", bound * factor),
@@ -58,7 +58,7 @@ impl ZmpDisturbance {
     }
 }
 
-/// How far disturbances can have moved the ZMP of a closed loop, for each number of periods.
+/// Largest distance by which disturbances can have moved the ZMP of a closed loop, for each number of periods.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Spread {
     /// In x and y (m); the last value is the limit. Empty without disturbances.
@@ -87,14 +87,14 @@ impl Spread {
         self.after.get(periods).copied().unwrap_or_else(|| self.limit())
     }
 
-    /// Largest distance by which it can ever have moved, in x and y (m).
+    /// Largest distance by which disturbances can ever have moved the ZMP, in x and y (m).
     pub fn limit(&self) -> [f64; 2] {
         self.after.last().copied().unwrap_or_default()
     }
 }
 
-/// Sums of `|C A^i E|` over i < j for j = 0, 1, ... (m per m), where A is the closed loop, E the effect of a disturbance
-/// over a period, and C takes the ZMP. The last value bounds all that follow.
+/// Sums of `|C A^i E|` over i < j for j = 0, 1, ... (m per m), where A is the closed loop, E the effect of a
+/// disturbance over a period, and C the row that gives the ZMP. The last value bounds all later ones.
 fn per_metre(pendulum: &Pendulum, axis: &AxisLoop) -> Vec<f64> {
     let lags = axis.cascade(pendulum, &axis.observable_poles());
     let mut state = pendulum.disturbance();

@@ -1,9 +1,9 @@
 //! Gain sets: the content of a TOML file under `assets/gains/`, and the feedback gains that follow from it (eq. 11-13).
 //!
-//! A family of gains is ordered from slow to fast. It nests (Sect. III.D: the CPI set of a faster gain lies inside that
-//! of a slower one) if every gain has one pole at -omega, so that the feedback acts on the divergent component alone,
-//! one fast pole that all gains share, and one slow pole that orders them. With other poles it may not nest;
-//! [`Inclusion`](super::cpi_set::Inclusion) checks this.
+//! A family of gains is ordered from slow to fast. It nests (Sect. III.D: the CPI set of a faster gain lies inside the
+//! set of a slower one) if every gain has three such poles: one at -omega, so that the feedback acts on the divergent
+//! component alone, a fast one that all gains share, and a slow one that orders the gains. With other poles the family
+//! may not nest; [`Inclusion`](super::cpi_set::Inclusion) checks this.
 
 use super::axis_loop::AxisLoop;
 use super::catching::CatchingTable;
@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum OutOfSets {
-    /// The slowest gain, whose set is the largest.
+    /// The slowest gain, whose CPI set is the largest.
     #[default]
     Slowest,
     /// The fastest gain, which moves the ZMP farthest beyond the DCM.
@@ -40,29 +40,29 @@ pub struct GainSet {
     /// The kind of controller, `cpi`, which may be left out.
     #[serde(default, skip_serializing)]
     pub kind: Option<String>,
-    /// Name of the set in tables and results.
+    /// Name of the gain set in tables and results.
     pub name: String,
-    /// A sentence that describes the set.
+    /// A sentence that describes the gain set.
     #[serde(default)]
     pub description: String,
     /// The ZMP keeps this distance from the edges of the support polygon, in half sole lengths.
     #[serde(default = "default_zmp_margin")]
     pub zmp_margin: f64,
     /// The CPI sets hold for every disturbance of the ZMP up to this bound on each axis, in half sole lengths; see
-    /// [`disturbance`](super::disturbance). With 0 they are the paper's.
+    /// [`disturbance`](super::disturbance). With 0 they are the CPI sets of the paper.
     #[serde(default, skip_serializing_if = "ZmpDisturbance::is_none")]
     pub zmp_disturbance: ZmpDisturbance,
-    /// Which gain acts when no set contains the state.
+    /// Which gain acts when no CPI set contains the state.
     #[serde(default, skip_serializing_if = "OutOfSets::is_default")]
     pub out_of_sets: OutOfSets,
     /// The gains, from slow to fast.
     #[serde(default)]
     pub gains: Vec<GainPoles>,
-    /// How to step when no gain's set contains the state, by the paper's rule.
+    /// The paper's rule for footsteps when no CPI set contains the state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stepping: Option<SteppingTable>,
-    /// How to step by the rule that plans anew during the swing. With neither table the robot only stands; both are
-    /// refused.
+    /// The rule that plans footsteps anew during the swing. With neither table the robot only stands; a file with both
+    /// tables is refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub catching: Option<CatchingTable>,
 }
@@ -78,10 +78,10 @@ pub struct GainPoles {
     pub y: [f64; 3],
 }
 
-/// Most gains of a set. The CPI sets of as many take some seconds.
+/// Largest number of gains in a gain set. The CPI sets of 32 gains take some seconds.
 const MOST_GAINS: usize = 32;
-/// Slowest and fastest pole, as a multiple of -omega. A faster one acts within a control period like this one, and its
-/// powers leave the range of numbers.
+/// Slowest and fastest pole, as a multiple of -omega. The effect of the fastest one decays within a control period.
+/// With faster poles, the powers of the poles would leave the range of numbers.
 const POLES: [f64; 2] = [1e-4, 500.0];
 /// Largest margin and disturbance of the ZMP, in half sole lengths.
 const MOST_OF_SOLE: f64 = 10.0;
@@ -91,7 +91,7 @@ fn default_zmp_margin() -> f64 {
 }
 
 impl GainSet {
-    /// Checks the values. Errors name the set `file`.
+    /// Checks the values. Errors name the gain set `file`.
     pub fn validate(&self, file: &str) -> Result<()> {
         if self.name.trim().is_empty() {
             return Err(Error::value(file, "name", format!("{:?}", self.name), "is empty", "a name"));
@@ -157,18 +157,18 @@ pub struct Gain {
     pub name: String,
     pub x: AxisLoop,
     pub y: AxisLoop,
-    /// How far disturbances can have moved the ZMP; none in the paper.
+    /// Largest distances by which disturbances can have moved the ZMP; none in the paper.
     pub spread: Spread,
 }
 
 impl Gain {
-    /// Places the poles. The sets of this gain are those without disturbances.
+    /// Places the poles. The CPI sets of this gain hold without disturbances.
     pub fn design(pendulum: &Pendulum, poles: &GainPoles) -> Self {
         let (x, y) = (AxisLoop::design(pendulum, poles.x), AxisLoop::design(pendulum, poles.y));
         Self { name: poles.name.clone(), x, y, spread: Spread::default() }
     }
 
-    /// The same gain, whose sets hold for all disturbances of the ZMP of at most `bounds` (m).
+    /// The gain with CPI sets that hold for all disturbances of the ZMP of at most `bounds` (m).
     pub fn under(self, pendulum: &Pendulum, bounds: Vector2<f64>) -> Self {
         Self { spread: Spread::new(pendulum, &self.x, &self.y, bounds), ..self }
     }
@@ -208,7 +208,7 @@ pub struct GainFamily {
     pub zmp_margin: f64,
     /// Bound of the disturbance of the ZMP, in half sole lengths; see [`GainSet::zmp_disturbance`].
     pub zmp_disturbance: ZmpDisturbance,
-    /// Which gain acts when no set contains the state.
+    /// Which gain acts when no CPI set contains the state.
     pub out_of_sets: OutOfSets,
     pub pendulum: Pendulum,
     /// The gains, from slow to fast.
@@ -216,8 +216,8 @@ pub struct GainFamily {
 }
 
 impl GainFamily {
-    /// The polygon in which the ZMP may be: `support` less the set's margin. It fails (naming `file`) if nothing is
-    /// left.
+    /// The polygon in which the ZMP may be: `support` less the gain set's margin. It fails (naming `file`) if nothing
+    /// is left.
     pub fn allowed_support(&self, support: &SupportPolygon, file: &str) -> Result<SupportPolygon> {
         support.inset(self.zmp_margin).ok_or_else(|| {
             let value = format!("{:.4}", self.zmp_margin / self.half_sole_m);
@@ -226,8 +226,8 @@ impl GainFamily {
         })
     }
 
-    /// Checks that every gain has a set on `support`, where the ZMP may be. It fails (naming `file`) if disturbances can
-    /// move a ZMP from the origin out of it.
+    /// Checks that every gain has a CPI set on `support`, where the ZMP may be. It fails (naming `file`) if
+    /// disturbances can move a ZMP at the origin out of `support`.
     pub fn check_disturbance(&self, support: &SupportPolygon, file: &str) -> Result<()> {
         let (mut worst, mut gain) = (0.0_f64, "");
         for candidate in &self.gains {
@@ -252,14 +252,14 @@ impl GainFamily {
         self.zmp_disturbance.bounds() * self.half_sole_m
     }
 
-    /// The same family without disturbances, so with the sets of the paper.
+    /// The family without disturbances, with the CPI sets of the paper.
     pub fn undisturbed(&self) -> Self {
         let gains = self.gains.iter().map(|gain| Gain { spread: Spread::default(), ..gain.clone() }).collect();
         Self { zmp_disturbance: ZmpDisturbance::default(), gains, ..self.clone() }
     }
 
-    /// Places the poles of every gain, for a robot whose soles have half the length `half_sole_m` (m). It fails if the set
-    /// or the pendulum is not valid.
+    /// Places the poles of every gain, for a robot whose soles have half the length `half_sole_m` (m). It fails if the
+    /// gain set or the pendulum is not valid.
     pub fn design(set: &GainSet, pendulum: Pendulum, half_sole_m: f64) -> Result<Self> {
         set.validate(&set.name)?;
         for (field, value) in [("omega", pendulum.omega), ("dt", pendulum.dt)] {

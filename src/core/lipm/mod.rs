@@ -1,11 +1,11 @@
 //! The COG-ZMP inverted pendulum (paper, Sect. II), its feedback gains, and their maximal CPI sets (Sect. III, IV).
 //!
-//! [`cpi_set`] computes a set for one polygon by linear programs and keeps its matrix, for tables, plots, inclusion
-//! tests and export. [`online`] tests at every tick whether the same set contains a state, on any polygon and without a
-//! search; the controller uses this. [`disturbance`] makes both of them robust. [`stepping`] and [`relaxation`] are for
-//! when no set contains the state: where the foot may land, and how COM and ZMP move while it is in the air (Sect. V).
-//! [`catching`] plans both anew at every tick. [`capture`] gives the bounds by which all of this is measured, namely the
-//! largest impulses that the pendulum can take.
+//! [`cpi_set`] computes a CPI set for one polygon by linear programs and keeps its matrix, for tables, plots, inclusion
+//! tests and export. [`online`] tests at every tick whether the same CPI set contains a state, on any polygon and
+//! without a search; the controller uses this. [`disturbance`] makes both of them robust. [`stepping`] and
+//! [`relaxation`] are for states in no CPI set: where the foot may land, and how COM and ZMP move while it is in the
+//! air (Sect. V). [`catching`] plans landing place and ZMP anew at every tick. [`capture`] gives the bounds by which
+//! all of this is measured: the largest impulses that the pendulum can take.
 
 pub mod axis_loop;
 pub mod capture;

@@ -3,7 +3,7 @@
 //! Eq. 25 keeps the number k of periods for which eq. 22 looks at the predicted ZMP. That k was found for one polygon,
 //! so on another one the set can be too large, which is the unsafe side. Here the rows are not stored. A row of eq. 22
 //! states that the ZMP predicted j periods ahead lies inside an edge of Z, so the prediction is computed forward and
-//! each predicted ZMP is tested against the edges. This needs a rule for when to stop that holds for every polygon.
+//! each predicted ZMP is tested against the edges. This needs a stopping rule that holds for every polygon.
 //!
 //! **The rule.** The observable part of a closed loop with poles `l_1 >= ... >= l_m` in [0, 1) is a cascade of
 //! first-order lags with unit gain. With the output `y_m = zmp` and `y_{k-1}(j) = (y_k(j+1) - l_k y_k(j)) / (1 - l_k)`,
@@ -13,22 +13,22 @@
 //! ```
 //!
 //! The `y_k` are points of the plane, because both axes run through the same lags, namely the poles of x and y
-//! together. Each `y_k(j+1)` is a convex combination of two of 0, y_1(j), ..., y_m(j). So if these lie in a convex Z
-//! that contains the origin, all later ones do too, including the ZMP. Therefore a state is
+//! together. Each `y_k(j+1)` is a convex combination of two of the points 0, y_1(j), ..., y_m(j). So if these points
+//! lie in a convex Z that contains the origin, all later ones do too, including the ZMP. Therefore a state is
 //!
 //! - *outside* of the maximal CPI set if a predicted ZMP leaves Z, and
 //! - *inside* if at some j, with no such ZMP before, the points y_1 ... y_m lie in Z.
 //!
-//! One of the two happens, because y tends to 0, which is inside Z. So the result is the maximal set itself on every
-//! polygon with the origin inside, also if it is off-centre or oblique, and with different poles in x and y. The same
-//! holds for scaled Z. So the gauge `max over j of gauge_Z(zmp(j))` is known as soon as no y_k(j) has a larger gauge
-//! than the ZMPs up to j, mostly when the ZMP is at its peak. In terms of eq. 25, k suits the present polygon and
-//! state.
+//! One of the two happens, because y tends to 0, which is inside Z. So the result is the maximal CPI set itself on
+//! every polygon with the origin inside, also if the polygon is off-centre or oblique, and with different poles in x
+//! and y. This also holds for scaled Z. So the gauge `max over j of gauge_Z(zmp(j))` is known as soon as no y_k(j) has
+//! a larger gauge than the ZMPs up to j, mostly when the ZMP is at its peak. In terms of eq. 25, k suits the present
+//! polygon and state.
 //!
 //! **With disturbances** the ZMP predicted j periods ahead must lie in Z less the [`Spread`] at j, which grows to a
 //! limit. The rule stays exact: a state is outside if a predicted ZMP leaves Z less the spread at its j, and inside if
-//! at some j, with no such ZMP before, all points lie in Z less the limit, because all later ZMPs then lie there, too. A
-//! gauge is relative to Z less the spread. If the limit leaves nothing of Z about the origin, the set is empty.
+//! at some j, with no such ZMP before, all points lie in Z less the limit, because all later ZMPs then lie there, too.
+//! A gauge is relative to Z less the spread. If the limit leaves nothing of Z about the origin, the set is empty.
 
 mod slice;
 
@@ -40,12 +40,14 @@ use nalgebra::{RowVector3, Vector2};
 
 /// Largest number of lags of one gain: three poles for each axis.
 const LAGS: usize = 6;
-/// Largest number of ticks in a prediction. The state then counts as if the points reached were its worst ones, which
+/// Largest number of ticks in a prediction. After them, the points that were reached count as the worst ones; they
 /// bound all later ones. This is too strict, and never too generous.
 const MAX_TICKS: usize = 4096;
-/// With an edge closer to the origin than this share of the distance of the farthest vertex, the set is empty.
+/// Distance of an edge from the origin below which the CPI set is empty, as a share of the distance of the farthest
+/// vertex.
 const NEAREST_EDGE: f64 = 1e-8;
-/// With an edge closer to the origin than this share of its distance, Z less the spread is empty.
+/// Distance of an edge of Z less the spread from the origin below which it is empty, as a share of the distance of the
+/// edge of Z.
 const MIN_DISTANCE: f64 = 1e-6;
 
 /// The maximal CPI sets of a family on the present support polygon. An index beyond the gains panics.
@@ -61,8 +63,8 @@ impl OnlineSets {
         Self { cascades }
     }
 
-    /// Sets the support `polygon` in the control frame, whose origin is where the COM is to be. If the origin is not
-    /// strictly inside, the sets are empty. It neither allocates nor searches.
+    /// Sets the support `polygon` in the control frame, whose origin is the desired place of the COM. If the origin is
+    /// not strictly inside, the CPI sets are empty. It neither allocates nor searches.
     pub fn update(&mut self, polygon: &SupportPolygon) {
         let region = Region::new(polygon);
         self.cascades.iter_mut().for_each(|cascade| cascade.update(region));
@@ -115,7 +117,8 @@ impl OnlineSets {
 
     /// The ZMP error that a footstep has to make good (m), the paper's Delta p_Z, which the paper does not define. Of
     /// the ZMPs that gain `index` is going to ask for, take the one farthest outside of the support polygon, and
-    /// subtract the nearest point of the polygon. The error points where the robot is driven, and is zero if none is.
+    /// subtract the nearest point of the polygon. The error points to where the robot is driven. It is zero if no such
+    /// ZMP is outside.
     ///
     /// "Farthest" and "nearest" are by the gauge of the polygon, so the nearest point lies on the line to the origin.
     /// With plain distances, every push beyond a long edge, even a diagonal one, would give an error straight forward
@@ -127,7 +130,7 @@ impl OnlineSets {
             if gauge > worst {
                 (worst, error) = (gauge, Vector2::from(self.cascades[index].zmp(&points)) * (1.0 - 1.0 / gauge));
             }
-            // As for the sets, what follows is no farther outside than the present points.
+            // Later ZMPs are no farther outside than the present points, as for the CPI sets.
             if self.cascades[index].bound(&points, gauge) <= worst {
                 break;
             }
@@ -177,8 +180,8 @@ impl Region {
         1.0 / rows.fold(f64::INFINITY, f64::min)
     }
 
-    /// Z less the rectangle of +-`spread` (m): the points that stay in Z wherever in the rectangle they are moved to.
-    /// It is empty unless it contains the origin.
+    /// Z less the rectangle of +-`spread` (m): the points that stay in Z if they are moved by any vector of the
+    /// rectangle. It is empty unless it contains the origin.
     fn less(&self, [x, y]: [f64; 2]) -> Self {
         let mut rest = *self;
         for i in 0..SupportPolygon::MAX {
@@ -213,7 +216,7 @@ struct Cascade {
     spread: Spread,
     /// Z.
     region: Region,
-    /// Z less the limit of the spread; empty if that leaves no set. Without disturbances it is Z.
+    /// Z less the limit of the spread. It is empty if this leaves no CPI set. Without disturbances it is Z.
     limit: Region,
 }
 
@@ -223,7 +226,7 @@ type Points = [[f64; 2]; LAGS];
 impl Cascade {
     fn new(pendulum: &Pendulum, gain: &Gain) -> Self {
         let (of_x, of_y) = (gain.x.observable_poles(), gain.y.observable_poles());
-        // The poles of both axes, each as often as in the axis that has it more often.
+        // The poles of both axes together. A pole of both axes appears as often as in the axis that has it more often.
         let mut poles = of_x.clone();
         let mut unmatched = of_x.clone();
         for p in &of_y {
@@ -287,7 +290,7 @@ impl Cascade {
         self.region.less(self.spread.after(tick)).gauge(self.zmp(points))
     }
 
-    /// Bound of the gauges of all ZMPs from a tick on, whose own `gauge` is given.
+    /// Bound of the gauges of all ZMPs from a tick on. `gauge` is the gauge at that tick.
     fn bound(&self, points: &Points, gauge: f64) -> f64 {
         let zmp = if self.spread.is_none() { gauge } else { self.limit.gauge(self.zmp(points)) };
         points[..self.len - 1].iter().map(|p| self.limit.gauge(*p)).fold(zmp, |m, v| if v > m { v } else { m })
@@ -321,7 +324,8 @@ mod tests {
         worst
     }
 
-    /// Both soles at home about the origin; the same shifted; a diagonal stride.
+    /// The polygon of both soles at home about the origin, the same polygon shifted, and the polygon of a diagonal
+    /// stride.
     fn polygons() -> [SupportPolygon; 3] {
         let stride = [(0.02, 0.01), (0.11, 0.01), (0.11, 0.08), (0.02, 0.08)];
         let points: Vec<_> = stride.iter().flat_map(|&(x, y)| [Point2::new(x, y), Point2::new(-x, -y)]).collect();
@@ -348,7 +352,7 @@ mod tests {
             let (found, wanted) =
                 (sets.zmp_error(gain, &state), by_roll_out(&family.gains[gain], &state, &z));
             prop_assert!((found.norm() - wanted.norm()).abs() < 1e-9, "{found} {wanted}");
-            // Two ZMPs may be equally far outside in different directions; then either is right.
+            // Two ZMPs may be equally far outside in different directions. Then either is right.
             prop_assert!((found - wanted).norm() < 1e-6, "{found} {wanted}");
             // There is an error exactly where no set contains the state.
             let margin = sets.margin(gain, &state);

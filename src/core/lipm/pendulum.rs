@@ -3,7 +3,7 @@
 //! Each horizontal axis obeys `com_acc = omega^2 (com - zmp)` (eq. 1, 2), with the velocity of the ZMP as input (eq.
 //! 6). The axes are not coupled (eq. 8 and 9 are block diagonal), so functions are for one axis; [`State`] has both.
 //!
-//! Discretisation and pole placement are written in the modes of the pendulum, in which both have closed forms:
+//! Discretisation and pole placement are written in the modes of the pendulum, in which they have closed forms:
 //!
 //! | mode | meaning | eigenvalue | input |
 //! |---|---|---|---|
@@ -76,8 +76,8 @@ impl Pendulum {
         Vector3::new((x - x.sinh()) / self.omega, -2.0 * half * half, self.dt)
     }
 
-    /// Effect of a unit [disturbance](super::disturbance) of the ZMP (m) that is constant over a period. It acts on the
-    /// COM as the ZMP does.
+    /// Effect of a unit [disturbance](super::disturbance) of the ZMP (m) that is constant over a period. The
+    /// disturbance acts on the COM as the ZMP does.
     pub fn disturbance(&self) -> Vector3<f64> {
         let of_zmp = self.transition().column(2).into_owned();
         Vector3::new(of_zmp[0], of_zmp[1], 0.0)

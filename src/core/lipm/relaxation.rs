@@ -10,14 +10,14 @@
 //!
 //! with dcm = com + com_vel / omega and ccm = com - com_vel / omega. At landing the COM is to rest over the middle of
 //! the new stance: dcm = com = target. This condition is linear in (z0, z1). Since z0 and z1 must lie inside the stance
-//! sole, it cannot be met in general, and becomes the objective of a least-squares problem:
+//! sole, the condition cannot be met in general, and becomes the objective of a least-squares problem:
 //!
 //! ```text
 //! min over z0, z1 in [lo, hi] of  w_dcm (dcm(T) - target)^2 + w_com (com(T) - target)^2
 //!                               + w_zmp ((z0 - middle)^2 + (z1 - middle)^2)
 //! ```
 //!
-//! It has two variables in a box, and is solved in closed form, face by face.
+//! The problem has two variables in a box, and is solved in closed form, face by face.
 
 use super::stepping::{RelaxationWeights, Stepping};
 use nalgebra::{Matrix2, RowVector2, Vector2};
@@ -104,7 +104,7 @@ pub(super) fn in_box(hessian: &Matrix2<f64>, linear: &Vector2<f64>, within: [[f6
     {
         return free;
     }
-    // The best point of each edge, including its corners. One of these is the solution.
+    // The best point of each edge, including its corners. The best of these points is the solution.
     let mut best = within.map(|[least, _]| least).into();
     for held in [0, 1] {
         let other = 1 - held;
@@ -173,7 +173,7 @@ mod tests {
             prop_assert!((planned[1] - wanted[1]).abs() < 1e-7, "{planned:?} {wanted:?}");
         }
 
-        /// The objective is convex, so it is enough that none beside the plan is better.
+        /// The objective is convex, so it is enough that no point near the plan is better.
         #[test]
         fn no_place_in_the_sole_is_better(rules in any_rules(), boundary in any_boundary()) {
             let plan = AxisPlan::new(OMEGA, &rules, &boundary);

@@ -1,4 +1,4 @@
-//! The paper's stepping rules (Sect. V; table `[stepping]` of a gain set's file), for when no set contains the state.
+//! The paper's stepping rules (Sect. V; table `[stepping]` of a gain set's file), for states in no CPI set.
 //!
 //! As in the paper, the footstep is planned once, when it is decided, without feedback while the foot is in the air.
 
@@ -22,7 +22,7 @@ pub struct SteppingTable {
     pub lift: f64,
     pub lambda: f64,
     pub weights: RelaxationWeights,
-    /// In 1/omega, as all that follows.
+    /// In 1/omega, as all fields below.
     pub late: f64,
     pub pause: f64,
     pub same_foot_pause: f64,
@@ -72,8 +72,8 @@ impl SteppingTable {
         Ok(())
     }
 
-    /// The rules of a robot with the COM height `length_m` (m) and 1/omega `time_s` (s), whose feet can land in the region
-    /// `beside`, in which they stand `stance_m` (m) apart at home.
+    /// The rules of a robot with the COM height `length_m` (m) and 1/omega `time_s` (s), whose feet can land in the
+    /// region `beside`, in which they stand `stance_m` (m) apart at home.
     pub fn rules(&self, length_m: f64, time_s: f64, beside: &Region, stance_m: f64) -> Stepping {
         let ([backward, forward], [inward, outward]) = (beside.x_m, beside.y_m);
         Stepping {
@@ -98,8 +98,8 @@ impl SteppingTable {
 /// Rules of the footsteps of one robot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Stepping {
-    /// Time for which no set must have contained the state before a foot is lifted (s). The paper steps at once (0),
-    /// after an impulse that is over when it is noticed. While a push lasts, the error still grows.
+    /// Time for which no CPI set must have contained the state before a foot is lifted (s). The paper steps at once
+    /// (0), after an impulse that is over when it is noticed. While a push lasts, the error still grows.
     pub patience_s: f64,
     /// Ratio of the stride to the ZMP error (eq. 29).
     pub alpha: f64,
@@ -115,9 +115,9 @@ pub struct Stepping {
     pub late_s: f64,
     /// Shortest time from a landing to the next lift (s).
     pub pause_s: f64,
-    /// Shortest time from the landing of a foot until the same foot is lifted again (s). A robot that is driven to one
-    /// side would otherwise stand on the far foot meanwhile, and be driven on. If eq. 27 to 29 choose it earlier, no
-    /// foot is lifted.
+    /// Shortest time from the landing of a foot until the same foot is lifted again (s). Otherwise a robot that is
+    /// driven to one side would stand on the far foot during that time, and be driven on. If eq. 27 to 29 choose the
+    /// same foot earlier, no foot is lifted.
     pub same_foot_pause_s: f64,
 }
 
@@ -149,7 +149,8 @@ impl LandingRange {
     /// length of the paper's vector `Delta_max` (Sect. V.B, steps 2 and 3). It is 0 if the line misses the
     /// semi-ellipse.
     ///
-    /// Both are in a frame with its origin at the stance sole's centre, x forward and y to the side of the swing foot.
+    /// `from` and `direction` are in a frame with its origin at the stance sole's centre, x forward and y to the side
+    /// of the swing foot.
     pub fn reach(&self, from: Vector2<f64>, direction: Vector2<f64>) -> f64 {
         let radii = Vector2::new(self.forward_m, self.outward_m - self.least_m);
         // Scaled so that the ellipse is a unit circle.
@@ -198,7 +199,7 @@ mod tests {
 
     const RANGE: LandingRange = LandingRange { forward_m: 0.15, outward_m: 0.18, least_m: 0.075 };
 
-    /// Of both kinds of footsteps.
+    /// The errors are tested for both kinds of footsteps.
     #[test]
     fn errors_name_the_field_its_value_and_what_is_accepted() {
         for (bad, accepted) in [

@@ -1,12 +1,13 @@
 //! How far from its ankle a foot can press. A load F with its centre of pressure at a distance r from the axis of the
-//! ankle asks that joint for the torque `F r`, so weak motors keep the ZMP away from the edges of the sole.
+//! ankle needs the torque `F r` of that joint, so weak motors keep the ZMP away from the edges of the sole.
 
 use super::kinematics::Kinematics;
 use super::model::{Ankle, Foot, Robot};
 
-/// An axis counts as one of pitch or roll if the cosine of its angle to that of the sole is larger than this.
+/// Least cosine of the angle between a joint's axis and an axis of the sole for which the joint counts as pitch or
+/// roll.
 const ALIGNED: f64 = 0.8;
-/// The ankle is sought among this many joints above the sole.
+/// Number of joints above the sole among which the ankle is searched.
 const JOINTS: usize = 2;
 
 impl Ankle {

@@ -1,8 +1,8 @@
-//! The socket: what a controller is to everybody who drives, judges, stores, draws or compares it.
+//! The interface of a controller to all code that drives, judges, stores, draws or compares it.
 //!
-//! A [`Controller`] reads a [`Sensed`] and writes a [`Command`] at every tick. Its [`Report`] is plain data: what it does
-//! and why, as far as it cares to say. A [`Factory`] starts the controllers of all episodes. Nobody above this file needs
-//! to know more of a controller, so any kind can be compared with any other.
+//! A [`Controller`] reads a [`Sensed`] and writes a [`Command`] at every tick. Its [`Report`] is plain data: its
+//! activity and the reason, as far as it states them. A [`Factory`] starts the controllers of all episodes. No code
+//! above this file needs to know more of a controller, so any kind can be compared with any other.
 //!
 //! A controller that holds the posture of the start, in full:
 //!
@@ -34,33 +34,37 @@ use std::any::Any;
 use std::borrow::Cow;
 use std::fmt;
 
-/// A name that is compiled in, or one that a controller makes up.
+/// A name that is compiled in, or that a controller makes up.
 pub type Word = Cow<'static, str>;
 
 /// A controller in an episode. It starts with the robot at home and at rest.
 pub trait Controller: Any + Send + Sync {
-    /// Runs one control tick: reads `sensed` and writes what the servos are to do into `command`, which holds the last
+    /// Runs one control tick: reads `sensed` and writes the targets of the servos into `command`, which holds the last
     /// valid command. After an error, the last valid command holds.
     fn tick(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), TickError>;
 
-    /// What the controller did at the last tick, and why.
+    /// The activity of the controller at the last tick, and the reason.
     fn report(&self) -> Report;
 
-    /// A copy that goes on from the present state to the same bits, so that trials with the same beginning can share it.
-    /// None if there can be no copy, or if the controller uses its seed; each of its episodes then runs from the start.
+    /// A copy that continues from the present state to the same bits, so that trials with the same beginning can share
+    /// it. It is None if the controller cannot be copied, or if it uses its seed; each of its episodes then runs from
+    /// the start.
     fn fork(&self) -> Option<Box<dyn Controller>>;
 
-    /// What it saw at its last action: parts by name, with their numbers. Empty if it does not say.
+    /// The observation of the last action: parts by name, with their numbers. It is empty if the controller does not
+    /// state it.
     fn observed(&self) -> Vec<(String, Vec<f64>)> {
         Vec::new()
     }
 
-    /// Its action for an observation of such numbers, without any memory of it; None if it takes none. Errors are in words.
+    /// The action for an observation of these numbers, without any memory. It is None if the controller takes no
+    /// observations. Errors are in words.
     fn answer(&self, _observed: &[f64]) -> Option<Result<Vec<f64>, String>> {
         None
     }
 
-    /// From which states the controller says that it recovers by standing. The judge holds it to that.
+    /// The states from which the controller promises to recover by standing. The judge compares the promise with the
+    /// outcome.
     fn promise(&self) -> Option<&dyn Promise> {
         None
     }
@@ -83,7 +87,8 @@ pub enum TickError {
     /// The controller cannot go on. It ends the episode.
     #[error("{0}")]
     Failed(String),
-    /// The machine has no more of what the controller needs, such as open files. It ends the episode without an outcome.
+    /// The machine lacks something that the controller needs, such as open files. It ends the episode without an
+    /// outcome.
     #[error("{0}")]
     Machine(String),
     /// Somebody asked to stop while the controller was waited for. It ends the episode without an outcome.
@@ -97,36 +102,37 @@ impl TickError {
         !matches!(self, TickError::Sensed(_) | TickError::Unsolvable)
     }
 
-    /// Whether it says nothing about the controller, so that the episode has no outcome.
+    /// Whether the error says nothing about the controller, so that the episode has no outcome.
     pub fn is_no_outcome(&self) -> bool {
         matches!(self, TickError::Machine(_) | TickError::Interrupted)
     }
 }
 
-/// What a controller did at a tick, and why. Everything but the phase is optional; what is missing is not shown. All
-/// places are in the world frame as the controller estimates it.
+/// The activity of a controller at a tick, and the reason. All fields but the phase are optional, and a missing one is
+/// not shown. All places are in the world frame as the controller estimates it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Report {
-    /// What it is doing, in a word or two joined by `-`.
+    /// The activity, in a word or two joined by `-`.
     pub phase: Word,
     /// Estimated pose of the robot's base. With it, the places below are moved to the true world for pictures.
     pub base: Option<Pose>,
     /// Estimated COM (m) and its velocity (m/s).
     pub com: Option<Point3<f64>>,
     pub com_vel: Option<Vector3<f64>>,
-    /// Estimated ZMP, and the one that it wants (m).
+    /// Estimated ZMP and desired ZMP (m).
     pub zmp: Option<Point2<f64>>,
     pub zmp_ref: Option<Point2<f64>>,
     /// The footstep in the air.
     pub footstep: Option<Airborne>,
     /// Numbers and names of this tick, for traces and pictures.
     pub notes: Vec<(Word, Note)>,
-    /// Numbers of the episode so far, such as a count. The last ones before a fall go to the result; units in the names.
+    /// Numbers of the episode so far, such as a count, with units in their names. The last ones before a fall go to the
+    /// result.
     pub totals: Vec<(Word, f64)>,
 }
 
 impl Report {
-    /// A report that says no more than what the controller is doing.
+    /// A report of the phase alone.
     pub fn of_phase(phase: impl Into<Word>) -> Self {
         Self { phase: phase.into(), ..Self::default() }
     }
@@ -159,28 +165,28 @@ pub enum Note {
     Word(Word),
 }
 
-/// A foot in the air, and the pose of its sole where it is to land.
+/// A foot in the air, and the pose of its sole at the planned landing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Airborne {
     pub foot: Foot,
     pub landing: Pose,
 }
 
-/// The states from which a controller says that it recovers without a footstep.
+/// The states from which a controller promises to recover without a footstep.
 pub trait Promise {
-    /// How deep a state of the COM (m and m/s, world frame) lies among them: 1 for rest at home, 0 at the border, negative
-    /// outside, and negative infinity if there are no such states now.
+    /// The margin of a state of the COM (m and m/s, world frame) among the promised states: 1 for rest at home, 0 at
+    /// the border, negative outside, and negative infinity if no states are promised now.
     fn margin_at(&self, com: Point2<f64>, com_vel: Vector2<f64>) -> f64;
 
-    /// For pictures: places of the COM from which, at its present velocity, the controller recovers. The regions stand in
-    /// the order of [`Factory::regions`].
+    /// For pictures: places of the COM from which, at its present velocity, the controller promises to recover. The
+    /// regions are in the order of [`Factory::regions`].
     fn regions(&self) -> Vec<Region>;
 }
 
 /// Places of the COM from which a controller recovers by standing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region {
-    /// What acts there, such as a gain.
+    /// Name of what acts there, such as a gain.
     pub name: String,
     /// Corners, counter-clockwise (m, world frame); none if there is no such place.
     pub corners: Vec<Point2<f64>>,
@@ -190,21 +196,23 @@ pub struct Region {
 pub struct Factory {
     /// Name of the controller in tables and results.
     pub name: String,
-    /// What it is, to follow its name and a comma: "which keeps its posture".
+    /// A description that follows the name and a comma: "which keeps its posture".
     pub about: String,
-    /// What is dubious about it.
+    /// A warning about the controller.
     pub warning: Option<String>,
-    /// Names of the regions of its promise, the largest first; none if it makes no promise.
+    /// Names of the regions of the promise, the largest first. There are none without a promise.
     pub regions: Vec<String>,
     /// Whether it may lift its feet.
     pub takes_footsteps: bool,
-    /// The servos, one for each joint, that are simulated in place of the robot's, since it was made for these.
+    /// The servos, one for each joint, that are simulated instead of the robot's, because the controller was made for
+    /// them.
     pub servos: Option<Vec<Servo>>,
     start: Box<dyn Fn(u64) -> Box<dyn Controller> + Send + Sync>,
 }
 
 impl Factory {
-    /// A controller that makes no promise and may take footsteps. `start` gets a seed, which is another one in every trial.
+    /// The factory of a controller that makes no promise and may take footsteps. `start` gets a seed, which differs in
+    /// every trial.
     pub fn new<C: Controller>(
         name: impl Into<String>,
         about: impl Into<String>,
@@ -221,18 +229,18 @@ impl Factory {
         }
     }
 
-    /// The robot with the servos that the controller was made for.
+    /// The robot with the servos for which the controller was made.
     pub fn robot<'r>(&self, robot: &'r Robot) -> Cow<'r, Robot> {
         let with = |servos: &Vec<Servo>| Cow::Owned(Robot { servos: servos.clone(), ..robot.clone() });
         self.servos.as_ref().map_or(Cow::Borrowed(robot), with)
     }
 
-    /// Starts a controller with the robot at home and at rest. Whatever is random in it follows from the seed.
+    /// Starts a controller with the robot at home and at rest. Its random numbers follow from the seed.
     pub fn start(&self, seed: u64) -> Box<dyn Controller> {
         (self.start)(seed)
     }
 
-    /// Whether its controllers can be copied at the start: then all that they remember is known.
+    /// Whether the controllers can be copied at the start. If so, they have no hidden memory.
     pub fn can_be_copied(&self) -> bool {
         self.start(0).fork().is_some()
     }

@@ -1,11 +1,11 @@
-//! What a plant (simulated or real) and a controller exchange at each control tick, and when.
+//! The data that a plant (simulated or real) and a controller exchange at each control tick, and their times.
 //!
-//! At the beginning of each tick the plant supplies a [`Sensed`] and takes the resulting [`Command`], which holds until the
-//! next one. Joint angles and speeds, orientation and angular velocity are those of this moment. The accelerometer gives
-//! the change of the trunk's velocity over the past tick ([`Imu::over`]), and the wrenches are means over it, since contact
-//! forces vary too fast for one sample. At the first tick there is no past: the trunk counts as at rest, and the weight is
-//! on the soles. Until the first command, a plant holds its posture ([`Command::hold`]), or the home posture with the
-//! torques that carry it ([`Robot::home_command`](super::Robot::home_command)).
+//! At the beginning of each tick the plant supplies a [`Sensed`] and takes the resulting [`Command`], which holds until
+//! the next one. Joint angles and speeds, orientation and angular velocity are those at this time. The accelerometer
+//! gives the change of the trunk's velocity over the past tick ([`Imu::over`]), and the wrenches are means over the
+//! past tick, since contact forces vary too fast for one sample. At the first tick there is no past: the trunk counts
+//! as at rest, and the weight is on the soles. Until the first command, a plant holds its posture ([`Command::hold`]),
+//! or the home posture with the torques that carry it ([`Robot::home_command`](super::Robot::home_command)).
 
 use super::model::{Foot, GRAVITY, PerFoot};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -46,8 +46,8 @@ impl Sensed {
     }
 }
 
-/// Largest magnitude of a valid reading (rad, rad/s, m/s^2, s), and of a force or moment (N, N m): these grow with the
-/// robot, and the heaviest that is taken weighs 1e9 N.
+/// Largest magnitude of a valid reading (rad, rad/s, m/s^2, s), and of a force or moment (N, N m). Forces and moments
+/// grow with the robot, and the heaviest accepted robot weighs 1e9 N.
 const LARGEST_READING: f64 = 1e6;
 const LARGEST_LOAD: f64 = 1e12;
 
@@ -116,8 +116,8 @@ pub struct Command {
     pub dq_ref: Vec<f64>,
     /// Feed-forward torques (N m).
     pub tau_ff: Vec<f64>,
-    /// Stiffness kp (N m/rad) and damping kd (N m s/rad) of each joint; None: those of the robot's servos. With zeros
-    /// the command is one of torques alone.
+    /// Stiffness kp (N m/rad) and damping kd (N m s/rad) of each joint. If None, the robot's servos have their own.
+    /// With zeros the command consists of torques alone.
     pub gains: Option<Vec<[f64; 2]>>,
 }
 
@@ -140,7 +140,8 @@ impl Command {
         Self { q_ref: q.to_vec(), dq_ref: zeros.clone(), tau_ff: zeros, gains: None }
     }
 
-    /// Fails if there is not one number for each of `joints` joints, or if a number is NaN or infinite, or a gain negative.
+    /// Fails if there is not one number for each of `joints` joints, or if a number is NaN or infinite, or a gain
+    /// negative.
     pub fn check(&self, joints: usize) -> Result<(), CommandError> {
         for (field, values) in [("q_ref", &self.q_ref), ("dq_ref", &self.dq_ref), ("tau_ff", &self.tau_ff)] {
             if values.len() != joints {
@@ -163,7 +164,7 @@ impl Command {
         Ok(())
     }
 
-    /// Whether both ask for the same, to the bit.
+    /// Whether both commands are the same to the bit.
     pub fn is_same(&self, other: &Self) -> bool {
         fn same<'a>(a: impl IntoIterator<Item = &'a f64>, b: impl IntoIterator<Item = &'a f64>) -> bool {
             a.into_iter().map(|v| v.to_bits()).eq(b.into_iter().map(|v| v.to_bits()))

@@ -62,7 +62,7 @@ impl Kinematics {
         Self::at(robot, &robot.home_posture())
     }
 
-    /// Computes everything for `posture`. `robot` must be the one for which this was made.
+    /// Computes all values for `posture`. `robot` must be the one for which this was made.
     pub fn update(&mut self, robot: &Robot, posture: &Posture) {
         self.links[0] = posture.base;
         for (i, (joint, &q)) in robot.joints.iter().zip(&posture.q).enumerate() {
@@ -71,7 +71,7 @@ impl Kinematics {
             self.axes[i] = pose.rotation * joint.axis.into_inner();
             self.links[i + 1] = pose;
         }
-        // The subtrees' moments of mass come first, and are then divided by their masses.
+        // The subtrees' sums of mass times position come first, and are then divided by their masses.
         for (i, link) in robot.links.iter().enumerate() {
             self.link_coms[i] = self.links[i] * link.com_m;
             self.subtree_com[i] = self.link_coms[i] * link.mass_kg;

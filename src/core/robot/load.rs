@@ -7,8 +7,9 @@ use nalgebra::{Point2, Vector2, Vector3};
 /// Wrenches on the soles (force; moment about the sole's centre; world axes) that sum to `force` (N) with its ZMP at
 /// `zmp` (m).
 ///
-/// With no foot in contact they are zero. With both feet in contact, the load of each follows from where the ZMP lies
-/// along the line between their centres. The distance that remains, each foot takes within its own sole.
+/// With no foot in contact they are zero. With both feet in contact, the load of each follows from the place of the ZMP
+/// along the line between their centres. The rest of the distance is covered by the centre of pressure within each
+/// sole.
 pub fn share(
     robot: &Robot,
     footholds: &PerFoot<Pose>,
@@ -55,9 +56,9 @@ impl Robot {
         command
     }
 
-    /// The joint that the weight on one foot asks most of, at home: its number, and its torque as a share of what its motor
-    /// has. Of each leg, the joints count that pitch above the ankle. What rolls is left out, since a robot in the middle of
-    /// a footstep does not balance sideways.
+    /// The joint whose torque is the largest share of its motor's torque while the weight is on one foot, at home; and
+    /// that share. Only joints of a leg above the ankle that pitch count. Joints that roll are left out, since a robot
+    /// in the middle of a footstep does not balance sideways.
     pub fn hardest_on_one_leg(&self) -> Option<(usize, f64)> {
         let kinematics = Kinematics::at_home(self);
         let weight = Vector3::new(0.0, 0.0, self.mass() * GRAVITY);

@@ -1,4 +1,4 @@
-//! Triangle meshes: as they are drawn, and the convex hull as which they collide.
+//! Triangle meshes: the triangles that are drawn, and the convex hull that collides.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::f64::consts::PI;
@@ -14,14 +14,14 @@ pub struct Mesh {
     pub hull: Vec<Point3<f64>>,
 }
 
-/// Number of directions in which hulls are exact. Between two of them, a ball reaches 1.2 % of its radius farther than
-/// its hull; flat faces and corners between them are exact.
+/// Number of directions in which hulls are exact. Between two of them, a ball exceeds its hull by at most 1.2 % of its
+/// radius; flat faces and corners between them are exact.
 const DIRECTIONS: usize = 64;
-/// Least thickness of a hull (m). A flat mesh is thickened to this, since engines need a volume.
+/// Least thickness of a hull (m). A flat mesh gets this thickness, since engines need a volume.
 const LEAST_THICKNESS_M: f64 = 5e-4;
 
 impl Mesh {
-    /// The mesh of these triangles, whose hull is that of all points. There must be at least one point.
+    /// The mesh of some triangles, with the hull of all points. There must be at least one point.
     pub fn new(points: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Self {
         let hull = thickened(extremal(&points));
         Self { points, triangles, hull }
@@ -48,13 +48,13 @@ pub fn bounds(points: &[Point3<f64>]) -> (Point3<f64>, Point3<f64>) {
     points.iter().fold(none, |(least, most), p| (least.inf(p), most.sup(p)))
 }
 
-/// The points that lie farthest out in each of the directions, in the order in which they are given.
+/// The points that lie farthest out in each of the directions, in the order in which the points are given.
 fn extremal(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
     let (least, most) = bounds(points);
     let middle = nalgebra::center(&least, &most);
     let farthest = |direction: Vector3<f64>| {
         let along = |i: &usize| points[*i].coords.dot(&direction);
-        // Of the points of a face, a corner rather than one within the face.
+        // Of the points of a face, a corner is taken rather than a point within the face.
         let out = |i: &usize| (points[*i] - middle).norm_squared();
         (0..points.len()).max_by(|a, b| along(a).total_cmp(&along(b)).then_with(|| out(a).total_cmp(&out(b))))
     };
@@ -70,7 +70,7 @@ fn extremal(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
     hull
 }
 
-/// Directions that are evenly spread over the sphere, and those of the axes.
+/// Directions that are evenly spread over the sphere, and the directions of the axes.
 fn directions() -> impl Iterator<Item = Vector3<f64>> {
     let golden = PI * (3.0 - 5_f64.sqrt());
     let spread = (0..DIRECTIONS).map(move |k| {

@@ -12,7 +12,7 @@ pub const GRAVITY: f64 = 9.81;
 #[derive(Debug, Clone)]
 pub struct Robot {
     pub name: String,
-    /// Its URDF; None if it is compiled in, or came as text.
+    /// Path of the URDF. It is None if the URDF is compiled in, or came as text.
     pub urdf: Option<PathBuf>,
     /// Rigid bodies after merging. `links[0]` is the floating base, and `joints[i]` carries `links[i + 1]`. A parent
     /// always stands before its children.
@@ -33,12 +33,12 @@ pub struct Robot {
     pub delay_s: f64,
     /// Friction coefficient between soles and ground.
     pub friction: f64,
-    /// Where a foot can land, and how soon; empty if the settings do not state it. The first region contains the stance
-    /// at home.
+    /// Where a foot can land, and how soon. It is empty if the settings do not state it. The first region contains the
+    /// stance at home.
     pub reach: Vec<LandingRegion>,
-    /// In words: what is assumed about this robot because it is not published.
+    /// The assumptions about this robot, in words, for figures that are not published.
     pub assumptions: Vec<String>,
-    /// In words: what was changed or left out when its URDF was read.
+    /// The changes and omissions when its URDF was read, in words.
     pub notes: Vec<String>,
 }
 
@@ -82,8 +82,8 @@ impl Solid {
         self.shape.points().into_iter().map(|point| self.pose * point)
     }
 
-    /// How far the solid reaches along a direction of the [`Link`]'s frame from the frame's origin (m, for a direction of
-    /// length 1).
+    /// Reach of the solid from the origin of the [`Link`]'s frame along a direction of that frame (m, for a direction
+    /// of length 1).
     pub fn reach_m(&self, direction: &Vector3<f64>) -> f64 {
         let own = self.pose.rotation.inverse_transform_vector(direction);
         self.pose.translation.vector.dot(direction) + self.shape.reach_m(&own)
@@ -128,7 +128,7 @@ impl Ankle {
     /// An ankle that never gives way.
     pub const RIGID: Ankle = Ankle { above_m: [0.0; 2], torque_n_m: [f64::INFINITY; 2] };
 
-    /// Whether it has a joint for roll. Without one, the sole rolls with the leg.
+    /// Whether the ankle has a joint for roll. Without one, the sole rolls with the leg.
     pub fn rolls(&self) -> bool {
         self.torque_n_m[1].is_finite()
     }
@@ -145,12 +145,12 @@ pub struct Sole {
     pub center: Isometry3<f64>,
     /// Half length (x) and half width (y) of the contact face.
     pub half_m: [f64; 2],
-    /// Height of what collides there above the contact face.
+    /// Height of the colliding geometry above the contact face.
     pub thickness_m: f64,
     pub ankle: Ankle,
 }
 
-/// However weak an ankle is, it is taken to hold the ZMP within this share of the sole.
+/// Least share of the sole within which an ankle is taken to hold the ZMP, however weak it is.
 const LEAST: f64 = 0.05;
 
 impl Sole {
@@ -160,8 +160,8 @@ impl Sole {
         corners([[-x, x], [-y, y]])
     }
 
-    /// Smallest and largest x and y of the centre of pressure (m, from the sole's centre) that the ankle can hold under a
-    /// load (N).
+    /// Smallest and largest x and y of the centre of pressure (m, from the sole's centre) that the ankle can hold under
+    /// a load (N).
     pub fn pressable_m(&self, load_n: f64) -> [[f64; 2]; 2] {
         [0, 1].map(|k| {
             let half = self.half_m[k];
@@ -193,7 +193,7 @@ pub struct Servo {
     pub torque_n_m: f64,
     /// Largest speed with the full torque (rad/s).
     pub full_torque_speed_rad_s: f64,
-    /// Speed at which the available torque reaches zero (rad/s). It decreases linearly between the two speeds.
+    /// Speed at which the available torque reaches zero (rad/s). The torque decreases linearly between the two speeds.
     pub no_torque_speed_rad_s: f64,
     /// Rotor inertia seen at the joint (kg m^2).
     pub rotor_inertia_kg_m2: f64,
@@ -220,9 +220,10 @@ pub struct SensorNoise {
     pub sole_moment_n_m: f64,
 }
 
-/// A convex region of places where a foot can land, and how long its swing to there takes. Places are offsets from the
-/// centre of the stance sole to that of the landing one, in the axes of the stance sole, with y to the side of the swing
-/// foot and the hips at home height. A region holds only what the legs can do without touching, within their limits.
+/// A convex region of places where a foot can land, and the time of a swing to these places. Places are offsets from
+/// the centre of the stance sole to the centre of the landing sole, in the axes of the stance sole, with y to the side
+/// of the swing foot and the hips at home height. The legs reach every place of a region without touching each other,
+/// within their limits.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LandingRegion {
@@ -235,11 +236,11 @@ pub struct LandingRegion {
     pub y_m: [f64; 2],
     /// Time from the lift to the landing (s), for any place in the region.
     pub swing_time_s: f64,
-    /// How the foot goes around the stance leg: it moves sideways only from this share of the swing on, and fore and aft
-    /// only until the same share before the end. With 0, the default, it goes straight.
+    /// How the foot goes around the stance leg: it moves sideways only from this share of the swing on, and fore and
+    /// aft only until the same share before the end. With 0, the default, it goes straight.
     #[serde(default)]
     pub sideways_from: f64,
-    /// How far it swings out on its way, forward or backward like the region (m); 0 by default.
+    /// How far the foot swings out on its way, forward or backward like the region (m); 0 by default.
     #[serde(default)]
     pub arc_m: f64,
 }
@@ -247,9 +248,9 @@ pub struct LandingRegion {
 /// How a foot goes around the stance leg.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Around {
-    /// As in [`LandingRegion`].
+    /// The share of the swing of [`LandingRegion::sideways_from`].
     pub sideways_from: f64,
-    /// Way by which it swings out in the middle of the swing, with the sign of x (m).
+    /// How far the foot swings out in the middle of the swing, with the sign of x (m).
     pub arc_m: f64,
 }
 

@@ -1,8 +1,8 @@
 //! Robots of the same build and another size ("dynamic similarity").
 //!
 //! Let all lengths be `length` times as large and all masses `mass` times, while gravity stays as it is. If all times
-//! are then `sqrt(length)` times as long and the other quantities follow by their units, the equations of motion are the
-//! same: both robots move alike.
+//! are then `sqrt(length)` times as long and the other quantities follow by their units, the equations of motion are
+//! the same: both robots move alike.
 
 use super::kinematics::{Pose, Posture};
 use super::model::{Ankle, Foot, Robot};
@@ -17,17 +17,17 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// Of times and speeds.
+    /// Ratio of times, and of speeds.
     pub fn time(self) -> f64 {
         self.length.sqrt()
     }
 
-    /// Of forces, since those of gravity are as large as the masses.
+    /// Ratio of forces: weights are in proportion to masses, and so are all other forces.
     pub fn force(self) -> f64 {
         self.mass
     }
 
-    /// Of moments, stiffnesses of joints and energies.
+    /// Ratio of moments, stiffnesses of joints and energies.
     pub fn moment(self) -> f64 {
         self.mass * self.length
     }

@@ -33,8 +33,8 @@ const SIDES: usize = 24;
 const RINGS: usize = 6;
 
 impl Shape {
-    /// Points on the surface, whose convex hull is the shape. A round shape is represented by rings of points about the z
-    /// axis, between which the surface lies up to 2 % of the radius outside of the hull.
+    /// Points on the surface, whose convex hull is the shape. A round shape is represented by rings of points about the
+    /// z axis, between which the surface lies up to 2 % of the radius outside of the hull.
     pub fn points(&self) -> Vec<Point3<f64>> {
         match self {
             Shape::Box { half } => {
@@ -74,7 +74,7 @@ impl Shape {
     }
 }
 
-/// The meshes among some shapes, each once. They are written to models and pages by their number in this list.
+/// The meshes among some shapes, each once. Models and pages name a mesh by its number in this list.
 #[derive(Debug)]
 pub struct Meshes<'a>(pub Vec<&'a Arc<Mesh>>);
 
@@ -91,7 +91,7 @@ impl<'a> Meshes<'a> {
         meshes
     }
 
-    /// The number of a mesh; None if no shape is this one.
+    /// The number of a mesh. It is None if no shape has this mesh.
     pub fn number(&self, mesh: &Arc<Mesh>) -> Option<usize> {
         self.0.iter().position(|other| Arc::ptr_eq(mesh, other))
     }

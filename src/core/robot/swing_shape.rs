@@ -1,4 +1,4 @@
-//! The shapes of a swing over the share u of its duration: how a foot gets on its way, and how it rises above it.
+//! The shapes of a swing over the share u of its duration: its progress over the ground, and its height.
 
 /// Minimum-jerk motion from 0 to 1, before it starts and after its end at rest.
 pub fn least_jerk(u: f64) -> f64 {
@@ -6,8 +6,8 @@ pub fn least_jerk(u: f64) -> f64 {
     u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
 }
 
-/// A smooth bump of `height` in the middle of the swing, with its first and second derivatives by u. Both ends have zero
-/// height and rate.
+/// A smooth bump of `height` in the middle of the swing, with its first and second derivatives by u. Both ends have
+/// zero height and rate.
 pub fn bump(height: f64, u: f64) -> [f64; 3] {
     if u >= 1.0 {
         return [0.0; 3];

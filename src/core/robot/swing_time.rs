@@ -1,19 +1,19 @@
 //! The least time in which the motors of a leg can swing a foot to a landing place.
 //!
 //! The swing sole starts at home, keeps its orientation, and goes to its place beside the stance sole on a path of
-//! least jerk, lifted by [`LIFT`]. Meanwhile the pelvis moves at constant speed, without turning, from above the middle
-//! of the feet at home to above their middle at the landing. (A robot that steps falls towards the landing place. With a
-//! pelvis that stays behind, the far places are out of reach.) It sinks smoothly, by the one of [`SINKS`] with which the
-//! swing is quickest: a leg that is nearly straight needs fast joints. To a place on the other side of the stance leg,
-//! the foot goes around it: see [`Around`].
+//! least jerk, lifted by [`LIFT`]. During the swing the pelvis moves at constant speed, without turning, from above the
+//! middle of the feet at home to above their middle at the landing. (A robot that steps falls towards the landing
+//! place. With a pelvis that stays behind, the far places are out of reach.) The pelvis sinks smoothly, by the value of
+//! [`SINKS`] with which the swing is quickest: a leg that is nearly straight needs fast joints. To a place on the other
+//! side of the stance leg, the foot goes around the stance leg: see [`Around`].
 //!
-//! All of this scales with the time T of the swing: the joint angles q(u) are a function of the share u = t/T alone.
-//! So the torques of the leg are `A(u)/T^2 + g(u)`, where g is what gravity asks for, and the speeds are `q'(u)/T`. T
-//! is long enough if every torque is within its servo's torque-speed curve all the way.
+//! All of this scales with the time T of the swing: the joint angles q(u) are a function of the share u = t/T alone. So
+//! the torques of the leg are `A(u)/T^2 + g(u)`, with the torques g against gravity, and the speeds are `q'(u)/T`. T is
+//! long enough if every torque is within its servo's torque-speed curve all the way.
 //!
-//! Left out are the load that the foot still carries at the lift, and the delay: a controller needs more time. The path
-//! is smooth, so a motion that switches the motors from full torque to full torque could be quicker, but it would land
-//! hard.
+//! Two things are left out: the load that the foot still carries at the lift, and the delay. So a controller needs more
+//! time. The path is smooth. A motion that switches the motors from full torque to full torque could be quicker, but it
+//! would land hard.
 
 use super::dynamics::Dynamics;
 use super::kinematics::{Kinematics, Pose, Posture};
@@ -24,14 +24,15 @@ use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector2, Vector3, Vector6};
 
 /// Height of the sole in the middle of the swing, in COM heights.
 pub const LIFT: f64 = 0.04;
-/// Ways by which the pelvis may sink until the landing, in COM heights.
+/// Distances by which the pelvis may sink until the landing, in COM heights.
 pub const SINKS: [f64; 5] = [0.0, 0.025, 0.05, 0.075, 0.1];
 /// Number of intervals into which a swing is divided.
 const PARTS: usize = 50;
-/// Times that are considered, and accuracy of the result, in 1/omega.
+/// Shortest and longest time that is considered, and accuracy of the result, in 1/omega.
 const TIMES: [f64; 2] = [0.05, 50.0];
 const ACCURACY: f64 = 5e-5;
-/// Newton steps for one posture, and the error of a sole's place at which one is found, in COM heights.
+/// Largest number of Newton steps for one posture, and the error of a sole's place below which the posture is found, in
+/// COM heights.
 const NEWTON_STEPS: usize = 60;
 const FOUND: f64 = 3e-4;
 
@@ -42,23 +43,23 @@ pub struct Swing<'a> {
     units: Units,
     foot: Foot,
     around: Around,
-    /// Way of the sole over the ground (m), world axes.
+    /// Displacement of the sole over the ground (m), world axes.
     way: Vector2<f64>,
     lift_m: f64,
-    /// Way by which the pelvis sinks (m).
+    /// Distance by which the pelvis sinks (m).
     sink_m: f64,
     least_time_s: f64,
     soles: PerFoot<Pose>,
     home: Posture,
-    /// The last posture that was found, from which the next one is sought.
+    /// The last posture that was found, from which the search for the next one starts.
     posture: Posture,
     kinematics: Kinematics,
     jacobian: Matrix6xX<f64>,
 }
 
 impl<'a> Swing<'a> {
-    /// A swing to `to`: the offset from the centre of the stance sole (m), x forward and y to the side of `foot`. None if
-    /// a leg cannot reach its sole's places within the limits of its joints, or if the motors cannot hold it there.
+    /// A swing to `to`: the offset from the centre of the stance sole (m), x forward and y to the side of `foot`. None
+    /// if a leg cannot reach its sole's places within the limits of its joints, or if the motors cannot hold it there.
     pub fn new(robot: &'a Robot, foot: Foot, to: [f64; 2], around: Around) -> Option<Self> {
         let mut swing = Self::at_home(robot, foot);
         let from = swing.soles[foot].translation.vector - swing.soles[foot.other()].translation.vector;
@@ -78,7 +79,7 @@ impl<'a> Swing<'a> {
         best
     }
 
-    /// No swing at all, of a robot at home.
+    /// A swing that does not move, of a robot at home.
     fn at_home(robot: &'a Robot, foot: Foot) -> Self {
         let home = robot.home_posture();
         let kinematics = Kinematics::at(robot, &home);
@@ -104,7 +105,8 @@ impl<'a> Swing<'a> {
         self.least_time_s
     }
 
-    /// The posture at the share `u` of the swing, with the stance sole at its place at home. None if no posture is found.
+    /// The posture at the share `u` of the swing, with the stance sole at its place at home. None if no posture is
+    /// found.
     pub fn posture(&mut self, u: f64) -> Option<&Posture> {
         let lasts = 1.0 - self.around.sideways_from;
         let above = |height_m: f64| bump(height_m, u)[0];
@@ -141,7 +143,7 @@ impl<'a> Swing<'a> {
                 break;
             }
             self.kinematics.point_jacobian(robot, link, &is.translation.vector.into(), &mut self.jacobian);
-            // The orientation counts little where both cannot be had.
+            // The orientation has little weight, since a leg may not reach place and orientation together.
             let weight = Vector6::new(1.0, 1.0, 1.0, 0.03, 0.03, 0.03);
             let unit = |row: usize| if row < 3 { height_m } else { 1.0 };
             let entry = |row: usize, k: usize| weight[row] * self.jacobian[(row, 6 + leg[k])] / unit(row);
@@ -159,7 +161,7 @@ impl<'a> Swing<'a> {
         ((is - wanted.translation.vector).norm() < FOUND * height_m && leg.iter().all(within)).then_some(())
     }
 
-    /// The least time (s) with the present way to sink; None if there is none.
+    /// The least time (s) with the present `sink_m`. It is None if there is none.
     fn time_s(&mut self) -> Option<f64> {
         let robot = self.robot;
         let leg: Vec<usize> = robot.chain(robot.soles[self.foot].link).collect();
@@ -210,7 +212,7 @@ impl<'a> Swing<'a> {
     }
 }
 
-/// What one joint has to do at one place of the path, for a swing that lasts 1 s.
+/// Torque and speed of one joint at one place of the path, for a swing that lasts 1 s.
 struct Load {
     servo: Servo,
     /// Torque for the motion (N m s^2), and to carry the leg (N m).
@@ -221,7 +223,7 @@ struct Load {
 }
 
 impl Load {
-    /// Whether the servo can do it in a swing of this duration. Against the motion, it has its full torque.
+    /// Whether the servo suffices for a swing of this duration. Against the motion, it has its full torque.
     fn is_within(&self, time_s: f64) -> bool {
         let (torque, speed) = (self.motion / (time_s * time_s) + self.gravity, self.rate / time_s);
         let drives = torque * speed > 0.0;

@@ -1,8 +1,8 @@
-//! The units in which a robot is measured by itself, so that a figure fits robots of every size.
+//! The units of a robot, in which a figure fits robots of every size.
 //!
 //! A pendulum of the COM height h swings with `omega = sqrt(g / h)` (eq. 1), and falls in a time of about `1 / omega`.
-//! Two robots of the same build, one of them L times as long and its links L^3 times as heavy, move alike if lengths are
-//! taken in h, times in `1 / omega` and forces in weights m g ("dynamic similarity").
+//! Take two robots of the same build, one of them L times as long with links L^3 times as heavy. They move alike if
+//! lengths are measured in h, times in `1 / omega` and forces in weights m g ("dynamic similarity").
 
 use super::model::{Foot, GRAVITY, Robot};
 use serde::{Deserialize, Serialize};
@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Units {
-    /// Its mass m (kg).
+    /// Mass m of the robot (kg).
     pub mass_kg: f64,
-    /// Height h of its COM (m).
+    /// Height h of the robot's COM (m).
     pub length_m: f64,
     /// Half the length of the shorter sole (m).
     pub half_sole_m: f64,
@@ -43,8 +43,7 @@ impl Units {
         self.omega() * self.length_m
     }
 
-    /// By how much an impulse (N s) changes the velocity of the COM (m/s), and how much that is of the unit of speed, which
-    /// is sqrt(g h).
+    /// The change of the velocity of the COM by an impulse (N s), in m/s and in the unit of speed, which is sqrt(g h).
     pub fn velocity_of(&self, impulse_n_s: f64) -> [f64; 2] {
         let dv_m_s = impulse_n_s / self.mass_kg;
         [dv_m_s, dv_m_s / self.speed_m_s()]
@@ -55,9 +54,10 @@ impl Units {
         self.mass_kg * GRAVITY
     }
 
-    /// Unit of impulses, the sole impulse (N s): mass times omega times half the length of the shorter sole. A short push of
-    /// that size forward brings the DCM from above the middle of the feet to their front edge. (m omega d, by which a result
-    /// compares pushes, has the way to the edge in the direction of the push instead.)
+    /// Unit of impulses, the sole impulse (N s): mass times omega times half the length of the shorter sole. A short
+    /// push of this size forward brings the DCM from above the middle of the feet to their front edge. (m omega d, by
+    /// which a result compares pushes, has instead of half a sole the distance to the edge in the direction of the
+    /// push.)
     pub fn impulse_n_s(&self) -> f64 {
         self.mass_kg * self.omega() * self.half_sole_m
     }

@@ -1,5 +1,5 @@
-//! Laws of maximal CPI sets: the textbook example, published sizes, and invariance. The sets of the controller
-//! (`OnlineSets`) must be those that the linear programs find, on every polygon on which a robot may stand.
+//! Laws of maximal CPI sets: the textbook example, published sizes, and invariance. The CPI sets of the controller
+//! (`OnlineSets`) must equal the CPI sets of the linear programs, on every polygon on which a robot may stand.
 
 use nalgebra::{DMatrix, Isometry2, Point2, Vector2, Vector6, dmatrix};
 use proptest::prelude::*;
@@ -30,8 +30,8 @@ fn family_of(poles: &[([f64; 3], [f64; 3])]) -> GainFamily {
     GainFamily::design(&set, PENDULUM, HALF_SOLE_M).unwrap()
 }
 
-/// The same family, with sets that hold for disturbances of the ZMP of at most `share` of what leaves every gain a set
-/// on `polygon`, in x, and less in y.
+/// The family with CPI sets that hold for disturbances of the ZMP. In x their bound is `share` of the largest bound
+/// with which every gain has a CPI set on `polygon`, and in y it is less.
 fn robust(family: GainFamily, polygon: &SupportPolygon, share: f64) -> GainFamily {
     let under = |bounds: Vector2<f64>| GainFamily {
         gains: family.gains.iter().map(|gain| gain.clone().under(&PENDULUM, bounds)).collect(),
@@ -98,8 +98,8 @@ fn diagonal() -> Vec<(String, SupportPolygon)> {
         .collect()
 }
 
-/// By how much the set of eq. 25 with the k of `home` exceeds the true set, with a state that shows it. It is 0 if the
-/// sets are equal, and 0.1 if the true set must be scaled by 1.1 to contain the other.
+/// By how much the CPI set of eq. 25 with the k of `home` exceeds the true CPI set, with a state that shows it. It is 0
+/// if the two are equal, and 0.1 if the true CPI set must be scaled by 1.1 to contain the other.
 fn excess_of_eq_25(gain: &Gain, polygon: &SupportPolygon) -> (f64, State) {
     let k = CpiSet::search(gain, PENDULUM, &home()).unwrap().horizon;
     let as_printed = CpiSet::stacked(gain, polygon, k).unwrap();
@@ -107,7 +107,7 @@ fn excess_of_eq_25(gain: &Gain, polygon: &SupportPolygon) -> (f64, State) {
     let mut programs = as_printed.programs().unwrap();
     let edges = polygon.vertices().len();
     let missing = edges * (k + 1)..truth.set.rows.nrows();
-    // Neighbouring rows are similar, and a step of 7 meets every edge of a polygon with up to six.
+    // Neighbouring rows are similar, and a step of 7 meets every edge of a polygon with up to six edges.
     let step = if missing.len() > 80 { 7 } else { 1 };
     missing
         .step_by(step)
@@ -116,7 +116,7 @@ fn excess_of_eq_25(gain: &Gain, polygon: &SupportPolygon) -> (f64, State) {
         .fold((0.0, State::default()), |worst, next| if next.0 > worst.0 { next } else { worst })
 }
 
-/// States on the boundary of a set, from the linear programs and in random directions.
+/// States on the boundary of a CPI set, from the linear programs and in random directions.
 fn boundary(set: &CpiSet, random: &[Vector6<f64>]) -> Vec<Vector6<f64>> {
     let mut programs = set.set.programs().unwrap();
     let rows = &set.set.rows;
@@ -166,8 +166,8 @@ fn the_textbook_example_ends_with_its_rows() {
     let s0 = dmatrix![1.0, 1.0; -1.0, -1.0];
     let (k, set) = maximal_cpi(&a, &s0).unwrap();
     let wanted: DMatrix<f64> = dmatrix![1.0, 1.0; -1.0, -1.0; 0.9, 1.09; -0.9, -1.09; 0.81, 0.9981; -0.81, -0.9981];
-    // The example is also quoted with k = 1, without the last two rows. By algebra they are needed: from (-11, 10) the
-    // output is -1, 1, 1.071. (a^2 = 0.99 a - 0.081, so row 2 reaches 0.99 + 0.081 on the first four.)
+    // The example is also quoted with k = 1, without the last two rows. By algebra these rows are needed: from (-11,
+    // 10) the output is -1, 1, 1.071. (a^2 = 0.99 a - 0.081, so row 2 reaches 0.99 + 0.081 on the first four.)
     assert_eq!(k, 2);
     assert!((&set.rows - &wanted).amax() < 1e-12);
     let short = Polytope { rows: wanted.rows(0, 4).into_owned() };
@@ -358,7 +358,7 @@ fn robust_sets_shrink_with_the_disturbance_until_none_is_left() {
     let error = CpiSet::search(&beyond.gains[0], PENDULUM, &home()).unwrap_err();
     assert!(error.exit_code() == 2 && error.to_string().contains("no set contains any state"), "{error}");
 
-    // The largest disturbance that leaves a set is said, and is right.
+    // The error states the largest disturbance that leaves a CPI set, and this value is right.
     let with = |bound: &str| {
         let set = standfast_controllers::gain_set(&format!("switching:zmp_disturbance={bound}")).unwrap();
         GainFamily::design(&set, PENDULUM, HALF_SOLE_M)
@@ -377,7 +377,7 @@ fn the_robust_family_nests_as_the_standard_one() {
     let family = GainFamily::design(&builtin("robust"), PENDULUM, HALF_SOLE_M).unwrap();
     assert!(!family.zmp_disturbance.is_none());
     assert_eq!(nesting_warning(&family, &home()).unwrap(), None);
-    // Each robust set lies inside the set of the same gain without disturbances.
+    // Each robust CPI set lies inside the CPI set of the same gain without disturbances.
     let sets = CpiSet::search_family(&family, &home()).unwrap();
     for (small, large) in sets.iter().zip(CpiSet::search_family(&family.undisturbed(), &home()).unwrap()) {
         assert!(small.is_subset_of(&large).unwrap() && !large.is_subset_of(small).unwrap(), "{}", small.gain);
@@ -451,8 +451,8 @@ fn cases(count: u32) -> ProptestConfig {
 proptest! {
     #![proptest_config(cases(512))]
 
-    /// If x is in the set, the ZMP is in the region and the successor is in the set. So the state stays for a second of
-    /// prediction.
+    /// If x is in the CPI set, the ZMP is in the region and the successor is in the CPI set. So the state stays for a
+    /// second of prediction.
     #[test]
     fn sets_are_invariant(
         px in any_poles(), py in any_poles(), polygon in any_support(), x in any_state(), share in 0.0..1.0f64
@@ -462,7 +462,7 @@ proptest! {
         online.update(&polygon);
         let gauge = 1.0 - online.margin(0, &State::from_stacked(&x));
         prop_assume!(gauge.is_finite() && gauge > 1e-6);
-        // A share of the distance to the boundary; every other case lies on the boundary itself.
+        // The state is at a share of the distance to the boundary; every other case lies on the boundary itself.
         let scale = if share < 0.5 { 1.0 } else { share } / gauge;
         let mut state = State::from_stacked(&(x * scale));
         for _ in 0..500 {
@@ -477,7 +477,7 @@ proptest! {
 proptest! {
     #![proptest_config(cases(24))]
 
-    /// The same law for the rows of the linear programs.
+    /// The rows of the linear programs obey the law of invariance, too.
     #[test]
     fn searched_sets_are_invariant(poles in any_poles(), x in any_state(), ratio in 1.0..30.0f64) {
         let family = family_of(&[(poles, poles)]);
@@ -498,7 +498,7 @@ proptest! {
         assert_online_is_the_searched_set(&family_of(&[(px, py)]), "random", &polygon, 30);
     }
 
-    /// With disturbances up to nearly the largest that leave a set.
+    /// The disturbances reach nearly the largest bound that leaves a CPI set.
     #[test]
     fn online_robust_sets_are_the_searched_sets_on_any_support(
         px in any_poles(), py in any_poles(), polygon in any_support(), share in 0.05..0.95f64

@@ -62,7 +62,7 @@ fn angular_acc(solved: &Solved, link: usize) -> Vector3<f64> {
     (jacobian * &solved.body.acceleration).fixed_rows::<3>(3).into()
 }
 
-/// Each wrench is one that the ground can give: the pressure is inside the sole, and the forces are within friction.
+/// Each wrench can be supplied by the ground: the pressure is inside the sole, and the forces are within friction.
 fn check_ground(solved: &Solved, standing: &PerFoot<bool>) {
     for foot in Foot::BOTH {
         let wrench = solved.predicted.wrenches[foot];
@@ -92,7 +92,7 @@ fn standing_at_home_takes_the_torques_of_gravity_with_the_zmp_under_the_com() {
     for (j, (got, wanted)) in solved.body.tau.iter().zip(&tau).enumerate() {
         assert!((got - wanted).abs() < 1e-3, "{}: {got} {wanted}", ROBOT.joints[j].name);
     }
-    // Each foot bears half of the weight, up to the body's COM being slightly off the middle.
+    // Each foot bears half of the weight, except for the small offset of the body's COM from the middle.
     let half = 0.5 * ROBOT.mass() * GRAVITY;
     assert!(Foot::BOTH.iter().all(|&foot| (predicted.wrenches[foot].force.z - half).abs() < 1.0));
     assert!(predicted.torque_ratio > 0.05 && predicted.torque_ratio < 0.5);
@@ -118,8 +118,8 @@ fn a_com_acceleration_within_the_support_is_met_by_its_zmp() {
     }
 }
 
-/// For more than the edge allows, the ground presses at the edge, and the predicted COM acceleration is what this
-/// gives.
+/// If the demand exceeds the edge, the ground presses at the edge, and the predicted COM acceleration is the one that
+/// follows from this.
 #[test]
 fn beyond_the_support_the_zmp_stops_at_the_edge_and_the_outlook_says_what_that_gives() {
     let omega2 = ROBOT.omega().powi(2);
@@ -134,7 +134,7 @@ fn beyond_the_support_the_zmp_stops_at_the_edge_and_the_outlook_says_what_that_g
         let (zmp, got) = (solved.predicted.zmp.unwrap().x, solved.predicted.com_acc.x);
         println!("ZMP {beyond} asked: {zmp:.4}, {:.2} of {:.2} m/s^2", got, wanted.com_acc.x);
         assert!(zmp > edge - 2e-3 && zmp < edge + 1e-9, "{beyond}: {zmp}");
-        // What exceeds the edge's own share comes from the angular momentum of trunk and arms.
+        // The part beyond the edge's own share comes from the angular momentum of trunk and arms.
         assert!(got < -0.8 * omega2 * edge && got > 0.9 * wanted.com_acc.x, "{beyond}: {got} of {}", wanted.com_acc.x);
         let turn = angular_acc(&solved, ROBOT.trunk).norm();
         assert!(turn > before, "{beyond}: {turn}");
@@ -149,7 +149,7 @@ fn friction_bounds_what_the_feet_hold() {
     let solved = at_home(&wanted);
     check_ground(&solved, &BOTH);
     assert!(solved.left_over < 1e-9);
-    // Less than a friction cone gives, and no less than a pyramid inside of it.
+    // The force is less than a friction cone allows, and no less than a pyramid inside of the cone.
     let force = Foot::BOTH.iter().fold(Vector3::zeros(), |sum, &f| sum + solved.predicted.wrenches[f].force);
     assert!(force.xy().norm() > 0.3 * CONTACT.friction * force.z, "{force}");
 }
@@ -162,7 +162,8 @@ fn a_foot_swings_while_the_other_stands() {
     let velocity = DVector::zeros(6 + ROBOT.joints.len());
     let mut wanted = DesiredAcceleration::rest(&ROBOT, LEFT);
     wanted.sole_acc.right[0] = vector![30.0, 0.0, 5.0];
-    // With the COM above the stance sole no moment would be needed; it moves as the pendulum does with the ZMP there.
+    // With the COM above the stance sole no moment would be needed. The COM moves as the pendulum does with the ZMP
+    // there.
     let com = solve(&posture, &velocity, &wanted).kinematics.com();
     wanted.com_acc.y = ROBOT.omega().powi(2) * (com.y - 0.0485);
     let solved = solve(&posture, &velocity, &wanted);

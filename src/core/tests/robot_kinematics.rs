@@ -133,7 +133,7 @@ fn home_stands_flat_with_the_com_over_the_middle() {
     assert!((ROBOT.omega() - 5.63).abs() < 0.005);
 }
 
-/// The ground carries m g under the COM: no wrench is left over, and no joint is near its torque limit.
+/// The ground carries m g under the COM: the residual wrench is zero, and no joint is near its torque limit.
 #[test]
 fn at_home_the_ground_carries_the_robot() {
     let home = at(&ROBOT.home_posture());

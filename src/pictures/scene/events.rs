@@ -4,7 +4,7 @@ use serde::Serialize;
 use standfast_sim::episode::parting::Parting;
 use standfast_sim::episode::{Film, Snapshot};
 
-/// An event: what it is, when it begins and ends (s), and a short description.
+/// An event: its kind, its beginning and end (s), and a short description.
 #[derive(Debug, Clone, Serialize)]
 pub struct Event {
     pub kind: EventKind,
@@ -29,8 +29,8 @@ pub enum EventKind {
     Parting,
 }
 
-/// The events in `ticks`, the first snapshots of a film, and where it parts from the film of a ghost. An event after the
-/// last of them is left out, such as a second push after a fall. They are in order of time.
+/// The events in `ticks`, the first snapshots of a film, and the time at which it parts from the film of a ghost. An
+/// event after the last of `ticks` is left out, such as a second push after a fall. The events are in order of time.
 pub fn events(film: &Film, ticks: &[Snapshot], ghost: Option<&Film>) -> Vec<Event> {
     let record = &film.record;
     let last_s = ticks.last().map_or(record.end_s, |tick| tick.time_s);

@@ -8,7 +8,7 @@ use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
 use standfast_sim::episode::snapshot::Arrow;
 
-/// A mark: the overlay that it belongs to, which gives it its colour, and its shape.
+/// A mark: its overlay, which gives it its colour, and its shape.
 #[derive(Debug, Clone)]
 pub struct Mark {
     pub overlay: Overlay,
@@ -32,7 +32,7 @@ pub enum Drawing {
         from: Point3<f64>,
         to: Point3<f64>,
     },
-    /// The arrow of a force, which acts at the end of the arrow if `ends`, or else at its beginning.
+    /// The arrow of a force. If `ends`, the force acts at the end of the arrow, or else at its beginning.
     Arrow {
         tail: Point3<f64>,
         along: Vector3<f64>,
@@ -54,7 +54,8 @@ pub(super) fn of(now: &Snapshot, ground: &Ground, scale: RobotScale, shown: &[Ov
         let mut add = |drawing| marks.push(Mark { overlay, drawing });
         match overlay.look().style {
             Style::Polygon { of, sheet } => add(polygon(&of(now), sheet)),
-            // The set of the active gain lies over the others, which come slow to fast, since slower sets are larger.
+            // The CPI set of the active gain is drawn over the others, which are drawn from slow to fast, since slower
+            // ones are larger.
             Style::Sets { resting, acting } => {
                 let (active, others): (Vec<_>, Vec<_>) =
                     now.regions.iter().partition(|region| now.gain.as_ref() == Some(&region.name));

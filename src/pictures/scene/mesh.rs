@@ -37,7 +37,7 @@ fn bevelled_box(half: Vector3<f64>) -> Mesh {
     for axis in 0..3 {
         let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
         for k in (0..8).filter(|k| k >> axis & 1 == 0) {
-            // The edge that goes along the axis from this corner, between two faces.
+            // The edge that runs along the axis from this corner, between two faces.
             let end = k | 1 << axis;
             mesh.face(&[3 * k + a, 3 * end + a, 3 * end + b, 3 * k + b]);
         }
@@ -78,7 +78,7 @@ fn capsule(radius: f64, length: f64) -> Mesh {
     revolved(&lower.chain(upper.skip(usize::from(length == 0.0))).collect::<Vec<_>>())
 }
 
-/// Triangles that meet at a flatter angle than this (rad) look as one curved surface, others as an edge.
+/// Least angle between two triangles that meet at a visible edge (rad). Below it they look like one curved surface.
 const CREASE_RAD: f64 = 0.7;
 
 /// A mesh of a file, with normals that show curved surfaces and edges.
@@ -92,7 +92,7 @@ fn creased(mesh: &robot::mesh::Mesh) -> Mesh {
         triangle.iter().for_each(|&corner| around[corner as usize].push(face));
     }
     let mut creased = Mesh::default();
-    // The corners of each point that stand already, by the faces that share them.
+    // The corners made so far for each point, by the faces that share them.
     let mut made: HashMap<(u32, Vec<usize>), usize> = HashMap::new();
     for (face, triangle) in mesh.triangles.iter().enumerate() {
         let Some(own) = normal(face) else { continue };
@@ -178,7 +178,7 @@ mod tests {
         mesh.faces.iter().map(|f| at(f[0]).cross(&at(f[1])).dot(&at(f[2])) / 6.0).sum()
     }
 
-    /// Their normals point to the front of their faces.
+    /// The normals of the meshes point to the front of their faces.
     #[test]
     fn meshes_are_closed_look_outward_and_have_the_right_volume() {
         let ball = 4.0 / 3.0 * PI * 0.001;
@@ -201,7 +201,7 @@ mod tests {
         }
     }
 
-    /// A mesh of a file, with the corners and faces of another.
+    /// A mesh as from a file, with the corners and faces of `mesh`.
     fn file(mesh: &Mesh) -> robot::mesh::Mesh {
         let faces = mesh.faces.iter().map(|face| face.map(|corner| corner as u32)).collect();
         robot::mesh::Mesh::new(mesh.corners.iter().map(|(at, _)| *at).collect(), faces)

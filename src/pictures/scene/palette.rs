@@ -1,5 +1,5 @@
-//! The overlays: everything that can be marked beside the robot, with its colour, key, name and style. They are the
-//! same in the window, in pictures and in replays.
+//! The overlays: all marks beside the robot, with their colours, keys, names and styles. They are the same in the
+//! window, in pictures and in replays.
 
 use super::sign::Sign;
 use nalgebra::Point2;
@@ -81,9 +81,9 @@ pub enum Overlay {
 /// Name, key, colour and style of an overlay.
 #[derive(Debug, Clone, Copy)]
 pub struct Look {
-    /// Its name in the script of a page, where the data of a moment have the same name.
+    /// Name of the overlay in the script of a page, where the data of a moment have the same name.
     pub id: &'static str,
-    /// The key that shows and hides it, in lower case.
+    /// The key that shows and hides the overlay, in lower case.
     pub key: char,
     pub name: &'static str,
     /// A short explanation.
@@ -92,7 +92,7 @@ pub struct Look {
     pub style: Style,
 }
 
-/// What an overlay shows of a snapshot, and how. Widths are in points of a screen.
+/// The part of a snapshot that an overlay shows, and its style. Widths are in points of a screen.
 #[derive(Debug, Clone, Copy, Serialize)]
 #[serde(tag = "shape", rename_all = "lowercase")]
 pub enum Style {
@@ -102,7 +102,7 @@ pub enum Style {
         of: fn(&Snapshot) -> Vec<Point2<f64>>,
         sheet: Sheet,
     },
-    /// The slices of the CPI sets on the ground, with that of the active gain over the others.
+    /// The slices of the CPI sets on the ground, with the slice of the active gain over the others.
     Sets { resting: Sheet, acting: Sheet },
     /// A point of the ground.
     Spot {
@@ -110,7 +110,7 @@ pub enum Style {
         of: fn(&Snapshot) -> Option<Point2<f64>>,
         sign: Sign,
     },
-    /// The COM: a sign in the air, a plumb line from it to the ground, and a sign where that ends.
+    /// The COM: a sign in the air, a plumb line from the COM to the ground, and a sign at the end of the line.
     Com { sign: Sign, foot: Sign },
     /// Forces. If `ends`, an arrow ends at the point where its force acts, or else it begins there. Its length (m/N) is
     /// for a robot of the size of UT-mu2.
@@ -133,7 +133,7 @@ pub struct Sheet {
 
 impl Overlay {
     /// All overlays in the order in which they are drawn, one over the other. The signs of points get smaller from one
-    /// to the next, so that all are seen at rest, when the points coincide.
+    /// to the next, so that all are visible at rest, when the points coincide.
     pub const ALL: [Self; 9] = [
         Self::Support,
         Self::Slices,

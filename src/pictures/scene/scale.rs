@@ -41,7 +41,7 @@ impl RobotScale {
         self.mass * self.length.sqrt()
     }
 
-    /// Length at which a force is drawn (m/N), from that for UT-mu2.
+    /// Length at which a force is drawn (m/N), from the length for UT-mu2.
     pub fn m_per_n(self, m_per_n: f64) -> f64 {
         m_per_n / self.stiffness()
     }

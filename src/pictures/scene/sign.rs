@@ -1,4 +1,4 @@
-//! Signs that mark points: flat shapes about the point with a white rim, so that they are seen on a robot of any
+//! Signs that mark points: flat shapes about the point with a white rim, so that they are visible on a robot of any
 //! colour. The window, pictures and replays draw the same signs.
 
 use serde::{Serialize, Serializer};
@@ -20,7 +20,7 @@ pub enum Form {
     Line { path: [At; 2], width: f64 },
 }
 
-/// The shape of a sign, by which a point is told from others.
+/// The shape of a sign, which distinguishes its point from others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sign {
     Disc,
@@ -53,7 +53,7 @@ const RIM: f64 = 1.3;
 const ROUND: usize = 32;
 
 impl Sign {
-    /// The parts in the order in which they are drawn, those of the white rim first.
+    /// The parts in the order in which they are drawn, the white rim first.
     pub fn pieces(self) -> Vec<Piece> {
         let line = |x: f64, y: f64| Form::Line { path: [[x, y], [-x, -y]], width: 2.4 };
         let colored = match self {
@@ -109,7 +109,7 @@ mod tests {
 
     const ALL: [Sign; 5] = [Sign::Disc, Sign::Ring, Sign::Diamond, Sign::Cross, Sign::Quartered];
 
-    /// How far a form reaches from the point that it marks (points).
+    /// Distance from the marked point to which a form reaches (points).
     fn reach(form: &Form) -> f64 {
         let (path, width) = match form {
             Form::Area { path } => (&path[..], 0.0),

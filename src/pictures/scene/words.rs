@@ -1,8 +1,9 @@
-//! What the controller is doing, in words, for replays, the labels of pictures, and the window.
+//! The phase of the controller in words, for replays, the labels of pictures, and the window.
 
 use standfast_sim::episode::Snapshot;
 
-/// The phases of our own controllers, with what the controller does in them and why no gain is then in use.
+/// The phases of our own controllers, each with the activity of the controller, and with the reason why no gain is in
+/// use.
 pub const PHASES: [(&str, &str, &str); 5] = [
     ("posture", "posture held", "none, the posture is held"),
     ("switching", "standing", "none"),
@@ -11,7 +12,7 @@ pub const PHASES: [(&str, &str, &str); 5] = [
     ("swing-right", "right foot in the air", "none, a foot is in the air"),
 ];
 
-/// What the controller does in a phase: for one of another controller, its name.
+/// The activity of the controller in a phase. For a phase of a foreign controller, it is the name of the phase.
 pub fn doing(phase: &str) -> String {
     let known = PHASES.iter().find(|(name, ..)| *name == phase);
     known.map_or_else(|| phase.replace('-', " "), |(_, doing, _)| doing.to_string())
@@ -22,7 +23,7 @@ pub fn without_gain(phase: &str) -> &'static str {
     PHASES.iter().find(|(name, ..)| *name == phase).map_or("none", |(.., why)| why)
 }
 
-/// The label of a moment: the name of the gain in use or, if there is none, what the controller does.
+/// The label of a moment: the name of the gain in use or, if there is none, the activity of the controller.
 pub fn in_short(now: &Snapshot) -> String {
     match now.gain.as_ref().filter(|_| now.phase == "switching") {
         Some(gain) => format!("gain {gain}"),

@@ -1,9 +1,10 @@
-//! What is known of the training of a policy: figures with their origins, and the names that trainers give to what it sees.
+//! The known facts of a policy's training: figures with their origins, and the names that trainers give to observed
+//! quantities.
 
 use crate::observation::{Gait, Quantity, Scale, Term};
 use standfast_core::error::{Error, Result};
 
-/// A figure of a policy, and where it is from, in words.
+/// A figure of a policy, and its origin in words.
 pub struct Figure<T> {
     pub value: T,
     pub origin: String,
@@ -23,9 +24,9 @@ impl<T> Figure<T> {
     }
 }
 
-/// What is known of a policy. Lists of joints are in its own order.
+/// The known facts of a policy's training. Lists of joints are in the order of the policy.
 pub struct Training {
-    /// Who trained it, and in which file that stands.
+    /// The trainer of the policy, and the file that says so.
     pub by: String,
     pub period_s: Figure<f64>,
     pub joints: Figure<Vec<String>>,
@@ -41,7 +42,7 @@ pub struct Training {
 }
 
 impl Training {
-    /// Its lists of numbers, one for each joint: the key in the file, what it is, and the list.
+    /// The lists with one number for each joint: key in the file, meaning, and list.
     pub fn lists(&self) -> Vec<(&'static str, &'static str, &Figure<Vec<f64>>)> {
         let mut lists = vec![
             ("default_rad", "Angles at the action 0 [rad]", &self.default_rad),
@@ -94,13 +95,13 @@ impl Training {
     }
 }
 
-/// The rotor inertias (kg m^2) from which stiffness and damping were made, as for the robots of holosoma and mjlab:
-/// `kp = I w^2` and `kd = 2 z I w`, with w of 10 Hz and z of 2. None if they were made otherwise.
+/// The rotor inertias (kg m^2) from which stiffness and damping were made, as holosoma and mjlab do: `kp = I w^2` and
+/// `kd = 2 z I w`, with w of 10 Hz and z of 2. It is None if they were made otherwise.
 pub fn inertias_of_gains(stiffness: &[f64], damping: &[f64]) -> Option<Figure<Vec<f64>>> {
     const OMEGA_RAD_S: f64 = 10.0 * std::f64::consts::TAU;
     const DAMPING_RATIO: f64 = 2.0;
     let fits = |(kp, kd): (&f64, &f64)| *kp > 0.0 && (kd * OMEGA_RAD_S / (2.0 * DAMPING_RATIO * kp) - 1.0).abs() < 1e-3;
-    // To six digits, which is more than they are known to.
+    // Six digits are more than the accuracy of the inertias.
     let six_digits = |x: f64| format!("{x:.5e}").parse().unwrap_or(x);
     let inertias = stiffness.iter().map(|kp| six_digits(kp / OMEGA_RAD_S.powi(2))).collect();
     let why = "stiffness and damping are those of a natural frequency of 10 Hz and a damping ratio of 2 with them";
@@ -131,7 +132,7 @@ pub fn quantity(file: &str, field: &str, name: &str) -> Result<Quantity> {
     })
 }
 
-/// The scale of a term, of which all numbers may have the same.
+/// The scale of a term: a single factor if all numbers have the same.
 pub fn scale_of(each: Vec<f64>) -> Scale {
     match each[..] {
         [first, ..] if each.iter().all(|scale| *scale == first) => Scale::All(first),
@@ -139,7 +140,7 @@ pub fn scale_of(each: Vec<f64>) -> Scale {
     }
 }
 
-/// A term as it is, once.
+/// A term without scale, clip or history.
 pub fn plain(term: Quantity) -> Term {
     scaled(term, Scale::default())
 }
@@ -148,7 +149,7 @@ pub fn scaled(term: Quantity, scale: Scale) -> Term {
     Term { term, scale, clip: None, history: 1 }
 }
 
-/// The clock of a gait with one phase, which has gone on by `period_s` (s) at the first observation.
+/// The clock of a gait with one phase. At the first observation it has advanced by `period_s` (s).
 pub fn one_phase(gait_period_s: f64, period_s: f64) -> Gait {
     let first_rad = std::f64::consts::TAU * period_s / gait_period_s;
     Gait { hz: 1.0 / gait_period_s, start_rad: [first_rad, first_rad + std::f64::consts::PI], standing_rad: None }

@@ -1,4 +1,4 @@
-//! The metadata in an ONNX file: what holosoma and mjlab write there.
+//! Reads the metadata that holosoma and mjlab write to an ONNX file.
 
 use super::known::{Figure, Training, inertias_of_gains, plain, quantity, scaled};
 use crate::observation::{Gait, Quantity, Scale};
@@ -7,10 +7,10 @@ use standfast_core::robot::Robot;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
-/// The usual time between two actions (s), which neither states.
+/// The usual time between two actions (s), which neither trainer states.
 const USUAL_PERIOD_S: f64 = 0.02;
 
-/// The training that these metadata tell of. None if they are of no known trainer.
+/// The training that these metadata describe. It is None if they are not from a known trainer.
 pub fn training(file: &str, metadata: &HashMap<String, String>, robot: &Robot) -> Result<Option<Training>> {
     let read = Metadata { file, metadata };
     if metadata.contains_key("dof_names") {
@@ -81,7 +81,7 @@ impl Metadata<'_> {
 
     fn holosoma(&self, robot: &Robot) -> Result<Training> {
         let joints = self.words("dof_names")?;
-        // Its program sorts the terms by name.
+        // The program of holosoma sorts the terms by name.
         let terms = vec![
             plain(Quantity::LastAction),
             scaled(Quantity::BaseAngularVelocity, Scale::All(0.25)),
@@ -128,10 +128,10 @@ impl Metadata<'_> {
     }
 }
 
-/// Numbers of joints by parts of their names, the first that fits. Joints without one have 0.
+/// Numbers of joints by parts of the joints' names. The first part that fits counts. Joints without a part have 0.
 type Parts = &'static [(&'static str, f64)];
 
-/// What holosoma has in its program and not in its files.
+/// The figures of a robot that holosoma has in its program and not in its files.
 struct Holosoma {
     name: &'static str,
     /// Angles at the action 0 (rad).

@@ -1,4 +1,4 @@
-//! What the training of a policy left, read into its file: `standfast init POLICY.onnx`. Each figure says whether it was
+//! Reads the records of a policy's training into a file: `standfast init POLICY.onnx`. Each figure says whether it was
 //! read, inferred, or assumed as its trainer usually does it.
 
 mod known;
@@ -14,12 +14,12 @@ use standfast_core::robot::Robot;
 use standfast_files::assets;
 use std::path::{Path, PathBuf};
 
-/// Longest description that is read (bytes).
+/// Largest size of a description that is read (bytes).
 const MOST_BYTES: u64 = 10_000_000;
 
-/// The file of the policy in `model` for a robot. It is read from the file `from` or the `.deploy.yaml` of its name, or
-/// else from the network's own metadata, or else from a description where a trainer puts it. Errors: none of these says
-/// what the policy observes, or what one says does not fit the robot.
+/// Writes the file of the policy in `model` for a robot. The description is read from the file `from` or the
+/// `.deploy.yaml` of the policy's name, else from the metadata of the network, else from where a trainer puts a
+/// description. It fails if no description is found, or if a description does not fit the robot.
 pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Written> {
     let file = model.to_string_lossy();
     let bad = |problem: String, accepted: &str| Error::value(&file, "model", file.clone(), problem, accepted);
@@ -31,7 +31,7 @@ pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Writt
     };
     let own = model.with_extension("deploy.yaml");
     let stated = from.map(Path::to_path_buf).or_else(|| own.is_file().then_some(own));
-    // What is in the file itself is surely of this policy; another description beside it may be of another one.
+    // The metadata surely belong to this policy; another description beside it may belong to another one.
     let found = match &stated {
         Some(path) => Some(described(path)?),
         None => metadata::training(&file, &metadata, robot)?,

@@ -6,7 +6,7 @@ use standfast_files::assets::{decimal, one_line, quoted};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Width of a list.
+/// Width of the lines of a list (characters).
 const WIDTH: usize = 110;
 
 /// The text of the file, which lies beside `model`.

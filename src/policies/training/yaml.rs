@@ -8,9 +8,9 @@ use serde::de::DeserializeOwned;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Robot;
 
-/// The training that this file tells of.
+/// The training that this file describes.
 pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
-    // A key that only one of the two has.
+    // Whether the file has a key at the start of a line. Each of the two formats has a key that the other lacks.
     let states = |key: &str| text.lines().any(|line| line.starts_with(key));
     if states("joint_ids_map:") {
         Deploy::training(parsed(file, text)?, file, robot)
@@ -34,7 +34,7 @@ pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
     }
 }
 
-/// Descriptions that are not read, each by a key that only it has.
+/// Formats that are not read, each with a key that no other format has.
 const OTHERS: [(&str, &str); 5] = [
     ("JOINT_KP:", "a configuration of HumanoidVerse (ASAP, FALCON)"),
     ("rl_kp:", "a configuration of rl_sar"),
@@ -47,7 +47,8 @@ fn parsed<T: DeserializeOwned>(file: &str, text: &str) -> Result<T> {
     serde_saphyr::from_str(text).map_err(|e| Error::Syntax { file: file.into(), message: e.to_string() })
 }
 
-/// The names of the robot's joints, which a file counts as its motors. Fails if it has another number of them.
+/// The names of the robot's joints, which a file numbers as its motors. Fails if the file has more motors than the
+/// robot has joints.
 fn motors(file: &str, field: &str, count: usize, robot: &Robot) -> Result<Vec<String>> {
     let names: Vec<String> = robot.joints.iter().map(|joint| joint.name.clone()).collect();
     if count <= names.len() {
@@ -57,7 +58,8 @@ fn motors(file: &str, field: &str, count: usize, robot: &Robot) -> Result<Vec<St
     Err(Error::value(file, field, format!("{count} numbers"), "is for more joints than the robot has", accepted))
 }
 
-/// `deploy.yaml` of unitree_rl_lab. Stiffness and damping are in the order of the motors, the rest in that of the policy.
+/// `deploy.yaml` of unitree_rl_lab. Stiffness and damping are in the order of the motors, the rest in the order of the
+/// policy.
 #[derive(Deserialize)]
 struct Deploy {
     /// The motor of each joint of the policy.
@@ -87,7 +89,7 @@ struct Observed {
     history_length: usize,
 }
 
-/// A parameter of a term, of which only numbers matter.
+/// A parameter of a term. Only numbers are used.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Param {
@@ -161,7 +163,7 @@ impl Deploy {
             let scale = observed.scale.map_or_else(Scale::default, |scale| scale_of(scale.each(1)));
             let clip = match observed.clip {
                 None => None,
-                // It clips before it scales.
+                // unitree_rl_lab clips before it scales.
                 Some([low, high]) if low == -high => match scale {
                     Scale::All(factor) => Some(high * factor.abs()),
                     Scale::Each(_) => {
@@ -194,7 +196,7 @@ impl Deploy {
     }
 }
 
-/// A configuration of unitree_rl_gym. Its program fixes the terms.
+/// A configuration of unitree_rl_gym. The terms are fixed in its program.
 #[derive(Deserialize)]
 struct Gym {
     simulation_dt: f64,

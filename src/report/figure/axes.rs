@@ -27,7 +27,7 @@ impl Scale {
 pub struct Axis {
     /// Name with its unit. If it is empty on an x axis, neither name nor numbers are written.
     pub name: String,
-    /// Values at the left or lower edge, and at the other one.
+    /// Values at the left or lower edge, and at the right or upper edge.
     pub ends: At,
     /// Values with a number, and the text of the number.
     pub ticks: Vec<(f64, String)>,

@@ -1,6 +1,6 @@
 //! A picture of nested CPI sets, as in the paper's Fig. 3, in the plane of COM velocity (horizontal) and ZMP
 //! (vertical). A robot at rest is in the middle. An impulse moves it along the horizontal line, and the controller
-//! moves the ZMP. Dashed lines show the same gains' sets without disturbances, where the sets are robust.
+//! moves the ZMP. Dashed lines show the CPI sets of the same gains without disturbances, if the CPI sets are robust.
 
 use super::axes::Axis;
 use super::panel::{At, Panel};
@@ -16,8 +16,8 @@ const ROOM: f64 = 1.25;
 /// Approximate width of a letter (px).
 const LETTER: f64 = 7.0;
 
-/// Draws the sets of a gain set (slow to fast, largest first) and, if there are any, those of the same gains without
-/// disturbances. Fails if the file cannot be written.
+/// Draws the CPI sets of a gain set (slow to fast, largest first) and, if there are any, the CPI sets of the same gains
+/// without disturbances. Fails if the file cannot be written.
 pub fn write(path: &Path, gain_set: &str, sets: &[CpiSet], undisturbed: &[CpiSet]) -> Result<()> {
     let titles = ["Fore and aft (\u{3c9}: natural frequency)", "Sideways"];
     let panels = [0, 1].map(|axis| {
@@ -85,7 +85,7 @@ fn ends(set: &CpiSet, axis: usize) -> [f64; 2] {
     [reach * set.pendulum.omega, reach]
 }
 
-/// Draws the name of a set, and a line from it to the edge of the set.
+/// Draws the name of a CPI set, and a line from the name to the edge of the CPI set.
 pub fn leader(panel: &mut Panel, edge: At, name: At, words: &str) {
     panel.line("slice", edge, name);
     panel.circle("slice", edge, 2.0);
@@ -107,7 +107,7 @@ fn outline(set: &CpiSet, axis: usize, speed: f64, reach: f64) -> impl Iterator<I
     })
 }
 
-/// The largest COM velocity (m/s, up to `most`) that a set holds together with a ZMP (m).
+/// The largest COM velocity (m/s, up to `most`) that a CPI set contains together with a ZMP (m).
 fn largest_velocity(set: &CpiSet, axis: usize, most: f64, zmp: f64) -> f64 {
     let (mut inside, mut outside) = (0.0, most);
     for _ in 0..40 {

@@ -14,19 +14,20 @@ const RADIUS: f64 = 265.0;
 const BOUND_EVERY_DEG: usize = 3;
 /// A bound: class in `figure.css`, name in the legend, and impulse (N s).
 type Bound = (&'static str, &'static str, fn(&Heading) -> f64);
-/// The bounds in the order in which they are drawn, one over the other.
+/// The bounds in the order in which they are drawn on top of each other.
 const BOUNDS: [Bound; 3] = [
     ("bound many", "any number of footsteps, or none", |heading| heading.bound_n_step_n_s),
     ("bound one", "at most one footstep", |heading| heading.bound_one_step_n_s),
     ("bound none", "no footstep", |heading| heading.bound_no_step_n_s),
 ];
-/// Half the width of the marks up to which nothing was lost (degrees).
+/// Half the width of the marks of the impulses up to which nothing was lost (degrees).
 const SAFE_DEG: f64 = 2.5;
-/// Points of fewer headings than this are not joined, since a line would say too much about the headings between.
+/// Least number of headings whose points are joined. With fewer, a line would claim too much about the headings in
+/// between.
 const JOINED: usize = 8;
 
-/// Draws bounds and controllers, with one physics engine or two. Fails if the solver gives up on a bound, or if the file
-/// cannot be written.
+/// Draws bounds and controllers, with one physics engine or two. Fails if the solver gives up on a bound, or if the
+/// file cannot be written.
 pub fn write(path: &Path, limits: &[Limits]) -> Result<()> {
     let Limits { robot, campaign, yardstick, .. } = &limits[0];
     let headings = (0..360).step_by(BOUND_EVERY_DEG).map(|deg| yardstick.heading(deg as f64));
@@ -64,7 +65,7 @@ fn map(limits: &[Limits], bounds: &[Heading]) -> Panel {
 }
 
 /// Draws the limits of a controller in an engine: dots and a solid line or, in the second engine, diamonds and a dashed
-/// one.
+/// line.
 fn draw_set(panel: &mut Panel, limits: &Limits, set: usize, is_second: bool) {
     let Limits { headings, engine, .. } = limits;
     let at = |of: fn(&SetLimit) -> f64| move |heading: &Heading| towards(heading.heading_deg, of(&heading.sets[set]));

@@ -1,5 +1,5 @@
-//! The map of `standfast limit --dense`: every push by heading and impulse, from which the robot recovers or is lost. A hole
-//! is a loss amid pushes that are survived; it links to its replay.
+//! The map of `standfast limit --dense`: every push by heading and impulse, from which the robot recovers or is lost. A
+//! hole is a loss among pushes that are survived; it links to its replay.
 
 use super::axes::Axis;
 use super::panel::{Panel, Row, Sample, escape};
@@ -13,8 +13,8 @@ const FRAME: [f64; 4] = [64.0, 34.0, 744.0, 326.0];
 /// Angle between the numbers below a map (degrees).
 const TICK_DEG: usize = 45;
 
-/// Draws a map for each controller, in one physics engine or two. `replay_of` says which file shows the nth hole of all
-/// limits. Fails if the file cannot be written.
+/// Draws a map for each controller, in one physics engine or two. `replay_of` gives the file that shows the nth hole of
+/// all limits. Fails if the file cannot be written.
 pub fn write(path: &Path, limits: &[Limits], replay_of: impl Fn(usize) -> Option<String>) -> Result<()> {
     let Limits { robot, campaign, .. } = &limits[0];
     let mut holes = (0..).map(replay_of);

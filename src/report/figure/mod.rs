@@ -20,14 +20,14 @@ use std::path::Path;
 const STYLE: &str = include_str!("figure.css");
 /// Lighter colours, for pages that turn dark if the reader prefers that.
 const DARK: &str = include_str!("dark.css");
-/// Colours of a file that stands alone, which stays white on any page. Pages define their own.
+/// Colours of a file that is not part of a page, which stays white on any page. Pages define their own.
 const PAPER: &str = ":root{--page:#fff;--ink:#1f2328;--soft:#5c6570;--line:#e3e6ea}\n";
 /// Space between the panels of a file, and around them (px).
 const GAP: f64 = 16.0;
 /// Height of the heading of a file, and approximate width of its letters (px).
 const HEADING: f64 = 26.0;
 const LETTER: f64 = 8.6;
-/// Number of colours of controllers. The controllers beyond have the same colours again, dashed.
+/// Number of colours of controllers. Further controllers have the same colours again, dashed.
 pub const COLORS: usize = 7;
 
 /// The style sheet of panels that stand in a page.
@@ -35,7 +35,7 @@ pub fn page_style() -> String {
     palette::css() + STYLE + DARK
 }
 
-/// Classes of everything that is drawn for a controller.
+/// Classes of all elements that are drawn for a controller.
 pub fn class_of_set(set: usize) -> String {
     format!("s{}{}", set % COLORS, if set >= COLORS { " again" } else { "" })
 }

@@ -1,8 +1,8 @@
 //! A plot of a motion over time, as in the paper's Fig. 9 and 14: COM ("COG"), ZMP and feet, along x in the upper chart
 //! and along y in the lower one (world frame).
 //!
-//! Behind the curves, a grey band shows how far the soles on the ground reach along the axis: when the DCM leaves it,
-//! the robot falls unless it takes a footstep. Coloured bands show the times of pushes and footsteps.
+//! Behind the curves, a grey band shows how far the soles on the ground reach along the axis: when the DCM leaves the
+//! band, the robot falls unless it takes a footstep. Coloured bands show the times of pushes and footsteps.
 
 use super::axes::Axis;
 use super::panel::{At, Panel, Row, Sample, pieces};
@@ -20,14 +20,14 @@ const WIDTH: f64 = 890.0;
 /// Height of a chart, and space between the two (px).
 const HEIGHT: f64 = 264.0;
 const BETWEEN: f64 = 20.0;
-/// A curve leaves the picture where it is farther than this from feet and support (m).
+/// Distance from feet and support beyond which a curve leaves the picture (m).
 const MOST_OUTSIDE_M: f64 = 0.15;
 
 /// A curve: name, classes, and the point of a moment that it shows (m, world frame).
 type Line = (&'static str, &'static str, fn(&Snapshot) -> Option<Point2<f64>>);
 
-/// The curves from back to front. The left foot is dashed, so that both feet are seen where their curves coincide; the
-/// DCM is dashed, since many people cannot tell its green from the red of the ZMP.
+/// The curves from back to front. The left foot is dashed, so that both feet are seen where their curves coincide. The
+/// DCM is dashed, since many people cannot distinguish its green from the red of the ZMP.
 const LINES: [Line; 6] = [
     ("right foot", "right", |s| Some(s.soles.right.xy())),
     ("left foot", "left dashed", |s| Some(s.soles.left.xy())),

@@ -12,7 +12,7 @@ pub type At = [f64; 2];
 /// Length of the head of an arrow, and half the width of the caps of an error bar (px).
 const HEAD: f64 = 10.0;
 const CAP: f64 = 3.5;
-/// Largest distance between a simplified curve and its points (px), which is too small to be seen.
+/// Largest distance between a simplified curve and its points (px), which is too small to be visible.
 const NEAR: f64 = 0.15;
 /// Height of a row of a legend, and approximate width of its letters (px).
 const ROW: f64 = 24.0;
@@ -21,7 +21,7 @@ const LETTER: f64 = 7.6;
 /// A linear map from places to px.
 #[derive(Debug, Clone, Copy)]
 pub struct View {
-    /// Where the place [0, 0] is seen (px).
+    /// Position of the place [0, 0] (px).
     origin: At,
     /// Offset in px for one unit of x, and of y.
     x: At,
@@ -33,18 +33,18 @@ impl View {
     pub const PX: Self = Self { origin: [0.0, 0.0], x: [1.0, 0.0], y: [0.0, 1.0] };
 
     /// The view of a chart in a frame (left, top, right and bottom edge, px). `x` holds the values at the left and
-    /// right edge, `y` those at the bottom and top edge.
+    /// right edge, `y` the values at the bottom and top edge.
     pub fn chart([left, top, right, bottom]: [f64; 4], x: At, y: At) -> Self {
         let ([x0, dx], [y0, dy]) = ([x[0], (right - left) / (x[1] - x[0])], [y[0], (top - bottom) / (y[1] - y[0])]);
         Self { origin: [left - x0 * dx, bottom - y0 * dy], x: [dx, 0.0], y: [0.0, dy] }
     }
 
-    /// The view from above: forward (x) is up, left (y) is to the left. `middle` is where [0, 0] is seen (px).
+    /// The view from above: forward (x) is up, left (y) is to the left. `middle` is the position of [0, 0] (px).
     pub fn from_above(middle: At, px_per_unit: f64) -> Self {
         Self { origin: middle, x: [0.0, -px_per_unit], y: [-px_per_unit, 0.0] }
     }
 
-    /// Where a place is seen (px).
+    /// Position of a place (px).
     pub fn at(&self, place: impl Into<At>) -> At {
         let [x, y] = place.into();
         [0, 1].map(|i| self.origin[i] + x * self.x[i] + y * self.y[i])
@@ -83,7 +83,7 @@ impl Panel {
         Self { width, height, corner: [0.0, 0.0], view: View::PX, class: "fig", body: String::new() }
     }
 
-    /// A panel with nothing but a legend, as large as it needs.
+    /// A panel with nothing but a legend, in the size of the legend.
     pub fn of_legend(rows: &[Row]) -> Self {
         let letters = rows.iter().map(|(_, _, words)| words.chars().count()).max().unwrap_or(0);
         let mut panel = Self::new(40.0 + LETTER * letters as f64, ROW * (rows.len() as f64 + 0.5));
@@ -140,7 +140,7 @@ impl Panel {
         self.in_px(|panel| panel.polyline(class, points));
     }
 
-    /// A line of text, its middle at the place plus an offset (px, to the right and down). With `start` or `end` in
+    /// A line of text. Its middle is at the place plus an offset (px, to the right and down). With `start` or `end` in
     /// `class`, its start or end is there.
     pub fn text(&mut self, class: &str, at: impl Into<At>, [dx, dy]: At, text: &str) {
         let ([x, y], text) = (self.view.at(at), escape(text));
@@ -264,7 +264,7 @@ pub fn pieces<T>(values: impl Iterator<Item = Option<T>>) -> Vec<Vec<T>> {
     pieces
 }
 
-/// The points (px) that a line needs so that all others are within `NEAR` of it (Ramer, Douglas and Peucker).
+/// The points (px) of a line that has all other points within `NEAR` (Ramer, Douglas and Peucker).
 fn thinned(mut points: Vec<At>) -> Vec<At> {
     let mut needed = vec![false; points.len()];
     let mut stretches = vec![(0, points.len().saturating_sub(1))];
@@ -289,7 +289,8 @@ fn distance([x, y]: At, [[x1, y1], [x2, y2]]: [At; 2]) -> f64 {
     (x - x1 - share * dx).hypot(y - y1 - share * dy)
 }
 
-/// The text, escaped for the inside of an element or of a quoted attribute, and without what XML has no characters for.
+/// The text, escaped for the inside of an element or of a quoted attribute, and without characters that XML does not
+/// allow.
 pub fn escape(text: &str) -> String {
     HtmlEscape(&harmless(text)).to_string()
 }

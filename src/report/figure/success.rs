@@ -10,12 +10,13 @@ use standfast_study::Summary;
 use standfast_study::verdict::set_summary::{ImpulseBin, SetSummary};
 use std::path::Path;
 
-/// With more sets than this there are no bands, which would hide each other.
+/// Largest number of controllers with bands. More bands would hide each other.
 const MOST_BANDS: usize = 4;
-/// Distance between the error bars of two sets (px), and the largest share of a bin that they take together.
+/// Distance between the error bars of two controllers (px), and the largest share of a bin that all error bars take
+/// together.
 const BESIDE: f64 = 6.0;
 const OF_BIN: f64 = 0.6;
-/// Most letters of a name in the legend.
+/// Largest number of letters of a name in the legend.
 const LETTERS: usize = 40;
 /// Left and right edge of the chart (px).
 const LEFT: f64 = 64.0;
@@ -28,7 +29,7 @@ pub fn write(path: &Path, summary: &Summary) -> Result<()> {
     super::write(path, &heading, &[chart(&summary.sets), Panel::of_legend(&legend(&summary.sets))], 2)
 }
 
-/// The chart alone. The elements of a set are a group with the number of the set as `data-set`.
+/// The chart alone. The elements of a controller are a group with the number of the controller as `data-set`.
 pub fn chart(sets: &[SetSummary]) -> Panel {
     let edges = impulse_edges_n_s(sets);
     let ends = [edges.first().map_or(0.0, |edge| *edge), edges.last().map_or(1.0, |edge| *edge)];
@@ -51,7 +52,7 @@ pub fn chart(sets: &[SetSummary]) -> Panel {
     panel
 }
 
-/// The elements of a set.
+/// The elements of a controller.
 struct Series<'a> {
     set: &'a SetSummary,
     /// Smallest and largest impulse of the pushes, as far as they are known, and ends of the axis (N s).
@@ -101,12 +102,12 @@ impl Series<'_> {
     }
 }
 
-/// Class of the dots of a set. They are hollow if an earlier set has the same colour.
+/// Class of the dots of a controller. They are hollow if an earlier controller has the same colour.
 fn dot(set: usize) -> &'static str {
     if set < COLORS { "dot" } else { "hollow" }
 }
 
-/// The legend: the colour of each set with its rate over all impulses, and the meaning of the marks.
+/// The legend: the colour of each controller with its rate over all impulses, and the meaning of the marks.
 fn legend(sets: &[SetSummary]) -> Vec<Row> {
     let row = |(i, set): (usize, &SetSummary)| {
         let name = match set.name.char_indices().nth(LETTERS) {
@@ -128,7 +129,7 @@ fn legend(sets: &[SetSummary]) -> Vec<Row> {
     sets.iter().enumerate().map(row).chain(notes.into_iter().filter(|(is_seen, _)| *is_seen).map(note)).collect()
 }
 
-/// Whether some of the sets have fewer trials than others.
+/// Whether some of the controllers have fewer trials than others.
 fn are_of_different_trials(sets: &[SetSummary]) -> bool {
     sets.iter().any(|set| set.count.trials != sets[0].count.trials)
 }

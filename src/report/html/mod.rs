@@ -30,13 +30,13 @@ const TEMPLATE: &str = include_str!("report.html.jinja");
 const STYLE: &str = include_str!("report.css");
 const SCRIPT: &str = include_str!("report.js");
 
-/// Pairs beyond this number appear only in the table of pairs, without a map.
+/// Largest number of pairs with a map. Further pairs appear only in the table of pairs.
 const MOST_PAIRS: usize = 28;
-/// If there are more pairs than this, the sentences on them are folded away.
+/// Largest number of pairs whose sentences are shown. With more pairs, the sentences are folded away.
 const FEW_ANSWERS: usize = 6;
 
-/// The page of a campaign, from its `summary` and the `rows` of it. It links to the replays that exist, by paths
-/// relative to `folder`. Fails only if the template is wrong.
+/// The page of a campaign, from its `summary` and its `rows`. It links to the replays that exist, by paths relative to
+/// `folder`. Fails only if the template is wrong.
 pub fn page(summary: &Summary, rows: &Digest, folder: &Path) -> Result<String> {
     let context = context(summary, rows, folder);
     html_page::render("report.html", TEMPLATE, UndefinedBehavior::SemiStrict, add_to, &context)
@@ -53,13 +53,13 @@ fn add_to(environment: &mut Environment) {
 fn context(summary: &Summary, rows: &Digest, folder: &Path) -> Value {
     let (sets, pairs) = (&summary.sets, &summary.pairs);
     let names: Vec<String> = sets.iter().map(|set| set.name.clone()).collect();
-    // Every pair and gate names sets of the summary, so the default is never used.
+    // Every pair and gate names controllers of the summary, so the default is never used.
     let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
     let trials = Trials(rows);
     let maps = polar::Maps::new(success::impulse_edges_n_s(sets), &trials);
     let view = |(i, pair): (usize, &Pair)| {
         let (a, b) = (index(&pair.a), index(&pair.b));
-        // Of two engines, the map of a controller stands where their agreement is told.
+        // If there are two engines, the map of a controller is in the section on their agreement.
         let has_map = i < MOST_PAIRS && summary.agreement.is_none();
         let map = if has_map { maps.pair((a, b), [a, b]) } else { None };
         let open = pair.verdict == PairVerdict::Open;
@@ -99,8 +99,8 @@ fn context(summary: &Summary, rows: &Digest, folder: &Path) -> Value {
     })
 }
 
-/// What the template reads of two engines. `sets` are those of the comparison: first all in one engine, then all in the
-/// other.
+/// The values of the template about two engines. `sets` are the controllers of the comparison: first all in one engine,
+/// then all in the other.
 fn engines(agreement: &Agreement, sets: &[SetSummary], maps: &polar::Maps) -> Value {
     let of_set = |(i, set): (usize, &SetAgreement)| {
         let (a, b) = (i, agreement.sets.len() + i);
@@ -128,7 +128,7 @@ mod tests {
     use crate::fixtures::{digest, ragged, summary};
     use standfast_sim::episode::Outcome::{Fell, Recovered};
 
-    /// The page of two sets with five trials each, in one engine.
+    /// The page of two controllers with five trials each, in one engine.
     fn usual() -> String {
         let outcomes = [[Recovered, Fell]; 5];
         page(&summary(&outcomes, &[], &[]), &digest(&outcomes), Path::new("")).unwrap()
@@ -167,7 +167,7 @@ mod tests {
         }
     }
 
-    /// On the page, in the summary for a pull request, and in the terminal.
+    /// The page, the summary for a pull request, and the terminal are tested.
     #[test]
     fn a_set_that_was_stopped_has_its_own_trials() {
         let (summary, rows) = ragged(&[]);
@@ -175,7 +175,7 @@ mod tests {
         let terminal = text::campaign(&summary, Path::new("out"), true);
         let up_to = "up to 100 trials (of 200 at most) for each controller";
         for (text, told) in [
-            // The last is the outcome of a trial that a set has not met.
+            // The last text has the outcome of a trial that a controller has not run.
             (&page, ["up to 100 trials of 3 controllers", "20.0 % of 25</td>", "\"R-R\""]),
             (&crate::markdown::text(&summary), [up_to, "| b | 5/25 |", ""]),
             (&terminal, [up_to, " 5/25 ", " trials 100 25 100 "]),

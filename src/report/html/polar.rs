@@ -9,11 +9,11 @@ use crate::figure::polar::{Polar, towards};
 /// Radius of the outermost ring in units of the picture, which is 320 by 320 with 0, 0 in the middle. The script of the
 /// page uses the same number.
 const RADIUS: f64 = 130.0;
-/// A cell with fewer trials than this is pale.
+/// Least number of trials of a cell that is not pale.
 const FEW: u32 = 5;
-/// From this number of trials on, sectors are half as wide.
+/// Number of trials from which on sectors are half as wide.
 const NARROW_SECTORS: usize = 400;
-/// With more trials than this, marks are small.
+/// Largest number of trials with marks of full size. With more, marks are small.
 const MANY: usize = 300;
 /// Half the width of a cross, and of a small one, in units of the picture.
 const CROSS: f64 = 2.2;
@@ -45,7 +45,8 @@ impl<'a> Maps<'a> {
         *self.edges_n_s.last().unwrap_or(&1.0)
     }
 
-    /// The map of one set: the share of recovered trials as cells and, unless there are too many, each trial as a mark.
+    /// The map of one controller: the share of recovered trials as cells and, unless there are too many, each trial as
+    /// a mark.
     pub fn set(&self, set: usize) -> String {
         let Trials(rows) = self.trials;
         let own = |has_won: bool| {
@@ -66,8 +67,8 @@ impl<'a> Maps<'a> {
         )
     }
 
-    /// The map of the trials in which two sets differ, each set in the colour of this number. None if there are too many
-    /// trials for marks.
+    /// The map of the trials in which two controllers differ, each controller in the colour of its number in `colors`.
+    /// None if there are too many trials for marks.
     pub fn pair(&self, (a, b): (usize, usize), colors: [usize; 2]) -> Option<String> {
         if !self.trials.as_dots() {
             return None;
@@ -95,7 +96,7 @@ impl<'a> Maps<'a> {
     }
 
     /// A map, with `below` drawn below its rings and `over` drawn over them. The script of the page reads two
-    /// attributes: the impulse at the outermost ring, and the `sets` whose trials it offers to replay.
+    /// attributes: the impulse at the outermost ring, and the controllers `sets` whose trials it offers to replay.
     fn drawn(&self, label: &str, sets: &str, below: impl Fn(&mut Polar), over: impl Fn(&mut Polar)) -> String {
         let most = self.most_n_s();
         let mut polar = Polar::new(RADIUS, most);

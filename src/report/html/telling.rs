@@ -11,8 +11,8 @@ use standfast_study::verdict::pairs::Pair;
 use standfast_study::verdict::set_summary::SetSummary;
 use std::path::Path;
 
-/// The rows of the table: each set's telling trials with the command that replays them and, if it exists, the path of
-/// their replay relative to `folder`, and its small picture.
+/// The rows of the table: each controller's telling trials with the command that replays them and, if it exists, the
+/// path of their replay relative to `folder`, and its small picture.
 pub(super) fn table(sets: &[SetSummary], folder: &Path) -> Vec<Value> {
     let told = |(i, set): (usize, &SetSummary)| -> Vec<Value> {
         let row = |trial: u64| (row_id(sets, i, trial), command(set, trial), replay_found(folder, &set.origin, trial));
@@ -26,15 +26,16 @@ pub(super) fn table(sets: &[SetSummary], folder: &Path) -> Vec<Value> {
     sets.iter().enumerate().flat_map(told).collect()
 }
 
-/// A trial: its number, the link to its row in the table for the first of the `tried` sets that has one, and the
-/// command that replays it with the first of them.
+/// A trial: its number, the link to its row in the table for the first of the `tried` controllers that has a row, and
+/// the command that replays it with the first of the `tried` controllers.
 pub(super) fn point(sets: &[SetSummary], trial: u64, tried: &[usize]) -> Value {
     let link = tried.iter().find_map(|set| row_id(sets, *set, trial)).map(|id| format!("#{id}"));
     json!({ "trial": trial, "link": link, "command": command(&sets[tried[0]], trial) })
 }
 
-/// The trials from which only one of a pair of sets recovered, first those of the first set, each with the command that
-/// replays it with the set that lost it. If one set is better, one of its trials is the example.
+/// The trials from which only one of a pair of controllers recovered, first the trials of the first controller, each
+/// with the command that replays it with the controller that lost it. If one controller is better, one of its trials is
+/// the example.
 pub(super) fn of_pair(sets: &[SetSummary], pair: &Pair, (a, b): (usize, usize)) -> Value {
     let points = |trials: &[u64], tried: [usize; 2]| -> Vec<Value> {
         trials.iter().map(|trial| point(sets, *trial, &tried)).collect()
@@ -51,14 +52,15 @@ fn command(set: &SetSummary, trial: u64) -> String {
     replay_parts(&set.origin, Path::new("")).join(&trial.to_string())
 }
 
-/// Id of the row of a set and a trial. None if the table has no such row.
+/// Id of the row of a controller and a trial. None if the table has no such row.
 fn row_id(sets: &[SetSummary], set: usize, trial: u64) -> Option<String> {
     let SetSummary { name, telling, .. } = &sets[set];
     let is_told = telling.iter().any(|told| told.trial == trial);
     is_told.then(|| format!("trial-{trial}-{}", slug(name, set)))
 }
 
-/// The name of a set as part of an id and of links to it. A name with special characters is replaced by its number.
+/// The name of a controller as part of an id and of links to it. A name with special characters is replaced by its
+/// number.
 fn slug(name: &str, set: usize) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     if !name.is_empty() && name.chars().all(is_plain) { name.into() } else { format!("~{set}") }

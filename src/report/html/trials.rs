@@ -4,10 +4,10 @@ use serde_json::{Value, json};
 use standfast_sim::episode::Outcome;
 use standfast_study::verdict::digest::Digest;
 
-/// With more trials than this, no trial is drawn by itself.
+/// Largest number of trials that are drawn one by one.
 const MOST_DOTS: usize = 2000;
 
-/// The trials of a result, and what the page makes of them.
+/// The trials of a result, and their forms for the page.
 pub(super) struct Trials<'a>(pub &'a Digest);
 
 impl Trials<'_> {
@@ -15,15 +15,15 @@ impl Trials<'_> {
         self.0.drawn.trials()
     }
 
-    /// Whether there are few enough trials to draw each by itself.
+    /// Whether there are few enough trials to draw them one by one.
     pub fn as_dots(&self) -> bool {
         self.len() <= MOST_DOTS
     }
 
-    /// The data of the page's script: names of the sets, the parts of the replay command before and after the number of
-    /// a trial, and for each trial its number, impulse (N s), heading (degrees), a letter for each set's outcome (R, F,
-    /// D, T, or - where the set had been stopped before) and each set's number of footsteps. The text is safe inside a
-    /// `script` element.
+    /// The data of the page's script: names of the controllers, the parts of the replay command before and after the
+    /// number of a trial, and for each trial its number, impulse (N s), heading (degrees), a letter for each
+    /// controller's outcome (R, F, D, T, or - if the controller had been stopped before) and each controller's number
+    /// of footsteps. The text is safe inside a `script` element.
     pub fn as_json(&self, commands: &[[String; 2]]) -> String {
         let round = |x: f64, digits: f64| (x * digits).round() / digits;
         let Self(rows) = self;

@@ -1,6 +1,6 @@
-//! The data of a page as one JSON value: the robot, and everything that is drawn at each moment.
+//! The data of a page as one JSON value: the robot, and all that is drawn at each moment.
 //!
-//! The grid of a column spans all its values, so that a single huge value would make the whole film coarse. The page
+//! The grid of a column spans all its values, so a single huge value would make the whole film coarse. The page
 //! therefore ends before the robot or its numbers are too far away ([`Film::near`]), and the error of a column is at
 //! most 0.08 mm.
 
@@ -18,23 +18,25 @@ use standfast_sim::Ground;
 use standfast_sim::episode::film::Film;
 use standfast_sim::episode::snapshot::{Arrow, Snapshot};
 
-/// Most moments of a page. A longer film is shown at every second or third tick, and so on, which keeps the page small.
+/// Largest number of moments of a page. A longer film is shown at every second or third tick, and so on, which keeps
+/// the page small.
 const MOST_MOMENTS: usize = 2500;
 
-/// Bytes of a page that films and meshes share, those that few meshes have, and the number of joints for which
-/// [`MOST_MOMENTS`] is meant, out of this number of columns.
+/// Number of bytes of a page that films and meshes share, and number of bytes that a few meshes take; and the number of
+/// columns of a page with the number of joints for which [`MOST_MOMENTS`] is meant.
 const SHARED_BYTES: f64 = 850_000.0;
 const FEW_BYTES: usize = 20_000;
 const COLUMNS: usize = 60;
 const JOINTS: usize = 20;
 
-/// Smallest margin that is shown, so that those near 0 keep two digits.
+/// Smallest margin that is shown, so that margins near 0 keep two digits.
 const LEAST_MARGIN: f64 = -100.0;
-/// Most corners of CPI sets in a page. With noise, each moment has its own sets; if they have more corners than this,
-/// sets are shown at every second or third moment, and so on.
+/// Largest number of corners of CPI sets in a page. With noise, each moment has its own CPI sets. If they have more
+/// corners than this, they are shown at every second or third moment, and so on.
 const MOST_CORNERS: usize = 60_000;
 
-/// The packed film, which `film.js` reads, with the motion of a ghost, and sentences on what the page leaves out.
+/// The packed film, which `film.js` reads, with the motion of a ghost, and sentences on the parts that the page leaves
+/// out.
 pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     let (ticks, farthest_m) = (&film.snapshots[..film.near()], film.farthest_m());
     let meshes = Meshes::of(film.robot.links.iter().flat_map(|link| link.drawn()).map(|solid| &solid.shape));
@@ -106,13 +108,14 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     (with_fields_of(packed, &motion(&moments, period_s, farthest_m)), notes)
 }
 
-/// The share of the usual moments for which a page has room, if the robot has so many joints, and so many bytes of meshes.
+/// The share of the usual number of moments for which a page has room, with `joints` joints and `mesh_bytes` bytes of
+/// meshes.
 fn room(joints: usize, mesh_bytes: usize) -> f64 {
     let columns = COLUMNS as f64 / (COLUMNS - JOINTS + joints.max(JOINTS)) as f64;
     columns * (1.0 - mesh_bytes.saturating_sub(FEW_BYTES) as f64 / SHARED_BYTES).max(0.1)
 }
 
-/// How the robot moves: its base, joints, COM and ZMP at each moment. Only these are shown of a ghost.
+/// The motion of the robot: its base, joints, COM and ZMP at each moment. For a ghost only these are shown.
 fn motion(moments: &[&Snapshot], period_s: f64, farthest_m: f64) -> Value {
     let joints = moments.first().map_or(0, |s| s.posture.q.len());
     let points = |at: &dyn Fn(&Snapshot) -> [f64; 3]| columns(&moments.iter().map(|s| Some(at(s))).collect::<Vec<_>>());
@@ -128,7 +131,7 @@ fn motion(moments: &[&Snapshot], period_s: f64, farthest_m: f64) -> Value {
     })
 }
 
-/// The column of a value, and below, of a place on the ground.
+/// The column of a value.
 fn each(moments: &[&Snapshot], value: &dyn Fn(&Snapshot) -> Option<f64>) -> Value {
     column(&moments.iter().map(|s| value(s)).collect::<Vec<_>>())
 }
@@ -250,8 +253,8 @@ fn kind(shape: &Shape, meshes: &Meshes) -> (String, Vector3<f64>) {
     }
 }
 
-/// The meshes by name, each within the cube from -1 to 1. Boxes, cylinders and spheres need one each, which the page
-/// scales; that keeps it small.
+/// The meshes by name, each within the cube from -1 to 1. All boxes, cylinders and spheres need one mesh each, which
+/// the page scales; this keeps the page small.
 fn shapes(robot: &Robot, meshes: &Meshes) -> Value {
     let mut shapes = serde_json::Map::new();
     for solid in robot.links.iter().flat_map(|link| link.drawn()) {

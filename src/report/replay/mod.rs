@@ -1,4 +1,4 @@
-//! A film as one HTML page: the robot in 3D, what the controller estimates and commands, and plots over time.
+//! A film as one HTML page: the robot in 3D, the controller's estimates and commands, and plots over time.
 //!
 //! The page is one file that loads nothing else and opens from a disk, with its own small WebGL viewer. Numbers are
 //! packed to 16 bits each (`pack`), and the page computes the kinematics, so that positions are right to 0.1 mm. The
@@ -39,14 +39,13 @@ pub struct Head {
     pub lines: Vec<String>,
     /// The shell command that makes this page.
     pub command: String,
-    /// Whether the page lies in a result folder. If so, it links to the report, and its command is for a shell in that
-    /// folder.
+    /// Whether the page is in a result folder. If so, it links to the report, and its command is for a shell in the
+    /// result folder.
     pub of_result: bool,
 }
 
 /// The page of a film. The robot of a second film of the same trial, in another engine or with another controller, is
-/// shown as a ghost. Fails if a
-/// film has no moment, or if the template is wrong.
+/// shown as a ghost. Fails if a film has no moment, or if the template is wrong.
 pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
     if std::iter::once(film).chain(ghost).any(|film| film.snapshots.is_empty()) {
         return Err(Error::Numeric { what: "replay".into(), problem: "the film has no moment".into() });
@@ -79,7 +78,7 @@ pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
     html_page::render("replay.html", TEMPLATE, UndefinedBehavior::Lenient, |_| (), &context)
 }
 
-/// The outcome of a film, which also is the class of its badge, and what the badge says. With a ghost, there are two.
+/// The outcome of a film, which is also the class of its badge, and the text of the badge. With a ghost, there are two.
 fn outcomes(film: &Film, ghost: Option<&Film>) -> Vec<[String; 2]> {
     let outcome = |film: &Film| film.record.outcome.name().to_string();
     let Some(ghost) = ghost else { return vec![[outcome(film), outcome(film)]] };

@@ -1,8 +1,8 @@
 //! Numbers of a film, packed for a page: 16 bits each, in base 64.
 //!
 //! Each column has its own grid: a value is `least + step * n` with n from 0 to 65 534, and n = 65 535 means that there
-//! is no value. The grid spans the values of the column, so that the error (half a step) is 8 µm for each metre between
-//! them.
+//! is no value. The grid spans the values of the column, so that the error (half a step) is 8 µm for each metre of
+//! their range.
 
 use base64::prelude::{BASE64_STANDARD, Engine};
 use nalgebra::Point2;

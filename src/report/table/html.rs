@@ -1,5 +1,5 @@
-//! Tables in HTML: with a caption, headings that say what they head, and the marks of the cells as pictures. The lengths
-//! of these are in percent of their cell, so that they fit any screen.
+//! Tables in HTML: with a caption, headings that name the columns and rows that they head, and the marks of the cells
+//! as pictures. Lengths in these pictures are in percent of their cell, so that they fit any screen.
 
 use super::{Mark, Table};
 use crate::figure::axes::Scale;
@@ -9,7 +9,7 @@ use crate::text::layout::together;
 use std::fmt::Write;
 
 impl Table {
-    /// The table as a figure, its note below. The marks of a row stand in a cell of their own, after its names.
+    /// The table as a figure, with its note below. The marks of a row are in a cell of their own, after its names.
     pub fn html(&self) -> String {
         let scale = self.scale();
         let names = self.columns.iter().take_while(|column| column.is_words).count();
@@ -52,7 +52,7 @@ impl Table {
         html + "</figure>\n"
     }
 
-    /// The scale of all marks; None without any.
+    /// The scale of all marks. None if there are no marks.
     fn scale(&self) -> Option<Scale> {
         let marks: Vec<Mark> = self.rows.iter().flatten().filter_map(|cell| cell.mark).collect();
         let ends = marks.iter().flat_map(|mark| mark.ci.unwrap_or([mark.at; 2]));
@@ -62,8 +62,8 @@ impl Table {
     }
 }
 
-/// The text, escaped, with minus signs before negative numbers, and numbers that stay with their units. Hyphens in names
-/// stay.
+/// The text, escaped, with minus signs before negative numbers, and numbers that stay with their units. Hyphens in
+/// names stay.
 pub fn signs(text: &str) -> String {
     let mut parts = text.split('-');
     let mut told = parts.next().unwrap_or_default().to_string();
@@ -101,7 +101,7 @@ fn whisker(scale: Scale, mark: Mark, size: &str) -> String {
     svg + &format!("<circle cx=\"{}%\" cy=\"50%\" r=\"4\"/></svg>", px(at(scale, mark.at)))
 }
 
-/// The numbers of an axis, which stand above whiskers of the same scale. Shares are written in percent.
+/// The numbers of an axis, which is above whiskers of the same scale. Shares are written in percent.
 fn axis(scale: Scale, about_zero: bool) -> String {
     let mut svg = String::from("<svg class=\"axis\" aria-hidden=\"true\">");
     let ticks = scale.ticks();

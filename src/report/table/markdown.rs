@@ -18,7 +18,7 @@ impl Table {
     }
 }
 
-/// A sentence on what is left out of a list, after a space, or nothing if all is written.
+/// A sentence, after a space, on the number of entries that are left out of a list. It is empty if all are written.
 pub fn left_out(count: usize, place: &str) -> String {
     match count.saturating_sub(MOST_ROWS) {
         0 => String::new(),

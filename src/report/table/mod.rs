@@ -1,6 +1,6 @@
 //! A table as plain data, with three writers: for the terminal, in Markdown and in HTML.
 //!
-//! Who makes a table says what is in it, once; each writer says how that looks. The tables of a result are made in
+//! The maker of a table states its content once; each writer decides how it looks. The tables of a result are made in
 //! [`tables`](super::tables).
 
 mod html;
@@ -10,7 +10,8 @@ mod terminal;
 pub use html::signs;
 pub use markdown::{escaped, left_out};
 
-/// Most rows that are written to the terminal and in Markdown. Nobody reads more rows, and GitHub takes 1 MiB at most.
+/// Largest number of rows that are written to the terminal and in Markdown. More would not be read, and GitHub takes at
+/// most 1 MiB.
 pub const MOST_ROWS: usize = 100;
 
 /// A table.
@@ -20,30 +21,30 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// Each row has a cell for each column.
     pub rows: Vec<Vec<Cell>>,
-    /// What the columns mean; may be empty.
+    /// The meaning of the columns; may be empty.
     pub note: String,
     /// Whether the marks of the cells are drawn about 0. Otherwise they are shares, from 0 to 1.
     pub about_zero: bool,
 }
 
-/// What stands above the cells of a column.
+/// The heading of a column.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Column {
     pub heading: String,
-    /// The unit of the cells, where they do not have it themselves.
+    /// The unit of the cells, if the cells do not state it themselves.
     pub unit: &'static str,
-    /// Whether the cells are names or words, which begin at the left. Numbers end at the right.
+    /// Whether the cells are names or words, which are aligned to the left. Numbers are aligned to the right.
     pub is_words: bool,
-    /// The controller whose cells these are, if the columns are to be compared.
+    /// The controller of the column, if the columns are to be compared.
     pub set: Option<usize>,
 }
 
-/// A cell. Its text is what every writer writes.
+/// A cell. All writers write its text.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cell {
     pub text: String,
     pub mark: Option<Mark>,
-    /// The controller that is named here, which has a colour where there are colours.
+    /// The controller that is named in the cell. It has a colour if the writer has colours.
     pub set: Option<usize>,
 }
 
@@ -52,7 +53,7 @@ pub struct Cell {
 pub struct Mark {
     pub at: f64,
     pub ci: Option<[f64; 2]>,
-    /// The controller whose colour it has.
+    /// The controller whose colour the mark has.
     pub set: Option<usize>,
 }
 
@@ -70,7 +71,7 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// The same with rows in the place of columns. The texts of the first column become the headings.
+    /// The table with rows and columns exchanged. The texts of the first column become the headings.
     fn turned(&self) -> Self {
         let corner = self.columns.iter().take(1).cloned();
         let headings = self.rows.iter().map(|row| number(&row[0].text));
@@ -105,7 +106,7 @@ pub fn number(heading: impl Into<String>) -> Column {
     Column { heading: heading.into(), ..Column::default() }
 }
 
-/// A column of words, and one of numbers for each of the other headings.
+/// A column of words, and a column of numbers for each of the other headings.
 pub fn headings<const N: usize>(first: &str, others: [&str; N]) -> impl Iterator<Item = Column> {
     std::iter::once(words(first)).chain(others.map(number))
 }
@@ -137,7 +138,7 @@ mod tests {
         table
     }
 
-    /// So many controllers side by side.
+    /// A table of `sets` controllers side by side.
     pub(super) fn beside(sets: usize) -> Table {
         let column = |set: usize| Column { set: Some(set), ..number(format!("set{set}")) };
         let mut table = Table::new("", std::iter::once(words("lost")).chain((0..sets).map(column)));

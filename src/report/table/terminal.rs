@@ -1,11 +1,11 @@
-//! Tables on a terminal: all look alike, and are as wide as the terminal or 80 columns. Numbers, names and units are never
-//! broken: a table that has no room for them is wider.
+//! Tables on a terminal: all look alike, and are as wide as the terminal or 80 columns. Numbers, names and units are
+//! never broken: a table that is too narrow for them becomes wider.
 
 use super::{MOST_ROWS, Table, left_out};
 use crate::text::layout::{terminal_width, together, wrapped, wrapped_to};
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, TableStyle};
 
-/// With more controllers side by side than this, the sets are the rows.
+/// Largest number of controllers side by side. With more, the controllers are the rows.
 const FEW: usize = 4;
 
 impl Table {
@@ -50,8 +50,8 @@ impl Table {
         drawn
     }
 
-    /// The width of each column without the two spaces between columns: if not all has room, the headings of numbers
-    /// are broken first, and then words.
+    /// The width of each column without the two spaces between columns. If there is not enough room, the headings of
+    /// numbers are broken first, and then words.
     fn widths(&self, headings: &[String], room: usize) -> Vec<usize> {
         let count = |text: &str| text.chars().count();
         let longest = |text: &str| together(text).split(' ').map(count).max().unwrap_or_default();
@@ -68,13 +68,13 @@ impl Table {
         for i in columns() {
             let of_heading = longest(&headings[i]);
             widths[i] = match self.columns[i].is_words {
-                // A cell may begin with spaces, which all of its lines have then.
+                // A cell may begin with spaces, with which all of its lines then begin.
                 true => most(&|text| count(text) - count(text.trim_start()) + longest(text.trim_start()), i),
                 false => most(&count, i),
             }
             .max(of_heading);
         }
-        // What is left goes to words, where most is wanted, and then to headings.
+        // The remaining width goes to words, first to the column that lacks most, and then to headings.
         for is_words in [true, false] {
             while needed(&widths) < room {
                 let lacking = |&i: &usize| wanted[i] - widths[i].min(wanted[i]);
@@ -87,7 +87,7 @@ impl Table {
     }
 }
 
-/// The heading with spaces in its unit that no line is broken at.
+/// The heading with non-breaking spaces in its unit.
 fn unbroken(heading: &str) -> String {
     match heading.split_once('[') {
         Some((name, unit)) => format!("{name}[{}", unit.replace(' ', "\u{a0}")),
@@ -95,7 +95,7 @@ fn unbroken(heading: &str) -> String {
     }
 }
 
-/// The text in lines of this width, all of which begin with as many spaces as the first.
+/// The text in lines of this width, all of which begin with the same number of spaces as the first.
 fn in_lines(text: &str, width: usize) -> String {
     let words = text.trim_start();
     wrapped_to(width, &text[..text.len() - words.len()], words).trim_end().into()

@@ -1,5 +1,5 @@
-//! The tables of a result, each made once for the terminal, `summary.md` and `report.html`. A further table is a function
-//! in one of these files, and a line in the list of [`of`].
+//! The tables of a result, each made once for the terminal, `summary.md` and `report.html`. A further table is a
+//! function in one of these files, and a line in the list of [`of`].
 
 mod pairs;
 mod sets;
@@ -7,7 +7,7 @@ mod sets;
 use super::table::Table;
 use standfast_study::Summary;
 
-/// Where a table is told.
+/// The places where a table is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Detail {
     /// Everywhere.
@@ -18,7 +18,8 @@ pub enum Detail {
     Page,
 }
 
-/// A table of a result, and its section of the page. One without a section is told by the page in another way.
+/// A table of a result, and its section of the page. If the section is empty, the page shows the content in another
+/// way.
 pub struct Told {
     pub section: &'static str,
     pub detail: Detail,
@@ -51,7 +52,7 @@ pub fn of(summary: &Summary) -> Vec<Told> {
     told.filter(|told| !told.table.rows.is_empty()).collect()
 }
 
-/// The tables of how far two engines agree: all of them if `full`.
+/// The tables of the agreement of two engines: all of them if `full`.
 pub fn of_agreement(summary: &Summary, full: bool) -> impl Iterator<Item = Table> {
     let most = if full { Detail::Full } else { Detail::Short };
     of(summary).into_iter().filter(move |told| told.section == "engines" && told.detail <= most).map(|told| told.table)
@@ -64,7 +65,7 @@ mod tests {
     use standfast_sim::episode::Outcome::{Diverged, Fell, Recovered, TimedOut};
     use standfast_study::verdict::set_summary::SetSummary;
 
-    /// The texts of the rows of the table in this section whose first heading is this.
+    /// The texts of the rows of the table in `section` whose first heading is `heading`.
     fn rows(summary: &Summary, section: &str, heading: &str) -> Vec<String> {
         let is_it = |told: &Told| told.section == section && told.table.columns[0].heading == heading;
         let table = of(summary).into_iter().find(is_it).unwrap_or_else(|| panic!("no {heading}")).table;
@@ -122,7 +123,7 @@ mod tests {
         assert!(rows[3].starts_with("b >= 0.9 | FAILED |"));
     }
 
-    /// What did not happen has no table, and every other one has the same number of cells in each row.
+    /// A quantity that did not occur has no table. All rows of a table have the same number of cells.
     #[test]
     fn every_table_is_whole() {
         let mut all = of(&ragged(&["a >= b"]).0);

@@ -1,4 +1,4 @@
-//! What pairs of controllers, gates and pairs of engines say.
+//! Tables of pairs of controllers, gates and pairs of engines.
 
 use crate::table::{Cell, Column, Mark, Table, cell, headings, number, texts, words};
 use crate::tables::sets::kind;
@@ -43,7 +43,7 @@ pub(super) fn counts(summary: &Summary) -> Table {
     table.with_note(format!("{about} {}", about_pairs(summary)))
 }
 
-/// In a sweep, what each change does: over all trials, and by heading.
+/// In a sweep, the effect of each change: over all trials, and by heading.
 pub(super) fn effects(summary: &Summary) -> Table {
     let Some(reference) = &summary.reference else { return Table::default() };
     let variants = summary.sets.iter().enumerate().filter_map(|(i, set)| {
@@ -75,7 +75,7 @@ pub(super) fn effects(summary: &Summary) -> Table {
     ))
 }
 
-/// By kind of trial, how two controllers differ: a table for each pair that is told.
+/// The differences of two controllers by kind of trial: a table for each pair that is shown.
 pub(super) fn by_kind(summary: &Summary) -> Vec<Table> {
     let of_pair = |pair: &Pair| {
         let (title, columns) = (format!("{} - {}, by kind of trial", pair.a, pair.b), ["trials", "a - b", "95 %"]);
@@ -89,7 +89,7 @@ pub(super) fn by_kind(summary: &Summary) -> Vec<Table> {
     shown(summary).into_iter().map(of_pair).collect()
 }
 
-/// How much slower one of a pair is, and how many footsteps more it takes.
+/// How much slower one controller of a pair is, and how many footsteps more it takes.
 pub(super) fn shifts(summary: &Summary) -> Vec<Table> {
     type Quantity = (&'static str, &'static str, fn(&Pair) -> Option<Shift>);
     let all: [Quantity; 3] = [
@@ -133,7 +133,7 @@ pub(super) fn gates(summary: &Summary) -> Table {
     table.with_note(about_gates(summary))
 }
 
-/// How far two engines agree, set by set.
+/// The agreement of two engines, controller by controller.
 pub(super) fn agreement(summary: &Summary) -> Table {
     let Some(agreement) = &summary.agreement else { return Table::default() };
     let [a, b] = agreement.engines.map(|engine| format!("only {}", engine.title()));

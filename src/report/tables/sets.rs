@@ -1,4 +1,4 @@
-//! What the trials of each controller say.
+//! Tables of the trials of each controller.
 
 use crate::table::{Cell, Column, Mark, Table, cell, headings, number, texts, words};
 use crate::text::layout::{percent, seconds, velocity_change};
@@ -14,14 +14,14 @@ use std::iter::once;
 
 /// How often each controller recovered.
 pub(super) fn rates(summary: &Summary) -> Table {
-    // An outcome that no set had gets no column.
+    // An outcome that no controller had gets no column.
     type Outcome = (&'static str, fn(&SetSummary) -> u64);
     let rare: [Outcome; 3] =
         [("diverged", |set| set.diverged), ("failed", |set| set.failed), ("timed out", |set| set.timed_out)];
     let rare: Vec<_> = rare.into_iter().filter(|(_, of)| summary.sets.iter().any(|set| of(set) > 0)).collect();
     let columns = headings("controller", ["recovered", "rate", "95 %", "fell"]);
     let columns = columns.chain(rare.iter().map(|(label, _)| number(*label)));
-    // Who stands or falls within the time has survived if it recovered, which needs no column.
+    // If every trial ended standing or fallen, survival equals recovery and needs no column.
     let lingers = summary.sets.iter().any(|set| set.survived.recovered != set.count.recovered);
     let mut table = Table::new("Rates of recovery", columns.chain(lingers.then(|| number("survived, 95 %"))));
     for (i, set) in summary.sets.iter().enumerate() {
@@ -75,7 +75,8 @@ fn impulse_at(curve: &FittedCurve, half: bool) -> String {
     }
 }
 
-/// How often each recovered, by kind of trial; where controllers have different numbers of trials, each with its own.
+/// How often each controller recovered, by kind of trial. If controllers have different numbers of trials, these are
+/// shown.
 pub(super) fn by_kind(summary: &Summary) -> Table {
     let corner = [words("kind of trial"), number("pushes")];
     let columns = corner.into_iter().chain(columns(summary.sets.iter().enumerate()));
@@ -109,13 +110,13 @@ pub(super) fn by_impulse(summary: &Summary) -> Table {
     table
 }
 
-/// A kind of trial in words: the quantity, without its unit, and which of its values.
+/// A kind of trial in words: the quantity, without its unit, and the values in this kind.
 pub(super) fn kind(by: &str, label: &str) -> String {
     let name = by.strip_suffix("_m").or(by.strip_suffix("_s")).unwrap_or(by);
     format!("{}: {label}", name.replace("_scale", " (times nominal)").replace("_com_", "_COM_").replace('_', " "))
 }
 
-/// How the trials of each set were lost.
+/// How the trials of each controller were lost.
 pub(super) fn losses(summary: &Summary) -> Table {
     type Pick = fn(&Failures) -> u64;
     let kinds: [(&str, Pick); 10] = [
@@ -138,7 +139,7 @@ pub(super) fn losses(summary: &Summary) -> Table {
     )
 }
 
-/// The causes of the falls of each set, the most frequent first.
+/// The causes of the falls of each controller, the most frequent first.
 pub(super) fn causes(summary: &Summary) -> Table {
     let mut causes: BTreeMap<&str, u64> = BTreeMap::new();
     for fall in summary.sets.iter().flat_map(|set| &set.fall_causes) {
@@ -153,8 +154,8 @@ pub(super) fn causes(summary: &Summary) -> Table {
     counts(summary, "What ended the falls", "cause of the fall", causes.into_iter().map(row))
 }
 
-/// A table of counts with a row for each kind that any set has. Where controllers have different numbers of trials, the
-/// first row has these.
+/// A table of counts with a row for each kind that any controller has. If controllers have different numbers of trials,
+/// the first row has these numbers.
 fn counts<'a, F: Fn(&SetSummary) -> u64>(
     summary: &Summary,
     title: &str,

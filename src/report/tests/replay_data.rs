@@ -88,7 +88,7 @@ fn what_the_page_shows_is_what_the_film_holds() {
     assert_no_problems(&mut tab, &file);
 }
 
-/// The ghost is where the second film has it, at the time of the first, and the page says where the two part.
+/// The ghost is at the place that the second film has at the time of the first, and the page says where the two part.
 #[test]
 fn the_ghost_is_the_robot_of_the_second_film() {
     let Some(mut browser) = Browser::start() else { return };
@@ -124,7 +124,7 @@ fn the_ghost_is_the_robot_of_the_second_film() {
     let time_s = tab.evaluate("replay.state.time").as_f64().unwrap();
     assert!((time_s - parting.at_s).abs() < 1e-9, "{time_s}");
     assert_no_problems(&mut tab, &file);
-    // Without a ghost there is nothing of all this.
+    // Without a ghost there is no such data.
     assert!(packed(film)["ghost"].is_null() && !page(film, None, &head()).unwrap().contains("id=\"engines\""));
 }
 
@@ -216,7 +216,7 @@ fn a_page_of_four_seconds_is_small_and_always_the_same() {
     }
 }
 
-/// A ball as a mesh with 2 n^2 triangles, as many as a robot may have.
+/// A ball as a mesh with 2 n^2 triangles, which is the largest number that a robot may have.
 fn ball(n: u32) -> Mesh {
     let at = |i: u32, k: u32| {
         let [up, around] = [i, k].map(|x| f64::from(x) / f64::from(n) * std::f64::consts::PI);
@@ -230,7 +230,7 @@ fn ball(n: u32) -> Mesh {
     Mesh::new(points, (0..n).flat_map(|i| (0..n).flat_map(move |k| square(i, k))).collect())
 }
 
-/// With noise no two moments are alike, and the sets of many gains change at every tick.
+/// With noise no two moments are alike, and the CPI sets of many gains change at every tick.
 #[test]
 fn a_noisy_page_of_many_gains_is_small_too() {
     let whole = EpisodeConfig { end_early: false, ..config(4.0) };
@@ -244,7 +244,7 @@ fn a_noisy_page_of_many_gains_is_small_too() {
         let region =
             |gain| Region { name: format!("gain {gain}"), corners: (0..10).map(|i| corner(gain, i)).collect() };
         snapshot.regions = (0..16).map(region).collect();
-        // Lifting a foot ends it at once.
+        // Lifting a foot ends the slices at once.
         if (1000..1051).contains(&k) {
             snapshot.regions.clear();
         }
@@ -273,7 +273,7 @@ fn a_push_of_one_tick_is_seen_in_a_long_film() {
     let stride = film.snapshots.len().div_ceil(2500);
     let html = page(&film, None, &head()).unwrap();
     assert!(stride >= 3 && html.contains(&format!("shown in moments of {} ms", 2 * stride)), "{stride}");
-    // It may lie anywhere in a moment.
+    // The push may lie anywhere within a moment.
     let (force, point) = (Vector3::new(0.0, -90.0, 0.0), Point3::new(0.1, 0.2, 0.3));
     for tick in 3 * stride + 1..=4 * stride {
         film.snapshots[tick].push = Some(Arrow { point, force });
@@ -301,7 +301,7 @@ fn what_did_not_come_is_not_marked() {
     assert_eq!((of_kind("push"), of_kind("fall")), (1, 1), "{marks}");
 }
 
-/// One number that diverges must not cost the earlier ones their digits.
+/// One number that diverges must not reduce the digits of earlier numbers.
 #[test]
 fn a_page_ends_where_the_film_diverges() {
     let mut film = stepping().clone();

@@ -1,4 +1,4 @@
-//! The page of a film as a reader meets it: in a browser, from a file, without network.
+//! The page of a film as a reader sees it: in a browser, from a file, without network.
 
 use crate::common::browser::{Browser, Page};
 use crate::common::films::{
@@ -30,7 +30,8 @@ fn the_robot_shows_on_every_screen_and_the_page_asks_for_nothing() {
         tab.open(&file);
         let wide = tab.evaluate("document.documentElement.scrollWidth").as_u64().unwrap();
         assert!(wide <= width.into(), "{wide} px on a screen of {width} px");
-        // All controls of time in one row, no word in two lines, and on a telephone each as large as a thumb needs it.
+        // All controls of time are in one row, no word is in two lines, and on a telephone each control is as large as
+        // a thumb.
         let controls = "[...document.querySelectorAll('.line button, .line select, .line output')].filter((e) => e.checkVisibility())";
         let rows = tab.evaluate(&format!("new Set({controls}.map((e) => {{ const box = e.getBoundingClientRect(); return Math.round((box.top + box.bottom) / 2); }})).size"));
         assert_eq!(rows, 1, "rows of controls on a screen of {width} px");
@@ -39,7 +40,7 @@ fn the_robot_shows_on_every_screen_and_the_page_asks_for_nothing() {
         let all = |is_fit: &str| format!("{heights}.filter(([, height]) => !({is_fit})).map(([text]) => text)");
         assert_eq!(tab.evaluate(&all("height < 46")), json!([]), "words in two lines on a screen of {width} px");
         if width < 500 {
-            // Robot, controls of time and both plots are seen at once.
+            // Robot, controls of time and both plots are visible at once.
             let lowest = tab.evaluate("document.getElementById('plot-y').getBoundingClientRect().bottom");
             assert!(lowest.as_f64().unwrap() <= height.into(), "the plots end at {lowest} px of {height} px");
             assert_eq!(tab.evaluate(&all("height >= 32")), json!([]), "too small for a thumb");
@@ -163,7 +164,7 @@ fn a_link_is_to_the_moment_that_is_shown() {
     let next = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))";
     tab.evaluate(&format!("replay.seek(0.6), replay.play(), replay.state.last += 300, {next}"));
     assert!(time_s(&mut tab) >= 0.6, "it began by going back, to {} s", time_s(&mut tab));
-    // While it plays, and also where a browser does not allow the address to be changed.
+    // The link is copied while the film plays, and also if a browser does not allow the address to be changed.
     let pressed = "(() => {
         document.querySelector('[data-do=link]').click();
         return [replay.state.playing, replay.state.time, document.getElementById('toast').textContent];
@@ -301,7 +302,7 @@ fn overlays_and_views_change_the_picture_and_come_back() {
         }
         seen.push(look(&mut tab, "view")["hash"].clone());
     }
-    // The arrow keys control time, even after a click into the view. With the keyboard focus there, they orbit.
+    // The arrow keys control time, even after a click into the view. If the view has the keyboard focus, they orbit.
     press(&mut tab, "1");
     let shown_s = time_s(&mut tab);
     press(&mut tab, "ArrowLeft");
@@ -343,7 +344,7 @@ fn a_key_hides_the_ghost() {
         press(&mut tab, "e");
         assert_ne!(plot["hash"], look(&mut tab, "plot-x")["hash"], "its COM is not in the plot");
         press(&mut tab, "e");
-        // Without the marks, only the robots are left.
+        // Without the marks, only the robots remain.
         press(&mut tab, "c");
         press(&mut tab, "z");
         let with = look_at(&mut tab, 1.2);
@@ -356,7 +357,7 @@ fn a_key_hides_the_ghost() {
         click_in(&mut tab, "show-ghost", 0.5, 0.5);
         assert_eq!(with["hash"], look(&mut tab, "view")["hash"], "it does not come back");
         let badges = "[...document.querySelectorAll('.badge')].map((badge) => badge.textContent)";
-        // What tells the two apart: the controllers or, if these are the same, the engines.
+        // The names that distinguish the two: the controllers or, if these are the same, the engines.
         let told = match parts {
             true => [format!("{}: recovered", film.controller), format!("{}: fell", ghost.controller)],
             false => ["Rapier: recovered", "MuJoCo: recovered"].map(String::from),

@@ -1,4 +1,4 @@
-//! How far two engines agree, as text.
+//! The agreement of two engines, as text.
 
 use crate::tables;
 use crate::text::layout::wrapped;
@@ -6,11 +6,11 @@ use standfast_sim::episode::parting::{Loaded, Part, Parting};
 use standfast_study::Summary;
 use standfast_study::verdict::agreement::{Agreement, PartedTrial};
 
-/// So many trials of each controller are told where there is little room.
+/// Number of trials of each controller that the short text names.
 const FEW: usize = 3;
 
-/// How far two engines agree, after what holds in one of them only; empty if the summary is not of two engines. `full`
-/// adds the table by kind of trial, and all trials that were traced.
+/// The agreement of two engines, after warnings of verdicts that hold in one engine only. It is empty if the summary is
+/// not of two engines. `full` adds the table by kind of trial, and all trials that were traced.
 pub fn with_warnings(summary: &Summary, full: bool) -> String {
     let Some(agreement) = &summary.agreement else { return String::new() };
     let warnings: String = agreement.warnings().iter().map(|warning| wrapped("warning: ", warning)).collect();
@@ -36,7 +36,7 @@ pub(super) fn where_they_part(agreement: &Agreement, full: bool) -> String {
     format!("\n{}{text}", wrapped("", &head))
 }
 
-/// What it means that traces part, as the end of a sentence.
+/// The meaning of parting traces, as the end of a sentence.
 pub fn about_traces(agreement: &Agreement) -> String {
     match agreement.part_beyond_m {
         Some(limit_m) => format!(
@@ -62,8 +62,8 @@ pub fn parted(agreement: &Agreement, of: &PartedTrial) -> String {
     format!("{push}: {in_a} in {a}, {in_b} in {b}.{parts}")
 }
 
-/// When two episodes of a trial part, and what differs then, with when each came to be so, in sentences. Each is told by
-/// words such as "in Rapier".
+/// The time at which two episodes of a trial part, and the states that differ then, each with the time since which it
+/// has been so, in sentences. The episodes are named by words such as "in Rapier".
 pub fn in_words(parting: &Parting, [a, b]: &[String; 2]) -> String {
     let Parting { at_s, phases, loaded, .. } = parting;
     let what = match parting.of {

@@ -1,4 +1,4 @@
-//! What a controller does if nothing pushes the robot, as text and JSON: `standfast check`.
+//! The result of a controller in episodes without pushes, as text and JSON: `standfast check`.
 
 use super::layout::{entry, signed};
 use crate::table::{Table, headings, number, texts, words};
@@ -14,26 +14,26 @@ fn short(gain: f64) -> String {
     format!("{}", (gain * factor).round() / factor)
 }
 
-/// How far a policy repeats recorded actions.
+/// The result of giving recorded observations to a policy.
 pub struct Contract {
     pub pairs: u64,
-    /// Numbers of an action.
+    /// Number of values in an action.
     pub actions: usize,
     /// Largest difference of an action.
     pub largest: f64,
-    /// The first line with a difference, the index of the action there, and its value now and as recorded.
+    /// The first difference: line, index in the action, and the value now and as recorded.
     pub first_apart: Option<(usize, usize, [f64; 2])>,
 }
 
 impl Contract {
-    /// Actions that differ by less are the same: other programs for networks add in another order.
+    /// Difference up to which actions are the same: other programs for networks add numbers in another order.
     const SAME: f64 = 1e-3;
 
     /// Takes the pair of a line, with the action now and as recorded.
     pub fn add(&mut self, line: usize, now: &[f64], recorded: &[f64]) {
         (self.pairs, self.actions) = (self.pairs + 1, now.len());
         for (i, (&now, &then)) in now.iter().zip(recorded).enumerate() {
-            // Not finite is not the same.
+            // A difference that is not finite counts as a difference.
             let apart = (now - then).abs();
             self.largest = if apart > self.largest || apart.is_nan() { apart } else { self.largest };
             if (apart.is_nan() || apart > Self::SAME) && self.first_apart.is_none() {
@@ -60,14 +60,15 @@ pub struct Tried<'a> {
     pub factory: &'a Factory,
     pub config: &'a EpisodeConfig,
     pub alone: &'a Alone,
-    /// When (s) and in what it differs in a second episode, and in one of a controller that is started anew.
+    /// The first difference, time (s) and what differs: in a second episode, and in an episode of a controller that is
+    /// started anew.
     pub again: Option<(f64, &'static str)>,
     pub anew: Option<(f64, &'static str)>,
     pub contract: Option<Contract>,
 }
 
 impl Tried<'_> {
-    /// Whether it neither falls nor fails, and does the same again.
+    /// Whether the controller neither falls nor fails, and repeats its commands.
     pub fn is_good(&self) -> bool {
         let is_kept = self.contract.as_ref().is_none_or(|contract| contract.first_apart.is_none());
         !self.alone.is_lost() && self.again.is_none() && self.anew.is_none() && is_kept
@@ -90,9 +91,9 @@ impl Tried<'_> {
         told + &tables.collect::<String>()
     }
 
-    /// What the controller saw at first.
+    /// The first observation of the controller.
     fn observed(&self) -> Option<Table> {
-        /// So many numbers of a part are shown.
+        /// Largest number of values of a part that are shown.
         const SHOWN: usize = 6;
         let mut table =
             Table::new("The first observation", [words("observed"), number("numbers"), words("the first ones")])
@@ -105,7 +106,7 @@ impl Tried<'_> {
         (!self.alone.observed.is_empty()).then_some(table)
     }
 
-    /// What the first command wants of each joint.
+    /// The first command to each joint.
     fn first(&self) -> Option<Table> {
         let command = self.alone.first()?;
         let columns = ["angle [rad]", "reference [rad]", "torque [N m]", "kp", "kd"];

@@ -14,13 +14,13 @@ use standfast_study::verdict::set_summary::SetSummary;
 use std::fmt::Write;
 use std::path::Path;
 
-/// What counts as recovered and as a fall, in words (three lines of 80 columns).
+/// The conditions of a recovery and of a fall, in words (three lines of 80 columns).
 pub fn thresholds(judge: &Judge) -> String {
     let [recovered, fell] = endings(judge);
     wrapped("recovered: ", &recovered) + &wrapped("fell:      ", &fell)
 }
 
-/// What counts as recovered, and what as a fall.
+/// The conditions of a recovery and of a fall.
 pub fn endings(judge: &Judge) -> [String; 2] {
     let Judge { standing_tilt_deg, standing_com_speed_m_s, standing_time_s, .. } = judge;
     let Judge { fallen_tilt_deg, fallen_com_height_ratio, .. } = judge;
@@ -37,7 +37,7 @@ pub fn endings(judge: &Judge) -> [String; 2] {
 }
 
 /// The result of a campaign: its settings, how often each controller recovered, which is better, and the gates. `full`
-/// adds the tables behind that. `folder` is the result folder, for the command that replays a trial.
+/// adds the tables behind these. `folder` is the result folder, for the command that replays a trial.
 pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
     let mut text: String = settings(summary, full).iter().map(|(mark, words)| wrapped(mark, words)).collect();
     text += "\n";
@@ -121,7 +121,7 @@ fn replay(summary: &Summary, folder: &Path) -> String {
         };
         lost(&pair.first_only_a, &pair.b).or_else(|| lost(&pair.first_only_b, &pair.a))
     };
-    // The telling trials of a set begin with those that it lost.
+    // The telling trials of a controller begin with those that it lost.
     let lost = |set: &SetSummary| {
         let first = set.telling.first().filter(|_| set.count.recovered < set.count.trials)?;
         Some((first.trial, set.name.clone(), "that was lost"))

@@ -1,4 +1,5 @@
-//! The result of `standfast ceiling` as text: which lost pushes can be caught, and by what.
+//! The result of `standfast ceiling` as text: the lost pushes that can be caught, and the departures with which they
+//! are.
 
 use crate::table::{Table, cell, number, texts, words};
 use crate::text::layout::{percent, plant_options, signed, wrapped};
@@ -8,7 +9,7 @@ use standfast_stats::rate::SuccessCount;
 use standfast_study::ceiling::{Ceiling, LostTrial};
 use std::path::Path;
 
-/// What the numbers of a departure are in words, in the order of [`Departure::numbers`].
+/// Names of the numbers of a departure, in the order of [`Departure::numbers`].
 const NAMES: [&str; Departure::NUMBERS] = [
     "time of lifting",
     "which foot",
@@ -28,7 +29,8 @@ pub fn file(trial: u64) -> String {
     format!("trial-{trial}.toml")
 }
 
-/// The result; `folder` is where the recoveries are written, and `changes` are the options by which the campaign was changed.
+/// The result. `folder` is the folder of the written recoveries, and `changes` are the options that changed the
+/// campaign.
 pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
     let Ceiling { robot, campaign, seed, engine, controller, alone, with_search, tries, .. } = ceiling;
     let found: Vec<&LostTrial> = ceiling.lost.iter().filter(|lost| lost.found.is_some()).collect();
@@ -90,7 +92,7 @@ fn told(count: &SuccessCount) -> String {
     format!("{} of {} ({}, 95 % interval {low} to {high})", count.recovered, count.trials, percent(count.success_rate))
 }
 
-/// How many recoveries need a number other than zero.
+/// Number of recoveries that need a value other than zero of a number.
 fn needs(found: &[&LostTrial], number: usize) -> usize {
     let needs = |lost: &&&LostTrial| {
         lost.found.iter().flat_map(|found| &found.departures).any(|departure| departure.numbers()[number] != 0.0)
@@ -98,7 +100,7 @@ fn needs(found: &[&LostTrial], number: usize) -> usize {
     found.iter().filter(needs).count()
 }
 
-/// What a footstep does otherwise than the controller; None if nothing.
+/// The differences of a footstep from the controller's own, in words. None if there are none.
 fn of_footstep(number: usize, departure: &Departure, ceiling: &Ceiling) -> Option<String> {
     let Departure { lift, left, crossed, place: [x, y], zmp: [zmp_x, zmp_y], slower, tilt: [roll, pitch], lower } =
         *departure;

@@ -1,4 +1,4 @@
-//! What is said of pairs of controllers, and of gates, in sentences.
+//! Sentences on pairs of controllers, and on gates.
 
 use crate::replay_command;
 use crate::text::layout::{signed, wrapped};
@@ -39,18 +39,19 @@ pub fn about_pairs(summary: &Summary) -> String {
     }
 }
 
-/// The pairs that are shown: all or, if there are too many, those of one set. It is the unchanged one in a sweep, and else
-/// the one that recovers most.
+/// The pairs that are shown: all or, if there are too many, the pairs of one controller. In a sweep this is the
+/// unchanged controller, otherwise the one that recovers most often.
 pub fn shown(summary: &Summary) -> Vec<&Pair> {
     let (sets, pairs) = (summary.sets.len(), &summary.pairs);
-    // In a comparison of two results, each set has its partner, so that the pairs of one set would not tell enough.
+    // In a comparison of two results, each controller has its partner, so the pairs of one controller would not
+    // suffice.
     let all = pairs.len() != sets * sets.saturating_sub(1) / 2;
     let leader = leader(summary);
     let is_leader = |name: &String| name == leader;
     pairs.iter().filter(|pair| all || is_worth_a_line(pairs.len(), is_leader, (&pair.a, &pair.b))).collect()
 }
 
-/// The set whose pairs are shown if there are too many.
+/// The controller whose pairs are shown if there are too many.
 fn leader(summary: &Summary) -> &str {
     let most = || leaders(&summary.sets, &summary.pairs).first().map_or("", |set| &set.name);
     summary.reference.as_deref().unwrap_or_else(most)
@@ -61,7 +62,7 @@ pub fn p_cell(p: f64) -> String {
     p_value(p).trim_start_matches("p ").trim_start_matches("= ").into()
 }
 
-/// How gates are judged, and with what those compare that have a baseline.
+/// How gates are judged, and the baseline with which gates compare.
 pub fn about_gates(summary: &Summary) -> String {
     let level = level(summary.gates.first().map_or(0.95, |gate| gate.judged.confidence));
     let about = format!(
@@ -122,8 +123,8 @@ pub fn gate_words(gate: &GateResult) -> String {
     format!("{}: {}", gate.judged.name, gate_seen(gate))
 }
 
-/// What was observed for a gate, in sentences: the value with its interval, what is required, and what would resolve
-/// it.
+/// The observation for a gate, in sentences: the value with its interval, the required value, and what would resolve
+/// the gate.
 pub fn gate_seen(gate: &GateResult) -> String {
     let (judged, unit) = (&gate.judged, unit(gate));
     let [seen, asked] = [judged.observed, judged.required].map(|share| in_unit(gate, share));
@@ -160,12 +161,12 @@ mod tests {
     use crate::fixtures::summary;
     use standfast_sim::episode::Outcome::{self, Fell, Recovered};
 
-    /// Set "a" recovers from every push, "b" from half of them.
+    /// Controller "a" recovers from every push, "b" from half of them.
     fn halves(trials: usize) -> Vec<[Outcome; 2]> {
         (0..trials).map(|i| [Recovered, if i < trials / 2 { Recovered } else { Fell }]).collect()
     }
 
-    /// A summary with this number of sets, of which these pairs were compared.
+    /// A summary with this number of controllers, of which these pairs were compared.
     fn with_pairs(sets: usize, pairs: &[(usize, usize)]) -> Summary {
         let mut summary = summary(&halves(10), &[], &[]);
         let (set, pair) = (summary.sets[0].clone(), summary.pairs[0].clone());
@@ -173,7 +174,7 @@ mod tests {
         summary.sets = (0..sets)
             .map(|i| standfast_study::verdict::set_summary::SetSummary { name: name(i), ..set.clone() })
             .collect();
-        // The last set recovers most.
+        // The last controller recovers most often.
         summary.pairs = pairs.iter().map(|&(a, b)| Pair { a: name(b), b: name(a), ..pair.clone() }).collect();
         summary
     }

@@ -30,20 +30,20 @@ const EXPLAINED: &str = "Poles are multiples of -omega. The set of a gain is wha
                          largest impulses in these directions that a robot at rest can take within the set, over m omega d: \
                          mass times omega times the way d from the origin to the edge in the direction of the push. A standing pendulum \
                          can take 1 at most.";
-/// Explains the table of the sets without disturbances.
+/// Explains the table of the CPI sets without disturbances.
 const UNDISTURBED_EXPLAINED: &str = "Without disturbances the same gains have these sets, as in the paper.";
 /// Explains the last table.
 const NESTING_EXPLAINED: &str = "\"yes\": the set of the row lies inside the set of the column.";
 
-/// The sets of a gain set that were found, and what they were computed from.
+/// The CPI sets of a gain set, and the data from which they were computed.
 pub struct Sets<'a> {
     pub set: &'a GainSet,
     pub family: &'a GainFamily,
     pub support: &'a SupportPolygon,
-    /// Slow to fast.
+    /// CPI sets, from slow to fast.
     pub sets: &'a [CpiSet],
     pub inclusion: Inclusion,
-    /// The sets of the same gains without disturbances; empty if the gain set knows of no disturbances.
+    /// The CPI sets of the same gains without disturbances. It is empty if the gain set states no disturbances.
     pub undisturbed: &'a [CpiSet],
 }
 
@@ -112,7 +112,7 @@ impl Sets<'_> {
         )
     }
 
-    /// A row for each set: poles, horizon, number of inequalities, and sizes.
+    /// A row for each CPI set: poles, horizon, number of inequalities, and sizes.
     fn sizes(&self, sets: &[CpiSet]) -> String {
         let columns = headings("gain", ["poles x", "poles y", "horizon", "rows"]);
         let mut sizes = Table::new("", columns.chain(HEADINGS.map(|(name, _)| number(name))));
@@ -126,7 +126,7 @@ impl Sets<'_> {
         sizes.text()
     }
 
-    /// Which set lies inside which.
+    /// Which CPI set lies inside which.
     fn nesting(&self) -> String {
         let Inclusion { names, inside, .. } = &self.inclusion;
         let mut nesting = Table::new("", headings("inside", []).chain(names.iter().map(number)));

@@ -1,18 +1,18 @@
-//! Two films of one trial in words: in two engines, or with two controllers. In pictures the robot of one is solid, and
-//! that of the other is a ghost or beside it.
+//! Two films of one trial in words: in two engines, or with two controllers. In pictures the robot of one film is
+//! solid, and the robot of the other is a ghost or beside it.
 
 use super::agreement::in_words;
 use super::story::outcome;
 use standfast_sim::episode::Film;
 use standfast_sim::episode::parting::{Parting, half_sole_width_m};
 
-/// What tells two films apart: their controllers or, if these are the same, their engines.
+/// The names that distinguish two films: the controllers or, if these are the same, the engines.
 pub fn names(films: [&Film; 2]) -> [String; 2] {
     let [a, b] = films;
     films.map(|film| if a.has_controller_of(b) { film.engine.title().into() } else { film.controller.clone() })
 }
 
-/// How the episodes of two films ended, with what tells these apart.
+/// How the episodes of two films ended, each with its distinguishing name.
 pub fn ended(films: [&Film; 2]) -> [String; 2] {
     let [a, b] = films;
     films.map(|film| {
@@ -21,7 +21,7 @@ pub fn ended(films: [&Film; 2]) -> [String; 2] {
     })
 }
 
-/// Where two films part, in sentences.
+/// When and where two films part, in sentences.
 pub fn parted(film: &Film, ghost: &Film) -> String {
     let limit_mm = 1000.0 * half_sole_width_m(&film.robot);
     let Some(parting) = Parting::of_films(film, ghost) else {

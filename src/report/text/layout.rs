@@ -8,7 +8,7 @@ use standfast_files::shell_word;
 /// Width of text that does not go to a terminal, and largest width of sentences on a terminal (columns).
 const PLAIN_WIDTH: usize = 80;
 
-/// Width of the terminal (columns): that of the variable COLUMNS if it is set, even where no terminal is.
+/// Width of the terminal (columns). The variable COLUMNS overrides it, even if there is no terminal.
 pub fn terminal_width() -> usize {
     let set = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok()).filter(|columns| *columns > 0);
     set.or_else(|| Table::new().width().map(usize::from)).unwrap_or(PLAIN_WIDTH)
@@ -32,14 +32,14 @@ pub fn wrapped(mark: &str, text: &str) -> String {
     wrapped_to(terminal_width().min(PLAIN_WIDTH), mark, text)
 }
 
-/// An entry of a story: a label in a column of its own, and what there is to say.
+/// An entry of a story: a label in a column of its own, and the text.
 pub fn entry(label: &str, what: &str) -> String {
     wrapped(&format!("{label:<12}"), what)
 }
 
-/// The same as [`wrapped`] for a width (columns).
+/// Wraps text as [`wrapped`] does, for a width (columns).
 pub fn wrapped_to(width: usize, mark: &str, text: &str) -> String {
-    // What has lines of its own, such as what a program said before it failed, keeps them.
+    // A text with lines of its own, such as the last output of a failed program, keeps these lines.
     let (text, own) = text.split_once('\n').unwrap_or((text, ""));
     let together = together(text);
     let mut lines = vec![mark.to_string()];
@@ -81,8 +81,8 @@ pub fn together(text: &str) -> String {
     told
 }
 
-/// The options of a command for this robot and this engine (name and version), each with a space before it; none where they
-/// are what a command takes without them.
+/// The options of a command for this robot and this engine (name and version), each with a space before it. An option
+/// is left out if its value is the default of the command.
 pub fn plant_options(robot: &str, engine: &str) -> String {
     let robot = if robot == DEFAULT_ROBOT { String::new() } else { format!(" --robot {}", shell_word(robot)) };
     let engine = if engine.starts_with("MuJoCo") { " --engine mujoco" } else { "" };
@@ -94,7 +94,7 @@ pub fn seconds(time_s: Option<f64>) -> String {
     time_s.map_or("-".into(), |s| format!("{s:.2} s"))
 }
 
-/// A number with its sign. A number that is rounded to zero has none.
+/// A number with its sign. A number that is rounded to zero has no sign.
 pub fn signed(x: f64, digits: usize) -> String {
     let text = format!("{x:+.digits$}");
     if text[1..].chars().all(|c| matches!(c, '0' | '.')) { text[1..].into() } else { text }

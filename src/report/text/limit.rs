@@ -6,8 +6,8 @@ use standfast_stats::rate::median;
 use standfast_study::limit::{Heading, Limits, SetLimit, first_trial};
 use std::fmt::Display;
 
-/// The limits in one physics engine beside the pendulum bounds, or those in two engines side by side. `changes` are
-/// the options by which the campaign was changed, as the commands need them that show a push again.
+/// The limits in one physics engine beside the pendulum bounds, or the limits in two engines side by side. `changes`
+/// are the options that changed the campaign, which the commands that show a push again need.
 pub fn text(limits: &[Limits], changes: &str) -> String {
     let [first, more @ ..] = limits else { return String::new() };
     let Limits { robot, campaign, seed, sole_impulse_n_s, .. } = first;
@@ -20,7 +20,7 @@ pub fn text(limits: &[Limits], changes: &str) -> String {
     text + &more.first().map_or_else(|| beside_bounds(first, changes), |second| side_by_side(first, second))
 }
 
-/// An impulse, with as many digits as the precision of the limits is worth and five columns hold.
+/// An impulse with the digits that its precision justifies, as far as they fit into five columns.
 fn n_s(limits: &Limits, impulse_n_s: f64) -> String {
     let worth = (1.0 - limits.precision_n_s.log10().floor()).clamp(0.0, 4.0) as usize;
     let texts = (0..=worth).rev().map(|decimals| format!("{impulse_n_s:.decimals$}"));
@@ -122,7 +122,8 @@ fn checked(limits: &Limits, changes: &str) -> String {
     let Some((heading, set)) = first.into_iter().find(|(_, set)| set.resolved && !limits.random) else {
         return String::new();
     };
-    // A digit more than the limit is worth, and rounded outwards, so that both are beyond the bracket.
+    // The ends have one digit more than the precision justifies, and are rounded outwards, so that both are beyond the
+    // bracket.
     let digits = (1.0 - limits.precision_n_s.log10().floor()).max(0.0);
     let unit = 10_f64.powf(digits);
     let [low, high] = [(set.ci95[0] * unit).floor(), (set.ci95[1] * unit).ceil()];
@@ -158,7 +159,7 @@ fn lost_early(limits: &Limits, changes: &str) -> String {
     text
 }
 
-/// Most holes of a map that are told.
+/// Largest number of holes of a map that are named.
 const MOST_HOLES: usize = 6;
 
 /// The map in numbers, and its holes; empty without a map.
@@ -184,8 +185,8 @@ fn of_map(limits: &Limits, changes: &str) -> String {
     text
 }
 
-/// The command that repeats a trial of a search with this impulse (N s) and heading (degrees) of its push. All else is as
-/// the trial has it.
+/// The command that repeats a trial of a search with this impulse (N s) and heading (degrees) of its push. All other
+/// quantities are those of the trial.
 fn replay(
     limits: &Limits,
     changes: &str,
@@ -201,14 +202,14 @@ fn replay(
     )
 }
 
-/// The impulse with 50 % recovery and its interval, and a mark if that is too wide.
+/// The impulse with 50 % recovery and its interval, and a mark if the interval is too wide.
 fn fifty_of(limits: &Limits, set: &SetLimit) -> String {
     let mark = if set.resolved { "" } else { "*" };
     let [at, low, high] = [set.impulse50_n_s, set.ci95[0], set.ci95[1]].map(|impulse_n_s| n_s(limits, impulse_n_s));
     format!("{at} ({low}-{high}){mark}")
 }
 
-/// What the mark `*` means, if there is any.
+/// The meaning of the mark `*`, if there is any mark.
 fn marked(all: &[&Limits]) -> String {
     if all.iter().flat_map(|limits| &limits.headings).flat_map(|heading| &heading.sets).all(|set| set.resolved) {
         return String::new();
@@ -219,8 +220,8 @@ fn marked(all: &[&Limits]) -> String {
     )
 }
 
-/// The limits of two engines for every heading and controller, and for each controller over all headings. The headings and
-/// controllers of both are the same.
+/// The limits of two engines for every heading and controller, and for each controller over all headings. Both engines
+/// have the same headings and controllers.
 fn side_by_side(a: &Limits, b: &Limits) -> String {
     let columns = [number("heading"), words("controller"), number(&a.engine), number(&b.engine), number("ratio")];
     let mut table = Table::new("", columns.into_iter().chain([words("")]));
@@ -318,7 +319,7 @@ pub mod tests {
         }
     }
 
-    /// Of the first controller's map forward, of a limit of 2.5 N s, the second of four pushes is a hole.
+    /// The map of the first controller forward has four pushes. With a limit of 2.5 N s, the second one is a hole.
     pub fn with_hole() -> Limits {
         let mut limits = limits("MuJoCo 3.17.0", [[2.5, 5.0], [2.5, 9.5]]);
         let pushes = [(0.8, Outcome::Recovered), (1.6, Outcome::Fell), (2.4, Outcome::Recovered), (3.2, Outcome::Fell)];

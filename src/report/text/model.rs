@@ -31,7 +31,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
     let mut links = Map::new();
     for (i, frame) in robot.frames.iter().enumerate() {
         let pose = kinematics.frame_pose(robot, i);
-        // A rotation has two quaternions; this is the one with w >= 0.
+        // A rotation has two quaternions; the one with w >= 0 is taken.
         let turn = if pose.rotation.w < 0.0 { -pose.rotation.into_inner() } else { pose.rotation.into_inner() };
         links.insert(
             frame.name.clone(),
@@ -200,7 +200,7 @@ fn reach_text(robot: &Robot, told: &mut impl FnMut(&str, String)) {
     }
 }
 
-/// Writes a link and, indented, those that it carries.
+/// Writes a link and, indented, the links that it carries.
 fn tree_text(robot: &Robot, link: usize, depth: usize, line: &mut impl FnMut(String)) {
     let body = &robot.links[link];
     let fixed: Vec<&str> = robot
@@ -231,7 +231,7 @@ fn joint_table(robot: &Robot) -> String {
     joints.text()
 }
 
-/// The limits of a joint, converted and with so many decimals.
+/// The limits of a joint, converted and with `decimals` decimals.
 fn range(joint: &Joint, decimals: usize, convert: impl Fn(f64) -> f64) -> String {
     match [joint.lower_rad, joint.upper_rad].map(convert) {
         [lower, upper] if lower.is_finite() && upper.is_finite() => format!("{lower:.decimals$} to {upper:.decimals$}"),

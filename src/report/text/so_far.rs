@@ -1,13 +1,13 @@
-//! What a running campaign has found so far, in a sentence or two: above the progress bar of a terminal, and in a log.
+//! The findings of a running campaign, in a sentence or two: above the progress bar of a terminal, and in a log.
 
 use standfast_stats::decision::PairVerdict;
 use standfast_stats::rate::SuccessCount;
 use standfast_study::verdict::so_far::SoFar;
 
-/// Most sets that are named.
+/// Largest number of controllers that are named.
 const NAMED: usize = 4;
 
-/// Empty if no trial is finished.
+/// The sentences. The text is empty if no trial is finished.
 pub fn sentence(so_far: &SoFar) -> String {
     if so_far.trials == 0 {
         return String::new();

@@ -8,7 +8,7 @@ use standfast_core::robot::{Factory, Robot, Units};
 use standfast_sim::episode::{AT_LIMIT, EpisodeConfig, Footstep, Lifted, Membership, Outcome, Record, Tick};
 use standfast_sim::{Engine, Profile, Push, Variation};
 
-/// Observes an episode for what the story needs beyond the record.
+/// Collects from an episode the data that the story needs beyond the record.
 #[derive(Debug, Default)]
 pub struct Witness {
     /// Time from which on the DCM has been outside of the support (s).
@@ -72,15 +72,15 @@ fn came(push: &Push, record: &Record) -> bool {
     record.fell_at_s.is_none_or(|fell_at_s| push.start_s < fell_at_s)
 }
 
-/// Rounded to a number of decimals, since the drawn numbers of a campaign have sixteen.
+/// Rounds a value to some decimals, since the drawn numbers of a campaign have sixteen.
 fn short(value: f64, digits: i32) -> f64 {
     let unit = 10_f64.powi(digits);
     // Adding 0 turns -0 into 0.
     (value * unit).round() / unit + 0.0
 }
 
-/// A few sentences on each footstep: when it was taken, for which ZMP error if the controller says so, and from where to
-/// where its sole moved (mm, world frame).
+/// A few sentences on each footstep: its time, its ZMP error if the controller reports it, and the start and the end of
+/// the sole's way (mm, world frame).
 pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String> {
     // Adding 0 turns -0 into 0.
     let round = |m: f64| (1000.0 * m).round() + 0.0;
@@ -110,7 +110,7 @@ pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String>
     lines
 }
 
-/// An episode and everything that its story needs.
+/// An episode and all data that its story needs.
 pub struct Told<'a> {
     pub factory: &'a Factory,
     pub config: &'a EpisodeConfig,
@@ -152,7 +152,7 @@ impl Told<'_> {
         told
     }
 
-    /// A few lines on what happened and why, and what is meant by the outcomes.
+    /// A few lines on what happened and why, and on the meaning of the outcomes.
     pub fn text(&self) -> String {
         format!("{}\n{}", self.story(), thresholds(&self.config.judge))
     }
@@ -267,8 +267,8 @@ impl Told<'_> {
         if self.pushes.len() > 1 { "after the last push" } else { "after the push" }
     }
 
-    /// What the CPI sets predicted at the end of the push, and whether the robot did otherwise. None without gains, and
-    /// if the sets made no prediction.
+    /// The prediction of the CPI sets at the end of the push, and whether the robot did otherwise. None without gains,
+    /// and if the CPI sets made no prediction.
     fn sets(&self) -> Option<String> {
         let record = &self.record;
         let the_set = match self.factory.regions.len() {
@@ -307,7 +307,8 @@ impl Told<'_> {
         })
     }
 
-    /// The largest torques in a sentence or two; None if there were none, as where the controller fails at its first tick.
+    /// The largest torques in a sentence or two. None if there were none, for example if the controller fails at its
+    /// first tick.
     fn torque(&self) -> Option<String> {
         let (ratio, joint) = &self.witness.most_torque;
         let percent = 100.0 * ratio;
@@ -359,10 +360,10 @@ mod tests {
         text.split_whitespace().collect::<Vec<_>>().join(" ")
     }
 
-    /// The guide has that of a push that takes a footstep, and a test of its own.
+    /// The guide has the story of a push that takes a footstep, with a test of its own.
     #[test]
     fn stories_state_what_happened() {
-        // The state is outside of its set, and yet the robot recovers without a footstep.
+        // The state is outside of its CPI set, and yet the robot recovers without a footstep.
         let [title, text] = story("catch", 3.000_123_456_789, 90.0);
         assert!(title.starts_with("3 N s towards 90 degrees, controller catch: recovered"), "{title}");
         let text = read(&text);
@@ -374,11 +375,11 @@ mod tests {
             "{text}"
         );
         assert!(!text.contains("footstep left") && !text.contains("switches"), "{text}");
-        // The state is inside of its sets.
+        // The state is inside of its CPI sets.
         let [_, text] = story("switching", 3.0, -135.0);
         assert!(read(&text).contains("in the largest CPI set (margin 0.16; of the estimated state 0.20)"), "{text}");
         assert!(read(&text).contains("switches the controller switched or restarted its gain 6 times"), "{text}");
-        // Without gains, the story mentions neither sets nor switches.
+        // Without gains, the story mentions neither CPI sets nor switches.
         let [_, text] = story("hold", 3.0, 0.0);
         assert!(!text.contains("\nsets") && !text.contains("\nswitches"), "{text}");
         assert!(read(&text).contains("controller hold, which keeps its posture outcome fell at t = "), "{text}");

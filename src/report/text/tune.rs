@@ -15,7 +15,7 @@ pub fn cases(cases: &[CaseId]) -> String {
     cases.iter().map(case).collect::<Vec<_>>().join(", ")
 }
 
-/// A line on a generation: how much better than the incumbent its middle was on trials that did not choose it.
+/// A line on a generation: the advantage of its middle over the incumbent, on trials that did not choose the middle.
 pub fn generation(generation: &Generation, spread: f64, spent: u64) -> String {
     let (middle, best) = (&generation.candidates[1].standing, &generation.candidates[generation.order[0]].standing);
     let points = |share: f64| signed(100.0 * share, 1);
@@ -47,7 +47,7 @@ fn table(task: &Task, tuned: Option<&Tuned>) -> String {
     text
 }
 
-/// By how many points the proposed value of a number alone is better, with two standard errors.
+/// The gain in points by the proposed value of a number alone, with two standard errors.
 pub fn alone(tuned: &Tuned, number: usize) -> String {
     let effect = &tuned.effects[number];
     format!("{} +-{:.1}", signed(100.0 * effect.alone, 1), 200.0 * effect.error)
@@ -75,7 +75,7 @@ pub fn text(tuned: &Tuned) -> String {
     text
 }
 
-/// What a final campaign says.
+/// A sentence on the result of a final campaign.
 pub fn sentence(tuned: &Tuned, verdict: &Verdict) -> String {
     let rate = |count: u64| format!("{:.1} %", 100.0 * count as f64 / verdict.trials.max(1) as f64);
     let [before, after] = verdict.recovered.map(rate);
@@ -95,7 +95,7 @@ pub fn sentence(tuned: &Tuned, verdict: &Verdict) -> String {
     )
 }
 
-/// Where the pushes come from that judge.
+/// The origin of the pushes that judge.
 pub fn judges(task: &Task) -> String {
     let before = match &task.judged_before[..] {
         [] => String::new(),
@@ -110,7 +110,7 @@ pub fn judges(task: &Task) -> String {
     )
 }
 
-/// What that means.
+/// The conclusion from all verdicts.
 pub fn conclusion(tuned: &Tuned) -> &'static str {
     let several = tuned.verdicts.len() > 1;
     match (tuned.is_better, tuned.verdicts.iter().any(Verdict::is_better)) {
@@ -121,7 +121,7 @@ pub fn conclusion(tuned: &Tuned) -> &'static str {
     }
 }
 
-/// Where a controller comes from, as lines of comment in its file.
+/// The origin of a controller, as lines of comment in its file.
 pub fn provenance(tuned: &Tuned) -> Vec<String> {
     let task = &tuned.task;
     let mut lines = vec![

@@ -1,4 +1,4 @@
-//! How far links are apart.
+//! Distances between links.
 
 use nalgebra::Point3;
 use standfast_core::geometry::gap::gap_m;
@@ -31,7 +31,7 @@ impl Hulls {
     /// The gap between two links (m), or `enough_m` if it is larger.
     pub fn gap_m(&self, kinematics: &Kinematics, [a, b]: [usize; 2], enough_m: f64) -> f64 {
         let [at_a, at_b] = [a, b].map(|link| kinematics.link_pose(link));
-        // One of the two is moved into the frame of the other.
+        // Link b is moved into the frame of link a.
         let between = at_a.inv_mul(at_b);
         let mut least = enough_m;
         for one in &self.links[a] {

@@ -11,7 +11,7 @@ pub fn rounded(value: f64, digits: i32) -> f64 {
 
 /// `value` with this many decimals.
 pub fn to_decimals(value: f64, decimals: i32) -> f64 {
-    // The shortest text of a rounded number is that of the nearest float to the quotient, not to the product.
+    // The shortest text of a rounded number belongs to the float nearest to the quotient, not to the product.
     if decimals >= 0 {
         let unit = 10_f64.powi(decimals);
         (value * unit).round() / unit

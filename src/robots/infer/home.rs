@@ -8,33 +8,34 @@ use standfast_core::robot::{Foot, Kinematics, PerFoot, Posture, Robot};
 
 /// Angle by which the knees are bent (rad), from a straight leg.
 const KNEE_RAD: f64 = 0.7;
-/// A leg whose knee is bent by less with all joints at zero (rad) is taken to be straight there.
+/// Bend of a knee with all joints at zero (rad) below which the leg is taken to be straight there.
 const STRAIGHT_RAD: f64 = 0.35;
-/// What the joints keep from their limits at home (rad), where they have as much.
+/// Distance of the joints from their limits at home (rad), if their ranges are large enough.
 const MARGIN_RAD: f64 = 0.02;
-/// Newton steps, and the largest change of an angle in one (rad).
+/// Largest number of Newton steps, and the largest change of an angle in one step (rad).
 const STEPS: usize = 200;
 const LARGEST_RAD: f64 = 0.2;
-/// Weight of what gives way to flat, level soles under the COM.
+/// Weight of the goals that give way to flat, level soles under the COM.
 const SOFT: f64 = 0.03;
-/// Gap between the soles, and between an arm and the rest of the body, in lengths of the legs.
+/// Least gap between the soles, and between an arm and the rest of the body, in lengths of the legs.
 const GAP: f64 = 0.02;
-/// Steps of the search for the arms (rad), and how often it goes over all joints.
+/// Step of the search for the arms (rad), and number of times that it goes over all joints.
 const ARM_STEP_RAD: f64 = 0.1;
 const ARM_ROUNDS: usize = 3;
-/// Soles are level if one is higher by no more than this (m). Legs may differ by so much of their length.
+/// Largest difference in height of level soles (m), and largest difference of the legs' lengths, as a share of the
+/// length.
 const LEVEL_M: f64 = 5e-5;
 const LEGS_DIFFER: f64 = 0.01;
-/// Two arms are mirror images if they differ by less than this, as a share of their size.
+/// Largest difference of two arms that are mirror images, as a share of their size.
 const ALIKE: f64 = 0.02;
 
-/// What of the home posture was found how.
+/// A home posture, and how it was found.
 pub struct Found {
     pub home_rad: Vec<f64>,
-    /// Joints whose angles were solved for.
+    /// Joints whose angles the solver found.
     pub solved: Vec<usize>,
     pub warnings: Vec<String>,
-    /// By how much the left sole is higher than the right one (m), in a robot whose legs differ a little; 0 in others.
+    /// Height of the left sole above the right one (m), in a robot whose legs differ a little; 0 in others.
     pub apart_m: f64,
 }
 
@@ -45,8 +46,8 @@ struct Knee {
     sign: f64,
 }
 
-/// Finds the home posture of `robot`, whose trunk and soles are known. It starts from `reference`, a posture from
-/// elsewhere, if there is one; then the knees remain as they are there. Errors are in words.
+/// Finds the home posture of `robot`, whose trunk and soles are known. It starts from the posture `reference`, if there
+/// is one; then the knees remain as they are there. Errors are in words.
 pub fn find(robot: &Robot, limbs: &Limbs, reference: Option<&[f64]>) -> Result<Found, String> {
     let mut warnings = Vec::new();
     let length_m = leg_length_m(robot, limbs);
@@ -76,7 +77,7 @@ pub fn find(robot: &Robot, limbs: &Limbs, reference: Option<&[f64]>) -> Result<F
         bent.push((*joint, angle));
         q[*joint] = angle;
         if reference.is_none() {
-            // From the middle joint on, hip and ankle each give back half of it.
+            // The first and the last pitch joint, hip and ankle, each turn back by half of the knee's bend.
             let pitch = pitch_joints(robot, &limbs.legs[foot]);
             for (j, axis) in [pitch.first(), pitch.last()].into_iter().flatten() {
                 let limits = &robot.joints[*j];
@@ -106,7 +107,7 @@ pub fn find(robot: &Robot, limbs: &Limbs, reference: Option<&[f64]>) -> Result<F
     Ok(Found { home_rad: q, solved, warnings, apart_m })
 }
 
-/// An angle within limits, with a margin if there is room for it.
+/// Clamps an angle to limits, with a margin if there is room for it.
 fn within(angle: f64, lower: f64, upper: f64) -> f64 {
     let margin = MARGIN_RAD.min(0.25 * (upper - lower));
     angle.clamp(lower + margin, upper - margin)
@@ -151,7 +152,7 @@ struct Solver<'a> {
     kinematics: Kinematics,
     /// The knees with their angles.
     bent: Vec<(usize, f64)>,
-    /// Where the soles are in y (m).
+    /// Positions of the soles in y (m).
     aside_m: PerFoot<f64>,
     length_m: f64,
 }
@@ -162,7 +163,7 @@ impl Solver<'_> {
         self.kinematics.update(self.robot, &posture);
     }
 
-    /// What is left to correct, in rad and lengths of the legs.
+    /// The errors that are left, in rad and in lengths of the legs.
     fn errors(&mut self, q: &[f64]) -> DVector<f64> {
         self.update(q);
         let com = self.kinematics.com();
@@ -196,7 +197,7 @@ impl Solver<'_> {
                 let normal = jacobian.transpose() * &jacobian + DMatrix::identity(free.len(), free.len()) * 1e-9;
                 let Some(solvable) = normal.cholesky() else { return };
                 let step = -solvable.solve(&(jacobian.transpose() * &errors));
-                // A joint that would leave its limits stays, and the others make up for it.
+                // A joint that would leave its limits stays, and the other joints compensate.
                 let leaves = |&(k, j): &(usize, usize)| {
                     let joint = &self.robot.joints[j];
                     step[k].abs() > 1e-12 && within(q[j] + step[k], joint.lower_rad, joint.upper_rad) == q[j]
@@ -217,8 +218,8 @@ impl Solver<'_> {
         }
     }
 
-    /// Fails unless the soles are flat, and level but for what the legs may differ. Returns how much higher the left one is
-    /// (m), or 0 if both are level.
+    /// Fails unless the soles are flat, and level up to the accepted difference of the legs. Returns the height of the
+    /// left sole above the right one (m), or 0 if both are level.
     fn check(&mut self, q: &[f64]) -> Result<f64, String> {
         self.update(q);
         let soles = Foot::BOTH.map(|foot| self.kinematics.sole_pose(self.robot, foot));
@@ -238,8 +239,8 @@ impl Solver<'_> {
     }
 }
 
-/// The angles of `arm` if it hangs as the mirror image of `other` does in the posture `q` (rad). None if it is built
-/// otherwise, or if its limits are too narrow.
+/// The angles of `arm` that make it the mirror image of `other` in the posture `q` (rad). It is None if the arms are
+/// built differently, or if the limits of `arm` are too narrow.
 fn mirrored(robot: &Robot, other: &[usize], arm: &[usize], q: &[f64]) -> Option<Vec<f64>> {
     let kinematics = Kinematics::new(robot);
     let size_m =
@@ -257,12 +258,12 @@ fn mirrored(robot: &Robot, other: &[usize], arm: &[usize], q: &[f64]) -> Option<
     (other.len() == arm.len()).then(|| other.iter().zip(arm).map(angle).collect()).flatten()
 }
 
-/// Lets the arms hang, clear of trunk, legs and each other.
+/// Lowers the arms, clear of trunk, legs and each other.
 fn bring_arms_down(robot: &Robot, limbs: &Limbs, gap_m: f64, q: &mut [f64]) {
     let hulls = Hulls::of(robot);
     let mut kinematics = Kinematics::new(robot);
     for (i, arm) in limbs.arms.iter().enumerate() {
-        // Two arms hang alike.
+        // If a mirror image of this arm was lowered before, this arm hangs in the same way.
         let other = limbs.arms[..i].iter().find_map(|other| mirrored(robot, other, arm, q));
         if let Some(angles) = other {
             arm.iter().zip(angles).for_each(|(&j, angle)| q[j] = angle);
@@ -294,7 +295,7 @@ fn bring_arms_down(robot: &Robot, limbs: &Limbs, gap_m: f64, q: &mut [f64]) {
                 for angle in (-most..=most).map(|k| f64::from(k) * ARM_STEP_RAD) {
                     q[j] = within(angle, joint.lower_rad, joint.upper_rad);
                     let found = cost(q);
-                    // Of equals, the first one stays.
+                    // Of equal angles, the first one stays.
                     if found < least - 1e-9 {
                         (least, best) = (found, q[j]);
                     }

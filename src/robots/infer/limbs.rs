@@ -1,33 +1,33 @@
-//! Which links are feet, legs, trunk and arms.
+//! Finds the links of feet, legs, trunk and arms.
 
 use standfast_core::robot::{Foot, Kinematics, PerFoot, Robot};
 
-/// Least number of joints by which a leg moves its foot against the other one.
+/// Least number of joints of a leg that are not shared with the other leg.
 const LEAST_JOINTS: usize = 4;
-/// The COM of an arm is at least so far from the middle of the body, as a share of the feet's distance from there.
+/// Least distance of an arm's COM from the middle of the body, as a share of the distance of the feet from there.
 const ASIDE: f64 = 0.5;
 
-/// A link is nearly as heavy as another one from this share on.
+/// Share of the heaviest link's mass from which on a link counts as nearly as heavy.
 const NEARLY: f64 = 0.6;
 
 /// The limbs of a robot by the indices of their joints. Joint `j` carries link `j + 1`.
 #[derive(Debug, Clone)]
 pub struct Limbs {
-    /// From hip to foot; what both legs share is not in them.
+    /// From hip to foot, without the joints that both legs share.
     pub legs: PerFoot<Vec<usize>>,
     /// From the base to the trunk.
     pub waist: Vec<usize>,
-    /// The arms, each a group of joints that hang together, its first joint nearest to the trunk. A neck is none, and what
-    /// both arms share is none either: their COMs are in the middle of the body.
+    /// The arms, each a group of connected joints, its first joint nearest to the trunk. A neck is no arm, and neither
+    /// is a group that both arms share: their COMs are in the middle of the body.
     pub arms: Vec<Vec<usize>>,
-    /// Index of the heaviest link that is of no leg. Of links that are nearly as heavy, it is the one with an IMU or, if
-    /// that does not decide, the one that carries the arms.
+    /// Index of the heaviest link that belongs to no leg. Among links that are nearly as heavy, it is the one with an
+    /// IMU or, if that does not decide, the one that carries the arms.
     pub trunk: usize,
 }
 
 impl Limbs {
-    /// Finds the limbs at zero joint angles. None if no two links that nothing follows have chains of at least four
-    /// joints of their own.
+    /// Finds the limbs at zero joint angles. It is None unless there are two end links that are carried by chains of at
+    /// least four joints of their own.
     pub fn of(robot: &Robot) -> Option<Self> {
         let legs = legs(robot)?;
         let of_leg = |link: usize| link > 0 && Foot::BOTH.iter().any(|&foot| legs[foot].contains(&(link - 1)));
@@ -59,7 +59,7 @@ impl Limbs {
     }
 }
 
-/// See [`Limbs::trunk`]. `of_leg` tells which links are of a leg, and `of_arm` which joints could be of an arm.
+/// Finds [`Limbs::trunk`]. `of_leg` tells which links belong to a leg, and `of_arm` which joints may belong to an arm.
 fn trunk(robot: &Robot, of_leg: &dyn Fn(usize) -> bool, of_arm: &dyn Fn(usize) -> bool) -> Option<usize> {
     let mass_kg = |link: usize| robot.links[link].mass_kg;
     let others = (0..robot.links.len()).filter(|&link| !of_leg(link));
@@ -67,14 +67,14 @@ fn trunk(robot: &Robot, of_leg: &dyn Fn(usize) -> bool, of_arm: &dyn Fn(usize) -
     let has_imu =
         |link: usize| robot.frames.iter().any(|frame| frame.link == link && frame.name.to_lowercase().contains("imu"));
     let arms = |link: usize| (0..robot.joints.len()).filter(|&j| robot.joints[j].parent == link && of_arm(j)).count();
-    // The first one of equals.
+    // Of equal links, the first one is taken.
     others.filter(|&link| mass_kg(link) >= NEARLY * heaviest_kg).rev().max_by(|&a, &b| {
         let [a, b] = [a, b].map(|link| (has_imu(link), arms(link) > 1, mass_kg(link)));
         (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2))
     })
 }
 
-/// The two chains with the lowest ends, as seen with all joints at zero.
+/// The two chains with the lowest ends at zero joint angles.
 fn legs(robot: &Robot) -> Option<PerFoot<Vec<usize>>> {
     let kinematics = Kinematics::new(robot);
     let is_end = |link: usize| robot.joints.iter().all(|joint| joint.parent != link);
@@ -103,7 +103,7 @@ fn legs(robot: &Robot) -> Option<PerFoot<Vec<usize>>> {
     Some(if y(&a) > y(&b) { PerFoot { left: a, right: b } } else { PerFoot { left: b, right: a } })
 }
 
-/// Height of the lowest point of a link, whose collision geometry counts, or else its frame.
+/// Height of the lowest point of a link's collision geometry or, if it has none, of its frame.
 fn lowest_m(robot: &Robot, kinematics: &Kinematics, link: usize) -> f64 {
     let pose = kinematics.link_pose(link);
     let down = -pose.rotation.inverse_transform_vector(&nalgebra::Vector3::z());

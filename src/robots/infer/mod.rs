@@ -1,5 +1,5 @@
-//! Infers from a URDF alone what the settings of a robot say: feet, trunk, soles, home posture, servos, noise, delay, and
-//! where a foot can land.
+//! Infers the settings of a robot from a URDF alone: feet, trunk, soles, home posture, servos, noise, delay, and where
+//! a foot can land.
 
 mod clearance;
 mod figures;
@@ -24,14 +24,14 @@ const BY_HAND: &str = "a humanoid, or a TOML file of the same name beside the UR
                        [[servos]], [noise], friction, delay_s; the chapter Robots of the guide explains each key, and \
                        assets/robots/ut-mu2.toml is an example";
 
-/// Number of joints by which a leg leads its sole to any pose.
+/// Number of joints of a leg that can bring its sole to any pose.
 const FULL_LEG: usize = 6;
 
-/// The text of the settings (TOML) of the robot that a URDF with this content describes. `range_rad` is the range that its
-/// joints without one were given; the soles are those of the file `stated`, if there is one.
+/// The text of the settings (TOML) of the robot that a URDF with this content describes. `range_rad` is the range that
+/// was given to joints without one. If there is a file `stated`, its soles are taken.
 ///
-/// # Errors
-/// It is not a humanoid; the error says all that cannot be inferred. Or the soles are not at the ends of the legs.
+/// # Errors The robot is no humanoid; the error lists all that cannot be inferred. Or the soles are not at the ends of
+/// the legs.
 pub(super) fn settings(
     urdf: &Source,
     mut tree: Tree,
@@ -46,7 +46,7 @@ pub(super) fn settings(
         Error::value(&urdf.file, "settings", "(none)", problem, BY_HAND)
     };
     let (motors, missing, without_range) = (tree.motors, tree.missing, tree.without_range);
-    // What is not known yet is filled in step by step.
+    // The unknown fields are filled in step by step.
     let mut robot = Robot {
         name: tree.name,
         urdf: None,
@@ -152,7 +152,7 @@ pub(super) fn settings(
     Ok(text::toml(&urdf.file, &robot, &origins))
 }
 
-/// What is assumed, in words.
+/// The assumptions, in words.
 fn assumptions(servos: &[servos::Found], has_reference: bool) -> Vec<String> {
     let all = |is_read: fn(&servos::Found) -> bool| servos.iter().all(is_read);
     let mut motors = vec!["gains", "rotor inertias"];

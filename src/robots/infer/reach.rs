@@ -1,8 +1,9 @@
-//! Where a foot can land and how soon: regions of landing places that the legs reach without touching, with times in which
-//! their motors can swing a foot there.
+//! Where a foot can land and how soon: regions of landing places that the legs reach without touching, with times in
+//! which their motors can swing a foot there.
 //!
-//! A far place takes longer to reach. While the foot swings for the time T, the DCM moves away from the feet by the factor
-//! `e^(omega T)`, so a footstep of length x is worth `x e^(-omega T)`. Each region is as large as this is worth.
+//! A far place takes longer to reach. While the foot swings for the time T, the DCM moves away from the feet by the
+//! factor `e^(omega T)`, so a footstep of length x is worth `x e^(-omega T)`. Each region is extended as long as this
+//! worth grows.
 
 use super::clearance::Hulls;
 use super::figures::to_decimals;
@@ -10,21 +11,21 @@ use super::limbs::Limbs;
 use standfast_core::robot::swing_time::{Swing, least_swing_time_s};
 use standfast_core::robot::{Around, Foot, Kinematics, LandingRegion, Robot};
 
-/// Gap that the legs keep on their way, and gap between soles that stand beside or behind each other, in COM heights.
+/// Gap that the legs keep during a swing, and gap between soles that stand beside or behind each other, in COM heights.
 const GAP: f64 = 0.0065;
 const SOLE_GAP: f64 = 0.02;
-/// Grids of landing places: ways forward or backward and outward, in COM heights.
+/// Grids of landing places: step and number of places forward or backward, and outward, in COM heights.
 const FORWARD: (f64, usize) = (0.06, 8);
 const OUTWARD: (f64, usize) = (0.045, 6);
 /// How a foot goes around the stance leg: see [`Around`]; the arc is in COM heights.
 const SIDEWAYS_FROM: f64 = 0.25;
 const ARCS: [f64; 2] = [0.0, 0.065];
-/// Regions that cross: how far their places lie beyond the middle of the stance sole, how deep the regions are, and the
-/// grid of their near ends, in COM heights.
+/// Regions that cross, in COM heights: how far their places lie beyond the middle of the stance sole, the depths of the
+/// regions, and the grid of their near ends.
 const ACROSS: [f64; 2] = [0.1, 0.05];
 const DEPTHS: [f64; 2] = [0.08, 0.02];
 const ENDS: (f64, usize) = (0.02, 8);
-/// Slack of the times: the share, and the unit (s) to which they are rounded up.
+/// Slack of the times: the factor on a time, and the unit to which it is rounded up (s).
 const SLACK: f64 = 1.015;
 const TIME_UNIT_S: f64 = 0.005;
 /// Number of postures of a swing at which the legs must not touch.
@@ -46,7 +47,7 @@ pub fn find(robot: &Robot, limbs: &Limbs) -> (Vec<LandingRegion>, Vec<String>) {
 struct Search<'a> {
     robot: &'a Robot,
     hulls: Hulls,
-    /// Pairs of links of both legs.
+    /// Pairs of a link of one leg and a link of the other.
     pairs: Vec<[usize; 2]>,
     /// COM height (m), and rate at which the DCM moves away (1/s).
     height_m: f64,
@@ -72,7 +73,7 @@ impl<'a> Search<'a> {
         Some(Swing::new(self.robot, Foot::Left, to, around)?.least_time_s())
     }
 
-    /// Whether the legs keep apart on the way to a place.
+    /// Whether the legs keep apart during a swing to a place.
     fn is_clear(&self, foot: Foot, to: [f64; 2], around: Around) -> bool {
         let gap_m = GAP * self.height_m;
         let mut kinematics = Kinematics::new(self.robot);
@@ -85,7 +86,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// What a footstep of this length is worth after this time (m).
+    /// The worth of a footstep of this length after this time (m).
     fn worth(&self, way_m: f64, time_s: f64) -> f64 {
         way_m * (-self.omega * time_s).exp()
     }
@@ -93,7 +94,7 @@ impl<'a> Search<'a> {
     /// The region at the side of the stance foot.
     fn beside(&self) -> Option<LandingRegion> {
         let straight = Around::default();
-        // How far forward, and backward.
+        // The places forward and backward whose footsteps are worth most.
         let ends = [-1.0, 1.0].map(|sign| {
             let places = (1..=FORWARD.1).map(|k| sign * FORWARD.0 * k as f64 * self.height_m);
             let timed = places.map_while(|x| Some((x, self.time_s([x, self.apart_m], straight)?)));
@@ -103,7 +104,7 @@ impl<'a> Search<'a> {
         let mut time_s = back_s.max(front_s);
         let way_m = |back: f64, front: f64| 0.5 * (front - back);
         let mut best = (self.worth(way_m(back, front), time_s), self.apart_m);
-        // How far outward: the corners take longer than the ends.
+        // The place outward that is worth most. The corners take longer than the ends.
         for k in 1..=OUTWARD.1 {
             let outward_m = OUTWARD.0 * k as f64 * self.height_m;
             let y = self.apart_m + outward_m;
@@ -116,7 +117,8 @@ impl<'a> Search<'a> {
             }
         }
         let outer_m = to_decimals(best.1, 3);
-        // How far inward: the soles need a place beside each other, and shins and knees on their way.
+        // The farthest place inward. The soles must fit beside each other, and the shins and knees must pass each
+        // other.
         let least_m = self.sole_m[1] + SOLE_GAP * self.height_m;
         let step_m = 0.25 * (self.apart_m - least_m).max(0.0);
         (back, front) = (to_decimals(back, 3), to_decimals(front, 3));
@@ -153,7 +155,7 @@ impl<'a> Search<'a> {
                         sideways_from: SIDEWAYS_FROM,
                         arc_m: mm(arc * self.height_m),
                     };
-                    // The near corners are those where the legs meet first.
+                    // The legs meet first at the near corners.
                     let mut corners = region.corners();
                     corners.sort_by(|a, b| a[0].abs().total_cmp(&b[0].abs()).then(a[1].total_cmp(&b[1])));
                     let is_clear = |foot| corners.iter().all(|to| self.is_clear(foot, *to, region.around()));

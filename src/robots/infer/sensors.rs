@@ -1,4 +1,4 @@
-//! Noise of the sensors, delay and friction. All of it is assumed: in units of the robot, it is that of UT-mu2.
+//! Noise of the sensors, delay and friction. All of them are assumed: in units of the robot, they are those of UT-mu2.
 
 use super::figures::rounded;
 use standfast_core::robot::{GRAVITY, Robot, SensorNoise, Units};

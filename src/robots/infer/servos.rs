@@ -1,23 +1,23 @@
-//! Motors and gains of the servos: what the URDF states where that can be true, and figures that are in proportion to the
-//! robot's weight, height and time else.
+//! Motors and gains of the servos. A figure is taken from the URDF if it is credible. Otherwise it is in proportion to
+//! the robot's weight, height and time.
 //!
-//! The figures in units of the robot are those of UT-mu2's settings.
+//! The figures in units of the robot are the figures of UT-mu2's settings.
 
 use super::figures::rounded;
 use super::limbs::Limbs;
 use crate::tree::Motor;
 use standfast_core::robot::{Foot, GRAVITY, Robot, Servo};
 
-/// Largest torque of a joint that is believed, in m g h, and largest speed, in omega. (Placeholders such as 1000 N m and
-/// 100 rad/s are larger for robots of usual sizes.)
+/// Largest credible torque of a joint, in m g h, and largest credible speed, in omega. (For robots of usual sizes,
+/// placeholders such as 1000 N m and 100 rad/s are larger.)
 const MOST_TORQUE: f64 = 5.0;
 const MOST_SPEED: f64 = 15.0;
-/// Least torque of a joint of a leg and of others that is believed, in m g h, and least speed, in omega.
+/// Least credible torque of a joint of a leg and of other joints, in m g h, and least credible speed, in omega.
 const LEAST_LEG_TORQUE: f64 = 0.02;
 const LEAST_TORQUE: f64 = 1e-5;
 const LEAST_SPEED: f64 = 0.3;
 
-/// A kind of joint, by what it has to move.
+/// A kind of joint, by the part of the body that it moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Group {
     Leg,
@@ -45,7 +45,8 @@ impl Group {
     }
 }
 
-/// Speed at which a motor has no torque any more, in omega, and the share of it up to which it has all its torque.
+/// Speed at which the torque of a motor reaches zero, in omega, and the share of this speed up to which it has its full
+/// torque.
 const NO_TORQUE_SPEED: f64 = 3.55;
 const FULL_TORQUE: f64 = 0.5;
 
@@ -77,7 +78,7 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<Found>, Vec<
         let [torque, kp, kd, rotor] = group.figures();
         let least = if group == Group::Leg { LEAST_LEG_TORQUE } else { LEAST_TORQUE };
         let effort = believed(motor.effort_n_m, moment, least, MOST_TORQUE);
-        // Whoever did not state the torque has not measured the speed.
+        // A URDF without a credible torque has no credible speed either.
         let velocity = effort.and(believed(motor.velocity_rad_s, omega, LEAST_SPEED, MOST_SPEED));
         for (stated, taken, unit) in [(motor.effort_n_m, effort, "N m"), (motor.velocity_rad_s, velocity, "rad/s")] {
             if let (Some(stated), None) = (stated, taken) {
@@ -102,7 +103,7 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<Found>, Vec<
     (found, told(&disbelieved))
 }
 
-/// What was not believed, by figure, with the joints.
+/// Sentences on the figures that were not credible, each with its joints.
 fn told(disbelieved: &[(String, &str)]) -> Vec<String> {
     let mut by_figure: Vec<(&str, Vec<&str>)> = Vec::new();
     for (figure, joint) in disbelieved {

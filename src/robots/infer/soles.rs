@@ -1,36 +1,37 @@
-//! The face on which a foot stands: the rectangle around the lowest points of whatever collides there.
+//! The face on which a foot stands: the rectangle around the lowest points of its colliding geometry.
 
 use crate::infer::figures::to_decimals;
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3};
 use standfast_core::robot::model::Ankle;
 use standfast_core::robot::{Kinematics, Pose, Robot, Shape, Sole, Solid};
 
-/// Points that are this share of the foot's size above the lowest one are of the sole, too. If they span no face, the second
-/// share counts.
+/// Height above the lowest point up to which points belong to the sole, as a share of the foot's size. If these points
+/// span no face, the second share counts.
 const SLICES: [f64; 2] = [0.01, 0.05];
-/// Where an axis of the foot's frame, or of a box, is closer to down or forward than this (rad), it is taken for that.
+/// Largest angle between down or forward and an axis of the foot's frame, or of a box, that is taken instead (rad).
 const SNAP_RAD: f64 = 0.35;
 /// Least length and width of a sole, as shares of the foot's size.
 const LEAST: f64 = 0.05;
 
-/// The sole of a robot of which it is not known yet.
+/// The sole of a robot before its soles are known.
 pub fn none() -> Sole {
     Sole { frame: 0, link: 0, center: Isometry3::identity(), half_m: [0.0; 2], thickness_m: 0.0, ankle: Ankle::RIGID }
 }
 
-/// A sole, and how to state it.
+/// A sole, and how the settings state it.
 pub struct Found {
     pub sole: Sole,
-    /// Whether it is the lower face of the only collision of its URDF link, a box, so that the name of the link says all.
+    /// Whether the sole is the lower face of the only collision of its URDF link, a box, so that the name of the link
+    /// suffices.
     pub is_box: bool,
-    /// Pose of its centre in its URDF link's frame, if that has to be stated.
+    /// Pose of the sole's centre in the frame of its URDF link, for settings that must state it.
     pub in_frame: Pose,
-    /// What is dubious about it.
+    /// A warning about the sole.
     pub warning: Option<String>,
 }
 
 impl Found {
-    /// One that is stated already, by the name of its link alone if it is the face of a box.
+    /// A sole that is stated already. If `is_box`, the name of its link alone states it.
     pub fn stated(sole: Sole, robot: &Robot, is_box: bool) -> Self {
         let mut in_frame = robot.frames[sole.frame].pose.inverse() * sole.center;
         in_frame.translation.vector.apply(|length| *length = to_decimals(*length, 9));
@@ -48,7 +49,7 @@ impl Found {
     }
 }
 
-/// The sole of the foot `link` with all that is fixed to it, as it stands with all joints at zero. Errors are in words.
+/// The sole of the foot `link` with all links that are fixed to it, with all joints at zero. Errors are in words.
 pub fn find(robot: &Robot, link: usize) -> Result<Found, String> {
     let kinematics = Kinematics::new(robot);
     let name = &robot.links[link].name;
@@ -73,13 +74,13 @@ pub fn find(robot: &Robot, link: usize) -> Result<Found, String> {
         })
         .map(|point| in_link.inverse_transform_point(&point))
         .collect();
-    // The frame of the foot may lie as its sole does, and so may a box.
+    // The frame of the foot may be parallel to its sole, and so may a box.
     let to_frame = |v: Vector3<f64>| in_link.rotation.inverse_transform_vector(&v);
     let boxes = solids.iter().filter(|solid| matches!(solid.shape, Shape::Box { .. }));
     let frames = boxes.map(|solid| in_link.rotation.inverse() * solid.pose.rotation);
     let along = |of: UnitQuaternion<f64>| Face::along(of, to_frame(-down), to_frame(ahead), &points);
     let of_frame = along(UnitQuaternion::identity());
-    // Of equals, that of the frame.
+    // Of faces with equal areas, the face of the frame is taken.
     let face =
         frames.map(along).fold(of_frame, |best, face| if face.area() > 1.01 * best.area() { face } else { best });
     let Face { axes, x, y, z, size, is_slice } = face;
@@ -109,7 +110,7 @@ pub fn find(robot: &Robot, link: usize) -> Result<Found, String> {
     Ok(Found { sole, is_box, in_frame, warning })
 }
 
-/// The lowest face of some points along axes: what it spans in x and y, and all points in z.
+/// The lowest face of some points along axes: its range in x and y, and the range of all points in z.
 struct Face {
     axes: UnitQuaternion<f64>,
     x: (f64, f64),
@@ -117,12 +118,12 @@ struct Face {
     z: (f64, f64),
     /// Largest extent of all points (m).
     size: f64,
-    /// Whether the lowest points alone span it.
+    /// Whether the lowest points alone span the face.
     is_slice: bool,
 }
 
 impl Face {
-    /// That of `points` along the axes of `frame` that are close to up and ahead, or else along these directions.
+    /// The face of `points` along the axes of `frame` that are close to up and ahead, or else along `up` and `ahead`.
     fn along(frame: UnitQuaternion<f64>, up: Vector3<f64>, ahead: Vector3<f64>, points: &[Point3<f64>]) -> Self {
         let snapped = |v: Vector3<f64>| frame * snapped(frame.inverse_transform_vector(&v));
         let up = snapped(up);
@@ -145,7 +146,7 @@ impl Face {
         if lowest.is_slice { lowest } else { Self { is_slice: false, ..slice(SLICES[1]) } }
     }
 
-    /// Its area, which is 0 if the lowest points alone do not span it (m^2).
+    /// Area of the face (m^2). It is 0 if the lowest points alone do not span the face.
     fn area(&self) -> f64 {
         if self.is_slice { (self.x.1 - self.x.0) * (self.y.1 - self.y.0) } else { 0.0 }
     }

@@ -13,12 +13,12 @@ const STANDING: [&str; 6] = ["half_sitting", "standing", "stand", "home", "walki
 pub struct Reference {
     /// The name of the posture, and its file.
     pub name: String,
-    /// One angle per joint (rad); joints that it does not name are at 0.
+    /// One angle per joint (rad). Joints that the posture does not name are at 0.
     pub angles_rad: Vec<f64>,
 }
 
-/// The reference posture for a URDF from an SRDF of the same name beside it or in a folder `srdf` beside or above it; None
-/// if there is none in which a robot stands. Fails if the file cannot be read or is malformed.
+/// The reference posture for a URDF from an SRDF of the same name, beside it or in a folder `srdf` beside or above it.
+/// It is None if no posture has a name of standing. Fails if the file cannot be read or is malformed.
 pub fn beside(urdf: &Source, robot: &Robot) -> Result<Option<Reference>> {
     if urdf.is_builtin() {
         return Ok(None);
@@ -27,7 +27,7 @@ pub fn beside(urdf: &Source, robot: &Robot) -> Result<Option<Reference>> {
     read(&assets::text(&path)?, robot)
 }
 
-/// Where an SRDF may be. `talos_full_v2.urdf` belongs to `talos.srdf` too.
+/// The paths at which an SRDF may be. `talos_full_v2.urdf` belongs to `talos.srdf` too.
 fn places(urdf: &Path) -> Vec<PathBuf> {
     let stem = urdf.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let stem = stem.split('.').next().unwrap_or_default();

@@ -7,15 +7,15 @@ use standfast_core::robot::{LandingRegion, PerFoot, Robot};
 use standfast_files::assets::{decimal, one_line, quoted};
 use std::fmt::Write;
 
-/// Where the figures of a robot come from.
+/// The origins of a robot's figures.
 pub struct Origins {
     pub soles: PerFoot<soles::Found>,
     pub servos: Vec<servos::Found>,
-    /// Joints whose angles at home were solved for.
+    /// Joints whose angles at home the solver found.
     pub solved: Vec<usize>,
-    /// Whether the soles were stated before.
+    /// Whether the soles were stated by the user.
     pub soles_are_stated: bool,
-    /// The range that joints without one were given (rad).
+    /// The range that was given to joints without one (rad).
     pub range_rad: Option<f64>,
     /// Name of the reference posture from which the home posture started, and its file.
     pub reference: Option<String>,

@@ -1,6 +1,6 @@
-//! Reads a mesh from COLLADA: the geometries of its scene, each moved as its nodes say, in metres.
+//! Reads a mesh from COLLADA: the geometries of its scene, each moved by its nodes, in metres.
 //!
-//! The axis that is up in the file is ignored, as RViz ignores it, with which the authors of URDFs look at them.
+//! The file's up axis is ignored, as in RViz, in which the authors of URDFs look at their meshes.
 
 use super::Triangles;
 use crate::markup;
@@ -8,8 +8,8 @@ use nalgebra::{Matrix4, Point3, Rotation3, Translation3, Unit, Vector3};
 use roxmltree::{Document, Node};
 use std::collections::HashMap;
 
-/// The deepest nesting of nodes, and the largest number of nodes. A node can name itself, so without a limit there would be
-/// no end.
+/// The deepest nesting of nodes, and the largest number of nodes. A node can name itself, so without a limit there
+/// would be no end.
 const MOST_LEVELS: usize = 32;
 const MOST_NODES: usize = 10_000;
 /// The largest number of triangles. A small file can name the same triangles again and again.
@@ -28,7 +28,7 @@ pub fn read(text: &str) -> Result<Triangles, String> {
     for root in &roots {
         scene.add_node(root, Matrix4::identity(), 0)?;
     }
-    // A library without a scene is taken as it is.
+    // The geometries of a library without a scene are taken as they are.
     if roots.is_empty() {
         for geometry in document.descendants().filter(|node| node.has_tag_name("geometry")) {
             scene.add_geometry(&geometry, &Matrix4::identity())?;
@@ -39,7 +39,7 @@ pub fn read(text: &str) -> Result<Triangles, String> {
     Ok(mesh)
 }
 
-/// The elements with an `id`, by that.
+/// The elements with an `id`, by their `id`.
 fn ids<'a, 'd>(document: &'a Document<'d>) -> HashMap<&'a str, Node<'a, 'd>> {
     document.descendants().filter_map(|node| Some((node.attribute("id")?, node))).collect()
 }
@@ -58,7 +58,7 @@ impl<'a, 'd> Scene<'a, 'd> {
         self.ids.get(url.trim_start_matches('#')).copied().ok_or_else(|| format!("{url:?} does not exist"))
     }
 
-    /// Adds what a node contains. `to_parent` moves the frame of its parent to that of the mesh.
+    /// Adds the content of a node. `to_parent` is the transform from the frame of its parent to the frame of the mesh.
     fn add_node(&mut self, node: &Node<'a, 'd>, to_parent: Matrix4<f64>, level: usize) -> Result<(), String> {
         self.nodes += 1;
         if level > MOST_LEVELS || self.nodes > MOST_NODES {
@@ -203,7 +203,7 @@ mod tests {
         assert!((mesh.points[2] - Point3::new(0.09, 0.02, 0.05)).norm() < 1e-12, "{}", mesh.points[2]);
         assert!((mesh.points[6] - Point3::new(0.01, -0.01, 0.0)).norm() < 1e-12, "{}", mesh.points[6]);
         assert_eq!((mesh.triangles.len(), square("").unwrap().triangles.len()), (4, 2), "without a scene, all is read");
-        // A mirrored polygon still looks to the side to which it looked.
+        // A mirrored polygon still faces the same side.
         for &[a, b, c] in &mesh.triangles {
             let at = |i: u32| mesh.points[i as usize];
             assert!((at(b) - at(a)).cross(&(at(c) - at(a))).z > 0.0);

@@ -8,10 +8,10 @@ use std::path::Path;
 use std::str::{FromStr, SplitWhitespace};
 
 const MOST_BYTES: u64 = 200_000_000;
-/// How Git LFS begins the file that stands in for one that was not fetched.
+/// Beginning of a file with which Git LFS replaces a file that was not fetched.
 const LFS_POINTER: &[u8] = b"version https://git-lfs";
 
-/// Reads a mesh in the format that the extension tells.
+/// Reads a mesh in the format of its extension.
 pub fn read(path: &Path) -> Result<Triangles, String> {
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default();
     let parse = match extension.as_str() {
@@ -32,7 +32,7 @@ pub fn read(path: &Path) -> Result<Triangles, String> {
     if mesh.points.iter().any(|point| point.iter().any(|x| x.is_nan() || x.abs() > 1e9)) {
         return Err("a coordinate is not a number or too large".into());
     }
-    // What is left of a shape that was rounded to nothing would be a speck on which a foot stands.
+    // A shape that was rounded to nothing would be a speck on which a foot stands.
     let (least, most) = standfast_core::robot::mesh::bounds(&mesh.points);
     if (most - least).norm() <= 1e-9 * least.coords.norm() {
         return Err("all of its corners coincide".into());
@@ -40,7 +40,7 @@ pub fn read(path: &Path) -> Result<Triangles, String> {
     Ok(mesh)
 }
 
-/// Whether a file only stands in for one that Git LFS has not fetched.
+/// Whether a file replaces one that Git LFS has not fetched.
 pub fn is_lfs_pointer(path: &Path) -> bool {
     let is_small = path.metadata().is_ok_and(|file| file.len() < 1000);
     is_small && assets::read(path, 1000).is_ok_and(|bytes| bytes.starts_with(LFS_POINTER))
@@ -61,12 +61,12 @@ fn stl(bytes: &[u8]) -> Result<Triangles, String> {
     Ok(Triangles { points, triangles })
 }
 
-/// The corners of a binary STL file: a head of 80 bytes, the number of triangles, and 50 bytes for each triangle. None if
-/// the file is shorter than its head says.
+/// The corners of a binary STL file: a head of 80 bytes, the number of triangles, and 50 bytes for each triangle. None
+/// if the file is shorter than its head says.
 fn stl_binary(bytes: &[u8]) -> Option<Vec<Point3<f64>>> {
     let count = u32::from_le_bytes(bytes.get(80..84)?.try_into().ok()?) as usize;
     let triangles = bytes.get(84..84 + 50 * count)?;
-    // A text that happens to have enough bytes is longer than its "number" says.
+    // A text may happen to state a small enough number of triangles here, but its length then differs.
     if bytes.starts_with(b"solid") && bytes.len() != 84 + 50 * count {
         return None;
     }

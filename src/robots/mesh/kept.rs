@@ -19,11 +19,11 @@ use std::sync::Arc;
 /// A mesh as a URDF names it: the file, and the bits of the scale along its axes.
 pub type Named = (String, [u64; 3]);
 
-/// Most bytes of a text.
+/// Largest size of a text of meshes (bytes).
 const MOST_BYTES: u64 = 50_000_000;
 
-/// The text of the meshes that are kept of a URDF file: `robot.meshes` beside `robot.urdf`. None if there is no such file.
-/// Fails, in words, if it cannot be read.
+/// The text of the meshes of a URDF file that is kept beside it: `robot.meshes` for `robot.urdf`. It is None if there
+/// is no such file. Fails, in words, if the file cannot be read.
 pub fn beside(urdf: &Path) -> Option<Result<String, String>> {
     let path = urdf.with_extension("meshes");
     let read = |path: &Path| {
@@ -33,7 +33,7 @@ pub fn beside(urdf: &Path) -> Option<Result<String, String>> {
     path.is_file().then(|| read(&path))
 }
 
-/// The text of these meshes, in their order.
+/// The text of some meshes, in their order.
 pub fn text(meshes: &[(Named, Arc<Mesh>)]) -> String {
     let mut text = String::new();
     let mut line = |word: &str, [x, y, z]: [f64; 3], rest: &str| _ = writeln!(text, "{word} {x} {y} {z}{rest}");
@@ -46,7 +46,7 @@ pub fn text(meshes: &[(Named, Arc<Mesh>)]) -> String {
     text
 }
 
-/// The meshes of such a text. Fails, in words, if a line is wrong or a mesh is not whole.
+/// The meshes of a text. Fails, in words, if a line is wrong or a mesh is not whole.
 pub fn read(text: &str) -> Result<Vec<(Named, Arc<Mesh>)>, String> {
     let mut meshes: Vec<(Named, Mesh)> = Vec::new();
     for (number, line) in text.lines().enumerate() {

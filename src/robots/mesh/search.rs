@@ -1,9 +1,9 @@
-//! Finds the file of a mesh by the name that a URDF gives it.
+//! Finds the file of a mesh by its name in a URDF.
 
 use std::path::{Path, PathBuf};
 
-/// Finds a mesh that a URDF names: `package://NAME/rest` (or `model://`), `file://` and a path, or a path from the folder
-/// of the URDF on. A package is searched upward from there, then in the folders of `roots`.
+/// Finds a mesh that a URDF names: `package://NAME/rest` (or `model://`), `file://` and a path, or a path relative to
+/// the folder of the URDF. A package is searched upward from this folder, then in the folders of `roots`.
 pub fn find(name: &str, urdf: &Path, roots: &[PathBuf]) -> Option<PathBuf> {
     candidates(name, urdf, roots).into_iter().find(|path| path.is_file())
 }
@@ -13,7 +13,7 @@ pub fn package_roots() -> Vec<PathBuf> {
     std::env::var_os("ROS_PACKAGE_PATH").map_or(Vec::new(), |paths| std::env::split_paths(&paths).collect())
 }
 
-/// Where a mesh may be, best first.
+/// Paths at which a mesh may be, best first.
 fn candidates(name: &str, urdf: &Path, roots: &[PathBuf]) -> Vec<PathBuf> {
     let urdf = std::path::absolute(urdf).unwrap_or_else(|_| urdf.into());
     let mut folders = urdf.ancestors().skip(1);
@@ -28,7 +28,7 @@ fn candidates(name: &str, urdf: &Path, roots: &[PathBuf]) -> Vec<PathBuf> {
     let is_package = |folder: &Path| folder.file_name().is_some_and(|name| name == package);
     let mut found = Vec::new();
     for folder in folders {
-        // The folder of the package itself, one that holds it, or one that holds what is in it under another name.
+        // `folder` may contain the package, or be the package under another name.
         found.extend([folder.join(package).join(rest), folder.join(rest)]);
     }
     for root in roots {

@@ -4,14 +4,15 @@ use super::{Triangles, bounds};
 use nalgebra::{Point3, Vector3};
 use std::collections::{HashMap, HashSet};
 
-/// Points of a mesh that are closer than this share of its size are one.
+/// Distance below which points of a mesh are one point, as a share of the mesh's size.
 const SAME_SHARE: f64 = 1e-6;
-/// Size of the first cells as a share of the largest mesh, and by which factor they grow until the rest is small enough.
+/// Size of the first cells as a share of the largest mesh, and factor by which the cells grow until the rest is small
+/// enough.
 const FIRST_SHARE: f64 = 2e-3;
 const GROWTH: f64 = 1.15;
 
 /// Thins meshes, each given with the number of times that it is drawn, until at most `most` triangles are drawn in all.
-/// What is lost grows with the root of a mesh's size, so that a finger is not lost for the details of a trunk.
+/// The cells of a mesh grow with the root of its size, so that a finger is not lost for the details of a trunk.
 pub fn thin(meshes: &mut [(Triangles, usize)], most: usize) {
     let size = |(mesh, _): &(Triangles, usize)| {
         let (least, greatest) = bounds(&mesh.points);
@@ -35,7 +36,7 @@ pub fn thin(meshes: &mut [(Triangles, usize)], most: usize) {
     }
 }
 
-/// The mesh in which all points of a cubic cell are one, at their mean.
+/// Merges all points of a cubic cell into one, at their mean.
 fn clustered(mesh: &Triangles, cell: f64) -> Triangles {
     let mut cells: HashMap<[i64; 3], u32> = HashMap::new();
     let mut sums: Vec<(Vector3<f64>, f64)> = Vec::new();

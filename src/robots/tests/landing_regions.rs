@@ -9,8 +9,8 @@ use standfast_core::robot::{Around, Foot, Kinematics, LandingRegion, Robot, Shap
 
 /// Least distance that the collision boxes of the legs keep from each other (m).
 const GAP_M: f64 = 0.005;
-/// The same for a foot that lands in front of the stance leg. This region begins as close to the leg as it can, because
-/// only near places help against a push from the side.
+/// Least distance between the legs for a foot that lands in front of the stance leg (m). This region begins as close to
+/// the leg as it can, because only near places help against a push from the side.
 const GAP_IN_FRONT_M: f64 = 0.002;
 
 fn region<'a>(robot: &'a Robot, name: &str) -> &'a LandingRegion {
@@ -42,7 +42,7 @@ fn gap_m(robot: &Robot, kinematics: &Kinematics) -> f64 {
     gaps.fold(f64::INFINITY, f64::min)
 }
 
-/// Least distance between the legs on the way to a place (m); None if that is out of reach.
+/// Least distance between the legs on the way to a place (m). It is None if the place is out of reach.
 fn least_gap_m(robot: &Robot, foot: Foot, to: [f64; 2], around: Around) -> Option<f64> {
     let mut swing = Swing::new(robot, foot, to, around)?;
     let mut kinematics = Kinematics::new(robot);
@@ -69,7 +69,8 @@ fn the_legs_reach_all_of_each_region_without_touching() {
     }
 }
 
-/// This is why crossing feet go around, and why there are regions at all.
+/// If crossing feet went straight or landed beside the stance sole, they would touch. So they go around, and there are
+/// regions.
 #[test]
 fn a_foot_that_crosses_on_the_straight_way_or_beside_the_stance_sole_touches() {
     let robot = standfast_robots::load("ut-mu2").unwrap();
@@ -106,7 +107,7 @@ fn weaker_and_slower_motors_need_longer_and_a_farther_place_takes_longer() {
     };
     let (weaker, slower) = (with(0.75, 1.0), with(1.0, 0.5));
     assert!(weaker > 1.1 * as_designed && slower > 1.005 * as_designed, "{as_designed} {weaker} {slower}");
-    // Hardly any gravity is left to carry if the motors are strong, so that torque alone decides.
+    // If the motors are strong, hardly any torque is needed for gravity, so the torque for the motion alone decides.
     let (strong, stronger) = (with(16.0, 100.0), with(64.0, 100.0));
     assert!((strong / stronger - 2.0).abs() < 0.01, "{strong} {stronger}");
     let near = LandingRegion { x_m: [-0.1, 0.1], ..beside.clone() };

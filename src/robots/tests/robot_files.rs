@@ -3,7 +3,8 @@
 use standfast_core::robot::{Foot, Kinematics, Shape};
 use standfast_files::assets::{self, Kind, Source};
 
-/// Joint, limits (degrees), and mass of the link that it carries (kg), as published. The right side has the same.
+/// Joint, limits (degrees), and mass of the link that it carries (kg), as published. The right side has the same
+/// values.
 const PUBLISHED: [(&str, [f64; 2], f64); 10] = [
     ("shoulder_flexion", [-60.0, 180.0], 0.147856),
     ("shoulder_abduction", [-30.0, 90.0], 0.146784),
@@ -56,7 +57,7 @@ fn soles_are_as_published() {
     }
 }
 
-/// Any link on the ground other than the soles counts as a fall, so none may be there while the robot stands.
+/// Any link on the ground other than the soles counts as a fall, so no such link may be there while the robot stands.
 #[test]
 fn only_soles_are_near_the_ground_at_home() {
     let robot = standfast_robots::load("ut-mu2").unwrap();
@@ -73,7 +74,7 @@ fn only_soles_are_near_the_ground_at_home() {
     }
 }
 
-/// What to replace in the URDF (everywhere), by what, and what the error must say.
+/// Text to replace in the URDF (everywhere), its replacement, and words of the error.
 const BAD_URDF: [(&str, &str, &str); 31] = [
     ("</robot>", "", "the XML is malformed"),
     ("</visual>", "</visua>", "the XML is malformed"),
@@ -160,7 +161,7 @@ const BAD_URDF: [(&str, &str, &str); 31] = [
     ("<box size=\"0.096172 0.069172 0.007288\"/>", "<sphere radius=\"0.01\"/>", "its collision is not a box"),
 ];
 
-/// What to replace in the settings (once), by what, and what the error must say.
+/// Text to replace in the settings (once), its replacement, and words of the error.
 const BAD_SETTINGS: [(&str, &str, &str); 38] = [
     ("friction = 0.8", "friction = ", "builtin:ut-mu2: TOML parse error"),
     ("friction = 0.8", "friction = 0.8\ngrip = 1\n", "unknown field `grip`"),
@@ -277,7 +278,7 @@ fn missing_files_are_told() {
     assert_eq!(standfast_robots::load(path.to_str().unwrap()).unwrap().joints.len(), 20);
 }
 
-/// Fixed joints are merged; joints need not stand in the order of the tree, and frames need not be parallel.
+/// Fixed joints are merged; joints need not be in the order of the tree, and frames need not be parallel.
 #[test]
 fn a_stool_with_fixed_joints_in_between() {
     let source = |text: &str| Source { file: "stool".into(), text: text.into() };

@@ -6,15 +6,15 @@ use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use standfast_core::robot::mesh::bounds;
 use standfast_core::robot::model::{Joint, Link, Solid};
 
-/// An inertia that misses the triangle inequality by less than this share of its largest moment was rounded to a few
-/// digits, and remains as it is.
+/// Error of the triangle inequality, as a share of the largest moment, below which an inertia counts as rounded to a
+/// few digits, and remains as it is.
 const ROUNDED_SHARE: f64 = 1e-3;
-/// Least principal moment that an inertia is corrected to, as a share of the largest one.
+/// Least principal moment of a corrected inertia, as a share of the largest one.
 const LEAST_SHARE: f64 = 1e-3;
-/// A radius of gyration is noted if it is this many times as large as the link. No body has more than 1, but a link may be
-/// drawn smaller than it is.
+/// Ratio of the radius of gyration to the size of a link at which it is noted. No body has more than 1, but a link may
+/// be drawn smaller than it is.
 const LARGE: f64 = 2.0;
-/// A radius of gyration is refused if it is this many times as large as the robot, whose shapes a URDF may leave out.
+/// Ratio of the radius of gyration to the size of the robot, whose shapes a URDF may leave out, at which it is refused.
 const IMPOSSIBLE: f64 = 3.0;
 
 /// Mass and inertia of a URDF link.
@@ -40,14 +40,14 @@ impl Part {
         }
         let i = &link.inertial.inertia;
         let mut inertia = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
-        // What is fixed to another link may be a point mass.
+        // A link without moments may be a point mass that is fixed to another link.
         mend(&mut inertia, mass, false, &link.name, problems);
         Some(Part { mass, origin: isometry(&link.inertial.origin), inertia })
     }
 }
 
-/// Corrects an inertia that no body has, with a note: no principal moment may be negative (or, if it is `all` that moves,
-/// zero), and none may exceed the sum of the other two.
+/// Corrects an inertia that no body has, with a note. No principal moment may be negative or exceed the sum of the
+/// other two. If `all`, the inertia is that of a whole moving body, and no moment may be zero.
 fn mend(inertia: &mut Matrix3<f64>, mass: f64, all: bool, name: &str, problems: &mut Problems) {
     if let Some([before, after]) = raise(inertia, mass, all) {
         let list = |moments: [f64; 3]| moments.map(|moment| format!("{moment:.3e}")).join(", ");
@@ -55,7 +55,7 @@ fn mend(inertia: &mut Matrix3<f64>, mass: f64, all: bool, name: &str, problems: 
     }
 }
 
-/// Raises the smaller principal moments by as little as that takes. Returns the moments before and after, in increasing
+/// Raises the smaller principal moments as little as necessary. Returns the moments before and after, in increasing
 /// order, or None if there was nothing to correct.
 fn raise(inertia: &mut Matrix3<f64>, mass: f64, all: bool) -> Option<[[f64; 3]; 2]> {
     let eigen = inertia.symmetric_eigen();
@@ -68,7 +68,7 @@ fn raise(inertia: &mut Matrix3<f64>, mass: f64, all: bool) -> Option<[[f64; 3]; 
     if is_body && (!all || a > rounded * ROUNDED_SHARE) {
         return None;
     }
-    // Without any moment, it is taken as a ball of water.
+    // A body without any moment is taken as a ball of water.
     let radius_m = (mass / (1000.0 * 4.0 / 3.0 * std::f64::consts::PI)).cbrt();
     let most = if most > 0.0 { most } else { 0.4 * mass * radius_m * radius_m };
     let floor = if before[2] > 0.0 { LEAST_SHARE * most } else { most };
@@ -81,7 +81,7 @@ fn raise(inertia: &mut Matrix3<f64>, mass: f64, all: bool) -> Option<[[f64; 3]; 
     Some([before, after])
 }
 
-/// The link of these parts, each with its pose in the link's frame.
+/// The link that consists of these parts, each with its pose in the link's frame.
 pub fn merged(
     name: String,
     parts: &[(&Part, Isometry3<f64>)],
@@ -101,9 +101,9 @@ pub fn merged(
     Link { name, mass_kg, com_m: Point3::from(com), inertia_kg_m2, collisions, visuals }
 }
 
-/// Compares the radius of gyration of each link, sqrt(inertia / mass), with how far its solids and joints reach from its
-/// COM, and notes those that are too large for it. One that is [`IMPOSSIBLE`] is a problem, at the line of the
-/// link: such inertias are mostly in another unit. The joints are at zero.
+/// Compares the radius of gyration of each link, sqrt(inertia / mass), with the reach of its solids and joints from its
+/// COM, and notes radii that are too large for the link. A radius that is [`IMPOSSIBLE`] is a problem, at the line of
+/// the link: such inertias are mostly in another unit. The joints are at zero.
 pub fn check_gyration(links: &[Link], joints: &[Joint], lines: &[usize], problems: &mut Problems) {
     let mut poses = vec![Isometry3::identity()];
     let mut points: Vec<Vec<Point3<f64>>> = links.iter().map(|link| vec![Point3::origin(), link.com_m]).collect();
@@ -123,7 +123,7 @@ pub fn check_gyration(links: &[Link], joints: &[Joint], lines: &[usize], problem
         let (moment, mass_kg) = (link.inertia_kg_m2.symmetric_eigenvalues().max(), link.mass_kg);
         let gyration_m = (moment / mass_kg).sqrt();
         let link_m = points.iter().map(|point| (point - link.com_m).norm()).fold(0.0, f64::max);
-        // A link with hardly any mass is refused for that.
+        // A link with hardly any mass is refused for its mass.
         if mass_kg > 1e-12 && gyration_m > IMPOSSIBLE * robot_m {
             let problem = format!(
                 "with {mass_kg:.3} kg, its radius of gyration is {gyration_m:.3} m, and the whole robot spans {robot_m:.3} m"

@@ -6,16 +6,16 @@ use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use standfast_core::robot::model::Joint;
 use urdf_rs::JointType;
 
-/// Why a joint is locked whose limits are the same.
+/// The reason for which a joint with equal limits is locked.
 pub const WITHOUT_RANGE: &str = "without a range";
 
-/// What becomes of a joint.
+/// How a joint of a URDF is simulated.
 pub enum Kind {
-    /// It has a servo. `parent` and `origin` of the joint are those of the URDF.
+    /// A joint with a servo. `parent` and `origin` are those of the URDF.
     Moves(Joint, Motor),
-    /// Its links are one, with this pose of the child in the parent.
+    /// A fixed joint, whose links are one. It has the pose of the child in the parent.
     Fixed(Isometry3<f64>),
-    /// Like `Fixed`, though the URDF lets it move; with the reason.
+    /// A joint that the URDF lets move, but that is treated as fixed; with the reason.
     Locked(Isometry3<f64>, &'static str),
 }
 
@@ -30,8 +30,8 @@ pub struct Motor {
 }
 
 impl Kind {
-    /// What becomes of a joint whose child carries something with mass or not. If its limits leave it no range, it has one
-    /// of `range_rad` to both sides (rad), or else is locked.
+    /// What becomes of a joint whose child carries something with mass or not. If its limits leave it no range, it has
+    /// one of `range_rad` to both sides (rad), or else is locked.
     pub fn of(
         joint: &urdf_rs::Joint,
         line: usize,

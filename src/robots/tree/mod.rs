@@ -1,8 +1,8 @@
 //! The tree of links and joints that a URDF contains.
 //!
-//! Boxes, cylinders, capsules, spheres and meshes are read; revolute and continuous joints have servos; other joints are
-//! locked. Elements that this program does not use (transmissions, safety controllers, textures, plugins of simulators)
-//! are ignored. All problems of a file are told at once. What had to be changed or left out is noted.
+//! Boxes, cylinders, capsules, spheres and meshes are read; revolute and continuous joints have servos; other joints
+//! are locked. Elements that this program does not use (transmissions, safety controllers, textures, plugins of
+//! simulators) are ignored. All problems of a file are reported at once. Changes and omissions are noted.
 
 mod inertia;
 mod joints;
@@ -33,20 +33,21 @@ pub(super) struct Tree {
     pub frames: Vec<Frame>,
     /// What the URDF states about the motor of each joint.
     pub motors: Vec<Motor>,
-    /// What was changed or left out, in sentences.
+    /// Changes and omissions, in sentences.
     pub notes: Vec<String>,
-    /// Meshes of collisions that could not be read, each with the index of its frame, and why in words.
+    /// Collision meshes that could not be read, each with the index of its frame, and the reason in words.
     pub missing: Vec<(usize, String)>,
     /// Number of joints that are locked because their limits leave them no range.
     pub without_range: usize,
-    /// The meshes as a text that can be kept beside the URDF, in place of their files; None if it names none.
+    /// The meshes as a text that can be kept beside the URDF instead of the mesh files. It is None if the URDF names no
+    /// mesh.
     pub kept_meshes: Option<String>,
 }
 
 impl Tree {
     /// Reads the tree of links from a URDF. Meshes are searched from the folder of the file on. Fails as
-    /// [`Robot::load`](super::Robot::load) does, but for the settings. Joints without a range get one of `range_rad` to both
-    /// sides (rad), or else are locked.
+    /// [`Robot::load`](super::Robot::load) does, except for the settings. Joints without a range get the range
+    /// `range_rad` to both sides (rad) or, if it is None, are locked.
     pub fn parse(source: &Source, range_rad: Option<f64>) -> Result<Tree> {
         let mut problems = Problems::new(&source.file);
         let urdf = xml::read(source, &mut problems)?;
@@ -65,7 +66,7 @@ impl Tree {
             Some(ends) if urdf.is_whole => order(&urdf, &ends, &mut problems),
             _ => None,
         };
-        // Whether each link or what it carries has mass; unknown while the tree is not.
+        // Whether each link or a link that it carries has mass. It counts as true while the tree is not known.
         let mut has_mass: Vec<bool> = parts.iter().map(|part| part.is_some() || order.is_none()).collect();
         for &(_, [parent, child]) in order.iter().flat_map(|(_, joints)| joints).rev() {
             has_mass[parent] |= has_mass[child];
@@ -191,8 +192,8 @@ fn ends(
 /// The root, and each joint with the indices of its parent and child.
 type Order = (usize, Vec<(usize, [usize; 2])>);
 
-/// The only link that no joint carries, and the joints in the order of the file, except that a parent always comes before
-/// its children. None if the links are not a tree.
+/// The only link that no joint carries, and the joints in the order of the file, except that a parent always comes
+/// before its children. None if the links are not a tree.
 fn order(urdf: &xml::Urdf, ends: &[[usize; 2]], problems: &mut Problems) -> Option<Order> {
     let (links, joints) = (&urdf.robot.links, &urdf.robot.joints);
     let (mut carriers, mut carried) = (vec![Vec::new(); links.len()], vec![Vec::new(); links.len()]);

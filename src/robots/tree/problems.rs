@@ -1,14 +1,14 @@
-//! The problems of a URDF, collected with their lines, so that all are told at once.
+//! The problems of a URDF, collected with their lines, so that all are reported at once.
 
 use standfast_core::error::{Error, Result};
 
-/// What is wrong with a file, and what was changed or left out.
+/// The problems of a file, and the changes and omissions.
 pub struct Problems<'a> {
     file: &'a str,
     found: Vec<(usize, Error)>,
-    /// What was changed or left out, in sentences.
+    /// Changes and omissions, in sentences.
     pub notes: Vec<String>,
-    /// Links whose inertia was mended, each with how.
+    /// Links whose inertia was corrected, each with the correction.
     pub mended: Vec<String>,
 }
 

@@ -12,11 +12,11 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Most triangles of all meshes that are drawn, which keeps the page of a replay within its megabyte.
+/// Largest number of drawn triangles of all meshes together, which keeps the page of a replay below one megabyte.
 const MOST_TRIANGLES: usize = 10_000;
-/// Most names that a note lists.
+/// Largest number of names that a note lists.
 const MOST_NAMED: usize = 6;
-/// Radius of a collision that is a point (m).
+/// Radius of the ball that replaces a collision of size 0 (m).
 const POINT_M: f64 = 0.001;
 const GREY: [f64; 4] = [0.7, 0.7, 0.7, 1.0];
 
@@ -81,7 +81,7 @@ impl Solids {
     }
 }
 
-/// A shape that is no mesh.
+/// The shape of a geometry that is no mesh.
 fn primitive(geometry: &urdf_rs::Geometry) -> Option<Shape> {
     Some(match *geometry {
         urdf_rs::Geometry::Box { size } => Shape::Box { half: Vector3::from(*size) / 2.0 },
@@ -105,11 +105,11 @@ fn check_sizes(field: &str, line: usize, geometry: &urdf_rs::Geometry, problems:
     }
 }
 
-/// Names of meshes that cannot be read, and why.
+/// Names of meshes that cannot be read, each with the reason.
 type Reasons = Vec<(String, String)>;
 
-/// The meshes that a URDF names, and their text: those that are kept beside it, or else those of their files that can be
-/// read, thinned together. What cannot be read is noted, and returned with the reason.
+/// The meshes that a URDF names, and their text. They come from the text that is kept beside the URDF or, without it,
+/// from the readable mesh files, thinned together. Meshes that cannot be read are noted, and returned with the reason.
 fn meshes(urdf: &Urdf, file: &str, problems: &mut Problems) -> (HashMap<Named, Arc<Mesh>>, Option<String>, Reasons) {
     // Each mesh in the order of the file, with the number of times that it is drawn.
     let mut names: Vec<(Named, Vector3<f64>, usize)> = Vec::new();
@@ -203,7 +203,7 @@ fn listed(names: &[&str]) -> String {
     format!("{} meshes ({}{more}) are", names.len(), names[..names.len().min(MOST_NAMED)].join(", "))
 }
 
-/// Where a mesh of this name was searched.
+/// The places where a mesh of this name was searched.
 fn searched(name: &str, urdf: &Path) -> String {
     let absolute = std::path::absolute(urdf).unwrap_or_else(|_| urdf.into());
     let folder = absolute.parent().unwrap_or(Path::new("/")).display();
@@ -214,7 +214,7 @@ fn searched(name: &str, urdf: &Path) -> String {
     }
 }
 
-/// The colours of the materials by name: the first that any material of that name has.
+/// The colours of the materials by name: the first colour that any material of the name has.
 struct Colors<'a>(HashMap<&'a str, [f64; 4]>);
 
 impl<'a> Colors<'a> {

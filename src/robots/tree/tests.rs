@@ -1,4 +1,4 @@
-//! URDFs as they are published, in small.
+//! Small versions of URDFs as they are published.
 
 use super::*;
 use nalgebra::Vector3;
@@ -6,11 +6,11 @@ use standfast_core::error::Error;
 use standfast_core::robot::Shape;
 use std::path::Path;
 
-/// A body of 2 kg, without the joints and links that carry on.
+/// A body of 2 kg, without the elements that follow it.
 const BODY: &str = r#"<link name="body"><inertial><mass value="2"/>
 <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>"#;
 
-/// A link of 1 kg with more in it.
+/// A link of 1 kg that contains `more`.
 fn link(name: &str, more: &str) -> String {
     format!(
         r#"<link name="{name}"><inertial><mass value="1"/>
@@ -38,7 +38,7 @@ fn parse(parts: &[String]) -> Result<Tree> {
     parse_in(Path::new("nowhere"), parts)
 }
 
-/// With this link, called "arm", on a joint that moves.
+/// The tree with this link, called "arm", on a joint that moves.
 fn with_arm(arm: String) -> Result<Tree> {
     parse(&[arm, joint("revolute", "arm", LIMIT)])
 }
@@ -223,7 +223,7 @@ fn meshes_that_are_not_there_are_told_in_one_note() {
     assert_eq!(tree.missing, [(1, "b.stl (no such file)".to_string())]);
 }
 
-/// A list of them ends after twenty.
+/// A list of problems ends after twenty.
 #[test]
 fn all_problems_of_a_file_are_told_at_once_in_the_order_of_its_lines() {
     let parts = [

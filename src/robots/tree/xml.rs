@@ -1,8 +1,9 @@
-//! Reads the XML of a URDF: checks what this program uses of it, leaves out the rest, and gives that to urdf-rs.
+//! Reads the XML of a URDF: checks the parts that this program uses, leaves out the rest, and gives the result to
+//! urdf-rs.
 //!
-//! The parser of urdf-rs fails with the first thing that it does not expect, such as a `<texture/>` without a file, and
-//! does not tell where. So it gets a text with known elements and valid values only. Each problem is told with line,
-//! element and attribute; a harmless value takes the place of a bad one, so that the rest can be checked.
+//! The parser of urdf-rs fails with the first element that it does not expect, such as a `<texture/>` without a file,
+//! and does not tell where. So it gets a text with known elements and valid values only. Each problem is reported with
+//! line, element and attribute; a harmless value replaces a bad one, so that the rest can be checked.
 
 use super::problems::Problems;
 use crate::markup;
@@ -12,20 +13,20 @@ use standfast_core::error::{Error, Result};
 use standfast_files::assets::Source;
 use std::fmt::Write;
 
-/// Most elements of each kind.
+/// Largest number of elements of each kind.
 const MOST: [(&str, usize); 4] = [("link", 500), ("joint", 500), ("visual", 5000), ("collision", 5000)];
 
 struct Attribute {
     name: &'static str,
-    /// How many numbers it has; 0 for text.
+    /// Number of numbers in the attribute; 0 for text.
     numbers: usize,
-    /// The value that takes the place of a missing or bad one.
+    /// The value that replaces a missing or bad one.
     harmless: &'static str,
     is_required: bool,
 }
 
-/// An element with its attributes that are read, and the elements in which it stands. If `repeats`, all of them count,
-/// else the first one.
+/// An element that is read, with its attributes, and the elements that may contain it. If `repeats`, all elements of
+/// this name are read, else only the first one.
 struct Element {
     name: &'static str,
     within: &'static str,
@@ -96,7 +97,7 @@ const ELEMENTS: [Element; 22] = [
 
 const JOINT_TYPES: [&str; 6] = ["revolute", "continuous", "fixed", "prismatic", "planar", "floating"];
 
-/// A URDF as it was read, with the lines of its links and joints.
+/// A URDF as it was read, with the line numbers of its links and joints.
 pub struct Urdf {
     pub robot: urdf_rs::Robot,
     pub link_lines: Vec<usize>,
@@ -105,8 +106,8 @@ pub struct Urdf {
     pub is_whole: bool,
 }
 
-/// Reads a URDF, and adds what is wrong with its elements and attributes to `problems`. Fails if the text is not
-/// well-formed XML with the root `robot`, or if it is too large or too deep.
+/// Reads a URDF, and adds the errors in its elements and attributes to `problems`. Fails if the text is not well-formed
+/// XML with the root `robot`, or if it is too large or too deeply nested.
 pub fn read(source: &Source, problems: &mut Problems) -> Result<Urdf> {
     let syntax = |message: String| Error::Syntax { file: source.file.clone(), message };
     let document =
@@ -142,7 +143,7 @@ pub fn read(source: &Source, problems: &mut Problems) -> Result<Urdf> {
 /// Writes the text for urdf-rs.
 struct Reader<'p, 'f> {
     problems: &'p mut Problems<'f>,
-    /// Places of the line breaks.
+    /// Positions of the line breaks.
     line_ends: Vec<usize>,
     text: String,
     link_lines: Vec<usize>,
@@ -156,7 +157,7 @@ impl Reader<'_, '_> {
     }
 
     /// Adds a problem such as `robot.urdf:12: joint left_knee: limit lower = abc: ...`. The `part` is the link or the
-    /// joint in which the node stands.
+    /// joint that contains the node.
     fn bad(&mut self, part: &Node, node: &Node, name: &str, value: &str, problem: &str, accepted: &str) {
         let part_name = format!("{} {}", part.tag_name().name(), part.attribute("name").unwrap_or("(unnamed)"));
         let field = match part == node {
@@ -166,7 +167,7 @@ impl Reader<'_, '_> {
         self.problems.add(self.line(node), field, value, problem, accepted);
     }
 
-    /// Writes the elements in a node that are read.
+    /// Writes the elements in a node that this program reads.
     fn children(&mut self, part: &Node, node: &Node) {
         let mut written: Vec<&str> = Vec::new();
         for child in node.children().filter(Node::is_element) {
@@ -191,7 +192,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Whether a node has the elements without which it means nothing.
+    /// Whether a node has the elements without which it has no meaning.
     fn is_sound(&mut self, part: &Node, node: &Node) -> bool {
         let has = |outer: &Node, name: &str| outer.children().any(|inner| inner.has_tag_name(name));
         match node.tag_name().name() {
@@ -277,7 +278,8 @@ impl Reader<'_, '_> {
     }
 }
 
-/// Largest number that an attribute accepts: masses of 10,000 tonnes, lengths of 10 km. Limits of joints have none.
+/// Largest magnitude that an attribute accepts: masses of 10,000 tonnes, lengths of 10 km. Limits of joints have no
+/// bound.
 fn most(attribute: &str) -> f64 {
     match attribute {
         "xyz" | "rpy" | "size" | "radius" | "length" | "offset" => 1e4,

@@ -1,5 +1,5 @@
-//! A controller that nothing disturbs: whether the robot stands, and whether it does the same once more. Whoever falls alone
-//! has a mistake in what it reads or commands, and its pushes would say nothing.
+//! A controller without pushes: whether the robot stands, and whether a second episode is the same. A robot that falls
+//! without a push has a mistake in what its controller reads or commands, and trials with pushes would say nothing.
 
 use super::closed_loop::run;
 use super::config::{Disturbance, EpisodeConfig, Until};
@@ -8,26 +8,26 @@ use standfast_core::error::Result;
 use standfast_core::robot::{Command, Factory, Foot, Robot, Units};
 use std::time::Instant;
 
-/// A joint has left its angle of the start when it is so far from it (rad).
+/// Distance from its angle at the start at which a joint has left that angle (rad).
 pub const LEAVES_RAD: f64 = 0.1;
 
-/// What happened without a push.
+/// The result of an episode without a push.
 pub struct Alone {
     pub record: Record,
-    /// The joint that was the first to leave its angle of the start by [`LEAVES_RAD`], and when (s).
+    /// The joint that was the first to leave its angle at the start by [`LEAVES_RAD`], and the time (s).
     pub left_first: Option<(usize, f64)>,
-    /// Largest speed of the COM (m/s) in the second half of the time.
+    /// Largest speed of the COM (m/s) in the second half of the episode.
     pub late_com_speed_m_s: f64,
-    /// What the left and the right sole carried at last, as shares of the weight.
+    /// Loads of the left and the right sole at the end, as shares of the weight.
     pub carried: [f64; 2],
-    /// What the controller saw at first, as far as it says.
+    /// The first observation of the controller, if it reports one.
     pub observed: Vec<(String, Vec<f64>)>,
-    /// Time on the clock of each tick, with its simulation (s).
+    /// Mean wall-clock time of a tick, with its simulation (s).
     pub tick_s: f64,
     ticks: Vec<Ticked>,
 }
 
-/// What is compared of a tick: joint angles (rad) and command.
+/// The part of a tick that is compared: joint angles (rad) and command.
 struct Ticked {
     time_s: f64,
     q: Vec<f64>,
@@ -35,7 +35,8 @@ struct Ticked {
 }
 
 impl Alone {
-    /// Runs an episode without pushes, up to a fall or the horizon. Errors are those of [`ClosedLoop::finish`](super::ClosedLoop::finish).
+    /// Runs an episode without pushes, up to a fall or the horizon. Errors are those of
+    /// [`ClosedLoop::finish`](super::ClosedLoop::finish).
     pub fn run(robot: &Robot, factory: &Factory, config: &EpisodeConfig, disturbance: Disturbance) -> Result<Self> {
         let quiet = Disturbance { pushes: Vec::new(), ..disturbance };
         let (mut ticks, mut late_com_speed_m_s, began) = (Vec::new(), 0.0_f64, Instant::now());
@@ -69,7 +70,7 @@ impl Alone {
         matches!(self.record.outcome, Outcome::Fell | Outcome::Diverged | Outcome::Failed)
     }
 
-    /// How it was lost, in words: when, why, and which joint of `robot` left first.
+    /// When and why the episode was lost, and which joint of `robot` left first, in words.
     pub fn how_lost(&self, robot: &Robot) -> String {
         let Record { outcome, fell_at_s, end_s, fall_cause, .. } = &self.record;
         let what = if *outcome == Outcome::Fell { "falls" } else { "fails" };
@@ -77,7 +78,7 @@ impl Alone {
         format!("{what} without a push, at {at_s:.3} s: {cause}{}", self.leaver(robot))
     }
 
-    /// The joint of `robot` that left first, as a part of a sentence; empty if none did.
+    /// The joint of `robot` that left first, as a part of a sentence. It is empty if none did.
     pub fn leaver(&self, robot: &Robot) -> String {
         self.left_first.map_or_else(String::new, |(joint, time_s)| {
             let joint = &robot.joints[joint].name;
@@ -85,12 +86,12 @@ impl Alone {
         })
     }
 
-    /// The first command; None if it failed.
+    /// The first command. It is None if the first tick failed.
     pub fn first(&self) -> Option<&Command> {
         self.ticks.first().map(|tick| &tick.command)
     }
 
-    /// The time (s) of the first tick at which `other` is not the same to the bit, and what differs; None if nothing does.
+    /// The time (s) of the first tick that differs from `other` by a bit, and what differs. It is None if nothing does.
     pub fn differs(&self, other: &Self) -> Option<(f64, &'static str)> {
         let differ = |(a, b): (&Ticked, &Ticked)| match (a.q == b.q, a.command == b.command) {
             (_, false) => Some((a.time_s, "its command")),
@@ -110,7 +111,7 @@ mod tests {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicU64, Ordering};
 
-    /// A controller that remembers how often any of its episodes has ticked.
+    /// A controller that counts the ticks of all its episodes.
     struct Forgetful(Arc<AtomicU64>);
 
     impl Controller for Forgetful {
@@ -136,7 +137,7 @@ mod tests {
         let config = EpisodeConfig { horizon_s: 0.1, ..EpisodeConfig::of(&Units::of(&robot)) };
         let ticks = Arc::new(AtomicU64::new(0));
         let factory = Factory::new("forgetful", "remembers", move |_seed| Forgetful(Arc::clone(&ticks)));
-        // Some 51 ticks each: the second episode has the odd one, and the third does not.
+        // Each episode has some 51 ticks, so the tick with another command is in the second episode alone.
         let [first, second, third] =
             [(); 3].map(|()| Alone::run(&robot, &factory, &config, Disturbance::default()).unwrap());
         let (at_s, what) = first.differs(&second).unwrap();

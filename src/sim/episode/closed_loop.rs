@@ -1,11 +1,12 @@
 //! The one closed loop of plant and controllers. At every tick the controllers read the sensors and decide; servos and
-//! physics then run until the next tick. Whoever wants to see it, films and traces among them, watches the ticks.
+//! physics then run until the next tick. Observers, such as films and traces, see every tick.
 //!
-//! Several controllers can go through a trial at once. All its episodes start with the same robot, sensors and ground. As
-//! long as two controllers give the same commands, their robots are the same to the bit, so they are simulated once:
-//! `switching` and `paper`, for example, differ only from the first footstep on. When commands differ, the simulated robot
-//! is copied. Trials that differ in their pushes alone are the same until the first push, so their beginning is run once
-//! and copied, too. An episode of one controller is the case of one. Each record is the same to the bit in all these cases.
+//! Several controllers can go through a trial at once. All their episodes start with the same robot, sensors and
+//! ground. As long as two controllers give the same commands, their robots are the same to the bit, so they are
+//! simulated once: `switching` and `paper`, for example, differ only from the first footstep on. When commands differ,
+//! the simulated robot is copied. Trials that differ in their pushes alone are the same until the first push, so their
+//! beginning is run once and copied, too. The episode of a single controller is a loop with one. In all these cases the
+//! records are the same to the bit.
 
 use super::config::{Disturbance, EpisodeConfig, Until};
 use super::record::Record;
@@ -21,13 +22,13 @@ use std::sync::Arc;
 pub struct ClosedLoop<'a> {
     config: &'a EpisodeConfig,
     until: Until,
-    /// For how long an episode goes on after it is decided (s), for those who watch.
+    /// Time for which an episode continues after it is decided (s), for observers.
     aftermath_s: f64,
     pushes: Vec<Push>,
     branches: Vec<Branch<'a>>,
     /// The records of the episodes that have ended, in the order of the controllers.
     records: Vec<Option<Record>>,
-    /// Why an episode ended without an outcome.
+    /// Why an episode has no outcome.
     no_outcome: Option<TickError>,
     /// The next tick to run.
     tick: u64,
@@ -55,9 +56,9 @@ struct Pilot<'a> {
     omega: f64,
     controller: Box<dyn Controller>,
     command: Command,
-    /// What went wrong, if anything did. Then the episode is over.
+    /// The failure that ended the episode, if there was one.
     failure: Option<Failure>,
-    /// What went wrong, if it says nothing about the controller.
+    /// An error that says nothing about the controller, so that the episode has no outcome.
     no_outcome: Option<TickError>,
 }
 
@@ -76,8 +77,8 @@ pub fn run(
 }
 
 impl<'a> ClosedLoop<'a> {
-    /// Starts at home and at rest. The controllers are made for `robot`; what is simulated is its variation in this trial,
-    /// with the servos of each controller. Episodes end as the settings say.
+    /// Starts at home and at rest. The controllers are made for `robot`; the simulated robot has the variation of this
+    /// trial and the servos of each controller. Episodes end as the settings say.
     pub fn new<'f>(
         robot: &'a Robot,
         factories: impl IntoIterator<Item = &'f Factory>,
@@ -115,13 +116,13 @@ impl<'a> ClosedLoop<'a> {
         Self { config, until: config.until(), aftermath_s: 0.0, pushes, branches, records, no_outcome: None, tick: 0 }
     }
 
-    /// The same, where episodes are decided as `until` says and go on for `aftermath_s` (s) after that, but not beyond the
-    /// horizon. Records do not depend on what comes after.
+    /// Changes when episodes end: they are decided as `until` says, and continue for `aftermath_s` (s) after that, but
+    /// not beyond the horizon. Records do not depend on the time after the decision.
     pub fn until(self, until: Until, aftermath_s: f64) -> Self {
         Self { until, aftermath_s, ..self }
     }
 
-    /// Runs the ticks that no push from `push_s` (s) on can affect.
+    /// Runs the ticks that cannot be affected by a push that starts at `push_s` (s) or later.
     pub fn before(mut self, push_s: f64) -> Self {
         // One tick to spare, for the rounding of times.
         let last = (push_s / self.config.control_period_s).floor() as u64;
@@ -131,8 +132,8 @@ impl<'a> ClosedLoop<'a> {
         self
     }
 
-    /// A copy that goes on with some of the controllers, given by their numbers in ascending order, and with `pushes`.
-    /// None of these may start before the time to which this one has been run. None if a controller cannot be copied.
+    /// A copy with some of the controllers, given by their numbers in ascending order, and with `pushes`. No push may
+    /// start before the time to which this loop has been run. It is None if a controller cannot be copied.
     pub fn with(&self, controllers: &[usize], pushes: Vec<Push>) -> Option<Self> {
         let mut branches = Vec::new();
         for branch in &self.branches {
@@ -151,13 +152,15 @@ impl<'a> ClosedLoop<'a> {
         Some(Self { config, until, aftermath_s, pushes, branches, records, no_outcome, tick })
     }
 
-    /// Runs all episodes to their ends, and returns their records in the order of the controllers. Errors: the machine lacks
-    /// what a controller needs, or somebody asked to stop while one was waited for. Then no episode has an outcome.
+    /// Runs all episodes to their ends, and returns their records in the order of the controllers. It fails if the
+    /// machine lacks something that a controller needs, or if somebody asked to stop while an answer was waited for.
+    /// Then no episode has an outcome.
     pub fn finish(self) -> Result<Vec<Record>> {
         self.watched(&mut |_, _| {})
     }
 
-    /// Does the same, and shows every tick of every controller, given by its number, to `observe`.
+    /// Runs as [`finish`](Self::finish) does, and shows every tick of every controller, given by its number, to
+    /// `observe`.
     pub fn watched(mut self, observe: &mut dyn FnMut(usize, &Tick)) -> Result<Vec<Record>> {
         let ticks = (self.config.horizon_s / self.config.control_period_s).round() as u64;
         while self.decide(observe) && self.tick < ticks {
@@ -179,8 +182,9 @@ impl<'a> ClosedLoop<'a> {
         }
     }
 
-    /// Runs the controllers for the present tick. Episodes that are over end, and controllers part whose commands differ.
-    /// Returns false if no episode is left, or if one has ended without an outcome. To be called once per control period, before [`advance`](Self::advance).
+    /// Runs the controllers for the present tick. Episodes that are over end, and controllers with different commands
+    /// get robots of their own. Returns false if no episode is left, or if one has ended without an outcome. It must be
+    /// called once per control period, before [`advance`](Self::advance).
     pub fn decide(&mut self, observe: &mut dyn FnMut(usize, &Tick)) -> bool {
         for Branch { mut plant, episodes } in std::mem::take(&mut self.branches) {
             let sensed = plant.sense();
@@ -227,7 +231,7 @@ impl<'a> ClosedLoop<'a> {
         self.pushes.push(push);
     }
 
-    /// Pulls at a link of every robot from the next physics step on; None lets go.
+    /// Pulls at a link of every robot from the next physics step on. None ends the pull.
     pub fn pull(&mut self, pull: Option<Pull>) {
         self.branches.iter_mut().for_each(|branch| branch.plant.pull = pull);
     }
@@ -247,7 +251,7 @@ impl<'a> ClosedLoop<'a> {
         self.branches.iter_mut().flat_map(|branch| &mut branch.episodes).map(|episode| &mut episode.pilot.controller)
     }
 
-    /// What is on record up to now of each controller.
+    /// The record of a controller up to now.
     pub fn record(&self, index: usize) -> &Record {
         let mut going_on = self.branches.iter().flat_map(|branch| &branch.episodes);
         let found = going_on.find(|episode| episode.index == index).map(|episode| &episode.referee.record);
@@ -256,7 +260,7 @@ impl<'a> ClosedLoop<'a> {
 }
 
 impl<'a> Episode<'a> {
-    /// A copy that goes on with other pushes. None if the controller cannot be copied.
+    /// A copy with other pushes. It is None if the controller cannot be copied.
     fn fork(&self, pushes: &[Push]) -> Option<Self> {
         let Self { index, pilot, referee, decided_at_s } = self;
         let mut referee = referee.clone();
@@ -269,10 +273,11 @@ impl<'a> Episode<'a> {
 }
 
 impl Pilot<'_> {
-    /// Decides from the readings of this tick. `truth` is the state at which they were taken.
+    /// Computes the command from the readings of this tick. `truth` is the state at which they were taken.
     fn tick<'t>(&'t mut self, sensed: &Sensed, truth: &'t Truth) -> Tick<'t> {
         let Self { robot, omega, controller, command, failure, no_outcome } = self;
-        // If the controller refuses its readings, the last command holds. A state with a NaN ends the episode as diverged.
+        // If the controller refuses its readings, the last command holds. A state with a NaN ends the episode as
+        // diverged.
         if failure.is_none() {
             let joints = robot.joints.len();
             let ticked = caught(|| controller.tick(sensed, command).and_then(|()| Ok(command.check(joints)?)));
@@ -292,8 +297,8 @@ impl Pilot<'_> {
     }
 }
 
-/// What `work` gives or, if it panics, the message of the panic: a numerical failure ends an episode, never a campaign.
-/// What `work` has changed must not be used after that.
+/// The result of `work` or, if it panics, the message of the panic: a numerical failure ends an episode, never a
+/// campaign. Data that `work` has changed must not be used after a panic.
 pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|panic| {
         let text = panic.downcast_ref::<&str>().map(|text| text.to_string());
@@ -332,7 +337,7 @@ mod tests {
         }
     }
 
-    /// What a controller does wrong ends its episode, with the cause, and nothing else.
+    /// A mistake of a controller ends its episode, with the cause, and changes no other episode.
     #[test]
     fn what_fails_ends_the_episode_with_its_cause() {
         let robot = standfast_robots::load("ut-mu2").unwrap();

@@ -19,7 +19,7 @@ pub struct Judge {
     pub fallen_tilt_deg: f64,
     /// For fell: the COM height is below this share of its height at home.
     pub fallen_com_height_ratio: f64,
-    /// Which trials are won.
+    /// Which outcomes count as won.
     #[serde(default, skip_serializing_if = "Counts::is_usual")]
     pub counts: Counts,
     /// For being home: largest horizontal distance of the COM from the point midway between the soles' centres.
@@ -41,14 +41,14 @@ impl Judge {
     }
 }
 
-/// Which trials are won.
+/// Which outcomes count as won.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Counts {
-    /// Those in which the robot recovers: it comes to stand still.
+    /// Trials in which the robot recovers: it comes to stand still.
     #[default]
     Recovered,
-    /// Also those in which it has not fallen at the horizon: walkers never stand still.
+    /// Also trials in which the robot has not fallen at the horizon: walkers never stand still.
     Survived,
 }
 
@@ -58,7 +58,7 @@ impl Counts {
     }
 }
 
-/// The usual period of a controller (s): it belongs to a robot's electronics, not to its size.
+/// The usual period of a controller (s). It depends on a robot's electronics, not on its size.
 pub const CONTROL_PERIOD_S: f64 = 0.002;
 
 /// Settings that all episodes of a campaign share.
@@ -112,7 +112,7 @@ pub struct Disturbance {
     pub sensor_errors: Option<SensorErrors>,
     /// Differences of the simulated robot and ground from those for which the controller is designed.
     pub variation: Variation,
-    /// For what is random in a controller.
+    /// Seed of the random numbers of a controller.
     pub seed: u64,
 }
 
@@ -123,6 +123,6 @@ pub enum Until {
     Decided,
     /// When the robot has fallen.
     Fallen,
-    /// Never: it runs to the horizon.
+    /// Never: the episode runs to the horizon.
     Horizon,
 }

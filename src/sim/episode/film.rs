@@ -1,4 +1,4 @@
-//! An episode recorded with all that pictures and replays show.
+//! An episode recorded with all data that pictures and replays show.
 
 use super::closed_loop::ClosedLoop;
 use super::config::{Disturbance, EpisodeConfig, Until};
@@ -10,16 +10,17 @@ use standfast_core::error::Result;
 use standfast_core::robot::{Factory, Robot};
 use std::f64::consts::TAU;
 
-/// Beyond this distance from the origin, in COM heights, the robot counts as flown off.
+/// Distance from the origin, in COM heights, beyond which the robot counts as flown off.
 const FARTHEST: f64 = 16.0;
 
 #[derive(Debug, Clone)]
 pub struct Film {
     /// The simulated robot, with the variation of the disturbance.
     pub robot: Robot,
-    /// The physics engine that simulated it.
+    /// The physics engine that simulated the robot.
     pub engine: Engine,
-    /// Name of the controller, and names of the regions of its promise; of gains, from slow to fast.
+    /// Name of the controller, and names of the regions of its promise. The regions of gains are in the order from slow
+    /// to fast.
     pub controller: String,
     pub regions: Vec<String>,
     pub control_period_s: f64,
@@ -33,16 +34,16 @@ pub struct Film {
 }
 
 impl Film {
-    /// Usual time (s) for which a film goes on after the episode is decided, because a fall takes a while.
+    /// Usual time (s) for which a film continues after the episode is decided, because a fall takes a while.
     pub const AFTERMATH_S: f64 = 1.0;
 
-    /// Whether a second film of the trial has the same controller. If so, it is of another engine.
+    /// Whether `other`, a second film of the trial, has the same controller. If so, it has another engine.
     pub fn has_controller_of(&self, other: &Film) -> bool {
         self.controller == other.controller
     }
 
-    /// Runs an episode as [`super::run()`] does, until it is decided and for `aftermath_s` (s) after that, but not beyond
-    /// its horizon. `observe` sees every tick. Errors are those of [`ClosedLoop::finish`].
+    /// Runs an episode as [`super::run()`] does, until it is decided and for `aftermath_s` (s) after that, but not
+    /// beyond its horizon. `observe` is called at every tick. Errors are those of [`ClosedLoop::finish`].
     pub fn take(
         robot: &Robot,
         factory: &Factory,
@@ -73,7 +74,8 @@ impl Film {
     }
 
     /// The number of snapshots that can be shown: those before the robot has flown off or its numbers run away (beyond
-    /// [`farthest_m`](Self::farthest_m), or with a joint beyond a full turn). It is at least 1 unless the film is empty.
+    /// [`farthest_m`](Self::farthest_m), or with a joint beyond a full turn). It is at least 1 unless the film is
+    /// empty.
     pub fn near(&self) -> usize {
         let farthest_m = self.farthest_m();
         let is_near = |snapshot: &Snapshot| {

@@ -12,13 +12,13 @@ pub struct Footstep {
     /// Centre of the sole in the world frame, at lift and at landing.
     pub from_m: [f64; 3],
     pub to_m: [f64; 3],
-    /// The ZMP error for which the footstep was taken, in the control frame at the lift (x forward, y left), and whether
-    /// the state at landing was in a CPI set of the new support. None if the controller does not say.
+    /// The ZMP error for which the footstep was taken, in the control frame at the lift (x forward, y left), and
+    /// whether the state at landing was in a CPI set of the new support. None if the controller does not say.
     pub zmp_error_m: Option<[f64; 2]>,
     pub in_set_at_landing: Option<bool>,
 }
 
-/// A lifted foot. The fields are those of [`Footstep`].
+/// A lifted foot. The fields have the meanings of the fields of [`Footstep`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Lifted {
     pub foot: Foot,
@@ -27,7 +27,7 @@ pub struct Lifted {
     pub zmp_error_m: Option<[f64; 2]>,
 }
 
-/// The footsteps of an episode up to now. A stored trial has the two fields that are columns, and no details.
+/// The footsteps of an episode up to now. A stored trial has the first two fields, which are columns, and no details.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct FootstepLog {
     /// Number of completed footsteps.

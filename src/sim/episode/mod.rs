@@ -1,6 +1,6 @@
 //! The one closed loop of plant and controllers ([`ClosedLoop`]), run to its record ([`run`]) by a judge ([`Referee`]).
-//! Everybody who watches sees its ticks ([`Tick`]); a [`Film`] keeps them. Two episodes of one trial in different engines
-//! are set side by side ([`parting`]).
+//! Observers see its ticks ([`Tick`]); a [`Film`] keeps them. Two episodes of one trial in different engines are
+//! compared tick by tick ([`parting`]).
 
 pub mod alone;
 mod closed_loop;

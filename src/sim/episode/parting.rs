@@ -1,4 +1,4 @@
-//! Two episodes of one trial side by side, to see when and how they part.
+//! Compares two episodes of one trial tick by tick, to see when and how they part.
 
 use super::closed_loop::ClosedLoop;
 use super::config::{Disturbance, EpisodeConfig, Until};
@@ -10,24 +10,25 @@ use serde::Serialize;
 use standfast_core::error::Result;
 use standfast_core::robot::{Factory, Foot, PerFoot, Robot, Word};
 
-/// How two episodes of one trial run apart. Times are from their beginning.
+/// When and where two episodes of one trial part. Times are from the beginning of the episodes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Parting {
-    /// The first moment at which the COMs, or the centres of a foot's soles, are horizontally farther apart than is asked.
+    /// The first time at which the horizontal distance between the two COMs, or between the two positions of a sole's
+    /// centre, exceeds the limit.
     pub at_s: f64,
-    /// What is so far apart.
+    /// The part of the robot that exceeds the limit.
     pub of: Part,
-    /// By how much (m).
+    /// The distance (m).
     pub distance_m: f64,
-    /// What each controller is doing then, and since when it has been doing that, without a break.
+    /// Phase of each controller at that time, and the time since which it has had this phase without a break.
     pub phases: [Word; 2],
     pub phases_since_s: [f64; 2],
-    /// Which soles of each robot bear a load then, and since when they have, without a break.
+    /// Soles of each robot that bear a load at that time, and the time since which the same soles have borne a load.
     pub loaded: [Loaded; 2],
     pub loaded_since_s: [f64; 2],
 }
 
-/// What of two robots may be apart.
+/// The part of two robots whose distance is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Part {
@@ -63,8 +64,9 @@ pub fn half_sole_width_m(robot: &Robot) -> f64 {
     of(Foot::Left).min(of(Foot::Right))
 }
 
-/// Runs a trial twice, each time with its settings, until COM or soles are farther apart than `limit_m`. None if they
-/// never are, up to the horizon or to the first number that is not finite. Errors are those of [`ClosedLoop::finish`].
+/// Runs a trial twice, each time with one of the settings, until COMs or soles are farther apart than `limit_m`. It is
+/// None if they never are, up to the horizon or to the first number that is not finite. Errors are those of
+/// [`ClosedLoop::finish`].
 pub fn parting(
     robot: &Robot,
     factory: &Factory,
@@ -95,7 +97,8 @@ pub fn parting(
 }
 
 impl Parting {
-    /// Where two films of one trial part by half the width of a sole. None if they never do, as far as both films last.
+    /// The parting of two films of one trial, by half the width of a sole. It is None if they do not part while both
+    /// last.
     pub fn of_films(a: &Film, b: &Film) -> Option<Self> {
         let mut watch = Watch::new(half_sole_width_m(&a.robot));
         let [a, b] = [a, b].map(|film| film.snapshots.iter().map(Moment::from));
@@ -103,7 +106,7 @@ impl Parting {
     }
 }
 
-/// What is compared of one tick. Places are horizontal (m, world frame).
+/// The part of a tick that is compared. Places are horizontal (m, world frame).
 struct Moment {
     time_s: f64,
     com: Point2<f64>,
@@ -166,7 +169,8 @@ impl Watch {
     }
 }
 
-/// Since when each of two has been as it is `now`, at `time_s`. `before` has what each was last, and since when.
+/// The times since which each of two values has been as it is `now`, at `time_s`. `before` has the last value of each,
+/// and the time since which it has been so.
 fn since<T: Clone + PartialEq>(before: &mut [Option<(T, f64)>; 2], now: [&T; 2], time_s: f64) -> [f64; 2] {
     for (before, now) in before.iter_mut().zip(now) {
         if before.as_ref().is_none_or(|(before, _)| before != now) {
@@ -176,7 +180,7 @@ fn since<T: Clone + PartialEq>(before: &mut [Option<(T, f64)>; 2], now: [&T; 2],
     before.each_ref().map(|before| before.as_ref().map_or(time_s, |(_, since_s)| *since_s))
 }
 
-/// What is horizontally farthest apart, and by how much (m).
+/// The part with the largest horizontal distance, and this distance (m).
 fn farthest(a: &Moment, b: &Moment) -> (Part, f64) {
     let sole = |foot: Foot| (a.soles[foot] - b.soles[foot]).norm();
     let com = (a.com - b.com).norm();
@@ -190,8 +194,8 @@ mod tests {
     use crate::Push;
     use crate::episode::testing::stiff;
 
-    /// The same push, and the same judged more coarsely in time: nothing parts with the same step, and a fall does with
-    /// another one.
+    /// A push is simulated twice with the same physics step, and twice with different steps. With the same step the
+    /// episodes do not part; with different steps a fall does.
     #[test]
     fn episodes_part_when_they_are_as_far_apart_as_is_asked_and_not_before() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
@@ -225,7 +229,7 @@ mod tests {
             if k >= 40 {
                 snapshot.contacts.left = None;
             }
-            // A second phase after a first one, neither of which is that of the other film.
+            // The other film has a second phase after a first one, and both differ from the phase of this film.
             snapshot.phase = if k >= 45 { "swing-left" } else { "switching" }.into();
         }
         let parting = Parting::of_films(&film, &other).unwrap();

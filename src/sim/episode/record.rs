@@ -7,18 +7,20 @@ use std::collections::BTreeMap;
 /// How an episode ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Outcome {
-    /// At its end the robot had stood for the judge's time: trunk upright, COM slow, DCM inside of the support polygon.
+    /// At the end of the episode the robot had stood for the judge's time: trunk upright, COM slow, DCM inside of the
+    /// support polygon.
     Recovered,
-    /// At the horizon it had not fallen, but did not stand either, and the judge [counts](super::Counts) that.
+    /// At the horizon the robot had not fallen, but did not stand either, and the judge [counts](super::Counts) this as
+    /// won.
     Survived,
     /// A link other than the soles touched the ground, the COM was too low, or the trunk was tilted too far.
     Fell,
     /// A number of the simulation became NaN, infinite or absurdly large, or the simulation failed (a panic).
     Diverged,
-    /// The controller failed: its process died, was silent or answered nonsense, or a command was none.
+    /// The controller failed: its process died, did not answer or answered nonsense, or its command was invalid.
     Failed,
-    /// At the horizon the robot had neither fallen nor recovered, and the judge does not count that. An episode has this
-    /// outcome until it has another.
+    /// At the horizon the robot had neither fallen nor recovered, and the judge does not count this as won. An episode
+    /// has this outcome until it has another one.
     #[default]
     TimedOut,
 }
@@ -42,13 +44,13 @@ impl Outcome {
     }
 }
 
-/// Where a state lies with respect to those from which a controller promises to recover by standing.
+/// Where a state lies with respect to the states from which a controller promises to recover by standing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Membership {
     Inside,
     Outside,
-    /// There are no such states: no sole is in contact, or the support is too small.
+    /// The controller promises no states: no sole is in contact, or the support is too small.
     Empty,
 }
 
@@ -71,16 +73,16 @@ impl Membership {
     }
 }
 
-/// What is kept of an episode. A number has its unit in its name; angles are in degrees, the rest is in the world frame.
-/// The names of the fields are those of the columns of `trials.parquet`.
+/// The record of an episode. A number has its unit in its name; angles are in degrees, other quantities are in the
+/// world frame. The fields have the names of the columns of `trials.parquet`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Record {
     pub outcome: Outcome,
     /// Simulated time (s).
     pub end_s: f64,
     pub fell_at_s: Option<f64>,
-    /// The cause of the fall in words, for example the link that touched the ground; of a trial that diverged or
-    /// failed, what went wrong.
+    /// The cause of the fall in words, for example the link that touched the ground. For a trial that diverged or
+    /// failed, it is the cause of that.
     pub fall_cause: Option<String>,
     /// Start of the time of standing that decided the episode.
     pub settled_at_s: Option<f64>,
@@ -91,39 +93,42 @@ pub struct Record {
     /// Speed of the COM (m/s) when the first push starts, which should find a robot at rest. None without a push.
     pub com_speed_at_push_m_s: Option<f64>,
     pub peak_tilt_deg: f64,
-    /// The lowest height of the COM above the ground, as a share of that at home; up to a fall, as all peaks are.
+    /// The lowest height of the COM above the ground, as a share of its height at home. Like all peaks, it ends with a
+    /// fall.
     pub lowest_com_height_ratio: Option<f64>,
-    /// Largest joint torque, and the largest share of a joint's torque limit, each averaged over a tick. The servo chooses
-    /// a torque within its limit at the start of a physics step, and its damping follows the speed within the step. The
-    /// share is therefore larger than 1 if an impact changes the speed of a joint by more than its
+    /// Largest joint torque, and the largest share of a joint's torque limit, each averaged over a tick. The servo
+    /// chooses a torque within its limit at the start of a physics step, and its damping follows the speed within the
+    /// step. The share is therefore larger than 1 if an impact changes the speed of a joint by more than its
     /// `full_torque_speed_rad_s` in one step, or if its damping is so large for its rotor that it would be unstable
-    /// otherwise. What is too much is taken from the limit of the next steps.
+    /// otherwise. The excess is subtracted from the limit of the next steps.
     pub peak_torque_n_m: f64,
     pub peak_torque_ratio: f64,
     /// Time (s) during which the torque of some joint, averaged over a tick, was at its limit. Only ticks with the
-    /// trunk within `standing_tilt_deg` of upright count; the others belong to the fall.
+    /// trunk within `standing_tilt_deg` of upright count; all other ticks belong to the fall.
     pub torque_limited_s: f64,
     pub peak_joint_speed_rad_s: f64,
     /// Largest distance of the DCM from the support polygon (m); 0 if the DCM never left it.
     pub peak_dcm_outside_m: f64,
-    /// Largest distance (m) that a sole under load (a tenth of the weight or more) has slid on the ground since it took
-    /// up that load. Only ticks with the trunk within `standing_tilt_deg` of upright count. Rolling is not sliding.
+    /// Largest distance (m) that a sole under load (a tenth of the weight or more) has slid on the ground since the
+    /// load began. Only ticks with the trunk within `standing_tilt_deg` of upright count. Rolling is not sliding.
     pub peak_slip_m: f64,
-    /// Time before the fall at which the legs first met, and the names of the two links.
+    /// Time at which the legs first met before a fall, and the names of the two links.
     pub legs_met_at_s: Option<f64>,
     pub legs_met: Option<String>,
-    /// How deep the true state lay at the end of the last push among those of which the controller promises that it
-    /// recovers from them by standing: 1 for rest at home, negative outside, and negative infinity if there were none. If
-    /// a foot was in the air by then, they are those of when the robot last stood. None without a promise.
+    /// Margin of the true state at the end of the last push among the states from which the controller promises to
+    /// recover by standing: 1 for rest at home, negative outside, and negative infinity if there were no such states.
+    /// If a foot was in the air at the end of the push, these are the states when the robot last stood. None without a
+    /// promise.
     pub promise_margin: Option<f64>,
-    /// The same for the estimated state, by which the controller acts.
+    /// The margin of the estimated state, by which the controller acts.
     pub promise_margin_est: Option<f64>,
     pub footsteps: FootstepLog,
     /// The last totals of the controller's reports before a fall.
     pub totals: Totals,
 }
 
-/// What a controller reports of a whole episode: numbers by their names. A file has them as the text of one JSON object.
+/// Numbers that a controller reports for a whole episode, by their names. A file has them as the text of one JSON
+/// object.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Totals(pub BTreeMap<String, f64>);
 
@@ -140,7 +145,7 @@ impl<'de> Deserialize<'de> for Totals {
 }
 
 impl Totals {
-    /// From the text in a file. An empty text has none.
+    /// Reads the text in a file. An empty text has no totals.
     pub fn read(text: &str) -> serde_json::Result<Self> {
         if text.is_empty() { Ok(Self::default()) } else { serde_json::from_str(text).map(Self) }
     }

@@ -8,9 +8,9 @@ use crate::{Push, Truth};
 use standfast_core::robot::Robot;
 use std::sync::Arc;
 
-/// A joint counts as being at its torque limit from this share of the limit on.
+/// Share of the torque limit from which on a joint counts as being at the limit.
 pub const AT_LIMIT: f64 = 0.999;
-/// A share of a control period, by which two times may differ since they are rounded.
+/// Largest rounding error of a time, as a share of a control period.
 const ROUNDING: f64 = 5e-4;
 
 /// Watches the ticks of an episode and writes its record.
@@ -30,7 +30,7 @@ pub struct Referee {
 }
 
 impl Referee {
-    /// For an episode of `robot`, as it is simulated, with these pushes.
+    /// A referee for an episode of `robot`, as it is simulated, with these pushes.
     pub fn new(robot: Arc<Robot>, config: &EpisodeConfig, pushes: &[Push]) -> Self {
         Self {
             judge: config.judge,
@@ -49,7 +49,7 @@ impl Referee {
         self.pushed_s = from_first_to_last(pushes);
     }
 
-    /// Whether the episode ends now, before its horizon, if it runs `until` this condition.
+    /// Whether an episode that runs `until` this condition ends now, before its horizon.
     pub fn is_over(&self, until: Until) -> bool {
         let fell = self.record.outcome == Outcome::Fell;
         match until {
@@ -135,7 +135,7 @@ impl Referee {
         }
     }
 
-    /// Height of the COM above the ground, as a share of that at home.
+    /// Height of the COM above the ground, as a share of its height at home.
     fn com_height_ratio(&self, truth: &Truth) -> f64 {
         (truth.com.z - truth.ground.height_m(truth.com.xy())) / self.home_height
     }
@@ -195,7 +195,7 @@ impl Referee {
     }
 }
 
-/// Start of the first push and end of the last one (s). Without pushes, none starts and all have ended.
+/// Start of the first push and end of the last one (s). Without pushes, they are infinity and 0.
 fn from_first_to_last(pushes: &[Push]) -> [f64; 2] {
     let start_s = pushes.iter().map(|push| push.start_s).fold(f64::INFINITY, f64::min);
     [start_s, pushes.iter().map(Push::end_s).fold(0.0, f64::max)]
@@ -218,7 +218,7 @@ mod tests {
         run(&robot, &stiff(), &config, disturbance, config.until(), &mut |_| {}).unwrap()
     }
 
-    /// A push that starts between two ticks does not count as motion before it.
+    /// The speed at the push is the speed before it, even if the push starts between two ticks.
     #[test]
     fn the_speed_at_the_push_is_that_before_it() {
         for start_s in [0.3, 0.3001, 0.3019] {

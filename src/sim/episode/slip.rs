@@ -1,7 +1,7 @@
 //! Measures how far the soles slide on the ground.
 //!
-//! A sole that rolls over its edge or pivots about it moves without sliding. So the measure is not the motion of its
-//! centre but that of the sole's point at the centre of pressure: where this point moves along the ground, the sole
+//! A sole that rolls over its edge or pivots about it moves without sliding. So the measured point is not the centre of
+//! the sole, but the point of the sole at the centre of pressure: if this point moves along the ground, the sole
 //! slides. Its displacements are summed as vectors for as long as the sole carries load, so sliding out and back sums
 //! to zero. The sum starts anew when the foot is set down again.
 
@@ -10,7 +10,7 @@ use nalgebra::{Point3, Vector2};
 use standfast_core::robot::{Foot, GRAVITY, PerFoot, Pose, Robot};
 use std::sync::Arc;
 
-/// Load from which a sole counts, as a share of the robot's weight. With less it is being lifted or set down.
+/// Least load at which a sole counts, as a share of the robot's weight. With less the foot is being lifted or set down.
 const LOADED_SHARE: f64 = 0.1;
 
 /// Watches both soles.

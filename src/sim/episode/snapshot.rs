@@ -5,8 +5,9 @@ use nalgebra::{Isometry2, Point2, Point3, UnitQuaternion, Vector3};
 use standfast_core::robot::kinematics::on_ground;
 use standfast_core::robot::{Airborne, Foot, PerFoot, Posture, Region, Robot, Word};
 
-/// One moment of an episode: the true state, and what the controller intends, both in the world frame. The latter is
-/// moved there from the controller's own estimate of the world, which drifts when feet slip ([`to_world`]).
+/// One moment of an episode: the true state, and the intentions of the controller, both in the world frame. The
+/// intentions are moved there from the controller's own estimate of the world, which drifts when feet slip
+/// ([`to_world`]).
 #[derive(Debug, Clone)]
 pub struct Snapshot {
     pub time_s: f64,
@@ -25,16 +26,17 @@ pub struct Snapshot {
     pub soles: PerFoot<Point3<f64>>,
     /// Corners of the support polygon, counter-clockwise; empty in flight.
     pub support: Vec<Point2<f64>>,
-    /// The regions of the controller's promise: places of the COM from which it recovers by standing. Of a controller, these
-    /// are the slices of the gains' CPI sets from slow to fast, at the estimated COM velocity and the desired ZMP. Corners
-    /// are counter-clockwise. A region may be empty, and with a foot in the air there are none.
+    /// Regions that the controller promises: COM positions from which it recovers by standing. For a controller with
+    /// feedback gains, these are the slices of the gains' CPI sets from slow to fast, at the estimated COM velocity and
+    /// the desired ZMP. Corners are counter-clockwise. A region may be empty, and there are no regions with a foot in
+    /// the air.
     pub regions: Vec<Region>,
-    /// Name of the acting gain; None without gains or with a foot in the air.
+    /// Name of the acting gain; None for a controller without gains, and with a foot in the air.
     pub gain: Option<String>,
-    /// Margin in the slowest gain's CPI set: 1 at rest at home, and negative when no set contains the state. None without
-    /// gains, with a foot in the air, and if there is no set.
+    /// Margin in the slowest gain's CPI set: 1 at rest at home, and negative when no CPI set contains the state. None
+    /// without gains, with a foot in the air, and if there is no CPI set.
     pub margin: Option<f64>,
-    /// What the controller is doing, in a word.
+    /// What the controller is doing, in one word.
     pub phase: Word,
     /// The foot in the air.
     pub in_air: Option<Foot>,
@@ -96,8 +98,8 @@ impl Snapshot {
     }
 }
 
-/// The transform from the world as the controller estimates it to the true world: it moves the estimated horizontal
-/// pose of the robot's base to the true one. A controller that does not estimate its place is taken at its word.
+/// Transform from the world as the controller estimates it to the true world: the transform moves the estimated
+/// horizontal pose of the robot's base to the true pose. It is the identity for a controller that estimates no pose.
 pub fn to_world(tick: &Tick) -> Isometry2<f64> {
     let Some(base) = &tick.report.base else { return Isometry2::identity() };
     on_ground(&tick.truth.posture.base) * on_ground(base).inverse()

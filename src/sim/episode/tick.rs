@@ -1,19 +1,19 @@
-//! One tick of a closed loop, as everybody sees it who watches.
+//! One tick of a closed loop, as observers see it.
 
 use crate::Truth;
 use nalgebra::Point2;
 use standfast_core::geometry::SupportPolygon;
 use standfast_core::robot::{Command, Controller, Foot, GRAVITY, PerFoot, Pose, Promise, Report, Robot};
 
-/// What ends an episode at once, in words.
+/// A failure that ends an episode at once, in words.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Failure {
     OfController(String),
     OfSimulation(String),
 }
 
-/// One control tick as an observer sees it: the true state now (with averages over the past tick), and what the
-/// controller does with its present readings.
+/// One control tick as an observer sees it: the true state now (with averages over the past tick), and the controller's
+/// response to its present readings.
 pub struct Tick<'a> {
     pub truth: &'a Truth,
     /// True divergent component of motion (DCM, capture point), world frame.
@@ -24,17 +24,17 @@ pub struct Tick<'a> {
     pub dcm_outside_m: f64,
     /// What the controller did, and why.
     pub report: Report,
-    /// The controller itself; None if there is none behind the report.
+    /// The controller itself; None if the report has no controller.
     pub controller: Option<&'a dyn Controller>,
     pub command: &'a Command,
-    /// What went wrong, if anything did.
+    /// The failure at this tick, if there is one.
     pub failure: Option<&'a Failure>,
     /// Whether the judge has decided the episode at an earlier tick.
     pub is_after: bool,
 }
 
 impl<'a> Tick<'a> {
-    /// For `robot`, whose pendulum has the natural frequency `omega` (rad/s).
+    /// A tick of `robot`, whose pendulum has the natural frequency `omega` (rad/s).
     pub fn new(robot: &Robot, omega: f64, truth: &'a Truth, report: Report, command: &'a Command) -> Self {
         let dcm = truth.com.xy() + truth.com_vel.xy() / omega;
         let support = support_on_ground(robot, truth, GRAVITY / (omega * omega));
@@ -43,7 +43,7 @@ impl<'a> Tick<'a> {
         Self { truth, dcm, support, dcm_outside_m, report, controller, command, failure, is_after }
     }
 
-    /// From which states the controller says that it recovers by standing, if it says so.
+    /// The states from which the controller promises to recover by standing, if it promises any.
     pub fn promise(&self) -> Option<&'a dyn Promise> {
         self.controller?.promise()
     }

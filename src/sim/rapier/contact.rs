@@ -1,5 +1,5 @@
-//! Contact wrenches, read from the impulses of Rapier's contact solver. With one solver iteration per step, the impulses
-//! are those of the whole step.
+//! Contact wrenches, read from the impulses of Rapier's contact solver. With one solver iteration per step, these are
+//! the impulses of the whole step.
 
 use super::convert::vec_from_rapier;
 use crate::contact::WorldWrench;
@@ -20,7 +20,7 @@ fn impulses(pair: &ContactPair) -> impl Iterator<Item = (Vector3<f64>, &Contact)
 
 /// Mean wrench of the ground on the other collider of `pair` over the last physics step of `dt` (s).
 ///
-/// `pose` is that of `ground`, world.
+/// `pose` is the pose of `ground` in the world.
 pub fn ground_wrench(pair: &ContactPair, ground: ColliderHandle, pose: &Isometry3<f64>, dt: f64) -> WorldWrench {
     let mut sum = WorldWrench::default();
     let ground_first = pair.collider1 == ground;

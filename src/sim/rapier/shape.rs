@@ -107,7 +107,7 @@ mod tests {
             let mesh = Shape::Mesh(Arc::new(Mesh::new((0..sides).flat_map(corner).collect(), Vec::new())));
             let shapes = standing(&mesh, Isometry3::identity(), &-Vector3::z());
             assert_eq!(shapes.len() > 1, sides > 4, "{sides} sides");
-            // Parry knows four corners of a face, so each corner must be one of a face with at most four.
+            // Parry knows at most four corners of a face, so each corner must belong to a face with at most four.
             let known = |at: Point3<f64>| {
                 shapes.iter().filter_map(|(shape, _)| shape.as_convex_polyhedron()).any(|hull| {
                     hull.faces().iter().filter(|face| face.normal.z < -0.99 && face.num_vertices_or_edges <= 4).any(

@@ -24,8 +24,8 @@ struct Filter(Pairs);
 /// `user_data` of the ground's colliders.
 pub const GROUND: u128 = u128::MAX;
 
-/// The collision group of a limb. By their groups Rapier discards most pairs that do not collide early. Limbs beyond
-/// the 30th share a group.
+/// The collision group of a limb. By the groups, Rapier discards early most pairs that do not collide. Limbs beyond the
+/// 30th share a group.
 fn group(limb: usize) -> Group {
     Group::from_bits_truncate(1 << limb.min(30))
 }
@@ -78,13 +78,13 @@ pub struct Handles {
     pub multibody: MultibodyIndex,
     /// One rigid body for each link of the robot.
     pub bodies: Vec<RigidBodyHandle>,
-    /// The body that carries the ground. Its frame is that of the ground's plane.
+    /// The body that carries the ground. Its frame is the frame of the ground's plane.
     pub floor: RigidBodyHandle,
-    /// The colliders of the ground, with their poses in that frame.
+    /// The colliders of the ground, with their poses in the frame of the ground's plane.
     pub ground: Vec<(ColliderHandle, Isometry3<f64>)>,
     pub soles: PerFoot<Vec<ColliderHandle>>,
-    /// Transform from the root's URDF frame to the frame of its Rapier body. The latter is at the root's centre of
-    /// mass, because a floating multibody with an offset there drifts.
+    /// Transform from the root's URDF frame to the frame of its Rapier body. The frame of the body is at the root's
+    /// centre of mass, because a floating multibody with an offset there drifts.
     pub root_com: Isometry3<f64>,
 }
 
@@ -95,24 +95,25 @@ fn integration_parameters(step_s: f64) -> IntegrationParameters {
     let usual = IntegrationParameters::default();
     IntegrationParameters {
         dt: step_s as Real,
-        // With one substep the contact impulses are those of the whole step.
+        // With one substep the contact impulses are the impulses of the whole step.
         num_solver_iterations: 1,
         num_internal_pgs_iterations: 4,
         num_internal_stabilization_iterations: 1,
         max_ccd_substeps: 0,
-        // With up to seven times this frequency (Hz), campaigns have the same results, and those of MuJoCo. With half of
-        // it, controllers that press on the edges of the soles lose five pushes in a hundred more.
+        // With up to seven times this frequency (Hz), campaigns have the same results, which are also those in MuJoCo.
+        // With half of this frequency, controllers that press on the edges of the soles lose five more pushes in a
+        // hundred.
         contact_softness: contact,
         static_contact_softness: contact,
         // Rapier looks for contacts of all colliders within 0.08 of this unit. With 3 m, each link of a robot is near
-        // every other, and an episode costs 5 % more. The lengths (m) and speeds (m/s) below do not depend on it.
+        // all others, and an episode costs 5 % more. The lengths (m) and speeds (m/s) below do not depend on this unit.
         length_unit: LENGTH_UNIT_M,
         normalized_allowed_linear_error: 0.016 / LENGTH_UNIT_M,
         normalized_max_corrective_velocity: 5.0 / LENGTH_UNIT_M,
         normalized_max_linear_velocity: 700.0 / LENGTH_UNIT_M,
         normalized_prediction_distance: 0.0065 / LENGTH_UNIT_M,
         friction_in_bias_pass: false,
-        // The contact points must be those of this step, and not of a pose up to 5 cm away.
+        // The contact points must belong to this step, and not to a pose up to 5 cm away.
         contact_recycling: false,
         contact_clustering: false,
         ..usual
@@ -140,7 +141,7 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
         .map(|(builder, pose)| {
             let collider = builder
                 .position(pose_to_rapier(&pose))
-                // The friction of a link times this is that between sole and ground.
+                // This number times the friction of a link is the friction between sole and ground.
                 .friction((robot.friction / meeting::FRICTION) as Real)
                 .friction_combine_rule(CoefficientCombineRule::Multiply)
                 .collision_groups(InteractionGroups::new(GROUND_GROUP, Group::ALL, InteractionTestMode::And))

@@ -53,7 +53,7 @@ fn bad_samples(good: &Sensed) -> Vec<(Sensed, &'static str)> {
     ]
 }
 
-/// An invalid sample is refused and the command stays. What follows is as if the sample had never come.
+/// An invalid sample is refused and the command stays. Afterwards the controller acts as if the sample had never come.
 #[test]
 fn a_bad_sample_is_refused_and_leaves_no_trace() {
     for gains in SETS {
@@ -79,8 +79,8 @@ fn a_bad_sample_is_refused_and_leaves_no_trace() {
     }
 }
 
-/// With joints bent more than at home, turned and leaning, the robot is found with its feet on the ground, and its
-/// first commands are near its posture.
+/// The robot has its joints bent more than at home, is turned and leans. It is found with its feet on the ground, and
+/// the first commands are near its posture.
 #[test]
 fn it_starts_from_the_posture_that_it_senses() {
     let robot = standfast_robots::load("ut-mu2").unwrap();
@@ -109,7 +109,7 @@ fn it_starts_from_the_posture_that_it_senses() {
     }
 }
 
-/// After a fall and a restart, nothing of what the controller did before remains.
+/// After a fall and a restart, nothing of the earlier state of the controller remains.
 #[test]
 fn it_starts_again_after_a_fall() {
     for gains in SETS {
@@ -148,7 +148,7 @@ fn wild() -> impl Strategy<Value = f64> {
 proptest! {
     #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(7), failure_persistence: None, cases: 60, ..Default::default() })]
 
-    /// It never panics, every command is finite, and good samples work again at once.
+    /// The controller never panics, every command is finite, and good samples work again at once.
     #[test]
     fn nothing_that_it_senses_breaks_it(
         readings in proptest::collection::vec(proptest::collection::vec(wild(), 20 + 4 + 6 + 12), 1..12)
@@ -185,7 +185,7 @@ proptest! {
     }
 }
 
-/// Prepared once for all cases.
+/// The benches are prepared once for all cases.
 fn bench(gains: &str) -> &'static Bench {
     use std::sync::LazyLock;
     static BENCHES: LazyLock<[Bench; 3]> = LazyLock::new(|| SETS.map(Bench::new));

@@ -28,9 +28,9 @@ fn stays_up(bench: &Bench, push: Push, freeze_s: f64) -> bool {
     plant.truth().tilt_rad() < 0.2 && plant.truth().com_vel.norm() < 0.02
 }
 
-/// Feedback is needed where stiffness is not enough. Ankles whose total stiffness is below m g h turn a held posture
-/// into an unstable pendulum, and a push from which the live loop recovers is lost when the sensors freeze in the
-/// middle of it.
+/// Feedback is needed if stiffness is not enough. With ankles whose total stiffness is below m g h, a held posture is
+/// an unstable pendulum. The robot recovers from a push with live sensors, and falls if the sensors freeze in the
+/// middle of the push.
 #[test]
 fn frozen_sensors_lose_a_push_that_live_ones_recover_from() {
     let mut robot = standfast_robots::load("ut-mu2").unwrap();

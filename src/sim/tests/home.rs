@@ -1,4 +1,4 @@
-//! What a robot does at rest on ground that is not level, and with feet that are not at home. Sensors are ideal.
+//! A robot at rest on ground that is not level, and with feet that are not at home. Sensors are ideal.
 
 use crate::common::{Bench, account, config, push};
 use nalgebra::Isometry2;
@@ -7,7 +7,7 @@ use standfast_core::control::estimate::heading;
 use standfast_sim::episode::{self, Disturbance, Outcome, Tick, Until};
 use standfast_sim::{Push, Variation};
 
-/// A body that is sent to level footholds leans against the slope and walks off.
+/// A body that takes its footholds as level would lean against the slope and walk off.
 #[test]
 fn on_a_slope_the_robot_stands_as_at_home() {
     let benches = ["switching", "paper", "catch"].map(Bench::new);
@@ -34,7 +34,7 @@ fn on_a_slope_the_robot_stands_as_at_home() {
     });
 }
 
-/// Distance of the feet from where they stand at home beside each other (m), and the angle between them (rad).
+/// Distance of the feet from their places at home beside each other (m), and the angle between them (rad).
 fn from_home(bench: &Bench, tick: &Tick) -> [f64; 2] {
     let [left, right] = [&tick.truth.soles.left, &tick.truth.soles.right];
     let frame = Isometry2::new(right.translation.vector.xy(), heading(right));
@@ -47,8 +47,8 @@ fn from_home(bench: &Bench, tick: &Tick) -> [f64; 2] {
     [(place.coords - apart).norm(), (heading(left) - heading(right)).abs()]
 }
 
-/// After footsteps, also with crossed legs, the feet go back beside each other, and the next push finds the stance that
-/// the first one found.
+/// After footsteps, also with crossed legs, the feet go back beside each other, and the next push finds the same stance
+/// as the first one.
 #[test]
 fn a_robot_at_rest_walks_home_and_takes_the_same_push_again() {
     let bench = Bench::new("catch");

@@ -63,7 +63,7 @@ fn a_pull_acts_at_its_link_and_point() {
     assert!(left < -1e-4 && right > 1e-4, "{left} {right}");
 }
 
-/// Another controller can take over at any phase, and a robot that was safe stays safe.
+/// Another controller can take over in any phase, and a robot that was safe stays safe.
 #[test]
 fn gain_sets_can_be_switched_at_any_time() {
     let benches = ["hold", "switching", "paper", "catch"].map(Bench::new);
@@ -72,7 +72,7 @@ fn gain_sets_can_be_switched_at_any_time() {
     pairs.into_par_iter().filter(|(from, to)| !std::ptr::eq(*from, *to)).for_each(|(from, to)| {
         for switch_at in [100, 262, 330] {
             let mut live = closed_loop(from);
-            // A push that each of them survives.
+            // The robot survives this push with each controller.
             live.push(push(1.5, 150.0));
             for k in 0..1000 {
                 if k == switch_at {
@@ -87,7 +87,7 @@ fn gain_sets_can_be_switched_at_any_time() {
     });
 }
 
-/// The rule that lifted a foot leads it to its landing, even if a set without footsteps takes over.
+/// The rule that lifted a foot leads it to its landing, even if a gain set without footsteps takes over.
 #[test]
 fn a_footstep_is_finished_by_the_rule_that_began_it() {
     let [catch, switching] = ["catch", "switching"].map(Bench::new);
@@ -115,7 +115,7 @@ fn a_footstep_is_finished_by_the_rule_that_began_it() {
     panic!("no foot was lifted, or none landed");
 }
 
-/// The foot in the air lands first, and then the new set acts.
+/// The foot in the air lands first, and then the new gain set acts.
 #[test]
 fn gain_sets_can_be_switched_with_a_foot_in_the_air() {
     let benches = ["hold", "switching", "paper", "catch"].map(Bench::new);
@@ -139,10 +139,10 @@ fn gain_sets_can_be_switched_with_a_foot_in_the_air() {
             assert!(switched_at.is_some(), "{name} has lifted no foot");
             let (phase, stands) = ticked(&mut live, |tick| (tick.report.phase.clone(), stands(tick)));
             match new.as_str() {
-                // Another kind of controller knows of no foot in the air.
+                // A controller of another kind does not know that a foot is in the air.
                 "hold" => assert_eq!(phase, "posture", "{name} to {new}"),
                 "switching" => assert!(!phase.starts_with("swing"), "{name} to {new}: {phase:?}"),
-                // To finish another set's footstep is not always enough to stand; with catching it is.
+                // Finishing the footstep of another gain set is not always enough to stand; with catching it is.
                 "catch" => assert!(!phase.starts_with("swing") && stands, "{name} to {new}: {phase:?}"),
                 _ => assert!(has_landed, "{name} to {new}: the foot is in the air"),
             }
@@ -154,11 +154,11 @@ fn stands(tick: &Tick) -> bool {
     tick.truth.tilt_rad() < 0.05 && tick.dcm_outside_m < 0.0
 }
 
-/// What the controller intends is shown where the robot really is, even after its feet have slipped unnoticed.
+/// The controller's intentions are shown at the true place of the robot, even after its feet have slipped unnoticed.
 #[test]
 fn a_snapshot_is_all_in_one_world() {
     let bench = Bench::new("catch");
-    // On slippery ground the feet slide, which no sensor tells.
+    // On slippery ground the feet slide, which no sensor measures.
     let variation = Variation { friction: Some(0.15), ..Variation::default() };
     let disturbance = Disturbance { pushes: vec![push(4.0, 0.0)], variation, ..Disturbance::default() };
     let how_long = (Until::Decided, 0.0);
@@ -175,14 +175,14 @@ fn a_snapshot_is_all_in_one_world() {
         "at rest the ZMP is at {zmp}, and wanted at {:?}",
         last.zmp_ref
     );
-    // The COM lies inside of the acting set's slice, as its margin tells.
+    // The COM lies inside of the slice of the acting gain's CPI set, as its margin says.
     assert!(last.margin.unwrap() > 0.8);
     let acting = last.regions.iter().find(|region| Some(&region.name) == last.gain.as_ref()).unwrap();
     let slice = SupportPolygon::hull(&acting.corners).unwrap();
     assert!(slice.signed_distance(last.com.xy()) < -0.01, "{slice:?} {}", last.com);
 }
 
-/// A film goes on after the end of the episode, and its record does not.
+/// A film continues after the end of the episode, and its record does not.
 #[test]
 fn a_film_shows_the_fall_and_its_record_ends_with_the_episode() {
     let bench = Bench::new("hold");

@@ -142,8 +142,8 @@ fn the_ground_presses_inside_the_soles_on_the_side_pushed_to() {
     });
 }
 
-/// Links that are driven into each other in flight stop each other. Neither momentum nor angular momentum changes, and the
-/// soles' force sensors feel nothing, since these contacts are inner forces.
+/// Links that are driven into each other in flight stop each other. Neither momentum nor angular momentum changes, and
+/// the soles' force sensors feel nothing, since these contacts are inner forces.
 #[test]
 fn limbs_that_are_driven_into_each_other_meet_and_stay_apart() {
     let bench = Bench::new("hold");

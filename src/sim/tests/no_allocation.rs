@@ -27,7 +27,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// The episodes include standing, leaving the sets, footsteps that are chosen, planned, followed and landed, and a
+/// The episodes include standing, leaving the CPI sets, footsteps that are chosen, planned, followed and landed, and a
 /// fall.
 #[test]
 fn a_tick_of_any_set_in_any_phase_does_not_allocate() {

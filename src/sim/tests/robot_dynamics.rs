@@ -11,8 +11,8 @@ use std::sync::LazyLock;
 
 static ROBOT: LazyLock<Robot> = LazyLock::new(|| standfast_robots::load("ut-mu2").unwrap());
 
-/// The quantities at one time of a motion in which everything moves: `x = amplitude sin(rate t + phase)` for each joint
-/// and for the base's position, and two such rotations of the base, one about an axis that the other one turns.
+/// The quantities at one time of a motion in which every coordinate moves: `x = amplitude sin(rate t + phase)` for each
+/// joint and for the base's position, and two such rotations of the base, one about an axis that the other one turns.
 struct At {
     posture: Posture,
     velocity: DVector<f64>,
@@ -165,7 +165,7 @@ fn momentum_changes_by_the_wrench_on_the_base() {
             assert!((change[k] - wanted[k]).abs() < 1e-5, "{time} s, linear {k}: {} {}", change[k], wanted[k]);
             assert!((moment[k] - wanted[3 + k]).abs() < 1e-5, "{time} s, angular {k}: {} {}", moment[k], wanted[3 + k]);
         }
-        // The angular momentum is that of the links.
+        // The angular momentum equals the angular momentum of the links.
         let mut sum = Vector3::zeros();
         for (i, link) in ROBOT.links.iter().enumerate() {
             let com = now.kinematics.link_com(i);
@@ -242,8 +242,8 @@ fn bias_accelerations_are_what_the_jacobians_leave_over() {
     }
 }
 
-/// A pushed robot in the simulation moves as these equations tell. With the accelerations, torques and sole forces from
-/// Rapier, the residual is within its integrator's error, which decreases with its step.
+/// A pushed robot in the simulation moves according to these equations. With the accelerations, torques and sole forces
+/// from Rapier, the residual is within its integrator's error, which decreases with its step.
 #[test]
 fn the_simulation_obeys_them() {
     let hold = standfast_controllers::load("hold").unwrap();
@@ -288,7 +288,7 @@ fn the_simulation_obeys_them() {
     let [coarse, fine] = [0.001, 0.00025].map(worst);
     println!("mean left over (N, N m): {coarse:?} at 1 ms, {fine:?} at 0.25 ms");
     assert!(fine[0] < 0.01 && fine[1] < 0.003, "{fine:?}");
-    // MuJoCo's forces leave nothing over, with any step.
+    // MuJoCo's forces have no residual, with any step.
     let nothing: f64 = 1e-9;
     assert!(fine[0] < nothing.max(0.5 * coarse[0]) && fine[1] < 0.5 * coarse[1], "{coarse:?} {fine:?}");
 }

@@ -108,8 +108,8 @@ fn where_standing_suffices_there_is_no_footstep() {
     });
 }
 
-/// Left and right are alike: the first footstep starts within 0.03 mm of the mirrored one, at the same tick, and lands
-/// within 0.3 mm of it. (The rest is due to f32 in Rapier and to the order in which it visits contacts.)
+/// Left and right are alike: the first footstep starts within 0.03 mm of the mirrored footstep, at the same tick, and
+/// lands within 0.3 mm of it. (The rest is due to f32 in Rapier and to the order in which Rapier visits contacts.)
 #[test]
 fn mirrored_pushes_have_mirrored_footsteps() {
     let bench = stepping(symmetric_robot());
@@ -124,14 +124,14 @@ fn mirrored_pushes_have_mirrored_footsteps() {
         assert_eq!(a.lift_s, b.lift_s);
         assert!(from < 1e-4 && to < 1e-3 && land < 0.005, "{heading} degrees: {a:?} {b:?}");
         assert_eq!(one.outcome, other.outcome, "{heading} degrees");
-        // The course of a fall is no longer alike.
+        // After a fall the courses are no longer alike.
         if one.outcome == Outcome::Recovered {
             assert_eq!(one.footsteps.taken.len(), other.footsteps.taken.len(), "{heading} degrees");
         }
     });
 }
 
-/// A foot is lifted, to the tick, when the state has been in no CPI set for as long as the controller waits.
+/// A foot is lifted, to the tick, when the state has been in no CPI set for the time that the controller waits.
 #[test]
 fn a_footstep_waits_for_as_long_as_it_is_told_to() {
     let waits = |patience_s| {
@@ -156,7 +156,7 @@ fn an_episode_with_footsteps_repeats_to_the_bit() {
     assert!(texts.iter().all(|text| *text == texts[0]), "{texts:#?}");
 }
 
-/// The footsteps in the record are those that were observed.
+/// The footsteps in the record are the footsteps that were observed.
 #[test]
 fn footsteps_in_the_record_follow_one_another() {
     let bench = stepping(ut_mu2());
@@ -196,8 +196,8 @@ fn footsteps_in_the_record_follow_one_another() {
     );
 }
 
-/// Fig. 4: "After the foot landing, the control coordinate is reset as its origin is located at the center point of both
-/// feet".
+/// Fig. 4: "After the foot landing, the control coordinate is reset as its origin is located at the center point of
+/// both feet".
 #[test]
 fn after_the_landing_the_control_frame_is_midway_between_the_soles() {
     let bench = stepping(ut_mu2());

@@ -1,4 +1,4 @@
-//! What a campaign varies has the effect in the simulation that physics predicts, and no other.
+//! The variations of a campaign have the effect in the simulation that physics predicts, and no other.
 
 use crate::common::{Bench, config, engine, push};
 use nalgebra::Vector3;
@@ -78,7 +78,7 @@ fn the_ground_carries_the_scaled_mass() {
     }
 }
 
-/// The COM moves by the trunk's share of the mass, and so does the ZMP at rest (sag adds to that).
+/// The COM moves by the trunk's share of the mass, and so does the ZMP at rest (sag adds to this).
 #[test]
 fn an_offset_of_the_trunk_moves_the_zmp_by_its_share() {
     let bench = Bench::new("hold");
@@ -95,7 +95,7 @@ fn an_offset_of_the_trunk_moves_the_zmp_by_its_share() {
     }
 }
 
-/// Feet slip if they need more than mu times the load, and the ground never gives more.
+/// Feet slip if they need more than mu times the load, and the ground never supplies more.
 #[test]
 fn feet_slip_beyond_the_friction() {
     let bench = Bench::new("hold");
@@ -118,7 +118,7 @@ fn feet_slip_beyond_the_friction() {
     assert!(firm < 0.005 && needed > 0.2, "{firm} m, {needed}");
 }
 
-/// On a slope a part of the weight acts along it. The soles lie flat on it, and the robot stands still.
+/// On a slope a part of the weight acts along the slope. The soles lie flat on it, and the robot stands still.
 #[test]
 fn a_slope_pulls_along_it_and_soles_lie_on_it() {
     for (gains, slope_deg) in [("hold", 3.0), ("hold", -1.0), ("switching", 1.0), ("switching", -2.0)] {
@@ -132,7 +132,7 @@ fn a_slope_pulls_along_it_and_soles_lie_on_it() {
             let tilted_s = Ground::new(&bench.robot, &variation).tilting_s;
             let record = run(&bench, variation, Push { start_s: tilted_s + 0.3, ..NONE }, 2.0, |tick| {
                 let truth = tick.truth;
-                // At rest when a push may come, and then in balance.
+                // The robot is at rest when a push may come, and then in balance.
                 let speed_m_s = truth.com_vel.norm();
                 assert!(truth.time_s < tilted_s + 0.3 || speed_m_s < 0.02, "{gains}, {slope_deg}: {speed_m_s} m/s");
                 if truth.time_s < tilted_s + 0.6 {
@@ -195,7 +195,7 @@ fn torques(robot: &Robot, variation: Variation, change: impl Fn(&mut Command)) -
         .collect()
 }
 
-/// A joint that carries little.
+/// Number of a joint that carries little.
 const ARM: usize = 15;
 
 /// The arm's servo shows the effect of stiffness, damping, torque limit and delay.
@@ -208,7 +208,7 @@ fn servos_are_scaled_and_delayed() {
         torques(&robot, variation, change)[0] - torques(&robot, variation, |_| ())[0]
     };
     for scale in [0.5, 1.0, 2.0] {
-        // The rotor starts to move within the step, which takes some of the torque.
+        // The rotor starts to move within the step, which reduces the torque.
         let stiff = first(Variation { kp_scale: Some(scale), ..at_once }, &|c| c.q_ref[ARM] += 0.02);
         assert!((stiff / (scale * servo.kp * 0.02) - 1.0).abs() < 0.2, "kp x {scale}: {stiff} N m");
         let damped = first(Variation { kd_scale: Some(scale), ..at_once }, &|c| c.dq_ref[ARM] += 0.5);
@@ -241,8 +241,8 @@ fn torque_saturates_at_the_scaled_limit() {
     }
 }
 
-/// A sole slides where the ground does not hold it, even if it is tilted. Where the ground holds, a sole that rolls
-/// over its edge or is set down elsewhere has not slid.
+/// A sole slides if the ground does not hold it, even if the sole is tilted. If the ground holds, a sole that rolls
+/// over its edge or is set down at another place has not slid.
 #[test]
 fn soles_slip_where_the_ground_is_slippery() {
     for gains in ["hold", "catch"] {
@@ -261,8 +261,8 @@ fn soles_slip_where_the_ground_is_slippery() {
     }
 }
 
-/// Weak motors are at their limit for longer, and a gentle push leaves them below it. What they do after the robot has
-/// tilted over belongs to the fall.
+/// Weak motors are at their limit for longer, and a gentle push leaves them below it. Their torques after the robot has
+/// tilted over belong to the fall.
 #[test]
 fn time_at_the_torque_limit_counts_while_upright() {
     let bench = Bench::new("catch");
@@ -291,7 +291,7 @@ fn time_at_the_torque_limit_counts_while_upright() {
     assert!(limited[0] == 0.0 && limited[1] > 0.02 && limited[2] > limited[1], "{limited:?}");
 }
 
-/// A foot lands earlier where the ground is higher, and later where it is lower.
+/// A foot lands earlier if the ground is higher, and later if it is lower.
 #[test]
 fn a_step_of_the_ground_makes_a_foot_land_early_or_late() {
     let bench = Bench::new("paper");

@@ -44,7 +44,7 @@ impl PushBounds {
 pub(crate) const A_QUARTER: &str = ", a quarter of episode.horizon_s";
 pub(crate) const HALF: &str = ", half of episode.horizon_s";
 
-/// Adds to an error about a value why so much is accepted.
+/// Adds to an error about a value the reason for its bound.
 pub(crate) fn because(why: &str, checked: Result<()>) -> Result<()> {
     checked.map_err(|mut error| {
         if let Error::Value { accepted, .. } = &mut error {
@@ -54,7 +54,7 @@ pub(crate) fn because(why: &str, checked: Result<()>) -> Result<()> {
     })
 }
 
-/// Shortest step of the physics (s), and the most steps of an episode, which take some minutes.
+/// Shortest step of the physics (s), and the largest number of steps in an episode, which take some minutes.
 const LEAST_STEP_S: f64 = 1e-5;
 const MOST_STEPS: f64 = 1e7;
 
@@ -82,17 +82,18 @@ pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
     positive("episode.judge.home_radius_m", judge.home_radius_m, 10.0)
 }
 
-/// Largest steps of the physics, times the fastest vibration by the springs of the servos. Up to the first, at most one
-/// verdict in a hundred was seen to differ from that with steps of 1 ms; at 1.25, seven of `catch` did. Up to the second, no
-/// unpushed robot was seen to fall; at twice that, UT-mu2 with stiff servos fell.
+/// Largest steps of the physics, as multiples of 1 / (angular frequency of the fastest vibration by the servos'
+/// springs). Up to `COARSE`, at most one outcome in a hundred was seen to differ from the outcome with steps of 1 ms;
+/// at 1.25, seven in a hundred of `catch` differed. Up to `UNSTABLE`, no unpushed robot was seen to fall; at twice
+/// `UNSTABLE`, UT-mu2 with stiff servos fell.
 const COARSE: f64 = 1.0;
 const UNSTABLE: f64 = 4.0;
-/// Longest control period, times omega, up to which no controller was seen to stand worse. At 0.27 `robust` did, at 0.56
-/// `switching`.
+/// Longest control period, as a multiple of 1 / omega, at which no controller was seen to stand worse. At 0.27 `robust`
+/// stood worse, and at 0.56 `switching` did.
 const SLOW: f64 = 0.2;
 
-/// Checks that servos are stable with such steps of the physics, and warns of steps and control periods that are too long to
-/// judge by. Errors name `file` as the origin of the values.
+/// Checks that servos are stable with such steps of the physics, and warns of steps and control periods that are too
+/// long to judge by. Errors name `file` as the origin of the values.
 pub fn check_steps(file: &str, episode: &EpisodeConfig, robot: &Robot) -> Result<()> {
     let (step_s, fastest_rad_s) = (episode.clock().physics_step_s, fastest_vibration_rad_s(robot));
     if step_s * fastest_rad_s > UNSTABLE {
@@ -131,7 +132,7 @@ fn fastest_vibration_rad_s(robot: &Robot) -> f64 {
     of_springs.symmetric_eigenvalues().max().max(0.0).sqrt()
 }
 
-/// A number with four significant digits, since those in units of the robot are not round in SI units.
+/// Writes a number with four significant digits, because a number in units of the robot is not round in SI units.
 pub fn digits(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
@@ -151,7 +152,8 @@ pub(crate) fn accept(ok: bool, file: &str, field: &str, value: f64, accepted: &s
     if ok { Ok(()) } else { Err(Error::value(file, field, shown(value), "out of range", accepted)) }
 }
 
-/// A number as it was given, or rounded if no person gave it: those in units of the robot have sixteen digits in SI units.
+/// Writes a number as a user gave it. A number that was converted from units of the robot has sixteen digits, and is
+/// rounded.
 pub(crate) fn shown(value: f64) -> String {
     const TYPED: usize = 12;
     let plain = value.to_string();
@@ -165,8 +167,8 @@ mod tests {
     use super::*;
     use standfast_sim::PhysicsStep;
 
-    /// Where stiff servos throw an unpushed UT-mu2 over: between 4 and 8 ms if they are 64 times as stiff as they are,
-    /// and at half of that if they are 256 times as stiff.
+    /// Stiff servos throw an unpushed UT-mu2 over. With servos 64 times as stiff as designed it happens between 4 and 8
+    /// ms, and with servos 256 times as stiff at half of that step.
     #[test]
     fn steps_too_long_for_the_servos_are_refused() {
         for (stiffer, fine_s, bad_s) in [(1.0, 0.012, 0.1), (64.0, 0.002, 0.008), (256.0, 0.001, 0.004)] {

@@ -56,7 +56,7 @@ impl Distribution {
             Distribution::Normal { normal: [mean, sd] } => {
                 let field = format!("{field}.normal");
                 in_range(file, &field, mean, [least, most])?;
-                // With a wider one nearly all values would have to be drawn again.
+                // With a larger standard deviation, nearly all values would have to be drawn again.
                 let range = most - least;
                 let accepted = format!("a standard deviation of 0 to {}, the width of the range", digits(range));
                 accept((0.0..=range).contains(&sd), file, &field, sd, &accepted)
@@ -64,7 +64,7 @@ impl Distribution {
         }
     }
 
-    /// Smallest and largest value that can be drawn, if those accepted are `bounds`.
+    /// Smallest and largest value that can be drawn, if the accepted values are `bounds`.
     pub(crate) fn range(&self, bounds: [f64; 2]) -> [f64; 2] {
         match *self {
             Distribution::Constant(value) => [value, value],

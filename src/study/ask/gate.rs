@@ -1,13 +1,14 @@
 //! Gates: requirements on the result of a campaign, as in CI, the confidence with which they are decided, and what an
 //! undecided gate counts as.
 //!
-//! `catch >= 0.80` requires a rate of recovery. `catch >= hold + 0.10` requires a difference of the rates of two sets
-//! on the same trials, and `catch >= baseline - 0.01` one from the rate of the same set in an earlier result.
+//! `catch >= 0.80` requires a rate of recovery. `catch >= hold + 0.10` requires a difference between the rates of two
+//! controllers on the same trials. `catch >= baseline - 0.01` requires a difference from the rate of the same
+//! controller in an earlier result.
 
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 
-/// Word for the same set in an earlier result.
+/// Word for the same controller in an earlier result.
 const BASELINE: &str = "baseline";
 /// Origin that errors name for a gate that cannot be read.
 const SOURCE: &str = "gates";
@@ -44,7 +45,7 @@ impl GateSpec {
         }
     }
 
-    /// Whether a gate compares with an earlier result. `sets` are the names of the campaign's sets.
+    /// Whether a gate compares with an earlier result. `sets` are the names of the campaign's controllers.
     pub fn ask_for_baseline(&self, sets: &[String]) -> bool {
         let is_baseline = |gate: &String| Gate::parse(gate, sets).is_ok_and(|gate| gate.against == Against::Baseline);
         self.require.iter().any(is_baseline)
@@ -82,21 +83,21 @@ pub struct Gate {
     pub offset: f64,
 }
 
-/// What the rate of the set is compared with.
+/// What the rate of the controller is compared with.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Against {
     /// Nothing: the rate itself must reach `offset`.
     Rate,
-    /// Another set of the campaign, on the same trials.
+    /// Another controller of the campaign, on the same trials.
     Set(String),
-    /// The same set in an earlier result, on the same trials.
+    /// The same controller in an earlier result, on the same trials.
     Baseline,
 }
 
 impl Gate {
-    /// Reads `SET >= RATE`, `SET >= OTHER`, `SET >= OTHER + SHARE` or `SET >= OTHER - SHARE`. OTHER is a set or
-    /// `baseline`, and RATE and SHARE are written as `0.8` or `80 %`. `sets` are the names of the campaign's sets. A
-    /// name may contain `+` and `-`, and the longest name that fits is taken. Anything else is an error.
+    /// Reads `SET >= RATE`, `SET >= OTHER`, `SET >= OTHER + SHARE` or `SET >= OTHER - SHARE`. OTHER is a controller or
+    /// `baseline`, and RATE and SHARE are written as `0.8` or `80 %`. `sets` are the names of the campaign's
+    /// controllers. A name may contain `+` and `-`, and the longest name that fits is taken. Anything else is an error.
     pub fn parse(text: &str, sets: &[String]) -> Result<Self> {
         let text = text.trim();
         let refuse = |problem: String, accepted: String| Err(Error::value(SOURCE, "gate", text, problem, accepted));
@@ -154,8 +155,8 @@ fn number(text: &str) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// The text before the last `+` or `-` that follows a name, the sign, and the text after it. If no sign follows a name, it
-/// is the last one with spaces around it.
+/// The text before the last `+` or `-` that follows a name, the sign, and the text after it. If no sign follows a name,
+/// it is the last one with spaces around it.
 fn split_offset(text: &str, is_name: impl Fn(&str) -> bool) -> Option<(&str, f64, &str)> {
     let split = |at: usize| {
         let sign = if text[at..].starts_with('+') { 1.0 } else { -1.0 };
@@ -226,7 +227,7 @@ mod tests {
             let (error, start) = (error.to_string(), format!("gates: gate = {text}: "));
             assert!(error.starts_with(&start) && error.contains(said), "{error}");
         }
-        // On the left, `baseline` is the set of that name. On the right it is ambiguous.
+        // On the left, `baseline` is the controller of that name. On the right `baseline` is ambiguous.
         let names = sets(&["catch", "baseline"]);
         let error = Gate::parse("catch >= baseline - 0.1", &names).unwrap_err().to_string();
         assert!(error.contains("itself named `baseline`; accepted: another name"), "{error}");

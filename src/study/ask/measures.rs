@@ -1,6 +1,7 @@
 //! The quantities of a campaign that a file states in units of its robot, so that a campaign asks the same of robots of
-//! every size. Each may be stated in SI units instead, under a key of its own: `push.impulse = 1.0` in sole impulses, or
-//! `push.impulse_n_s = 2.16`. A campaign is converted once, when it meets its robot, and is in SI units from then on.
+//! every size. Each may be stated in SI units instead, under a key of its own: `push.impulse = 1.0` in sole impulses,
+//! or `push.impulse_n_s = 2.16`. A campaign is converted once, when it meets its robot, and is in SI units from then
+//! on.
 
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Robot, Units};
@@ -62,8 +63,8 @@ impl Measures {
         }
     }
 
-    /// Converts all quantities of the table with the dotted key `outer` to SI units; the key of a whole campaign is empty.
-    /// It fails if one is stated in both ways.
+    /// Converts all quantities of the table with the dotted key `outer` to SI units; the key of a whole campaign is
+    /// empty. It fails if a quantity is stated both in units of the robot and in SI units.
     pub fn to_si(&self, outer: &str, file: &str, asked: &mut Table) -> Result<()> {
         for (path, relative, absolute, unit) in QUANTITIES {
             let Some(inner) = path.strip_prefix(outer) else { continue };
@@ -93,7 +94,7 @@ impl Measures {
         Ok((key.into(), value))
     }
 
-    /// The error, with the unit of the quantity if it is about one that may be stated in units of the robot.
+    /// Adds the unit of the quantity to an error about a quantity that may be stated in units of the robot.
     pub fn explain(&self, mut error: Error) -> Error {
         if let Error::Value { field, problem, .. } = &mut error {
             let stated = QUANTITIES.iter().find(|(path, _, absolute, _)| {
@@ -109,8 +110,8 @@ impl Measures {
     }
 }
 
-/// The dotted keys under which a file may state what has this dotted key in SI units: the key itself, and the one in units
-/// of the robot.
+/// The dotted keys under which a file may state the quantity with this dotted key in SI units: the key itself, and the
+/// key in units of the robot.
 pub fn keys_in_file(key: &str) -> Vec<String> {
     let of = |(path, relative, absolute, _): &(&str, &str, &str, Unit)| {
         let rest = key.strip_prefix(path)?.strip_prefix('.')?.strip_prefix(absolute)?;
@@ -119,8 +120,8 @@ pub fn keys_in_file(key: &str) -> Vec<String> {
     std::iter::once(key.to_string()).chain(QUANTITIES.iter().filter_map(of)).collect()
 }
 
-/// A list of accepted dotted keys, or a message that names keys in backquotes: with the keys in units of the robot in
-/// front of those in SI units.
+/// Puts the key in units of the robot before each key in SI units, in a list of accepted dotted keys or in a message
+/// that names keys in backquotes.
 pub fn with_relative_keys(text: &str) -> String {
     let of_item = |item: &str| {
         let is_it = |(path, _, absolute, _): &&(&str, &str, &str, Unit)| item == format!("{path}.{absolute}");
@@ -140,7 +141,7 @@ fn table_at<'a>(root: &'a mut Table, path: &str) -> Option<&'a mut Table> {
     path.split('.').filter(|name| !name.is_empty()).try_fold(root, |table, name| table.get_mut(name)?.as_table_mut())
 }
 
-/// A number or distribution times `factor`. What is neither stays as it is, and is refused when the campaign is read.
+/// A number or distribution times `factor`. Any other value stays as it is, and is refused when the campaign is read.
 fn times(value: Value, factor: f64) -> Value {
     match value {
         Value::Integer(number) => Value::Float(number as f64 * factor),
@@ -159,7 +160,7 @@ mod tests {
     use crate::fixtures::campaign;
     use standfast_core::robot::Scale;
 
-    /// The campaigns were in SI units at first: what they ask of UT-mu2 is what it was, up to rounding.
+    /// The campaigns were in SI units at first. In units of the robot they ask the same of UT-mu2, up to rounding.
     #[test]
     fn the_harsh_campaign_asks_of_ut_mu2_what_its_si_units_say() {
         let harsh = serde_json::to_value(campaign("harsh", &[])).unwrap();

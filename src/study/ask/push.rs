@@ -21,7 +21,7 @@ pub struct PushSpec {
 }
 
 impl PushSpec {
-    /// What a campaign has if its file does not say otherwise, for a robot with these units; without an impulse.
+    /// The push of a campaign whose file does not state one, for a robot with these units. The impulse has no default.
     pub(super) fn usual(units: &Units) -> Self {
         let Push { impulse_n_s, heading_deg, height_m, duration_s, start_s, profile } = Push::of(units);
         let [impulse_n_s, heading_deg, height_m, duration_s, start_s] =
@@ -43,7 +43,7 @@ impl PushSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SecondPushSpec {
-    /// With 0 there is no second push.
+    /// Impulse (N s); with 0 there is no second push.
     pub impulse_n_s: Distribution,
     pub heading_deg: Distribution,
     /// Time from the end of the first push to the start of this one (s).
@@ -67,7 +67,7 @@ impl SecondPushSpec {
         self.is_any() && ![self.impulse_n_s, self.heading_deg, self.after_s].iter().all(Distribution::is_constant)
     }
 
-    /// Accepted values of `after_s`: both pushes must end within three quarters of the episode, as one alone does.
+    /// Accepted values of `after_s`: both pushes must end within three quarters of the episode, as a single push does.
     pub(crate) fn after_bounds(push: &PushSpec, horizon_s: f64) -> [f64; 2] {
         let bounds = PushBounds::new(horizon_s);
         let ([_, start_s], [_, duration_s]) =

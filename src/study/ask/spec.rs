@@ -38,7 +38,7 @@ pub struct Campaign {
     /// The units of the robot, in which the file may state quantities; not in the file itself.
     pub units: Units,
     pub episode: EpisodeConfig,
-    /// Nothing is simulated: outcomes are made up from what is drawn, to try what surrounds the simulation at any size.
+    /// Whether outcomes are made up from the drawn quantities, without a simulation, to test campaigns of any size.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub synthetic: bool,
     pub push: PushSpec,
@@ -58,14 +58,14 @@ pub struct Campaign {
 pub const MOST_TRIALS: u64 = 10_000_000;
 /// Most controllers of a campaign, each of which takes a part of a second to prepare.
 const MOST_SETS: usize = 200;
-/// Longest name, with which a folder can be named.
+/// Longest name, because a folder is named after it.
 const MOST_LETTERS: usize = 100;
 
 /// When a campaign may end before all its trials are run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stopping {
-    /// End as soon as every gate is decided or, without gates, every pair of sets. `trials` is then the maximum.
+    /// End as soon as every gate is decided or, without gates, every pair of controllers. `trials` is then the maximum.
     pub until_resolved: bool,
     /// If the rates of a pair certainly differ by less than this share, the pair counts as decided, namely as equal.
     pub margin: f64,
@@ -104,12 +104,12 @@ pub struct Overrides {
     pub seed: Option<u64>,
     /// Replaces the list of controllers unless empty. Paths are relative to the working folder.
     pub gains: Vec<String>,
-    /// Sweeps `SET:KEY=V1,V2,...`. Their variants follow `gains` and what they are variants of; the campaign's own
+    /// Sweeps `SET:KEY=V1,V2,...`. The unchanged controller and its variants follow `gains`, and the campaign's own
     /// list is dropped.
     pub vary: Vec<String>,
     pub robot: Option<String>,
     pub engine: Option<Engine>,
-    /// Which trials are won.
+    /// Which outcomes count as won.
     pub judge: Option<Counts>,
     /// See [`Campaign::synthetic`].
     pub synthetic: bool,
@@ -123,7 +123,7 @@ pub struct Overrides {
 }
 
 impl Overrides {
-    /// The robot of a campaign, whose file asks for `asked`, after these changes.
+    /// The robot of the campaign whose file states `asked`, after these changes.
     fn robot_of(&self, asked: &Table) -> String {
         let set = self.set.iter().rev().filter_map(|assignment| assignment.split_once('='));
         let set = set.filter(|(key, _)| key.trim() == "robot").map(|(_, text)| assets::toml_value(text.trim()));
@@ -135,7 +135,7 @@ impl Overrides {
 /// Keys that have no default, beside the impulse of a push.
 const NEEDED: [&str; 3] = ["name", "trials", "seed"];
 
-/// What the file of a campaign asks for, with its robot as seen from the working folder.
+/// The keys and values in the file of a campaign. The path of its robot is made relative to the working folder.
 fn asked(source: &Source) -> Result<Table> {
     let mut asked: Table = assets::parse_toml(source)?;
     if let Some(toml::Value::String(robot)) = asked.get_mut("robot") {
@@ -181,7 +181,7 @@ impl Campaign {
             campaign.gains.clone_from(&overrides.gains);
         }
         for sweep in &overrides.vary {
-            // What is unchanged goes first: each variant is compared with it.
+            // The unchanged controller goes first, because each variant is compared with it.
             let unchanged = Listed::split(sweep).base;
             if !campaign.gains.iter().any(|listed| listed == unchanged) {
                 campaign.gains.push(unchanged.into());
@@ -199,7 +199,7 @@ impl Campaign {
         campaign.stopping.margin = overrides.margin.unwrap_or(campaign.stopping.margin);
         campaign.check("command line").map_err(|e| measures.explain(e))?;
         if campaign.stopping.until_resolved {
-            // Its last look is then also a look of a longer campaign, so that it can be continued.
+            // The last look is then also a look of a longer campaign, so that the campaign can be continued.
             campaign.trials = campaign.trials.next_multiple_of(LOOK_TRIALS);
         }
         Ok(campaign)
@@ -230,7 +230,7 @@ impl Campaign {
         })
     }
 
-    /// What is not asked for, for a robot with these units. Some keys have no default: they must be in the file.
+    /// The defaults of a campaign for a robot with these units. Some keys have no default: they must be in the file.
     fn usual(units: &Units) -> Result<Table> {
         let usual = Campaign {
             name: String::new(),
@@ -264,7 +264,7 @@ impl Campaign {
         self
     }
 
-    /// Names the controllers that `source` names as they are seen from the working folder.
+    /// Makes the paths of the controllers that `source` names relative to the working folder.
     fn move_gains(&mut self, source: &Source) {
         for gains in &mut self.gains {
             let entry = Listed::split(gains);
@@ -281,8 +281,8 @@ impl Campaign {
         Err(Error::option("--trial", trial, "the campaign has no such trial", accepted))
     }
 
-    /// The campaign with `dotted.key=value` applied, which may be in units of its robot. It fails for an unknown key or a
-    /// value of the wrong type.
+    /// The campaign with `dotted.key=value` applied, which may be in units of its robot. It fails for an unknown key or
+    /// a value of the wrong type.
     pub(super) fn with(&self, assignment: &str, measures: &Measures) -> Result<Campaign> {
         let split = assignment.split_once('=').map(|(key, text)| (key.trim(), text.trim()));
         let Some((key, text)) = split.filter(|(key, _)| !key.is_empty()) else {
@@ -301,22 +301,22 @@ impl Campaign {
         };
         let accepted = format!("{kind}, like the present value: {}", at.to_string().trim().replace('\n', "; "));
         *at = value;
-        // A table that is set has the defaults for what it leaves out, not the present values.
+        // A table that is set has the defaults for the keys that it leaves out, not the present values.
         let mut usual = Self::usual(&self.units)?;
         let Ok(changed) = root.try_into::<Table>() else { unreachable!("a table") };
         merge(&mut usual, changed);
         usual.try_into::<Campaign>().map_err(|e| {
             let message = with_relative_keys(e.message().trim_end());
             let message = message.as_str();
-            // The error of a quantity lists what is accepted, whatever the present value is.
+            // The error of a quantity lists the accepted forms, whatever the present value is.
             let of_quantity = message.split_once(", expected ").filter(|(_, expected)| expected.starts_with(FORMS));
             let (problem, accepted) = of_quantity.unwrap_or((message, &accepted));
             Error::value("--set", key, text, problem, accepted)
         })
     }
 
-    /// Finds the entry to load for a controller, given its name in the results, the name of its file (also as the base of
-    /// an unlisted variant), or its entry in the list. Any other name is returned unchanged.
+    /// Finds the entry to load for a controller, given its name in the results, the name of its file (also as the base
+    /// of an unlisted variant), or its entry in the list. Any other name is returned unchanged.
     pub fn gains_named(&self, name: &str) -> String {
         let listed = self.gains.iter().find(|gains| {
             let is_variant = Listed::split(gains).change.is_some();
@@ -398,8 +398,8 @@ impl Campaign {
     }
 }
 
-/// Line and column in the file of a campaign of what an error is about, which was found after the quantities had been
-/// converted. None if the error is about something that is missing.
+/// Line and column, in the file of a campaign, of an error that was found after the quantities had been converted to SI
+/// units. It is None if the error is about a missing key.
 fn place_of(error: &toml::de::Error, source: &Source) -> Option<(usize, usize)> {
     let (message, whole) = (error.message(), error.to_string());
     let between = |text: &str, before: &str| Some(text.split_once(before)?.1.split_once('`')?.0.to_string());
@@ -409,7 +409,7 @@ fn place_of(error: &toml::de::Error, source: &Source) -> Option<(usize, usize)> 
     keys_in_file(&key).into_iter().find_map(|key| assets::position(&source.text, &key))
 }
 
-/// Puts the values of `asked` in the place of those of `base`.
+/// Replaces values of `base` by the values of `asked`.
 fn merge(base: &mut Table, asked: Table) {
     for (key, value) in asked {
         match (base.get_mut(&key), value) {

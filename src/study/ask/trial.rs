@@ -89,26 +89,26 @@ pub fn pushes(campaign: &Campaign, trial: u64) -> Vec<Push> {
     std::iter::once(first).chain(second_push(campaign, trial, &first)).collect()
 }
 
-/// By how much a replica differs from what it repeats, as shares of the largest differences: in impulse and heading
-/// (-1 to 1), and in the start of the push (0 to 1).
+/// The differences of a replica from the push that it repeats, as shares of the largest differences: in impulse and
+/// heading (-1 to 1), and in the start of the push (0 to 1).
 pub fn replica(seed: u64, trial: u64) -> [f64; 3] {
     let mut rng = stream(seed, trial, REPLICA);
     let [more, turned, later]: [f64; 3] = std::array::from_fn(|_| rng.random::<f64>());
     [2.0 * more - 1.0, 2.0 * turned - 1.0, later]
 }
 
-/// The `number`th of the seeds that follow from one, with at most 63 bits as a campaign's seed.
+/// Seed number `number` of the seeds that follow from `seed`. It has at most 63 bits, as the seed of a campaign.
 pub fn derived_seed(seed: u64, number: u64) -> u64 {
     stream(seed, number, SEEDS).random::<u64>() >> 1
 }
 
-/// So many standard normal numbers of a search: of a generation and one of its samples.
+/// `count` standard normal numbers for one sample of one generation of a search.
 pub fn normals(seed: u64, generation: u64, sample: u64, count: usize) -> Vec<f64> {
     let mut rng = stream(seed, generation << 24 | sample, NORMALS);
     (0..count).map(|_| rng.sample(StandardNormal)).collect()
 }
 
-/// A number from 0 to 1, with even chances, that belongs to a trial.
+/// A random number of a trial, uniform from 0 to 1.
 pub fn share(seed: u64, trial: u64) -> f64 {
     stream(seed, trial, SHARE).random()
 }
@@ -147,7 +147,7 @@ pub fn as_designed(campaign: &Campaign) -> Disturbance {
     Disturbance { variation: Variation::default(), ..disturbance(campaign, 0) }
 }
 
-/// All disturbances of a trial. They are the same for every controller, so sets are compared in pairs.
+/// All disturbances of a trial. They are the same for every controller, so controllers are compared on the same trials.
 pub fn disturbance(campaign: &Campaign, trial: u64) -> Disturbance {
     Disturbance {
         pushes: pushes(campaign, trial),
@@ -157,8 +157,8 @@ pub fn disturbance(campaign: &Campaign, trial: u64) -> Disturbance {
     }
 }
 
-/// The record that a synthetic trial has with controller number `set`, which is the better the higher its number. It costs
-/// nothing. `hardness` is the first push as a multiple of what standing takes.
+/// The record that a synthetic trial has with controller number `set`. It takes no simulation. A higher number is a
+/// better controller. `hardness` is the first push as a multiple of the hardest push without a footstep.
 pub fn synthetic(campaign: &Campaign, trial: u64, set: usize, hardness: f64) -> Record {
     let [luck, ..] = replica(campaign.seed, trial);
     let recovers = hardness * (1.0 + 0.3 * luck) < 1.0 + 0.05 * set as f64;
@@ -174,8 +174,8 @@ pub fn synthetic(campaign: &Campaign, trial: u64, set: usize, hardness: f64) -> 
     }
 }
 
-/// Draws a value. Normal values are drawn again until they are within the bounds. The mean is within them, so at worst
-/// every second draw is kept.
+/// Draws a value. Normal values are drawn again until they are within the bounds. The mean is within the bounds, so at
+/// worst every second draw is kept.
 fn draw(distribution: Distribution, [least, most]: [f64; 2], rng: &mut ChaCha8Rng) -> f64 {
     match distribution {
         Distribution::Constant(value) => value,
@@ -231,7 +231,7 @@ mod tests {
     fn each_quantity_has_a_stream_of_its_own() {
         let all = |changed: Option<&str>| {
             let mut set = vec!["second_push={impulse_n_s={uniform=[0, 1]}, after_s={uniform=[0, 1]}}".to_string()];
-            // After the ground has tilted.
+            // The push starts after the ground has tilted.
             set.push("push.start_s=1".into());
             set.push("push.height_m={uniform=[0, 0.02]}".into());
             for (field, [least, most]) in variations::bounds(&with("standard", &[]).units).list() {
@@ -298,8 +298,8 @@ mod tests {
         }
     }
 
-    /// The numbers of a sensor are standard normal and independent, over ticks, channels and sensors. A reading does not
-    /// depend on those that were drawn before it.
+    /// The numbers of a sensor are standard normal and independent, over ticks, channels and sensors. A reading does
+    /// not depend on earlier readings.
     #[test]
     fn noise_is_white_and_a_function_of_trial_tick_sensor_and_channel() {
         let normal = sensor_errors(&campaign(&[]), 3).unwrap().normal;

@@ -1,5 +1,5 @@
-//! What a campaign varies in addition to its pushes: robot and ground (`[variations]`). The controller is not told of
-//! it.
+//! What a campaign varies in addition to its pushes: robot and ground (`[variations]`). The controller does not know
+//! the variation.
 
 use crate::ask::distribution::Distribution;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

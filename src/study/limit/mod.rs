@@ -33,11 +33,11 @@ const BEYOND_THE_BOUND: f64 = 3.0;
 
 /// Usual precision, in sole impulses: 0.1 N s for UT-mu2.
 pub const USUAL_PRECISION: f64 = 0.0463;
-/// The search for the first loss looks at headings up to half the distance between two searches to either side, and at
-/// most so far (degrees).
+/// Largest distance of a heading, in the search for the first loss, from the heading of its search (degrees). If
+/// headings are closer, it is half the distance between two of them.
 const SECTOR_DEG: f64 = 11.25;
 
-/// How many times finer and coarser than usual a precision may be.
+/// Limits of the precision: 20 times finer and 1000 times coarser than usual.
 const FINER: f64 = 20.0;
 const COARSER: f64 = 1000.0;
 
@@ -86,7 +86,7 @@ pub struct Limits {
     pub precision_n_s: f64,
     pub max_trials: u64,
     pub replicas: u64,
-    /// The search for the first loss looked at headings up to so far to either side (degrees).
+    /// Largest distance of a heading, in the search for the first loss, from the heading of its search (degrees).
     pub sector_deg: f64,
     /// Whether trials with the same impulse can differ.
     pub random: bool,
@@ -98,8 +98,8 @@ pub struct Limits {
 }
 
 impl<'a> Searches<'a> {
-    /// Reads the controllers and factories the controllers for the robot of these files, and runs nothing. It fails if an
-    /// option or an input is wrong, or if the reach of the robot's feet is not known.
+    /// Reads and prepares the controllers for the robot of these files, and tries each without a push. It fails if an
+    /// option or an input is wrong, if a robot falls, or if the reach of the robot's feet is not known.
     pub fn new(campaign: &'a Campaign, files: Files, options: LimitOptions) -> Result<Self> {
         check(&options)?;
         let plan = Plan::with(campaign, files)?;
@@ -124,12 +124,12 @@ impl<'a> Searches<'a> {
         Some((&self.plan.robot, &self.factories[set]))
     }
 
-    /// How long the searches take on this machine (s), roughly: by some pushes, and as if each limit were the
-    /// bound with one footstep.
+    /// A rough estimate of the time of the searches on this machine (s). It runs some pushes, and supposes that each
+    /// limit is the bound with one footstep.
     pub fn estimated_s(&self) -> Result<f64> {
         const SAMPLE: usize = 16;
         const LONG_S: f64 = 0.5;
-        /// Trials of a usual search for the limit, if trials can differ and if they cannot.
+        /// Number of trials of a usual search for the limit: first if trials can differ, then if they cannot.
         const OF_SEARCH: [f64; 2] = [60.0, 8.0];
         let opening = self.plan.opening(&self.factories);
         let (start, mut pushes) = (Instant::now(), 0);

@@ -1,4 +1,5 @@
-//! The search at one heading with one controller, by trials of the campaign with another impulse and heading of the push.
+//! The search at one heading with one controller, by trials of the campaign with another impulse and heading of the
+//! push.
 
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
@@ -26,16 +27,16 @@ pub struct SetLimit {
     pub of_one_step_bound: f64,
     /// Whether the interval of `impulse50_n_s` is as narrow as requested.
     pub resolved: bool,
-    /// The largest impulse of the grid up to which nothing was lost; None if that was not searched for.
+    /// The largest impulse of the grid up to which nothing was lost; None if there was no search for the first loss.
     pub safe_n_s: Option<f64>,
-    /// The loss at which that search ended; None if nothing was lost, or not searched for.
+    /// The loss that ended the search for the first loss; None if nothing was lost, or if there was no such search.
     pub first_loss: Option<FirstLoss>,
-    /// Number of trials of that search.
+    /// Number of trials of the search for the first loss.
     pub safe_trials: u64,
     /// The pushes of the map at this heading, from weak to hard; empty without a map.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub map: Vec<Tried>,
-    /// Number of trials of the search for `impulse50_n_s`, and how they ended.
+    /// Number of trials of the search for `impulse50_n_s`, and the number of each outcome.
     pub trials: u64,
     pub recovered: u64,
     pub survived: u64,
@@ -53,10 +54,10 @@ pub struct FirstLoss {
     pub start_s: f64,
     /// Index of the trial of this search, which fixes everything else; `push` takes it by `--limit-trial`.
     pub trial: u64,
-    /// Impulse with 50 % recovery at this heading (N s), and how many trials found it.
+    /// Impulse with 50 % recovery at this heading (N s), and the number of trials that found it.
     pub limit_n_s: f64,
     pub limit_trials: u64,
-    /// Ratio of the impulse to that one.
+    /// Ratio of `impulse_n_s` to `limit_n_s`.
     pub of_limit: f64,
 }
 
@@ -74,7 +75,7 @@ fn by_name<S: Serializer>(outcome: &Outcome, serializer: S) -> std::result::Resu
     serializer.serialize_str(outcome.name())
 }
 
-/// A loss below this share of the impulse with 50 % recovery is a hole.
+/// A loss at an impulse below this share of the impulse with 50 % recovery is a hole.
 const HOLE: f64 = 0.95;
 
 impl SetLimit {
@@ -83,7 +84,7 @@ impl SetLimit {
         self.first_loss.as_ref().filter(|loss| loss.of_limit < HOLE)
     }
 
-    /// The holes of the map: of each row of pushes that are lost although the robot survives harder ones, the weakest.
+    /// The holes of the map. Of each run of adjacent lost impulses below the limit, this is the smallest one.
     pub fn holes(&self) -> impl Iterator<Item = &Tried> {
         let is_lost = |tried: &Tried| !tried.outcome.is_success() && tried.impulse_n_s < HOLE * self.impulse50_n_s;
         let is_first = move |i: usize| i == 0 || !is_lost(&self.map[i - 1]);
@@ -114,27 +115,29 @@ pub(super) fn is_random(campaign: &Campaign) -> bool {
     drawn || campaign.second_push.is_random() || !trial::begin_alike(campaign)
 }
 
-/// Distance between the first trials of two headings that are a thousandth of a degree apart. What a seed yields depends
-/// on it.
+/// Distance between the first trials of two headings that are a thousandth of a degree apart. The drawn trials depend
+/// on it, so it must not change.
 const TRIALS_APART: u64 = 1 << 20;
 /// Largest number of trials in one search.
 pub const MOST_TRIALS: u64 = 100_000;
 /// Largest number of episodes for each impulse of the search for the first loss.
 pub const MOST_REPLICAS: u64 = 100;
 
-/// How far the search for the first loss got.
+/// The result of the search for the first loss.
 struct Safe {
     up_to_n_s: f64,
     first_loss: Option<FirstLoss>,
     trials: u64,
 }
 
-/// Distance of its trials from those of the search for 50 %, and its largest number of impulses.
+/// Offset of the trials of the search for the first loss from the first trial of their heading; and the largest number
+/// of impulses in that search or in a map.
 const SAFE_TRIALS: u64 = 2 * MOST_TRIALS;
 const SAFE_POINTS: u64 = 8_000;
 /// Largest difference of a replica in the impulse (relative). The push starts within a control period.
 const SAFE_IMPULSE: f64 = 0.01;
-/// Distance of the map's trials from those of the search for 50 %, and the end of the map, as a multiple of that impulse.
+/// Offset of the trials of the map from the first trial of their heading; and the largest impulse of the map, as a
+/// multiple of the impulse with 50 % recovery.
 const MAP_TRIALS: u64 = MOST_TRIALS;
 pub(super) const MAP_TO: f64 = 1.15;
 
@@ -213,8 +216,9 @@ impl Search<'_> {
         Ok(posterior)
     }
 
-    /// Goes up from small impulses, in steps of the precision, to the first loss. At each step it tries `replicas` pushes
-    /// whose headings differ by up to `sector_deg`, and that are almost the same otherwise, since one may recover by luck.
+    /// Goes up from small impulses, in steps of the precision, to the first loss. At each step it tries `replicas`
+    /// pushes, because the robot may recover from a single one by luck. Their headings differ by up to `sector_deg`;
+    /// otherwise they are almost the same.
     fn safe(&self, rule: Rule) -> Result<Safe> {
         let (grid_n_s, most_n_s) = (rule.precision_n_s, rule.most_n_s);
         let mut safe = Safe { up_to_n_s: 0.0, first_loss: None, trials: 0 };
@@ -270,7 +274,7 @@ impl Search<'_> {
     }
 }
 
-/// Index of the first trial at a heading. It depends on nothing else, so that neither does what is found there.
+/// Index of the first trial at a heading. It depends on the heading alone, so the result at a heading does so, too.
 pub fn first_trial(heading_deg: f64) -> u64 {
     (1e3 * heading_deg).round() as u64 * TRIALS_APART
 }

@@ -1,4 +1,5 @@
-//! The pendulum bounds: the largest impulses that it can take standing, with one footstep, and with any number.
+//! The pendulum bounds: the largest impulses that a pendulum can take without a footstep, with one, and with any
+//! number.
 
 use crate::ask::spec::Campaign;
 use crate::limit::search::SetLimit;
@@ -18,21 +19,22 @@ pub struct Yardstick {
     pub com_height_m: f64,
     /// COM at home relative to the origin: x, y.
     pub com_offset_m: [f64; 2],
-    /// Smallest and largest coordinates about the sole's centre.
+    /// Smallest and largest coordinates of a sole, from its centre.
     pub sole_x_m: [f64; 2],
     pub sole_y_m: [f64; 2],
     /// The part of a sole on which its ankle can hold all of the weight.
     pub held_x_m: [f64; 2],
     pub held_y_m: [f64; 2],
-    /// Its length while both feet stand, and the pitch of both ankles holds the weight. (At the side, one foot carries all.)
+    /// The x range on which both ankles together hold the weight by their pitch torques while both feet stand. (A push
+    /// to the side is carried by one foot, so there is no such range of y.)
     pub held_by_both_x_m: [f64; 2],
     /// Distance between the soles' centres.
     pub stance_width_m: f64,
-    /// Where a foot can land, and how soon.
+    /// The regions where a foot can land, each with its swing time.
     pub reach: Vec<LandingRegion>,
-    /// Mean duration in the campaign.
+    /// Mean duration of the pushes in the campaign.
     pub push_duration_s: f64,
-    /// Mean height above the COM in the campaign.
+    /// Mean height of the pushes above the COM in the campaign.
     pub push_height_m: f64,
     pub push_profile: Profile,
     /// Ratio of the impulse of a push with this duration to an instantaneous one with the same effect.
@@ -48,7 +50,7 @@ pub struct Heading {
     pub heading_deg: f64,
     pub bound_no_step_n_s: f64,
     /// What limits the bounds beside places and times of footsteps: `soles` or, if the ankles cannot hold the weight at
-    /// their edges, `ankle torque`.
+    /// the edges of the soles, `ankle torque`.
     pub limited_by: &'static str,
     pub bound_one_step_n_s: f64,
     pub bound_n_step_n_s: f64,
@@ -80,7 +82,7 @@ impl Yardstick {
         let weight_n = robot.mass() * GRAVITY;
         let [held_x_m, held_y_m, held_by_both_x_m] = [(1.0, 0), (1.0, 1), (0.5, 0)].map(|(share, axis)| {
             let [left, right] = Foot::BOTH.map(|foot| robot.soles[foot].pressable_m(share * weight_n)[axis]);
-            // Of feet that differ, what both allow.
+            // If the feet differ, the range that both allow counts.
             [left[0].max(right[0]), left[1].min(right[1])]
         });
         let (push_duration_s, push_height_m) = (campaign.push.duration_s.mean(), campaign.push.height_m.mean());

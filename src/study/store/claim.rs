@@ -1,5 +1,5 @@
-//! Claims a result folder. A claim is a lock on `parts/.lock`. It ends with the program that holds it, however that
-//! ends.
+//! Claims a result folder. A claim is a lock on `parts/.lock`. The lock ends when the program that holds it ends, in
+//! whatever way.
 //!
 //! Shards of one campaign share a folder. A whole run or a merge has it alone, because it decides what the result is.
 //! Two different campaigns never get it at the same time: the second one finds the manifest of the first. If a file
@@ -12,7 +12,7 @@ use standfast_files::is_no_file;
 use std::fs::{self, File, TryLockError};
 use std::time::{Duration, Instant};
 
-/// A shard waits for so long for another one that is writing the manifest.
+/// Longest time that a shard waits for another shard that is writing the manifest.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Who may work in a folder while it is claimed.
@@ -27,12 +27,12 @@ pub enum Access {
 /// As long as this value lives, no other program may change the folder.
 #[derive(Debug)]
 pub struct Claim {
-    /// It is None if the file system has no locks.
+    /// None if the file system has no locks.
     _lock: Option<File>,
 }
 
 impl Claim {
-    /// Claims a folder. If no other program works there, `begin` is called, which writes the manifest. It fails if
+    /// Claims a folder. If no other program works there, it calls `begin`, which writes the manifest. It fails if
     /// another program must not be disturbed, or if the folder belongs to another campaign.
     pub fn of(folder: &Folder, access: Access, begin: impl Fn() -> Result<()>) -> Result<Self> {
         let path = folder.path.join("parts/.lock");
@@ -98,7 +98,8 @@ impl Folder {
         Err(Error::Parts { path: self.path.clone(), problem: problem.into() })
     }
 
-    /// Fails if the shards that work in the folder have another manifest: other trials, or other gates.
+    /// Fails if the manifest in the folder, which the shards at work there use, differs from this one: other trials, or
+    /// other gates.
     fn check_same_manifest(&self) -> Result<()> {
         if Manifest::read(&self.path)? == self.manifest {
             return Ok(());

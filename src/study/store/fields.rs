@@ -1,4 +1,4 @@
-//! The columns of a row: its fields, and those of the structs in it, one after the other.
+//! The columns of a row: its fields and the fields of the structs in it, one after the other.
 
 use csv::StringRecord;
 use serde::de::value::Error;
@@ -24,8 +24,8 @@ pub enum Kind {
     Word,
 }
 
-/// The fields of a row, by what it would read. A row holds counts, numbers, words, any of these as an option, and structs
-/// of them.
+/// Lists the fields of a row, by what its deserialization asks for. A row holds counts, numbers, words, options of
+/// them, and structs of all these.
 pub fn fields<T: DeserializeOwned>() -> Vec<Field> {
     let mut lister = Lister::default();
     T::deserialize(&mut lister).expect("a row holds what a column can hold");
@@ -63,11 +63,11 @@ fn parsed<T: std::str::FromStr<Err: std::fmt::Debug>>(cell: &str) -> T {
     cell.parse().expect("a cell holds a value of its field")
 }
 
-/// Reads a row out of nothing, and takes note of what it asks for.
+/// Deserializes a row without input, and notes which fields it asks for.
 #[derive(Default)]
 struct Lister {
     fields: Vec<Field>,
-    /// Of the field that is read.
+    /// Name of the field that is being read.
     name: &'static str,
     is_optional: bool,
 }

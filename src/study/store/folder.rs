@@ -18,10 +18,10 @@ use std::{fs, path::Path, path::PathBuf};
 pub const RESULT_FILES: [&str; 6] =
     ["summary.json", "trials.parquet", "report.html", "summary.md", "junit.xml", "success.svg"];
 
-/// Names that a run creates before its first part.
+/// Names that a run creates before its first part is written.
 const BEGUN: [&str; 3] = ["parts", "inputs", "campaign.toml"];
 
-/// A larger `parts/stopped.json` is not read.
+/// Largest size of a `parts/stopped.json` that is read (bytes).
 const MOST_BYTES: u64 = 1_000_000;
 
 /// Subfolder with the pages that show trials, `trial-*.html`.
@@ -32,7 +32,7 @@ pub const REPLAYS: &str = "replays";
 struct Stopped {
     trials: u64,
     config_hash: String,
-    /// Number of trials of each controller. It is None if all have the number of the campaign.
+    /// Number of trials of each controller. It is None if all controllers have `trials` trials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     set_trials: Option<Vec<u64>>,
 }
@@ -130,14 +130,14 @@ impl Folder {
         Folder::open(&self.path).ok().flatten().is_some_and(|found| found.manifest != self.manifest)
     }
 
-    /// Number of trials in the result. It is that of the campaign or, if the campaign ended early, that at its
-    /// decision.
+    /// Number of trials in the result. It is the number of the campaign or, if the campaign ended early, the number at
+    /// its decision.
     pub fn trials(&self) -> u64 {
         self.stopped().map_or(self.manifest.campaign.trials, |stopped| stopped.trials)
     }
 
-    /// Number of trials of each controller in the result. It is None if the campaign ends when decided and has not ended
-    /// yet.
+    /// Number of trials of each controller in the result. It is None if the campaign ends when decided and has not
+    /// ended yet.
     pub fn set_trials(&self) -> Option<Vec<u64>> {
         let Manifest { campaign, sets, .. } = &self.manifest;
         let of_all = |trials: u64| vec![trials; sets.len()];
@@ -172,7 +172,7 @@ impl Folder {
         campaign.stopping.until_resolved.then(stopped).flatten().filter(valid)
     }
 
-    /// Writes that the campaign was decided and has ended, with each controller after this number of trials.
+    /// Writes that the campaign was decided and has ended, with the number of trials of each controller.
     pub fn stop_at(&self, set_trials: &[u64]) -> Result<()> {
         let trials = set_trials.iter().copied().max().unwrap_or_default();
         let are_same = set_trials.iter().all(|of_set| *of_set == trials);
@@ -201,20 +201,20 @@ impl Folder {
         let set_trials = self.set_trials();
         let is_missing = |&block: &u64| match &set_trials {
             Some(set_trials) => self.lacks(block, set_trials).contains(&true),
-            // If the campaign has not ended, it is not known which sets a part must have.
+            // If the campaign has not ended, it is not known which controllers a part must have.
             None => !self.part(block).holds().contains(&true),
         };
         (0..self.blocks()).filter(is_missing).collect()
     }
 
-    /// For each controller, whether a block is still to be run, if the sets have these numbers of trials.
+    /// For each controller, whether a block is still to be run, if the controllers have these numbers of trials.
     pub fn lacks(&self, block: u64, set_trials: &[u64]) -> Vec<bool> {
         let (first, _) = self.range(block);
         let holds = self.part(block).holds();
         set_trials.iter().zip(holds).map(|(&trials, is_there)| first < trials && !is_there).collect()
     }
 
-    /// Fails if complete parts have rows that cannot be, with a problem for each of these parts.
+    /// Fails if complete parts have impossible rows, with a problem for each such part.
     pub fn check_rows(&self) -> Result<()> {
         let blocks = (0..self.blocks()).into_par_iter();
         Error::all(blocks.filter_map(|block| self.part(block).contradiction()).collect())
@@ -234,8 +234,9 @@ impl Folder {
         self.manifest.write(&self.path)
     }
 
-    /// The rows of one part after the other, by trial and then by set in the order of the campaign; each part is read when
-    /// it is due. It fails if a part is missing or damaged, or if the campaign ends when decided and has not ended.
+    /// The rows of one part after the other, by trial and then by controller in the order of the campaign. Each part is
+    /// read when it is due. It fails if a part is missing or damaged, or if the campaign ends when decided and has not
+    /// ended.
     pub fn parts(&self) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>> {
         let missing = self.missing();
         if !missing.is_empty() {
@@ -256,8 +257,8 @@ impl Folder {
         Ok((0..self.blocks()).map(move |block| self.rows_of(block..block + 1, &set_trials)))
     }
 
-    /// The rows of these blocks. Rows beyond the number of trials of their controller are left out. It fails if a part is
-    /// missing or damaged.
+    /// The rows of these blocks. Rows beyond the number of trials of their controller are left out. It fails if a part
+    /// is missing or damaged.
     pub fn rows_of(&self, blocks: Range<u64>, set_trials: &[u64]) -> Result<Vec<TrialRow>> {
         let mut rows = blocks.map(|block| self.part(block).rows()).collect::<Result<Vec<_>>>()?.concat();
         let of_set: HashMap<&String, &u64> = self.manifest.sets.iter().zip(set_trials).collect();
@@ -286,7 +287,7 @@ impl Folder {
         format!("standfast run {file} --out {}{}", shell_word(&self.path.display().to_string()), self.baseline_option())
     }
 
-    /// The error if these gates are added to those of a finished campaign, and its trials do not decide them.
+    /// The error if `gates` are added to a finished campaign whose trials do not decide them.
     pub fn undecided(&self, gates: &[String]) -> Error {
         let gates: String = gates.iter().map(|gate| format!(" --gate {}", shell_word(gate))).collect();
         let problem = format!(
@@ -409,7 +410,8 @@ pub(crate) mod tests {
         assert_eq!(folder.missing(), [0, 1, 2]);
     }
 
-    /// Writes the first part with a change in its first row of this outcome, and returns what is said of it.
+    /// Writes the first part with a change in its first row that has this outcome, and returns the message of the
+    /// error.
     fn contradicted(folder: &Folder, outcome: Outcome, change: impl Fn(&mut TrialRow)) -> String {
         let mut rows = rows(folder, 0);
         change(rows.iter_mut().find(|row| row.record.outcome == outcome).unwrap());
@@ -424,8 +426,8 @@ pub(crate) mod tests {
         message
     }
 
-    /// The marker matches, so both files were changed on purpose. Each change is alone, in a row with the outcome that it
-    /// contradicts.
+    /// The marker matches, so a forger changed both files. Each case makes a single change, in a row with the outcome
+    /// that the change contradicts.
     #[test]
     fn a_row_that_contradicts_itself_is_refused() {
         let (_dir, folder) = written(&[1, 2]);
@@ -448,7 +450,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// What is drawn follows from the seed and the trial's number, so a change of one bit in any of it is noticed.
+    /// The drawn quantities follow from the seed and the trial's number, so a change of a single bit is noticed.
     #[test]
     fn a_row_with_another_push_or_variation_than_its_trial_draws_is_refused() {
         let (_dir, mut folder) = written(&[]);
@@ -480,7 +482,7 @@ pub(crate) mod tests {
             let told = format!("is not what seed {seed} draws for this trial; accepted: ");
             assert!(message.contains(&format!(" of hold: {column} = ")) && message.contains(&told), "{message}");
         }
-        // Parts of another seed, with markers that say they are of this one.
+        // The parts are of another seed, with markers that state this one.
         folder.manifest.campaign.seed += 1;
         assert!(folder.check_rows().unwrap_err().to_string().starts_with("3 problems"));
     }

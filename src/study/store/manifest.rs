@@ -1,11 +1,11 @@
 //! The manifest of a result folder, `parts/campaign.json`. It states to which campaign the parts belong, and with which
 //! inputs and versions they were made.
 //!
-//! It is checked whenever a folder is opened. Its values are checked as if a user had typed them, and the configuration
-//! hash is computed again from campaign and inputs. A seal over the whole file shows accidents: a failing disk, or an edit
-//! that leaves the seal as it was. It is no signature: whoever forges a result can compute every hash anew. What was drawn
-//! for a row is therefore compared with what the campaign draws ([`part`](super::part)), and only a simulation tells
-//! whether an outcome is true.
+//! The manifest is checked whenever a folder is opened. Its values are checked as if a user had typed them, and the
+//! configuration hash is computed again from campaign and inputs. A seal over the whole file shows accidents: a failing
+//! disk, or an edit that leaves the seal as it was. The seal is no signature: whoever forges a result can compute every
+//! hash anew. The drawn quantities of a row are therefore compared with what the campaign draws
+//! ([`part`](super::part)), and only a simulation tells whether an outcome is true.
 
 use crate::ask::bounds::shown;
 use crate::ask::gate::GateSpec;
@@ -24,13 +24,13 @@ use std::path::Path;
 
 /// Path of the manifest in a result folder.
 pub const MANIFEST: &str = "parts/campaign.json";
-/// A larger file is not read. A manifest lists names and numbers, so it is small.
+/// Largest size of a manifest that is read (bytes). A manifest lists names and numbers, so it is small.
 const MOST_BYTES: u64 = 20_000_000;
 
 /// The campaign to which the parts in a result folder belong.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// Version of the program that wrote it.
+    /// Version of the program that wrote the manifest.
     pub standfast: String,
     /// SHA-256 of all that the trials depend on: versions of program and engine, campaign, inputs.
     pub config_hash: String,
@@ -39,18 +39,19 @@ pub struct Manifest {
     /// Name and version of the physics engine.
     pub engine: String,
     /// Number of trials in a block. A folder keeps the number with which it was begun. The result does not depend on
-    /// it.
+    /// this number.
     pub part_trials: NonZeroU64,
     /// Number of trials that was planned when the folder was begun. A folder keeps it, because the
     /// [looks](Manifest::looks) follow from it.
     pub planned_trials: u64,
     /// Names of the controllers, in the order of the campaign.
     pub sets: Vec<String>,
-    /// Names of what the controllers report of a whole episode, each a column of `trials.parquet`.
+    /// Names of the totals that controllers report for a whole episode, each a column of `trials.parquet`.
     pub totals: Vec<String>,
     /// The files of robot and controllers, in the order in which they are hashed.
     pub inputs: Vec<Input>,
-    /// What controllers depend on that is none of these files, by their names.
+    /// Files and programs on which controllers depend and of which the folder has no copy, by the names of the
+    /// controllers.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub not_kept: BTreeMap<String, Vec<String>>,
     /// The resolved campaign, which is also in `campaign.toml`.
@@ -71,13 +72,13 @@ pub fn each_once(names: impl IntoIterator<Item = String>) -> Vec<String> {
 /// A file that a campaign reads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Input {
-    /// Its name in the result folder, or `builtin:NAME`.
+    /// Name of the file in the result folder, or `builtin:NAME`.
     pub file: String,
     pub sha256: String,
 }
 
 impl Manifest {
-    /// What controllers depend on that is not kept, a sentence for each.
+    /// A sentence for each controller that depends on something of which the folder has no copy.
     pub fn told_not_kept(&self) -> Vec<String> {
         let told = |(name, files): (&String, &Vec<String>)| {
             let listed = files.join(", ");
@@ -94,8 +95,8 @@ impl Manifest {
         self.campaign.stopping.until_resolved.then(|| Looks::up_to(self.planned_trials))
     }
 
-    /// The value that `config_hash` must have. It is the SHA-256 of the versions, of the campaign without the settings
-    /// on which no trial depends, and of the hashes of the inputs. Each of these has its length in front.
+    /// The value that `config_hash` must have: the SHA-256 of the versions, the campaign without the settings on which
+    /// no trial depends, and the hashes of the inputs. The length of each item is hashed before the item.
     pub fn hash(&self) -> Result<String> {
         let versions = format!("{} {}", self.standfast, self.engine);
         let campaign = what_trials_are(&self.campaign).to_toml()?;
@@ -108,8 +109,8 @@ impl Manifest {
         Ok(sha256_hex(&bytes))
     }
 
-    /// What makes the trials of `here` others than those of this manifest: versions, keys of the campaign with both values,
-    /// and inputs.
+    /// Why the trials of `here` are not the trials of this manifest: versions, keys of the campaign with both values,
+    /// and inputs that differ.
     pub fn differences(&self, here: &Manifest) -> Vec<String> {
         let mut found = Vec::new();
         let [there, now] = [self, here].map(|manifest| {
@@ -146,7 +147,8 @@ impl Manifest {
         Ok(manifest)
     }
 
-    /// The configuration hash in the manifest of a folder, without any check. It is None if it cannot be read.
+    /// The configuration hash in the manifest of a folder, without any check. It is None if the manifest cannot be
+    /// read.
     pub fn stated_hash(folder: &Path) -> Option<String> {
         let value: serde_json::Value =
             serde_json::from_slice(&assets::read(&folder.join(MANIFEST), MOST_BYTES).ok()?).ok()?;
@@ -161,7 +163,7 @@ impl Manifest {
         write_atomic(&folder.join(MANIFEST), json_pretty(&value)?.as_bytes())
     }
 
-    /// Checks its values as if a user had typed them. Errors name `file`.
+    /// Checks the values of the manifest as if a user had typed them. Errors name `file`.
     pub fn check(&self, file: &str) -> Result<()> {
         self.campaign.check(file)?;
         let (sets, gains) = (&self.sets, &self.campaign.gains);
@@ -194,7 +196,8 @@ impl Manifest {
         Ok(())
     }
 
-    /// The controller of which all others are variants, in the result of a sweep; None in any other.
+    /// The controller of which all other controllers are variants, in the result of a sweep. It is None in any other
+    /// result.
     pub fn reference(&self) -> Option<&str> {
         let listed: Vec<Listed> = self.campaign.gains.iter().map(|listed| Listed::split(listed)).collect();
         let mut unchanged = (0..listed.len()).filter(|&i| listed[i].change.is_none());
@@ -205,7 +208,7 @@ impl Manifest {
     }
 }
 
-/// Adds the values that differ, each with its dotted key.
+/// Adds the values that differ between `here` and `there`, each with its dotted key.
 pub fn differences(key: &str, here: &Value, there: &Value, found: &mut Vec<String>) {
     match (here, there) {
         (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
@@ -228,9 +231,10 @@ pub fn differences(key: &str, here: &Value, there: &Value, found: &mut Vec<Strin
 const MOST_PART_TRIALS: u64 = 500;
 
 /// Number of trials in a block, which is stored as one part. The last block may have fewer. An interruption loses the
-/// unfinished blocks, so small ones have 5 trials: with four controllers these are 20 episodes. In large campaigns blocks
-/// are larger, so that there are about 2000 of them, because a shared folder often limits the number of files. In a
-/// campaign that ends when decided, the number of trials between two looks is a multiple of it.
+/// unfinished blocks, so small ones have 5 trials: with four controllers these are 20 episodes. In large campaigns
+/// blocks are larger, so that there are about 2000 of them, because a shared folder often limits the number of files.
+/// In a campaign that ends when decided, the number of trials between two looks is a multiple of the number of trials
+/// in a block.
 pub fn part_trials(campaign: &Campaign) -> NonZeroU64 {
     const LEAST: u64 = 5;
     const PARTS: u64 = 2000;

@@ -1,6 +1,7 @@
 //! Stores a campaign on disk. A [`row`] holds one trial with one controller, a [`part`] holds the rows of one block of
-//! trials, and a [`folder`] holds all parts. Its [`manifest`] states to which campaign the parts belong, and a [`claim`]
-//! keeps other programs away from it. A [`shard`] is the share of one machine, and a [`stored_trial`] can be run again.
+//! trials, and a [`folder`] holds all parts. Its [`manifest`] states to which campaign the parts belong, and a
+//! [`claim`] keeps other programs away from it. A [`shard`] is the share of one machine, and a [`stored_trial`] can be
+//! run again.
 
 pub mod claim;
 pub mod fields;

@@ -1,10 +1,10 @@
 //! Stores a part of a result: the rows of one block of trials, in a CSV file with all digits of its floats. A small
 //! marker is written after it, with row count, range of trials, configuration hash and content hash. A part is complete
-//! only if all of these match.
+//! only if all four match.
 //!
-//! Parts do not depend on threads, shards, hosts or interruptions: a finished campaign always has the same bytes. They
-//! may depend on the build of the program, which the marker names. A campaign that ends when decided stops some gain
-//! sets early. Then a part has only the other sets, and its marker names them.
+//! Parts do not depend on threads, shards, hosts or interruptions: a finished campaign always has the same bytes. Parts
+//! may depend on the build of the program, which the marker names. A campaign that ends when decided stops some
+//! controllers early. Then a part has only the other controllers, and its marker names them.
 
 use crate::ask::spec::Campaign;
 use crate::store::row::{TrialRow, read_csv, write_csv};
@@ -15,7 +15,7 @@ use standfast_files::{build_id, json, sha256_hex, write_atomic};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// A larger file is not read. Parts are far smaller.
+/// Largest size of a file that is read (bytes). Parts are far smaller.
 const MOST_BYTES: u64 = 100_000_000;
 
 /// The files of a part, whether it is complete or not.
@@ -28,7 +28,7 @@ pub struct PartFile<'a> {
     pub config_hash: &'a str,
     /// The planned number of trials of a campaign that ends when decided. The looks follow from it.
     pub planned_trials: Option<u64>,
-    /// Its campaign, against which its rows are checked.
+    /// The campaign of the part, against which its rows are checked.
     pub campaign: &'a Campaign,
 }
 
@@ -41,7 +41,7 @@ pub struct Marker {
     /// Number of trials in the part.
     pub trials: u64,
     rows: usize,
-    /// Names of the controllers in the part. It is None if the part has all sets of the campaign.
+    /// Names of the controllers in the part. It is None if the part has all controllers of the campaign.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     sets: Option<Vec<String>>,
     pub config_hash: String,
@@ -51,15 +51,15 @@ pub struct Marker {
 }
 
 impl Marker {
-    /// The marker at this path. It is None if it cannot be read.
+    /// The marker at this path. It is None if the file cannot be read.
     pub fn read(path: &Path) -> Option<Self> {
         serde_json::from_slice(&read(path, MOST_BYTES).ok()?).ok()
     }
 }
 
 impl PartFile<'_> {
-    /// Writes the part, then its marker. `rows` must be sorted by trial, then by set. Each trial of the part must have
-    /// rows of the same sets.
+    /// Writes the part, then its marker. `rows` must be sorted by trial, then by controller. All trials of the part
+    /// must have rows of the same controllers.
     pub fn write(&self, rows: &[TrialRow]) -> Result<()> {
         let path = self.path("csv");
         let fail = |e: csv::Error| Error::Write { path: path.clone(), source: std::io::Error::other(e) };
@@ -68,22 +68,22 @@ impl PartFile<'_> {
         write_atomic(&self.path("json"), json(&self.marker(build_id(), &self.held_by(rows), &bytes))?.as_bytes())
     }
 
-    /// Reads the rows, sorted by trial and then by set. It fails if the part is missing or damaged, belongs to another
-    /// campaign, or has a row that cannot be.
+    /// Reads the rows, sorted by trial and then by controller. It fails if the part is missing or damaged, belongs to
+    /// another campaign, or has an impossible row.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
         let (content, sets) = self.content()?;
         self.checked(&content, &sets)
     }
 
-    /// What is wrong with the rows of a complete part. It is None if nothing is, or if the part is missing or damaged.
+    /// The error in the rows of a complete part. It is None if there is no error, or if the part is missing or damaged.
     pub fn contradiction(&self) -> Option<Error> {
         let (content, sets) = self.content().ok()?;
         self.checked(&content, &sets).err()
     }
 
-    /// The rows of a complete part. It fails if they are not those of its trials, or if a row cannot be: a hash shows an
-    /// accident, but whoever changes a row can compute a new hash. What was drawn for a trial follows from the campaign,
-    /// so it is compared to the bit.
+    /// The rows of a complete part. It fails if the rows belong to other trials, or if a row is impossible: a hash
+    /// shows an accident, but whoever changes a row can compute a new hash. The drawn quantities of a trial follow from
+    /// the campaign, so they are compared to the bit.
     fn checked(&self, content: &[u8], sets: &[&String]) -> Result<Vec<TrialRow>> {
         let [csv, marker] = ["csv", "json"].map(|extension| self.path(extension));
         let refused = |problem: String| {
@@ -106,13 +106,13 @@ impl PartFile<'_> {
         Ok(rows)
     }
 
-    /// For each controller of the campaign, whether the part is complete and has rows of the set.
+    /// For each controller of the campaign, whether the part is complete and has rows of the controller.
     pub fn holds(&self) -> Vec<bool> {
         let held = self.content().map_or(Vec::new(), |(_, sets)| sets);
         self.sets.iter().map(|set| held.contains(&set)).collect()
     }
 
-    /// The controllers of these rows, in the order of the campaign.
+    /// The controllers that have rows in `rows`, in the order of the campaign.
     fn held_by(&self, rows: &[TrialRow]) -> Vec<&String> {
         self.sets.iter().filter(|set| rows.iter().any(|row| row.set == **set)).collect()
     }

@@ -13,8 +13,8 @@ use standfast_sim::episode::{Counts, EpisodeConfig, Membership, Outcome, Record}
 use standfast_sim::{Push, Variation};
 use std::io::Write;
 
-/// A row of `trials.parquet`. Its columns are the fields of the structs in it, one after the other, by their names; a
-/// field that is added to one of them is a column.
+/// A row of `trials.parquet`. Its columns are the fields of the structs in it, one after the other, by their names. A
+/// field that is added to one of these structs becomes a column.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct TrialRow {
     /// Index of the trial, from 0. A trial has the same pushes, robot, ground and noise for every controller.
@@ -28,7 +28,7 @@ pub struct TrialRow {
     pub second: SecondPush,
     /// The variation of robot and ground.
     pub variation: Variation,
-    /// Whether a second run of the trial had the same record; None if there was none.
+    /// Whether a second run of the trial had the same record; None if there was no second run.
     pub repeats: Option<Repeats>,
     pub record: Record,
 }
@@ -40,7 +40,7 @@ pub enum Repeats {
     No,
 }
 
-/// What a second push has of its own; the rest is as in the first one. All are None if there is no second push.
+/// The fields of a second push; all others are as in the first one. All are None if there is no second push.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct SecondPush {
     pub second_impulse_n_s: Option<f64>,
@@ -49,7 +49,8 @@ pub struct SecondPush {
 }
 
 impl TrialRow {
-    /// `pushes` are the first and, if there is one, the second. `no_step_n_s` is m omega d for the first ([`NoStep`]).
+    /// `pushes` are the first and, if there is one, the second. `no_step_n_s` is m omega d for the first push
+    /// ([`NoStep`]).
     pub fn new(
         trial: u64,
         set: &str,
@@ -79,13 +80,13 @@ impl TrialRow {
         std::iter::once(self.push).chain(second()).collect()
     }
 
-    /// A row of this trial before it was run: with all that is drawn, and without a controller.
+    /// A row of this trial before it was run: with all drawn quantities, and without a controller.
     pub fn drawn(campaign: &Campaign, trial: u64) -> Self {
         let (pushes, variation) = (trial::pushes(campaign, trial), trial::variation(campaign, trial));
         Self::new(trial, "", &pushes, None, variation, Record::default())
     }
 
-    /// The columns with numbers that are drawn.
+    /// The columns with drawn numbers.
     fn drawn_columns(&self) -> Vec<(&'static str, Option<f64>)> {
         let Push { impulse_n_s, heading_deg, height_m, duration_s, start_s, profile: _ } = self.push;
         let SecondPush { second_impulse_n_s, second_heading_deg, second_start_s } = self.second;
@@ -121,7 +122,7 @@ impl TrialRow {
         format!("trial {} of {}: {column} = {value}: {problem}; accepted: {accepted}", self.trial, self.set)
     }
 
-    /// Checks that an episode with these settings can have such a record: that its columns do not contradict each other.
+    /// Checks that an episode with these settings can have this record, whose columns must not contradict each other.
     /// Fails in words.
     pub fn check(&self, episode: &EpisodeConfig) -> Result<(), String> {
         let (r, outcome, judge) = (&self.record, self.record.outcome, &episode.judge);
@@ -234,7 +235,7 @@ pub fn write_csv(rows: &[TrialRow]) -> csv::Result<Vec<u8>> {
     csv.into_inner().map_err(|e| e.into_error().into())
 }
 
-/// The rows of such a text. Fails if its columns are not those of a row.
+/// The rows of a CSV text. Fails if its columns are not the columns of a row.
 pub fn read_csv(text: &[u8]) -> csv::Result<Vec<TrialRow>> {
     let mut csv = csv::Reader::from_reader(text);
     if !csv.headers()?.iter().eq(fields::<TrialRow>().iter().map(|field| field.name)) {
@@ -243,11 +244,11 @@ pub fn read_csv(text: &[u8]) -> csv::Result<Vec<TrialRow>> {
     csv.records().map(|record| record?.deserialize(None)).collect()
 }
 
-/// Number of rows in a row group of `trials.parquet`; the last one may have fewer. So many wait in memory, some 13 MB, and
-/// are text for a moment.
+/// Number of rows in a row group of `trials.parquet`; the last group may have fewer. The rows of a group wait in memory
+/// (some 13 MB), and are converted to text when the group is written.
 const GROUP_ROWS: usize = 16_384;
 
-/// `trials.parquet` in the making. Rows are written as they come, and hashed.
+/// `trials.parquet` while it is written. Rows are written as they come, and hashed.
 pub struct TrialsFile<W: Write + Send> {
     file: ParquetFile<Hashing<W>>,
     /// Rows of the next row group.
@@ -258,7 +259,8 @@ pub struct TrialsFile<W: Write + Send> {
 }
 
 impl<W: Write + Send> TrialsFile<W> {
-    /// With columns for these totals of controllers. Fails if nothing can be written there.
+    /// Begins a file with a column for each of `totals`, which are totals of controllers. Fails if nothing can be
+    /// written there.
     pub fn new(to: W, totals: &[String]) -> Result<Self> {
         let (fields, totals) = (fields::<TrialRow>(), totals.to_vec());
         let file = ParquetFile::new(Hashing::new(to), columns(&fields, &totals, &[])).map_err(not_written)?;
@@ -276,7 +278,7 @@ impl<W: Write + Send> TrialsFile<W> {
         Ok(())
     }
 
-    /// Ends the file. Gives back what it was written to, and its SHA-256.
+    /// Ends the file. Returns the writer and the SHA-256 of the file.
     pub fn finish(mut self) -> Result<(W, String)> {
         // A file without rows has a group without rows.
         if !self.waiting.is_empty() || self.groups == 0 {
@@ -358,7 +360,7 @@ pub(crate) mod tests {
         assert_eq!(column("footsteps"), Some(Data::I64(vec![0])));
     }
 
-    /// Also if they come a few at a time.
+    /// Rows may also come a few at a time.
     #[test]
     fn rows_beyond_the_first_row_group_read_back() {
         let rows = |trials: std::ops::Range<u64>| trials.map(|i| row(i, "hold", i as f64 / 7.0, Outcome::Fell));
@@ -385,7 +387,7 @@ pub(crate) mod tests {
         assert_eq!(row(0, "hold", 3.0, Outcome::Fell).impulse_over_m_omega_d, Some(1.5));
     }
 
-    /// There may be room later.
+    /// A full disk may have room later, so it has an exit code of its own.
     #[test]
     fn a_full_disk_is_told_by_its_exit_code() {
         let full = |kind| not_written(ParquetError::from(std::io::Error::from(kind))).exit_code();

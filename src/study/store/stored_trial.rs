@@ -1,4 +1,5 @@
-//! A trial of a finished campaign, to be run again and looked at. It follows from the campaign and its index alone.
+//! A trial of a finished campaign, to be run again and looked at. The trial follows from the campaign and its index
+//! alone.
 
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
@@ -20,14 +21,14 @@ pub struct StoredTrial {
     pub sets: Vec<String>,
     pub robot: Robot,
     pub factory: Factory,
-    /// The stored row; None if the campaign has not come that far with this set, or if the part is damaged.
+    /// The stored row; None if the campaign has not yet run this trial with this controller, or if the part is damaged.
     pub row: Option<TrialRow>,
 }
 
 impl StoredTrial {
-    /// Opens trial number `trial` of the result in `folder`. If no set is given, it takes the first that did not
-    /// recover, or else the first that has the trial. It fails if there is no such trial, set or campaign, or if an
-    /// input is gone.
+    /// Opens trial number `trial` of the result in `folder`. If no controller is given, it takes the first that did not
+    /// recover, or else the first that has the trial. It fails if there is no such trial, controller or campaign, or if
+    /// an input is gone.
     pub fn open(folder: &Path, trial: u64, set: Option<&str>) -> Result<Self> {
         let found = Folder::existing(folder)?;
         let (campaign, sets) = (&found.manifest.campaign, &found.manifest.sets);
@@ -38,7 +39,7 @@ impl StoredTrial {
         }
         let block = (0..found.blocks()).find(|&block| found.range(block).1 > trial);
         let mut rows = match block.map(|block| found.part(block)) {
-            // A part that is not there yet has no row, and one that is must be right.
+            // A part that is not there yet has no row. A part that is there must be right.
             Some(part) => {
                 part.rows().or_else(|e| if part.holds().contains(&true) { Err(e) } else { Ok(Vec::new()) })?
             }
@@ -60,8 +61,8 @@ impl StoredTrial {
         self.campaign.episode.engine
     }
 
-    /// Settings of the episode in an engine, which need not be that of the result. Fails if this program lacks the
-    /// engine, or if the engine does not take the robot.
+    /// Settings of the episode in `engine`, which may be another engine than that of the result. Fails if this program
+    /// lacks the engine, or if the engine does not take the robot.
     pub fn config_in(&self, engine: Engine) -> Result<EpisodeConfig> {
         engine.check(&self.robot)?;
         Ok(EpisodeConfig { engine, ..self.campaign.episode })
@@ -72,8 +73,8 @@ impl StoredTrial {
         trial::disturbance(&self.campaign, self.trial)
     }
 
-    /// Describes how a record of this trial in the engine of the result differs from the stored row; None if it agrees,
-    /// or if there is no row.
+    /// Describes how a record of this trial in the engine of the result differs from the stored row. It is None if the
+    /// two agree, or if there is no row.
     pub fn difference(&self, record: &Record) -> Option<String> {
         let row = self.row.as_ref()?;
         let bits = |time_s: Option<f64>| time_s.map(f64::to_bits);

@@ -12,17 +12,17 @@ use standfast_study::limit::Yardstick;
 use standfast_study::{Campaign, Overrides};
 use std::sync::LazyLock;
 
-/// A foot lands within some millimetres of its planned place (m).
+/// Largest distance between the planned and the actual landing place of a foot (m).
 const OFF_M: f64 = 0.005;
-/// Load from which the ground carries the robot (N).
+/// Load from which on the ground carries the robot (N).
 const CARRIES_N: f64 = 5.0;
 const HEADINGS: [f64; 8] = [0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0];
 
-/// What these tests observe in an episode with footsteps.
+/// Observations in an episode with footsteps.
 #[derive(Debug, Default)]
 struct Course {
-    /// At every landing: offset from the centre of the stance sole to that of the landing one, with y to the side of
-    /// the swing foot (m).
+    /// Offset at every landing from the centre of the stance sole to the centre of the landing sole, with y to the side
+    /// of the swing foot (m).
     landings: Vec<Vector2<f64>>,
     /// Error of the estimated horizontal COM velocity (m/s) at every tick from the first lift on.
     wrong_m_s: Vec<f64>,
@@ -57,7 +57,7 @@ impl Course {
     }
 }
 
-/// A push with 0.9 of the impulse of the bound with one footstep.
+/// An episode with a push of 0.9 times the bound with one footstep.
 struct Hard {
     push: Push,
     /// Whether the pendulum can take more with a footstep than without.
@@ -66,10 +66,10 @@ struct Hard {
     course: Course,
 }
 
-/// One such push for each heading. They are simulated once for all tests of this file.
+/// One hard push for each heading. They are simulated once for all tests of this file.
 static HARD: LazyLock<Vec<Hard>> = LazyLock::new(|| {
     let bench = Bench::new("catch");
-    // The bounds with footsteps that do not cross, since `catch` takes no others.
+    // The bounds are for footsteps that do not cross, since `catch` takes no others.
     let mut robot = bench.robot.clone();
     robot.reach.truncate(1);
     let yardstick = Yardstick::new(&robot, &Campaign::load("nominal", &Overrides::default()).unwrap()).unwrap();
@@ -92,13 +92,13 @@ fn nine_tenths_of_what_the_pendulum_takes_with_one_footstep_is_caught_at_every_h
     for Hard { push, steps, record, .. } in HARD.iter() {
         assert_eq!(record.outcome, Outcome::Recovered, "{push:?}: {record:?}");
         assert!(record.footsteps.lifted.is_none(), "{push:?}: {record:?}");
-        // Sideways the feet are apart, so standing can take as much.
+        // Sideways the feet are apart, so the robot can take this push standing.
         assert_eq!(record.footsteps.taken.is_empty(), !steps, "{push:?}: {record:?}");
     }
 }
 
-/// After a push from the side, the unloaded foot crosses the stance leg and lands beyond it: standing, the robot would
-/// recover from 4.2 N s at most.
+/// After a push from the side, the unloaded foot crosses the stance leg and lands beyond it. Without a footstep, the
+/// robot would recover from 4.2 N s at most.
 #[test]
 fn feet_land_in_their_regions_and_cross_where_that_helps() {
     let bench = Bench::new("catch");
@@ -115,10 +115,10 @@ fn feet_land_in_their_regions_and_cross_where_that_helps() {
         .collect();
     for Hard { push: Push { heading_deg, .. }, record, course, .. } in HARD.iter().chain(&sideways) {
         println!("at {heading_deg}: {:.4?}, met {:?}", course.landings, record.legs_met);
-        // Where the legs cross, the knees may touch.
+        // If the legs cross, the knees may touch.
         let crosses = course.landings.iter().any(|place| place.y < regions[0].y_m[0] - OFF_M);
         assert!(crosses || record.legs_met.is_none(), "at {heading_deg}: {:?}", record.legs_met);
-        // Planned places lie in a region; a foot that comes down early or late is off by a little more.
+        // Planned places lie in a region. A foot that comes down early or late is off by a little more.
         for place in course.landings.iter().take(1) {
             let within = |[least, most]: [f64; 2], at: f64| (least - OFF_M..=most + OFF_M).contains(&at);
             let in_region = |region: &LandingRegion| within(region.x_m, place.x) && within(region.y_m, place.y);
@@ -127,7 +127,7 @@ fn feet_land_in_their_regions_and_cross_where_that_helps() {
     }
 }
 
-/// The trunk's accelerometer tells the velocity also while a leg swings, in flight, and when a foot strikes the ground.
+/// The trunk's accelerometer gives the velocity also while a leg swings, in flight, and when a foot strikes the ground.
 #[test]
 fn the_velocity_of_the_com_is_known_in_the_swing_in_flight_and_at_landing() {
     let seen = HARD.iter().filter(|hard| hard.steps).map(|Hard { push, course, .. }| {
@@ -171,8 +171,8 @@ fn a_mirrored_push_is_caught_by_the_mirrored_foot() {
     });
 }
 
-/// The landing place does not remain that of the lift: after another push in the same direction with the foot in the
-/// air, the foot lands farther along.
+/// The landing place changes after the lift: after another push in the same direction with the foot in the air, the
+/// foot lands farther along.
 #[test]
 fn a_second_push_while_the_foot_is_in_the_air_moves_its_landing_place_along() {
     let bench = Bench::new("catch");
@@ -180,7 +180,7 @@ fn a_second_push_while_the_foot_is_in_the_air_moves_its_landing_place_along() {
         |pushes: Vec<Push>| -> Footstep { bench.run(pushes, None, 1.2, Until::Fallen, |_| {}).footsteps.taken[0] };
     let first = push(3.4, 0.0);
     let alone = first_footstep(vec![first]);
-    // From the lift until shortly before the landing place is fixed.
+    // The time is from the lift until shortly before the landing place is fixed.
     let again = |heading_deg| Push { impulse_n_s: 0.5, heading_deg, duration_s: 0.02, start_s: alone.lift_s, ..first };
     [0.0, 90.0, 180.0, -90.0].par_iter().for_each(|&heading| {
         let second = again(heading);

@@ -1,5 +1,5 @@
-//! Gates against known truth, by simulation: how often they pass or fail if the true value is exactly what is required,
-//! how often if it is far from it, and what a raw threshold on the observed value does instead.
+//! Gates against known truth, by simulation: how often they pass or fail if the true value is exactly the required one,
+//! how often if it is far from it, and what a raw threshold on the observed value would do.
 
 use rand::{SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::{Binomial, Distribution};
@@ -83,7 +83,7 @@ fn a_gate_of_a_difference_errs_as_seldom_as_said_and_sees_what_is_far() {
             assert!(raw > 0.4, "{raw}");
         }
     }
-    // The score interval is approximate. Where nearly all discordant trials are of one kind, and few, it is wrong more
+    // The score interval is approximate. If nearly all discordant trials are of one kind, and few, it is wrong more
     // often on the side away from zero: in up to 5.6 % by a sum over all tables.
     let [passed, failed, _] = of_difference("catch >= hold + 0.10", 0.12, 0.10, 100);
     assert!(passed < 0.056 && failed < at_most_allowed(), "{passed} {failed}");
@@ -91,7 +91,7 @@ fn a_gate_of_a_difference_errs_as_seldom_as_said_and_sees_what_is_far() {
     assert!(passed < at_most_allowed() && failed < 0.056, "{passed} {failed}");
     assert!(of_difference("catch >= hold + 0.10", 0.2, 0.05, 1000)[1] > 0.9);
     assert!(of_difference("catch >= hold + 0.10", 0.2, 0.15, 1000)[0] > 0.9);
-    // Nothing has changed, but the two results fail independently in 3 % each.
+    // Nothing has changed, but the two results lose trials independently in 3 % each.
     let [_, failed, raw] = of_difference("catch >= baseline - 0.005", 0.0582, 0.0, 1000);
     assert!(failed < 0.01 && raw > 0.2, "{failed} {raw}");
 }
@@ -111,7 +111,8 @@ fn so_many_more_trials_resolve_in_about_four_of_five_campaigns() {
             assert!((0.7..0.97).contains(&resolved), "{resolved}");
         }
     }
-    // The same of a difference: in so many of 100 trials only the first recovered, or only the second.
+    // For a difference, `only_a` of 100 trials recovered only with the first controller, and `only_b` only with the
+    // second.
     for (text, only_a, only_b) in [
         ("catch >= hold", 12, 6),
         ("catch >= hold", 3, 9),
@@ -141,7 +142,7 @@ fn so_many_more_trials_resolve_in_about_four_of_five_campaigns() {
 }
 
 /// With a look after every few blocks until the gate is resolved, the interval that holds at every look keeps its
-/// level, and one for a fixed number of trials does not.
+/// level, and an interval for a fixed number of trials does not.
 #[test]
 fn a_gate_that_is_looked_at_until_it_is_resolved_errs_as_seldom_as_said() {
     let (gate, most, campaigns) = (gate("catch >= 0.80"), 2000, 1000);

@@ -1,10 +1,10 @@
-//! Robots of the same build and another size move alike ("dynamic similarity"): no figure of one robot stands in
-//! controller, simulation, judge or controllers.
+//! Robots of the same build and another size move alike ("dynamic similarity"): no figure of one robot is fixed in
+//! simulation, judge or controllers.
 //!
-//! UT-mu2 is made L times as long and its masses M times as large, and a campaign is changed to match: times are sqrt(L)
-//! times as long, impulses M sqrt(L) times as large, and so on. Both robots then move alike in every trial. If L and M
-//! are powers of 4 and 2, they do so to the bit, since a product with a power of 2 is not rounded. Otherwise rounding
-//! errors grow in contacts, and now and then a trial near the limit ends differently.
+//! UT-mu2 is made L times as long and its masses M times as large, and a campaign is changed to match: times are
+//! sqrt(L) times as long, impulses M sqrt(L) times as large, and so on. Both robots then move alike in every trial. If
+//! L and M are powers of 4 and 2, they do so to the bit, since a product with a power of 2 is not rounded. Otherwise
+//! rounding errors grow in contacts, and now and then a trial near the limit ends differently.
 
 use rayon::prelude::*;
 use standfast_core::robot::{Factory, Robot, Scale};
@@ -90,22 +90,22 @@ impl Bench {
     }
 }
 
-/// How a trial went: its outcome and, for every tick, the DCM, the desired ZMP and the distance of the DCM from the
-/// support (m), in the size of UT-mu2.
+/// The course of a trial: its outcome and, for every tick, the DCM, the desired ZMP and the distance of the DCM from
+/// the support (m), in the size of UT-mu2.
 struct Motion {
     outcome: Outcome,
     ticks: Vec<[f64; 5]>,
 }
 
 impl Motion {
-    /// The first tick at which this motion is not that of another one.
+    /// The first tick at which this motion differs from another one.
     fn parts_from(&self, other: &Self) -> Option<usize> {
         let differs = |k: &usize| self.ticks.get(*k) != other.ticks.get(*k);
         (0..self.ticks.len().max(other.ticks.len())).find(differs)
     }
 }
 
-/// How many outcomes differ.
+/// Number of outcomes that differ.
 fn differences(some: &[Motion], others: &[Motion]) -> usize {
     some.iter().zip(others).filter(|(one, other)| one.outcome != other.outcome).count()
 }
@@ -127,7 +127,8 @@ fn a_robot_four_times_as_long_moves_alike_to_the_bit() {
     }
 }
 
-/// Loads of 1e9 N, trunks of 5 mm and of 80 m: whoever compares with a number of newtons, metres or seconds is found here.
+/// Loads of 1e9 N, trunks of 5 mm and of 80 m: a comparison with a fixed number of newtons, metres or seconds is found
+/// here.
 #[test]
 fn robots_of_any_size_move_alike_to_the_bit() {
     let [light, heavy] = [-30, 26].map(|power| Scale { length: 1.0, mass: 2.0_f64.powi(power) });

@@ -1,25 +1,25 @@
 //! Which trials a search runs: more of those that are undecided.
 //!
-//! A push far below the limit is recovered from by every candidate, and one far above it by none; both tell nothing. What
-//! the incumbent does in a sample of the campaign tells how likely a trial is won, p, from those with a similar push. A
-//! trial is drawn with a chance in proportion to the standard deviation of its outcome, sqrt(p (1 - p)), and counts by the
-//! inverse of that chance. So the weighted rate estimates the rate of the campaign without a bias, whatever p is, and with
-//! a smaller error.
+//! Every candidate recovers from a push far below the limit, and none recovers from one far above, so both tell
+//! nothing. The outcomes of the incumbent in a sample of the campaign, from trials with similar pushes, give an
+//! estimate p of the chance that a trial is won. A trial is drawn with a chance in proportion to the standard deviation
+//! of its outcome, sqrt(p (1 - p)), and its weight is the inverse of that chance. So the weighted rate estimates the
+//! rate of the campaign without a bias, whatever p is, and with a smaller error.
 
 use super::race::Drawn;
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use standfast_sim::Push;
 
-/// Similar pushes: the difference of the logarithms of their impulses, and of their headings (degrees).
+/// Widths of the kernel that makes pushes similar: in the logarithm of the impulse, and in the heading (degrees).
 const SIMILAR_IMPULSE: f64 = 0.12;
 const SIMILAR_HEADING_DEG: f64 = 20.0;
-/// Weight of what is supposed where there is no similar push: that it is won or lost with even chances.
+/// Weight of one supposed win and of one supposed loss, which decide p where there is no similar push.
 const SUPPOSED: f64 = 0.3;
-/// The least chance with which a trial is drawn: p is only an estimate, and one outcome of a large weight would outweigh
-/// many.
+/// Least chance with which a trial is drawn. p is only an estimate, and a single outcome with a large weight would
+/// outweigh many others.
 const LEAST: f64 = 0.4;
-/// Distance between the first trials of two generations; those of the sample are before that.
+/// Distance between the first trials of two generations. The trials of the sample come before those of generation 1.
 const TRIALS_APART: u64 = 1 << 32;
 
 /// The outcomes of the incumbent in a sample of a campaign.
@@ -29,13 +29,13 @@ pub struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
-    /// The outcomes of the first trials.
+    /// Takes the incumbent's outcomes of the first trials.
     pub fn new(campaign: &'a Campaign, won: &[bool]) -> Self {
         let push = |(i, won): (usize, &bool)| (trial::push(campaign, i as u64), *won);
         Self { campaign, won: won.iter().enumerate().map(push).collect() }
     }
 
-    /// How likely a push is recovered from.
+    /// The estimated chance that the incumbent recovers from a push.
     fn chance(&self, push: &Push) -> f64 {
         let (mut all, mut won) = (2.0 * SUPPOSED, SUPPOSED);
         for (other, has_won) in &self.won {
@@ -48,7 +48,7 @@ impl<'a> Sample<'a> {
         won / all
     }
 
-    /// The trials of a generation, which begin at 1.
+    /// The trials of a generation. Generations are numbered from 1.
     pub fn draw(&self, generation: u64, count: usize) -> Vec<Drawn> {
         let numbers = generation * TRIALS_APART..;
         let kept = numbers.filter_map(|trial| {
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
     use crate::fixtures::campaign;
 
-    /// Where the limit is at 2 N s, trials near it are drawn more often, and the weighted rate is that of the campaign.
+    /// Trials near the limit of 2 N s are drawn more often, and the weighted rate equals the rate of the campaign.
     #[test]
     fn undecided_trials_are_drawn_more_often_and_weigh_less() {
         let campaign = campaign("standard", &["push.impulse_n_s={uniform=[0.5, 6]}"]);

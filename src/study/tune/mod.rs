@@ -1,11 +1,11 @@
-//! From a controller to a better one: its numbers are searched on the trials of a campaign, and what is found is judged by
-//! trials that the search has never seen.
+//! From a controller to a better one: its numbers are searched on the trials of a campaign, and what is found is judged
+//! by trials that the search has never seen.
 //!
-//! Two seeds are written down before anything runs ([`Task`]). The [search] sees only trials of the first, which follows
-//! from the seed that is asked for. The second follows from the whole task, so no other task has its pushes, and is used
-//! once, by an ordinary campaign of the incumbent and what the search proposes. That campaign's exact test is the result,
-//! and "no better one was found" is one, too. Several robots, or both engines, can be cases of one search: then the worst
-//! case of a candidate counts.
+//! Two seeds are written down before anything runs ([`Task`]). The [search] sees only trials of the first seed, which
+//! follows from the seed of the campaign. The second seed follows from the whole task, so no other task has its pushes.
+//! It is used once, by an ordinary campaign of the incumbent and the proposed controller. The exact test of that
+//! campaign is the result, and "no better one was found" is a result, too. Several robots, or both engines, can be
+//! cases of one search: then the worst case of a candidate counts.
 
 pub mod draw;
 pub mod race;
@@ -41,17 +41,17 @@ use team::{Bound, Team, damaged, read, read_of};
 const TASK: &str = "task.json";
 /// The file of the sample.
 const SAMPLE_FILE: &str = "sample.json";
-/// Most episodes of a budget: some years of simulation on a core.
+/// Largest number of episodes of a budget: some years of simulation on a core.
 pub const MOST_EPISODES: u64 = 1_000_000_000;
-/// Trials of the incumbent alone, by which later trials are chosen.
+/// Number of trials of the incumbent in the sample, by which the trials of the search are drawn.
 const SAMPLE: u64 = 200;
-/// Halvings of a range that a controller names itself, until both ends can be used.
+/// Largest number of times that a range proposed by the controller is halved, until both ends can be used.
 const HALVINGS: usize = 8;
 
-/// What is asked for.
+/// Options of a search.
 #[derive(Debug, Clone)]
 pub struct TuneOptions {
-    /// `KEY=FROM..TO` or `KEY`; without any, all that the controller names.
+    /// The numbers to tune, as `KEY=FROM..TO` or `KEY`. If empty, these are all numbers that the controller names.
     pub vary: Vec<String>,
     pub budget: Budget,
     /// Trials of the final campaign.
@@ -70,9 +70,10 @@ pub struct Watch<'a> {
     pub stop: &'a AtomicBool,
     /// Called after every episode that is run here, from any thread.
     pub on_episode: &'a (dyn Fn() + Sync),
-    /// Called after each generation, first of those that are there, with the spread of the samples and the episodes so far.
+    /// Called after each generation, also for those in the folder, with the spread of the samples and the episodes so
+    /// far.
     pub on_generation: &'a (dyn Fn(&Generation, f64, u64) + Sync),
-    /// Called where others are waited for, with the first shard that is missing.
+    /// Called when the program waits for others, with the first shard whose part is missing.
     pub on_wait: &'a (dyn Fn(Shard) + Sync),
 }
 
@@ -80,7 +81,7 @@ pub struct Watch<'a> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Budget {
     Episodes(u64),
-    /// So many seconds on this machine, of which episodes are made before the search begins.
+    /// A time on this machine (s), which is converted to a number of episodes before the search begins.
     Time(f64),
 }
 
@@ -94,14 +95,14 @@ pub struct Task {
     pub tunables: Vec<Tunable>,
     pub seed: u64,
     pub search_seed: u64,
-    /// Seeds of the final campaigns that have judged what the controller comes from, as its file says.
+    /// Seeds of the final campaigns that judged the controller from which this search starts, as its file says.
     pub judged_before: Vec<u64>,
-    /// The seed of the final campaign, which is used once. It follows from all the rest of the task.
+    /// The seed of the final campaign, which is used once. It follows from all other fields of the task.
     pub final_seed: u64,
     pub final_trials: u64,
-    /// The budget as it was asked for: a time (s), or nothing if it was a number of episodes.
+    /// The time budget (s) that was asked for. It is None if a number of episodes was asked for.
     pub budget_s: Option<f64>,
-    /// Most episodes, those of the final campaign among them.
+    /// Largest number of episodes, including those of the final campaign.
     pub episodes: u64,
 }
 
@@ -111,8 +112,8 @@ impl Task {
         Ok(sha256_hex(json(&Self { final_seed: 0, ..self.clone() })?.as_bytes()))
     }
 
-    /// The seed of the final campaign for a task with this [hash](Self::hash): one that has judged nothing before, and is
-    /// not that of the search.
+    /// The seed of the final campaign for a task with this [hash](Self::hash). It has judged nothing before, and it is
+    /// not the seed of the search.
     fn final_seed_of(&self, hash: &str) -> u64 {
         let seed = u64::from_str_radix(&hash[..16], 16).expect("a hash begins with 16 hexadecimal digits");
         let is_new = |derived: &u64| *derived != self.search_seed && !self.judged_before.contains(derived);
@@ -120,10 +121,10 @@ impl Task {
     }
 }
 
-/// How the line of a controller's file begins that names the seeds of the campaigns which judged it.
+/// Beginning of the line in a controller's file that names the seeds of the campaigns which judged the controller.
 const JUDGED_BY: &str = "# judged_by_seeds = ";
 
-/// The seeds that the file of a controller names as those of the campaigns which judged it.
+/// The seeds of the campaigns that judged a controller, as its file names them.
 fn judged_by(source: &Source) -> Result<Vec<u64>> {
     let mut seeds = Vec::new();
     for (number, line) in source.text.lines().enumerate() {
@@ -142,7 +143,7 @@ fn judged_by(source: &Source) -> Result<Vec<u64>> {
 pub struct CaseId {
     pub robot: String,
     pub engine: String,
-    /// Of the search's campaign, so of the robot's and the controller's files, too.
+    /// The configuration hash of the search's campaign, which covers the files of the robot and the controller.
     pub config_hash: String,
 }
 
@@ -158,7 +159,7 @@ pub struct Tuned {
     pub searched: u64,
     /// The proposed values, in the order of the tunable numbers.
     pub proposed: Vec<f64>,
-    /// What each number does, fitted to all candidates that were tried.
+    /// The effect of each number on the rate, fitted to all candidates of all generations.
     pub effects: Vec<Effect>,
     /// Name of the proposed controller.
     pub name: String,
@@ -173,14 +174,15 @@ pub struct Tuned {
 pub struct Verdict {
     pub robot: String,
     pub engine: String,
-    /// Its result folder, in that of the search.
+    /// The result folder of the case, relative to the folder of the search.
     pub folder: String,
-    /// The pushes are those of this seed, from trial 0 on.
+    /// The seed of the pushes, from trial 0 on.
     pub seed: u64,
     pub trials: u64,
-    /// From how many the incumbent and the proposed controller recover.
+    /// Numbers of trials from which the incumbent and the proposed controller recover.
     pub recovered: [u64; 2],
-    /// The rate of the proposed one less that of the incumbent, with its 95 % interval, and p of the exact McNemar test.
+    /// The rate of the proposed controller less the rate of the incumbent, with its 95 % interval, and p of the exact
+    /// McNemar test.
     pub difference: f64,
     pub ci95: [f64; 2],
     pub p: f64,
@@ -190,7 +192,7 @@ pub struct Verdict {
 const LEVEL: f64 = 0.05;
 
 impl Verdict {
-    /// From the result of a final campaign with the incumbent and the proposed controller.
+    /// The verdict from the result of a final campaign with the incumbent and the proposed controller.
     pub fn of(case: &CaseId, folder: &str, summary: &Summary, proposed: &str) -> Option<Self> {
         let pair = summary.pairs.first()?;
         let counts = if pair.a == proposed { pair.counts } else { pair.counts.swapped() };
@@ -212,24 +214,24 @@ impl Verdict {
     }
 }
 
-/// A search on its robots, checked and ready.
+/// A search whose inputs are read and checked.
 pub struct Tuning {
     pub task: Task,
-    /// Whether its folder holds its beginning.
+    /// Whether the folder holds the beginning of this search.
     pub goes_on: bool,
     /// The [hash](Task::hash) of the task.
     hash: String,
     folder: PathBuf,
     base: Box<dyn Settings>,
-    /// Of each case, the campaign with the seed of the search.
+    /// The campaign of each case, with the seed of the search.
     plans: Vec<Plan>,
     options: TuneOptions,
 }
 
 impl Tuning {
-    /// Reads and checks everything. `campaigns` are the cases, all with the same single controller, each with the files of
-    /// its robot. Errors: a controller without numbers to tune, a range that cannot be used, a budget that is too small, a
-    /// folder that holds another search.
+    /// Reads and checks everything. `campaigns` are the cases, all with the same single controller, each with the files
+    /// of its robot. Errors: a controller without numbers to tune, a range that cannot be used, a budget that is too
+    /// small, a folder that holds another search.
     pub fn new(campaigns: &[(Campaign, Files)], options: TuneOptions, folder: &Path) -> Result<Self> {
         let (first, _) = campaigns.first().expect("a search has a case");
         let [entry] = &first.gains[..] else { unreachable!("a search has one controller") };
@@ -301,7 +303,7 @@ impl Tuning {
             for end in 0..2 {
                 let mut refused = self.refuses(tunable, tunable.range[end])?;
                 let mut left = HALVINGS;
-                // A range that was not asked for is only a proposal.
+                // A range that the controller proposes may be narrowed. A range that the user asked for may not.
                 while vary.is_empty() && refused.is_some() && left > 0 {
                     tunable.range[end] = 0.5 * (tunable.range[end] + tunable.now);
                     refused = self.refuses(tunable, tunable.range[end])?;
@@ -317,7 +319,7 @@ impl Tuning {
         Ok(named)
     }
 
-    /// Why a number cannot have a value, if so.
+    /// The reason why a number cannot have a value. It is None if the number can.
     fn refuses(&self, tunable: &Tunable, value: f64) -> Result<Option<Error>> {
         self.prepared(&[(&tunable.key, value)]).err().map(Error::refusal).transpose()
     }
@@ -329,8 +331,8 @@ impl Tuning {
         self.plans.iter().map(prepare).collect()
     }
 
-    /// Makes episodes of the budget, and fails if they are too few. A search that was begun keeps to its number: a time
-    /// would make another one on another day.
+    /// Converts the budget to a number of episodes, and fails if it is too small. A search that was begun keeps its
+    /// number of episodes, because a time would give another number on another day.
     fn set_budget(&mut self, there: Option<&Task>) -> Result<()> {
         let (cases, Task { tunables, final_trials, .. }) = (self.plans.len() as u64, &self.task);
         let search = least_episodes(tunables.len(), self.plans.len());
@@ -401,7 +403,7 @@ impl Tuning {
         }
     }
 
-    /// Episodes of all generations, at most.
+    /// Largest number of episodes of all generations together.
     fn search_episodes(&self) -> u64 {
         self.task.episodes - self.final_episodes() - SAMPLE * self.plans.len() as u64
     }
@@ -410,7 +412,7 @@ impl Tuning {
         Ok(pool(self.options.threads)?.current_num_threads())
     }
 
-    /// Episodes of the final campaign, of all cases.
+    /// Number of episodes of the final campaigns of all cases.
     pub fn final_episodes(&self) -> u64 {
         2 * self.task.final_trials * self.plans.len() as u64
     }
@@ -420,8 +422,9 @@ impl Tuning {
         format!("{}-tuned", self.base.name())
     }
 
-    /// Searches, from where the folder stopped if anything is there. What is finished is written to the folder, so that the
-    /// same command goes on. Fails if it is stopped from outside, or if the robot falls without a push.
+    /// Runs the search, from where the folder stopped if it holds a beginning. Finished work is written to the folder,
+    /// so that the same command continues it. Fails if it is stopped from outside, or if the robot falls without a
+    /// push.
     pub fn search(&self, watch: &Watch) -> Result<Tuned> {
         if !self.goes_on {
             write_atomic(&self.folder.join(TASK), json_pretty(&self.task)?.as_bytes())?;
@@ -491,7 +494,7 @@ impl Tuning {
         Ok(sampled)
     }
 
-    /// Writes a file of the search, which says of which task it is.
+    /// Writes a file of the search, with the hash of its task.
     fn write<T: Clone + Serialize>(&self, path: &Path, found: &T) -> Result<()> {
         let bound = Bound { task: self.hash.clone(), found: found.clone() };
         write_atomic(path, json_pretty(&bound)?.as_bytes())
@@ -501,8 +504,9 @@ impl Tuning {
         self.folder.join(format!("generation-{number:03}.json"))
     }
 
-    /// Writes the proposed controller to a file of the folder, beside the files that it needs, with lines of comment before
-    /// it, of which the last one names the seeds that judge it or have judged what it comes from. Returns its path.
+    /// Writes the proposed controller to a file of the folder, beside the files that it needs. The file begins with the
+    /// lines of `comment`. A last line of comment names the seeds of the campaigns that have judged this controller and
+    /// those before it. Returns the path.
     pub fn write_controller(&self, tuned: &Tuned, file: &str, comment: &[String]) -> Result<PathBuf> {
         let keys = self.task.tunables.iter().map(|tunable| tunable.key.as_str());
         let values: Vec<(&str, f64)> = keys.zip(tuned.proposed.iter().copied()).collect();
@@ -525,7 +529,7 @@ fn in_minutes(time_s: f64) -> String {
     if time_s < 60.0 { format!("{time_s:.0}s") } else { format!("{:.0}min", (time_s / 60.0).ceil()) }
 }
 
-/// What happens in a trial of a plan's campaign to each of these controllers.
+/// The tallies of these controllers in one trial of a plan's campaign.
 fn tallies(plan: &Plan, factories: &[&Factory], number: u64) -> Result<Vec<Tally>> {
     let campaign = &plan.manifest.campaign;
     let run = |factories: &[&Factory]| {
@@ -535,22 +539,22 @@ fn tallies(plan: &Plan, factories: &[&Factory], number: u64) -> Result<Vec<Tally
     let tally = |record: standfast_sim::episode::Record| Tally {
         won: record.outcome.is_success(),
         footsteps: record.footsteps.taken.len() as u64,
-        // That of a robot whose simulation broke may be anything.
+        // The torque of a robot whose simulation broke may be any number.
         torque: Some(record.peak_torque_ratio).filter(|ratio| ratio.is_finite()).unwrap_or(1.0),
     };
     Ok(each_caught(factories, run)?.into_iter().map(tally).collect())
 }
 
-/// Names of files and folders that a search writes, and how the names of others begin.
+/// Names of the files and folders that a search writes, and the beginnings of such names.
 const WRITTEN: [&str; 7] = [TASK, SAMPLE_FILE, "parts", "final", "proposed.toml", "tune.html", "tune.json"];
 const WRITTEN_FROM: [&str; 3] = ["generation-", "final-", ".tmp-"];
 
-/// Fails if a file that the controller needs has a name that the search writes itself: both are to lie in one folder.
+/// Fails if a file that the controller needs has a name that the search writes itself, because both lie in one folder.
 fn check_files(base: &dyn Settings, entry: &str) -> Result<()> {
     let own = format!("{}-tuned.toml", base.name());
     for (name, _) in base.files()? {
         let mut parts = Path::new(&name).components().filter(|part| *part != Component::CurDir);
-        // Some file systems know no capitals.
+        // Some file systems do not distinguish capitals.
         let first = parts.next().map(|part| part.as_os_str().to_string_lossy().to_lowercase()).unwrap_or_default();
         let is_written = first == own.to_lowercase() || WRITTEN.contains(&first.as_str());
         if is_written || WRITTEN_FROM.iter().any(|start| first.starts_with(start)) {
@@ -562,7 +566,7 @@ fn check_files(base: &dyn Settings, entry: &str) -> Result<()> {
     Ok(())
 }
 
-/// Fails if a folder without a task has files of a search: nobody can say of which one.
+/// Fails if a folder without a task has files of a search, because their task is not known.
 fn check_new(folder: &Path) -> Result<()> {
     let names = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut names: Vec<String> = names.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
@@ -606,7 +610,8 @@ impl Arena for Robots<'_> {
 mod tests {
     use super::*;
 
-    /// Even if by chance the seed that follows from the task has judged before, or is that of the search.
+    /// The derived seed may by chance be one that has judged before, or the seed of the search. Then another one is
+    /// taken.
     #[test]
     fn no_seed_judges_twice() {
         let task = Task {

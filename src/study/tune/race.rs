@@ -1,20 +1,22 @@
 //! One generation: all candidates go through the same trials, and those that have certainly lost stop early.
 //!
-//! A trial counts by its weight, since trials are drawn more often where they are undecided ([`super::draw`]). What counts
-//! is a candidate's advantage over the incumbent: the difference of their weighted rates, and of several cases (robots,
-//! engines) the worst. As in an F-race (Birattari et al. 2002), a candidate stops if the trials on which it and the leader
-//! differ speak against it: if their weighted sum is beyond `CERTAIN` times the root of the sum of their squares.
+//! A trial counts by its weight, since trials are drawn more often where they are undecided ([`super::draw`]).
+//! Candidates are compared by their advantage over the incumbent: the difference of the weighted rates or, with several
+//! cases (robots, engines), the smallest of these differences. As in an F-race (Birattari et al. 2002), a candidate
+//! stops early if its advantage is smaller than the leader's by more than `CERTAIN` standard errors. The standard error
+//! follows from the trials on which the candidate and the leader differ: it is the root of the sum of their squared
+//! weights, over the sum of all weights.
 
 use super::team::Team;
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use std::cmp::Ordering;
 
-/// Standard errors by which a candidate must be behind to stop.
+/// Number of standard errors by which a candidate that stops must be behind the leader.
 const CERTAIN: f64 = 2.0;
-/// Fewest trials on which it and the leader differ for that.
+/// Least number of trials on which a candidate that stops and the leader must differ.
 const LEAST_DIFFERENT: usize = 6;
-/// The shares of its trials after which a race looks at them.
+/// The looks of a race, as shares of its trials.
 const LOOKS: [f64; 3] = [0.25, 0.5, 1.0];
 
 /// A trial of a race.
@@ -25,25 +27,26 @@ pub struct Drawn {
     pub weight: f64,
 }
 
-/// What counts of an episode.
+/// The result of an episode, as far as it counts in a race.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Tally {
     pub won: bool,
     pub footsteps: u64,
-    /// The largest share of a joint's torque limit.
+    /// Largest joint torque, as a share of the joint's torque limit.
     pub torque: f64,
 }
 
-/// How a candidate did.
+/// The result of a candidate in a race.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Standing {
-    /// Its weighted rate less that of the incumbent, in its worst case, and the standard error of that.
+    /// Weighted rate of the candidate less the weighted rate of the incumbent, in the candidate's worst case; and the
+    /// standard error of this difference.
     pub advantage: f64,
     pub error: f64,
-    /// Means over its trials.
+    /// Means over the candidate's trials.
     pub footsteps: f64,
     pub torque: f64,
-    /// Number of its trials in each case.
+    /// Number of the candidate's trials in each case.
     pub trials: usize,
 }
 
@@ -54,11 +57,11 @@ pub type Judge<'a> = dyn Fn(usize, u64, &[usize]) -> Result<Vec<Tally>> + Sync +
 pub struct Race<'a> {
     pub candidates: usize,
     pub guests: usize,
-    /// The trials of each case, as many in each.
+    /// The trials of each case. All cases have the same number of trials.
     pub cases: &'a [Vec<Drawn>],
     pub judge: &'a Judge<'a>,
     pub team: Team<'a>,
-    /// What tells this race from others.
+    /// The name of the race, which no other race of the search has.
     pub name: String,
 }
 
@@ -111,7 +114,8 @@ impl Race<'_> {
         Ok(Raced { standings, order, episodes })
     }
 
-    /// Takes those out of `active` that have certainly lost against the leader; the best one first.
+    /// Removes the candidates from `active` that have certainly lost against the leader. Returns them, the best one
+    /// first.
     fn losers(&self, board: &Board, active: &mut Vec<usize>) -> Vec<usize> {
         let runners = active.iter().copied().filter(|&candidate| candidate >= self.guests);
         let Some(leader) = runners.clone().min_by(|a, b| board.compare(*a, *b)) else { return Vec::new() };
@@ -135,7 +139,7 @@ impl Board<'_> {
         rows.filter_map(move |(drawn, row)| Some((drawn.weight, row[a]?, row[b]?)))
     }
 
-    /// The weighted rate of a in a case less that of b, and its standard error.
+    /// The weighted rate of candidate `a` in a case less the weighted rate of candidate `b`, and its standard error.
     fn difference(&self, case: usize, a: usize, b: usize) -> (f64, f64) {
         let (mut all, mut sum, mut squares) = (0.0, 0.0, 0.0);
         for (weight, a, b) in self.both(case, a, b) {
@@ -162,7 +166,7 @@ impl Board<'_> {
         Standing { advantage, error, footsteps, torque, trials: own.len() }
     }
 
-    /// Better is who has the larger advantage, then who takes fewer footsteps, then who needs less torque.
+    /// Orders candidates by larger advantage, then by fewer footsteps, then by less torque.
     fn compare(&self, a: usize, b: usize) -> Ordering {
         let key = |candidate| {
             let standing = self.standing(candidate);
@@ -173,7 +177,7 @@ impl Board<'_> {
         orders.fold(Ordering::Equal, Ordering::then).then(a.cmp(&b))
     }
 
-    /// Whether a candidate is certainly behind the leader where it is worst.
+    /// Whether a candidate is certainly behind the leader in the candidate's worst case.
     fn is_beaten(&self, candidate: usize, leader: usize) -> bool {
         let ((case, (own, _)), (_, (best, _))) = (self.worst(candidate), self.worst(leader));
         let (_, error) = self.difference(case, leader, candidate);
@@ -216,7 +220,7 @@ mod tests {
         let trials: Vec<usize> = raced.standings.iter().map(|standing| standing.trials).collect();
         assert_eq!(trials, [40, 40, 10, 40, 40]);
         assert_eq!((raced.episodes, episodes.into_inner()), (170, 170));
-        // By weight, even trials are a third: the incumbent wins these, so the others are what 3 wins more.
+        // Even trials are a third of the weight. The incumbent wins exactly these, so candidate 3 wins two thirds more.
         assert!((raced.standings[3].advantage - 2.0 / 3.0).abs() < 1e-12 && raced.standings[1].advantage == 0.0);
     }
 
@@ -226,10 +230,10 @@ mod tests {
             let of = |candidate: &usize| {
                 let won = match (candidate, case) {
                     (0 | 1, _) => trial.is_multiple_of(2),
-                    // Better in one case, and as much worse in the other.
+                    // Candidate 2 is better in one case, and as much worse in the other.
                     (2, 0) => true,
                     (2, _) => trial.is_multiple_of(4),
-                    // A little better in both, one of them with more footsteps.
+                    // The other candidates are a little better in both cases, and one of them takes more footsteps.
                     (_, _) => trial.is_multiple_of(2) || trial % 5 == 1,
                 };
                 Tally { won, footsteps: if *candidate == 3 { 4 } else { 2 }, ..Tally::default() }

@@ -1,41 +1,41 @@
 //! What each number does to the success rate: a quadratic that is fitted to all candidates of a search.
 //!
-//! A generation is judged by so few trials that its ranks are mostly chance, but all generations together tell more. The
-//! rate is taken as a sum over all numbers of `slope d + bend d^2`, with d the share of its range by which a number differs
-//! from the incumbent's, and of a constant for each generation, since some have harder trials. Slopes and bends are supposed
-//! to be normally distributed about zero, so the fit is a ridge regression (Hoerl and Kennard 1970), in which a candidate
-//! counts by the inverse square of its standard error.
+//! A generation is judged by so few trials that its ranks are mostly chance, but all generations together tell more.
+//! The rate is taken as a sum over all numbers of `slope d + bend d^2`, with d the share of its range by which a number
+//! differs from the incumbent's, and of a constant for each generation, since some have harder trials. Slopes and bends
+//! are supposed to be normally distributed about zero, so the fit is a ridge regression (Hoerl and Kennard 1970), in
+//! which a candidate counts by the inverse square of its standard error.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-/// Standard deviations of slopes and bends before anything is known: the share of the trials that a whole range is worth.
+/// Prior standard deviations of slopes and bends: changes of the rate, as shares of the trials, over a whole range.
 const SLOPE: f64 = 0.3;
 const BEND: f64 = 1.0;
 
 /// A candidate that was tried.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tried {
-    /// Of each range.
+    /// The values of the candidate, each as a share of its range.
     pub shares: Vec<f64>,
-    /// Its rate in its generation, up to a constant, and the standard error of that.
+    /// Rate of the candidate in its generation, up to a constant, and the standard error of this rate.
     pub rate: f64,
     pub error: f64,
 }
 
-/// What a number does to the rate, as fitted.
+/// The fitted effect of a number on the rate.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Effect {
-    /// By which share of the trials the rate grows along the whole range, and how that changes.
+    /// Coefficients of the rate as `slope d + bend d^2`, with d the change of the number as a share of its range.
     pub slope: f64,
     pub bend: f64,
-    /// What its proposed value alone gains, as a share of the trials, and the standard error of that.
+    /// Gain in the rate if only this number takes its proposed value, as a share of the trials, and its standard error.
     pub alone: f64,
     pub error: f64,
 }
 
 impl Effect {
-    /// What the rate gains where the number differs from the incumbent's by this share of its range.
+    /// The gain in the rate if the number differs from the incumbent's by the share `off` of its range.
     pub fn gain(&self, off: f64) -> f64 {
         (self.slope + self.bend * off) * off
     }
@@ -48,12 +48,12 @@ pub struct Response {
     /// All slopes, then all bends.
     fitted: DVector<f64>,
     covariance: DMatrix<f64>,
-    /// Where each number was tried: mean and standard deviation of the shares.
+    /// Mean and standard deviation of the shares at which each number was tried.
     tried: Vec<[f64; 2]>,
 }
 
 impl Response {
-    /// Fits what was tried around an incumbent, generation by generation. It is None without any.
+    /// Fits the candidates that were tried, generation by generation. It is None if there are none.
     pub fn fit(start: &[f64], generations: &[Vec<Tried>]) -> Option<Self> {
         let n = start.len();
         let mut precision =
@@ -64,7 +64,7 @@ impl Response {
             let terms =
                 |one: &Tried| DVector::from_fn(2 * n, |i, _| if i < n { off(one, i) } else { off(one, i - n).powi(2) });
             let rows: Vec<_> = generation.iter().map(|one| (one.error.powi(-2), terms(one), one.rate)).collect();
-            // What all of a generation have in common is left out, and with it the constant.
+            // The mean of the generation is subtracted, which removes the constant.
             let all: f64 = rows.iter().map(|(weight, ..)| weight).sum();
             let common = rows.iter().fold(DVector::zeros(2 * n), |sum, (weight, terms, _)| sum + *weight / all * terms);
             let common_rate: f64 = rows.iter().map(|(weight, _, rate)| weight / all * rate).sum();
@@ -86,7 +86,8 @@ impl Response {
         (count > 0.0).then(|| Self { start: start.to_vec(), fitted, covariance, tried })
     }
 
-    /// What a number does, and what the incumbent gains with it alone at another share of its range.
+    /// The fitted effect of a number, and the gain if the incumbent changes only this number, to another share of its
+    /// range.
     pub fn effect(&self, number: usize, share: f64) -> Effect {
         let (at, off) = ([number, self.start.len() + number], share - self.start[number]);
         let terms = [off, off * off];
@@ -97,12 +98,12 @@ impl Response {
         Effect { alone: effect.gain(off), ..effect }
     }
 
-    /// By how much samples with this spread in every number are worse on average than the one in their middle.
+    /// The mean loss in the rate of samples with this spread in every number, compared with their middle.
     pub fn loss(&self, spread: f64) -> f64 {
         -self.fitted.rows(self.start.len(), self.start.len()).sum() * spread * spread
     }
 
-    /// The shares at which it is greatest, each within a standard deviation of where it was tried.
+    /// The shares with the greatest fitted rate, each within a standard deviation of the mean of the tried shares.
     pub fn best(&self) -> Vec<f64> {
         let best = |i: usize| {
             let [mean, deviation] = self.tried[i];

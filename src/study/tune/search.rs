@@ -1,12 +1,12 @@
-//! The search, whatever candidates are and wherever they compete: generations of candidates around a middle, each a
+//! The search, independent of what candidates are: generations of candidates around a middle, each a
 //! [race](super::race) on fresh trials.
 //!
-//! Outcomes are random, and a generation has too few trials to rank its candidates. So nothing is concluded from one alone:
-//! after each, a quadratic is fitted to everything that was tried so far ([`Response`]). Its best is the next middle (the
-//! response surfaces of Box and Wilson 1951), and it sets how far candidates spread: so that they are a little worse than
-//! their middle, since nearer ones teach nothing and farther ones only fall. What the search proposes is the average of its
-//! last middles. The incumbent and the middle run in every generation, so how much the middle is better is told by trials
-//! that did not choose it.
+//! Outcomes are random, and a generation has too few trials to rank its candidates. So nothing is concluded from one
+//! generation alone: after each, a quadratic is fitted to all candidates so far ([`Response`]). The best point of the
+//! fit is the next middle (the response surfaces of Box and Wilson 1951). The fit also sets the spread of the
+//! candidates: they shall be a little worse than their middle, since nearer ones teach nothing and farther ones only
+//! fall. The search proposes the average of its last middles. The incumbent and the middle run in every generation, so
+//! the advantage of the middle is measured on trials that did not choose it.
 
 use super::race::{Drawn, Race, Standing, Tally};
 use super::response::{Effect, Response, Tried};
@@ -24,43 +24,43 @@ pub trait Arena: Sync {
     /// The candidate with these values. Fails if there can be none.
     fn enter(&self, values: &[f64]) -> Result<Self::Entrant>;
 
-    /// So many trials of a generation, for each case.
+    /// Draws `count` trials of a generation for each case.
     fn draw(&self, generation: u64, count: usize) -> Vec<Vec<Drawn>>;
 
-    /// What happens in a trial of a case to each of these candidates. Fails if a trial ends without an outcome.
+    /// The tallies of these candidates in a trial of a case. Fails if a trial ends without an outcome.
     fn judge(&self, case: usize, trial: u64, entrants: &[&Self::Entrant]) -> Result<Vec<Tally>>;
 }
 
-/// How far samples are from the first middle, as a share of the ranges: the root of the sum over all numbers.
+/// First spread of the samples: root of the sum of the squared spreads of all numbers, each as a share of its range.
 const DISTANCE: f64 = 0.4;
-/// By how much samples are to be worse than their middle, as a share of the trials; how fast their spread follows that; and
-/// the widest spread, as a share of a range.
+/// Mean loss of the samples at which the spread aims, as a share of the trials; smallest and largest factor by which
+/// the spread changes after a generation; and the largest spread, as a share of a range.
 const LOSS: f64 = 0.06;
 const NARROWER: f64 = 0.6;
 const WIDER: f64 = 1.25;
 const WIDEST: f64 = 0.3;
-/// What a footstep more in each trial costs, and as much torque more as a joint has, as a share of the trials: little, so
-/// that it counts where rates hardly differ.
+/// Cost, as a share of the trials, of one more footstep in each trial, and of more torque by one torque limit. It is
+/// small, so that it decides only where rates hardly differ.
 const EFFORT: f64 = 0.01;
-/// Least variance of a trial's outcome that is supposed: that nothing differed is no proof that nothing does.
+/// Least variance of a trial's outcome in the fit. Candidates that did not differ in their trials may still differ.
 const LEAST_VARIANCE: f64 = 0.01;
-/// Fewest and most trials of a generation. If there are more, more machines can share them.
+/// Smallest and largest number of trials of a generation. Trials are what several machines share.
 const TRIALS: [usize; 2] = [32, 256];
-/// As many generations as there are to be with more than the fewest trials, and fewest of which anything is to be expected.
+/// Number of generations at which the number of trials aims, and the smallest number of generations of a useful search.
 const GENERATIONS: usize = 40;
 const LEAST_GENERATIONS: usize = 8;
-/// The candidates that are no samples: the incumbent and the middle.
+/// Number of candidates in a generation that are not samples: the incumbent and the middle.
 const GUESTS: usize = 2;
-/// How often a sample is drawn again that can be no candidate.
+/// Largest number of draws for one sample, until its values are accepted as a candidate.
 const ATTEMPTS: u64 = 100;
-/// The share of the generations whose middles are averaged in the end.
+/// Share of the generations whose middles are averaged for the proposal.
 const LAST: f64 = 1.0 / 3.0;
 
 /// A generation, as it is written down.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Generation {
     pub number: u64,
-    /// Trials of each case.
+    /// Number of trials of each case.
     pub trials: usize,
     /// The incumbent, the middle, and the samples.
     pub candidates: Vec<Candidate>,
@@ -69,18 +69,18 @@ pub struct Generation {
     pub episodes: u64,
 }
 
-/// A candidate and how it did.
+/// The values of a candidate and its result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
-    /// In the order of the tunable numbers.
+    /// The values, in the order of the tunable numbers.
     pub values: Vec<f64>,
     #[serde(flatten)]
     pub standing: Standing,
 }
 
 impl Generation {
-    /// Why this cannot be generation `number` of a search of so many numbers on so many cases, with `trials` in each; in
-    /// words. It is None if it can.
+    /// The reason, in words, why this cannot be generation `number` of a search of `tunables` numbers on `cases` cases,
+    /// with `trials` trials in each case. It is None if it can.
     pub fn problem(&self, number: u64, trials: usize, tunables: usize, cases: usize) -> Option<&'static str> {
         let count = samples_of(tunables) + GUESTS;
         let has_values =
@@ -93,7 +93,7 @@ impl Generation {
         };
         let mut order = self.order.clone();
         order.sort_unstable();
-        // All cases have as many trials of a candidate.
+        // A candidate has the same number of trials in all cases.
         let episodes = || cases * self.candidates.iter().map(|one| one.standing.trials).sum::<usize>();
         match () {
             () if self.number != number => Some("`number` is not that of its name"),
@@ -108,37 +108,38 @@ impl Generation {
     }
 }
 
-/// Trials of a generation in a search of so many numbers, on so many cases, with so many episodes.
+/// Number of trials of a generation, for a search of `tunables` numbers on `cases` cases with a budget of `episodes`.
 pub fn trials_of(tunables: usize, cases: usize, episodes: u64) -> usize {
     let trials = episodes as usize / (GENERATIONS * episodes_a_trial(tunables, cases));
     trials.clamp(TRIALS[0], TRIALS[1])
 }
 
-/// Samples of a generation, of so many numbers: as many as are usual for CMA-ES.
+/// Number of samples of a generation, for a search of `tunables` numbers. It is the usual population size of CMA-ES.
 fn samples_of(tunables: usize) -> usize {
     4 + (3.0 * (tunables as f64).ln()) as usize
 }
 
-/// Most episodes of a generation for each of its trials.
+/// Largest number of episodes of a generation for each of its trials.
 fn episodes_a_trial(tunables: usize, cases: usize) -> usize {
     (samples_of(tunables) + GUESTS) * cases
 }
 
-/// Fewest episodes of a search of which anything is to be expected.
+/// Smallest number of episodes of a useful search.
 pub fn least_episodes(tunables: usize, cases: usize) -> u64 {
     (LEAST_GENERATIONS * TRIALS[0] * episodes_a_trial(tunables, cases)) as u64
 }
 
-/// A search on its way.
+/// The state of a search.
 pub struct Search<'a, A: Arena> {
     arena: &'a A,
     tunables: &'a [Tunable],
     seed: u64,
     cases: usize,
-    /// Trials of a generation.
+    /// Number of trials of a generation, for each case.
     trials: usize,
     start: Vec<f64>,
-    /// The middles of all generations and of the next one, and the spread of that, as shares of the ranges.
+    /// The middles of all generations so far and of the next one, and the spread of the next one, as shares of the
+    /// ranges.
     middles: Vec<Vec<f64>>,
     spread: f64,
     tried: Vec<Vec<Tried>>,
@@ -146,7 +147,7 @@ pub struct Search<'a, A: Arena> {
 }
 
 impl<'a, A: Arena> Search<'a, A> {
-    /// A search on trials of so many cases, with so many episodes.
+    /// A search on `cases` cases with a budget of `episodes`.
     pub fn new(arena: &'a A, tunables: &'a [Tunable], seed: u64, cases: usize, episodes: u64) -> Self {
         let trials = trials_of(tunables.len(), cases, episodes);
         let start: Vec<f64> = tunables.iter().map(|tunable| tunable.share_of(tunable.now)).collect();
@@ -155,7 +156,7 @@ impl<'a, A: Arena> Search<'a, A> {
         Self { arena, tunables, seed, cases, trials, start, middles, spread, tried, response }
     }
 
-    /// Most episodes of the next generation.
+    /// Largest number of episodes of the next generation.
     pub fn next_episodes(&self) -> u64 {
         (self.trials * episodes_a_trial(self.tunables.len(), self.cases)) as u64
     }
@@ -209,7 +210,7 @@ impl<'a, A: Arena> Search<'a, A> {
         Ok(generation)
     }
 
-    /// The first of the samples for a place in a generation that can be a candidate.
+    /// Draws sample number `slot` of a generation again and again, until its values are accepted as a candidate.
     fn sample(&self, generation: u64, slot: u64) -> Result<(Vec<f64>, A::Entrant)> {
         let mut refused = None;
         for attempt in 0..ATTEMPTS {
@@ -226,11 +227,11 @@ impl<'a, A: Arena> Search<'a, A> {
         Err(Error::Numeric { what, problem: problem + &refused.map_or(String::new(), |error| error.to_string()) })
     }
 
-    /// Moves on after a generation, which was run now or earlier.
+    /// Updates the state by a generation, which was run now or earlier.
     pub fn follow(&mut self, generation: &Generation) {
         let incumbent = &generation.candidates[0].standing;
-        // One error of a trial for all: their own ones are small by chance where little differed by chance. Half of the
-        // variance of a difference is the incumbent's.
+        // All candidates get the same error of a trial, because the error of a single candidate may be small by chance.
+        // Half of the variance of a difference comes from the incumbent.
         let others = || generation.candidates[1..].iter().map(|candidate| &candidate.standing);
         let variance =
             others().map(|one| 0.5 * one.error.powi(2) * one.trials as f64).sum::<f64>() / others().count() as f64;
@@ -248,8 +249,8 @@ impl<'a, A: Arena> Search<'a, A> {
         self.spread = (self.spread * factor.clamp(NARROWER, WIDER)).min(WIDEST);
     }
 
-    /// What the search proposes: the average of the last middles or, if that can be no candidate, the last middle that can.
-    /// The first one is the incumbent. Fails if the machine or a user ends the work.
+    /// The values that the search proposes: the average of the last middles or, if the average cannot be a candidate,
+    /// the last middle that can. The first middle is the incumbent. Fails if the machine or a user ends the work.
     pub fn proposed(&self) -> Result<Vec<f64>> {
         let count = (((self.middles.len() - 1) as f64 * LAST).ceil() as usize).max(1);
         let last = &self.middles[self.middles.len() - count..];
@@ -265,7 +266,7 @@ impl<'a, A: Arena> Search<'a, A> {
         Ok(self.tunables.iter().map(|tunable| tunable.now).collect())
     }
 
-    /// What each number does, and what these values gain.
+    /// The fitted effect of each number, and the gain by its value in `values`.
     pub fn effects(&self, values: &[f64]) -> Vec<Effect> {
         let effect = |(i, share): (usize, &f64)| self.response.as_ref().map(|response| response.effect(i, *share));
         self.shares(values).iter().enumerate().map(|number| effect(number).unwrap_or_default()).collect()
@@ -298,7 +299,7 @@ mod tests {
     }
 
     impl Landscape {
-        /// Half of the luck is that of the trial, which all candidates share.
+        /// Half of a trial's random number comes from the trial, so all candidates share it.
         fn is_won(&self, values: &[f64], trial: u64) -> bool {
             let mut own = DefaultHasher::new();
             values.iter().for_each(|value| own.write_u64(value.to_bits() ^ trial.rotate_left(20)));
@@ -341,7 +342,7 @@ mod tests {
         (proposed, counts)
     }
 
-    /// Where nothing that is tuned matters, a winner is claimed in at most 5 % of searches.
+    /// If no tuned number matters, a winner is claimed in at most 5 % of searches.
     #[test]
     fn noise_has_no_winner() {
         let claims = (0..1000).filter(|&seed| {
@@ -353,7 +354,7 @@ mod tests {
         assert!(claims <= 50, "{claims} of 1000");
     }
 
-    /// Where it matters, the search finds what is better, and the sealed trials say so.
+    /// If the tuned numbers matter, the search finds better ones, and the sealed trials show it.
     #[test]
     fn a_hill_is_climbed() {
         let hill = |values: &[f64]| 0.6 - values.iter().map(|x| (x - 0.7).powi(2)).sum::<f64>().min(0.5);
@@ -365,7 +366,7 @@ mod tests {
         }
     }
 
-    /// A search that goes on from what was written down is the same search.
+    /// A search that continues from its written generations is the same search.
     #[test]
     fn a_search_goes_on_where_it_stopped() {
         let landscape = Landscape { seed: 6, chance: |values| 0.4 + 0.2 * values[0] };
@@ -380,7 +381,7 @@ mod tests {
         assert_eq!(again.proposed().unwrap(), whole.proposed().unwrap());
     }
 
-    /// Each change is alone, and what was written is as it should be.
+    /// Each case makes a single change to a valid generation.
     #[test]
     fn a_generation_that_no_search_can_have_written_is_told() {
         let (landscape, tunables) = (Landscape { seed: 6, chance: |values| 0.4 + 0.2 * values[0] }, tunables(0.5));

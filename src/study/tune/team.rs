@@ -1,8 +1,9 @@
 //! Several programs that run one search together, by a folder that all of them see.
 //!
-//! Each runs the whole search, but simulates only its share of the trials, writes what happened in them to a part, and
-//! waits for the parts of the others. So all know the same, decide the same, and write the same bytes, whatever their
-//! number. A part that is there is not run again: a member that was stopped can be started again, while the others wait.
+//! Each program runs the whole search, but simulates only its share of the trials, writes their results to a part, and
+//! waits for the parts of the others. So all programs make the same decisions and write the same bytes, whatever their
+//! number. A part that is there is not run again: a member that was stopped can be started again, while the others
+//! wait.
 
 use crate::store::shard::Shard;
 use rayon::prelude::*;
@@ -16,12 +17,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
 use std::time::Duration;
 
-/// A larger file is not read. Those of a search are far smaller.
+/// Largest size of a file that is read (bytes). The files of a search are far smaller.
 const MOST_BYTES: u64 = 100_000_000;
 /// How often a member looks for the parts of the others.
 const LOOKS_EVERY: Duration = Duration::from_millis(500);
 
-/// A member of a team, or who works alone.
+/// A member of a team, or a program that works alone.
 #[derive(Clone, Copy)]
 pub struct Team<'a> {
     pub shard: Option<Shard>,
@@ -30,13 +31,13 @@ pub struct Team<'a> {
     pub task: &'a str,
     /// Somebody sets this to stop early.
     pub stop: &'a AtomicBool,
-    /// Called once for each piece of work for which others are waited for, with their first shard that is missing.
+    /// Called once for each piece of work whose parts are incomplete, with the first shard that is missing.
     pub on_wait: &'a (dyn Fn(Shard) + Sync),
 }
 
 impl Team<'_> {
-    /// The results of all jobs, in order. `name` tells this piece of work from all others of the search. Fails if it is
-    /// stopped from outside, if a part cannot be written or read, or as a job does.
+    /// The results of all jobs, in order. `name` is the name of this piece of work, which no other one of the search
+    /// has. Fails if it is stopped from outside, if a part cannot be written or read, or if a job fails.
     pub fn gather<T: Serialize + DeserializeOwned + Send>(
         &self,
         name: &str,
@@ -71,7 +72,7 @@ impl Team<'_> {
         self.folder.join("parts").join(format!("{name}-{}-of-{}.json", shard.index, shard.count))
     }
 
-    /// The part of a member, as soon as it is there.
+    /// Waits for the part of a member, and reads it.
     fn wait<T: DeserializeOwned>(&self, name: &str, member: Shard) -> Result<Vec<T>> {
         let path = self.part(name, member);
         let mut is_told = false;
@@ -98,8 +99,8 @@ pub struct Bound<T> {
     pub found: T,
 }
 
-/// What the file at a path holds for a task, given by its hash, if there is one. Fails as [`read`] does, or if it belongs to
-/// another task.
+/// The content of the file at a path. It is None if there is no file. Fails as [`read`] does, or if the file belongs to
+/// another task than the one with the hash `task`.
 pub fn read_of<T: DeserializeOwned>(path: &Path, task: &str) -> Result<Option<T>> {
     match read::<Bound<T>>(path)? {
         Some(there) if there.task != task => Err(damaged(path, "its task is another one")),

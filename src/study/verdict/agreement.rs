@@ -22,13 +22,13 @@ use standfast_stats::mcnemar::PairedCounts;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Agreement {
     pub engines: [Engine; 2],
-    /// Their names with versions.
+    /// Names and versions of the engines.
     pub versions: [String; 2],
     /// The controllers, in the order of the campaign.
     pub sets: Vec<SetAgreement>,
-    /// Two traces have parted where they are farther apart than this (m). It is None if no traces were compared.
+    /// Distance between two traces at which they have parted (m). It is None if no traces were compared.
     pub part_beyond_m: Option<f64>,
-    /// The verdicts in a and in b on each pair of controllers for which they differ.
+    /// The verdicts in a and in b on each pair of controllers for which the two verdicts differ.
     pub verdicts: Vec<[Verdict; 2]>,
 }
 
@@ -69,7 +69,7 @@ pub struct PartedTrial {
     /// The outcomes in a and in b.
     pub outcomes: [Outcome; 2],
     pub footsteps: [u32; 2],
-    /// Whether the trial was simulated again in both, to see where its traces part.
+    /// Whether the trial was simulated again in both engines, to see where its traces part.
     pub traced: bool,
     /// Where the traces part. It is None if the trial was not simulated again, or if they do not part.
     pub parting: Option<Parting>,
@@ -85,8 +85,8 @@ pub struct Verdict {
     pub words: String,
 }
 
-/// Whether two results differ only in the engine, its version and its step. Then robot, controllers, campaign and version
-/// of the program are the same. The number of trials and the gates may differ.
+/// Whether two results differ only in the engine, its version and its step: robot, controllers, campaign and version of
+/// the program are the same. The number of trials and the gates may differ.
 pub fn differ_in_engine_alone(a: &Folder, b: &Folder) -> bool {
     // A built-in controller has no file. One version of the program always has the same one.
     let text = |folder: &Folder, gains: &String| {
@@ -101,8 +101,8 @@ pub fn differ_in_engine_alone(a: &Folder, b: &Folder) -> bool {
 
 impl Agreement {
     /// Compares two results with the same controllers, each given by its manifest and trials. `rows` has the trials of
-    /// both under the names of the comparison, and the sets of a come first. `pairs` compares each set of a with the
-    /// same set of b.
+    /// both results under the names of the comparison, and the controllers of a come first. `pairs` compares each
+    /// controller of a with the same controller of b.
     pub fn new(of: [(&Manifest, &Digest); 2], rows: &Digest, pairs: &[Pair]) -> Self {
         let engines = of.map(|(manifest, _)| manifest.campaign.episode.engine);
         let sets = &of[0].0.sets;
@@ -112,7 +112,7 @@ impl Agreement {
                 [&pair.a, &pair.b].into_iter().all(|name| [a, b].map(|i| &rows.names[i]).contains(&name))
             };
             let pair = pairs.iter().find(found);
-            // The first of a pair is the one that recovers more often.
+            // The first controller of a pair is the one that recovers more often.
             let is_swapped = pair.is_some_and(|pair| pair.a != rows.names[a]);
             let ours = |counts: PairedCounts| if is_swapped { counts.swapped() } else { counts };
             let counts = pair.map_or(PairedCounts::default(), |pair| ours(pair.counts));
@@ -156,7 +156,7 @@ impl Agreement {
         format!("{in_a} and {in_b} agree on {} of trials.", shares.join(" to "))
     }
 
-    /// A warning for each verdict that holds in one engine only. It quotes the verdicts of a and of b.
+    /// A warning for each verdict that holds in one engine only. It quotes both verdicts.
     pub fn warnings(&self) -> Vec<String> {
         let told = |[a, b]: &[Verdict; 2]| {
             let contradict = [a, b].iter().all(|found| found.verdict == PairVerdict::Better);
@@ -177,7 +177,8 @@ fn own_verdicts(manifest: &Manifest, rows: &Digest) -> Vec<Verdict> {
     pairs.map(verdict).collect()
 }
 
-/// The verdicts on the same two sets that differ. Either another set is better, or only one of the two results decides.
+/// Pairs of different verdicts on the same two controllers. Either another controller is better, or only one of the two
+/// results decides.
 fn differing([of_a, mut of_b]: [Vec<Verdict>; 2]) -> Vec<[Verdict; 2]> {
     let mut differing = Vec::new();
     for in_a in of_a {
@@ -200,8 +201,8 @@ pub(crate) mod tests {
 
     use standfast_sim::episode::Outcome::{Fell, Recovered};
 
-    /// "hold" recovers from 20 trials in both engines, from 5 in Rapier alone, 10 in MuJoCo alone, 15 in neither;
-    /// "catch" from all in both.
+    /// "hold" recovers from 20 trials in both engines, from 5 in Rapier alone, from 10 in MuJoCo alone, and from 15 in
+    /// neither; "catch" recovers from all trials in both engines.
     #[test]
     fn trials_are_counted_by_engine_whichever_recovers_more() {
         let hold = [([true, true], 20), ([true, false], 5), ([false, true], 10), ([false, false], 15)];

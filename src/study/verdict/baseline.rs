@@ -1,4 +1,4 @@
-//! Reads an earlier result with which gates compare, and checks whether two results can be compared at all.
+//! Reads the earlier result with which gates compare, and checks whether two results can be compared at all.
 //!
 //! Two results can be compared only if their trials are the same. So their seeds, distributions and judges must be
 //! equal, and every push must be equal to the bit.
@@ -13,7 +13,7 @@ use serde_json::Value;
 use standfast_core::error::{Error, Result};
 use std::path::Path;
 
-/// An error names at most this many differences of two campaigns.
+/// Largest number of differences between two campaigns that an error names.
 const SHOWN: usize = 4;
 
 /// An earlier result with the same pushes.
@@ -22,7 +22,7 @@ pub struct Baseline {
     rows: Digest,
 }
 
-/// Which result was the baseline.
+/// What a report states about the baseline.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BaselineId {
     pub name: String,
@@ -33,8 +33,8 @@ pub struct BaselineId {
 }
 
 impl Baseline {
-    /// Opens a baseline for the campaign `ours`. It fails if the result is not complete, or if its trials are not those
-    /// of `ours`.
+    /// Opens a baseline for the campaign `ours`. It fails if the baseline is not complete, or if it has other trials
+    /// than `ours`.
     pub fn open(path: &Path, ours: &Manifest) -> Result<Baseline> {
         let folder = Folder::existing(path)?;
         let campaign = &ours.campaign;
@@ -53,7 +53,7 @@ impl Baseline {
         Ok(Baseline { manifest: folder.manifest, rows })
     }
 
-    /// Number of trials. A set that was stopped earlier has fewer.
+    /// Number of trials. A controller that was stopped earlier has fewer.
     pub fn trials(&self) -> u64 {
         self.rows.trials()
     }
@@ -70,14 +70,14 @@ impl Baseline {
         self.manifest.campaign.stopping.until_resolved
     }
 
-    /// How the trials of a controller ended, from trial 0. It is empty if the baseline does not have the set.
+    /// How the trials of a controller ended, from trial 0. It is empty if the baseline does not have the controller.
     pub fn rows_of(&self, set: &str) -> &[Ended] {
         self.rows.names.iter().position(|name| name == set).map_or(&[], |set| self.rows.of(set))
     }
 }
 
-/// Says why two results are hard to compare although their trials are the same: they differ in more than their gains,
-/// or in nothing.
+/// Says why two results are hard to compare although their trials are the same: they differ in more than their
+/// controllers, or in nothing.
 pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
     let robots = [a, b].map(|m| format!("{} ({:.8})", m.campaign.robot, m.robot_sha256));
     let versions = [a, b].map(|m| m.standfast.clone());
@@ -91,7 +91,7 @@ pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
     differences.chain((a.config_hash == b.config_hash).then(|| same.to_string())).collect()
 }
 
-/// Fails if the trials of `folder` are drawn or judged in another way than those of `campaign`.
+/// Fails if the trials of `folder` are not drawn and judged as the trials of `campaign`.
 pub(super) fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Result<()> {
     let mut found = Vec::new();
     differences("", &drawn(campaign), &drawn(&folder.manifest.campaign), &mut found);
@@ -108,7 +108,8 @@ pub(super) fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Resul
     Err(Error::Parts { path: folder.path.clone(), problem })
 }
 
-/// The error if a trial has another push, robot or ground than the same campaign draws now, or drew for another result.
+/// The error if a trial of a result has another push, robot or ground than the same trial of the other result or of
+/// this program.
 pub(super) fn other_push(path: &Path, trial: u64) -> Error {
     let problem = format!("trial {trial} has another push, robot or ground, although the campaigns are the same");
     Error::Parts { path: path.into(), problem: problem + ": another version of standfast drew it" }

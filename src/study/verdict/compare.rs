@@ -18,18 +18,18 @@ use std::path::{Path, PathBuf};
 
 /// Two results joined to one, as if one campaign had had the controllers of both.
 pub struct Comparison {
-    /// The summary of both results. Its campaign is the first one, with the names, sets and hashes of both. A path of
-    /// an [origin](SetOrigin) begins with the path by which its folder was named.
+    /// The summary of both results. Its campaign is the campaign of the first result, with the names, controllers and
+    /// hashes of both. The path of an [origin](SetOrigin) begins with the path by which its folder was named.
     pub summary: Summary,
-    /// The trials that both results have. The sets of the first result come before those of the second.
+    /// The trials that both results have. The controllers of the first result come before those of the second.
     pub rows: Digest,
     /// The two results.
     of: [Folder; 2],
 }
 
 impl Comparison {
-    /// Compares two finished folders. `gates` name the sets as the summary does. It fails if a folder is not complete,
-    /// if their trials are not the same, or if a gate cannot be read.
+    /// Compares two finished folders. `gates` name the controllers as the summary does. It fails if a folder is not
+    /// complete, if the trials of the two are not the same, or if a gate cannot be read.
     pub fn new(a: &Folder, b: &Folder, gates: &[String]) -> Result<Comparison> {
         if is_same_folder(&a.path, &b.path) {
             let problem = "both are this folder: a result does not differ from itself";
@@ -89,9 +89,9 @@ impl Comparison {
     }
 }
 
-/// Reads the trials that both folders have. `sets` are the new names of their sets, those of the first folder first.
-/// The rows are written to `to` as a `trials.parquet`, which is returned with its SHA-256. It fails if a trial is not
-/// the same in both.
+/// Reads the trials that both folders have. `sets` are the new names of their controllers, those of the first folder
+/// first. The rows are written to `to` as a `trials.parquet`. Returns the digest, `to`, and the SHA-256 of the file. It
+/// fails if a trial is not the same in both.
 fn paired<W: Write + Send>([a, b]: [&Folder; 2], sets: &[String], to: W) -> Result<(Digest, W, String)> {
     let (names_a, names_b) = sets.split_at(a.manifest.sets.len());
     let renamed = |folder: &Folder, names: &[String]| {
@@ -123,8 +123,8 @@ fn trials(folder: &Folder) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>
     Ok(folder.parts()?.flat_map(move |part| part.map_or_else(|error| vec![Err(error)], of_part)))
 }
 
-/// Pairs of one set of each result. Sets of the same name make a pair. If no name is in both results, every set of one
-/// makes a pair with every set of the other.
+/// Pairs of a controller of one result and a controller of the other. Controllers of the same name make a pair. If no
+/// name is in both results, every controller of one makes a pair with every controller of the other.
 fn pairs(sets_a: &[String], sets_b: &[String]) -> Vec<(usize, usize)> {
     let all = || (0..sets_a.len()).flat_map(|i| (0..sets_b.len()).map(move |j| (i, j)));
     let of_one_name: Vec<_> = all().filter(|&(i, j)| sets_a[i] == sets_b[j]).collect();
@@ -132,8 +132,8 @@ fn pairs(sets_a: &[String], sets_b: &[String]) -> Vec<(usize, usize)> {
     pairs.into_iter().map(|(i, j)| (i, sets_a.len() + j)).collect()
 }
 
-/// The manifest of the comparison. It is that of the first result, with the names, sets and hashes of both, and with
-/// the number of trials that both have.
+/// The manifest of the comparison: the manifest of the first result, with the names, controllers and hashes of both,
+/// and with the number of trials that both have.
 fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[String]) -> Manifest {
     let both = |a: &str, b: &str| if a == b { a.to_string() } else { format!("{a}, {b}") };
     let mut campaign = a.campaign.clone();
@@ -169,7 +169,7 @@ fn warnings(a: &Folder, b: &Folder, trials: u64, engines_alone: bool) -> Vec<Str
     (of_a != of_b).then_some(counts).into_iter().chain(unlike).chain(decides_otherwise.then_some(gates)).collect()
 }
 
-/// The names of a folder's sets. A set whose name the other folder has too also gets the name of its folder.
+/// The names of a folder's controllers. If the other folder has the same name, the name of the folder is added.
 fn names(folder: &Folder, other: &Folder) -> Vec<String> {
     let label = label(&folder.path, &other.path);
     let is_shared = |set: &String| other.manifest.sets.contains(set);
@@ -177,7 +177,7 @@ fn names(folder: &Folder, other: &Folder) -> Vec<String> {
     folder.manifest.sets.iter().map(name).collect()
 }
 
-/// Names of a folder's sets with that of its physics engine.
+/// The names of a folder's controllers, each with the name of the folder's physics engine.
 fn named_by_engine(folder: &Folder) -> Vec<String> {
     let engine = folder.manifest.campaign.episode.engine.name();
     folder.manifest.sets.iter().map(|set| format!("{set} ({engine})")).collect()
@@ -189,14 +189,14 @@ fn origins(folder: &Folder) -> Vec<SetOrigin> {
     folder.manifest.sets.iter().map(origin).collect()
 }
 
-/// The path of a file, relative to a folder. Both exist.
+/// The path of a file, relative to a folder. Both must exist.
 fn seen_from(folder: &Path, file: &Path) -> PathBuf {
     let (Ok(folder), Ok(file)) = (folder.canonicalize(), file.canonicalize()) else { return file.into() };
     pathdiff::diff_paths(&file, &folder).unwrap_or(file)
 }
 
-/// A short name that tells a folder from another. It is the last part of its path, or the whole path if the last parts
-/// are the same.
+/// A short name by which a folder differs from another: the last part of its path or, if the last parts are the same,
+/// the whole path.
 fn label(path: &Path, other: &Path) -> String {
     let (ours, theirs) = (path.file_name(), other.file_name());
     match ours {

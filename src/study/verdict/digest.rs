@@ -1,11 +1,11 @@
 //! Keeps what verdicts need of the rows of a campaign, in little memory. Rows are added part by part, and are not kept
 //! themselves.
 //!
-//! A trial with a controller takes 40 bytes, and what was drawn for the trial 8 bytes for each quantity that varies. A
-//! million trials of two sets are about 100 MB; as rows they were 1.5 GB.
+//! A trial with a controller takes 40 bytes, and the drawn quantities of the trial take 8 bytes for each quantity that
+//! varies. A million trials of two controllers are about 100 MB; as rows they were 1.5 GB.
 //!
-//! A campaign that ends when decided stops a set once everything in which the set takes part is decided. So sets may
-//! have different numbers of trials. Each set has all trials from the first one to its last one.
+//! A campaign that ends when decided stops a controller once all questions about this controller are decided. So
+//! controllers may have different numbers of trials. Each controller has all trials from the first one to its last one.
 
 use crate::store::folder::Folder;
 use crate::store::row::{Repeats, TrialRow};
@@ -21,7 +21,7 @@ pub struct Digest {
     pub names: Vec<String>,
     pub drawn: Drawn,
     sets: Vec<OfSet>,
-    /// A COM that is faster at the push is in motion (m/s).
+    /// Speed above which a COM is in motion when the push begins (m/s).
     standing_com_speed_m_s: f64,
 }
 
@@ -32,7 +32,7 @@ struct OfSet {
     counted: Counted,
 }
 
-/// Numbers of trials with some feature. For these features, the digest does not keep each trial.
+/// Numbers of trials with some feature. For these features, only the numbers are kept.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Counted {
     pub failures: Failures,
@@ -40,12 +40,12 @@ pub struct Counted {
     pub fall_causes: Vec<FallCause>,
     /// Trials in which the push found the COM faster than a robot that counts as standing.
     pub moving_at_push: u64,
-    /// Trials that were run twice, and those of them whose second run was another one.
+    /// Number of trials that were run twice, and number of those trials whose two runs had different records.
     pub run_twice: u64,
     pub not_repeated: u64,
 }
 
-/// How a trial ended with one controller; names are as in [`TrialRow`].
+/// How a trial ended with one controller. Names are as in [`TrialRow`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ended {
     // NaN stands for None.
@@ -57,13 +57,13 @@ pub struct Ended {
     pub footsteps: u32,
     pub outcome: Outcome,
     pub set_after_push: Option<Membership>,
-    /// Whether the estimated state was inside of the set at the end of the push.
+    /// Whether the estimated state was inside of the CPI set at the end of the push.
     pub is_inside_est: bool,
     /// Whether a foot was in the air at the fall or at the end.
     pub in_swing: bool,
 }
 
-/// What was drawn for each trial, which is the same for every controller.
+/// The drawn quantities of each trial, which are the same for every controller.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Drawn {
     pub impulse_n_s: Values,
@@ -99,7 +99,7 @@ impl Digest {
         Ok(digest)
     }
 
-    /// Adds the next rows, which are in the order of trials. Rows of sets that are not named are left out.
+    /// Adds the next rows, which are in the order of trials. Rows of controllers that are not named are left out.
     pub fn push(&mut self, rows: &[TrialRow]) {
         for row in rows {
             let Some(set) = self.names.iter().position(|name| *name == row.set) else { continue };
@@ -117,7 +117,7 @@ impl Digest {
         }
     }
 
-    /// How each trial of set number `set` ended, from trial 0.
+    /// How each trial of controller number `set` ended, from trial 0.
     pub fn of(&self, set: usize) -> &[Ended] {
         &self.sets[set].ended
     }
@@ -126,12 +126,12 @@ impl Digest {
         &self.sets[set].counted
     }
 
-    /// How each trial ended with set `a` and with set `b`, from trial 0, as far as both sets have trials.
+    /// How each trial ended with controllers `a` and `b`, from trial 0, as far as both have trials.
     pub fn common(&self, a: usize, b: usize) -> impl Iterator<Item = (&Ended, &Ended)> {
         self.of(a).iter().zip(self.of(b))
     }
 
-    /// Number of trials of the set that has most.
+    /// Number of trials of the controller that has most.
     pub fn trials(&self) -> u64 {
         self.drawn.trials() as u64
     }
@@ -175,12 +175,12 @@ impl Ended {
         some(self.impulse_over_m_omega_d)
     }
 
-    /// It has the meaning of [`TrialRow::settling_s`].
+    /// Settling time, as in [`TrialRow::settling_s`].
     pub fn settling_s(&self) -> Option<f64> {
         some(self.settling_s)
     }
 
-    /// It has the meaning of [`TrialRow::homing_s`].
+    /// Homing time, as in [`TrialRow::homing_s`].
     pub fn homing_s(&self) -> Option<f64> {
         some(self.homing_s)
     }
@@ -239,7 +239,7 @@ impl Values {
     }
 }
 
-/// Counts how many of these trials were recovered from.
+/// Counts these trials, and those from which the robot recovered.
 pub fn success_count<'a>(ended: impl IntoIterator<Item = &'a Ended>) -> SuccessCount {
     let (mut trials, mut recovered) = (0, 0);
     for ended in ended {
@@ -249,7 +249,7 @@ pub fn success_count<'a>(ended: impl IntoIterator<Item = &'a Ended>) -> SuccessC
     SuccessCount::new(recovered, trials)
 }
 
-/// Counts the same among the trials for which `such` holds.
+/// Counts the trials for which `such` holds, and those of them from which the robot recovered.
 pub fn success_count_of(ended: &[Ended], such: impl Fn(&Ended) -> bool) -> SuccessCount {
     success_count(ended.iter().filter(|ended| such(ended)))
 }
@@ -268,7 +268,7 @@ mod tests {
 
     use crate::fixtures::row;
 
-    /// A million trials with two sets have to fit.
+    /// A million trials with two controllers have to fit in memory.
     #[test]
     fn a_trial_takes_few_bytes() {
         assert_eq!(size_of::<Ended>(), 40);

@@ -18,13 +18,13 @@ use standfast_stats::rate::clopper_pearson;
 use standfast_stats::sequential;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// So large is the chance that `more_trials` resolve a gate, and the quantile of the standard normal distribution at it.
+/// Chance with which `more_trials` resolve a gate, and the quantile of the standard normal distribution at this chance.
 const POWER: f64 = 0.8;
 const Z80: f64 = 0.841_621_233_572_914_3;
-/// At the same confidence, an interval that holds at every look is about so many times as wide as one for a fixed
-/// number of trials (1000 to 10,000 trials at 95 %).
+/// Width of an interval that holds at every look, over the width of an interval for a fixed number of trials at the
+/// same confidence. It is an approximation for 1000 to 10,000 trials at 95 %.
 const WIDER: f64 = 1.7;
-/// A smaller distance to a requirement is a rounding error.
+/// Distance to a requirement below which it is a rounding error.
 const ROUNDING: f64 = 1e-9;
 
 /// What trials show of a rate, or of the difference of two rates on the same trials (shares).
@@ -35,7 +35,7 @@ pub struct Evidence {
     pub trials: u64,
     /// Whether the interval holds at every look, as one of [`sequential`] does, or for a fixed number of trials only.
     pub sequential: bool,
-    /// Of a difference, in how many trials each of the two recovered; None of a rate.
+    /// For a difference, the number of trials in which each of the two recovered. It is None for a rate.
     pub counts: Option<PairedCounts>,
 }
 
@@ -54,8 +54,8 @@ impl Evidence {
         Self { observed: counts.difference(), interval, trials: counts.trials(), sequential, counts: Some(*counts) }
     }
 
-    /// The answer to a gate. This is the evidence of the gate's rate, or of the rate of its set less the rate with
-    /// which the gate compares it. `confidence` is that of the interval (a two-sided share).
+    /// The answer to a gate. `self` is the evidence of the rate that the gate requires, or of the difference of two
+    /// rates. It has an interval with this `confidence` (a two-sided share).
     pub fn answer(&self, gate: &Gate, confidence: f64) -> GateAnswer {
         let &Self { observed, interval: [least, most], trials, sequential, .. } = self;
         let status = match gate.offset {
@@ -77,13 +77,13 @@ impl Evidence {
         }
     }
 
-    /// About how many trials that are still to be run decide with a chance of 80 % whether the `required` value is reached,
-    /// if the true value is the observed one: of a new campaign, since one with a fixed number of trials cannot be
-    /// continued, or more of this one if its interval holds at every look. It is None if the observed value is just the
-    /// required one, because then no number of trials decides.
+    /// Estimates how many further trials decide with a chance of 80 % whether the `required` value is reached, if the
+    /// true value is the observed one. If the interval holds at every look, these are further trials of this campaign.
+    /// Otherwise they are the trials of a new campaign, since a campaign with a fixed number of trials cannot be
+    /// continued. It is None if the observed value is just the required one, because then no number of trials decides.
     ///
-    /// Of a difference and a fixed number of trials, they are those of the score test. Otherwise the interval narrows
-    /// with the root of the number of trials (normal approximation).
+    /// The number for a difference and a fixed number of trials follows from the score test. Otherwise the width of the
+    /// interval is taken as proportional to 1 / sqrt(number of trials) (normal approximation).
     fn more_trials(&self, required: f64, confidence: f64) -> Option<u64> {
         let distance = (self.observed - required).abs();
         if self.trials == 0 || distance < ROUNDING {
@@ -134,9 +134,9 @@ pub struct GateAnswer {
     /// Confidence of the interval (a two-sided share).
     pub confidence: f64,
     pub trials: u64,
-    /// About how many trials that are still to be run would decide the gate. If the interval holds at every look, they
-    /// continue this campaign. Otherwise they are those of a new campaign with another seed. It is None if the gate is
-    /// decided, or if no number of trials would decide it.
+    /// About how many further trials would decide the gate. If the interval holds at every look, these are further
+    /// trials of this campaign. Otherwise they are the trials of a new campaign with another seed. It is None if the
+    /// gate is decided, or if no number of trials would decide it.
     pub more_trials: Option<u64>,
     /// Whether the interval holds at every look.
     pub sequential: bool,

@@ -17,7 +17,7 @@ pub const SLIPPED_M: f64 = 0.01;
 /// A robot is limited by torque if one of its joints was at its torque limit for longer than this in all.
 pub const TORQUE_LIMITED_S: f64 = 0.1;
 
-/// Numbers of trials from which the robot did not recover. The first six together count each of these trials once.
+/// Numbers of trials from which the robot did not recover. The first six numbers together count each such trial once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Failures {
     /// Falls before any foot was lifted.
@@ -38,7 +38,7 @@ pub struct Failures {
     pub fell_torque_limited: u64,
     /// Falls in which the legs met.
     pub fell_legs_met: u64,
-    /// Falls that are in none of the last three counts.
+    /// Falls that are in none of the three counts above: no slip, no torque limit, no legs that met.
     pub fell_otherwise: u64,
 }
 
@@ -70,7 +70,7 @@ impl Failures {
     }
 }
 
-/// How many trials of a set ended by one cause of a fall or of a divergence.
+/// Number of trials of a controller that ended by one cause of a fall or of a divergence.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FallCause {
     /// The cause, in the words of [`standfast_sim::episode::Record::fall_cause`].

@@ -12,7 +12,7 @@ pub struct ByFootsteps {
 }
 
 impl ByFootsteps {
-    /// It is None for a set that took no footstep.
+    /// It is None for a controller that took no footstep.
     pub fn new(trials: &[Ended]) -> Option<Self> {
         let begun = |ended: &Ended| ended.footsteps as usize + usize::from(ended.in_swing);
         if trials.iter().all(|ended| begun(ended) == 0) {

@@ -1,4 +1,4 @@
-//! Applies the gates of a campaign to its trials. Some gates compare the trials with those of an earlier result.
+//! Applies the gates of a campaign to its trials. Some gates compare the trials with the trials of an earlier result.
 
 use crate::ask::gate::{Against, Gate, GateSpec};
 use crate::ask::spec::Stopping;
@@ -31,22 +31,23 @@ pub struct Gates {
 pub struct GateResult {
     #[serde(flatten)]
     pub judged: GateAnswer,
-    /// Whether the campaign passes this gate. It does not pass a failed one, and its settings say whether it passes an
-    /// unresolved one.
+    /// Whether the campaign passes this gate. It does not pass a failed gate. Whether it passes an unresolved gate is a
+    /// setting of the campaign.
     pub passes: bool,
     /// The controller for which the gate requires something.
     pub set: String,
     /// Whether the gate requires something of a difference of two rates, and not of one rate.
     pub is_difference: bool,
-    /// In how many trials this set (a) and the set with which it is compared (b) recovered. It is None for a rate.
+    /// Numbers of trials in which this controller (a) and the controller with which it is compared (b) recovered. It is
+    /// None for a rate.
     pub counts: Option<PairedCounts>,
-    /// A trial that this set lost: the first one from which the other set recovered or, if there is none, the easiest
-    /// one.
+    /// A trial that this controller lost: the first one from which the other controller recovered or, if there is none,
+    /// the easiest one.
     pub lost_trial: Option<u64>,
 }
 
-/// A question that a campaign that ends when decided has still to decide: a gate or, without gates, a pair of gain
-/// sets.
+/// A question that a campaign that ends when decided has still to decide: a gate or, without gates, which of two
+/// controllers is better.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Open {
     /// Numbers of the controllers that need more trials for this decision.
@@ -57,9 +58,9 @@ pub struct Open {
 
 impl Gates {
     /// Reads the gates of a campaign. `baseline` is the folder of an earlier result. It fails if a gate cannot be read
-    /// or names no set of the campaign. It fails if a gate needs a baseline and there is none, or if the baseline is
-    /// not complete, lacks the set, or has other pushes. It also fails if a campaign that ends when decided has nothing
-    /// to decide.
+    /// or names a controller that the campaign does not have. It fails if a gate needs a baseline and there is none, or
+    /// if the baseline is not complete, lacks the controller, or has other pushes. It also fails if a campaign that
+    /// ends when decided has nothing to decide.
     pub fn new(manifest: &Manifest, baseline: Option<&Path>) -> Result<Gates> {
         let campaign = &manifest.campaign;
         let spec = campaign.gates.clone();
@@ -95,12 +96,12 @@ impl Gates {
         self.gates.iter().any(|gate| self.is_used_up(gate, rows) && is_open(gate))
     }
 
-    /// Number of a set of the campaign. A gate names only such sets.
+    /// Number of a controller in the campaign. A gate names only controllers of the campaign.
     fn number(&self, set: &str) -> usize {
         self.sets.iter().position(|name| name == set).unwrap_or_default()
     }
 
-    /// Whether a gate compares with a baseline that has no more trials of its set than these rows have.
+    /// Whether a gate compares with a baseline that has no more trials of the gate's controller than these rows have.
     fn is_used_up(&self, gate: &Gate, rows: &Digest) -> bool {
         let trials = rows.of(self.number(&gate.set)).len();
         let is_used_up = |baseline: &Baseline| baseline.rows_of(&gate.set).len() <= trials;
@@ -143,8 +144,8 @@ impl Gates {
     }
 
     /// The questions that a campaign that ends when decided has still to decide after these trials: gates or, without
-    /// gates, pairs of sets. A gate that compares with a baseline is not among them if the baseline has no further
-    /// trials. What is decided at one look stays decided at all later ones.
+    /// gates, pairs of controllers. A gate that compares with a baseline is left out if the baseline has no further
+    /// trials. A question that is decided at one look stays decided at all later ones.
     pub fn open(&self, rows: &Digest) -> Vec<Open> {
         if !self.gates.is_empty() {
             let open = |gate: &Gate| {
@@ -180,8 +181,8 @@ impl Gates {
             (Against::Baseline, Some(baseline)) => (Some(baseline.rows_of(&gate.set)), baseline.is_sequential()),
             _ => (None, false),
         };
-        // Where the number of trials depends on outcomes, an interval has to hold at every look. In a campaign that
-        // ends when decided, the intervals of all gates hold together at the confidence.
+        // If the number of trials depends on outcomes, an interval has to hold at every look. In a campaign that ends
+        // when decided, the intervals of all gates hold together at the confidence.
         let sequential = self.stopping.until_resolved || ends_when_decided;
         let confidence = self.spec.confidence;
         let level = if self.stopping.until_resolved { each_of(self.gates.len(), confidence) } else { confidence };
@@ -224,7 +225,7 @@ mod tests {
     use crate::fixtures::manifest;
     use standfast_sim::episode::Outcome::{Fell, Recovered};
 
-    /// The gates of a campaign with these sets that ends when decided.
+    /// The gates of a campaign with these controllers that ends when decided.
     fn gates(sets: &[&str], gates: &[&str]) -> Result<Gates> {
         let gates = gates.iter().map(|s| s.to_string()).collect();
         let overrides = Overrides { gates, until_resolved: true, trials: Some(400), ..Overrides::default() };

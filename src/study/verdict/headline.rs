@@ -6,7 +6,7 @@ use crate::verdict::pairs::{self, Pair, points};
 use crate::verdict::set_summary::SetSummary;
 use standfast_stats::decision::PairVerdict;
 
-/// The controllers that recover most, in the order of `sets`.
+/// The controllers that recover most often, in the order of `sets`.
 pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[Pair]) -> Vec<&'a SetSummary> {
     let behind = pairs.iter().filter(|pair| pair.difference > 0.0 || pair.verdict == PairVerdict::Better);
     let behind = behind.filter_map(|pair| sets.iter().position(|set| set.name == pair.b));
@@ -14,8 +14,8 @@ pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[Pair]) -> Vec<&'a SetSummary
     pairs::leaders(&rates, behind).into_iter().map(|set| &sets[set]).collect()
 }
 
-/// One or two sentences. Two sets count as the same if they differ by less than `margin` (a share). The text is empty
-/// if there are no controllers.
+/// One or two sentences. Two controllers count as the same if they differ by less than `margin` (a share). The text is
+/// empty if there are no controllers.
 pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
     let leaders = leaders(sets, pairs);
     let Some(first) = leaders.first() else { return String::new() };
@@ -33,14 +33,14 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
         (false, false) => format!("{names} recovers most often: in {rate}."),
         (true, false) => format!("{names} recover most often: in {rate} each."),
     };
-    // The verdict on another set is the one that holds for every leader. It is None if a leader is not compared with
-    // that set, as may be in a comparison of two results.
+    // The verdict on another controller is the one that holds for every leader. It is None if a leader is not compared
+    // with that controller, as may be in a comparison of two results.
     let verdict_on = |other: &SetSummary| {
         let on = |leader: &&SetSummary| {
             let is_of = |pair: &&Pair, a: &SetSummary, b: &SetSummary| pair.a == a.name && pair.b == b.name;
             let is_theirs = |pair: &&Pair| is_of(pair, leader, other) || is_of(pair, other, leader);
             pairs.iter().find(is_theirs).map(|pair| match pair.verdict {
-                // Three sets with different trials may each be better than the next, in a circle.
+                // Of three controllers with different trials, each may be better than the next, in a circle.
                 PairVerdict::Better if pair.b == leader.name => PairVerdict::Open,
                 verdict => verdict,
             })
@@ -86,7 +86,7 @@ mod tests {
         of(&sets, &pairs, margin)
     }
 
-    /// A set that was stopped early, on easy pushes, may have the higher rate and be the worse one.
+    /// A controller that was stopped early, on easy pushes, may have the higher rate and be the worse one.
     #[test]
     fn the_leader_is_found_on_trials_that_both_sets_have() {
         let trial = |trial: u64| match trial {
@@ -101,7 +101,7 @@ mod tests {
         assert_eq!(told, "b recovers most often: in 85.0 % of 100 trials. It is not shown to be better than a.");
     }
 
-    /// Sets recover from the first so many of 200 trials.
+    /// Each controller recovers from the first trials, up to its number in `recovered`, of 200.
     #[test]
     fn it_says_who_recovers_most_and_than_which_it_is_better() {
         for (recovered, expected) in [

@@ -1,9 +1,9 @@
 //! Names in a sentence.
 
-/// If there are more controllers than this, a list gives their number instead of their names.
+/// Largest number of controllers that a list names. A longer list gives their number instead.
 const NAMED: usize = 5;
 
-/// Lists names as in "a, b and c". Of many names it gives only the number.
+/// Lists names as in "a, b and c". If there are more than [`NAMED`], it gives only their number.
 pub(super) fn listed(names: &[&str], last: &str) -> String {
     match names {
         many if many.len() > NAMED => format!("{} controllers", many.len()),

@@ -3,13 +3,13 @@
 //! A [`digest`] keeps what is needed of the trials, and a [`summary`] states all conclusions. For each controller
 //! ([`set_summary`]) it says how many trials it recovered from, in which kinds of trials ([`strata`]) and how fast
 //! ([`times`]). It says how trials were lost ([`failures`], [`telling_trials`]), what the theory predicted
-//! ([`prediction`]), and whether footsteps helped ([`footsteps`]). It decides which of two sets is better
-//! ([`standing`], [`pairs`]) and which recovers most often ([`headline`]), and it warns of what the result cannot support
-//! ([`warnings`]). The lines of a running campaign are [`so_far`].
+//! ([`prediction`]), and whether footsteps helped ([`footsteps`]). It decides which of two controllers is better
+//! ([`standing`], [`pairs`]) and which recovers most often ([`headline`]), and it warns of what the result cannot
+//! support ([`warnings`]). The lines of a running campaign are [`so_far`].
 //!
 //! The requirements of a campaign are its [`gates`]. They are decided by [`evidence`], and some compare with an earlier
-//! result ([`baseline`]). Two results can be compared ([`compare`]), and if they differ only in the physics engine, their
-//! [`agreement`] is measured.
+//! result ([`baseline`]). Two results can be compared ([`compare`]), and if they differ only in the physics engine,
+//! their [`agreement`] is measured.
 
 pub mod agreement;
 pub mod baseline;

@@ -1,11 +1,12 @@
 //! Compares two controllers on the same pushes: in which trials they end differently, and which is better.
 //!
-//! The better set is the first of its pair. If neither is known to be better, it is the one that recovers more often,
-//! or the earlier one of two that recover equally often. This holds for a comparison of two results, too, where the
-//! names tell the sets apart.
+//! The better controller is the first of its pair. If neither is known to be better, the first is the one that recovers
+//! more often, or the earlier one of two that recover equally often. This also holds for a comparison of two results,
+//! where the names tell the controllers apart.
 //!
-//! Pairs are ordered by their verdicts: first those of which one set is better, then those that are the same, then
-//! those that are not resolved. Within a verdict, the pair with the larger difference comes first.
+//! Pairs are ordered by their verdicts: first the pairs in which one controller is better, then the pairs whose
+//! controllers are the same, then the pairs that are not resolved. Within a verdict, the pair with the larger
+//! difference comes first.
 
 use crate::store::manifest::Manifest;
 use crate::verdict::digest::{Digest, Ended};
@@ -18,16 +19,16 @@ use standfast_stats::mcnemar::PairedCounts;
 use standfast_stats::ranks::{Shift, signed_rank};
 use std::cmp::Ordering;
 
-/// Up to so many pairs are all named in a text.
+/// Largest number of pairs that are all named in a text.
 const FEW_PAIRS: usize = 6;
-/// At most so many trials are named as examples.
+/// Largest number of trials that are named as examples.
 const EXAMPLES: usize = 5;
 /// Level of the intervals in strata.
 const LEVEL: f64 = 0.95;
-/// The stated number of further trials would decide a pair with this chance.
+/// Chance with which the stated number of further trials would decide a pair.
 const POWER: f64 = 0.8;
 
-/// Two sets on the trials that both have. Set b is not known to be better than a.
+/// Two controllers on the trials that both have. Controller b is not known to be better than controller a.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Pair {
     pub a: String,
@@ -50,25 +51,25 @@ pub struct Pair {
     pub better_after: Option<u64>,
     /// The verdict in sentences.
     pub words: String,
-    /// About how many trials that are still to be run would show the difference, if it is as large as observed. If the
-    /// campaign ends when decided, they continue it. Otherwise they are those of a new campaign with another seed. It
-    /// is None if the pair is decided, or if no difference was observed.
+    /// About how many further trials would show the difference, if it is as large as observed. If the campaign ends
+    /// when decided, these are further trials of this campaign. Otherwise they are the trials of a new campaign with
+    /// another seed. It is None if the pair is decided, or if no difference was observed.
     pub more_trials: Option<u64>,
-    /// The first trials that only one of them recovered from.
+    /// The first trials from which only a recovered, and the first trials from which only b recovered.
     pub first_only_a: Vec<u64>,
     pub first_only_b: Vec<u64>,
     /// Time to standing (s), a less b, over the trials from which both recovered.
     pub settling_s: Option<Shift>,
-    /// Time until the COM is home for good (s), a less b, over the trials in which it got there with both. It is None
-    /// for episodes that end early.
+    /// Time until the COM is home to stay (s), a less b, over the trials in which it came home with both controllers.
+    /// It is None for episodes that end early.
     pub homing_s: Option<Shift>,
     /// Number of finished footsteps, a less b, over the trials from which both recovered.
     pub footsteps: Option<Shift>,
     pub strata: Vec<PairStratum>,
 }
 
-/// Two sets on the trials of one stratum. It shows where to look, and proves nothing, because its interval is not
-/// adjusted for the number of strata.
+/// Two controllers on the trials of one stratum. It shows where to look, and proves nothing, because its interval is
+/// not adjusted for the number of strata.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PairStratum {
     pub by: &'static str,
@@ -80,13 +81,13 @@ pub struct PairStratum {
     pub ci95: [f64; 2],
 }
 
-/// How a campaign decides between two sets.
+/// How a campaign decides between two controllers.
 #[derive(Debug, Clone, Copy)]
 pub struct DecisionRule {
     pub when: When,
-    /// Sets that differ by less than this share are the same.
+    /// Difference (a share) below which two controllers are the same.
     pub margin: f64,
-    /// Whether episodes ended as soon as the robot had settled or fallen. Then it is not known when it got home.
+    /// Whether episodes ended as soon as the robot had settled or fallen. Then the homing time is not known.
     pub end_early: bool,
 }
 
@@ -99,7 +100,7 @@ impl DecisionRule {
 }
 
 impl Pair {
-    /// The comparisons of these pairs of sets, ordered by their verdicts.
+    /// The comparisons of these pairs of controllers, ordered by their verdicts.
     pub fn all(rows: &Digest, pairs: &[(usize, usize)], strata: &[Stratum], deciding: DecisionRule) -> Vec<Self> {
         let pair = |&sets: &(usize, usize)| Self::new(rows, sets, strata, pairs.len(), deciding);
         let mut all: Vec<Self> = pairs.iter().map(pair).collect();
@@ -107,7 +108,7 @@ impl Pair {
         all
     }
 
-    /// The comparison of two sets, which is one of `pairs` comparisons.
+    /// The comparison of two controllers, which is one of `pairs` comparisons.
     fn new(
         rows: &Digest,
         sets: (usize, usize),
@@ -200,8 +201,8 @@ impl Pair {
     }
 }
 
-/// Writes a difference (a share) in percentage points, with one digit after the point, or with as many as show that it
-/// is not 0.
+/// Writes a difference (a share) in percentage points, with one digit after the point. A small difference that is not 0
+/// has more digits, so that it does not look like 0.
 pub(super) fn points(share: f64) -> String {
     let points = 100.0 * share;
     let digits = (1..6).find(|&digits| points == 0.0 || points.abs() >= 0.5 * 10f64.powi(-digits)).unwrap_or(6);
@@ -214,8 +215,8 @@ pub fn by_verdict(x: (PairVerdict, f64), y: (PairVerdict, f64)) -> Ordering {
 }
 
 /// The first look by which the exact test finds the difference with a chance of about [`POWER`], if the rates are as
-/// observed. The guess takes a single test at that look, with all the error that may be spent by then. It is None if no
-/// difference was observed.
+/// observed. The estimate supposes a single test at that look, with all the error that may be spent by then. It is None
+/// if no difference was observed.
 fn trials_to_resolve(counts: &PairedCounts, looks: Looks, alpha: f64) -> Option<u64> {
     let enough =
         |look: &u64| counts.trials_to_resolve(0.0, POWER, alpha * looks.spent(*look)).is_some_and(|n| n <= *look);
@@ -229,9 +230,10 @@ fn trials_to_resolve(counts: &PairedCounts, looks: Looks, alpha: f64) -> Option<
     })
 }
 
-/// The numbers of the controllers that recover most often, in the order of `rates` (shares). Sets may have different
-/// trials. So they are ranked first by how many other sets recover more often on the trials that both have, and then by
-/// their rates. `behind` has for each pair the set that recovers less often, if there is one.
+/// The numbers of the controllers that recover most often, in the order of `rates` (shares). Controllers may have
+/// different trials. So they are ranked first by the number of other controllers that recover more often on the trials
+/// that both have, and then by their rates. `behind` has for each pair the controller that recovers less often, if
+/// there is one.
 pub fn leaders(rates: &[f64], behind: impl IntoIterator<Item = usize>) -> Vec<usize> {
     let mut better = vec![0; rates.len()];
     behind.into_iter().for_each(|set| better[set] += 1);
@@ -261,7 +263,7 @@ pub fn rounded(count: u64) -> u64 {
     count.div_ceil(unit) * unit
 }
 
-/// Every pair of so many sets, each with the earlier set first.
+/// Every pair of `sets` controllers, each with the earlier controller first.
 pub fn every_pair(sets: usize) -> Vec<(usize, usize)> {
     (0..sets).flat_map(|a| (a + 1..sets).map(move |b| (a, b))).collect()
 }
@@ -278,17 +280,17 @@ mod tests {
         DecisionRule { when: When::At(Looks::up_to(planned)), ..AT_ONCE }
     }
 
-    /// Sets "a" and "b".
+    /// The pair of the controllers "a" and "b".
     fn pair(outcomes: &[[Outcome; 2]], deciding: DecisionRule) -> Pair {
         Pair::all(&crate::fixtures::digest_of_outcomes(outcomes), &[(0, 1)], &[], deciding).remove(0)
     }
 
-    /// So many trials with both, then with only a, then with only b.
+    /// Trials that are won by both, then trials that only a wins, then trials that only b wins.
     fn in_turn(both: usize, only_a: usize, only_b: usize) -> Vec<[Outcome; 2]> {
         [vec![[Recovered; 2]; both], vec![[Recovered, Fell]; only_a], vec![[Fell, Recovered]; only_b]].concat()
     }
 
-    /// Every set of several recovers from the trials for which `saved` says so.
+    /// All pairs of the controllers `names`. A controller recovers from the trials for which `saved` is true.
     fn all_pairs(names: &[&str], saved: impl Fn(u64, usize) -> bool, deciding: DecisionRule) -> Vec<Pair> {
         let outcome = |trial, set| if saved(trial, set) { Recovered } else { Fell };
         let of_trial = |i: u64| (0..names.len()).map(move |set| (i, set));
@@ -312,7 +314,7 @@ mod tests {
         use PairVerdict::{Better, Open, Same};
         for (counts, first, verdict, words) in [
             ([80, 18, 2], "a", Better, "a is better than b by 16.0 points (8.2 to 25.1, p = 0.0004)."),
-            // The better one comes first.
+            // The better controller comes first.
             ([80, 2, 18], "b", Better, "b is better than a by 16.0 points (8.2 to 25.1, p = 0.0004)."),
             (
                 [95, 5, 0],
@@ -367,7 +369,8 @@ mod tests {
         }
     }
 
-    /// A verdict stays once it is reached, and the words do not claim that the set that is behind recovers more often.
+    /// A verdict stays once it is reached, and the words do not claim that a controller that is behind recovers more
+    /// often.
     #[test]
     fn a_set_that_was_found_better_stays_so_and_it_is_said_if_it_falls_behind() {
         let at_first = pair(&in_turn(0, 25, 0), at_looks(200)).adjusted_ci95;
@@ -399,7 +402,7 @@ mod tests {
 
     #[test]
     fn pairs_are_ordered_by_their_verdicts() {
-        // Sets recover from the first so many pushes.
+        // Each controller recovers from the first pushes, up to its number in `recovered`.
         let recovered = [50, 51, 90, 90, 45];
         let deciding = DecisionRule { margin: 0.09, ..AT_ONCE };
         let all = all_pairs(&["hold", "paper", "catch", "twin", "fixed"], |i, set| i < recovered[set], deciding);
@@ -409,7 +412,7 @@ mod tests {
         assert_eq!(told.join(", "), expected);
     }
 
-    /// 8 : 1 has p = 0.039: enough for one pair, not for three.
+    /// A count of 8 : 1 has p = 0.039: enough for one pair, not for three.
     #[test]
     fn claims_are_adjusted_for_how_many_there_are() {
         let all = all_pairs(&["a", "b", "c"], |i, set| if set == 1 { i == 0 || i > 8 } else { i != 0 }, AT_ONCE);

@@ -1,31 +1,32 @@
-//! Compares memberships with outcomes, to show how well the sets of the pendulum predict what the simulated robot does.
+//! Compares memberships with outcomes, to show how well the CPI sets predict what the simulated robot does.
 //!
 //! A maximal CPI set holds every state from which its gain keeps the ZMP inside the support for ever (paper, eq. 9).
-//! The slowest gain has the largest set. By the theory the robot recovers if its true state at the end of the push is
-//! inside this set, and needs a footstep if it is outside. If the controller states a `zmp_disturbance`, the robust sets
-//! are used.
+//! The slowest gain has the largest CPI set. By the theory the robot recovers if its true state at the end of the push
+//! is inside this CPI set, and needs a footstep if it is outside. If the controller states a `zmp_disturbance`, the
+//! robust CPI sets are used.
 
 use crate::verdict::digest::{Ended, success_count_of};
 use serde::Serialize;
 use standfast_sim::episode::Membership;
 use standfast_stats::rate::SuccessCount;
 
-/// Edges of the bins of the margin. A margin of 0 is on the border of the set, and 1 is at rest at its centre. The
+/// Edges of the bins of the margin. A margin of 0 is on the border of the CPI set, and 1 is at rest at its centre. The
 /// outer bins are open.
 const MARGIN_EDGES: [f64; 6] = [-0.5, -0.25, 0.0, 0.25, 0.5, 0.75];
 
-/// The trials of one controller, by where the state was at the end of the push. Trials that had ended before are left
-/// out.
+/// The trials of one controller, by where the state was at the end of the push. Trials that had ended before the end of
+/// the push are left out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Prediction {
     pub inside: SuccessCount,
-    /// Trials with an empty set are counted here, too.
+    /// Trials from outside of the CPI set, including trials with an empty CPI set.
     pub outside: SuccessCount,
     /// Share of trials that ended as predicted: the robot recovered from inside, or did not recover from outside.
     pub agreement: f64,
-    /// The same share for the estimated state, which is what the controller could know at that time.
+    /// Share of trials that ended as predicted from the estimated state, which is what the controller could know at
+    /// that time.
     pub agreement_est: f64,
-    /// Trials by margin. Bins without trials, and trials whose set was empty, are left out.
+    /// Trials by margin. Bins without trials, and trials with an empty CPI set, are left out.
     pub by_margin: Vec<MarginBin>,
 }
 
@@ -39,7 +40,7 @@ pub struct MarginBin {
 }
 
 impl Prediction {
-    /// It is None for a set without gains.
+    /// It is None for a controller without feedback gains.
     pub fn new(all: &[Ended]) -> Option<Self> {
         let is_inside = |ended: &Ended| ended.set_after_push.map(|side| side == Membership::Inside);
         let [inside, outside] = [true, false].map(|side| success_count_of(all, |ended| is_inside(ended) == Some(side)));
@@ -96,7 +97,7 @@ mod tests {
         .unwrap();
         let counts = [foretold.inside, foretold.outside].map(|count| (count.trials, count.recovered));
         assert_eq!(counts, [(3, 2), (3, 1)]);
-        // By the estimate the first is outside, and so is the third, which fell.
+        // By the estimate the first state is outside, and so is the third, which fell.
         assert_eq!((foretold.agreement, foretold.agreement_est), (4.0 / 6.0, 4.0 / 6.0));
         let bins: Vec<_> = foretold.by_margin.iter().map(|b| (b.from, b.to, b.count.trials)).collect();
         let expected =

@@ -12,7 +12,7 @@ use standfast_sim::episode::Outcome;
 use standfast_stats::curve::{NoCurve, Pushes, SuccessCurve};
 use standfast_stats::rate::SuccessCount;
 
-/// If a curve is fitted to more trials than this, their impulses are rounded.
+/// Largest number of trials to which a curve is fitted as they are. With more trials, the impulses are rounded.
 const MANY: usize = 2500;
 const CURVE_POINTS: usize = 41;
 
@@ -23,7 +23,7 @@ pub struct SetSummary {
     pub origin: SetOrigin,
     #[serde(flatten)]
     pub count: SuccessCount,
-    /// How many had not fallen at the end, whether they stood or not.
+    /// Number of trials in which the robot had not fallen at the end, whether it stood or not.
     pub survived: SuccessCount,
     pub fell: u64,
     pub diverged: u64,
@@ -31,30 +31,33 @@ pub struct SetSummary {
     pub timed_out: u64,
     /// Trials in which the push found the COM faster than a robot that counts as standing.
     pub moving_at_push: u64,
-    /// Trials that were run twice to see whether the controller repeats, and those that ended otherwise the second time.
+    /// Number of trials that were run twice to see whether the controller repeats, and number of those trials that did
+    /// not.
     pub run_twice: u64,
     pub not_repeated: u64,
-    /// Over this set's own recovered trials.
+    /// Times over the trials from which this controller recovered.
     #[serde(flatten)]
     pub times: Times,
-    /// How well the sets of the pendulum predicted the outcomes. It is None for a set without gains.
+    /// How well the CPI sets predicted the outcomes. It is None for a controller without feedback gains.
     pub foretold: Option<Prediction>,
-    /// Outcomes by number of footsteps. It is None for a set that took no footstep.
+    /// Outcomes by number of footsteps. It is None for a controller that took no footstep.
     pub stepped: Option<ByFootsteps>,
     /// How trials were lost.
     pub failures: Failures,
     pub fall_causes: Vec<FallCause>,
-    /// Success by impulse, in bins of equal width. All sets have the same bins. Those without any trial are left out.
+    /// Success by impulse, in bins of equal width. All controllers have the same bins. Bins without any trial are left
+    /// out.
     pub by_impulse: Vec<ImpulseBin>,
     /// The impulses (N s) with 50 % and with 90 % recovery, by a fitted curve.
     pub curve: FittedCurve,
-    /// The same for the impulse as a multiple of m omega d, by which robots of different sizes can be compared.
+    /// The fitted curve over the impulse as a multiple of m omega d, by which robots of different sizes can be
+    /// compared.
     pub normalized_curve: FittedCurve,
     pub strata: Vec<SetStratum>,
     pub telling: Vec<TellingTrial>,
 }
 
-/// Where a set's trials can be replayed from.
+/// Where a controller's trials can be replayed from.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SetOrigin {
     /// Path of the campaign file, relative to the folder of the result.
@@ -64,7 +67,7 @@ pub struct SetOrigin {
 }
 
 impl SetOrigin {
-    /// The origin of a set of the result's own campaign.
+    /// The origin of a controller of the result's own campaign.
     pub fn own(set: &str) -> Self {
         Self { campaign: "campaign.toml".into(), gains: set.into() }
     }
@@ -102,7 +105,7 @@ impl FittedCurve {
     }
 }
 
-/// Rounds impulses to one of [`MANY`] values if there are more trials than that, because a fit takes time for each
+/// Rounds impulses to one of [`MANY`] values if there are more than [`MANY`] trials, because a fit takes time for each
 /// different impulse. An impulse changes by at most 0.02 % of the range.
 fn pooled(mut trials: Vec<(f64, bool)>) -> Vec<(f64, bool)> {
     let ends = trials.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], (x, _)| [a.min(*x), b.max(*x)]);
@@ -113,7 +116,7 @@ fn pooled(mut trials: Vec<(f64, bool)>) -> Vec<(f64, bool)> {
     trials
 }
 
-/// The trials of a set that are in one stratum.
+/// The trials of a controller that are in one stratum.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SetStratum {
     pub by: &'static str,
@@ -132,8 +135,8 @@ pub struct ImpulseBin {
 }
 
 impl SetSummary {
-    /// Sums up set number `set`. `bins` are the edges of bins of impulse (N s), and `strata` are those of the campaign.
-    /// `end_early` is as for [`Times::of`].
+    /// Sums up controller number `set`. `bins` are the edges of bins of impulse (N s), and `strata` are the strata of
+    /// the campaign. `end_early` is as for [`Times::of`].
     pub(super) fn new(set: usize, all: &Digest, bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
         let (name, trials) = (&all.names[set], all.of(set));
         let Counted { failures, fall_causes, moving_at_push, run_twice, not_repeated } = all.counted(set);

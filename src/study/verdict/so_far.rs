@@ -1,5 +1,5 @@
-//! Sums up the finished trials of a campaign while it runs: how often each controller has recovered, and which sets can
-//! be told apart. The intervals hold at every look, so a user may look at any time.
+//! Sums up the finished trials of a campaign while it runs: how often each controller has recovered, and which
+//! controllers can be told apart. The intervals hold at every look, so a user may look at any time.
 
 use crate::store::row::TrialRow;
 use crate::verdict::pairs::{by_verdict, every_pair, is_worth_a_line, leaders};
@@ -16,9 +16,9 @@ const LEVEL: f64 = 0.95;
 pub struct Tally {
     names: Vec<String>,
     trials: u64,
-    /// For each set the number of its trials, and from how many of them it recovered.
+    /// Number of trials of each controller, and number of those trials from which it recovered.
     sets: Vec<[u64; 2]>,
-    /// Counts for the pairs of [`every_pair`], over the trials that both sets have.
+    /// Counts for the pairs of [`every_pair`], over the trials that both controllers have.
     pairs: Vec<PairedCounts>,
 }
 
@@ -55,15 +55,15 @@ impl Tally {
 
 /// What follows from a [`Tally`].
 pub struct SoFar {
-    /// Number of finished trials. A set that was stopped earlier has fewer.
+    /// Number of finished trials. A controller that was stopped earlier has fewer.
     pub trials: u64,
-    /// Name and count of each set, in the order of the campaign. The intervals hold at every look.
+    /// Name and count of each controller, in the order of the campaign. The intervals hold at every look.
     pub sets: Vec<(String, SuccessCount)>,
     /// The pairs, ordered by their verdicts.
     pub pairs: Vec<PairSoFar>,
 }
 
-/// Two sets on the same trials. Which of them is a is decided as for a [`Pair`](super::pairs::Pair).
+/// Two controllers on the same trials. Which controller is a is decided as for a [`Pair`](super::pairs::Pair).
 pub struct PairSoFar {
     pub a: String,
     pub b: String,
@@ -75,7 +75,7 @@ pub struct PairSoFar {
 }
 
 impl SoFar {
-    /// Sets that differ by less than `margin` (a share) are the same.
+    /// Controllers that differ by less than `margin` (a share) are the same.
     pub fn new(tally: &Tally, margin: f64) -> Self {
         let Tally { names, trials, .. } = tally;
         let count = |&[trials, recovered]: &[u64; 2]| SuccessCount {
@@ -120,7 +120,7 @@ pub(crate) mod tests {
         assert_eq!(pairs(5), ["0", "1", "2", "3"].map(|other| ("4".to_string(), other.to_string())));
     }
 
-    /// One of the sets stops after the first part.
+    /// One of the controllers stops after the first part.
     #[test]
     fn a_tally_counts_each_part_once_and_pairs_over_their_common_trials() {
         let mut tally = Tally::new(&["a", "b"].map(String::from));
@@ -134,7 +134,7 @@ pub(crate) mod tests {
         assert_eq!((&pair.a[..], pair.difference, pair.verdict), ("a", 1.0, PairVerdict::Better));
     }
 
-    /// Because a user may look often, the intervals are wider than those for a fixed number of trials.
+    /// Because a user may look often, the intervals are wider than intervals for a fixed number of trials.
     #[test]
     fn it_may_be_looked_at_often() {
         let found = so_far(2, 300, |set| set.to_string());

@@ -1,9 +1,9 @@
 //! Decides between two controllers on the same trials. The lines of a running campaign, its end and its result all use
-//! this one decision.
+//! this same decision.
 //!
 //! A betting interval contains the truth at all looks together with its confidence. So does the intersection of the
-//! intervals of all looks. Verdicts are taken from that intersection. So what is decided at one look stays decided,
-//! even if more trials are run because something else is still open.
+//! intervals of all looks, from which the verdicts are taken. A question that is decided at one look stays decided,
+//! even if more trials are run because another question is still open.
 
 use crate::verdict::digest::Digest;
 use standfast_stats::decision::{ALPHA, Decision, alpha_of_each, each_of};
@@ -11,7 +11,7 @@ use standfast_stats::looks::Looks;
 use standfast_stats::mcnemar::PairedCounts;
 use standfast_stats::sign_test::first_decision;
 
-/// At which times a campaign may decide that one set is better.
+/// The times at which a campaign may decide that one controller is better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum When {
     /// Once, after a number of trials that was fixed in advance.
@@ -22,11 +22,11 @@ pub enum When {
     At(Looks),
 }
 
-/// Two sets on the trials that both have. Set a is the better one. If neither is known to be better, it is the one that
-/// recovers more often, or the first of two that recover equally often.
+/// Two controllers on the trials that both have. Controller a is the better one. If neither is known to be better, a is
+/// the one that recovers more often, or the first of two that recover equally often.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standing {
-    /// Numbers of the sets in the campaign.
+    /// Numbers of the controllers in the campaign.
     pub a: usize,
     pub b: usize,
     pub counts: PairedCounts,
@@ -37,8 +37,8 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// Compares two sets, given by their numbers, as one of so many `pairs`. Sets that differ by less than `margin` (a
-    /// share) are the same.
+    /// Compares two controllers, given by their numbers, as one of `pairs` pairs. Controllers that differ by less than
+    /// `margin` (a share) are the same.
     pub fn of(rows: &Digest, sets: (usize, usize), pairs: usize, when: When, margin: f64) -> Self {
         let next = |trials: u64| match when {
             When::At(looks) => looks.after(trials),
@@ -55,7 +55,7 @@ impl Standing {
         Self::new(sets, counts, &at_looks, pairs, when, margin)
     }
 
-    /// Compares two sets at any time, from counts of trials in any order.
+    /// Compares two controllers at any time, from counts of trials in any order.
     pub fn at_any_time(sets: (usize, usize), counts: PairedCounts, pairs: usize, margin: f64) -> Self {
         Self::new(sets, counts, &[], pairs, When::AnyTime, margin)
     }
@@ -87,8 +87,8 @@ impl Standing {
     }
 }
 
-/// The intersection of the intervals of all looks, in their order. An interval is left out if it has nothing in common
-/// with those before it. Then one of them misses the truth, and it cannot be known which one.
+/// The intersection of the intervals of all looks, in their order. An interval that does not overlap the intersection
+/// of the earlier ones is left out: at least one interval then misses the truth, and it cannot be known which one.
 pub fn narrowed(intervals: impl IntoIterator<Item = [f64; 2]>) -> [f64; 2] {
     intervals.into_iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[low, high], [least, most]| {
         let common = [low.max(least), high.min(most)];
@@ -102,7 +102,7 @@ mod tests {
     use standfast_sim::episode::Outcome::{self, Fell, Recovered};
     use standfast_stats::decision::PairVerdict;
 
-    /// A look at 300 trials decides it. The later trials alone would leave it open.
+    /// A look at 300 trials decides the pair. The later trials alone would leave it open.
     #[test]
     fn sets_that_were_found_to_be_the_same_stay_so() {
         let mut outcomes = vec![[Recovered; 2]; 300];

@@ -1,10 +1,10 @@
-//! Sorts the trials of a campaign into strata by one of the quantities that were drawn for them, to show where gain
-//! sets differ.
+//! Sorts the trials of a campaign into strata by one of the quantities that were drawn for them, to show where
+//! controllers differ.
 //!
-//! A stratum depends only on what was drawn, which is the same for every controller, and never on outcomes. Trials are
-//! sorted by one quantity at a time, so each trial is in one stratum of each quantity. A quantity makes no strata if it
-//! does not vary, or if all trials would be in the same one. Edges lie at quantiles, and are rounded to a digit that is
-//! at most a twentieth of the range.
+//! A stratum depends only on the drawn quantities, which are the same for every controller, and never on outcomes.
+//! Trials are sorted by one quantity at a time, so each trial is in one stratum of each quantity. A quantity makes no
+//! strata if it does not vary, or if all trials would be in the same stratum. Edges lie at quantiles, and are rounded
+//! to a digit that is at most a twentieth of the range.
 
 use crate::verdict::digest::Drawn;
 use std::rc::Rc;
@@ -15,9 +15,9 @@ pub struct Stratum {
     /// The quantity: "heading", "impulse", "duration", "height", "second push", "slope along the push", or one of robot
     /// and ground by its name in a campaign ("friction").
     pub by: &'static str,
-    /// Which of its values, with unit: "forward", "2.1 to 3.8 N s", "below 0.06 s".
+    /// The values in this stratum, with unit: "forward", "2.1 to 3.8 N s", "below 0.06 s".
     pub label: String,
-    /// For each trial the number of its stratum among those of the quantity, and the number of this one.
+    /// Index of the stratum of each trial, among the strata of the quantity; and the index of this stratum.
     places: Rc<[u8]>,
     own: u8,
 }
@@ -29,7 +29,7 @@ impl Stratum {
     }
 }
 
-/// All strata of a campaign, made from what was drawn for its trials.
+/// All strata of a campaign, made from the drawn quantities of its trials.
 pub fn strata(drawn: &Drawn) -> Vec<Stratum> {
     let mut strata = Vec::new();
     let headings = drawn.heading_deg.iter();
@@ -82,7 +82,8 @@ fn by_height(heights: impl Iterator<Item = Option<f64>> + Clone) -> Vec<Stratum>
     if sides.is_empty() { at_quantiles("height", heights, 2, " m above the COM") } else { sides }
 }
 
-/// Makes `parts` strata with about equal numbers of trials. There are none if the values do not vary enough for that.
+/// Makes `parts` strata with about equal numbers of trials. There are none if the values vary too little for `parts`
+/// strata.
 fn at_quantiles(
     by: &'static str,
     values: impl Iterator<Item = Option<f64>> + Clone,
@@ -92,12 +93,12 @@ fn at_quantiles(
     let Some([least, most]) = range(values.clone()) else { return Vec::new() };
     let mut ascending: Vec<f64> = values.clone().flatten().collect();
     ascending.sort_unstable_by(f64::total_cmp);
-    // 0 for whole numbers, 1 for tenths, ...
+    // Number of digits after the point: 0 for whole numbers, 1 for tenths, ...
     let digits = (-((most - least) / 20.0).log10().floor()).max(0.0) as usize;
     let edge = |part: usize| {
         let value = ascending[part * ascending.len() / parts];
         let rounded = format!("{value:.digits$}").parse().unwrap_or(value);
-        // Plus 0: no -0.
+        // Adding 0 turns -0 into 0.
         (rounded, format!("{:.digits$}", rounded + 0.0))
     };
     let edges: Vec<(f64, String)> = (1..parts).map(edge).collect();
@@ -111,7 +112,7 @@ fn at_quantiles(
 }
 
 /// Sorts trials into the strata of `labels`, by the index that `of` gives for a value. Empty strata are left out, and
-/// if fewer than two are left there are none. A trial without a value is in no stratum.
+/// if fewer than two remain, there are none. A trial without a value is in no stratum.
 fn sorted(
     by: &'static str,
     values: impl Iterator<Item = Option<f64>>,

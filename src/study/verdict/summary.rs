@@ -38,11 +38,11 @@ pub struct Summary {
     /// SHA-256 over campaign, robot, controllers and version. With the same build, equal hashes mean equal trials.
     pub config_hash: String,
     pub trials_sha256: String,
-    /// The first sentences of a report: which set recovers most often, and than which others it is better.
+    /// The first sentences of a report: which controller recovers most often, and than which others it is better.
     pub headline: String,
     pub robot: String,
-    /// Number of trials. In a campaign that ends when decided, a set that was stopped earlier has fewer. Its own number
-    /// stands in `sets`.
+    /// Number of trials. In a campaign that ends when decided, a controller that was stopped earlier has fewer. Its own
+    /// number is in `sets`.
     pub trials: u64,
     /// The largest number of trials that was asked for. It is larger than `trials` if the campaign ended earlier
     /// because it was decided.
@@ -50,8 +50,8 @@ pub struct Summary {
     /// The number of trials that was asked for when the campaign was begun. If the campaign could end when decided, its
     /// looks follow from this number.
     pub planned_trials: u64,
-    /// Sentences that say which controllers stopped before the others, and why. It is None if all have the same number of
-    /// trials.
+    /// Sentences that say which controllers stopped before the others, and why. It is None if all have the same number
+    /// of trials.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stopped: Option<String>,
     pub stopping: Stopping,
@@ -69,10 +69,10 @@ pub struct Summary {
     /// The controller of which all others are variants, if there is one. Its pairs come first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
-    /// Times over the trials that every set survived, which can be compared between sets.
+    /// Times over the trials from which every controller recovered, which can be compared between controllers.
     pub common_survivors: CommonSurvivors,
-    /// Every pair of sets, compared trial by trial, ordered by verdict. In a comparison of two results each pair has
-    /// one set of each.
+    /// Every pair of controllers, compared trial by trial, ordered by verdict. In a comparison of two results each pair
+    /// has one controller of each result.
     pub pairs: Vec<Pair>,
     pub gates: Vec<GateResult>,
     /// How far two results agree that differ only in the physics engine.
@@ -85,8 +85,8 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Sums up the trials of a campaign. `trials_sha256` is the hash of the file that holds them. `pairs` are the sets
-    /// to compare, by their numbers in the campaign.
+    /// Sums up the trials of a campaign. `trials_sha256` is the hash of the file that holds them. `pairs` are the
+    /// controllers to compare, by their numbers in the campaign.
     pub fn new(
         manifest: &Manifest,
         rows: &Digest,
@@ -149,7 +149,7 @@ impl Summary {
         Ok((summary, rows))
     }
 
-    /// Reads the same without writing anything. It fails if a part is missing or damaged.
+    /// Reads the summary and the trials without writing anything. It fails if a part is missing or damaged.
     pub fn read(folder: &Folder, gates: &Gates) -> Result<(Summary, Digest)> {
         Self::read_into(folder, gates, || Ok(sink())).map(|(summary, rows, _)| (summary, rows))
     }
@@ -179,7 +179,7 @@ impl Summary {
     }
 }
 
-/// Says which sets have fewer than these trials.
+/// Says which controllers have fewer than `trials` trials.
 fn stopped(sets: &[SetSummary], trials: u64) -> Option<String> {
     let mut by_trials: BTreeMap<u64, Vec<&str>> = BTreeMap::new();
     for set in sets.iter().filter(|set| set.count.trials < trials) {
@@ -229,7 +229,7 @@ pub(crate) mod tests {
             assert!(pair.strata.iter().all(|stratum| stratum.counts.trials() == stratum.trials));
         }
         assert_eq!(summary.gates.iter().map(|gate| gate.judged.trials).collect::<Vec<_>>(), [25, 100]);
-        // All sets have the same bins, although the later pushes are harder and "b" has none of them.
+        // All controllers have the same bins, although the later pushes are harder and "b" has no trial with them.
         assert!(summary.sets.iter().all(|set| set.by_impulse.len() == summary.sets[0].by_impulse.len()));
         assert_eq!(summary.sets[1].by_impulse.last().unwrap().count.trials, 0);
         assert!(summary.sets[1].telling.iter().all(|telling| telling.trial < 25));

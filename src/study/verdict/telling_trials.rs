@@ -1,20 +1,20 @@
-//! Picks the trials of a controller that are worth a replay: the easiest one that it lost and another controller did not,
-//! the one that it lost nearest to its limit, the hardest one from which it recovered, and the easiest ones that it lost.
+//! Picks the trials of a controller that are worth a replay: the easiest lost trial that another controller recovered
+//! from, the lost trial nearest to the limit, the hardest trial that was recovered from, and the easiest lost trials.
 
 use crate::verdict::digest::Digest;
 use crate::verdict::listed::listed;
 use serde::Serialize;
 use std::collections::HashSet;
 
-/// At most so many of the easiest lost trials are named.
+/// Largest number of easiest lost trials that are named.
 const LOST: usize = 3;
 
-/// A trial to replay, and why.
+/// A trial to replay, and the reason.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TellingTrial {
     pub trial: u64,
     pub impulse_n_s: f64,
-    /// The measure of how hard the push is. A push of 1 is the hardest that standing could take.
+    /// Impulse of the push over m omega d. A push of 1 is the hardest instantaneous push without a footstep.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub impulse_over_m_omega_d: Option<f64>,
     pub heading_deg: f64,
@@ -23,10 +23,10 @@ pub struct TellingTrial {
 }
 
 impl TellingTrial {
-    /// The trials of set number `set` that are worth a replay, each named once. `limit` is the push that half of the
-    /// trials survive, in the unit of [`Digest::hardness`]. First comes the easiest trial that it lost and that another
-    /// controller survived, then the lost one that is nearest to the limit, then the hardest that was survived. The
-    /// easiest lost ones come last.
+    /// The trials of controller number `set` that are worth a replay, each named once. `limit` is the push from which
+    /// the robot recovers in half of the trials, in the unit of [`Digest::hardness`]. First comes the easiest lost
+    /// trial that another controller recovered from, then the lost trial nearest to the limit, then the hardest trial
+    /// that was recovered from. The easiest lost trials come last.
     pub fn of(rows: &Digest, set: usize, limit: Option<f64>) -> Vec<Self> {
         let own = rows.of(set);
         let hardness = |trial: usize| rows.hardness(set, trial);

@@ -1,7 +1,7 @@
 //! Measures how long controllers take until the robot stands, and until it is home.
 //!
-//! The medians of two sets are over different trials: a set that survives harder pushes has more of the slow ones. So
-//! there are also medians over the trials that all sets survive.
+//! The medians of two controllers are over different trials: a controller that survives harder pushes has more of the
+//! slow ones. So there are also medians over the trials that all controllers survive.
 
 use crate::verdict::digest::{Digest, Ended};
 use serde::Serialize;
@@ -10,10 +10,10 @@ use standfast_stats::rate::median;
 /// Medians of the times from the end of the push, over trials that recovered.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Times {
-    /// Median time until the robot stands, which means that it is slow and inside of the support (s).
+    /// Median time until the robot stands, which means that the COM is slow and inside of the support (s).
     pub median_settling_s: Option<f64>,
-    /// Median time until the COM is home for good (s). A trial in which it never is counts as the latest. It is None if
-    /// the median is such a trial, and for episodes that end early.
+    /// Median time until the COM is home to stay (s). A trial in which it does not come home counts as later than all
+    /// others. It is None if the median is such a trial, and for episodes that end early.
     pub median_homing_s: Option<f64>,
     /// Number of trials in which the COM was home at the horizon. It is None for episodes that end early.
     pub home: Option<u64>,
@@ -36,11 +36,11 @@ impl Times {
     }
 }
 
-/// Trials that every set of the campaign survived, and each set's times over them.
+/// Trials that every controller of the campaign survived, and each controller's times over them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CommonSurvivors {
     pub trials: u64,
-    /// The times of each set, in the order of the sets.
+    /// The times of each controller, in the order of the campaign.
     pub sets: Vec<Times>,
 }
 

@@ -7,13 +7,13 @@ use crate::verdict::pairs::Pair;
 use crate::verdict::set_summary::SetSummary;
 use standfast_stats::decision::PairVerdict;
 
-/// With fewer trials than this, a rate of 50 % is known to 10 points either way at best.
+/// Least number of trials without a warning. With fewer, a rate of 50 % is known to 10 points either way at best.
 const FEW_TRIALS: u64 = 100;
-/// At most so many pairs are named.
+/// Largest number of pairs that are named.
 const NAMED: usize = 3;
-/// If all rates are above this, or all are below 1 minus this, there is little to compare.
+/// Rate near an end: if all rates are above it, or all are below 1 minus it, there is little to compare.
 const NEARLY: f64 = 0.98;
-/// No warning is given if at most this share of the trials begins with a robot in motion.
+/// Largest share of trials that may begin with a robot in motion without a warning.
 const MOVING: f64 = 0.02;
 
 /// The warnings as sentences, the gravest first. A sound design has none.
@@ -54,7 +54,7 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
                 .into(),
         );
     }
-    // The smallest number k of discordant trials that show a difference if the same set recovers in all of them. It is
+    // The smallest number k of discordant trials that show a difference if the same controller recovers in all of them:
     // the smallest k for which 2 / 2^k, times the number of pairs, is below 5 %.
     let enough = (2.0 * pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
     let is_thin = |pair: &&Pair| {
@@ -122,9 +122,9 @@ mod tests {
             ("could end when decided", 1, 100, [Recovered, Fell], &["stopping.until_resolved=true"]),
             ("diverged numerically", 1, 100, [Recovered, Diverged], &[]),
             ("since the controller failed", 1, 100, [Recovered, Failed], &[]),
-            // With either set.
+            // The same warning comes with either controller.
             ("not at rest", 2, 100, [Recovered, Fell], &["episode.judge.standing_com_speed_m_s=0.0005"]),
-            // A sound one.
+            // A sound design has no warning.
             ("", 0, 100, [Recovered, Fell], &[]),
         ] {
             let warnings = summary(&vec![outcomes; trials], set, &[]).warnings;

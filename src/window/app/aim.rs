@@ -23,7 +23,8 @@ pub struct Aim {
 }
 
 impl Aim {
-    /// The first push, from the options, for a robot with these units. Fails if `--impulse` or `--heading` is out of range.
+    /// The first push, from the options, for a robot with these units. Fails if `--impulse` or `--heading` is out of
+    /// range.
     pub fn new(args: &Options, units: &Units) -> Result<Self> {
         let [most_n_s, step_n_s] = [MOST, STEP].map(|factor| round(factor * Push::of(units).impulse_n_s));
         let impulse_n_s = args.impulse.unwrap_or(Push::first(units).impulse_n_s);
@@ -37,7 +38,7 @@ impl Aim {
         Ok(Self { impulse_n_s, heading_deg: wrapped(args.heading), most_n_s, step_n_s })
     }
 
-    /// Sets the impulse (N s), or the nearest that is accepted.
+    /// Sets the impulse (N s), clamped to the accepted range.
     pub fn set_impulse(&mut self, impulse_n_s: f64) {
         self.impulse_n_s = impulse_n_s.clamp(0.0, self.most_n_s);
     }

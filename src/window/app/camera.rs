@@ -1,4 +1,4 @@
-//! The camera of the window: where it starts, how it follows the robot, and where in the picture points are seen.
+//! The camera of the window: its start, how it follows the robot, and the places of points in the picture.
 
 use super::triangles::vec3;
 use kiss3d::camera::{Camera3d, OrbitCamera3d};
@@ -26,7 +26,7 @@ pub fn camera(scale: RobotScale) -> OrbitCamera3d {
 /// Keeps the robot in the picture: the camera follows the robot, and the user's rotation, offset and zoom remain.
 #[derive(Debug)]
 pub struct Leash {
-    /// How far the camera has followed the robot (m).
+    /// Displacement by which the camera has followed the robot (m).
     gone: Vec3,
     /// Velocity of the camera (m/s).
     speed: Vec3,
@@ -43,12 +43,12 @@ const LEASH_SHARE: f32 = 0.1;
 const CATCH_UP_S: f32 = 0.25;
 
 impl Leash {
-    /// For a robot of this size.
+    /// A leash for a robot of this size.
     pub fn of(scale: RobotScale) -> Self {
         Self { gone: Vec3::ZERO, speed: Vec3::ZERO, length_m: LEASH_M * scale.length() as f32 }
     }
 
-    /// Where the camera should be for a COM, as an offset from its start (m).
+    /// Desired place of the camera for a COM, as an offset from its start (m).
     fn wanted(&self, camera: &OrbitCamera3d, com: &Point3<f64>) -> Vec3 {
         let away = Vec3::new(com.x as f32, com.y as f32, 0.0) - self.gone;
         let slack = self.length_m.min(LEASH_SHARE * camera.dist());
@@ -68,7 +68,7 @@ impl Leash {
         }
     }
 
-    /// Moves the camera at once, for a robot that is suddenly elsewhere.
+    /// Moves the camera at once, for a robot that is suddenly at another place.
     pub fn jump(&mut self, camera: &mut OrbitCamera3d, com: &Point3<f64>) {
         self.speed = Vec3::ZERO;
         let step = self.wanted(camera, com) - self.gone;
@@ -187,7 +187,7 @@ mod tests {
         let before = seen(&camera, Point3::new(0.0, 0.0, 0.3));
         leash.jump(&mut camera, &com);
         let after = seen(&camera, com);
-        // The robot may be seen elsewhere by the length of the leash.
+        // The place of the robot in the picture may differ by the length of the leash.
         assert!(before.distance(after) < 120.0, "{before} {after}");
         assert!((camera.dist() - 0.4).abs() < 1e-6);
     }

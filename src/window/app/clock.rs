@@ -7,14 +7,14 @@ pub const SPEEDS: [f64; 7] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
 
 /// Longest time that a frame spends on catching up if physics is slower than real time.
 const PATIENCE: Duration = Duration::from_millis(400);
-/// Longest time that a frame spends on catching up in any case, since the window does not respond during it.
+/// Longest time that a frame spends on catching up in any case, because the window does not respond during this time.
 const LONGEST: Duration = Duration::from_secs(3);
 
-/// Most real time that counts for a frame (s). After a longer time the display stood still or the program was stopped,
-/// and the simulation goes on where it was.
+/// Longest real time that counts for a frame (s). After a longer time the display stood still or the program was
+/// stopped, and the simulation continues where it was.
 const LONGEST_FRAME_S: f64 = 3.0;
 
-/// Frames that a display shows in a second. Those that are not drawn count as dropped.
+/// Number of frames that a display shows in a second. Frames that are not drawn count as dropped.
 const DISPLAY_HZ: f64 = 60.0;
 
 /// Keeps a simulation in step with real time.
@@ -38,7 +38,7 @@ pub struct FrameClock {
     pub factor: Option<f64>,
     /// Frames per second, over the last second.
     pub frames_per_s: f64,
-    /// Simulated time (s), real time (s) and frames since both were measured last.
+    /// Simulated time (s), real time (s) and frames since the last measurement.
     stretch: [f64; 3],
 }
 
@@ -82,7 +82,7 @@ impl FrameClock {
         self.last = Instant::now();
     }
 
-    /// Begins a frame: the real time since the last one is to be simulated.
+    /// Begins a frame: the real time since the last frame is to be simulated.
     pub fn begin_frame(&mut self) {
         let stood_s = self.last.elapsed().as_secs_f64();
         let passed_s = stood_s.min(LONGEST_FRAME_S);
@@ -108,8 +108,8 @@ impl FrameClock {
     }
 
     /// Calls `advance`, which simulates `step_s` (s), as often as is due, until it returns false. If physics is slower
-    /// than real time, the time that is still due is dropped: every tick is simulated, but the simulation falls behind
-    /// real time. If only drawing is slow, all that is due is simulated, and the next frames have less to do.
+    /// than real time, the remaining time is dropped: every tick is simulated, but the simulation falls behind real
+    /// time. If only drawing is slow, all due time is simulated, and the next frames have less to do.
     pub fn catch_up(&mut self, step_s: f64, mut advance: impl FnMut() -> bool) {
         let (start, mut done_s) = (Instant::now(), 0.0);
         while self.due_s >= step_s {

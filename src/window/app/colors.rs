@@ -23,7 +23,7 @@ pub trait OnScreen {
     /// The colour for egui, with an opacity from 0 to 1.
     fn faint(self, opacity: f32) -> Color32;
 
-    /// The colour as linear light, which is what the material draws.
+    /// The colour as linear light, which the material draws.
     fn linear(self) -> Rgb;
 
     /// The colour for lines and the background, which are drawn as linear light, too.

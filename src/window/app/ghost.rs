@@ -1,4 +1,5 @@
-//! The ghost: the robot in another engine, drawn transparent over the picture, so that the solid robot does not hide it.
+//! The ghost: the robot in another engine, drawn transparent over the picture, so that the solid robot does not hide
+//! it.
 
 use super::camera::Lens;
 use super::colors::OnScreen as _;

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wish {
     Pause,
-    /// Pause, and go on by one control tick.
+    /// Pauses, and continues by one control tick.
     Tick,
     Restart,
     Faster,
@@ -17,11 +17,11 @@ pub enum Wish {
     Push,
     /// Impulse of the next push (N s).
     Impulse(f64),
-    /// Make the next push harder by this many steps, or softer if negative.
+    /// Makes the next push harder by this many steps, or softer if negative.
     Harder(i32),
-    /// Turn the next push to the left (degrees).
+    /// Turns the next push to the left (degrees).
     Heading(f64),
-    /// Choose the controller with this number, from 0.
+    /// Chooses the controller with this number, from 0.
     GainSet(usize),
     Toggle(Overlay),
     ToggleGhost,
@@ -57,11 +57,12 @@ pub const HELP: [(&str, &str); 14] = [
 ];
 
 /// Longest time between the repeated presses of a key that is held. After a longer time the key was released while
-/// another window had the keyboard, so that this window was not told.
+/// another window had the keyboard, and this window did not get the event.
 const LONGEST_REPEAT: Duration = Duration::from_secs(3);
 
 /// The keys that are down. The window reports a press first as the place of the key, then as the character that the key
-/// has on the user's keyboard. Letters and signs go by the character; digits and keys with a name go by the place.
+/// has on the user's keyboard. Letters and signs are recognised by the character; digits and keys with a name by the
+/// place.
 #[derive(Debug, Default)]
 pub struct Keyboard {
     /// The keys that are down, each with the time of its last press.
@@ -87,7 +88,7 @@ impl Keyboard {
     /// The wish of the character of the key that was pressed.
     pub fn sign(&mut self, sign: char) -> Option<Wish> {
         let (key, is_held) = self.struck.take()?;
-        // On a keyboard without Latin letters, keys go by their place.
+        // On a keyboard without Latin letters, keys are recognised by their place.
         let sign = if sign.is_ascii() { Some(sign.to_ascii_lowercase()) } else { in_place(key) };
         let digit = || in_place(key)?.to_digit(10)?.checked_sub(1).map(|i| Wish::GainSet(i as usize));
         sign.and_then(signed).or_else(digit).filter(|wish| !is_held || wish.repeats())
@@ -178,7 +179,7 @@ mod tests {
             assert_eq!([count(), count(), count()], if repeats { [1, 1, 1] } else { [1, 0, 0] }, "{key:?}");
             keyboard.key(key, Action::Release);
             assert_eq!(press(&mut keyboard, key, sign).len(), 1, "{key:?} again");
-            // The key was released, and the window was not told.
+            // The key was released, and the window did not get the event.
             keyboard.down[0].1 -= LONGEST_REPEAT;
             assert_eq!(press(&mut keyboard, key, sign).len(), 1, "{key:?} another time");
         }

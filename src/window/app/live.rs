@@ -13,13 +13,13 @@ use standfast_sim::Push;
 use standfast_sim::episode::snapshot::Arrow;
 use standfast_sim::episode::{Outcome, Snapshot};
 
-/// How long a push stays in the picture after its end (s), since it may be shorter than a frame.
+/// Time for which a push stays in the picture after its end (s), since it may be shorter than a frame.
 const LINGERING_S: f64 = 0.25;
 
-/// A push with less force than this is over (N).
+/// Force below which a push is over (N).
 const LEAST_N: f64 = 0.1;
 
-/// A running simulation, with a ghost to which the same happens in the other engine.
+/// A running simulation, with a ghost that gets the same pushes and pulls in the other engine.
 pub struct Live<'a> {
     pub world: &'a World,
     pub shown: Simulation<'a>,
@@ -35,7 +35,7 @@ pub struct Live<'a> {
     start: Point3<f64>,
 }
 
-/// Counts of what happened since the window was opened.
+/// Counts of events since the window was opened.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LiveCounts {
     pub pushes: u32,
@@ -63,7 +63,7 @@ impl<'a> Live<'a> {
         Self::start(world, 0, LiveCounts::default())
     }
 
-    /// Starts again, with the controller that acts now.
+    /// Starts again, with the present controller.
     pub fn restart(&mut self) {
         let counts = LiveCounts { restarts: self.counts.restarts + 1, ..self.counts };
         *self = Self::start(self.world, self.acting, counts);
@@ -76,8 +76,8 @@ impl<'a> Live<'a> {
         Self { world, shown, ghost, acting, grab: None, lingering: None, counts, start }
     }
 
-    /// Simulates one control period. False if the simulation cannot go on, since it has diverged or its controller failed.
-    /// The force of the mouse is that on the shown robot, and acts on the same link of the ghost.
+    /// Simulates one control period. Returns false if the simulation cannot continue, because it has diverged or its
+    /// controller failed. The force of the mouse on the shown robot also acts on the same link of the ghost.
     pub fn advance(&mut self) -> bool {
         let pull = self.grab.map(|grab| grab.pull(&self.shown.kinematics));
         let fell_before = self.shown.record().fell_at_s.is_some();
@@ -123,7 +123,7 @@ impl<'a> Live<'a> {
         }
     }
 
-    /// Goes on with the controller of this index, if there is one.
+    /// Continues with the controller of this index, if there is one.
     pub fn switch_to(&mut self, index: usize) {
         if index < self.world.factories.len() && index != self.acting {
             self.acting = index;
@@ -132,14 +132,14 @@ impl<'a> Live<'a> {
         }
     }
 
-    /// The marks, among them a push that acts or has just ended, and the pull of the mouse, which hides it.
+    /// The marks, among them a push that acts or has just ended. The pull of the mouse replaces the push.
     pub fn marks(&self, stage: &Stage, shown: &[Overlay]) -> Vec<Mark> {
         let now = &self.shown.now;
         let lingering = self.lingering.filter(|(until_s, _)| self.grab.is_none() && now.time_s <= *until_s);
         let push = lingering.map(|(_, push)| push);
         let mut marks = stage.marks(&Snapshot { push, ..now.clone() }, shown);
         let hand = self.grab.filter(|_| shown.contains(&Overlay::Push)).map(|grab| grab.arrow(&self.shown.kinematics));
-        // The arrow begins at the point that is pulled.
+        // The arrow begins at the pulled point.
         let drawing = hand.and_then(|hand| arrow_along(Overlay::Push, &hand, false, stage.scale));
         marks.extend(drawing.map(|drawing| Mark { overlay: Overlay::Push, drawing }));
         marks
@@ -151,7 +151,7 @@ impl<'a> Live<'a> {
         Some(self.world.simulated.links[hit.link].name.as_str())
     }
 
-    /// The state of the robot or its ghost in words, and whether it is bad.
+    /// The state of the robot or its ghost in words, and whether this state is bad.
     pub fn verdict_on(&self, robot: &Simulation) -> (String, bool) {
         let record = robot.record();
         match (record.outcome, record.settled_at_s) {
@@ -168,7 +168,7 @@ impl<'a> Live<'a> {
         }
     }
 
-    /// What happened, in two lines, and one on each robot.
+    /// The events since the start, in two lines, and a line on each robot.
     pub fn account(&self) -> String {
         let counts = self.counts;
         let verdict = |name: &str, robot: &Simulation| {
@@ -200,7 +200,7 @@ mod tests {
     use crate::Options;
     use kiss3d::egui::vec2;
 
-    /// In the same engine, a ghost does to the last bit what the robot does, whatever the user does to it.
+    /// A ghost in the same engine moves to the last bit as the robot does, whatever the user does to the robot.
     #[test]
     fn what_happens_to_the_robot_happens_to_its_ghost() {
         let mut world = World::new(&Options { speed: 1.0, ..Options::default() }).unwrap();

@@ -27,7 +27,7 @@ pub struct Marks<'a> {
 impl Marks<'_> {
     pub fn draw(&self, mark: &Mark) {
         strokes(mark, |at| self.seen(at)).iter().for_each(|stroke| self.stroke(stroke));
-        // Only pushes and pulls have their size written at the end of the arrow that is away from the robot.
+        // Only pushes and pulls have their size written at the end of the arrow that is farther from the robot.
         if let (Overlay::Push, Drawing::Arrow { tail, along, ends, force_n, .. }) = (mark.overlay, &mark.drawing)
             && let (Some(from), Some(to)) = (self.lens.project(tail), self.lens.project(&(tail + along)))
         {

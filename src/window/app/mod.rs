@@ -47,11 +47,11 @@ use world::World;
 
 /// Size of the window at the start (pixels).
 const SIZE: (u32, u32) = (1200, 720);
-/// With fewer frames per second than this, the machine draws without a graphics card, and edges are no longer smoothed.
+/// Frame rate below which the machine counts as drawing without a graphics card; edges are then no longer smoothed.
 const SLOW_FRAMES_PER_S: f64 = 25.0;
 
-/// Opens the window and, after it was closed, returns what happened. Fails for bad options, if no window can be opened
-/// ([`Error::NoWindow`]), or if the picture cannot be written.
+/// Opens the window and, after it was closed, returns a text on the events. Fails for bad options, if no window can be
+/// opened ([`Error::NoWindow`]), or if the picture cannot be written.
 pub fn run(args: &Options) -> Result<String> {
     check(args)?;
     let world = World::new(args)?;
@@ -125,7 +125,7 @@ impl<'a> App<'a> {
             let mut wishes = self.input();
             self.clock.begin_frame();
             self.advance();
-            // While the mouse pulls, the camera stays, since it would move the point that the mouse holds.
+            // While the mouse pulls, the camera stays, because otherwise the camera would move the pulled point.
             if self.live.grab.is_none() {
                 self.leash.pull(&mut self.camera, &self.live.shown.now.com, self.clock.frame_s);
             }
@@ -210,7 +210,7 @@ impl<'a> App<'a> {
         self.camera.rebind_rotate_button(Some(MouseButton::Button1));
     }
 
-    /// Simulates the time that has passed.
+    /// Simulates the time since the last frame.
     fn advance(&mut self) {
         let step_s = self.live.world.config.control_period_s;
         self.clock.catch_up(step_s, || self.live.advance());
@@ -250,12 +250,12 @@ impl<'a> App<'a> {
         panel::draw(ctx, &seen, wishes);
     }
 
-    /// The marks of a ghost among those that are shown.
+    /// The marks of a ghost, which are some of the shown marks.
     fn of_ghost(&self) -> Vec<Overlay> {
         [Overlay::Com, Overlay::Zmp].into_iter().filter(|overlay| self.shown.contains(overlay)).collect()
     }
 
-    /// Does what the user wishes.
+    /// Fulfils a wish of the user.
     fn grant(&mut self, wish: Wish) {
         log::debug!("{wish:?}");
         match wish {

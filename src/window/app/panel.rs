@@ -1,4 +1,4 @@
-//! The panel at the right: the state of controller and robot, and controls for everything that keys can do.
+//! The panel at the right: the state of controller and robot, and controls for all actions of the keys.
 
 use super::aim::Aim;
 use super::clock::{FrameClock, SPEEDS};
@@ -21,7 +21,7 @@ const LINE: f32 = 22.0;
 /// Smallest height of a plot (points). If two plots do not fit, the panel scrolls.
 const LEAST_PLOT: f32 = 80.0;
 
-/// What the panel shows.
+/// The data that the panel shows.
 pub struct Seen<'a> {
     pub live: &'a Live<'a>,
     pub clock: &'a FrameClock,
@@ -49,7 +49,7 @@ pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
                 ui.separator();
                 overlays(ui, seen, wishes);
                 ui.separator();
-                // Both plots, their names and the last line fill what is left of the window.
+                // Both plots, their names and the last line fill the rest of the window.
                 let height = (0.5 * (ui.available_height() - 3.0 * LINE)).max(LEAST_PLOT);
                 let ghost = live.ghost.as_ref().filter(|_| seen.shows_ghost).map(|ghost| &ghost.trail);
                 plots::draw(ui, &live.shown.trail, ghost, scale.length(), live.shown.now.time_s, height);
@@ -98,7 +98,7 @@ fn state(ui: &mut Ui, live: &Live, wishes: &mut Vec<Wish>) {
                 ui.label(without_gain(&now.phase));
                 return;
             };
-            // Slow to fast.
+            // The gains are in the order from slow to fast.
             for name in &factories[acting].regions {
                 match name == of_now {
                     true => ui.label(

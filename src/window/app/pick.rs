@@ -16,7 +16,7 @@ use std::f32::consts::TAU;
 
 /// Stiffness of the spring between hand and robot, for a robot of the size of UT-mu2 (N/m).
 const STIFFNESS_N_M: f64 = 150.0;
-/// Largest force of the spring for this robot (N), about half of its weight.
+/// Largest force of the spring for a robot of the size of UT-mu2 (N), about half of its weight.
 const MOST_N: f64 = 40.0;
 /// Length of the ray (m).
 const REACH_M: f32 = 100.0;
@@ -31,11 +31,11 @@ pub struct Hit {
 }
 
 /// Radii of the circles about the mouse on which a link is searched if there is none under the mouse (points of egui),
-/// since a thin arm is hard to hit, and number of directions on each.
+/// since a thin arm is hard to hit; and the number of directions on each circle.
 const CIRCLES: [f32; 4] = [5.0, 10.0, 15.0, 20.0];
 const DIRECTIONS: usize = 16;
 
-/// The link under the mouse, or else the one nearest to it.
+/// The link under the mouse, or else the link nearest to the mouse.
 pub fn pick_near(stage: &Stage, kinematics: &Kinematics, lens: &Lens, mouse: Pos2) -> Option<Hit> {
     let hit = |at: Pos2| pick(stage, kinematics, &lens.sight(at));
     let around = |radius: f32| {
@@ -74,7 +74,7 @@ fn distance_m(mesh: &Mesh, pose: &Pose, sight: &Sight) -> Option<f64> {
 #[derive(Debug, Clone, Copy)]
 pub struct Grab {
     pub link: usize,
-    /// The point that is pulled, in the frame of the link (m).
+    /// The pulled point, in the frame of the link (m).
     point: Point3<f64>,
     plane_point: Point3<f64>,
     plane_normal: Unit<Vector3<f64>>,
@@ -120,12 +120,12 @@ impl Grab {
         Pull { link: self.link, point: self.point, force }
     }
 
-    /// This force as an arrow.
+    /// The force of the pull as an arrow.
     pub fn arrow(&self, kinematics: &Kinematics) -> Arrow {
         Arrow { point: self.held(kinematics), force: self.pull(kinematics).force }
     }
 
-    /// The point that is pulled (m, world frame).
+    /// The pulled point (m, world frame).
     fn held(&self, kinematics: &Kinematics) -> Point3<f64> {
         kinematics.link_pose(self.link) * self.point
     }
@@ -163,7 +163,7 @@ mod tests {
         assert_eq!(pick(&stage, &kinematics, &sight([1.0, 0.0, 2.0], -Vector3::x())), None);
     }
 
-    /// Beside the robot's edge, a link is picked as far away as the circles reach, and pulled only when the mouse
+    /// Beside the robot's edge, a link is picked from as far away as the circles reach, and pulled only when the mouse
     /// moves.
     #[test]
     fn a_link_near_the_mouse_is_pulled_without_a_jerk() {

@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 
 /// Length of time that the plots show (s).
 const SPAN_S: f64 = 4.0;
-/// Number of buckets of a curve, which is enough for the width of a plot. Each keeps its smallest and its largest
+/// Number of buckets of a curve, which suffices for the width of a plot. Each bucket keeps its smallest and its largest
 /// value.
 const BUCKETS: usize = 150;
 
@@ -23,7 +23,7 @@ pub struct Plotted {
     pub dcm: Point2<f64>,
     /// None in flight.
     pub zmp: Option<Point2<f64>>,
-    /// None if the controller does not say.
+    /// None if the controller does not report it.
     pub zmp_ref: Option<Point2<f64>>,
 }
 
@@ -43,7 +43,7 @@ pub struct Trail {
 }
 
 impl Trail {
-    /// Adds a sample, and removes those that are too old for the plots.
+    /// Adds a sample, and removes samples that are too old for the plots.
     pub fn push(&mut self, sample: Plotted) {
         while self.samples.front().is_some_and(|first| first.time_s < sample.time_s - SPAN_S) {
             self.samples.pop_front();
@@ -78,11 +78,11 @@ const MOST_MM: f64 = 300.0;
 /// Height of the numbers below a plot, and height of a number beside it with the space to the next one (points).
 const TIMES: f32 = 20.0;
 const NUMBER: f32 = 18.0;
-/// The ends of plots are multiples of this (mm).
+/// Length of which the ends of plots are multiples (mm).
 const ROUND_MM: f64 = 20.0;
 
 /// Draws both plots until the time `now_s`, each `height` points high, for a robot of this length (as a multiple of
-/// UT-mu2's). Of a ghost, only the COM is drawn.
+/// UT-mu2's). For a ghost, only the COM is drawn.
 pub fn draw(ui: &mut Ui, trail: &Trail, ghost: Option<&Trail>, length: f64, now_s: f64, height: f32) {
     let end_s = now_s.max(SPAN_S);
     for (axis, name) in ["x (mm), forward", "y (mm), left"].into_iter().enumerate() {
@@ -118,7 +118,7 @@ pub fn draw(ui: &mut Ui, trail: &Trail, ghost: Option<&Trail>, length: f64, now_
             .show(ui, |plot| {
                 for (overlay, of) in CURVES {
                     for points in thinned(trail, axis, of) {
-                        // Many people cannot tell the green of the DCM from the red of the ZMP.
+                        // Many people cannot distinguish the green of the DCM from the red of the ZMP.
                         let dashed = LineStyle::Dashed { length: 5.0 };
                         let style = if overlay == Overlay::Dcm { dashed } else { LineStyle::Solid };
                         let line = Line::new(overlay.look().name, PlotPoints::Owned(points));
@@ -155,9 +155,9 @@ fn bounds(trail: &Trail, length: f64, axis: usize) -> [f64; 2] {
     [low.clamp(least - most_mm, least - least_mm), high.clamp(greatest + least_mm, greatest + most_mm)]
 }
 
-/// The uninterrupted stretches of a curve (s, mm). Each bucket of ticks keeps its smallest and its largest value, in
-/// order of time. Buckets go by the number of the tick and not by its place in the trail, so that a curve keeps its
-/// shape while it scrolls.
+/// The uninterrupted runs of a curve (s, mm). Each bucket of ticks keeps its smallest and its largest value, in order
+/// of time. A tick belongs to a bucket by its number and not by its place in the trail, so that a curve keeps its shape
+/// while it scrolls.
 fn thinned(trail: &Trail, axis: usize, of: PlottedAt) -> Vec<Vec<PlotPoint>> {
     let size = trail.samples.len().div_ceil(BUCKETS).max(1);
     let point = |sample| of(sample).map(|at| PlotPoint::new(sample.time_s, 1000.0 * at[axis]));
@@ -168,7 +168,7 @@ fn thinned(trail: &Trail, axis: usize, of: PlottedAt) -> Vec<Vec<PlotPoint>> {
     stretches.map(thin).filter(|stretch| !stretch.is_empty()).collect()
 }
 
-/// The points of a bucket with the smallest and the largest value, in order of time. They may be the same point, and an
+/// The points of a bucket with the smallest and the largest value, in order of time. The two may be the same point. An
 /// empty bucket has none.
 fn extremes(bucket: &[(usize, Option<PlotPoint>)]) -> Vec<PlotPoint> {
     let by_value = |a: &&PlotPoint, b: &&PlotPoint| a.y.total_cmp(&b.y);

@@ -33,8 +33,8 @@ impl<'a> Simulation<'a> {
         Self { world, config, closed_loop, now, kinematics, trail }
     }
 
-    /// Simulates one control period, with a pull at a link. False if the simulation cannot go on, since it has diverged or
-    /// its controller failed.
+    /// Simulates one control period, with a pull at a link. Returns false if the simulation cannot continue, because it
+    /// has diverged or its controller failed.
     pub fn advance(&mut self, pull: Option<Pull>) -> bool {
         if matches!(self.record().outcome, Outcome::Diverged | Outcome::Failed) {
             return false;
@@ -57,15 +57,15 @@ impl<'a> Simulation<'a> {
         self.judge_anew();
     }
 
-    /// Goes on with the controller of this index in `world.factories`.
+    /// Continues with the controller of this index in `world.factories`.
     pub fn switch_to(&mut self, acting: usize) {
         let (factory, seed) = (&self.world.factories[acting], self.world.disturbance().seed);
         self.closed_loop.controllers().for_each(|controller| standfast_controllers::replace(controller, factory, seed));
         self.judge_anew();
     }
 
-    /// Judges anew after a push, a pull or a change of controllers, unless the robot has fallen. The judge waits for the
-    /// last push to end.
+    /// Judges anew after a push, a pull or a change of controllers, unless the robot has fallen. The judge waits for
+    /// the last push to end.
     pub fn judge_anew(&mut self) {
         if matches!(self.record().outcome, Outcome::TimedOut | Outcome::Survived | Outcome::Recovered) {
             self.closed_loop.judge_anew();

@@ -25,9 +25,9 @@ const TILE_M: f64 = 0.25;
 const SPACING_M: f64 = 0.1;
 /// Number of lines to each side of the middle.
 const LINES: i32 = 10;
-/// Height of each layer on the floor above the one below it (m); the shadow is the first layer.
+/// Height of each layer on the floor above the layer below (m); the shadow is the first layer.
 const LAYER_M: f64 = 0.0004;
-/// Polygons with a filling fainter than this are not filled, since the filling would hide the shadow.
+/// Least opacity of a filling that is drawn. A fainter filling would only hide the shadow.
 const LEAST_FILL: f64 = 0.2;
 
 /// Unit vector towards the sun (world frame).
@@ -93,13 +93,13 @@ impl<'a> Space<'a> {
             let lit: Vec<(Vec3, Rgb)> = corners.iter().map(lit).collect();
             let thrown = |at: Point3<f64>| vec3(&(at - sun * ((at.coords.dot(up) - above_m) / sun.dot(up))));
             for face in &solid.mesh.faces {
-                // Where a thin wall was made coarser, its inner side lies on the outer one: only what looks at the eye
-                // is drawn, as in replays and pictures.
+                // If thinning has collapsed a thin wall, its inner side lies on the outer one. So only triangles that
+                // face the eye are drawn, as in replays and pictures.
                 let [a, b, c] = face.map(|i| corners[i].0);
                 if (b - a).cross(&(c - a)).dot(&(eye - a)) > 0.0 {
                     face.iter().for_each(|&i| self.triangles.corner(lit[i].0, lit[i].1));
                 }
-                // The lit side of a closed mesh throws its whole shadow.
+                // The lit side of a closed mesh casts its whole shadow.
                 if face.iter().any(|&i| corners[i].1.dot(&sun) > 0.0) {
                     face.iter().for_each(|&i| self.triangles.corner(thrown(corners[i].0), shadow));
                 }

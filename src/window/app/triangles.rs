@@ -1,8 +1,8 @@
 //! Triangles with a colour at each corner, collected anew for every frame and drawn at once.
 //!
 //! Without a GPU, kiss3d's lit material takes most of a second for a frame. Its material `normals`, which shows the
-//! normal n of a vertex as the colour (n + 1) / 2, takes a tenth of that. Therefore light is computed here for each
-//! corner, and passed in place of the normals.
+//! normal n of a vertex as the colour (n + 1) / 2, takes a tenth of this time. Therefore light is computed here for
+//! each corner, and passed instead of the normals.
 
 use kiss3d::glamx::Vec3;
 use kiss3d::procedural::{IndexBuffer, RenderMesh};
@@ -51,7 +51,7 @@ pub struct OnCard {
 
 impl OnCard {
     pub fn new(scene: &mut SceneNode3d) -> Self {
-        // kiss3d does not accept an empty buffer, so this is a triangle of no size.
+        // kiss3d does not accept an empty buffer, so the buffer begins with a triangle of no size.
         let nothing = RenderMesh::new(
             vec![Vec3::ZERO; 3],
             Some(vec![Vec3::ZERO; 3]),

@@ -1,8 +1,8 @@
 //! Ends the program if its window is lost and the loop waits forever.
 //!
 //! A graphics driver may wait forever for a picture to be shown in a window that was destroyed. (This was seen with
-//! Mesa under X, in `poll` on a dead connection.) The loop is then inside of this call, so another thread checks
-//! whether the loop goes on.
+//! Mesa under X, in `poll` on a dead connection.) The loop then waits within this call, so another thread checks
+//! whether the loop advances.
 
 use super::window;
 use std::sync::Arc;
@@ -12,10 +12,10 @@ use std::time::Duration;
 
 /// Time between two checks.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
-/// If the loop stands still for this time, the watchdog checks whether the display still answers.
+/// Time of standstill of the loop after which the watchdog checks whether the display still answers.
 const SUSPICIOUS: Duration = Duration::from_secs(5);
-/// If the loop stands still for this time, the window is given up. Even in software on a busy machine, no frame takes
-/// as long.
+/// Time of standstill of the loop after which the window is given up. Even in software on a busy machine, no frame
+/// takes this long.
 const HOPELESS: Duration = Duration::from_secs(60);
 /// Value of the frame counter after the loop has ended.
 const OVER: u64 = u64::MAX;
@@ -45,7 +45,7 @@ impl Drop for Watchdog {
 
 /// Checks the frame counter until the loop ends, or ends the program.
 fn watch(frames: &AtomicU64) {
-    // Checks are counted in place of time, which goes on while the program is stopped.
+    // Checks are counted instead of time, which also passes while the program is stopped.
     let (mut seen, mut looks) = (0, 0);
     loop {
         sleep(LOOK_EVERY);

@@ -11,7 +11,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 #[cfg(all(unix, not(target_os = "macos")))]
 use std::path::Path;
 
-/// What to do without a display, without a graphics driver, or without a library.
+/// Remedies for a missing display, a missing graphics driver, and a missing library.
 const NO_DISPLAY: &str = "start it from a desktop session, or under Xvfb (apt-get install xvfb; xvfb-run standfast view ...); \
                           without a display: `standfast push --replay push.html`, or `standfast replay` of a result";
 const NO_DRIVER: &str = "install a Vulkan driver (apt-get install mesa-vulkan-drivers libvulkan1); without one: \
@@ -22,7 +22,7 @@ const NO_LIBRARY: &str =
 /// Opens a window of a size (pixels). Fails if no display answers, or if a graphics driver or a library is missing.
 pub fn open(title: &str, width: u32, height: u32) -> Result<Window> {
     // This connection is kept until the window has its own, since an X server restarts when its last connection ends,
-    // and refuses connections meanwhile.
+    // and refuses connections during the restart.
     let _held = display().map_err(|missing| no_window(missing, NO_DISPLAY))?;
     let setup = CanvasSetup { vsync: true, samples: NumSamples::Four, ..CanvasSetup::default() };
     quietly(|| pollster::block_on(Window::new_with_setup(title, width, height, setup))).map_err(|told| {
@@ -50,8 +50,8 @@ pub fn lost(cause: String) -> Error {
 /// An open connection.
 type Held = Box<dyn std::any::Any>;
 
-/// Opens a connection to the display that the environment names, Wayland before X, like winit. None if the environment
-/// hands over an open connection, and on systems without these variables. The error says what is missing.
+/// Opens a connection to the display that the environment names, Wayland before X, like winit. It is None if the
+/// environment hands over an open connection, and on systems without these variables. The error says what is missing.
 #[cfg(all(unix, not(target_os = "macos")))]
 pub fn display() -> std::result::Result<Option<Held>, String> {
     let set = |name: &str| std::env::var(name).ok().filter(|value| !value.is_empty());

@@ -19,14 +19,14 @@ pub struct World {
     /// The controllers, at least one. The first acts at the start.
     pub factories: Vec<Factory>,
     pub config: EpisodeConfig,
-    /// The same settings with the engine of a ghost.
+    /// The settings with the engine of a ghost.
     pub ghost_config: Option<EpisodeConfig>,
     campaign: Option<Campaign>,
     trial: Option<u64>,
 }
 
 impl World {
-    /// Loads everything that the options name. Fails if a robot, controller, campaign or trial does not exist or is not
+    /// Loads all inputs that the options name. Fails if a robot, controller, campaign or trial does not exist or is not
     /// accepted, or if an engine is missing or does not take the robot.
     pub fn new(args: &Options) -> Result<Self> {
         let campaign = match &args.campaign {

@@ -43,7 +43,7 @@ enum Chosen {
 /// what is wrong and exit code 2.
 pub fn run() -> Result<ExitCode> {
     let cli = Cli::try_parse().unwrap_or_else(|error| {
-        // Whoever does not know the commands is shown all of them.
+        // A user who names an unknown command is shown all commands.
         if error.kind() == ErrorKind::InvalidSubcommand {
             note(&Cli::command().render_help().to_string());
         }

@@ -1,4 +1,5 @@
-//! `standfast-paper scenario`: simulates a disturbance that has a name, such as those of the paper, or lists the names.
+//! `standfast-paper scenario`: simulates a disturbance that has a name, such as a push of the paper, or lists the
+//! names.
 
 use crate::imposed;
 use crate::render::imposed::ImposedStory;

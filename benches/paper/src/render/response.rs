@@ -1,4 +1,5 @@
-//! How well the ZMP under the soles follows the commanded ZMP, and what that means for the poles, as text and JSON.
+//! How well the ZMP under the soles follows the commanded ZMP, and what the response means for the poles, as text and
+//! JSON.
 
 use crate::response::{self, Axis, Bandwidth, Experiment, Point};
 use serde_json::{Value, json};
@@ -11,7 +12,7 @@ pub struct Response<'a> {
     pub family: &'a GainFamily,
     pub axis: Axis,
     pub amplitude_m: f64,
-    /// In ascending order of frequency.
+    /// The points of the response, in ascending order of frequency.
     pub points: Vec<Point>,
     pub bandwidth: Bandwidth,
 }

@@ -14,7 +14,7 @@ use standfast::sim::episode::{self, Disturbance, EpisodeConfig, Record, Tick, Un
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_standfast-paper");
 
-/// UT-mu2, a controller prepared for it and, if it is a gain set, its design.
+/// UT-mu2, a controller prepared for it and, if the controller is of the kind `cpi`, its design.
 pub struct Bench {
     pub robot: Robot,
     pub factory: Factory,

@@ -19,7 +19,7 @@ use standfast_paper::imposed::{self, ImposedRecord};
 use standfast_paper::scenario::{Cause, Scenario};
 use std::sync::OnceLock;
 
-/// A sole with less load than this counts as unloaded (N).
+/// Load below which a sole counts as unloaded (N).
 const LEAST_N: f64 = 0.5;
 /// The pushed runs: scenario, its figure, and its key in other figures.
 const PUSHED: [(&str, &str, &str); 2] =
@@ -123,7 +123,7 @@ fn vector(value: &Value) -> Vector2<f64> {
     Vector2::new(value[0].as_f64().unwrap(), value[1].as_f64().unwrap())
 }
 
-/// For Fig. 9, 12, 13 and 14.
+/// Fig. 9, 12, 13 and 14.
 #[test]
 fn captions_tell_the_responses_of_the_runs() {
     for (i, (run, (_, number, key))) in seen().iter().zip(PUSHED).enumerate() {
@@ -253,7 +253,7 @@ fn the_table_tells_what_other_pushes_lead_to() {
 fn captions_tell_the_stride_that_was_asked_for_and_where_the_foot_landed() {
     let rules = *Bench::new("paper").design().stepping().unwrap();
     assert_eq!(rules.alpha, 60.0);
-    // The ZMP error, and how far the foot can go along it from beside the other.
+    // The ZMP error, and how far the foot can go along the error from its place beside the other foot.
     let reach = |footstep: &Value| {
         let error = vector(&footstep["zmp_error_m"]);
         let side = if footstep["foot"] == json!(Foot::Left) { 1.0 } else { -1.0 };

@@ -22,10 +22,10 @@ use crate::robot::dynamics::Dynamics;
 use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot, Servo, Units, Wrench};
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix6, MatrixXx6, Point2, Point3, SMatrix, Vector3, Vector6};
 
-/// Rate of the critically damped spring that drives a joint back from its limit, in omega.
+/// Rate of the critically damped spring that drives a joint back from its limit, as a multiple of omega.
 const LIMIT_RATE: f64 = 3.55;
-/// Weight of the squared contact forces, in weights, where accelerations of joints are in omega^2. It is small, and
-/// shares a load evenly among the corners.
+/// Weight of the squared contact forces, with forces as multiples of the robot's weight and joint accelerations as
+/// multiples of omega^2. It is small, and shares a load evenly among the corners.
 const RHO: f64 = 6e-6;
 
 const EDGES: usize = 4;
@@ -90,7 +90,7 @@ pub struct InverseDynamics {
     /// Weight of the robot (N).
     weight_n: f64,
     in_leg: Vec<bool>,
-    /// As in [`weight_of_lengths`].
+    /// The factor of [`weight_of_lengths`].
     of_lengths: f64,
     /// Weight of the squared contact forces (1/(N s^2)^2), rho of the module's text.
     rho: f64,
@@ -117,7 +117,7 @@ pub struct InverseDynamics {
 }
 
 impl InverseDynamics {
-    /// For soles and ground with the limits of `contact`.
+    /// Inverse dynamics of a robot whose contact forces have the limits of `contact`.
     pub fn new(robot: &Robot, contact: ContactModel) -> Self {
         let (size, units) = (6 + robot.joints.len(), Units::of(robot));
         Self {

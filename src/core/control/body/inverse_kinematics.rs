@@ -10,7 +10,7 @@ use super::tasks::{KINEMATICS, NormalEquations, TaskJacobians, led_axes, legs, r
 use crate::robot::{Foot, Kinematics, PerFoot, Pose, Posture, Robot};
 use nalgebra::{Cholesky, DMatrix, DVector, Isometry3, Point3, UnitQuaternion, Vector3};
 
-/// How often the joint limits are checked in a tick, at most.
+/// Largest number of checks of the joint limits in a tick.
 const LIMIT_ROUNDS: usize = 3;
 
 /// Targets for this tick: poses in the world frame.
@@ -18,7 +18,7 @@ const LIMIT_ROUNDS: usize = 3;
 pub struct BodyTargets {
     /// Position of the COM (m).
     pub com: Point3<f64>,
-    /// The COM may rise by at most this much in a tick (m).
+    /// Largest rise of the COM in a tick (m).
     pub rise: f64,
     /// Velocity of the COM (m/s).
     pub com_vel: Vector3<f64>,
@@ -38,7 +38,7 @@ pub struct InverseKinematics {
     pub velocity: DVector<f64>,
     kinematics: Kinematics,
     in_leg: Vec<bool>,
-    /// As in [`weight_of_lengths`].
+    /// The factor of [`weight_of_lengths`].
     of_lengths: f64,
     jacobians: TaskJacobians,
     /// The two right-hand sides are displacement and velocity.
@@ -125,7 +125,7 @@ impl InverseKinematics {
 
     fn add_com(&mut self, targets: &BodyTargets) {
         let mut error = targets.com - self.kinematics.com();
-        // After a long stride the body is low; it must not leap off the ground when a foot is lifted again.
+        // After a long stride the body is low. It must not leap off the ground when a foot is lifted again.
         error.z = error.z.min(targets.rise);
         for (k, weight) in [KINEMATICS.com, KINEMATICS.com, KINEMATICS.height].into_iter().enumerate() {
             self.add_row(weight * self.of_lengths, JacobianRow::Com(k), error[k], targets.com_vel[k]);
@@ -141,7 +141,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Draws the joints outside of the legs to their home angles.
+    /// Pulls the joints outside of the legs to their home angles.
     fn add_posture(&mut self, robot: &Robot) {
         let NormalEquations { matrix, right: [displacement, _], .. } = &mut self.equations;
         for i in 0..6 {
@@ -154,7 +154,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Damps by the squared error of what cannot be reached (T. Sugihara's Levenberg-Marquardt method). The damping is
+    /// Damps the step by the squared error of all tasks (T. Sugihara's Levenberg-Marquardt method). The damping is
     /// negligible while all tasks are met, and prevents leaps of the joints when they cannot be met.
     fn add_damping(&mut self) {
         for i in 0..self.step.len() {
@@ -175,8 +175,8 @@ impl InverseKinematics {
         self.equations.add_row(weight, entry, [displacement, velocity]);
     }
 
-    /// Solves for displacement and velocity. Joints that would pass a limit are held at it, and the rest is solved
-    /// again. If there is no solution, the posture stays as it is.
+    /// Solves for displacement and velocity. Joints that would pass a limit are held at it, and the equations are
+    /// solved again for the others. If there is no solution, the posture stays as it is.
     fn solve_within_limits(&mut self, robot: &Robot) {
         let NormalEquations { matrix, right: [displacement, velocity], .. } = &mut self.equations;
         for _ in 0..LIMIT_ROUNDS {

@@ -16,17 +16,17 @@ pub use inverse_dynamics::{ContactModel, DesiredAcceleration, InverseDynamics, P
 pub use inverse_kinematics::{BodyTargets, InverseKinematics};
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
-/// Rate at which the COM reference is drawn back to the estimate, in omega. Between switches, the stiff joints pull the COM
-/// to a reference that does not know of pushes. With a rate of 0 this spring outlasts the push, tips the feet and
-/// rings. From 1.2 to 3.5 the toppling impulses of UT-mu2 differ by at most 0.06 N s; a higher rate settles small pushes
-/// sooner, and large ones later.
+/// Rate at which the COM reference is drawn back to the estimate, in omega. Between switches, the stiff joints pull the
+/// COM to a reference that does not know of pushes. With a rate of 0 this pull outlasts the push, tips the feet and
+/// makes the body oscillate. From 1.2 to 3.5 the toppling impulses of UT-mu2 differ by at most 0.06 N s. A higher rate
+/// settles small pushes sooner, and large ones later.
 const FORGETTING_RATE: f64 = 1.4;
 /// Rate at which the COM reference is shifted to compensate for sag, in omega.
 const SHAPING_RATE: f64 = 0.18;
 /// Largest shift for sag, in COM heights. Sag is about a hundredth; a larger error has another cause.
 const MOST_SHAPING: f64 = 0.065;
-/// Largest speed at which the COM rises back to its home height, in COM heights times omega. Quicker, the robot would
-/// leave the ground.
+/// Largest speed at which the COM rises back to its home height, in COM heights times omega. At a higher speed the
+/// robot would leave the ground.
 pub const RISING: f64 = 0.017;
 
 /// The COM reference, world frame. Its horizontal part is integrated from eq. 1 and 2 and starts from the estimate at
@@ -61,14 +61,15 @@ impl ComReference {
         acceleration
     }
 
-    /// Shifts the reference, over a period, against the lag of the COM behind it. `com_height` is that at home (m).
+    /// Shifts the reference, over a period, against the lag of the COM behind it. `com_height` is the COM height at
+    /// home (m).
     pub fn make_up_for_sag(&mut self, pendulum: &Pendulum, com_height: f64, com: Point2<f64>) {
         self.shaping += (self.place - com) * (SHAPING_RATE * pendulum.phase());
         self.shaping = self.shaping.cap_magnitude(MOST_SHAPING * com_height);
     }
 }
 
-/// Where the soles are to be, and how they are to move.
+/// Desired poses and velocities of the soles.
 #[derive(Debug, Clone)]
 pub struct SoleReference {
     pub poses: PerFoot<Pose>,
@@ -80,7 +81,7 @@ pub struct SoleReference {
 #[derive(Debug, Clone)]
 pub struct Body {
     pub com: ComReference,
-    /// How far the trunk is to turn from upright about its x and y axes (rad).
+    /// Desired tilt of the trunk from upright about its x and y axes (rad).
     pub tilt: Vector2<f64>,
     kinematics: InverseKinematics,
     /// Largest speed at which the COM rises (m/s).
@@ -136,7 +137,7 @@ impl Body {
         command.dq_ref.copy_from_slice(&kinematics.velocity.as_slice()[6..]);
     }
 
-    /// The orientation that the trunk is to have.
+    /// The desired orientation of the trunk.
     pub fn trunk(&self, estimate: &Estimate) -> UnitQuaternion<f64> {
         upright(estimate) * UnitQuaternion::from_scaled_axis(self.tilt.push(0.0))
     }

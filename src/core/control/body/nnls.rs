@@ -1,7 +1,7 @@
 //! Non-negative least squares of small fixed size, without allocation: `min 1/2 f' G f - c' f` over `f >= 0`. It uses
 //! the active-set method of Lawson and Hanson (Solving Least Squares Problems, ch. 23), started from the last solution.
 //!
-//! Every iterate is feasible and no worse than the one before, so the result is usable even if iterations run out.
+//! Every iterate is feasible and no worse than the one before, so the result is usable even if the iterations run out.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -50,7 +50,7 @@ impl Nnls {
                 self.f[i] = 0.0;
             }
         }
-        // Relative to the terms of which the slopes are sums, to stay above rounding errors.
+        // The tolerance is relative to the terms of the slopes, to stay above rounding errors.
         let tolerance = 1e-10 * c.amax();
         let mut from_last = self.free.contains(&true);
         self.rounds = 0;

@@ -1,18 +1,19 @@
-//! What inverse kinematics and inverse dynamics share: the tasks (soles, COM, trunk, joints) with their Jacobians, the
-//! weights that rank them, and the normal equations of the weighted least-squares problem.
+//! The common part of inverse kinematics and inverse dynamics: the tasks (soles, COM, trunk, joints) with their
+//! Jacobians, the weights that rank them, and the normal equations of the weighted least-squares problem.
 
 use crate::robot::{Foot, Joint, Kinematics, PerFoot, Pose, Robot};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX, Matrix6xX, Point3, Vector3};
 
-/// Length that counts as much as a turn by one radian, in COM heights.
+/// Length whose error costs as much as a rotation error of one radian, in COM heights.
 const RADIAN: f64 = 3.2;
 
-/// Weight of the square of a length (1/m^2) for which that of an angle is 1.
+/// Weight of a squared length (1/m^2), if a squared angle (rad^2) has the weight 1.
 pub(super) fn weight_of_lengths(robot: &Robot) -> f64 {
     (RADIAN * robot.home_com_height()).powi(-2)
 }
 
-/// Weight of a squared error of each task, for angles. For lengths it is [`weight_of_lengths`] times as large.
+/// Weight of the squared rotation error of each task. The weight of the squared length is [`weight_of_lengths`] times
+/// as large.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Weights {
     /// Position and rotation of a stance sole.
@@ -64,7 +65,7 @@ pub(super) const DYNAMICS: Weights = Weights {
     base: 1e-6,
 };
 
-/// Distance that references keep from joint limits (rad): a straight leg cannot move its foot along itself.
+/// Distance that references keep from joint limits (rad). A straight leg cannot move its foot along the leg.
 const LIMIT_MARGIN_RAD: f64 = 0.1;
 
 /// Jacobians of the tasks at a posture. The columns belong to the velocity (base linear, base angular, joints).
@@ -149,8 +150,8 @@ impl<const N: usize> NormalEquations<N> {
     }
 }
 
-/// Axes about which a leg can turn its sole (world frame): those of the world or, without a joint for roll in the
-/// ankle, pitch and yaw of the sole.
+/// Axes about which a leg can turn its sole (world frame): the axes of the world or, if the ankle has no joint for
+/// roll, the pitch and yaw axes of the sole.
 pub(super) fn led_axes(robot: &Robot, foot: Foot, sole: &Pose) -> impl Iterator<Item = Vector3<f64>> {
     let rolls = robot.soles[foot].ankle.rolls();
     let axes = if rolls { Matrix3::identity() } else { sole.rotation.to_rotation_matrix().into_inner() };
@@ -168,7 +169,7 @@ pub(super) fn legs(robot: &Robot) -> Vec<bool> {
     in_leg
 }
 
-/// Range of angles to which a joint is sent (rad): its limits less the margin, extended to its home angle if need be.
+/// Range of reference angles of a joint (rad): its limits less the margin, extended to its home angle if need be.
 pub(super) fn reachable(joint: &Joint, home_rad: f64) -> [f64; 2] {
     [(joint.lower_rad + LIMIT_MARGIN_RAD).min(home_rad), (joint.upper_rad - LIMIT_MARGIN_RAD).max(home_rad)]
 }

@@ -1,17 +1,18 @@
 //! Estimates the state of the robot from encoders, IMU and sole wrenches: posture, COM, COM velocity, ZMP, contact.
 //!
-//! The trunk is followed by its IMU (`trunk.rs`), as is usual for legged robots (Bloesch et al. 2012, "State
-//! estimation for legged robots"): the accelerometer feels pushes, contacts and flight alike. The feet on the ground
-//! correct its position. The point of a sole under its centre of pressure is taken to rest on the ground where the foot
-//! was put down, even while the foot rocks on an edge. In flight nothing corrects, and a foot that comes down stands
-//! where it comes down. The orientation comes from the IMU. Encoders and gyro give the motion of the COM against the
-//! trunk.
+//! The trunk is followed by its IMU (`trunk.rs`), as is usual for legged robots (Bloesch et al. 2012, "State estimation
+//! for legged robots"): the accelerometer measures pushes, contacts and flight alike. The feet on the ground correct
+//! the trunk's position. The point of a sole under its centre of pressure is taken to rest on the ground where the foot
+//! was put down, even while the foot rocks on an edge. In flight nothing corrects the position, and a foot that comes
+//! down is taken to stand where it comes down. The orientation comes from the IMU. Encoders and gyro give the motion of
+//! the COM relative to the trunk.
 //!
 //! The ground may slope, and the feet may stand at different heights. A foot that stands flat tells how its ground is
-//! inclined, and two such feet tell which of them is higher. A body sent to level footholds would lean against the slope
-//! with the whole stiffness of its joints.
+//! inclined, and two such feet tell which of them is higher. If the footholds were taken as level, the body would lean
+//! against the slope with the whole stiffness of its joints.
 //!
-//! The paper estimates the COM with a Kalman filter on the pendulum (Sect. VI.A), which knows of no push and no flight.
+//! The paper estimates the COM with a Kalman filter on the pendulum (Sect. VI.A), which models neither pushes nor
+//! flight.
 
 mod trunk;
 
@@ -20,20 +21,22 @@ use crate::robot::{Foot, GRAVITY, Imu, Kinematics, PerFoot, Pose, Posture, Robot
 use nalgebra::{Isometry2, Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use trunk::TrunkFilter;
 
-/// A sole comes into contact when its load exceeds the first value, and stays so until its load is below the second:
-/// a share of the weight plus a number of standard deviations of the force sensor.
+/// Load from which a sole comes into contact, and load below which it loses contact: a share of the weight plus a
+/// number of standard deviations of the force sensor.
 const CONTACT_LOAD: [(f64, f64); 2] = [(0.03, 5.0), (0.02, 3.0)];
-/// A sole whose lowest corner is nearer to the ground than this is in contact too, since it can carry load at once; in
-/// COM heights. The second value again applies to a sole that is already in contact.
+/// Height of a sole's lowest corner above the ground below which the sole comes into contact, since it can carry load
+/// at once; and the same height for a sole that is already in contact. Both are in COM heights.
 const CONTACT_HEIGHT: [f64; 2] = [0.013, 0.0225];
-/// Time constant with which the velocity of the COM follows its measurement, in 1/omega. In between it follows the
-/// forces under the soles, which do not know of pushes, and encoders tell velocities with noise.
+/// Time constant with which the velocity of the COM follows its measurement, in 1/omega. The measurement, from the
+/// encoders, is noisy. Within the time constant the velocity follows the forces under the soles, which do not include
+/// pushes.
 const VELOCITY_LAG: f64 = 0.0125;
 /// Rate at which footholds follow the inclination and the difference in height of soles that stand flat, in omega.
 const GROUND_RATE: f64 = 1.8;
-/// Rate at which the mean height of the footholds is drawn to zero, where the home height of the COM starts; in omega.
+/// Rate at which the mean height of the footholds is drawn to zero, from which the home height of the COM is measured;
+/// in omega.
 const LEVEL_RATE: f64 = 0.18;
-/// A foot stands flat if its centre of pressure lies within this share of its sole. On an edge the foot may rock.
+/// Share of a sole within which the centre of pressure of a flat foot lies. On an edge the foot may rock.
 const FLAT_SHARE: f64 = 0.8;
 
 /// The state as the controller estimates it, world frame.
@@ -47,12 +50,13 @@ pub struct Estimate {
     pub zmp: Point2<f64>,
     /// Pose of each sole, at the centre of its contact face.
     pub soles: PerFoot<Pose>,
-    /// Where each foot stands, with the ground's inclination. For a foot in the air, where it stood last.
+    /// Pose of each foot where it stands, with the ground's inclination. For a foot in the air, it is where the foot
+    /// stood last.
     pub footholds: PerFoot<Pose>,
     pub in_contact: PerFoot<bool>,
     /// Vertical force on each sole (N).
     pub load_n: PerFoot<f64>,
-    /// Load from which a sole is in contact, and below which it no longer is (N).
+    /// Load from which a sole comes into contact, and load below which it loses contact (N).
     pub contact_load_n: [f64; 2],
 }
 
@@ -94,8 +98,8 @@ impl Estimate {
         self.in_contact[foot] = on_ground;
     }
 
-    /// Sets the foothold of a foot that comes down, on the plane of the other foothold: the foot itself may have come down
-    /// on an edge.
+    /// Sets the foothold of a foot that comes down, on the plane of the other foothold: the foot itself may have come
+    /// down on an edge.
     fn put_down(&mut self, foot: Foot) {
         let (sole, other) = (&self.soles[foot], self.footholds[foot.other()]);
         let place = along(&other, sole.translation.vector.xy().into());
@@ -143,13 +147,13 @@ pub struct Estimator {
     trunk: TrunkFilter,
     /// The COM in the trunk's frame (m).
     lever: Vector3<f64>,
-    /// Whether each foot carries load, so that it tells where the robot is.
+    /// Whether each foot carries load, so that its foothold tells where the robot is.
     stands: PerFoot<bool>,
     pub now: Estimate,
 }
 
 impl Estimator {
-    /// For a robot at rest in the state of `start`, with a control period `dt` (s).
+    /// An estimator for a robot at rest in the state of `start`, with a control period `dt` (s).
     pub fn new(robot: &Robot, dt: f64, start: Estimate) -> Self {
         let trunk = TrunkFilter::new(&robot.noise, robot.home_com_height(), dt, Vector3::zeros());
         let stands = PerFoot { left: true, right: true };
@@ -160,7 +164,7 @@ impl Estimator {
         estimator
     }
 
-    /// Sets COM and trunk to rest where the posture has them, with the ZMP below the COM.
+    /// Sets COM and trunk to rest at the places that follow from the posture, with the ZMP below the COM.
     fn rest(&mut self, robot: &Robot) {
         let now = &mut self.now;
         now.com = now.kinematics.com();
@@ -187,7 +191,7 @@ impl Estimator {
         self.find_contact(robot, None);
     }
 
-    /// Runs one tick. `in_air` is the foot that the controller is moving; it is not used to find the base.
+    /// Runs one tick. `in_air` is the foot that the controller is moving; the base is found without it.
     pub fn update(&mut self, robot: &Robot, sensed: &Sensed, in_air: Option<Foot>) {
         let gravity = Vector3::new(0.0, 0.0, GRAVITY);
         let rotation = self.now.read_posture(robot, sensed);
@@ -211,8 +215,8 @@ impl Estimator {
         self.feel_ground(robot, sensed);
     }
 
-    /// Position of the base (m) according to the feet that stand; None if none does. A foot counts as much as it
-    /// carries.
+    /// Position of the base (m) by the feet that stand, averaged with their loads as weights. It is None if no foot
+    /// stands.
     fn base_on_feet(&self, robot: &Robot, sensed: &Sensed, rotation: UnitQuaternion<f64>) -> Option<Vector3<f64>> {
         let (mut sum, mut carried) = (Vector3::zeros(), 0.0);
         for foot in Foot::BOTH.into_iter().filter(|&foot| self.stands[foot]) {
@@ -230,7 +234,7 @@ impl Estimator {
         (carried > 0.0).then(|| sum / carried)
     }
 
-    /// Follows the ground under the feet that stand flat.
+    /// Updates the footholds of the feet that stand flat.
     fn feel_ground(&mut self, robot: &Robot, sensed: &Sensed) {
         let Estimate { footholds, soles, .. } = &mut self.now;
         let flat = PerFoot::from_fn(|foot| {
@@ -267,8 +271,8 @@ impl Estimator {
         force
     }
 
-    /// Notes which feet stand, and which are in contact: a sole that is about to touch the ground is, since it can carry
-    /// load at once. A foot that comes down stands where it is now.
+    /// Notes which feet stand, and which are in contact. A sole that is about to touch the ground is in contact, since
+    /// it can carry load at once. A foot that comes down stands where it is now.
     fn find_contact(&mut self, robot: &Robot, in_air: Option<Foot>) {
         for foot in Foot::BOTH {
             let now = &mut self.now;

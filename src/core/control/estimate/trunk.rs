@@ -1,7 +1,8 @@
-//! Position and velocity of the trunk, from its accelerometer and from where the standing feet say that it is.
+//! Position and velocity of the trunk, from its accelerometer and from the position that follows from the standing
+//! feet.
 //!
-//! For one axis, with the acceleration a, its noise of standard deviation s_a, and a measured position of noise s_p, this
-//! is the Kalman filter in its steady state:
+//! For one axis, with the acceleration a, its noise of standard deviation s_a, and a measured position of noise s_p,
+//! this is the Kalman filter in its steady state:
 //!
 //! ```text
 //! p += v dt + a dt^2 / 2,  v += a dt                       at every tick
@@ -14,7 +15,7 @@
 use crate::robot::{GRAVITY, SensorNoise};
 use nalgebra::Vector3;
 
-/// How much more noise is assumed than the sensors' own. It stands for biases, and for feet that roll and slide.
+/// Ratio of the assumed noise to the noise of the sensors. It covers biases, and feet that roll and slide.
 const MORE_NOISE: f64 = 2.0;
 /// Least noise of a measured position, as a share of the COM height, for a robot that states no noise.
 const LEAST_NOISE: f64 = 1e-4;
@@ -33,7 +34,7 @@ impl TrunkFilter {
     /// The filter for a trunk at rest at `position`, with a control period `dt` (s) and the sensors of a robot whose COM is
     /// `height` (m) above the ground.
     pub fn new(noise: &SensorNoise, height: f64, dt: f64, position: Vector3<f64>) -> Self {
-        // A turned trunk takes some gravity for acceleration, and is not where the feet say that it is.
+        // The IMU of a turned trunk takes some gravity for acceleration, and the position by the feet is off.
         let acceleration_m_s2 = MORE_NOISE * (noise.accelerometer_m_s2 + GRAVITY * noise.orientation_rad);
         let position_m = height * (noise.orientation_rad + noise.joint_angle_rad).max(LEAST_NOISE);
         let index = acceleration_m_s2.max(MORE_NOISE * GRAVITY * LEAST_NOISE) * dt * dt / position_m;
@@ -63,7 +64,7 @@ mod tests {
 
     const DT: f64 = 0.002;
 
-    /// The gains are those of the Riccati equation, iterated until it is at rest.
+    /// The gains equal those of the Riccati equation, iterated until it converges.
     #[test]
     fn the_gains_are_those_of_the_steady_kalman_filter() {
         use nalgebra::{Matrix2, Vector2};

@@ -1,11 +1,12 @@
 //! Switching control: decides which gain acts (paper, Sect. III.D) and computes the desired ZMP.
 //!
-//! The state is that of eq. 5: the estimated COM and COM velocity, and the ZMP that the gain asked for at the last
-//! tick. The gain acts on this state at every tick (eq. 11), so the loop is closed through the sensors. The desired ZMP
-//! is kept inside the support polygon less a margin. When the state is in no gain's CPI set (eq. 26), the desired ZMP
-//! goes at once to where the slowest gain would have it at rest, or the fastest one if the gain set says so, but not
-//! beyond the edge of the whole support polygon. The slowest gain keeps the ZMP close to the DCM: on a robot that differs
-//! from the pendulum the DCM may then stay where it is until the robot tips over, while the edge was still free.
+//! The state of eq. 5 is the estimated COM and COM velocity, and the ZMP that the gain asked for at the last tick. The
+//! gain acts on this state at every tick (eq. 11), so the loop is closed through the sensors. The desired ZMP is kept
+//! inside the support polygon less a margin. When the state is in no gain's CPI set (eq. 26), the desired ZMP goes at
+//! once to where the slowest gain would have it at rest, or the fastest one if the gain set says so, but not beyond the
+//! edge of the whole support polygon. The slowest gain keeps the ZMP close to the DCM: on a robot that differs from the
+//! pendulum the DCM may then stay where it is until the robot tips over, although the ZMP could still have moved to the
+//! edge.
 
 use super::Support;
 use crate::geometry::SupportPolygon;
@@ -14,8 +15,8 @@ use crate::lipm::online::OnlineSets;
 use crate::lipm::pendulum::State;
 use nalgebra::{Isometry2, Point2, Vector2};
 
-/// A faster gain takes over only if the state lies in its CPI set with at least this margin. Otherwise noise at the
-/// border of a set would switch gains to and fro.
+/// Margin that the state must have in the CPI set of a faster gain before that gain takes over. With a margin of 0,
+/// noise at the border of a CPI set would switch gains to and fro.
 const MARGIN_TO_SPEED_UP: f64 = 0.05;
 
 #[derive(Debug, Clone)]
@@ -30,23 +31,23 @@ pub struct Supervisor {
     zmp_state: Point2<f64>,
     /// The state of the last tick, control frame.
     tested: State,
-    /// Whether that state was in the CPI set of some gain.
+    /// Whether the state of the last tick was in the CPI set of some gain.
     held: bool,
-    /// Whether the next gain starts from the present state in any case.
+    /// Whether the next gain starts from the present state even if it is the same gain.
     anew: bool,
     /// Offset added to the gain's ZMP (m, world frame), to measure how the ZMP follows; zero except in experiments.
     pub zmp_probe: Vector2<f64>,
-    /// Margin of the state in the slowest gain's CPI set, the largest one; negative when no set contains the state (eq.
-    /// 26).
+    /// Margin of the state in the slowest gain's CPI set, the largest one. It is negative when no CPI set contains the
+    /// state (eq. 26).
     pub margin: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decision {
-    /// Desired ZMP (m, world frame): that of the gain plus the probe, inside the allowed support; or on the edge of the
-    /// support when the state is in no CPI set. None in flight.
+    /// Desired ZMP (m, world frame): the ZMP of the gain plus the probe, inside the allowed support; or on the edge of
+    /// the support when the state is in no CPI set. None in flight.
     pub zmp: Option<Point2<f64>>,
-    /// Whether the state is in the CPI set of some gain. If not, a gain acts as well as it can (eq. 26).
+    /// Whether the state is in the CPI set of some gain. If not, the gain acts without a guarantee (eq. 26).
     pub held: bool,
     /// Whether a gain starts from the estimated state: because the gain has changed, because the state has returned to
     /// a CPI set, or after a landing.
@@ -101,7 +102,7 @@ impl Supervisor {
         let zmp = if decision.held {
             state.zmp() + gain.zmp_rate(&state) * family.pendulum.dt
         } else {
-            // There is no safe ZMP left to keep, so the ZMP may go to the very edge, and at once.
+            // No ZMP is safe any more, so the ZMP may go to the very edge, and at once.
             whole.nearest(gain.resting_zmp(&state))
         };
         let inside = self.keep_inside(zmp);
@@ -112,8 +113,8 @@ impl Supervisor {
         decision
     }
 
-    /// The slowest gain's ZMP error (m, control frame) for the state of the last tick; it is what makes a footstep
-    /// necessary. It is zero while a CPI set contains the state, and where there are no sets.
+    /// The slowest gain's ZMP error (m, control frame) for the state of the last tick, which makes a footstep
+    /// necessary. It is zero if a CPI set contains the state, and if there are no CPI sets.
     pub fn zmp_error(&self) -> Vector2<f64> {
         self.sets.zmp_error(0, &self.tested)
     }
@@ -136,7 +137,7 @@ impl Supervisor {
     }
 
     /// For pictures: the slice of each gain's CPI set over COM positions, at the COM velocity and ZMP of the last tick,
-    /// from slow to fast. Each is a list of corners (m, world frame), empty where the set contains no such state.
+    /// from slow to fast. Each is a list of corners (m, world frame), empty where the CPI set contains no such state.
     pub fn slices(&self) -> Vec<Vec<Point2<f64>>> {
         let frame = self.support.map_or_else(Isometry2::identity, |support| support.frame);
         let slice = |gain| self.sets.slice(gain, &self.tested).iter().map(|corner| frame * corner).collect();
@@ -181,8 +182,8 @@ mod tests {
     use crate::lipm::Pendulum;
     use crate::lipm::testing::built_in;
 
-    /// Out of all sets, with the DCM inside of the support, the slowest gain leaves the edge alone. The fastest one goes
-    /// to it.
+    /// If the state is in no CPI set and the DCM is inside of the support, the slowest gain does not move the ZMP to
+    /// the edge. The fastest one does.
     #[test]
     fn out_of_the_sets_the_zmp_goes_where_the_gain_set_says() {
         let pendulum = Pendulum { omega: 5.63, dt: 0.002 };

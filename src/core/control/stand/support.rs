@@ -1,7 +1,7 @@
-//! The support polygon: the convex hull of the soles in contact, in the control frame, as far as the ankles can hold
-//! their share of the weight there. The paper, Sect. III.A: "the
-//! origin of the controller coordinate is the center point of both feet". With one sole in contact that origin lies
-//! outside of the support polygon, so no CPI set contains the state, and standing alone cannot recover the robot.
+//! The support polygon: the convex hull of the soles in contact, in the control frame. Of each sole it has only the
+//! part on which the ankle can hold its share of the weight. The paper, Sect. III.A: "the origin of the controller
+//! coordinate is the center point of both feet". With one sole in contact that origin lies outside of the support
+//! polygon, so no CPI set contains the state, and standing alone cannot recover the robot.
 
 use crate::control::estimate::{Estimate, control_frame};
 use crate::geometry::SupportPolygon;
@@ -14,7 +14,7 @@ pub struct Support {
     /// Pose of the control frame in the world: its origin is midway between the soles' centres, and its x axis points
     /// along the mean heading of the feet.
     pub frame: Isometry2<f64>,
-    /// Convex hull of what the feet in contact can press on, control frame; None in flight.
+    /// Convex hull of the parts of the soles in contact on which the feet can press, control frame. None in flight.
     pub polygon: Option<SupportPolygon>,
 }
 
@@ -24,7 +24,7 @@ impl Support {
         Self::about(control_frame(footholds), robot, footholds, in_contact)
     }
 
-    /// The same support in another control frame.
+    /// The support of the feet in contact, in the control frame `frame`.
     fn about(frame: Isometry2<f64>, robot: &Robot, footholds: &PerFoot<Pose>, in_contact: &PerFoot<bool>) -> Self {
         let mut corners = [Point2::origin(); 8];
         let mut count = 0;
@@ -44,8 +44,8 @@ impl Support {
         Self::of(robot, &estimate.footholds, &estimate.in_contact)
     }
 
-    /// The support according to an estimate of a robot that leans: its COM is to be at `lean` (m, world frame) from the
-    /// point midway between the soles' centres, and there is the origin.
+    /// The support according to an estimate of a robot that leans: the desired place of its COM is at `lean` (m, world
+    /// frame) from the point midway between the soles' centres, and the origin of the frame is there.
     pub fn of_leaning(robot: &Robot, estimate: &Estimate, lean: Vector2<f64>) -> Self {
         let middle = control_frame(&estimate.footholds);
         let frame = Isometry2::from_parts((middle.translation.vector + lean).into(), middle.rotation);

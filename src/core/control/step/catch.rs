@@ -1,12 +1,12 @@
 //! Footsteps that are planned anew at every tick while the foot is in the air. The paper leaves this out.
 //!
 //! A foot is lifted as soon as the state is in no CPI set and the DCM is outside of the support polygon. Of all
-//! footsteps, of either foot to any [landing region](LandingRegion), the one is taken that costs least ([`plan`]), where a
-//! risk that the pendulum does not see costs more (`is_risky`). Where the legs cross, the foot goes around the stance
-//! leg. At every tick from then on, landing place and ZMP are planned anew from the estimate, so both follow the DCM. The
-//! torques are those of the moving body ([`InverseDynamics`]), since a leg that swings within 0.2 s pushes the rest of the
-//! body off its course. A footstep home is led like any other one: as soon as it would not catch the DCM, its landing
-//! place is planned anew.
+//! footsteps, of either foot to any [landing region](LandingRegion), the footstep with the least cost is taken
+//! ([`plan`]). A footstep with a risk that the pendulum does not model costs more (`is_risky`). If the legs cross, the
+//! foot goes around the stance leg. At every tick after the lift, landing place and ZMP are planned anew from the
+//! estimate, so both follow the DCM. The torques are those of the moving body ([`InverseDynamics`]), since a leg that
+//! swings within 0.2 s pushes the rest of the body off its course. In a footstep home the foot is led in the same way:
+//! as soon as the footstep would not catch the DCM, its landing place is planned anew.
 
 use super::footwork::{Footwork, StepState};
 use super::home::WayHome;
@@ -23,29 +23,31 @@ use crate::robot::swing_shape::least_jerk;
 use crate::robot::{Command, Foot, GRAVITY, LandingRegion, PerFoot, TickError};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
-/// For a late foot, the plan assumes that it lands in this many ticks.
+/// Least time to the landing that the plan assumes, in ticks. It matters for a foot that is late.
 const LATE_TICKS: f64 = 5.0;
-/// Newton steps per tick for the posture at landing, which changes with the landing place.
+/// Number of Newton steps per tick for the posture at landing, which changes with the landing place.
 const AHEAD_STEPS: usize = 3;
-/// For so long after a landing its impact changes the velocity of the COM, in 1/omega.
+/// Time after a landing during which its impact changes the velocity of the COM, in 1/omega.
 const IMPACT: f64 = 0.11;
-/// [`SwingTiming::lead`]: a foot often comes down before its time, and then hits the ground at the speed of its path.
+/// Lead of the swing ([`SwingTiming::lead`]). A foot often comes down before its time, and then hits the ground at the
+/// speed of its path.
 const LEAD: f64 = 0.15;
 /// Share of each sole's length and width that inverse dynamics uses.
 const SOLE_SHARE: f64 = 0.98;
-/// A foot that carries most of the weight stays while the DCM is outside only beside it and by less than this, in half
-/// sole lengths. The body then turns about the edge of that foot, and to stand is better than the pendulum knows.
+/// Distance of the DCM from the support polygon below which the more loaded foot is not lifted if the DCM is beside it,
+/// in half sole lengths. The body then turns about the edge of that foot, and standing is better than the pendulum
+/// predicts.
 const BESIDE: f64 = 0.2;
-/// A body that turned about the edge of one foot falls back onto the other foot if that hangs lower than this, in COM
-/// heights. Only a DCM that will still be beside the stance foot after [`FALLS_BACK`], in 1/omega, comes back so.
+/// Height of the hanging foot below which a body that has turned about the edge of the other foot falls back onto it,
+/// in COM heights; and the time after which the DCM must still be beside the stance foot for that, in 1/omega.
 const HANGS: f64 = 0.08;
 const FALLS_BACK: f64 = 0.5;
-/// A footstep of which the pendulum does not see the risk ([`is_risky`]) counts as if the DCM missed the support by this
-/// much more, in COM heights. It is then taken only where the others would miss.
+/// Added miss of a footstep with a risk that the pendulum does not model ([`is_risky`]), in COM heights. With it, the
+/// footstep is taken only if the others would miss by more.
 const RISK: f64 = 0.01;
-/// For so long after a landing, the foot that landed is the wrong one to lift, in 1/omega.
+/// Time after a landing during which it is risky to lift the foot that landed, in 1/omega.
 const AGAIN: f64 = 3.0;
-/// A foot that goes home takes this many times as long as one that catches.
+/// Swing time of a foot that goes home, as a multiple of the swing time of a foot that catches.
 const LEISURE: f64 = 2.0;
 
 /// The rule with the models by which it plans.
@@ -58,20 +60,20 @@ pub struct CatchFootwork {
     way_home: WayHome,
     /// Whether the footstep in the air goes home.
     goes_home: bool,
-    /// How many footsteps were taken that do not go home, and how the one in the air departs from the rule.
+    /// Number of footsteps that were taken and do not go home, and the departure of the footstep in the air.
     taken: usize,
     departure: Departure,
     /// The tilt of the trunk (rad) at the last lift.
     tilt_at_lift: Vector2<f64>,
-    /// The posture at landing. Where the feet will be far apart, the legs reach the ground only with a lower body, so
-    /// the body sinks during the swing. Pulled down only at the end, the robot would leave the ground.
+    /// The posture at landing. If the feet will be far apart, the legs reach the ground only with a lower body, so the
+    /// body sinks during the swing. If it were pulled down only at the end, the robot would leave the ground.
     at_landing: InverseKinematics,
     dynamics: InverseDynamics,
     wanted: DesiredAcceleration,
 }
 
 impl CatchFootwork {
-    /// For a checked design, whose robot states how far its feet reach.
+    /// The rule for a checked design, whose robot states how far its feet reach.
     pub fn new(rules: Catching, design: &Design) -> Self {
         let robot = &*design.robot;
         let contact = ContactModel { friction: robot.friction, sole_share: SOLE_SHARE };
@@ -105,8 +107,9 @@ impl Footwork for CatchFootwork {
     }
 
     /// Lifts the foot whose footstep has the least cost. It lifts none while the DCM is inside of the support polygon,
-    /// when the other foot is not in contact, if the DCM would then be nearer to the support of a robot that stands, or
-    /// if the body falls back onto a foot that hangs in the air; nor a loaded foot with the DCM just beside it.
+    /// or while the body falls back onto a foot that hangs in the air. It lifts no foot if the other one is not in
+    /// contact, and no loaded foot if the DCM is just beside it. It also lifts none if the DCM would end nearer to the
+    /// support if the robot only stood.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing> {
         let (rules, estimate, robot) = (self.rules, now.estimate, &now.design.robot);
         self.way_home.give_up();
@@ -244,7 +247,7 @@ impl CatchFootwork {
         Swing::new(timing, way, footstep, &now.estimate.footholds)
     }
 
-    /// Moves the COM height towards one at which the legs reach the landing place.
+    /// Moves the COM height towards a height at which the legs reach the landing place.
     fn lower_body(&mut self, now: &StepState, swing: &Swing, zmp: Point2<f64>, body: &mut Body) {
         let (robot, pendulum, estimate) = (&now.design.robot, &now.design.family.pendulum, now.estimate);
         let (foot, left_s, dt) = (swing.footstep.foot, swing.time_left_s(), pendulum.dt);
@@ -281,7 +284,8 @@ fn dcm_in(time_s: f64, now: &StepState) -> Point2<f64> {
     estimate.zmp + (dcm - estimate.zmp) * (omega * time_s).exp()
 }
 
-/// Whether the DCM after `time_s` is beside a foot: neither in front of nor behind what its ankle can press on.
+/// Whether the DCM after `time_s` is beside a foot: neither in front of nor behind the part of the sole on which its
+/// ankle can press.
 fn is_beside(foot: Foot, time_s: f64, now: &StepState) -> bool {
     let robot = &now.design.robot;
     let [[back, front], _] = robot.soles[foot].pressable_m(robot.mass() * GRAVITY);
@@ -289,7 +293,7 @@ fn is_beside(foot: Foot, time_s: f64, now: &StepState) -> bool {
     back < along && along < front
 }
 
-/// Whether a robot on the edge of one foot comes down again on both, with the DCM between them.
+/// Whether a robot on the edge of one foot will come down on both feet again, with the DCM between them.
 fn falls_back(now: &StepState) -> bool {
     let (Design { robot, units, .. }, estimate) = (now.design, now.estimate);
     let Some(hanging) = Foot::BOTH.into_iter().find(|&foot| !estimate.in_contact[foot]) else { return false };
@@ -302,9 +306,9 @@ fn falls_back(now: &StepState) -> bool {
         && both.polygon.is_some_and(|polygon| polygon.signed_distance(dcm) < 0.0)
 }
 
-/// Whether a footstep is worse than the pendulum knows. `dcm` (m) has the axes of the stance sole. Knees bend forward, so
-/// that a leg which crosses the other one while the body falls backward meets it. A foot that has just landed carries the
-/// robot; lifted again, it moves on a little while the body falls farther.
+/// Whether a footstep has a risk that the pendulum does not model. `dcm` (m) has the axes of the stance sole. Knees
+/// bend forward, so a leg that crosses the other one while the body falls backward meets it. A foot that has just
+/// landed carries the robot. If it is lifted again, it moves only a little while the body falls farther.
 fn is_risky(foot: Foot, region: &LandingRegion, dcm: Vector2<f64>, now: &StepState) -> bool {
     let meets = region.sideways_from > 0.0 && dcm.x < 0.0;
     let just_landed_s = AGAIN * now.design.units.time_s();
@@ -343,11 +347,12 @@ fn problem(region: &LandingRegion, foot: Foot, now: &StepState) -> CatchProblem 
     }
 }
 
-/// How a foot gets to a landing region from its place `from` (m, axes of the stance sole with y to the side of the
-/// foot), and in which time (s). A foot whose leg crosses the other one goes back the way that it came; None if it would
-/// have to go around to the other side of the stance foot.
+/// The way of a foot to a landing region from its place `from` (m, axes of the stance sole with y to the side of the
+/// foot), and its time (s). A foot whose leg crosses the other one goes back the way that it came. It is None if the
+/// foot would have to go around to the other side of the stance foot.
 fn way_to(region: &LandingRegion, from: Vector2<f64>, design: &Design) -> Option<(Way, f64)> {
-    /// A foot that is nearer to the stance foot than the nearest place beside it by this has crossed; in COM heights.
+    /// Distance by which a foot that has crossed is nearer to the stance foot than the nearest place beside it; in COM
+    /// heights.
     const CROSSED: f64 = 0.032;
     let reach = &design.robot.reach;
     let crosses = |region: &&LandingRegion| region.sideways_from > 0.0;
@@ -365,7 +370,7 @@ fn way_to(region: &LandingRegion, from: Vector2<f64>, design: &Design) -> Option
     }
 }
 
-/// Changes between the axes of a stance sole and those with y to the side of `foot`. It is its own inverse.
+/// Changes between the axes of a stance sole and axes with y to the side of `foot`. It is its own inverse.
 fn to_side(foot: Foot, v: Point2<f64>) -> Vector2<f64> {
     Vector2::new(v.x, v.y * foot.side())
 }

@@ -10,26 +10,26 @@ use crate::robot::{Command, Foot, TickError};
 use nalgebra::{Point2, Vector2};
 use std::fmt::Debug;
 
-/// A footwork rule. Each rule keeps to itself how it leads a foot through the air.
+/// A footwork rule. How a rule leads a foot through the air is its own matter.
 pub trait Footwork: Debug + Send + Sync {
-    /// A copy that goes on from the present state.
+    /// A copy that continues from the present state.
     fn copy(&self) -> Box<dyn Footwork>;
 
-    /// Lets the first footsteps depart from the rule. A rule that cannot leaves it at that.
+    /// Makes the first footsteps depart from the rule. A rule that cannot depart ignores the call.
     fn depart(&mut self, _departures: &Departures) {}
 
     /// Returns the footstep to begin now, if any. It is called at every tick with the state in no CPI set and no foot
     /// in the air.
     fn lift(&mut self, now: &StepState, body: &mut Body) -> Option<Swing>;
 
-    /// Where the COM of a robot that stands is to be, from the point midway between its feet (m, world frame). It is
-    /// called at every tick with no foot in the air. `margin` is that of the state in the slowest gain's CPI set.
+    /// Desired place of the COM of a robot that stands, from the point midway between its feet (m, world frame). It is
+    /// called at every tick with no foot in the air. `margin` is the margin of the state in the slowest gain's CPI set.
     fn lean(&mut self, _now: &StepState, _margin: f64) -> Vector2<f64> {
         Vector2::zeros()
     }
 
-    /// Returns the footstep that a robot at ease is to begin now, if any. It is called at every tick with the state in a
-    /// CPI set and no foot in the air.
+    /// Returns the footstep that a robot at ease is to begin now, if any. It is called at every tick with the state in
+    /// a CPI set and no foot in the air.
     fn lift_at_ease(&mut self, _now: &StepState, _body: &mut Body) -> Option<Swing> {
         None
     }
@@ -44,7 +44,7 @@ pub trait Footwork: Debug + Send + Sync {
         command: &mut Command,
     ) -> Result<Point2<f64>, TickError>;
 
-    /// For how long after a landing the COM reference follows the estimate (s).
+    /// Time after a landing during which the COM reference follows the estimate (s).
     fn impact_s(&self, _design: &Design) -> f64 {
         0.0
     }
@@ -74,14 +74,14 @@ pub enum Landing {
     GivenUp,
 }
 
-/// What a footwork rule decides from.
+/// The state from which a footwork rule decides.
 #[derive(Debug, Clone, Copy)]
 pub struct StepState<'a> {
     pub design: &'a Design,
     pub estimate: &'a Estimate,
     /// The slowest gain's ZMP error, Delta p_Z in the paper (m), control frame.
     pub zmp_error: Vector2<f64>,
-    /// For how long the state has been in no CPI set (s).
+    /// Time for which the state has been in no CPI set (s).
     pub out_of_sets_s: f64,
     /// None before the first footstep.
     pub last_landing: Option<LastLanding>,
@@ -91,12 +91,12 @@ pub struct StepState<'a> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LastLanding {
     pub foot: Foot,
-    /// For how long the robot has stood since the landing (s); 0 in the tick of the landing itself.
+    /// Time for which the robot has stood since the landing (s); 0 in the tick of the landing itself.
     pub ago_s: f64,
 }
 
 impl StepState<'_> {
-    /// What the robot stands on.
+    /// The support of the robot.
     pub(super) fn support(&self) -> Support {
         Support::of_estimate(&self.design.robot, self.estimate)
     }

@@ -1,46 +1,47 @@
 //! The walk home. Footsteps that caught a push leave the feet where they landed: far apart, one ahead of the other, or
-//! crossed. A robot that has come to rest puts them beside each other again, so that the next push finds the stance that
-//! the first one found.
+//! crossed. A robot that has come to rest puts its feet beside each other again, so that the next push finds the same
+//! stance as the first one.
 //!
-//! One footstep is enough, because only the place of one foot beside the other matters. The standing rule first brings the
-//! COM over the stance foot ([`WayHome::lean`]); then the other foot is unloaded and can be lifted
-//! ([`WayHome::unloaded`]). A robot that is disturbed meanwhile gives up ([`WayHome::give_up`]) and stands or catches
-//! itself as ever.
+//! One footstep is enough, because only the place of one foot beside the other matters. The standing rule first brings
+//! the COM over the stance foot ([`WayHome::lean`]); then the other foot is unloaded and can be lifted
+//! ([`WayHome::unloaded`]). A robot that is disturbed during the walk gives up ([`WayHome::give_up`]), and stands or
+//! catches itself as usual.
 
 use super::footwork::StepState;
 use crate::control::estimate::{Estimate, control_frame, on_ground};
 use crate::robot::Foot;
 use nalgebra::{Point3, Vector2};
 
-/// The robot walks home after it has been at rest for this time, in multiples of 1/omega.
+/// Time at rest after which the robot walks home, in 1/omega.
 const REST: f64 = 6.0;
-/// At rest, the state is in a CPI set, and the COM stays within this distance of a point, in COM heights. A body that
-/// still rises after a long stride is not at rest.
+/// Distance from a point within which the COM stays at rest, in COM heights. At rest, the state is also in a CPI set. A
+/// body that still rises after a long stride is not at rest.
 const REST_WAY: f64 = 0.02;
 /// Speed at which the COM goes to the stance foot, in COM heights times omega.
 const LEAN_SPEED: f64 = 0.03;
-/// The foot is lifted when DCM and ZMP lie within this share of the stance sole; if they do not come there within the
-/// time of rest, the robot gives up.
+/// Share of the stance sole within which DCM and ZMP must lie for the lift. If they are not there within the time
+/// [`REST`], the robot gives up.
 const OVER_SOLE: f64 = 0.6;
-/// The feet are at home if they are this near to their places, in lengths of a sole, and as parallel as this (rad).
+/// Distance from its place below which a foot is at home, in sole lengths, and largest angle between feet at home
+/// (rad).
 const HOME: f64 = 0.1;
 const PARALLEL_RAD: f64 = 0.1;
 
-/// How far the walk home has got.
+/// The state of the walk home.
 #[derive(Debug, Clone, Default)]
 pub struct WayHome {
-    /// For how long the robot has been at rest, or has waited over its stance foot (s).
+    /// Time for which the robot has been at rest, or has waited over its stance foot (s).
     rest_s: f64,
     /// Where the COM was when it came to rest (m, world frame).
     rest_at: Point3<f64>,
-    /// The foot that is to go home, and the share of the way from the middle of the feet to the other one that the
-    /// robot has leant.
+    /// The foot that is to go home, and how far the robot leans towards the other foot, as a share of the way from the
+    /// middle of the feet to that foot.
     leant: Option<(Foot, f64)>,
 }
 
 impl WayHome {
-    /// Where the COM is to be, from the point midway between the feet (m, world frame). `margin` is that of the last
-    /// tick's state in the slowest gain's CPI set.
+    /// Desired place of the COM, from the point midway between the feet (m, world frame). `margin` is the margin of the
+    /// last tick's state in the slowest gain's CPI set.
     pub fn lean(&mut self, now: &StepState, margin: f64) -> Vector2<f64> {
         let Estimate { footholds, in_contact, com, .. } = now.estimate;
         let pendulum = &now.design.family.pendulum;
@@ -53,7 +54,7 @@ impl WayHome {
         let has_rested = self.rest_s * pendulum.omega > REST;
         let Some((foot, share)) = &mut self.leant else {
             if has_rested {
-                // The foot that went last goes back the way that it came.
+                // The foot that landed last goes back.
                 self.leant = Some((now.last_landing.map_or(Foot::Left, |landing| landing.foot), 0.0));
             }
             return Vector2::zeros();
@@ -83,7 +84,7 @@ impl WayHome {
         is_over.then_some(foot)
     }
 
-    /// Back to the middle of the feet, to begin anew after the next rest.
+    /// Ends the walk. The COM returns to the middle of the feet, and a new walk begins after the next rest.
     pub fn give_up(&mut self) {
         *self = Self::default();
     }

@@ -1,8 +1,8 @@
-//! Stepping: what the robot does with its feet when the state is in no CPI set. A footwork rule decides when to
-//! lift which foot, and where to put it ([`Footwork::lift`]); what to command with a foot in the air
-//! ([`Footwork::swing`]); and when the foot has landed ([`Footwork::landing`]). There is the paper's rule
-//! ([`paper`]) and one that goes on planning during the swing ([`catch`]) and, when the robot has come to rest,
-//! leads the feet home (`home.rs`). A new rule is a new file here and a line in [`footwork()`].
+//! Stepping: what the robot does with its feet when the state is in no CPI set. A footwork rule decides when to lift
+//! which foot, and where to put it ([`Footwork::lift`]); what to command with a foot in the air ([`Footwork::swing`]);
+//! and when the foot has landed ([`Footwork::landing`]). There are two rules: the paper's ([`paper`]), and one that
+//! continues to plan during the swing ([`catch`]) and leads the feet home when the robot has come to rest (`home.rs`).
+//! A new rule is a new file here and a line in [`footwork()`].
 
 pub mod catch;
 mod footwork;

@@ -7,8 +7,8 @@
 //! semi-ellipse.
 //!
 //! The paper takes one footstep, from home. Here more may follow, and after the first one the feet are apart. The
-//! stride is then measured from where the foot would stand at home beside the other: measured from the foot's actual
-//! place, behind or ahead, it could leave the semi-ellipse at once.
+//! stride is then measured from the place beside the other foot where the foot would stand at home. If it were measured
+//! from the foot's actual place, behind or ahead, it could leave the semi-ellipse at once.
 
 use super::footwork::{Footwork, StepState};
 use super::swing::{LATE_SPEED, PlannedFootstep, Swing, SwingTiming, Way};
@@ -131,19 +131,19 @@ impl StepPlan {
     }
 }
 
-/// Strides whose lengths differ by less count as equal, in distances of the feet at home.
+/// Difference of two strides below which they count as equal, in distances of the feet at home.
 const SAME_STRIDE: f64 = 1e-3;
-/// Loads that differ by less count as equal, as a share of both together.
+/// Difference of two loads below which they count as equal, as a share of their sum.
 const SAME_LOAD: f64 = 0.006;
 
-/// What the choice of a footstep depends on.
+/// The state on which the choice of a footstep depends.
 #[derive(Debug, Clone, Copy)]
 pub struct StanceState<'a> {
     /// Pose of the control frame in the world.
     pub frame: &'a Isometry2<f64>,
     /// Centres of the soles on the ground (m), world frame.
     pub soles: PerFoot<Point2<f64>>,
-    /// Vector from the centre of the right sole to that of the left one at home (m), control frame.
+    /// Vector from the centre of the right sole to the centre of the left one at home (m), control frame.
     pub stance: Vector2<f64>,
     /// The ZMP error, Delta p_Z in the paper (m), control frame.
     pub zmp_error: Vector2<f64>,
@@ -182,8 +182,8 @@ pub fn choose(rules: &Stepping, state: &StanceState) -> Option<PlannedFootstep> 
 }
 
 /// The foot that can go farther. For a tie (a push straight forward or backward), the paper's text names the left foot,
-/// and its experiment uses the right one. Here the foot with the smaller load goes, since it is in the air soonest; if
-/// the loads are equal too, the right one goes.
+/// and its experiment uses the right one. Here the foot with the smaller load goes, since it leaves the ground sooner.
+/// If the loads are equal too, the right foot goes.
 fn swing_foot(reach: &PerFoot<f64>, apart_m: f64, load_n: &PerFoot<f64>) -> Foot {
     let farther = reach.left - reach.right;
     let heavier = load_n.left - load_n.right;

@@ -6,13 +6,13 @@ use crate::robot::swing_shape::{bump, least_jerk};
 use crate::robot::{Around, Foot, PerFoot, Pose, Robot};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
-/// Share of the swing before which a load is no landing, because the foot may not have left the ground yet.
+/// Share of the swing before which a load is not taken as a landing, because the foot may not have left the ground yet.
 const EARLIEST_LANDING: f64 = 0.6;
-/// Share of the swing before the end of an axis' motion from which its place stays.
+/// Share of the swing before the end of an axis' motion within which the axis is not aimed anew.
 const ARRIVED: f64 = 0.05;
-/// A foot that is late goes down at this speed, in COM heights times omega.
+/// Speed at which a late foot goes down, in COM heights times omega.
 pub const LATE_SPEED: f64 = 0.057;
-/// Share of the swing that does not count in comparisons of times, for their rounding.
+/// Share of the swing that comparisons of times ignore, because times are rounded.
 const ROUNDING: f64 = 1e-8;
 
 /// Duration and height of a swing.
@@ -22,8 +22,9 @@ pub struct SwingTiming {
     pub swing_time_s: f64,
     /// Largest height of the sole (m).
     pub lift_m: f64,
-    /// How much sooner than in the middle of the swing the sole is highest: at the share u of the swing, it is as high as
-    /// it would otherwise be at `u + lead u (1 - u)`. From 0 to 1; with a lead, the foot rises fast and comes down slowly.
+    /// How much sooner than in the middle of the swing the sole is highest: at the share u of the swing, it is as high
+    /// as it would otherwise be at `u + lead u (1 - u)`. From 0 to 1; with a lead, the foot rises fast and comes down
+    /// slowly.
     pub lead: f64,
     /// Longest time for which a late foot goes on downward (s).
     pub late_s: f64,
@@ -36,7 +37,7 @@ pub struct SwingTiming {
 pub struct Way {
     /// Shares of the swing between which the foot moves along x, and along y.
     pub moves: [[f64; 2]; 2],
-    /// How far it swings out along x on its way (m).
+    /// Largest displacement that the arc adds along x on the way (m).
     pub arc_m: f64,
 }
 
@@ -49,7 +50,7 @@ impl Way {
         Self { moves: [[0.0, 1.0 - sideways_from], [sideways_from, 1.0]], arc_m }
     }
 
-    /// Back from there.
+    /// The way back from a place on the other side of the stance leg: first sideways, then forward or backward.
     pub fn back_around(Around { sideways_from, arc_m }: Around) -> Self {
         Self { moves: [[sideways_from, 1.0], [0.0, 1.0 - sideways_from]], arc_m }
     }
@@ -73,11 +74,12 @@ pub struct Swing {
     timing: SwingTiming,
     /// Pose of the stance sole in the world, flat on the ground.
     pub stance: Isometry2<f64>,
-    /// Path of the swing sole's centre (stance axes for x and y; height), without the bump that lifts it off the ground.
+    /// Path of the swing sole's centre: x and y along the stance axes, and the height, without the bump that lifts the
+    /// sole off the ground.
     path: [Quintic; 3],
     /// Shares of the swing between which each axis moves.
     moves: [[f64; 2]; 3],
-    /// How far the sole swings out along the stance sole's x axis (m).
+    /// Largest displacement that the arc adds along the stance sole's x axis (m).
     arc_m: f64,
     /// Pose of the swing sole at the lift, and at its landing.
     from: Pose,
@@ -107,8 +109,8 @@ impl Swing {
         Self { footstep, timing, stance, path, moves, arc_m, from, to, time_s: 0.0 }
     }
 
-    /// Changes the landing place (m, world frame), starting from the present planned state; before it is due. An axis
-    /// that has all but arrived stays.
+    /// Changes the landing place (m, world frame), starting from the present planned state, before the landing is due.
+    /// An axis whose motion has ended, or ends within the share `ARRIVED` of the swing, keeps its path.
     pub fn aim(&mut self, to: Point2<f64>) {
         self.to = along(&self.to, to);
         let local = self.stance.inverse_transform_point(&to);
@@ -140,7 +142,7 @@ impl Swing {
         [self.stance.translation.vector + turned(0), turned(1), turned(2)]
     }
 
-    /// Share of its time that has passed.
+    /// Share of the planned swing time that has passed.
     pub fn share(&self) -> f64 {
         self.time_s / self.timing.swing_time_s
     }
@@ -157,7 +159,7 @@ impl Swing {
         Vector3::new(over.x, over.y, self.axis(2)[2] + bump)
     }
 
-    /// Where the swing sole is to be now, and its velocity (m/s), world frame.
+    /// Planned pose of the swing sole now, and its velocity (m/s), world frame.
     pub fn sole(&self) -> (Pose, Vector3<f64>) {
         let ([at, vel, _], [z, vz, _]) = (self.over_ground(), self.axis(2));
         let ([x, y], [vx, vy]): ([f64; 2], [f64; 2]) = (at.into(), vel.into());
@@ -170,7 +172,7 @@ impl Swing {
         (Pose::from_parts(place.into(), rotation), Vector3::new(vx, vy, vz + bump_rate - late_speed))
     }
 
-    /// A bump of `height_m` (m) on the way, with rate and acceleration (m, m/s, m/s^2). `lead` is that of
+    /// A bump of `height_m` (m) on the way, with its rate and acceleration (m, m/s, m/s^2). `lead` is defined in
     /// [`SwingTiming`].
     fn bump(&self, height_m: f64, lead: f64) -> [f64; 3] {
         let duration = self.timing.swing_time_s;

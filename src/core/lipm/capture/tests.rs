@@ -5,7 +5,7 @@ use proptest::test_runner::{RngAlgorithm, TestRng};
 const BESIDE: Region = Region { x_m: [-0.15, 0.15], y_m: [0.075, 0.18], swing_time_s: 0.2 };
 const IN_FRONT: Region = Region { x_m: [0.145, 0.15], y_m: [-0.075, 0.075], swing_time_s: 0.2 };
 
-/// What more than [`MOST_STEPS`] footsteps would bring, relative.
+/// Relative tolerance for the impulse that more than [`MOST_STEPS`] footsteps would add.
 const NEARLY: f64 = 1e-3;
 
 /// UT-mu2 in round numbers, with feet that do not cross.
@@ -131,7 +131,8 @@ fn caught(pendulum: &SteppingPendulum, steps: usize, stance: f64, chance: &mut T
     dcm
 }
 
-/// The vertices of these sets are among the samples. The hull of a stance sole and one ahead and across is diagonal.
+/// The samples contain the vertices of the set of DCMs from which footsteps recover. The hull of a stance sole and a
+/// second sole ahead of it and across is diagonal.
 #[test]
 fn sampled_footsteps_catch_up_to_the_bound_and_no_more() {
     let normals: Vec<Vector2<f64>> = (0..360).map(|i| direction(i as f64)).collect();
@@ -181,7 +182,7 @@ proptest! {
         }
     }
 
-    /// A region that is of no use doubles nothing.
+    /// A region that is reached too late, or whose landing places are the present ones, adds nothing to the bounds.
     #[test]
     fn feet_that_cross_too_slowly_or_reach_nowhere_bring_nothing(
         heading_deg in -180.0..180.0, x in -0.03..0.03, y in -0.05..0.05,

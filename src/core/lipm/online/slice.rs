@@ -1,20 +1,20 @@
-//! The slice of a maximal CPI set over COM positions, for pictures: where the COM could be, with the present COM
-//! velocity and ZMP, so that the set contains the state.
+//! The slice of a maximal CPI set over COM positions, for pictures: the COM positions for which the CPI set contains
+//! the state, at the present COM velocity and ZMP.
 //!
 //! Each predicted ZMP is affine in the COM, so each edge of Z cuts off a half-plane of COM positions (eq. 22, two of
-//! its six columns). The cutting ends by the rule of the sets: if at every corner of the rest all points lie in Z
-//! less the limit of the spread, they do so on the whole rest, and nothing more is cut off.
+//! its six columns). The cutting ends by the rule that ends the test of a state: if at every corner of the remaining
+//! slice all points lie in Z less the limit of the spread, they do so on the whole slice, and nothing more is cut off.
 
 use super::{MAX_TICKS, OnlineSets, Points, is_finite};
 use crate::lipm::pendulum::State;
 use nalgebra::Point2;
 
-/// The slice is limited to this distance from the origin, beyond which no leg stands; in distances of the farthest edge.
+/// Limit of the slice's distance from the origin, in distances of the farthest edge of Z: no leg stands beyond it.
 const FARTHEST: f64 = 20.0;
 
 impl OnlineSets {
-    /// Corners of the slice of the set of gain `index`, at the COM velocity and ZMP of `state` (m, control frame),
-    /// counter-clockwise; empty if no COM position is in the set.
+    /// Corners of the slice of the CPI set of gain `index`, at the COM velocity and ZMP of `state` (m, control frame),
+    /// counter-clockwise; empty if no COM position is in the CPI set.
     pub fn slice(&self, index: usize, state: &State) -> Vec<Point2<f64>> {
         let cascade = &self.cascades[index];
         if !cascade.limit.holds_origin || !is_finite(state) {
@@ -91,7 +91,7 @@ mod tests {
     use crate::lipm::testing::family;
     use nalgebra::Vector2;
 
-    /// The definition: a COM is in the slice if and only if the set contains the state with that COM.
+    /// The definition: a COM is in the slice if and only if the CPI set contains the state with that COM.
     #[test]
     fn the_slice_is_where_the_set_holds_the_state() {
         let family = family();

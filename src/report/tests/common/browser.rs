@@ -19,7 +19,7 @@ const FLAGS: [&str; 12] = [
     "--remote-debugging-pipe",
     "--no-sandbox",
     "--disable-gpu",
-    // WebGL without a graphics card.
+    // This option gives WebGL without a graphics card.
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--disable-quic",
@@ -50,7 +50,8 @@ pub struct Page<'a> {
 }
 
 impl Browser {
-    /// None, with a message on stderr, if there is no browser and the environment does not require one.
+    /// Starts a browser. It is None, with a message on stderr, if there is no browser and the environment does not
+    /// require one.
     pub fn start() -> Option<Browser> {
         let Some(program) = NAMES.iter().find_map(|name| in_path(name)) else {
             assert!(std::env::var_os(NEED).is_none(), "{NEED} is set, but none of {NAMES:?} is in PATH");
@@ -181,8 +182,8 @@ impl Page<'_> {
         self.call("Page.captureScreenshot", params)["data"].as_str().unwrap().into()
     }
 
-    /// Number of colours in a PNG (base 64), and the share of the most frequent one. The page must be allowed to load
-    /// it.
+    /// Number of colours in a PNG (base 64), and the share of the most frequent colour. The page must be allowed to
+    /// load the PNG.
     pub fn colors(&mut self, png: &str) -> (u64, f64) {
         let script = format!(
             "(async () => {{
@@ -201,10 +202,10 @@ impl Page<'_> {
         (found[0].as_u64().unwrap(), found[1].as_f64().unwrap())
     }
 
-    /// Problems since the tab was made: exceptions, errors and warnings on the console, and every request for anything
-    /// but `file`.
+    /// Problems since the tab was made: exceptions, errors and warnings on the console, and every request for another
+    /// address than `file`.
     pub fn problems(&mut self, file: &Path) -> Vec<String> {
-        // Pending events arrive before the answer to this.
+        // Pending events arrive before the answer to this call.
         self.evaluate("new Promise((done) => setTimeout(done, 100))");
         let own = format!("file://{}", file.display());
         let is_own = |url: &Value| url.as_str().is_some_and(|url| url == own || url.starts_with("data:"));
@@ -217,7 +218,7 @@ impl Page<'_> {
             // Software rendering warns about its own slowness.
             "Log.entryAdded" if params["entry"]["text"].as_str().is_some_and(|text| text.contains(SLOW)) => None,
             "Log.entryAdded" if params["entry"]["level"] != "verbose" => Some(format!("log: {}", params["entry"])),
-            // A picture within the page is told as a request, too.
+            // A picture within the page is reported as a request, too.
             "Network.requestWillBeSent" if !is_own(&params["request"]["url"]) => {
                 Some(format!("request: {}", params["request"]["url"]))
             }

@@ -17,7 +17,7 @@ pub fn stepping() -> &'static Film {
     FILM.get_or_init(|| film("paper", 3.6, config(4.0)))
 }
 
-/// The same push, after which `hold` falls.
+/// The push of [`stepping`], after which `hold` falls.
 pub fn fallen() -> &'static Film {
     static FILM: OnceLock<Film> = OnceLock::new();
     FILM.get_or_init(|| film("hold", 3.6, config(3.0)))
@@ -29,7 +29,7 @@ pub fn film(gains: &str, impulse_n_s: f64, config: EpisodeConfig) -> Film {
     Film::take(&bench.robot, &bench.factory, &config, disturbance, (config.until(), 0.8), &mut |_| {}).unwrap()
 }
 
-/// A stand-in for the same push in another engine: that of `hold`.
+/// A substitute for a film of the same push in another engine: the film of `hold`.
 pub fn ghost() -> Film {
     Film { engine: Engine::Mujoco, ..fallen().clone() }
 }

@@ -1,4 +1,4 @@
-//! Shared by the tests of the closed loop.
+//! Common code of the tests of the closed loop.
 #![allow(dead_code, reason = "each test file uses its part")]
 
 pub mod mirror;
@@ -19,7 +19,7 @@ use std::sync::Arc;
 pub struct Bench {
     pub robot: Robot,
     pub factory: Factory,
-    /// The design, if the controller is a controller.
+    /// The design of the controller, if the controller is a gain set.
     design: Option<Design>,
 }
 
@@ -49,7 +49,7 @@ impl Bench {
         Self { robot, factory: design.clone().into(), design: Some(design) }
     }
 
-    /// The design of a controller.
+    /// The design of the controller, which must be a gain set.
     pub fn design(&self) -> &Design {
         self.design.as_ref().unwrap()
     }
@@ -72,7 +72,7 @@ impl Bench {
     }
 }
 
-/// What our own controller did at a tick, beyond its report.
+/// The account of our own controller at a tick, which says more than its report.
 pub fn account<'a>(tick: &Tick<'a>) -> Account<'a> {
     (tick.controller.unwrap() as &dyn Any).downcast_ref::<CpiController>().unwrap().account()
 }

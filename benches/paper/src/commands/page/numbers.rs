@@ -18,9 +18,9 @@ use standfast::sim::episode::{Footstep, Outcome, Record, Snapshot};
 use standfast::sim::{Profile, Push};
 use standfast::study::ask::no_step::NoStep;
 
-/// Poles over -omega of two gains, slow to fast, whose sets do not nest.
+/// Poles over -omega of two gains, slow to fast, whose CPI sets do not nest.
 const NOT_NESTED: [[f64; 3]; 2] = [[0.5, 1.0, 1.0], [1.0, 1.0, 1.0]];
-/// Share of the largest push from rest that a set holds, a little below 1 so that the state is surely inside.
+/// Share of the largest push from rest that a CPI set holds, a little below 1 so that the state is surely inside.
 const SHARE: f64 = 0.98;
 /// Length of a simulation of the pendulum (s), after which a COM that is not home counts as not coming home.
 const LONGEST_S: f64 = 30.0;
@@ -45,7 +45,7 @@ pub fn all(study: &Study) -> Result<Map<String, Value>> {
     Ok(found.map(|(figure, numbers)| (figure.into(), numbers)).into_iter().collect())
 }
 
-/// Fig. 3: inclusion of the sets.
+/// Fig. 3: inclusion of the CPI sets.
 fn inclusion(study: &Study) -> Result<Value> {
     let (sets, family) = (&study.sets, &study.design.family);
     let impulses: Vec<[f64; 2]> = sets.iter().map(|set| impulses_of(study, set)).collect();
@@ -82,17 +82,17 @@ fn inclusion(study: &Study) -> Result<Value> {
     }))
 }
 
-/// Largest impulse from rest that a set holds: forward, and to the left (N s).
+/// Largest impulse from rest that a CPI set holds: forward, and to the left (N s).
 fn impulses_of(study: &Study, set: &CpiSet) -> [f64; 2] {
     [Vector2::x(), Vector2::y()].map(|direction| study.robot.mass() * set.largest_com_vel_from_rest(direction))
 }
 
-/// Horizon of each set (control ticks).
+/// Horizon of each CPI set (control ticks).
 fn horizons(sets: &[CpiSet]) -> Vec<usize> {
     sets.iter().map(|set| set.horizon).collect()
 }
 
-/// State after an instantaneous push forward from rest at home, just inside of the boundary of a set.
+/// State after an instantaneous push forward from rest at home, just inside of the boundary of a CPI set.
 fn held(set: &CpiSet) -> State {
     let com_vel = SHARE * set.largest_com_vel_from_rest(Vector2::x());
     State::new(Point2::origin(), Vector2::new(com_vel, 0.0), Point2::origin())
@@ -114,7 +114,8 @@ fn home_s(study: &Study, start: State, choose: impl Fn(&State) -> usize) -> Opti
 /// Fig. 4: the regions for the ZMP before and after a footstep.
 fn regions(study: &Study) -> Result<Value> {
     let Pushed { lift, landing, footstep, .. } = &study.pushes[0];
-    // Eq. 25 with the horizon k of the region before gives larger sets than the true ones: by this share at most.
+    // `excess` is the largest share by which the CPI set of eq. 25 is larger than the true set, if the horizon k is
+    // taken from the region before the footstep.
     let mut excess = 0.0_f64;
     for ((gain, old), new) in study.design.family.gains.iter().zip(&study.sets).zip(&study.landed_sets) {
         if new.horizon > old.horizon {
@@ -286,7 +287,7 @@ fn imposed_responses(study: &Study) -> Value {
     json!({ "moving": study.moving, "a": of_run(a), "b": of_run(b) })
 }
 
-/// Fig. 12 and 13: the numbers that both have of their push.
+/// Fig. 12 and 13: the numbers about its push that each figure has.
 fn pushed(study: &Study, pushed: &Pushed) -> Value {
     let Pushed { push, film, footstep, .. } = pushed;
     let error = zmp_error(footstep);

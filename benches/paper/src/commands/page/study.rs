@@ -1,4 +1,4 @@
-//! Runs all simulations and set searches of the page, once for all figures.
+//! Runs all simulations and all searches of CPI sets of the page, once for all figures.
 
 use super::watch::PushedWatch;
 use crate::imposed::{self, ImposedRecord};
@@ -21,7 +21,7 @@ const WITHOUT_FOOTSTEP: &str = "switching";
 const STIFF: &str = "hold";
 /// Headings towards which the push of Fig. 13 is tried (degrees), since the paper does not state its own.
 pub const HEADINGS_DEG: [f64; 6] = [-120.0, -130.0, -140.0, -150.0, -160.0, -170.0];
-/// Scenarios with pushes whose ZMP errors come close to those of Sect. V.C.
+/// Scenarios with pushes whose ZMP errors come close to the imposed errors of Sect. V.C.
 const LIKE_IMPOSED: [&str; 2] = ["push-error-backward", "push-error-diagonal"];
 /// How long a film goes on after the end of its episode (s).
 const AFTERMATH_S: f64 = 0.5;

@@ -1,5 +1,5 @@
-//! Measures how long it takes to update the sets to the new contact region after a landing, by the method of the
-//! controller and by that of the paper (eq. 25 with the stored Phi). Nothing else on the page depends on a clock.
+//! Measures the time to update the CPI sets to the new contact region after a landing, by the method of the controller
+//! and by the method of the paper (eq. 25 with the stored Phi). Nothing else on the page depends on a clock.
 
 use crate::render::page::study::Study;
 use nalgebra::{DMatrix, Matrix2x6, Vector6};
@@ -13,7 +13,7 @@ use std::time::Instant;
 const PAPER_MS: f64 = 0.15;
 /// Number of updates that are timed.
 const TIMES: usize = 4000;
-/// Number of updates before these, which warm up the caches and the processor's clock.
+/// Number of updates before the timed updates, which warm up the caches and the processor's clock.
 const WARM_UP: usize = 200;
 
 /// Median and 95th percentile of the time that `work` takes (ms), by a wall clock.
@@ -56,16 +56,16 @@ impl Stored {
         }
     }
 
-    /// The smallest `1 - row . x` over the rows of S, which is not negative inside of the set.
+    /// The smallest `1 - row . x` over the rows of S, which is not negative inside of the CPI set.
     fn margin(&self, x: &Vector6<f64>) -> f64 {
         1.0 - (&self.s * x).max()
     }
 }
 
 /// Times of both methods, for the region and the state right after the first landing of the push from behind. `online`
-/// is the time to update the controller's sets and to ask each of them whether it holds the state; `stored_phi` is the
-/// time to compute eq. 25 for all gains and to ask the same of the matrices. Null if the origin of the control frame is
-/// not inside of the region.
+/// is the time to update the controller's CPI sets and to ask each CPI set whether it holds the state; `stored_phi` is
+/// the time to compute eq. 25 for all gains and to ask each matrix S the same question. Null if the origin of the
+/// control frame is not inside of the region.
 pub fn measure(study: &Study) -> Value {
     let (polygon, state, family) = (study.landed_allowed, study.pushes[0].landing.state, &study.design.family);
     if polygon.half_planes().any(|edge| edge.distance <= 0.0) {
@@ -106,7 +106,7 @@ mod tests {
 
     use standfast::core::lipm::{GainFamily, Pendulum};
 
-    /// What is timed gives the rows of eq. 25.
+    /// The timed computation gives the rows of eq. 25.
     #[test]
     fn the_stored_phi_gives_the_rows_of_the_stack() {
         let pendulum = Pendulum { omega: 5.63, dt: 0.002 };

@@ -10,9 +10,9 @@ use standfast::core::robot::{Foot, GRAVITY, PerFoot};
 
 /// Directions of the examples of Fig. 6 (degrees), read from the arrows in the paper's picture.
 pub const EXAMPLES_DEG: [f64; 2] = [45.0, -45.0];
-/// Reaches of the feet that differ by less count as equal, as they do for the controller (m).
+/// Difference of the feet's reaches below which they count as equal, as they do for the controller (m).
 const TIE_M: f64 = 1e-4;
-/// How far ahead the ZMP is predicted (s).
+/// Time over which the ZMP is predicted (s).
 const AHEAD_S: f64 = 3.0;
 
 /// The choice of a foot at home, with equal loads, for a ZMP error so large that the footstep is as long as it can be.

@@ -7,8 +7,8 @@ use standfast::report::figure::panel::{At, Panel, View};
 
 /// A panel with the ground, and what is drawn on it.
 pub trait Ground {
-    /// A panel `width` px wide with the ground from above. `reach` says how far it goes forward and backward, and to both
-    /// sides (m). Places are then on the ground (m; x forward, y left).
+    /// A panel `width` px wide with the ground from above. `reach` says how far it goes forward and backward, and to
+    /// both sides (m). Places are then on the ground (m; x forward, y left).
     fn ground(width: f64, reach: At, title: &str) -> Self;
     /// Draws a sole on the ground, from its corners about its centre (m).
     fn sole(&mut self, class: &str, corners: &[Point2<f64>], pose: Isometry2<f64>);

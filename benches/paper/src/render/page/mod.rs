@@ -1,4 +1,5 @@
-//! The page of `standfast-paper page`: its figures, with the statements of the paper on each and the verdicts on them.
+//! The page of `standfast-paper page`: its figures, with the paper's statements on each figure and a verdict on each
+//! statement.
 //!
 //! The runs are given as a [`Study`], and the numbers of each figure as JSON, from which `words.toml` makes all
 //! captions and claims. `sets`, `feet`, `robot` and `time` draw the panels.
@@ -25,7 +26,7 @@ pub struct Page {
     pub found: Vec<String>,
     pub figures: Vec<Figure>,
     pub not_made: Vec<NotMade>,
-    /// Claims on the update time of the sets; none if it was not measured.
+    /// Claims on the update time of the CPI sets; empty if the update time was not measured.
     pub update_claims: Vec<Claim>,
     /// Number of updates that were timed.
     repetitions: Value,
@@ -41,9 +42,9 @@ pub struct Figure {
 }
 
 impl Page {
-    /// The page from its words, the runs, and `numbers`, an object with the numbers of each figure by its number, and
-    /// with those of the update time (or null) as "update_time". Fails only if the words name a number that is not
-    /// there.
+    /// The page from its words, the runs, and `numbers`, an object that has the numbers of each figure under the
+    /// figure's number, and the numbers of the update time (or null) under "update_time". Fails only if the words name
+    /// a number that is not there.
     pub fn new(words: Words, study: &Study, numbers: &Value) -> Result<Self> {
         let family = &study.design.family;
         let design = json!({

@@ -24,7 +24,7 @@ const AT_HOME: Camera = Camera {
 };
 /// Half the length of a joint's axis in the picture (m).
 const AXIS_M: f64 = 0.022;
-/// An axis counts as parallel to x, y or z if its component along that one is larger than this.
+/// Smallest component of an axis along x, y or z for which the axis counts as parallel to x, y or z.
 const ALONG: f64 = 0.99;
 
 /// Size of a snapshot (px) and field of view of its camera (degrees), without and with marks.
@@ -33,7 +33,8 @@ const MARKED: ([f64; 2], f64) = ([340.0, 440.0], 27.0);
 /// Offset of the camera to the side from which the push comes (m), so that the arrow of the push is in the picture.
 const ARROW_M: f64 = 0.07;
 
-/// Name of the axis of a joint with all joints at zero: roll, pitch or yaw, or oblique if it is along none of them.
+/// Name of the axis of a joint with all joints at zero: roll, pitch or yaw, or oblique if the axis is parallel to none
+/// of x, y and z.
 pub fn axis_name(joint: &Joint) -> &'static str {
     if joint.axis.amax() > ALONG { ["roll", "pitch", "yaw"][joint.axis.iamax()] } else { "oblique" }
 }

@@ -1,4 +1,4 @@
-//! Fig. 3, the nested sets of the gains, and Fig. 4, the sets before and after a footstep.
+//! Fig. 3, the nested CPI sets of the gains, and Fig. 4, the CPI sets before and after a footstep.
 
 use super::ground::Ground;
 use super::study::{Stand, Study};
@@ -18,7 +18,7 @@ pub fn inclusion(study: &Study) -> Vec<Panel> {
     vec![slice(&study.sets, 0, "COM over the middle of the feet"), com_slice(study)]
 }
 
-/// The slices of the sets for a COM at rest with the ZMP in the middle, seen from above.
+/// The slices of the CPI sets for a COM at rest with the ZMP in the middle, seen from above.
 fn com_slice(study: &Study) -> Panel {
     let mut ground = Panel::ground(WIDTH, [0.08, 0.105], "COM at rest, ZMP in the middle");
     for foot in Foot::BOTH {
@@ -34,7 +34,8 @@ fn com_slice(study: &Study) -> Panel {
     ground
 }
 
-/// For each gain, the positions of a COM at rest that its set holds with the ZMP at the origin (m, control frame).
+/// For each gain, the positions of a COM at rest that the gain's CPI set holds with the ZMP at the origin (m, control
+/// frame).
 fn slices(study: &Study, allowed: &SupportPolygon) -> Vec<Vec<Point2<f64>>> {
     let mut sets = OnlineSets::new(&study.design.family);
     sets.update(allowed);
@@ -51,8 +52,8 @@ pub fn regions(study: &Study) -> Vec<Panel> {
     ]
 }
 
-/// The contact region and the sets of a state, in its control frame. Thin dashed lines show where the soles stood at
-/// home, if the control frame of that time, `old`, is given.
+/// The contact region and the CPI sets of a state, in its control frame. Thin dashed lines show where the soles stood
+/// at home, if the control frame of that time, `old`, is given.
 fn region(study: &Study, what: &str, stand: &Stand, allowed: &SupportPolygon, old: Option<&Isometry2<f64>>) -> Panel {
     let title = format!("{what}, t = {} s", short(stand.time_s, 3));
     let (mut ground, sole) = (Panel::ground(WIDTH, [0.155, 0.125], &title), study.sole());

@@ -1,4 +1,4 @@
-//! The data of the page: the runs of the paper's scenarios, and the sets of its gain set.
+//! The data of the page: the runs of the paper's scenarios, and the CPI sets of the paper's controller.
 
 use crate::imposed::ImposedRecord;
 use nalgebra::{Isometry2, Point2, Vector2};
@@ -12,30 +12,31 @@ use standfast::report::figure::motion::MotionPlot;
 use standfast::sim::Push;
 use standfast::sim::episode::{Film, Footstep, Judge, Record};
 
-/// All runs and sets that the figures show.
+/// All runs and CPI sets that the figures show.
 pub struct Study {
     pub robot: Robot,
     pub design: Design,
     pub rules: Stepping,
     /// The thresholds of "stands still" and "home", the same in all runs.
     pub judge: Judge,
-    /// Offset from the centre of the right sole to that of the left one at home (m).
+    /// Offset from the centre of the right sole to the centre of the left sole at home (m).
     pub stance: Vector2<f64>,
     /// The COM over the ground at home (m).
     pub com: Point2<f64>,
     /// Support of both soles at home (control frame).
     pub home: SupportPolygon,
-    /// The part of it that the ZMP may use.
+    /// The part of `home` that the ZMP may use.
     pub allowed: SupportPolygon,
-    /// The maximal CPI sets for this part, slow to fast.
+    /// The maximal CPI sets for the region `allowed`, slow to fast.
     pub sets: Vec<CpiSet>,
     pub inclusion: Inclusion,
-    /// The same for the support after the footstep of the first push.
+    /// The part of the support after the footstep of the first push that the ZMP may use, and its maximal CPI sets.
     pub landed_allowed: SupportPolygon,
     pub landed_sets: Vec<CpiSet>,
     /// The pushes of Sect. VI and Fig. 12 to 14: (a) from behind, (b) from diagonally forward left.
     pub pushes: [Pushed; 2],
-    /// The push of Fig. 13 with other headings, then pushes whose ZMP errors come close to those of Sect. V.C.
+    /// The push of Fig. 13 with other headings, then pushes whose ZMP errors come close to the imposed errors of Sect.
+    /// V.C.
     pub tried: Vec<(Push, Record)>,
     /// The imposed errors (a) and (b) of Sect. V.C, Fig. 8 and 9.
     pub errors: [ImposedRun; 2],
@@ -61,7 +62,7 @@ pub struct Pushed {
 /// What the page needs of a pushed run beyond its record and its film.
 #[derive(Debug, Default)]
 pub struct Seen {
-    /// The last tick on both feet before the first lift, and the first one after its landing.
+    /// The last tick on both feet before the first lift, and the first tick on both feet after the landing.
     pub lift: Option<Stand>,
     pub landing: Option<Stand>,
     /// Which soles carry load, for every tick.
@@ -70,7 +71,7 @@ pub struct Seen {
     /// since the lift (degrees; positive to the left).
     pub stance_tip_deg: f64,
     pub stance_turn_deg: f64,
-    /// For how long the torque of each joint was at its limit (s).
+    /// Time for which the torque of each joint was at its limit (s).
     pub at_limit_s: Vec<f64>,
 }
 
@@ -109,7 +110,7 @@ impl Study {
         self.robot.soles.left.corners().map(|corner| corner.xy())
     }
 
-    /// The records of all pushes, those of the figures first.
+    /// The records of all pushes, the pushes of the figures first.
     pub fn records(&self) -> impl Iterator<Item = (&Push, &Record)> {
         let tried = self.tried.iter().map(|(push, record)| (push, record));
         self.pushes.iter().map(|pushed| (&pushed.push, &pushed.film.record)).chain(tried)

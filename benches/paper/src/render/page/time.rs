@@ -12,10 +12,10 @@ use standfast::sim::episode::Snapshot;
 const WIDTH: f64 = 460.0;
 const LEFT: f64 = 60.0;
 const RIGHT: f64 = WIDTH - 10.0;
-/// How much of the time before the push, and after the robot stands still, Fig. 5 shows (s).
+/// Time before the push, and after the robot stands still, that Fig. 5 shows (s).
 const BEFORE_S: f64 = 0.08;
 const STILL_S: f64 = 0.06;
-/// How long Fig. 9 and 14 go on after the COM is home (s).
+/// Time that Fig. 9 and 14 show after the COM is home (s).
 const AFTER_S: f64 = 0.4;
 
 /// The events of a run: name among the numbers of Fig. 5, and words.
@@ -40,7 +40,7 @@ pub fn sequence(study: &Study, numbers: &Value) -> Vec<Panel> {
 
 /// The phases, gains and margins of one run over time, with its numbered events.
 fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
-    // If the new sets hold the state at the landing, this needs no event of its own.
+    // If the new CPI sets hold the state at the landing, `held_after_landing_s` needs no event of its own.
     let happens = |name: &str| name != "held_after_landing_s" || told["landed_inside"] == false;
     let events: Vec<(f64, &str)> = EVENTS
         .iter()

@@ -23,7 +23,7 @@ pub struct Words {
 }
 
 impl Words {
-    /// Reads the compiled-in file. Fails only if that is wrong.
+    /// Reads the compiled-in file. Fails only if the file is wrong.
     pub fn load() -> Result<Self> {
         toml::from_str(include_str!("words.toml")).map_err(wrong)
     }
@@ -58,7 +58,8 @@ pub struct TableWords {
 struct ClaimWords {
     paper: String,
     holds: Option<String>,
-    /// The verdict for which `here` is written. By default, a claim with `holds` agrees, and one without is open.
+    /// The verdict for which `here` is written. By default, a claim with `holds` agrees, and a claim without `holds` is
+    /// open.
     verdict: Option<Verdict>,
     here: String,
 }
@@ -77,7 +78,7 @@ pub struct NotMade {
 pub enum Verdict {
     Agrees,
     Differs,
-    /// The paper does not state it, or its print cannot be read.
+    /// The paper does not make the statement, or its print cannot be read.
     Open,
 }
 
@@ -128,8 +129,8 @@ pub struct Teller {
 }
 
 impl Teller {
-    /// `numbers` holds those of each figure by its number, and those of the update time. `design` holds those of the
-    /// gain set.
+    /// `numbers` holds the numbers of each figure under the figure's number, and the numbers of the update time.
+    /// `design` holds the numbers of the controller.
     pub fn new(words: Words, numbers: &Value, design: &Value) -> Self {
         let mut environment = Environment::new();
         environment.set_undefined_behavior(UndefinedBehavior::Strict);
