@@ -16,8 +16,8 @@ use standfast::sim::Push;
 use standfast::sim::episode::{Disturbance, EpisodeConfig};
 use standfast::study::ask::gate::Gate;
 use standfast::study::ask::trial;
-use standfast::study::run::{RunOptions, Watch, Work};
-use standfast::study::{Campaign, Folder, Overrides, Plan, StoredTrial};
+use standfast::study::run::{RunOptions, RunEvents, CampaignRun};
+use standfast::study::{Campaign, Folder, Overrides, PreparedCampaign, StoredTrial};
 use standfast::{Error, Result};
 use std::fs;
 use std::sync::atomic::AtomicBool;
@@ -214,10 +214,10 @@ fn results() {
         gains: vec!["hold".into(), "fixed".into()],
         ..Overrides::default()
     };
-    let plan = Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();
+    let plan = PreparedCampaign::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();
     let new = plan.folder(Some(&made)).unwrap();
-    let mut work = Work::new(&plan, &new, RunOptions { threads: 1, ..RunOptions::default() }, None).unwrap();
-    work.run(&Watch { stop: &AtomicBool::new(false), on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} })
+    let mut work = CampaignRun::new(&plan, &new, RunOptions { threads: 1, ..RunOptions::default() }, None).unwrap();
+    work.run(&RunEvents { stop: &AtomicBool::new(false), on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} })
         .unwrap();
     const FILES: [&str; 3] = ["parts/campaign.json", "parts/part-000000.json", "parts/part-000000.csv"];
     let valid = FILES.map(|name| fs::read_to_string(made.join(name)).unwrap()).join(NEXT_FILE);

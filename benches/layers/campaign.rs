@@ -4,8 +4,8 @@ use criterion::{Criterion, SamplingMode};
 use standfast::controllers;
 use standfast::sim::episode::{self, Outcome};
 use standfast::study::ask::trial;
-use standfast::study::run::{RunOptions, Watch, Work};
-use standfast::study::{Campaign, Overrides, Plan};
+use standfast::study::run::{RunOptions, RunEvents, CampaignRun};
+use standfast::study::{Campaign, Overrides, PreparedCampaign};
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
@@ -42,7 +42,7 @@ pub fn episode(c: &mut Criterion) {
 /// is not timed. There are many short episodes, so that one thread does not wait long for the other thread at the end.
 pub fn threads(c: &mut Criterion) {
     let short = ["push.start_s=0.05", "episode.horizon_s=0.4", "episode.judge.standing_time_s=0.1"];
-    let plan = Plan::new(&campaign("nominal", 40, &short)).expect("valid");
+    let plan = PreparedCampaign::new(&campaign("nominal", 40, &short)).expect("valid");
     let seconds = [1, 2].map(|threads| {
         let mut seconds = Vec::new();
         let mut group = c.benchmark_group("campaign/40 short trials of hold");
@@ -63,12 +63,12 @@ pub fn threads(c: &mut Criterion) {
     }
 }
 
-fn run(plan: &Plan, threads: usize) -> Duration {
+fn run(plan: &PreparedCampaign, threads: usize) -> Duration {
     let scratch = tempfile::tempdir().expect("a temporary folder");
     let folder = plan.folder(Some(scratch.path())).expect("an empty folder");
-    let mut work = Work::new(plan, &folder, RunOptions { threads, ..RunOptions::default() }, None).expect("a design");
+    let mut work = CampaignRun::new(plan, &folder, RunOptions { threads, ..RunOptions::default() }, None).expect("a design");
     let stop = AtomicBool::new(false);
     let start = Instant::now();
-    work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} }).expect("to finish");
+    work.run(&RunEvents { stop: &stop, on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} }).expect("to finish");
     start.elapsed()
 }

@@ -9,7 +9,7 @@ use standfast_files::write_atomic;
 use standfast_report::text::ceiling as text;
 use standfast_sim::Engine;
 use standfast_study::ask::spec::MOST_TRIALS;
-use standfast_study::ceiling::{CeilingOptions, Clairvoyant, MOST_TRIES};
+use standfast_study::ceiling::{CeilingOptions, CeilingSearch, MOST_TRIES};
 use standfast_study::{Campaign, Overrides};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -80,7 +80,7 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
     }
     stop_on_ctrl_c();
     let options = CeilingOptions { tries: args.tries, threads: args.threads, untried: args.untried };
-    let clairvoyant = Clairvoyant::new(&campaign, robot_files, options)?;
+    let clairvoyant = CeilingSearch::new(&campaign, robot_files, options)?;
     if args.check.check {
         let most = format!("up to {} tries for each of {} trials", args.tries, campaign.trials);
         return fine(&format!("campaign {}: {most}, if it is lost", campaign.name));

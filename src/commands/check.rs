@@ -6,9 +6,9 @@ use super::episode::Setting;
 use super::result::exit_code_of_gates;
 use super::terminal::print;
 use standfast_core::error::Result;
-use standfast_report::text::alone::Tried;
+use standfast_report::text::alone::UnpushedCheck;
 use standfast_sim::Engine;
-use standfast_sim::episode::alone::Alone;
+use standfast_sim::episode::alone::UnpushedEpisode;
 use standfast_study::Overrides;
 use standfast_study::ask::trial;
 use std::path::PathBuf;
@@ -64,10 +64,10 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
     factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
     let quiet = || campaign.as_ref().map(trial::as_designed).unwrap_or_default();
     let contract = args.contract.as_ref().map(|path| contract::repeated(path, &*factory.start(0))).transpose()?;
-    let alone = |factory: &_| Alone::run(&robot, factory, &config, quiet());
+    let alone = |factory: &_| UnpushedEpisode::run(&robot, factory, &config, quiet());
     let (first, second, third) = (alone(&factory)?, alone(&factory)?, alone(&prepare()?)?);
     let (again, anew) = (first.differs(&second), first.differs(&third));
-    let tried = Tried { robot: &robot, factory: &factory, config: &config, alone: &first, again, anew, contract };
+    let tried = UnpushedCheck { robot: &robot, factory: &factory, config: &config, alone: &first, again, anew, contract };
     print(&if args.json { standfast_report::json(&tried.json()) } else { tried.text() })?;
     Ok(exit_code_of_gates(tried.is_good()))
 }

@@ -5,7 +5,7 @@ use super::arguments::check_output;
 use super::terminal::note;
 use serde_json::json;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Factory, Robot, Units};
+use standfast_core::robot::{PreparedController, Robot, Units};
 use standfast_files::assets::DEFAULT_ROBOT;
 use standfast_files::columns;
 use standfast_files::{folder_of, is_same_folder, shell_word, write_atomic};
@@ -14,7 +14,7 @@ use standfast_report::figure::motion::MotionPlot;
 use standfast_report::mcap::McapTrace;
 use standfast_report::replay::{self, Head};
 use standfast_report::text::ghost::names;
-use standfast_report::text::story::{Told, Witness};
+use standfast_report::text::story::{EpisodeReport, Witness};
 use standfast_report::trace::Trace;
 use standfast_sim::episode::{ClosedLoop, Disturbance, EpisodeConfig, Film, Outcome, Record, Tick};
 use standfast_sim::push::three_digits;
@@ -87,7 +87,7 @@ impl OutputArgs {
     }
 
     /// Writes the page and the snapshots that are asked for. `command` is the command line that the page states.
-    fn show(&self, shown: &Shown, second: Option<&Shown>, command: String) -> Result<()> {
+    fn show(&self, shown: &FilmedEpisode, second: Option<&FilmedEpisode>, command: String) -> Result<()> {
         if let Some(path) = &self.replay {
             write_replay(shown, second, path, Origin { command, ..Origin::default() })?;
         }
@@ -122,7 +122,7 @@ fn check_length(config: &EpisodeConfig) -> Result<()> {
 }
 
 /// What happened in an episode, and its film.
-pub type Shown<'a> = (Told<'a>, Film);
+pub type FilmedEpisode<'a> = (EpisodeReport<'a>, Film);
 
 /// Where an episode takes place.
 pub struct Setting {
@@ -166,13 +166,13 @@ impl Setting {
 
 /// Robot, controller and settings of an episode.
 #[derive(Clone, Copy)]
-pub struct Case<'a> {
+pub struct EpisodeRun<'a> {
     pub robot: &'a Robot,
-    pub factory: &'a Factory,
+    pub factory: &'a PreparedController,
     pub config: &'a EpisodeConfig,
 }
 
-impl<'a> Case<'a> {
+impl<'a> EpisodeRun<'a> {
     /// Runs one episode, writes the files that are asked for, and returns what to print, and whether the controller
     /// failed or the simulation diverged. `command` is the command line that the page of a replay states.
     pub fn run(
@@ -205,7 +205,7 @@ impl<'a> Case<'a> {
     /// Runs the same episode with another controller, too, and shows both beside each other.
     pub fn run_beside(
         &self,
-        other: &'a Factory,
+        other: &'a PreparedController,
         disturbance: impl Fn() -> Disturbance,
         outputs: &OutputArgs,
         as_json: bool,
@@ -223,7 +223,7 @@ impl<'a> Case<'a> {
     }
 
     /// Runs and films one episode, and writes trace and plot if they are asked for.
-    pub fn film(&self, disturbance: Disturbance, outputs: &OutputArgs) -> Result<Shown<'a>> {
+    pub fn film(&self, disturbance: Disturbance, outputs: &OutputArgs) -> Result<FilmedEpisode<'a>> {
         let (told, film) = self.film_for(Film::AFTERMATH_S, disturbance, outputs)?;
         let end_s = film_end_s(&told.record);
         Ok((told, film.cut_at(end_s)))
@@ -236,7 +236,7 @@ impl<'a> Case<'a> {
         other: &Self,
         disturbance: impl Fn() -> Disturbance,
         outputs: &OutputArgs,
-    ) -> Result<[Shown<'a>; 2]> {
+    ) -> Result<[FilmedEpisode<'a>; 2]> {
         let both = [
             self.film_for(f64::INFINITY, disturbance(), outputs)?,
             other.film_for(f64::INFINITY, disturbance(), &OutputArgs::default())?,
@@ -246,7 +246,7 @@ impl<'a> Case<'a> {
     }
 
     /// Films one episode and the time (s) after it, but not beyond its horizon.
-    fn film_for(&self, aftermath_s: f64, disturbance: Disturbance, outputs: &OutputArgs) -> Result<Shown<'a>> {
+    fn film_for(&self, aftermath_s: f64, disturbance: Disturbance, outputs: &OutputArgs) -> Result<FilmedEpisode<'a>> {
         let Self { robot, factory, config } = *self;
         check_length(config)?;
         let take = |disturbance, aftermath_s, observe: &mut dyn FnMut(&Tick)| {
@@ -265,7 +265,7 @@ impl<'a> Case<'a> {
         aftermath_s: f64,
         run: impl FnOnce(Disturbance, f64, &mut dyn FnMut(&Tick)) -> Result<T>,
         record_of: impl Fn(&T) -> Record,
-    ) -> Result<(Told<'a>, T)> {
+    ) -> Result<(EpisodeReport<'a>, T)> {
         let Self { robot, factory, config } = *self;
         let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
         let simulated = variation.robot(robot);
@@ -285,7 +285,7 @@ impl<'a> Case<'a> {
         };
         let ran = run(disturbance, outputs.aftermath_s(aftermath_s), &mut observe)?;
         let units = Units::of(robot);
-        let told = Told { factory, config, units, pushes, variation, record: record_of(&ran), witness };
+        let told = EpisodeReport { factory, config, units, pushes, variation, record: record_of(&ran), witness };
         mcap.map_or(Ok(()), McapTrace::finish)?;
         if let Some((path, trace)) = table {
             columns::write(path, &trace.columns())?;
@@ -300,7 +300,7 @@ impl<'a> Case<'a> {
 
 /// Whether an episode ended because the controller failed or the simulation diverged, so that it says nothing of how
 /// well the robot stands.
-fn is_broken(told: &Told) -> bool {
+fn is_broken(told: &EpisodeReport) -> bool {
     matches!(told.record.outcome, Outcome::Failed | Outcome::Diverged)
 }
 
@@ -319,7 +319,7 @@ pub struct Origin {
 
 /// Writes the page that shows an episode in 3D to `path`, with the same episode in another engine or with another
 /// controller as a ghost.
-pub fn write_replay((told, film): &Shown, ghost: Option<&Shown>, path: &Path, origin: Origin) -> Result<()> {
+pub fn write_replay((told, film): &FilmedEpisode, ghost: Option<&FilmedEpisode>, path: &Path, origin: Origin) -> Result<()> {
     let Origin { title, command, of_result, warning } = origin;
     let headline = told.headline();
     let title = title.map_or_else(|| headline.clone(), |title| format!("{title}: {headline}"));

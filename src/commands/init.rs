@@ -10,7 +10,7 @@ use standfast_files::assets::{self, Kind, Source};
 use standfast_files::{folder_of, is_no_file, is_same_file, is_same_folder, shell_word, write_atomic};
 use standfast_report::{text::layout::entry, text::model};
 use standfast_robots::urdf;
-use standfast_sim::episode::alone::Alone;
+use standfast_sim::episode::alone::UnpushedEpisode;
 use standfast_sim::episode::{CONTROL_PERIOD_S, Disturbance, EpisodeConfig};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -121,7 +121,7 @@ fn stands(robot: &Robot) -> Result<Result<[f64; 2], String>> {
     let units = Units::of(robot);
     let config = EpisodeConfig { horizon_s: MOMENT * units.time_s(), ..EpisodeConfig::of(&units) };
     let stiff = standfast_controllers::load("hold")?.prepare(robot, config.control_period_s)?;
-    let alone = Alone::run(robot, &stiff, &config, Disturbance::default())?;
+    let alone = UnpushedEpisode::run(robot, &stiff, &config, Disturbance::default())?;
     if !alone.is_lost() {
         return Ok(Ok(alone.carried.map(|share| 100.0 * share)));
     }

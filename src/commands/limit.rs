@@ -4,7 +4,7 @@
 use super::arguments::{
     CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, check_output, count, fine, number,
 };
-use super::episode::{Case, Origin, OutputArgs, command_line, write_replay};
+use super::episode::{EpisodeRun, Origin, OutputArgs, command_line, write_replay};
 use super::interrupt::{STOP, nothing_kept, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
 use super::terminal::{note, print};
@@ -154,7 +154,7 @@ fn write_map(folder: &Path, campaigns: &[Campaign], searches: &[Searches], limit
         let Some((robot, factory)) = searches[i].case(&limit.name) else { continue };
         let campaign = &campaigns[i];
         let disturbance = pushed(campaign, hole.trial, hole.impulse_n_s, heading_deg);
-        let shown = Case { robot, factory, config: &campaign.episode }.film(disturbance, &OutputArgs::default())?;
+        let shown = EpisodeRun { robot, factory, config: &campaign.episode }.film(disturbance, &OutputArgs::default())?;
         let title = Some(format!("Hole {} of {}", number + 1, limits[i].engine));
         let origin = Origin { title, command: command_line("standfast"), ..Origin::default() };
         write_replay(&shown, None, &folder.join(file(number)), origin)?;

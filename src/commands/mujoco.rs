@@ -9,7 +9,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-const BESIDE: &str = "standfast-mujoco";
+const MUJOCO_PROGRAM: &str = "standfast-mujoco";
 /// How a user without MuJoCo gets it.
 pub const HOW_TO_GET: &str = "`pip install 'standfast[mujoco]'`, or from the source `eval \"$(.ci/mujoco)\"` and `cargo build \
                               --release --features mujoco --bin standfast-mujoco`";
@@ -20,10 +20,10 @@ const LOADER_PATH: &str = "LD_LIBRARY_PATH";
 pub fn go_on() -> Result<ExitCode, Error> {
     let lacks = |problem: String, remedy: &str| Error::value("engine", "--engine", "mujoco", problem, remedy);
     let program = std::env::current_exe().map_err(|source| Error::Read { path: "standfast".into(), source })?;
-    let beside = program.with_file_name(BESIDE);
+    let beside = program.with_file_name(MUJOCO_PROGRAM);
     if !beside.is_file() {
         return Err(lacks(
-            format!("this program was built without MuJoCo, and there is no {BESIDE} beside it"),
+            format!("this program was built without MuJoCo, and there is no {MUJOCO_PROGRAM} beside it"),
             &format!("rapier; for mujoco, {HOW_TO_GET}"),
         ));
     }
@@ -45,14 +45,14 @@ pub fn go_on() -> Result<ExitCode, Error> {
 
 /// Whether the program with MuJoCo lies beside this one.
 pub fn is_beside() -> bool {
-    std::env::current_exe().is_ok_and(|program| program.with_file_name(BESIDE).is_file())
+    std::env::current_exe().is_ok_and(|program| program.with_file_name(MUJOCO_PROGRAM).is_file())
 }
 
 /// The program that a user calls: this one, or the one beside it for which it stands in.
 pub fn called() -> std::io::Result<PathBuf> {
     let program = std::env::current_exe()?;
     let plain = program.with_file_name("standfast");
-    Ok(if program.ends_with(BESIDE) && plain.is_file() { plain } else { program })
+    Ok(if program.ends_with(MUJOCO_PROGRAM) && plain.is_file() { plain } else { program })
 }
 
 /// Where the library may lie, seen from the program `PREFIX/bin/standfast`: in the Python package of the same
@@ -89,7 +89,7 @@ fn replace(command: &mut Command) -> Result<ExitCode, Error> {
 
 #[cfg(not(unix))]
 fn replace(command: &mut Command) -> Result<ExitCode, Error> {
-    let source = |source| Error::Read { path: BESIDE.into(), source };
+    let source = |source| Error::Read { path: MUJOCO_PROGRAM.into(), source };
     let code = command.status().map_err(source)?.code().unwrap_or(1);
     Ok(ExitCode::from(u8::try_from(code).unwrap_or(1)))
 }

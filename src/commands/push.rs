@@ -1,7 +1,7 @@
 //! `standfast push`: simulates one push, and tells what happened and why.
 
 use super::arguments::{CampaignArgs, CheckArgs, ENGINES, JUDGES, MOST_SEED, MOST_TRIAL, count, fine, number, one_of};
-use super::episode::{Case, OutputArgs, Setting, command_line};
+use super::episode::{EpisodeRun, OutputArgs, Setting, command_line};
 use super::terminal::print;
 use nalgebra::Vector3;
 use standfast_core::error::{Error, Result};
@@ -127,7 +127,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
         let variation = if args.any_trial().is_some() { of_trial.variation } else { Variation::default() };
         Disturbance { pushes: pushes.clone(), variation, ..of_trial }
     };
-    let case = Case { robot: &robot, factory: &factory, config: &config };
+    let case = EpisodeRun { robot: &robot, factory: &factory, config: &config };
     let command = command_line("standfast");
     let (told, is_broken) = match &beside {
         Some(beside) => case.run_beside(beside, disturbance, &args.outputs, args.json, command)?,

@@ -2,7 +2,7 @@
 //! write such pages for the telling trials of a result.
 
 use super::arguments::{ENGINE_CHOICES, EngineChoice, MOST_TRIAL, check_output, count, one_of};
-use super::episode::{Case, Origin, OutputArgs, Shown, write_replay};
+use super::episode::{EpisodeRun, Origin, OutputArgs, FilmedEpisode, write_replay};
 use super::progress::Progress;
 use super::terminal::{note, print, tell};
 use rayon::prelude::*;
@@ -101,11 +101,11 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     } else if replayed.row.is_none() {
         note("This trial is not in the result yet, so there is nothing to compare it with.");
     }
-    let case = Case { robot: &replayed.robot, factory: &replayed.factory, config: &config };
+    let case = EpisodeRun { robot: &replayed.robot, factory: &replayed.factory, config: &config };
     let (shown, ghost) = match &other {
         Some(other) => {
             let [shown, ghost] =
-                case.film_both(&Case { config: other, ..case }, || replayed.disturbance(), &outputs)?;
+                case.film_both(&EpisodeRun { config: other, ..case }, || replayed.disturbance(), &outputs)?;
             (shown, Some(ghost))
         }
         None => (case.film(replayed.disturbance(), &outputs)?, None),
@@ -149,7 +149,7 @@ struct Page<'a> {
 impl Page<'_> {
     /// Writes the page, with a ghost from another engine, and warns if the trial does not end as it did in the result.
     /// Returns that warning.
-    fn write(&self, shown: &Shown, ghost: Option<&Shown>, path: &Path) -> Result<Option<String>> {
+    fn write(&self, shown: &FilmedEpisode, ghost: Option<&FilmedEpisode>, path: &Path) -> Result<Option<String>> {
         let (Self { replayed, suffix, folder }, (told, film)) = (self, shown);
         let is_same_engine = film.engine == replayed.engine();
         let warning = replayed.difference(&told.record).filter(|_| is_same_engine);
@@ -229,7 +229,7 @@ pub fn write_telling(
 fn write_page(folder: &Path, trial: u64, set: &str) -> Result<Option<String>> {
     let (replayed, path) = (StoredTrial::open(folder, trial, Some(set))?, page_in(folder, trial, set, None)?);
     let config = replayed.config_in(replayed.engine())?;
-    let case = Case { robot: &replayed.robot, factory: &replayed.factory, config: &config };
+    let case = EpisodeRun { robot: &replayed.robot, factory: &replayed.factory, config: &config };
     let outputs = OutputArgs { replay: Some(path.clone()), ..OutputArgs::default() };
     let shown = case.film(replayed.disturbance(), &outputs)?;
     let differs = Page { replayed: &replayed, suffix: None, folder: None }.write(&shown, None, &path)?;

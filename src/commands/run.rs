@@ -15,10 +15,10 @@ use standfast_files::shell_word;
 use standfast_report::text;
 use standfast_study::ask::spec::MOST_TRIALS;
 use standfast_study::interim::Look;
-use standfast_study::run::{RunOptions, Watch, Work};
+use standfast_study::run::{RunOptions, RunEvents, CampaignRun};
 use standfast_study::verdict::gates::Gates;
-use standfast_study::verdict::so_far::{SoFar, Tally};
-use standfast_study::{Campaign, Folder, Overrides, Plan, Shard, TrialRow};
+use standfast_study::verdict::so_far::{SoFar, SuccessTally};
+use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Shard, TrialRow};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
@@ -108,11 +108,11 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     folders[0].manifest.told_not_kept().iter().for_each(|told| tell("warning: ", told));
     stop_on_ctrl_c();
     let of_each = plans.iter().zip(&folders).zip(&gates);
-    let works = of_each.map(|((plan, folder), gates)| Work::new(plan, folder, options, gates.as_ref()));
+    let works = of_each.map(|((plan, folder), gates)| CampaignRun::new(plan, folder, options, gates.as_ref()));
     let works = works.collect::<Result<Vec<_>>>()?;
     if args.check.check {
         let (name, sets) = (&campaign.name, folders[0].manifest.sets.join(", "));
-        let engine = |work: &Work| {
+        let engine = |work: &CampaignRun| {
             if agreement.is_some() { format!(" in {}", work.folder.manifest.engine) } else { String::new() }
         };
         let to_run = works.iter().map(|work| format!("{} episodes to run{}", work.episodes(), engine(work)));
@@ -155,8 +155,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
 }
 
 /// How long the episodes that are missing take here (s), by a few trials that are timed.
-fn time_s(plans: &[Plan], works: &[Work]) -> Result<f64> {
-    let time_s = |(plan, work): (&Plan, &Work)| match work.episodes() {
+fn time_s(plans: &[PreparedCampaign], works: &[CampaignRun]) -> Result<f64> {
+    let time_s = |(plan, work): (&PreparedCampaign, &CampaignRun)| match work.episodes() {
         0 => Ok(0.0),
         episodes => {
             let trials = episodes as f64 / plan.manifest.sets.len() as f64;
@@ -168,11 +168,11 @@ fn time_s(plans: &[Plan], works: &[Work]) -> Result<f64> {
 
 /// Runs the episodes that are missing, and shows how far the campaign is and what it has found. With `tells_time` it
 /// also says how long the campaign will take here, as soon as the pace of the first episodes is known.
-pub(super) fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool) -> Result<()> {
+pub(super) fn simulate(work: &mut CampaignRun, gates: Option<&Gates>, tells_time: bool) -> Result<()> {
     let (folder, all, missing) = (work.folder, work.all_episodes(), work.episodes());
     let stopping = folder.manifest.campaign.stopping;
     let progress = (!work.is_done()).then(|| Progress::of_episodes(all, all - missing, stopping.until_resolved));
-    let tally = Mutex::new(Tally::new(&folder.manifest.sets));
+    let tally = Mutex::new(SuccessTally::new(&folder.manifest.sets));
     let finished = || tally.lock().unwrap_or_else(PoisonError::into_inner);
     let so_far = || SoFar::new(&finished(), stopping.margin);
     let on_part = |rows: &[TrialRow]| {
@@ -195,7 +195,7 @@ pub(super) fn simulate(work: &mut Work, gates: Option<&Gates>, tells_time: bool)
             note(&told(look, gates));
         }
     };
-    let run = work.run(&Watch { stop: &STOP, on_episode: &on_episode, on_part: &on_part, on_look: &on_look });
+    let run = work.run(&RunEvents { stop: &STOP, on_episode: &on_episode, on_part: &on_part, on_look: &on_look });
     progress.iter().for_each(Progress::finish);
     if let (Err(Error::Interrupted | Error::Machine(_)), Some(progress)) = (&run, &progress) {
         let (there, all, left) = (all - missing, work.all_episodes(), work.episodes());
@@ -223,14 +223,14 @@ impl RunArgs {
     }
 
     /// The plan that these arguments ask for, in each engine, and the folder for its result. Nothing is written.
-    pub(super) fn plans(&self) -> Result<(Vec<Plan>, Vec<Folder>)> {
+    pub(super) fn plans(&self) -> Result<(Vec<PreparedCampaign>, Vec<Folder>)> {
         let files = Campaign::robot_files(self.campaign.or_standard(), &self.overrides())?;
         let robot = files.robot()?;
         let plan = |engine| {
             let campaign =
                 Campaign::load_for(&robot, self.campaign.or_standard(), &Overrides { engine, ..self.overrides() })?;
             self.check_against(&campaign)?;
-            let plan = Plan::with(&campaign, files.clone())?;
+            let plan = PreparedCampaign::with(&campaign, files.clone())?;
             let folder = self.folder(&plan)?;
             Ok((plan, folder))
         };
@@ -251,7 +251,7 @@ impl RunArgs {
     }
 
     /// The folder for the result of a plan. With two engines, each engine has its own folder in the folder of `--out`.
-    fn folder(&self, plan: &Plan) -> Result<Folder> {
+    fn folder(&self, plan: &PreparedCampaign) -> Result<Folder> {
         let engine = plan.manifest.campaign.episode.engine.name();
         match (&self.out, self.change.settings.engine) {
             (Some(out), Some(EngineChoice::Both)) => plan.folder(Some(&out.join(engine))),
@@ -294,7 +294,7 @@ impl RunArgs {
 }
 
 /// Says how much of the campaign is in the folder already. Returns false, and says nothing, if nothing is there.
-fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
+fn say_what_is_there(folder: &Folder, work: &CampaignRun) -> bool {
     let (path, all) = (folder.path.display(), work.all_episodes());
     let there = all - work.episodes();
     if there == 0 {
@@ -317,7 +317,7 @@ fn say_what_is_there(folder: &Folder, work: &Work) -> bool {
 
 /// Tells a user who called the program without any argument what it is about to do, how to stop it, and what is
 /// quicker.
-fn announce(campaign: &Campaign, work: &Work) {
+fn announce(campaign: &Campaign, work: &CampaignRun) {
     let program = std::env::args_os().next().unwrap_or("standfast".into());
     let (program, sets, name) = (shell_word(&program.to_string_lossy()), campaign.gains.len(), &campaign.name);
     let what =

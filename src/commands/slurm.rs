@@ -10,7 +10,7 @@ use super::run::RunArgs;
 use super::terminal::{alert, print};
 use standfast_core::error::{Error, Result};
 use standfast_files::shell_word;
-use standfast_study::Plan;
+use standfast_study::PreparedCampaign;
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 use std::process::{Command, ExitCode};
@@ -96,7 +96,7 @@ pub fn run(args: &SlurmArgs) -> Result<ExitCode> {
 impl SlurmArgs {
     /// A shell script that submits array and merge, and prints their numbers. An argument is the list of tasks to
     /// submit.
-    fn script(&self, plan: &Plan, out: &Path, typed: Vec<String>) -> Result<String> {
+    fn script(&self, plan: &PreparedCampaign, out: &Path, typed: Vec<String>) -> Result<String> {
         let campaign = &plan.manifest.campaign;
         let trial_s = plan.seconds_a_trial()?;
         let whole_s = trial_s * campaign.trials as f64 / self.cpus as f64;

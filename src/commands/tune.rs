@@ -11,11 +11,11 @@ use standfast_core::error::{Error, Result};
 use standfast_files::{is_same_file, write_atomic};
 use standfast_report::{text::tune as text, tune_page};
 use standfast_robots::urdf::Files;
-use standfast_study::run::{RunOptions, Work};
+use standfast_study::run::{RunOptions, CampaignRun};
 use standfast_study::tune::search::Generation;
-use standfast_study::tune::{Budget, MOST_EPISODES, TuneOptions, Tuned, Tuning, Verdict, Watch};
+use standfast_study::tune::{Budget, MOST_EPISODES, TuneOptions, Tuned, Tuning, Verdict, TuneEvents};
 use standfast_study::verdict::gates::Gates;
-use standfast_study::{Campaign, Folder, Overrides, Plan, Shard, Summary};
+use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Shard, Summary};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -160,7 +160,7 @@ fn search(tuning: &Tuning) -> Result<Tuned> {
         |generation: &Generation, spread: f64, spent: u64| note(&text::generation(generation, spread, spent));
     let on_wait = |missing: Shard| log::info!("waits for shard {missing}");
     let on_episode = || progress.episode();
-    let watch = Watch { stop: &STOP, on_episode: &on_episode, on_generation: &on_generation, on_wait: &on_wait };
+    let watch = TuneEvents { stop: &STOP, on_episode: &on_episode, on_generation: &on_generation, on_wait: &on_wait };
     let tuned = tuning.search(&watch);
     progress.finish();
     if let Err(Error::Interrupted) = tuned {
@@ -187,7 +187,7 @@ fn judge(
         let mut campaign =
             Campaign { seed: tuned.task.final_seed, trials: tuned.task.final_trials, ..campaign.clone() };
         campaign.gains.push(proposed.display().to_string());
-        let plan = Plan::with(&campaign, files.clone())?;
+        let plan = PreparedCampaign::with(&campaign, files.clone())?;
         let result = plan.folder(Some(&folder.join(&name)))?;
         let gates = Gates::new(&result.manifest, None)?;
         note(&format!(
@@ -197,7 +197,7 @@ fn judge(
             campaign.trials
         ));
         let options = RunOptions { threads: args.threads, shard: args.shard, untried: true };
-        let mut work = Work::new(&plan, &result, options, Some(&gates))?;
+        let mut work = CampaignRun::new(&plan, &result, options, Some(&gates))?;
         simulate(&mut work, Some(&gates), false)?;
         wait_for_others(&result)?;
         let summary = match args.writes() {

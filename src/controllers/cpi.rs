@@ -1,13 +1,13 @@
 //! Gain sets: our own controller ([`standfast_core::control`]), which stands and steps by maximal CPI sets.
 
-use super::settings::Settings;
+use super::settings::ControllerSpec;
 use super::tunable::Tunable;
 use standfast_core::control::{CpiController, Design};
 use standfast_core::error::Result;
 use standfast_core::lipm::GainSet;
 use standfast_core::lipm::catching::{CatchingTable, Departure};
 use standfast_core::lipm::stepping::SteppingTable;
-use standfast_core::robot::{Factory, Robot};
+use standfast_core::robot::{PreparedController, Robot};
 use std::sync::Arc;
 use toml::{Table, Value};
 
@@ -16,7 +16,7 @@ pub fn switch(now: &mut CpiController, next: &CpiController) {
     now.switch_to(Arc::clone(next.design()));
 }
 
-impl Settings for GainSet {
+impl ControllerSpec for GainSet {
     fn name(&self) -> &str {
         &self.name
     }
@@ -80,7 +80,7 @@ impl Settings for GainSet {
         found
     }
 
-    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory> {
+    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<PreparedController> {
         Ok(Design::new(robot, self, period_s)?.into())
     }
 }

@@ -2,7 +2,7 @@
 
 use super::posture::Posture;
 use super::process::Process;
-use super::settings::Settings;
+use super::settings::ControllerSpec;
 use serde::de::{DeserializeOwned, Error as _};
 use standfast_core::error::{Error, Result};
 use standfast_core::lipm::GainSet;
@@ -47,13 +47,13 @@ pub struct KindOf {
     /// The word for the kind in a file.
     pub name: &'static str,
     /// Reads a file. It checks no values.
-    pub parse: fn(&Source) -> Result<Box<dyn Settings>>,
+    pub parse: fn(&Source) -> Result<Box<dyn ControllerSpec>>,
     /// Reads the tree of a file. It checks no values.
-    pub of_tree: fn(Table) -> Result<Box<dyn Settings>, toml::de::Error>,
+    pub of_tree: fn(Table) -> Result<Box<dyn ControllerSpec>, toml::de::Error>,
 }
 
 /// A kind whose files are deserialized as `S`.
-pub const fn kind<S: Settings + DeserializeOwned + 'static>(name: &'static str) -> KindOf {
+pub const fn kind<S: ControllerSpec + DeserializeOwned + 'static>(name: &'static str) -> KindOf {
     KindOf {
         name,
         parse: |source| Ok(Box::new(parse_toml::<S>(source)?)),
@@ -62,7 +62,7 @@ pub const fn kind<S: Settings + DeserializeOwned + 'static>(name: &'static str) 
 }
 
 /// Reads the file of a controller of any kind.
-pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
+pub fn read(source: &Source) -> Result<Box<dyn ControllerSpec>> {
     let table: Table = parse_toml(source)?;
     let settings = (kind_of(&table, &source.file)?.parse)(source).map_err(|error| of_all_missing(error, &table))?;
     settings.check(&source.file)?;

@@ -2,7 +2,7 @@
 //!
 //! The file of a controller says of which kind it is: `kind = "posture"`. A file without a kind is a gain set, of the kind
 //! `cpi`. A new kind is a file here and a line in `kinds.rs`, or a crate of its own that [adds](kinds::add) it. Whoever drives, judges or compares controllers gets a
-//! [`Factory`] and knows nothing of kinds.
+//! [`PreparedController`] and knows nothing of kinds.
 
 #![forbid(unsafe_code)]
 
@@ -24,19 +24,19 @@ use standfast_core::control::CpiController;
 use standfast_core::error::{Error, Result};
 use standfast_core::lipm::GainSet;
 use standfast_core::lipm::catching::Departures;
-use standfast_core::robot::{Controller, Factory};
+use standfast_core::robot::{Controller, PreparedController};
 use standfast_files::assets::{self, Kind, Source, parse_toml};
 use std::any::Any;
-use variant::Listed;
+use variant::ControllerName;
 
 pub use child::STOP;
 pub use kinds::read;
-pub use settings::{Own, Settings};
+pub use settings::{Own, ControllerSpec};
 pub use written::Written;
 
 /// Loads a built-in controller, a file, or a variant of either.
-pub fn load(entry: &str) -> Result<Box<dyn Settings>> {
-    let entry = Listed::split(entry);
+pub fn load(entry: &str) -> Result<Box<dyn ControllerSpec>> {
+    let entry = ControllerName::split(entry);
     entry.of(read(&assets::open(Kind::Controller, entry.base)?)?)
 }
 
@@ -59,7 +59,7 @@ pub fn parse_gain_set(source: &Source) -> Result<GainSet> {
 
 /// Replaces the controller during an episode. If both are gain sets, the new one continues from the state of the old
 /// one. Otherwise the new one starts as if the robot were at home and at rest.
-pub fn replace(controller: &mut Box<dyn Controller>, factory: &Factory, seed: u64) {
+pub fn replace(controller: &mut Box<dyn Controller>, factory: &PreparedController, seed: u64) {
     let next = factory.start(seed);
     let both = ((&mut **controller as &mut dyn Any).downcast_mut(), (&*next as &dyn Any).downcast_ref());
     match both {
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
     use standfast_files::assets::Source;
 
-    fn read_text(text: &str) -> Result<Box<dyn Settings>> {
+    fn read_text(text: &str) -> Result<Box<dyn ControllerSpec>> {
         read(&Source { file: "c.toml".into(), text: text.into() })
     }
 

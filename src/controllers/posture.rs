@@ -1,10 +1,10 @@
 //! Stiff joints: the servos hold the posture of the start, with the torques that carry the weight there, and nothing is
 //! measured. Every controller must beat this one. It is also the shortest example of a kind of controllers.
 
-use super::settings::{Settings, check_name};
+use super::settings::{ControllerSpec, check_name};
 use serde::{Deserialize, Serialize};
 use standfast_core::error::Result;
-use standfast_core::robot::{Command, Controller, Factory, Report, Robot, Sensed, TickError};
+use standfast_core::robot::{Command, Controller, PreparedController, Report, Robot, Sensed, TickError};
 use toml::Table;
 
 /// The content of the controller's file.
@@ -17,7 +17,7 @@ pub struct Posture {
     description: String,
 }
 
-impl Settings for Posture {
+impl ControllerSpec for Posture {
     fn name(&self) -> &str {
         &self.name
     }
@@ -30,10 +30,10 @@ impl Settings for Posture {
         Table::try_from(self).expect("it was read from a table")
     }
 
-    fn prepare(&self, robot: &Robot, _period_s: f64) -> Result<Factory> {
+    fn prepare(&self, robot: &Robot, _period_s: f64) -> Result<PreparedController> {
         let home = robot.home_command();
         let start = move |_seed| Stiff { home: home.clone() };
-        let mut factory = Factory::new(&self.name, "which keeps its posture", start);
+        let mut factory = PreparedController::new(&self.name, "which keeps its posture", start);
         factory.takes_footsteps = false;
         Ok(factory)
     }

@@ -8,12 +8,12 @@ use super::beside;
 use super::child::{Talker, Trouble, in_short, shortened};
 use super::command::Followed;
 use super::kept;
-use super::settings::{Settings, about, check_name};
+use super::settings::{ControllerSpec, about, check_name};
 use super::tunable::Tunable;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Command, Controller, Factory, Note, PerFoot, Report, Robot, Sensed, TickError, Wrench};
+use standfast_core::robot::{Command, Controller, PreparedController, Note, PerFoot, Report, Robot, Sensed, TickError, Wrench};
 use standfast_files::assets::{Source, number, parse_toml};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -69,7 +69,7 @@ fn one_second() -> f64 {
 
 impl Process {
     /// Reads a file, and keeps its path.
-    pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
+    pub fn read(source: &Source) -> Result<Box<dyn ControllerSpec>> {
         beside::refuse_file(source, "`command`, `files`, `timeout_s`, `parameters`, `tunable`")?;
         Ok(Box::new(Self { file: source.file.clone(), ..parse_toml(source)? }))
     }
@@ -106,7 +106,7 @@ impl Process {
     }
 }
 
-impl Settings for Process {
+impl ControllerSpec for Process {
     fn name(&self) -> &str {
         &self.name
     }
@@ -167,7 +167,7 @@ impl Settings for Process {
         self.tunable.iter().map(of).collect()
     }
 
-    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory> {
+    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<PreparedController> {
         kept::check(&self.file, &self.command)?;
         let hello = line(&hello(robot, period_s, &self.parameters));
         let first = self.start(&hello).map_err(|trouble| match trouble {
@@ -188,7 +188,7 @@ impl Settings for Process {
             phases: BTreeSet::new(),
             names: BTreeSet::new(),
         };
-        Ok(Factory::new(&self.name, about(&self.description, &self.command.join(" ")), start))
+        Ok(PreparedController::new(&self.name, about(&self.description, &self.command.join(" ")), start))
     }
 }
 

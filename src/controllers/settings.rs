@@ -1,14 +1,14 @@
-//! The interface of every kind of controllers: settings that are read from a file, and make a [`Factory`] for a robot.
+//! The interface of every kind of controllers: settings that are read from a file, and make a [`PreparedController`] for a robot.
 
 use super::tunable::Tunable;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Factory, Robot};
+use standfast_core::robot::{PreparedController, Robot};
 use std::any::Any;
 use std::fmt::{self, Debug};
 use toml::Table;
 
 /// The settings of a controller, read and checked, for any robot.
-pub trait Settings: Any + Debug + Send + Sync {
+pub trait ControllerSpec: Any + Debug + Send + Sync {
     /// Name of the controller in tables and results.
     fn name(&self) -> &str;
 
@@ -54,7 +54,7 @@ pub trait Settings: Any + Debug + Send + Sync {
     }
 
     /// Prepares the controller for a robot and a control period (s). Fails if the settings do not suit the robot.
-    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory>;
+    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<PreparedController>;
 }
 
 /// Checks the name that a file states.
@@ -76,7 +76,7 @@ pub struct Own {
 }
 
 /// Makes the factory of a controller for a robot and a control period (s).
-type Prepare = dyn Fn(&Robot, f64) -> Result<Factory> + Send + Sync;
+type Prepare = dyn Fn(&Robot, f64) -> Result<PreparedController> + Send + Sync;
 
 impl Own {
     /// `tree` holds all numbers on which the controller depends: a result with other numbers is another result.
@@ -84,7 +84,7 @@ impl Own {
     pub fn new(
         name: impl Into<String>,
         tree: Table,
-        prepare: impl Fn(&Robot, f64) -> Result<Factory> + Send + Sync + 'static,
+        prepare: impl Fn(&Robot, f64) -> Result<PreparedController> + Send + Sync + 'static,
     ) -> Box<Self> {
         Box::new(Self { name: name.into(), tree, prepare: Box::new(prepare) })
     }
@@ -96,7 +96,7 @@ impl Debug for Own {
     }
 }
 
-impl Settings for Own {
+impl ControllerSpec for Own {
     fn name(&self) -> &str {
         &self.name
     }
@@ -109,7 +109,7 @@ impl Settings for Own {
         self.tree.clone()
     }
 
-    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory> {
+    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<PreparedController> {
         (self.prepare)(robot, period_s)
     }
 }

@@ -1,14 +1,14 @@
 //! Numbers of a controller by their keys: finds the number of a key, and makes the controller with other values.
 
 use super::kinds::kind_of;
-use super::settings::Settings;
+use super::settings::ControllerSpec;
 use super::tunable::{Tunable, rounded};
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::{self, Missing, nearest, number};
 use toml::Value;
 
 /// Reads `KEY=FROM..TO`, or the key of a number for which the controller names a range itself.
-pub fn number_to_vary(text: &str, of: &dyn Settings) -> Result<Tunable> {
+pub fn number_to_vary(text: &str, of: &dyn ControllerSpec) -> Result<Tunable> {
     let accepted = "KEY=FROM..TO, such as zmp_margin=0.02..0.3";
     let refuse = |problem: &str| Error::option("--vary", text, problem, accepted);
     let (key, range) = text.split_once('=').map_or((text, None), |(key, range)| (key, Some(range)));
@@ -62,7 +62,7 @@ fn keys_of(tree: &Value) -> Vec<String> {
 }
 
 /// The controller with these values instead of its own. Fails if the values do not fit together.
-pub fn with_values(base: &dyn Settings, name: &str, values: &[(&str, f64)]) -> Result<Box<dyn Settings>> {
+pub fn with_values(base: &dyn ControllerSpec, name: &str, values: &[(&str, f64)]) -> Result<Box<dyn ControllerSpec>> {
     let mut tree = Value::Table(base.tree());
     for &(key, value) in values {
         let missing = |missing: Missing| Error::value(name, key, value, "unknown key", missing.accepted);

@@ -6,21 +6,21 @@
 //! controller can, so result folders, shards and replays treat it as any other controller.
 
 use super::kinds::kind_of;
-use super::settings::Settings;
+use super::settings::ControllerSpec;
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::{self, Kind, Missing};
 use toml::Value;
 
 /// A controller as it is listed: a name or path and, for a variant, the change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Listed<'a> {
+pub struct ControllerName<'a> {
     /// Name of a built-in controller, or a path.
     pub base: &'a str,
     /// Key and value as they are written.
     pub change: Option<(&'a str, &'a str)>,
 }
 
-impl<'a> Listed<'a> {
+impl<'a> ControllerName<'a> {
     /// Splits at the first `:` that is followed by `key=` and preceded by a controller: the name of a built-in
     /// controller, a `.toml` file, or any text if no path follows. So neither a drive (`C:\g.toml`) nor a folder like
     /// `a:b=1/g.toml` is a variant.
@@ -48,7 +48,7 @@ impl<'a> Listed<'a> {
 
     /// Applies the change to `base`. The name of the result states the change, as in `switching zmp_margin=0.001`.
     /// Fails if the change does not fit.
-    pub fn of(&self, base: Box<dyn Settings>) -> Result<Box<dyn Settings>> {
+    pub fn of(&self, base: Box<dyn ControllerSpec>) -> Result<Box<dyn ControllerSpec>> {
         let Some((key, value)) = self.change else { return Ok(base) };
         let file = format!("{} (of --vary or --controller)", self.with_base(self.base));
         let refuse = |problem: &str, accepted: String| Error::value(&file, key, value, problem, accepted);
@@ -92,14 +92,14 @@ impl<'a> Listed<'a> {
 pub fn expand(sweep: &str) -> Result<Vec<String>> {
     let accepted = "SET:KEY=V1,V2,..., e.g. switching:zmp_margin=0.02,0.06";
     let refuse = |problem: &str| Error::option("--vary", sweep, problem, accepted);
-    let Listed { base, change: Some((key, values)) } = Listed::split(sweep) else {
+    let ControllerName { base, change: Some((key, values)) } = ControllerName::split(sweep) else {
         return Err(refuse("names no key and values of a gain set"));
     };
     let values = split_values(values).ok_or_else(|| refuse("brackets or quotes do not close"))?;
     if values.iter().any(|value| value.is_empty()) {
         return Err(refuse("a value is empty"));
     }
-    Ok(values.iter().map(|value| Listed { base, change: Some((key, value)) }.with_base(base)).collect())
+    Ok(values.iter().map(|value| ControllerName { base, change: Some((key, value)) }.with_base(base)).collect())
 }
 
 /// Splits at commas outside of brackets and quotes. It is None if a bracket or a quote does not close.
@@ -158,9 +158,9 @@ mod tests {
             ("hold:description='a:b=c/d'", "hold", Some(("description", "'a:b=c/d'"))),
             (":a=1", ":a=1", None),
         ] {
-            let entry = Listed::split(text);
-            assert_eq!(entry, Listed { base, change }, "{text}");
-            assert_eq!(Listed::split(&entry.with_base("switching")).change, change, "{text}");
+            let entry = ControllerName::split(text);
+            assert_eq!(entry, ControllerName { base, change }, "{text}");
+            assert_eq!(ControllerName::split(&entry.with_base("switching")).change, change, "{text}");
         }
     }
 

@@ -19,10 +19,10 @@ use observation::{Base, Gait, Memory, Observation, Term};
 use serde::{Deserialize, Serialize};
 use standfast_controllers::beside;
 use standfast_controllers::kinds::{KindOf, kind};
-use standfast_controllers::settings::{Settings, about, check_name};
+use standfast_controllers::settings::{ControllerSpec, about, check_name};
 use standfast_controllers::tunable::Tunable;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Command, Controller, Factory, Report, Robot, Sensed, TickError};
+use standfast_core::robot::{Command, Controller, PreparedController, Report, Robot, Sensed, TickError};
 use standfast_files::assets::{Source, parse_toml};
 use std::sync::Arc;
 use toml::Table;
@@ -72,7 +72,7 @@ pub struct Policy {
 
 impl Policy {
     /// Reads a file, and keeps its path.
-    pub fn read(source: &Source) -> Result<Box<dyn Settings>> {
+    pub fn read(source: &Source) -> Result<Box<dyn ControllerSpec>> {
         beside::refuse_file(source, "`model`")?;
         Ok(Box::new(Self { file: source.file.clone(), ..parse_toml(source)? }))
     }
@@ -103,7 +103,7 @@ impl Policy {
     }
 }
 
-impl Settings for Policy {
+impl ControllerSpec for Policy {
     fn name(&self) -> &str {
         &self.name
     }
@@ -160,7 +160,7 @@ impl Settings for Policy {
         Ok(vec![beside::read(&self.file, "model", &self.model)?])
     }
 
-    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<Factory> {
+    fn prepare(&self, robot: &Robot, period_s: f64) -> Result<PreparedController> {
         let (joints, ticks_per_action) = (self.joints_of(robot)?, self.ticks_per_action(period_s)?);
         let (_, bytes) = beside::read(&self.file, "model", &self.model)?;
         let sizes = [observation::length(&self.observation, joints.len()), joints.len()];
@@ -186,7 +186,7 @@ impl Settings for Policy {
         let of_training: Vec<&str> = ["stiffness", "damping"].into_iter().chain(stated).collect();
         let about =
             format!("{}, with {} of its training", about(&self.description, &self.model), of_training.join(", "));
-        let mut factory = Factory::new(&self.name, about, move |_seed| Actor::new(&shared));
+        let mut factory = PreparedController::new(&self.name, about, move |_seed| Actor::new(&shared));
         factory.servos = Some(servos);
         Ok(factory)
     }

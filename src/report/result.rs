@@ -5,14 +5,14 @@ use crate::{figure, html, junit, markdown};
 use standfast_core::error::Result;
 use standfast_files::write_atomic;
 use standfast_study::Summary;
-use standfast_study::verdict::digest::Digest;
+use standfast_study::verdict::digest::TrialColumns;
 use std::path::Path;
 
 /// Names of the files.
 pub const FILES: [&str; 4] = ["report.html", "summary.md", "junit.xml", "success.svg"];
 
 /// Writes the files to the result folder. `rows` are the rows of the summary. Fails if a file cannot be written.
-pub fn write(summary: &Summary, rows: &Digest, folder: &Path) -> Result<()> {
+pub fn write(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Result<()> {
     let [report, markdown, junit, success] = FILES.map(|name| folder.join(name));
     figure::success::write(&success, summary)?;
     write_atomic(&report, html::page(summary, rows, folder)?.as_bytes())?;

@@ -23,7 +23,7 @@ const MOST_SOLE_M: f64 = 100.0;
 /// The settings file as it is written.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Settings {
+pub(super) struct RobotSettings {
     trunk: String,
     pub friction: f64,
     pub delay_s: f64,
@@ -142,13 +142,13 @@ pub fn states_soles_alone(source: &Source) -> bool {
 }
 
 /// Parses the file, and checks all that does not need the tree of links.
-pub(super) fn parse(source: &Source) -> Result<Settings> {
+pub(super) fn parse(source: &Source) -> Result<RobotSettings> {
     if states_soles_alone(source) {
         let (problem, accepted) =
             ("are all that it states", "a whole file: `standfast init` with the URDF adds the rest");
         return Err(Error::value(&source.file, "keys", "soles", problem, accepted));
     }
-    let settings: Settings = assets::parse_toml(source)?;
+    let settings: RobotSettings = assets::parse_toml(source)?;
     let (file, noise) = (source.file.as_str(), &settings.noise);
     // The ranges are generous: from a robot of a millimetre and a milligram to one of a hundred metres and a thousand
     // tonnes.
@@ -203,7 +203,7 @@ fn check_reach(file: &str, regions: &[LandingRegion]) -> Result<()> {
     Ok(())
 }
 
-impl Settings {
+impl RobotSettings {
     /// Index of the link that carries the trunk's frame.
     pub fn trunk(&self, file: &str, frames: &[Frame]) -> Result<usize> {
         Ok(frames[frame_index(file, "trunk", &self.trunk, frames)?].link)

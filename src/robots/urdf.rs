@@ -4,7 +4,7 @@
 //! its joints are not used, because the settings describe the servos.
 
 use super::infer;
-use super::settings::{self, Settings};
+use super::settings::{self, RobotSettings};
 pub use super::settings::{settings_path, states_soles_alone};
 use super::skeleton::with_bones;
 use super::tree::Tree;
@@ -129,7 +129,7 @@ pub fn parse(urdf: &Source, settings: &Source) -> Result<Robot> {
 }
 
 fn of_tree(mut tree: Tree, settings: &Source) -> Result<Robot> {
-    let parsed: Settings = settings::parse(settings)?;
+    let parsed: RobotSettings = settings::parse(settings)?;
     let file = settings.file.as_str();
     let mut robot = Robot {
         trunk: parsed.trunk(file, &tree.frames)?,

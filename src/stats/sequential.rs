@@ -42,7 +42,7 @@ const HALVINGS: usize = 45;
 /// Panics if there are fewer trials than `only_a + only_b`, or if `level` is not between 0 and 1.
 pub fn difference_interval(only_a: u64, only_b: u64, trials: u64, level: f64) -> [f64; 2] {
     assert!(only_a + only_b <= trials, "{only_a} and {only_b} of {trials} trials");
-    let counts = Tally::of_differences(only_a, only_b, trials);
+    let counts = BetCapital::of_differences(only_a, only_b, trials);
     counts.interval(&bets(LEAST_BET_DIFFERENCE), level).map(|mean| 2.0 * mean - 1.0)
 }
 
@@ -52,7 +52,7 @@ pub fn difference_interval(only_a: u64, only_b: u64, trials: u64, level: f64) ->
 /// Panics if `recovered` exceeds `trials`, or if `level` is not between 0 and 1.
 pub fn rate_interval(recovered: u64, trials: u64, level: f64) -> [f64; 2] {
     assert!(recovered <= trials, "{recovered} of {trials} trials");
-    Tally { low: trials - recovered, middle: 0, high: recovered }.interval(&bets(LEAST_BET_RATE), level)
+    BetCapital { low: trials - recovered, middle: 0, high: recovered }.interval(&bets(LEAST_BET_RATE), level)
 }
 
 /// The bets, from 1 down to the smallest one, evenly spaced in the logarithm.
@@ -62,13 +62,13 @@ fn bets(least: f64) -> [f64; BETS] {
 
 /// Numbers of times that x was 0, 1/2 and 1.
 #[derive(Debug, Clone, Copy)]
-struct Tally {
+struct BetCapital {
     low: u64,
     middle: u64,
     high: u64,
 }
 
-impl Tally {
+impl BetCapital {
     /// Maps the differences -1, 0 and 1 to 0, 1/2 and 1.
     fn of_differences(only_a: u64, only_b: u64, trials: u64) -> Self {
         Self { low: only_b, middle: trials - only_a - only_b, high: only_a }
@@ -158,7 +158,7 @@ mod tests {
             let [least, most] = difference_interval(a, b, trials, 0.95);
             for i in 1..2000 {
                 let mean = f64::from(i) / 2000.0;
-                let held = Tally::of_differences(a, b, trials).ln_capital(&bets, mean) < 20.0_f64.ln();
+                let held = BetCapital::of_differences(a, b, trials).ln_capital(&bets, mean) < 20.0_f64.ln();
                 let difference = 2.0 * mean - 1.0;
                 assert_eq!(held, least <= difference && difference <= most, "{a}, {b} of {trials} at {difference}");
             }

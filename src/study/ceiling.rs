@@ -12,8 +12,8 @@
 use crate::ask::bounds::in_range;
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
-use crate::limit::Yardstick;
-use crate::plan::{Plan, pool};
+use crate::limit::PendulumBounds;
+use crate::plan::{PreparedCampaign, pool};
 use cmaes::{CMAESOptions, DVector};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -21,7 +21,7 @@ use standfast_controllers::{depart, gain_set};
 use standfast_core::error::{Error, Result};
 use standfast_core::lipm::GainSet;
 use standfast_core::lipm::catching::{DEPARTURES, Departure, Departures};
-use standfast_core::robot::Factory;
+use standfast_core::robot::PreparedController;
 use standfast_robots::urdf::Files;
 use standfast_sim::Push;
 use standfast_sim::episode::{ClosedLoop, Footstep, Outcome, Record};
@@ -52,13 +52,13 @@ pub struct CeilingOptions {
 pub const MOST_TRIES: u64 = 1_000_000;
 
 /// The trials of a campaign with a controller that catches, to be tried by the clairvoyant if they are lost.
-pub struct Clairvoyant<'a> {
+pub struct CeilingSearch<'a> {
     campaign: &'a Campaign,
     options: CeilingOptions,
-    plan: Plan,
+    plan: PreparedCampaign,
     gains: GainSet,
-    factory: Factory,
-    yardstick: Yardstick,
+    factory: PreparedController,
+    yardstick: PendulumBounds,
 }
 
 /// The result.
@@ -108,7 +108,7 @@ pub struct Recovery {
     pub footsteps: Vec<Footstep>,
 }
 
-impl<'a> Clairvoyant<'a> {
+impl<'a> CeilingSearch<'a> {
     /// Reads the controller, which must be a gain set with footsteps by the rule `[catching]`, and runs nothing but an
     /// episode without a push.
     pub fn new(campaign: &'a Campaign, files: Files, options: CeilingOptions) -> Result<Self> {
@@ -122,8 +122,8 @@ impl<'a> Clairvoyant<'a> {
             let accepted = "a gain set with the table [catching], such as catch";
             return Err(Error::value("command line", "--controller", entry, "has no table [catching]", accepted));
         }
-        let plan = Plan::with(campaign, files)?;
-        let yardstick = Yardstick::new(&plan.robot, campaign)?;
+        let plan = PreparedCampaign::with(campaign, files)?;
+        let yardstick = PendulumBounds::new(&plan.robot, campaign)?;
         let factory = plan.tried_factories(options.untried)?.remove(0);
         Ok(Self { campaign, options, plan, gains, factory, yardstick })
     }
@@ -178,7 +178,7 @@ impl<'a> Clairvoyant<'a> {
         let disturbance = trial::disturbance(campaign, number);
         let pushes = disturbance.pushes.clone();
         let begun = ClosedLoop::new(&plan.robot, [factory], &campaign.episode, disturbance).before(pushes[0].start_s);
-        let again = Again { begun, pushes, on_episode };
+        let again = RepeatedTrial { begun, pushes, on_episode };
         let record = again.record(&Departures::default());
         if record.outcome.is_success() {
             return Ok(None);
@@ -201,7 +201,7 @@ impl<'a> Clairvoyant<'a> {
 
     /// Searches departures with which the robot recovers. Returns the number of tries and the recovery, if one was
     /// found.
-    fn search(&self, number: u64, again: &Again, stop: &AtomicBool) -> Result<(u64, Option<Recovery>)> {
+    fn search(&self, number: u64, again: &RepeatedTrial, stop: &AtomicBool) -> Result<(u64, Option<Recovery>)> {
         let cost = |numbers: &DVector<f64>| self.cost(&again.record(&departures(numbers.as_slice())));
         let begin = |round: u64| {
             let options = CMAESOptions::new(vec![0.0; NUMBERS], STEP)
@@ -241,14 +241,14 @@ impl<'a> Clairvoyant<'a> {
 }
 
 /// A trial up to its push, to be run on again and again.
-struct Again<'a> {
+struct RepeatedTrial<'a> {
     begun: ClosedLoop<'a>,
     pushes: Vec<Push>,
     /// Called after every episode.
     on_episode: &'a (dyn Fn() + Sync),
 }
 
-impl Again<'_> {
+impl RepeatedTrial<'_> {
     fn record(&self, departures: &Departures) -> Record {
         let mut again = self.begun.with(&[0], self.pushes.clone()).expect("a gain set's controller can be copied");
         again.controllers().for_each(|controller| depart(controller, departures));

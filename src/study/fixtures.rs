@@ -8,10 +8,10 @@ use standfast_study::ask::spec::{Campaign, Overrides};
 use standfast_study::store::manifest::{Manifest, part_trials};
 use standfast_study::store::row::TrialRow;
 use standfast_study::verdict::agreement::Agreement;
-use standfast_study::verdict::digest::Digest;
+use standfast_study::verdict::digest::TrialColumns;
 use standfast_study::verdict::gates::Gates;
 use standfast_study::verdict::pairs::every_pair;
-use standfast_study::verdict::so_far::{SoFar, Tally};
+use standfast_study::verdict::so_far::{SoFar, SuccessTally};
 use standfast_study::verdict::summary::Summary;
 
 /// A built-in campaign with these values set.
@@ -89,15 +89,15 @@ pub fn rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
 }
 
 /// A digest of rows in the order of trials, with the settings of the campaign `standard`.
-pub fn digest_of_rows(rows: &[TrialRow], names: &[impl ToString]) -> Digest {
+pub fn digest_of_rows(rows: &[TrialRow], names: &[impl ToString]) -> TrialColumns {
     let names: Vec<String> = names.iter().map(ToString::to_string).collect();
-    let mut digest = Digest::new(&names, &campaign("standard", &[]).episode);
+    let mut digest = TrialColumns::new(&names, &campaign("standard", &[]).episode);
     digest.push(rows);
     digest
 }
 
 /// A digest with a trial for each pair of outcomes of the sets "a" and "b".
-pub fn digest_of_outcomes(outcomes: &[[Outcome; 2]]) -> Digest {
+pub fn digest_of_outcomes(outcomes: &[[Outcome; 2]]) -> TrialColumns {
     digest_of_rows(&rows(outcomes), &["a", "b"])
 }
 
@@ -111,14 +111,14 @@ pub fn summary(outcomes: &[[Outcome; 2]], set: &[&str], gates: &[&str]) -> Summa
         ..Overrides::default()
     };
     let manifest = manifest(&["a", "b"], overrides);
-    let mut rows = Digest::new(&manifest.sets, &manifest.campaign.episode);
+    let mut rows = TrialColumns::new(&manifest.sets, &manifest.campaign.episode);
     rows.push(&impulse_rows(outcomes));
     let gates = Gates::new(&manifest, None).unwrap();
     Summary::new(&manifest, &rows, String::new(), &every_pair(2), &gates)
 }
 
 /// The trials of [`summary`].
-pub fn digest(outcomes: &[[Outcome; 2]]) -> Digest {
+pub fn digest(outcomes: &[[Outcome; 2]]) -> TrialColumns {
     digest_of_rows(&impulse_rows(outcomes), &["a", "b"])
 }
 
@@ -132,7 +132,7 @@ fn impulse_rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
 
 /// A summary and its trials, of sets "a", "b" and "c". Set "b" was stopped after 25 of 100 trials. "a" and "c"
 /// recover from nine of ten pushes, "b" from one of five.
-pub fn ragged(gates: &[&str]) -> (Summary, Digest) {
+pub fn ragged(gates: &[&str]) -> (Summary, TrialColumns) {
     let overrides = Overrides {
         gates: gates.iter().map(|s| s.to_string()).collect(),
         trials: Some(200),
@@ -155,7 +155,7 @@ pub fn ragged(gates: &[&str]) -> (Summary, Digest) {
 
 /// The result of a comparison, and its rows, of the sets "hold" and "catch" in two engines. Of each trial it is given
 /// whether the robot recovered: with "hold" and "catch" in Rapier, then in MuJoCo. Headings turn from trial to trial.
-pub fn compared(recovered: &[[bool; 4]]) -> (Summary, Digest) {
+pub fn compared(recovered: &[[bool; 4]]) -> (Summary, TrialColumns) {
     let sets = ["hold", "catch"];
     let names: Vec<String> = Engine::ALL.iter().flat_map(|e| sets.map(|set| format!("{set} ({})", e.name()))).collect();
     let row = |trial: usize, set: &str, has_recovered: bool| {
@@ -186,7 +186,7 @@ pub fn so_far(sets: usize, trials: u64, name: impl Fn(usize) -> String) -> SoFar
     let outcome = |trial: u64, set: usize| if trial.is_multiple_of(set as u64 + 2) { Fell } else { Recovered };
     let of_trial = |trial: u64| (0..sets).map(move |set| (trial, set));
     let rows = (0..trials).flat_map(of_trial).map(|(trial, set)| row(trial, &names[set], 1.0, outcome(trial, set)));
-    let mut tally = Tally::new(&names);
+    let mut tally = SuccessTally::new(&names);
     tally.add(&rows.collect::<Vec<_>>());
     SoFar::new(&tally, 0.02)
 }

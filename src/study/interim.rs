@@ -3,7 +3,7 @@
 //! neither the end of the campaign nor the trials of a controller depend on threads, shards or interruptions.
 
 use crate::store::folder::Folder;
-use crate::verdict::digest::Digest;
+use crate::verdict::digest::TrialColumns;
 use crate::verdict::gates::{Gates, Open};
 use standfast_core::error::Result;
 use standfast_stats::looks::Looks;
@@ -19,7 +19,7 @@ pub struct InterimLooks<'a> {
     /// Number of trials at the next look.
     pub next: u64,
     /// All trials up to the last look.
-    rows: Digest,
+    rows: TrialColumns,
     /// Number of trials of each controller: the final one if it is decided, else the largest possible one.
     pub set_trials: Vec<u64>,
     /// Whether everything is decided, or there are no more trials.
@@ -29,7 +29,7 @@ pub struct InterimLooks<'a> {
 /// The findings of one look.
 pub struct Look<'a> {
     /// All trials so far.
-    pub rows: &'a Digest,
+    pub rows: &'a TrialColumns,
     /// The questions that are still open.
     pub open: &'a [Open],
     /// Names of the controllers that stop here while others continue, because no open question needs their trials.
@@ -45,7 +45,7 @@ impl<'a> InterimLooks<'a> {
         let (planned, most) = (folder.manifest.looks()?, folder.manifest.campaign.trials);
         let set_trials = vec![most; folder.manifest.sets.len()];
         let next = planned.after(0).min(most);
-        let rows = Digest::new(&folder.manifest.sets, &folder.manifest.campaign.episode);
+        let rows = TrialColumns::new(&folder.manifest.sets, &folder.manifest.campaign.episode);
         Some(Self { folder, gates, planned, last: 0, next, rows, set_trials, is_over: false })
     }
 

@@ -28,7 +28,7 @@ pub mod verdict;
 
 pub use ask::bounds::{PushBounds, check_episode, check_steps};
 pub use ask::spec::{Campaign, Overrides};
-pub use plan::Plan;
+pub use plan::PreparedCampaign;
 pub use store::folder::Folder;
 pub use store::row::TrialRow;
 pub use store::shard::Shard;

@@ -3,19 +3,19 @@
 
 use crate::ask::spec::{Campaign, Overrides};
 use crate::ask::trial;
-use crate::plan::Plan;
+use crate::plan::PreparedCampaign;
 use crate::store::folder::Folder;
 use crate::verdict::agreement::{Agreement, PartedTrial, SetAgreement};
 use rayon::prelude::*;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::Factory;
+use standfast_core::robot::PreparedController;
 use standfast_sim::episode::parting::{half_sole_width_m, parting};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The trials to be simulated again.
 pub struct Partings<'a> {
-    plans: [Plan; 2],
-    factories: Vec<Factory>,
+    plans: [PreparedCampaign; 2],
+    factories: Vec<PreparedController>,
     /// The distance beyond which two traces have parted (m).
     limit_m: f64,
     /// The trials, each with the number of its controller.
@@ -28,7 +28,7 @@ impl<'a> Partings<'a> {
     pub fn new(folders: [&Folder; 2], agreement: &'a mut Agreement, most: usize) -> Result<Self> {
         let plan = |folder: &Folder| {
             let file = folder.path.join("campaign.toml").display().to_string();
-            Plan::new(&Campaign::load(&file, &Overrides::default())?)
+            PreparedCampaign::new(&Campaign::load(&file, &Overrides::default())?)
         };
         let plans = [plan(folders[0])?, plan(folders[1])?];
         let limit_m = half_sole_width_m(&plans[0].robot);

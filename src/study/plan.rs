@@ -1,7 +1,7 @@
 //! What a campaign runs on: its inputs, read and checked, the folder for the result, and the trials one by one.
 
 use crate::ask::bounds::check_steps;
-use crate::ask::no_step::NoStep;
+use crate::ask::no_step::StandingBound;
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use crate::store::folder::Folder;
@@ -10,15 +10,15 @@ use crate::store::part::Marker;
 use crate::store::row::{Repeats, TrialRow};
 use rayon::ThreadPool;
 use rayon::prelude::*;
-use standfast_controllers::Settings;
-use standfast_controllers::variant::Listed;
+use standfast_controllers::ControllerSpec;
+use standfast_controllers::variant::ControllerName;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Factory, Robot};
+use standfast_core::robot::{PreparedController, Robot};
 use standfast_files::assets::{self, Kind, Source};
 use standfast_files::{sha256_hex, write_atomic};
 use standfast_robots::urdf::Files;
 use standfast_sim::Engine;
-use standfast_sim::episode::alone::Alone;
+use standfast_sim::episode::alone::UnpushedEpisode;
 use standfast_sim::episode::{ClosedLoop, Disturbance, Outcome, Record, caught};
 use std::collections::BTreeMap;
 use std::num::NonZeroU64;
@@ -29,29 +29,29 @@ use std::time::Instant;
 const TRIED_AGAIN: u64 = 50;
 
 /// A campaign whose inputs are read and checked. The controllers are designed later.
-pub struct Plan {
+pub struct PreparedCampaign {
     pub manifest: Manifest,
     pub(crate) robot: Robot,
-    no_step: NoStep,
-    controllers: Vec<Box<dyn Settings>>,
+    no_step: StandingBound,
+    controllers: Vec<Box<dyn ControllerSpec>>,
     /// The inputs that are not compiled in, each by its name in the result folder.
     inputs: Vec<(String, Vec<u8>)>,
 }
 
-impl Plan {
+impl PreparedCampaign {
     /// Reads the robot and the controllers. It fails if any of them is missing or wrong, or if two controllers have the
     /// same name.
-    pub fn new(campaign: &Campaign) -> Result<Plan> {
+    pub fn new(campaign: &Campaign) -> Result<PreparedCampaign> {
         Self::with(campaign, Files::open(&campaign.robot)?)
     }
 
     /// As [`new`](Self::new), with the files of the campaign's robot, which are read already.
-    pub fn with(campaign: &Campaign, files: Files) -> Result<Plan> {
+    pub fn with(campaign: &Campaign, files: Files) -> Result<PreparedCampaign> {
         let engine = campaign.episode.engine;
         let robot = files.load()?;
         engine.check(&robot)?;
         check_steps(&campaign.name, &campaign.episode, &robot)?;
-        let entries: Vec<Listed> = campaign.gains.iter().map(|gains| Listed::split(gains)).collect();
+        let entries: Vec<ControllerName> = campaign.gains.iter().map(|gains| ControllerName::split(gains)).collect();
         let (mut sources, mut beside) = (Vec::new(), Vec::new());
         let mut controllers = Vec::new();
         let (mut sets, mut not_kept) = (Vec::new(), BTreeMap::new());
@@ -100,12 +100,12 @@ impl Plan {
             campaign: resolved,
         };
         manifest.config_hash = manifest.hash()?;
-        Ok(Plan { manifest, no_step: NoStep::new(&robot), robot, controllers, inputs: inputs.kept })
+        Ok(PreparedCampaign { manifest, no_step: StandingBound::new(&robot), robot, controllers, inputs: inputs.kept })
     }
 
     /// Adds a controller that is no file but a part of the calling program. Its name and its tree are inputs of the
     /// result. Fails if another controller has this name.
-    pub fn and(mut self, controller: Box<dyn Settings>) -> Result<Plan> {
+    pub fn and(mut self, controller: Box<dyn ControllerSpec>) -> Result<PreparedCampaign> {
         let (name, manifest) = (controller.name().to_string(), &mut self.manifest);
         if manifest.sets.contains(&name) {
             let accepted = "a name of its own for each";
@@ -180,11 +180,11 @@ impl Plan {
     }
 
     /// Prepares all controllers, and warns of dubious ones.
-    pub(crate) fn factories(&self) -> Result<Vec<Factory>> {
+    pub(crate) fn factories(&self) -> Result<Vec<PreparedController>> {
         let period_s = self.manifest.campaign.episode.control_period_s;
         let prepared = self.controllers.par_iter().map(|settings| settings.prepare(&self.robot, period_s));
-        let factories: Vec<Factory> = prepared.collect::<Result<_>>()?;
-        for Factory { name, warning, .. } in &factories {
+        let factories: Vec<PreparedController> = prepared.collect::<Result<_>>()?;
+        for PreparedController { name, warning, .. } in &factories {
             warning.iter().for_each(|warning| log::warn!("{name}: {warning}"));
         }
         Ok(factories)
@@ -193,13 +193,13 @@ impl Plan {
     /// Prepares all controllers, and runs an episode without a push with each. Fails if a robot falls in its episode,
     /// because recovery rates of a robot that falls without a push would mean nothing. `untried` leaves the episodes
     /// out.
-    pub(crate) fn tried_factories(&self, untried: bool) -> Result<Vec<Factory>> {
+    pub(crate) fn tried_factories(&self, untried: bool) -> Result<Vec<PreparedController>> {
         let (factories, campaign) = (self.factories()?, &self.manifest.campaign);
         if untried || campaign.synthetic {
             return Ok(factories);
         }
-        let lost = |factory: &Factory| {
-            let alone = Alone::run(&self.robot, factory, &campaign.episode, trial::as_designed(campaign))?;
+        let lost = |factory: &PreparedController| {
+            let alone = UnpushedEpisode::run(&self.robot, factory, &campaign.episode, trial::as_designed(campaign))?;
             let falls = || Error::Falls { name: factory.name.clone(), how: alone.how_lost(&self.robot) };
             Ok(alone.is_lost().then(falls))
         };
@@ -208,7 +208,7 @@ impl Plan {
     }
 
     /// The beginning of the episodes of all controllers, if all trials begin alike.
-    pub(crate) fn opening<'a>(&'a self, factories: &'a [Factory]) -> Option<ClosedLoop<'a>> {
+    pub(crate) fn opening<'a>(&'a self, factories: &'a [PreparedController]) -> Option<ClosedLoop<'a>> {
         let campaign = &self.manifest.campaign;
         trial::begin_alike(campaign).then(|| {
             let disturbance = trial::disturbance(campaign, 0);
@@ -221,7 +221,7 @@ impl Plan {
     /// continue `opening`, if there is one. Errors are those of [`ClosedLoop::finish`].
     pub(crate) fn records(
         &self,
-        factories: &[Factory],
+        factories: &[PreparedController],
         opening: Option<&ClosedLoop>,
         disturbance: Disturbance,
         sets: &[usize],
@@ -253,7 +253,7 @@ impl Plan {
     /// [`records`](Self::records).
     pub(super) fn rows(
         &self,
-        factories: &[Factory],
+        factories: &[PreparedController],
         opening: Option<&ClosedLoop>,
         trial: u64,
         sets: &[usize],
@@ -278,7 +278,7 @@ impl Plan {
     /// Whether a second run of a trial with a controller has the same record. It is None if there was no second run.
     /// There is one only in every [`TRIED_AGAIN`]th trial, and only for controllers that cannot be copied, because
     /// their memory is hidden.
-    fn repeats(&self, factories: &[Factory], trial: u64, set: usize, record: &Record) -> Result<Option<Repeats>> {
+    fn repeats(&self, factories: &[PreparedController], trial: u64, set: usize, record: &Record) -> Result<Option<Repeats>> {
         let campaign = &self.manifest.campaign;
         if campaign.synthetic || !trial.is_multiple_of(TRIED_AGAIN) || factories[set].can_be_copied() {
             return Ok(None);
@@ -424,15 +424,15 @@ pub(super) mod tests {
         Overrides { set, trials: Some(30), gains: vec!["hold".into()], ..Default::default() }
     }
 
-    pub(crate) fn planned(set: &[&str]) -> Plan {
-        Plan::new(&Campaign::load("smoke", &short(set)).unwrap()).unwrap()
+    pub(crate) fn planned(set: &[&str]) -> PreparedCampaign {
+        PreparedCampaign::new(&Campaign::load("smoke", &short(set)).unwrap()).unwrap()
     }
 
     /// The second controller has no design, so its episode panics.
     #[test]
     fn a_panic_is_the_outcome_of_the_set_that_caused_it() {
         let gains = ["hold", "fixed"].map(String::from).to_vec();
-        let plan = Plan::new(&Campaign::load("smoke", &Overrides { gains, ..short(&[]) }).unwrap()).unwrap();
+        let plan = PreparedCampaign::new(&Campaign::load("smoke", &Overrides { gains, ..short(&[]) }).unwrap()).unwrap();
         let factories = plan.factories().unwrap();
         let rows = plan.rows(&factories[..1], None, 3, &[0, 1]).unwrap();
         assert_eq!(rows[0], plan.rows(&factories, None, 3, &[0]).unwrap()[0]);
@@ -444,7 +444,7 @@ pub(super) mod tests {
 
     #[test]
     fn the_hash_is_of_what_changes_a_result() {
-        let hash = |plan: &Plan| plan.manifest.config_hash.clone();
+        let hash = |plan: &PreparedCampaign| plan.manifest.config_hash.clone();
         assert_eq!(hash(&planned(&[])), hash(&planned(&[])));
         for change in ["seed=5", "push.height_m=0.01", "sensors.bias_scale=0.4", "name=other", "episode.horizon_s=2"] {
             assert_ne!(hash(&planned(&[change])), hash(&planned(&[])), "{change}");
@@ -462,7 +462,7 @@ pub(super) mod tests {
         }
         let plan = |second: &str| {
             let gains = vec![path("a.toml") + ":zmp_margin=0.2", path(second) + ":zmp_margin=0.4"];
-            Plan::new(&Campaign::load("smoke", &Overrides { gains, ..Default::default() }).unwrap())
+            PreparedCampaign::new(&Campaign::load("smoke", &Overrides { gains, ..Default::default() }).unwrap())
         };
         assert_eq!(plan("a.toml").unwrap().inputs.len(), 1);
         let message = plan("b.toml").err().unwrap().to_string();

@@ -1,7 +1,7 @@
 //! Runs a campaign: what its folder lacks is spread over the cores, and written part by part.
 
 use crate::interim::{InterimLooks, Look};
-use crate::plan::{Plan, pool};
+use crate::plan::{PreparedCampaign, pool};
 use crate::store::claim::{Access, Claim};
 use crate::store::folder::Folder;
 use crate::store::manifest::Manifest;
@@ -12,7 +12,7 @@ use crate::verdict::summary::Summary;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::Factory;
+use standfast_core::robot::PreparedController;
 use standfast_sim::episode::ClosedLoop;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -31,7 +31,7 @@ pub struct RunOptions {
 }
 
 /// Functions that are called while a campaign runs, and a flag that stops it.
-pub struct Watch<'a> {
+pub struct RunEvents<'a> {
     /// Somebody sets this to stop the run early.
     pub stop: &'a AtomicBool,
     /// Called after every episode, from any thread.
@@ -43,11 +43,11 @@ pub struct Watch<'a> {
 }
 
 /// The part of a campaign that its folder still lacks, with everything that is needed to run it.
-pub struct Work<'a> {
-    plan: &'a Plan,
+pub struct CampaignRun<'a> {
+    plan: &'a PreparedCampaign,
     pub folder: &'a Folder,
     pool: ThreadPool,
-    factories: Vec<Factory>,
+    factories: Vec<PreparedController>,
     pub shard: Option<Shard>,
     /// Blocks to run. If the campaign ends when decided, these are the blocks up to the next look.
     missing: Vec<u64>,
@@ -58,14 +58,14 @@ pub struct Work<'a> {
     claim: Option<Claim>,
 }
 
-impl<'a> Work<'a> {
+impl<'a> CampaignRun<'a> {
     /// The work that `folder` lacks, of one shard or of all. If anything is lacking, all controllers are prepared here,
     /// so that a controller that cannot be prepared fails before anything is written or removed. `gates` state what a
     /// campaign that ends when decided has to decide. Errors: a controller cannot be prepared, or a robot falls without
     /// a push.
-    pub fn new(plan: &'a Plan, folder: &'a Folder, options: RunOptions, gates: Option<&'a Gates>) -> Result<Work<'a>> {
+    pub fn new(plan: &'a PreparedCampaign, folder: &'a Folder, options: RunOptions, gates: Option<&'a Gates>) -> Result<CampaignRun<'a>> {
         let Manifest { campaign, sets, .. } = &folder.manifest;
-        let mut work = Work {
+        let mut work = CampaignRun {
             plan,
             folder,
             pool: pool(options.threads)?,
@@ -159,7 +159,7 @@ impl<'a> Work<'a> {
     /// Runs what is missing and writes it part by part. Parts that are complete are left as they are.
     ///
     /// From then on nobody else may change the folder, as long as this lives.
-    pub fn run(&mut self, watch: &Watch) -> Result<()> {
+    pub fn run(&mut self, watch: &RunEvents) -> Result<()> {
         let access = if self.shard.is_some() { Access::SharedByShards } else { Access::Exclusive };
         // No report may stand beside another decision; where there are no shards, it is written again in any case.
         let asks_anew = self.shard.is_some() && self.folder.asks_anew();
@@ -188,7 +188,7 @@ impl<'a> Work<'a> {
 
     /// Threads take single trials in order, so cores stay busy to the end, and an interruption loses only the few
     /// unfinished blocks.
-    fn run_blocks(&self, factories: &[Factory], opening: Option<&ClosedLoop>, watch: &Watch) -> Result<()> {
+    fn run_blocks(&self, factories: &[PreparedController], opening: Option<&ClosedLoop>, watch: &RunEvents) -> Result<()> {
         // A block is made when its first trial is due, and gone when its last one is written: memory does not grow with
         // the campaign.
         let due = self.missing.iter().take_while(|_| !self.is_decided());
@@ -210,11 +210,11 @@ impl<'a> Work<'a> {
 }
 
 /// Runs what the folder `out` lacks of a campaign, on all cores, and concludes it.
-pub fn run_all(plan: &Plan, out: &Path) -> Result<Summary> {
+pub fn run_all(plan: &PreparedCampaign, out: &Path) -> Result<Summary> {
     let folder = plan.folder(Some(out))?;
     let gates = Gates::new(&folder.manifest, None)?;
-    let watch = Watch { stop: &AtomicBool::new(false), on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} };
-    Work::new(plan, &folder, RunOptions::default(), Some(&gates))?.run(&watch)?;
+    let watch = RunEvents { stop: &AtomicBool::new(false), on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} };
+    CampaignRun::new(plan, &folder, RunOptions::default(), Some(&gates))?.run(&watch)?;
     Ok(Summary::of_folder(&folder, &gates)?.0)
 }
 
@@ -268,15 +268,15 @@ mod tests {
     use std::sync::atomic::AtomicUsize;
 
     /// Runs on one thread and stops after `most` episodes.
-    fn run(plan: &Plan, folder: &Folder, most: usize) -> Result<usize> {
+    fn run(plan: &PreparedCampaign, folder: &Folder, most: usize) -> Result<usize> {
         let (stop, count) = (AtomicBool::new(false), AtomicUsize::new(0));
         let on_episode = || {
             if count.fetch_add(1, Ordering::Relaxed) + 1 == most {
                 stop.store(true, Ordering::Relaxed);
             }
         };
-        let mut work = Work::new(plan, folder, RunOptions { threads: 1, ..RunOptions::default() }, None)?;
-        work.run(&Watch { stop: &stop, on_episode: &on_episode, on_part: &|_| {}, on_look: &|_, _| {} })?;
+        let mut work = CampaignRun::new(plan, folder, RunOptions { threads: 1, ..RunOptions::default() }, None)?;
+        work.run(&RunEvents { stop: &stop, on_episode: &on_episode, on_part: &|_| {}, on_look: &|_, _| {} })?;
         Ok(count.into_inner())
     }
 
@@ -308,17 +308,17 @@ mod tests {
         let gains = vec!["hold".into(), "fixed".into()];
         let trials = Some(100);
         let overrides = Overrides { gains, trials, until_resolved: true, synthetic: true, ..Default::default() };
-        let plan = Plan::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();
+        let plan = PreparedCampaign::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();
         let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
         let gates = Gates::new(&plan.manifest, None).unwrap();
         let options = RunOptions { threads: 1, shard: "1/2".parse().ok(), ..RunOptions::default() };
-        let mut work = Work::new(&plan, &folder, options, Some(&gates)).unwrap();
+        let mut work = CampaignRun::new(&plan, &folder, options, Some(&gates)).unwrap();
         let (stop, parts) = (AtomicBool::new(false), AtomicUsize::new(0));
         let on_part = |_: &[TrialRow]| {
             parts.fetch_add(1, Ordering::Relaxed);
             folder.stop_at(&[25, 25]).unwrap();
         };
-        work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_, _| {} }).unwrap();
+        work.run(&RunEvents { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_, _| {} }).unwrap();
         assert!((1..=2).contains(&parts.into_inner()) && folder.has_stopped() && !work.is_done());
     }
 
@@ -332,10 +332,10 @@ mod tests {
         let seen = Mutex::new(Vec::new());
         let on_part =
             |rows: &[TrialRow]| seen.lock().unwrap().push(rows.iter().map(|row| row.trial).collect::<Vec<_>>());
-        let mut work = Work::new(&plan, &folder, RunOptions { threads: 1, ..RunOptions::default() }, None).unwrap();
+        let mut work = CampaignRun::new(&plan, &folder, RunOptions { threads: 1, ..RunOptions::default() }, None).unwrap();
         assert_eq!((work.episodes(), work.all_episodes()), (20, 30));
         let stop = AtomicBool::new(false);
-        work.run(&Watch { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_, _| {} }).unwrap();
+        work.run(&RunEvents { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_, _| {} }).unwrap();
         assert_eq!((work.episodes(), work.all_episodes()), (0, 30));
         let seen = seen.into_inner().unwrap();
         assert_eq!(seen[..2].concat(), (0..10).collect::<Vec<_>>());

@@ -26,7 +26,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use standfast::core::control::{CpiController, Design, Phase};
 use standfast::core::error::{Error, Result};
-use standfast::core::robot::{Factory, Report, Robot};
+use standfast::core::robot::{PreparedController, Report, Robot};
 use standfast::sim::episode::{ClosedLoop, Disturbance, EpisodeConfig, Until};
 use std::any::Any;
 use std::f64::consts::TAU;
@@ -124,7 +124,7 @@ fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f
         Axis::X => (0, Vector2::x()),
         Axis::Y => (1, Vector2::y()),
     };
-    let factory = Factory::from(design.clone());
+    let factory = PreparedController::from(design.clone());
     let mut closed_loop = ClosedLoop::new(robot, [&factory], &what.config, Disturbance::default());
     closed_loop = closed_loop.until(Until::Horizon, 0.0);
     let [mut wanted, mut truth, mut estimate] = [Complex::new(0.0, 0.0); 3];

@@ -18,7 +18,7 @@ pub mod stand;
 pub mod step;
 
 use crate::lipm::catching::Departures;
-use crate::robot::{Command, Controller, Factory, Promise, Region, Report, Sensed, TickError};
+use crate::robot::{Command, Controller, PreparedController, Promise, Region, Report, Sensed, TickError};
 pub use account::{Account, Phase};
 pub use balance::Balance;
 pub use design::{Design, FootworkRules, home_polygon};
@@ -153,7 +153,7 @@ impl Promise for CpiController {
     }
 }
 
-impl From<Design> for Factory {
+impl From<Design> for PreparedController {
     fn from(design: Design) -> Self {
         let family = &design.family;
         let gains = match family.gains.len() {
@@ -164,7 +164,7 @@ impl From<Design> for Factory {
         let about = format!("with {gains} and {footsteps}");
         let shared = Arc::new(design.clone());
         let start = move |_seed| CpiController::new(Arc::clone(&shared));
-        let mut factory = Factory::new(&family.name, about, start);
+        let mut factory = PreparedController::new(&family.name, about, start);
         factory.regions = family.gains.iter().map(|gain| gain.name.clone()).collect();
         factory.takes_footsteps = design.footwork.is_some();
         factory.warning = design.warning;

@@ -1,7 +1,7 @@
 //! The interface of a controller to all code that drives, judges, stores, draws or compares it.
 //!
 //! A [`Controller`] reads a [`Sensed`] and writes a [`Command`] at every tick. Its [`Report`] is plain data: its
-//! activity and the reason, as far as it states them. A [`Factory`] starts the controllers of all episodes. No code
+//! activity and the reason, as far as it states them. A [`PreparedController`] starts the controllers of all episodes. No code
 //! above this file needs to know more of a controller, so any kind can be compared with any other.
 //!
 //! A controller that holds the posture of the start, in full:
@@ -179,7 +179,7 @@ pub trait Promise {
     fn margin_at(&self, com: Point2<f64>, com_vel: Vector2<f64>) -> f64;
 
     /// For pictures: places of the COM from which, at its present velocity, the controller promises to recover. The
-    /// regions are in the order of [`Factory::regions`].
+    /// regions are in the order of [`PreparedController::regions`].
     fn regions(&self) -> Vec<Region>;
 }
 
@@ -193,7 +193,7 @@ pub struct Region {
 }
 
 /// A controller prepared for a robot and a control period. All its episodes share it.
-pub struct Factory {
+pub struct PreparedController {
     /// Name of the controller in tables and results.
     pub name: String,
     /// A description that follows the name and a comma: "which keeps its posture".
@@ -210,7 +210,7 @@ pub struct Factory {
     start: Box<dyn Fn(u64) -> Box<dyn Controller> + Send + Sync>,
 }
 
-impl Factory {
+impl PreparedController {
     /// The factory of a controller that makes no promise and may take footsteps. `start` gets a seed, which differs in
     /// every trial.
     pub fn new<C: Controller>(
@@ -246,7 +246,7 @@ impl Factory {
     }
 }
 
-impl fmt::Debug for Factory {
+impl fmt::Debug for PreparedController {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "Factory({})", self.name)
     }

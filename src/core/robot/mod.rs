@@ -18,7 +18,7 @@ pub mod swing_shape;
 pub mod swing_time;
 pub mod units;
 
-pub use controller::{Airborne, Controller, Factory, Note, Promise, Region, Report, TickError, Word};
+pub use controller::{Airborne, Controller, PreparedController, Note, Promise, Region, Report, TickError, Word};
 pub use io::{Command, CommandError, Imu, Sensed, SensedError, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{

@@ -21,7 +21,7 @@ const BOUNDS: [Bound; 3] = [
     ("bound none", "no footstep", |heading| heading.bound_no_step_n_s),
 ];
 /// Half the width of the marks of the impulses up to which nothing was lost (degrees).
-const SAFE_DEG: f64 = 2.5;
+const SAFE_MARK_HALF_DEG: f64 = 2.5;
 /// Least number of headings whose points are joined. With fewer, a line would claim too much about the headings in
 /// between.
 const JOINED: usize = 8;
@@ -80,7 +80,7 @@ fn draw_set(panel: &mut Panel, limits: &Limits, set: usize, is_second: bool) {
         let SetLimit { name, impulse50_n_s: most, ci95: [low, high], resolved, .. } = &heading.sets[set];
         let words = format!("{name}, {}\u{b0}: {most:.2} N s ({low:.2} to {high:.2}), {engine}", heading.heading_deg);
         if let Some(safe_n_s) = heading.sets[set].safe_n_s {
-            let [from, to] = [-SAFE_DEG, SAFE_DEG].map(|turn| towards(heading.heading_deg + turn, safe_n_s));
+            let [from, to] = [-SAFE_MARK_HALF_DEG, SAFE_MARK_HALF_DEG].map(|turn| towards(heading.heading_deg + turn, safe_n_s));
             let words = format!("{name}, {}\u{b0}: nothing lost up to {safe_n_s:.2} N s", heading.heading_deg);
             panel.told(&words, |panel| panel.line("interval safe", from, to));
         }

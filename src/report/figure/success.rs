@@ -14,7 +14,7 @@ use std::path::Path;
 const MOST_BANDS: usize = 4;
 /// Distance between the error bars of two controllers (px), and the largest share of a bin that all error bars take
 /// together.
-const BESIDE: f64 = 6.0;
+const BAR_SPACING_PX: f64 = 6.0;
 const OF_BIN: f64 = 0.6;
 /// Largest number of letters of a name in the legend.
 const LETTERS: usize = 40;
@@ -43,7 +43,7 @@ pub fn chart(sets: &[SetSummary]) -> Panel {
     panel.axes([LEFT, 14.0, RIGHT, 326.0], &Axis::new("impulse of the push [N s]", ends), &rates);
     let n_s_per_px = (ends[1] - ends[0]) / (RIGHT - LEFT);
     let bins = edges.len().saturating_sub(1).max(1) as f64;
-    let apart = BESIDE.min(OF_BIN * (RIGHT - LEFT) / bins / sets.len().max(1) as f64) * n_s_per_px;
+    let apart = BAR_SPACING_PX.min(OF_BIN * (RIGHT - LEFT) / bins / sets.len().max(1) as f64) * n_s_per_px;
     for (i, set) in sets.iter().enumerate() {
         let beside = apart * (i as f64 - 0.5 * (sets.len() - 1) as f64);
         let series = Series { set, pushes, ends, beside, dot: dot(i), has_band: sets.len() <= MOST_BANDS };

@@ -20,7 +20,7 @@ use standfast_core::error::Result;
 use standfast_stats::decision::PairVerdict;
 use standfast_study::Summary;
 use standfast_study::verdict::agreement::{Agreement, PartedTrial, SetAgreement};
-use standfast_study::verdict::digest::Digest;
+use standfast_study::verdict::digest::TrialColumns;
 use standfast_study::verdict::pairs::Pair;
 use standfast_study::verdict::set_summary::SetSummary;
 use std::collections::BTreeMap;
@@ -37,7 +37,7 @@ const FEW_ANSWERS: usize = 6;
 
 /// The page of a campaign, from its `summary` and its `rows`. It links to the replays that exist, by paths relative to
 /// `folder`. Fails only if the template is wrong.
-pub fn page(summary: &Summary, rows: &Digest, folder: &Path) -> Result<String> {
+pub fn page(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Result<String> {
     let context = context(summary, rows, folder);
     html_page::render("report.html", TEMPLATE, UndefinedBehavior::SemiStrict, add_to, &context)
 }
@@ -50,7 +50,7 @@ fn add_to(environment: &mut Environment) {
 }
 
 /// The values that the template reads: the summary as `s`, and everything that is computed here.
-fn context(summary: &Summary, rows: &Digest, folder: &Path) -> Value {
+fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
     let (sets, pairs) = (&summary.sets, &summary.pairs);
     let names: Vec<String> = sets.iter().map(|set| set.name.clone()).collect();
     // Every pair and gate names controllers of the summary, so the default is never used.

@@ -2,13 +2,13 @@
 
 use serde_json::{Value, json};
 use standfast_sim::episode::Outcome;
-use standfast_study::verdict::digest::Digest;
+use standfast_study::verdict::digest::TrialColumns;
 
 /// Largest number of trials that are drawn one by one.
 const MOST_DOTS: usize = 2000;
 
 /// The trials of a result, and their forms for the page.
-pub(super) struct Trials<'a>(pub &'a Digest);
+pub(super) struct Trials<'a>(pub &'a TrialColumns);
 
 impl Trials<'_> {
     pub fn len(&self) -> usize {

@@ -20,14 +20,14 @@ pub enum Detail {
 
 /// A table of a result, and its section of the page. If the section is empty, the page shows the content in another
 /// way.
-pub struct Told {
+pub struct ReportTable {
     pub section: &'static str,
     pub detail: Detail,
     pub table: Table,
 }
 
 /// All tables of a result that have rows, in their order.
-pub fn of(summary: &Summary) -> Vec<Told> {
+pub fn of(summary: &Summary) -> Vec<ReportTable> {
     use Detail::{Full, Page, Short};
     let (pair_times, pair_kinds) = (pairs::shifts(summary), pairs::by_kind(summary));
     let each = [
@@ -48,7 +48,7 @@ pub fn of(summary: &Summary) -> Vec<Told> {
     ];
     let more = pair_times.into_iter().map(|table| ("times", Page, table));
     let all = each.into_iter().chain(more).chain(pair_kinds.into_iter().map(|table| ("strata", Page, table)));
-    let told = all.map(|(section, detail, table)| Told { section, detail, table });
+    let told = all.map(|(section, detail, table)| ReportTable { section, detail, table });
     told.filter(|told| !told.table.rows.is_empty()).collect()
 }
 
@@ -67,7 +67,7 @@ mod tests {
 
     /// The texts of the rows of the table in `section` whose first heading is `heading`.
     fn rows(summary: &Summary, section: &str, heading: &str) -> Vec<String> {
-        let is_it = |told: &Told| told.section == section && told.table.columns[0].heading == heading;
+        let is_it = |told: &ReportTable| told.section == section && told.table.columns[0].heading == heading;
         let table = of(summary).into_iter().find(is_it).unwrap_or_else(|| panic!("no {heading}")).table;
         let heads = table.columns.iter().map(|column| column.heading.clone()).collect::<Vec<_>>();
         let row = |row: &Vec<super::super::table::Cell>| {
@@ -135,7 +135,7 @@ mod tests {
             ["rates", "curves", "curves", "strata", "times"]
         );
         all.extend(of(&none));
-        for Told { table, .. } in all {
+        for ReportTable { table, .. } in all {
             assert!(!table.title.is_empty() && table.columns[0].is_words, "{table:?}");
             assert!(table.rows.iter().all(|row| row.len() == table.columns.len()), "{table:?}");
         }

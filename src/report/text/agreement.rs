@@ -2,7 +2,7 @@
 
 use crate::tables;
 use crate::text::layout::wrapped;
-use standfast_sim::episode::parting::{Loaded, Part, Parting};
+use standfast_sim::episode::parting::{SoleContact, Part, Parting};
 use standfast_study::Summary;
 use standfast_study::verdict::agreement::{Agreement, PartedTrial};
 
@@ -82,12 +82,12 @@ pub fn in_words(parting: &Parting, [a, b]: &[String; 2]) -> String {
     told
 }
 
-fn words(loaded: Loaded) -> &'static str {
+fn words(loaded: SoleContact) -> &'static str {
     match loaded {
-        Loaded::BothSoles => "both soles",
-        Loaded::LeftSole => "the left sole",
-        Loaded::RightSole => "the right sole",
-        Loaded::NoSole => "no sole",
+        SoleContact::BothSoles => "both soles",
+        SoleContact::LeftSole => "the left sole",
+        SoleContact::RightSole => "the right sole",
+        SoleContact::NoSole => "no sole",
     }
 }
 
@@ -128,7 +128,7 @@ mod tests {
             distance_m: 0.036,
             phases: ["swing-left".into(), "switching".into()],
             phases_since_s: [1.1, 0.0],
-            loaded: [Loaded::RightSole; 2],
+            loaded: [SoleContact::RightSole; 2],
             loaded_since_s: [1.12, 1.14],
         });
         agreement.sets[0].parted[1].traced = true;

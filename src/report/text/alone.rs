@@ -3,8 +3,8 @@
 use super::layout::{entry, signed};
 use crate::table::{Table, headings, number, texts, words};
 use serde_json::{Value, json};
-use standfast_core::robot::{Factory, Robot};
-use standfast_sim::episode::alone::Alone;
+use standfast_core::robot::{PreparedController, Robot};
+use standfast_sim::episode::alone::UnpushedEpisode;
 use standfast_sim::episode::{EpisodeConfig, Outcome};
 
 /// A gain with some four digits.
@@ -55,11 +55,11 @@ impl Contract {
 }
 
 /// A controller, tried three times.
-pub struct Tried<'a> {
+pub struct UnpushedCheck<'a> {
     pub robot: &'a Robot,
-    pub factory: &'a Factory,
+    pub factory: &'a PreparedController,
     pub config: &'a EpisodeConfig,
-    pub alone: &'a Alone,
+    pub alone: &'a UnpushedEpisode,
     /// The first difference, time (s) and what differs: in a second episode, and in an episode of a controller that is
     /// started anew.
     pub again: Option<(f64, &'static str)>,
@@ -67,7 +67,7 @@ pub struct Tried<'a> {
     pub contract: Option<Contract>,
 }
 
-impl Tried<'_> {
+impl UnpushedCheck<'_> {
     /// Whether the controller neither falls nor fails, and repeats its commands.
     pub fn is_good(&self) -> bool {
         let is_kept = self.contract.as_ref().is_none_or(|contract| contract.first_apart.is_none());

@@ -261,7 +261,7 @@ pub mod tests {
     use super::*;
     use crate::fixtures::campaign;
     use standfast_sim::episode::Outcome;
-    use standfast_study::limit::{FirstLoss, Tried, Yardstick};
+    use standfast_study::limit::{FirstLoss, MapPoint, PendulumBounds};
 
     /// Two headings with limits of two controllers (N s).
     fn limits(engine: &str, impulses_n_s: [[f64; 2]; 2]) -> Limits {
@@ -296,7 +296,7 @@ pub mod tests {
             failed: 0,
         };
         let nominal = campaign("nominal", &[]);
-        let yardstick = Yardstick::new(&standfast_robots::load("ut-mu2").unwrap(), &nominal).unwrap();
+        let yardstick = PendulumBounds::new(&standfast_robots::load("ut-mu2").unwrap(), &nominal).unwrap();
         let heading = |(heading_deg, of_sets): (f64, [f64; 2])| Heading {
             sets: ["hold", "paper:stepping.x=2"].into_iter().zip(of_sets).map(set).collect(),
             ..yardstick.heading(heading_deg)
@@ -323,7 +323,7 @@ pub mod tests {
     pub fn with_hole() -> Limits {
         let mut limits = limits("MuJoCo 3.17.0", [[2.5, 5.0], [2.5, 9.5]]);
         let pushes = [(0.8, Outcome::Recovered), (1.6, Outcome::Fell), (2.4, Outcome::Recovered), (3.2, Outcome::Fell)];
-        let tried = |(impulse_n_s, outcome)| Tried { impulse_n_s, trial: 100_002, outcome };
+        let tried = |(impulse_n_s, outcome)| MapPoint { impulse_n_s, trial: 100_002, outcome };
         limits.headings[0].sets[0].map = pushes.map(tried).to_vec();
         limits
     }

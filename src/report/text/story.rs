@@ -4,7 +4,7 @@ use crate::text::layout::{entry, velocity_change};
 use crate::text::thresholds;
 use crate::with_fields_of;
 use serde_json::{Value, json};
-use standfast_core::robot::{Factory, Robot, Units};
+use standfast_core::robot::{PreparedController, Robot, Units};
 use standfast_sim::episode::{AT_LIMIT, EpisodeConfig, Footstep, Lifted, Membership, Outcome, Record, Tick};
 use standfast_sim::{Engine, Profile, Push, Variation};
 
@@ -111,8 +111,8 @@ pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String>
 }
 
 /// An episode and all data that its story needs.
-pub struct Told<'a> {
-    pub factory: &'a Factory,
+pub struct EpisodeReport<'a> {
+    pub factory: &'a PreparedController,
     pub config: &'a EpisodeConfig,
     pub units: Units,
     pub pushes: Vec<Push>,
@@ -121,7 +121,7 @@ pub struct Told<'a> {
     pub witness: Witness,
 }
 
-impl Told<'_> {
+impl EpisodeReport<'_> {
     /// The story on one line, for the title of a picture.
     pub fn headline(&self) -> String {
         let line = headline(&self.pushes, &self.factory.name, &self.record);
@@ -343,7 +343,7 @@ mod tests {
         let record =
             run(&robot, &factory, &config, disturbance, Until::Decided, &mut |tick| witness.watch(&robot, tick))
                 .unwrap();
-        let told = Told {
+        let told = EpisodeReport {
             factory: &factory,
             config: &config,
             units: Units::of(&robot),

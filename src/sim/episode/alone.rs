@@ -5,14 +5,14 @@ use super::closed_loop::run;
 use super::config::{Disturbance, EpisodeConfig, Until};
 use super::record::{Outcome, Record};
 use standfast_core::error::Result;
-use standfast_core::robot::{Command, Factory, Foot, Robot, Units};
+use standfast_core::robot::{Command, PreparedController, Foot, Robot, Units};
 use std::time::Instant;
 
 /// Distance from its angle at the start at which a joint has left that angle (rad).
 pub const LEAVES_RAD: f64 = 0.1;
 
 /// The result of an episode without a push.
-pub struct Alone {
+pub struct UnpushedEpisode {
     pub record: Record,
     /// The joint that was the first to leave its angle at the start by [`LEAVES_RAD`], and the time (s).
     pub left_first: Option<(usize, f64)>,
@@ -34,10 +34,10 @@ struct Ticked {
     command: Command,
 }
 
-impl Alone {
+impl UnpushedEpisode {
     /// Runs an episode without pushes, up to a fall or the horizon. Errors are those of
     /// [`ClosedLoop::finish`](super::ClosedLoop::finish).
-    pub fn run(robot: &Robot, factory: &Factory, config: &EpisodeConfig, disturbance: Disturbance) -> Result<Self> {
+    pub fn run(robot: &Robot, factory: &PreparedController, config: &EpisodeConfig, disturbance: Disturbance) -> Result<Self> {
         let quiet = Disturbance { pushes: Vec::new(), ..disturbance };
         let (mut ticks, mut late_com_speed_m_s, began) = (Vec::new(), 0.0_f64, Instant::now());
         let (mut observed, mut carried) = (Vec::new(), [0.0; 2]);
@@ -136,10 +136,10 @@ mod tests {
         let robot = standfast_robots::load("ut-mu2").unwrap();
         let config = EpisodeConfig { horizon_s: 0.1, ..EpisodeConfig::of(&Units::of(&robot)) };
         let ticks = Arc::new(AtomicU64::new(0));
-        let factory = Factory::new("forgetful", "remembers", move |_seed| Forgetful(Arc::clone(&ticks)));
+        let factory = PreparedController::new("forgetful", "remembers", move |_seed| Forgetful(Arc::clone(&ticks)));
         // Each episode has some 51 ticks, so the tick with another command is in the second episode alone.
         let [first, second, third] =
-            [(); 3].map(|()| Alone::run(&robot, &factory, &config, Disturbance::default()).unwrap());
+            [(); 3].map(|()| UnpushedEpisode::run(&robot, &factory, &config, Disturbance::default()).unwrap());
         let (at_s, what) = first.differs(&second).unwrap();
         assert!(at_s > 0.0 && at_s < 0.1 && what == "its command", "{at_s} s: {what}");
         assert_eq!(first.differs(&third), None);

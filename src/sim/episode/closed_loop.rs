@@ -14,7 +14,7 @@ use super::referee::Referee;
 use super::tick::{Failure, Tick};
 use crate::{Ground, Plant, Pull, Push, Truth};
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Command, Controller, Factory, Robot, Sensed, TickError, Units};
+use standfast_core::robot::{Command, Controller, PreparedController, Robot, Sensed, TickError, Units};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -66,7 +66,7 @@ struct Pilot<'a> {
 /// The same arguments give the same record, to the bit. Errors are those of [`ClosedLoop::finish`].
 pub fn run(
     robot: &Robot,
-    factory: &Factory,
+    factory: &PreparedController,
     config: &EpisodeConfig,
     disturbance: Disturbance,
     until: Until,
@@ -81,7 +81,7 @@ impl<'a> ClosedLoop<'a> {
     /// trial and the servos of each controller. Episodes end as the settings say.
     pub fn new<'f>(
         robot: &'a Robot,
-        factories: impl IntoIterator<Item = &'f Factory>,
+        factories: impl IntoIterator<Item = &'f PreparedController>,
         config: &'a EpisodeConfig,
         disturbance: Disturbance,
     ) -> Self {
@@ -369,7 +369,7 @@ mod tests {
             (|_| Err(TickError::Unsolvable), ""),
         ];
         for (wrong, cause) in cases {
-            let faulty = Factory::new("faulty", "fails", move |_| Faulty { tick: 0, wrong });
+            let faulty = PreparedController::new("faulty", "fails", move |_| Faulty { tick: 0, wrong });
             let record = run(&robot, &faulty, &config, Disturbance::default(), Until::Horizon, &mut |_| {}).unwrap();
             if cause.is_empty() {
                 assert_eq!((record.outcome, record.fall_cause), (Outcome::TimedOut, None), "the last command holds");

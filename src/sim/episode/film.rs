@@ -7,7 +7,7 @@ use super::snapshot::Snapshot;
 use super::tick::Tick;
 use crate::{Engine, Ground, Push};
 use standfast_core::error::Result;
-use standfast_core::robot::{Factory, Robot};
+use standfast_core::robot::{PreparedController, Robot};
 use std::f64::consts::TAU;
 
 /// Distance from the origin, in COM heights, beyond which the robot counts as flown off.
@@ -46,7 +46,7 @@ impl Film {
     /// beyond its horizon. `observe` is called at every tick. Errors are those of [`ClosedLoop::finish`].
     pub fn take(
         robot: &Robot,
-        factory: &Factory,
+        factory: &PreparedController,
         config: &EpisodeConfig,
         disturbance: Disturbance,
         (until, aftermath_s): (Until, f64),

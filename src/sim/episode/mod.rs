@@ -26,7 +26,7 @@ pub use tick::{Failure, Tick, home_distance};
 /// Helpers for unit tests.
 #[cfg(test)]
 mod testing {
-    use standfast_core::robot::{Command, Controller, Factory, Report, Sensed, TickError};
+    use standfast_core::robot::{Command, Controller, PreparedController, Report, Sensed, TickError};
 
     #[derive(Clone)]
     struct Stiff;
@@ -46,7 +46,7 @@ mod testing {
     }
 
     /// A controller that never changes its first command, which holds the posture of the start.
-    pub fn stiff() -> Factory {
-        Factory::new("stiff", "which does nothing", |_seed| Stiff)
+    pub fn stiff() -> PreparedController {
+        PreparedController::new("stiff", "which does nothing", |_seed| Stiff)
     }
 }

@@ -8,7 +8,7 @@ use super::tick::Tick;
 use nalgebra::Point2;
 use serde::Serialize;
 use standfast_core::error::Result;
-use standfast_core::robot::{Factory, Foot, PerFoot, Robot, Word};
+use standfast_core::robot::{PreparedController, Foot, PerFoot, Robot, Word};
 
 /// When and where two episodes of one trial part. Times are from the beginning of the episodes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -24,7 +24,7 @@ pub struct Parting {
     pub phases: [Word; 2],
     pub phases_since_s: [f64; 2],
     /// Soles of each robot that bear a load at that time, and the time since which the same soles have borne a load.
-    pub loaded: [Loaded; 2],
+    pub loaded: [SoleContact; 2],
     pub loaded_since_s: [f64; 2],
 }
 
@@ -40,20 +40,20 @@ pub enum Part {
 /// The soles that bear a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Loaded {
+pub enum SoleContact {
     BothSoles,
     LeftSole,
     RightSole,
     NoSole,
 }
 
-impl From<PerFoot<bool>> for Loaded {
+impl From<PerFoot<bool>> for SoleContact {
     fn from(bears: PerFoot<bool>) -> Self {
         match (bears.left, bears.right) {
-            (true, true) => Loaded::BothSoles,
-            (true, false) => Loaded::LeftSole,
-            (false, true) => Loaded::RightSole,
-            (false, false) => Loaded::NoSole,
+            (true, true) => SoleContact::BothSoles,
+            (true, false) => SoleContact::LeftSole,
+            (false, true) => SoleContact::RightSole,
+            (false, false) => SoleContact::NoSole,
         }
     }
 }
@@ -69,14 +69,14 @@ pub fn half_sole_width_m(robot: &Robot) -> f64 {
 /// [`ClosedLoop::finish`].
 pub fn parting(
     robot: &Robot,
-    factory: &Factory,
+    factory: &PreparedController,
     configs: [&EpisodeConfig; 2],
     disturbance: impl Fn() -> Disturbance,
     limit_m: f64,
 ) -> Result<Option<Parting>> {
     let [mut a, mut b] =
         configs.map(|config| ClosedLoop::new(robot, [factory], config, disturbance()).until(Until::Horizon, 0.0));
-    let mut watch = Watch::new(limit_m);
+    let mut watch = PartingDetector::new(limit_m);
     let ticks = (configs[0].horizon_s / configs[0].control_period_s).round() as u64;
     for _ in 0..=ticks {
         let [in_a, in_b] = [&mut a, &mut b].map(|closed_loop| {
@@ -100,7 +100,7 @@ impl Parting {
     /// The parting of two films of one trial, by half the width of a sole. It is None if they do not part while both
     /// last.
     pub fn of_films(a: &Film, b: &Film) -> Option<Self> {
-        let mut watch = Watch::new(half_sole_width_m(&a.robot));
+        let mut watch = PartingDetector::new(half_sole_width_m(&a.robot));
         let [a, b] = [a, b].map(|film| film.snapshots.iter().map(Moment::from));
         a.zip(b).find_map(|(in_a, in_b)| watch.see(&in_a, &in_b))
     }
@@ -112,7 +112,7 @@ struct Moment {
     com: Point2<f64>,
     soles: PerFoot<Point2<f64>>,
     phase: Word,
-    loaded: Loaded,
+    loaded: SoleContact,
 }
 
 impl From<&Tick<'_>> for Moment {
@@ -141,13 +141,13 @@ impl From<&Snapshot> for Moment {
 }
 
 /// Watches two episodes tick by tick.
-struct Watch {
+struct PartingDetector {
     limit_m: f64,
     phases: [Option<(Word, f64)>; 2],
-    loaded: [Option<(Loaded, f64)>; 2],
+    loaded: [Option<(SoleContact, f64)>; 2],
 }
 
-impl Watch {
+impl PartingDetector {
     fn new(limit_m: f64) -> Self {
         Self { limit_m, phases: [None, None], loaded: [None; 2] }
     }
@@ -237,7 +237,7 @@ mod tests {
         assert!((parting.distance_m - 1.01 * limit_m).abs() < 1e-12, "{parting:?}");
         assert_eq!(parting.phases, [Word::from("stiff"), "swing-left".into()]);
         assert_eq!(parting.phases_since_s, [0.0, film.snapshots[45].time_s], "not since the phases differ");
-        assert_eq!(parting.loaded, [Loaded::BothSoles, Loaded::RightSole]);
+        assert_eq!(parting.loaded, [SoleContact::BothSoles, SoleContact::RightSole]);
         assert_eq!(parting.loaded_since_s, [0.0, film.snapshots[40].time_s]);
         other.snapshots.truncate(50);
         assert_eq!(Parting::of_films(&film, &other), None, "as far as both films last");

@@ -18,12 +18,12 @@ const LOADED_SHARE: f64 = 0.1;
 pub(super) struct Slip {
     robot: Arc<Robot>,
     least_load_n: f64,
-    soles: PerFoot<Option<Loaded>>,
+    soles: PerFoot<Option<LoadedSole>>,
 }
 
 /// A loaded sole, in the frame of the ground's plane.
 #[derive(Clone, Copy)]
-struct Loaded {
+struct LoadedSole {
     /// Pose of the sole one tick ago.
     before: Pose,
     /// Displacement by sliding since the sole took up load (m).
@@ -51,9 +51,9 @@ impl Slip {
             let (x, y) = (-moment.y / force.z, moment.x / force.z);
             let pressed = Point3::new(x.clamp(-half_x, half_x), y.clamp(-half_y, half_y), 0.0);
             let slid = self.soles[foot]
-                .map_or(Vector2::zeros(), |Loaded { before, slid }| slid + (now * pressed - before * pressed).xy());
+                .map_or(Vector2::zeros(), |LoadedSole { before, slid }| slid + (now * pressed - before * pressed).xy());
             far = far.max(slid.norm());
-            self.soles[foot] = Some(Loaded { before: now, slid });
+            self.soles[foot] = Some(LoadedSole { before: now, slid });
         }
         far
     }

@@ -9,13 +9,13 @@ use standfast_core::geometry::SupportPolygon;
 use standfast_core::robot::{Kinematics, Robot};
 
 /// A robot at home, as designed.
-pub struct NoStep {
+pub struct StandingBound {
     support: SupportPolygon,
     com: Point2<f64>,
     m_omega_kg_s: f64,
 }
 
-impl NoStep {
+impl StandingBound {
     pub fn new(robot: &Robot) -> Self {
         let kinematics = Kinematics::at_home(robot);
         Self { support: home_polygon(robot), com: kinematics.com().xy(), m_omega_kg_s: robot.mass() * robot.omega() }
@@ -36,8 +36,8 @@ mod tests {
 
     #[test]
     fn a_com_beside_the_support_has_no_bound() {
-        let no_step = NoStep::new(&standfast_robots::load("ut-mu2").unwrap());
-        let beside = NoStep { com: no_step.com + Vector2::new(0.2, 0.0), ..no_step };
+        let no_step = StandingBound::new(&standfast_robots::load("ut-mu2").unwrap());
+        let beside = StandingBound { com: no_step.com + Vector2::new(0.2, 0.0), ..no_step };
         assert_eq!([0.0, 180.0].map(|heading_deg| beside.impulse_n_s(heading_deg)), [None, None]);
     }
 }

@@ -7,7 +7,7 @@ use crate::ask::measures::{Measures, keys_in_file, with_relative_keys};
 use crate::ask::push::{PushSpec, SecondPushSpec};
 use crate::ask::variations::{self, VariationSpec};
 use serde::{Deserialize, Serialize};
-use standfast_controllers::variant::{self, Listed};
+use standfast_controllers::variant::{self, ControllerName};
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Robot, Units};
 use standfast_files::assets::{self, Kind, Source};
@@ -182,7 +182,7 @@ impl Campaign {
         }
         for sweep in &overrides.vary {
             // The unchanged controller goes first, because each variant is compared with it.
-            let unchanged = Listed::split(sweep).base;
+            let unchanged = ControllerName::split(sweep).base;
             if !campaign.gains.iter().any(|listed| listed == unchanged) {
                 campaign.gains.push(unchanged.into());
             }
@@ -267,7 +267,7 @@ impl Campaign {
     /// Makes the paths of the controllers that `source` names relative to the working folder.
     fn move_gains(&mut self, source: &Source) {
         for gains in &mut self.gains {
-            let entry = Listed::split(gains);
+            let entry = ControllerName::split(gains);
             *gains = entry.with_base(&moved(entry.base, source));
         }
     }
@@ -319,15 +319,15 @@ impl Campaign {
     /// of an unlisted variant), or its entry in the list. Any other name is returned unchanged.
     pub fn gains_named(&self, name: &str) -> String {
         let listed = self.gains.iter().find(|gains| {
-            let is_variant = Listed::split(gains).change.is_some();
+            let is_variant = ControllerName::split(gains).change.is_some();
             *gains == name || is_variant && standfast_controllers::load(gains).is_ok_and(|set| set.name() == name)
         });
         if let Some(gains) = listed {
             return gains.clone();
         }
-        let wanted = Listed::split(name);
+        let wanted = ControllerName::split(name);
         let of_that_name = |base: &&str| Path::new(base).file_stem().is_some_and(|stem| stem == wanted.base);
-        let base = self.gains.iter().map(|gains| Listed::split(gains).base).find(of_that_name);
+        let base = self.gains.iter().map(|gains| ControllerName::split(gains).base).find(of_that_name);
         wanted.with_base(base.unwrap_or(wanted.base))
     }
 

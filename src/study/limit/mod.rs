@@ -12,19 +12,19 @@ mod yardstick;
 use crate::ask::bounds::in_range;
 use crate::ask::spec::Campaign;
 use crate::limit::search::{MAP_TO, Search, is_random};
-use crate::plan::{Plan, pool};
+use crate::plan::{PreparedCampaign, pool};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use serde::Serialize;
 use standfast_core::error::Result;
-use standfast_core::robot::{Factory, Robot};
+use standfast_core::robot::{PreparedController, Robot};
 use standfast_robots::urdf::Files;
 use standfast_stats::psychometric::Rule;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, SetLimit, Tried, first_trial, pushed};
-pub use yardstick::{Heading, Yardstick};
+pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, SetLimit, MapPoint, first_trial, pushed};
+pub use yardstick::{Heading, PendulumBounds};
 
 /// Largest number of headings.
 pub const MOST_HEADINGS: usize = 360;
@@ -65,11 +65,11 @@ pub struct Searches<'a> {
     campaign: &'a Campaign,
     options: LimitOptions,
     precision_n_s: f64,
-    plan: Plan,
-    yardstick: Yardstick,
+    plan: PreparedCampaign,
+    yardstick: PendulumBounds,
     headings: Vec<Heading>,
     pool: ThreadPool,
-    factories: Vec<Factory>,
+    factories: Vec<PreparedController>,
 }
 
 /// The result. Lengths are in the control frame: origin midway between the soles' centres, x forward, y left.
@@ -93,7 +93,7 @@ pub struct Limits {
     /// Number of episodes in all searches.
     pub episodes: u64,
     #[serde(flatten)]
-    pub yardstick: Yardstick,
+    pub yardstick: PendulumBounds,
     pub headings: Vec<Heading>,
 }
 
@@ -102,8 +102,8 @@ impl<'a> Searches<'a> {
     /// option or an input is wrong, if a robot falls, or if the reach of the robot's feet is not known.
     pub fn new(campaign: &'a Campaign, files: Files, options: LimitOptions) -> Result<Self> {
         check(&options)?;
-        let plan = Plan::with(campaign, files)?;
-        let yardstick = Yardstick::new(&plan.robot, campaign)?;
+        let plan = PreparedCampaign::with(campaign, files)?;
+        let yardstick = PendulumBounds::new(&plan.robot, campaign)?;
         let usual_n_s = two_digits(USUAL_PRECISION * campaign.units.impulse_n_s());
         let precision_n_s = options.precision_n_s.unwrap_or(usual_n_s);
         in_range("command line", "--precision", precision_n_s, [usual_n_s / FINER, usual_n_s * COARSER])?;
@@ -119,7 +119,7 @@ impl<'a> Searches<'a> {
     }
 
     /// The robot, and the controller of this name.
-    pub fn case(&self, name: &str) -> Option<(&Robot, &Factory)> {
+    pub fn case(&self, name: &str) -> Option<(&Robot, &PreparedController)> {
         let set = self.plan.manifest.sets.iter().position(|set| set == name)?;
         Some((&self.plan.robot, &self.factories[set]))
     }
@@ -222,7 +222,7 @@ impl<'a> Searches<'a> {
 
 impl Limits {
     /// The holes of the maps with their headings (degrees) and controllers, in the order of the controllers.
-    pub fn holes(&self) -> impl Iterator<Item = (f64, &SetLimit, &Tried)> {
+    pub fn holes(&self) -> impl Iterator<Item = (f64, &SetLimit, &MapPoint)> {
         let sets = self.headings.first().map_or(0, |heading| heading.sets.len());
         let of = |set: usize| self.headings.iter().map(move |heading| (heading.heading_deg, &heading.sets[set]));
         (0..sets)

@@ -3,10 +3,10 @@
 
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
-use crate::plan::Plan;
+use crate::plan::PreparedCampaign;
 use serde::{Serialize, Serializer};
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::Factory;
+use standfast_core::robot::PreparedController;
 use standfast_sim::episode::{ClosedLoop, Disturbance, Outcome};
 use standfast_stats::psychometric::{Posterior, Rule};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -35,7 +35,7 @@ pub struct SetLimit {
     pub safe_trials: u64,
     /// The pushes of the map at this heading, from weak to hard; empty without a map.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub map: Vec<Tried>,
+    pub map: Vec<MapPoint>,
     /// Number of trials of the search for `impulse50_n_s`, and the number of each outcome.
     pub trials: u64,
     pub recovered: u64,
@@ -63,7 +63,7 @@ pub struct FirstLoss {
 
 /// A push of the map.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Tried {
+pub struct MapPoint {
     pub impulse_n_s: f64,
     /// Index of the trial of this search, which fixes all but impulse and heading; `push` takes it by `--limit-trial`.
     pub trial: u64,
@@ -85,8 +85,8 @@ impl SetLimit {
     }
 
     /// The holes of the map. Of each run of adjacent lost impulses below the limit, this is the smallest one.
-    pub fn holes(&self) -> impl Iterator<Item = &Tried> {
-        let is_lost = |tried: &Tried| !tried.outcome.is_success() && tried.impulse_n_s < HOLE * self.impulse50_n_s;
+    pub fn holes(&self) -> impl Iterator<Item = &MapPoint> {
+        let is_lost = |tried: &MapPoint| !tried.outcome.is_success() && tried.impulse_n_s < HOLE * self.impulse50_n_s;
         let is_first = move |i: usize| i == 0 || !is_lost(&self.map[i - 1]);
         self.map.iter().enumerate().filter(move |&(i, tried)| is_lost(tried) && is_first(i)).map(|(_, tried)| tried)
     }
@@ -132,10 +132,10 @@ struct Safe {
 
 /// Offset of the trials of the search for the first loss from the first trial of their heading; and the largest number
 /// of impulses in that search or in a map.
-const SAFE_TRIALS: u64 = 2 * MOST_TRIALS;
-const SAFE_POINTS: u64 = 8_000;
+const SAFE_TRIAL_OFFSET: u64 = 2 * MOST_TRIALS;
+const MOST_GRID_POINTS: u64 = 8_000;
 /// Largest difference of a replica in the impulse (relative). The push starts within a control period.
-const SAFE_IMPULSE: f64 = 0.01;
+const REPLICA_IMPULSE_SHARE: f64 = 0.01;
 /// Offset of the trials of the map from the first trial of their heading; and the largest impulse of the map, as a
 /// multiple of the impulse with 50 % recovery.
 const MAP_TRIALS: u64 = MOST_TRIALS;
@@ -143,8 +143,8 @@ pub(super) const MAP_TO: f64 = 1.15;
 
 pub(super) struct Search<'a> {
     pub campaign: &'a Campaign,
-    pub plan: &'a Plan,
-    pub factories: &'a [Factory],
+    pub plan: &'a PreparedCampaign,
+    pub factories: &'a [PreparedController],
     /// The beginning of all trials, if they begin alike.
     pub opening: Option<&'a ClosedLoop<'a>>,
     /// Number of the controller.
@@ -222,13 +222,13 @@ impl Search<'_> {
     fn safe(&self, rule: Rule) -> Result<Safe> {
         let (grid_n_s, most_n_s) = (rule.precision_n_s, rule.most_n_s);
         let mut safe = Safe { up_to_n_s: 0.0, first_loss: None, trials: 0 };
-        let points = ((most_n_s / grid_n_s) as u64).min(SAFE_POINTS);
+        let points = ((most_n_s / grid_n_s) as u64).min(MOST_GRID_POINTS);
         for point in 1..=if self.replicas > 0 { points } else { 0 } {
             let impulse_n_s = grid_n_s * point as f64;
             for replica in 0..self.replicas {
-                let trial = first_trial(self.heading_deg) + SAFE_TRIALS + point * MOST_REPLICAS + replica;
+                let trial = first_trial(self.heading_deg) + SAFE_TRIAL_OFFSET + point * MOST_REPLICAS + replica;
                 let [more, turned, later] = trial::replica(self.campaign.seed, trial);
-                let impulse_n_s = impulse_n_s * (1.0 + SAFE_IMPULSE * more);
+                let impulse_n_s = impulse_n_s * (1.0 + REPLICA_IMPULSE_SHARE * more);
                 let heading_deg = (self.heading_deg + self.sector_deg * turned).rem_euclid(360.0);
                 let late_s = later * self.campaign.episode.control_period_s;
                 let mut disturbance = pushed(self.campaign, trial, impulse_n_s, heading_deg);
@@ -253,12 +253,12 @@ impl Search<'_> {
     }
 
     /// Tries the impulses up to `to_n_s`, in steps of `grid_n_s`.
-    fn map(&self, grid_n_s: f64, to_n_s: f64) -> Result<Vec<Tried>> {
-        let points = ((to_n_s / grid_n_s) as u64).min(SAFE_POINTS);
+    fn map(&self, grid_n_s: f64, to_n_s: f64) -> Result<Vec<MapPoint>> {
+        let points = ((to_n_s / grid_n_s) as u64).min(MOST_GRID_POINTS);
         let tried = |point: u64| {
             let (impulse_n_s, trial) = (grid_n_s * point as f64, first_trial(self.heading_deg) + MAP_TRIALS + point);
             let outcome = self.outcome(pushed(self.campaign, trial, impulse_n_s, self.heading_deg))?;
-            Ok(Tried { impulse_n_s, trial, outcome })
+            Ok(MapPoint { impulse_n_s, trial, outcome })
         };
         (1..=points).map(tried).collect()
     }

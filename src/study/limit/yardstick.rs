@@ -13,7 +13,7 @@ use std::path::Path;
 
 /// The quantities from which the bounds are computed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Yardstick {
+pub struct PendulumBounds {
     pub mass_kg: f64,
     pub omega_rad_s: f64,
     pub com_height_m: f64,
@@ -61,9 +61,9 @@ pub struct Heading {
     pub sets: Vec<SetLimit>,
 }
 
-impl Yardstick {
+impl PendulumBounds {
     /// For a robot at home and the mean push of a campaign. It fails if the reach of the feet is not known.
-    pub fn new(robot: &Robot, campaign: &Campaign) -> Result<Yardstick> {
+    pub fn new(robot: &Robot, campaign: &Campaign) -> Result<PendulumBounds> {
         if robot.reach.is_empty() {
             let path = Path::new(&campaign.robot).with_extension("toml");
             let accepted = "regions [[reach]] with name, x_m, y_m and swing_time_s";
@@ -90,7 +90,7 @@ impl Yardstick {
             Profile::Rectangular => capture::rectangular_push_factor,
             Profile::HalfSine => capture::half_sine_push_factor,
         };
-        Ok(Yardstick {
+        Ok(PendulumBounds {
             mass_kg: robot.mass(),
             omega_rad_s,
             com_height_m,
@@ -152,13 +152,13 @@ impl Yardstick {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ask::no_step::NoStep;
+    use crate::ask::no_step::StandingBound;
     use crate::fixtures::campaign;
 
     #[test]
     fn the_yardstick_takes_the_mean_push() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let of = |set: &[&str]| Yardstick::new(&robot, &campaign("nominal", set)).unwrap();
+        let of = |set: &[&str]| PendulumBounds::new(&robot, &campaign("nominal", set)).unwrap();
         let drawn = of(&["push.height_m={uniform=[-0.05, 0.1]}", "push.duration_s={normal=[0.06, 0.02]}"]);
         assert_eq!(drawn, of(&["push.height_m=0.025", "push.duration_s=0.06"]));
         let heading = drawn.heading(0.0);
@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn weak_ankles_limit_what_is_held_without_a_footstep() {
         let mut robot = standfast_robots::load("ut-mu2").unwrap();
-        let bound = |robot: &Robot| Yardstick::new(robot, &campaign("nominal", &[])).unwrap().heading(0.0);
+        let bound = |robot: &Robot| PendulumBounds::new(robot, &campaign("nominal", &[])).unwrap().heading(0.0);
         let strong = bound(&robot);
         assert_eq!(strong.limited_by, "soles");
         let lever_m = 0.02;
@@ -182,7 +182,7 @@ mod tests {
         }
         let weak = bound(&robot);
         assert_eq!(weak.limited_by, "ankle torque");
-        let yardstick = Yardstick::new(&robot, &campaign("nominal", &[])).unwrap();
+        let yardstick = PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap();
         let held_m = lever_m - yardstick.com_offset_m[0];
         let expected = robot.mass() * robot.omega() * held_m * yardstick.push_factor;
         assert!((weak.bound_no_step_n_s / expected - 1.0).abs() < 1e-9, "{} {expected}", weak.bound_no_step_n_s);
@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn the_measure_of_a_push_is_the_bound_without_a_footstep() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let (yardstick, no_step) = (Yardstick::new(&robot, &campaign("nominal", &[])).unwrap(), NoStep::new(&robot));
+        let (yardstick, no_step) = (PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap(), StandingBound::new(&robot));
         for heading_deg in [-135.0, -20.0, 0.0, 70.0, 90.0, 180.0] {
             let bound = yardstick.heading(heading_deg).bound_no_step_n_s / yardstick.push_factor;
             let found = no_step.impulse_n_s(heading_deg).unwrap();

@@ -12,7 +12,7 @@ use crate::ask::gate::GateSpec;
 use crate::ask::spec::{Campaign, MOST_TRIALS};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use standfast_controllers::variant::Listed;
+use standfast_controllers::variant::ControllerName;
 use standfast_core::error::{Error, Result};
 use standfast_files::assets;
 use standfast_files::{json_pretty, sha256_hex, write_atomic};
@@ -199,7 +199,7 @@ impl Manifest {
     /// The controller of which all other controllers are variants, in the result of a sweep. It is None in any other
     /// result.
     pub fn reference(&self) -> Option<&str> {
-        let listed: Vec<Listed> = self.campaign.gains.iter().map(|listed| Listed::split(listed)).collect();
+        let listed: Vec<ControllerName> = self.campaign.gains.iter().map(|listed| ControllerName::split(listed)).collect();
         let mut unchanged = (0..listed.len()).filter(|&i| listed[i].change.is_none());
         let (Some(only), None) = (unchanged.next(), unchanged.next()) else { return None };
         let is_sweep = listed.len() > 1 && listed.len() == self.sets.len();

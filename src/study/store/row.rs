@@ -1,7 +1,7 @@
 //! One row of the result: one trial with one controller.
 
 #[cfg(doc)]
-use crate::ask::no_step::NoStep;
+use crate::ask::no_step::StandingBound;
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use crate::store::fields::{Field, columns, fields};
@@ -21,7 +21,7 @@ pub struct TrialRow {
     pub trial: u64,
     /// Name of the controller.
     pub set: String,
-    /// Impulse of the first push divided by m omega d ([`NoStep`]); None if the COM at home is not above the support.
+    /// Impulse of the first push divided by m omega d ([`StandingBound`]); None if the COM at home is not above the support.
     pub impulse_over_m_omega_d: Option<f64>,
     /// The first push.
     pub push: Push,
@@ -50,7 +50,7 @@ pub struct SecondPush {
 
 impl TrialRow {
     /// `pushes` are the first and, if there is one, the second. `no_step_n_s` is m omega d for the first push
-    /// ([`NoStep`]).
+    /// ([`StandingBound`]).
     pub fn new(
         trial: u64,
         set: &str,

@@ -6,7 +6,7 @@ use crate::ask::trial;
 use crate::store::folder::Folder;
 use crate::store::row::TrialRow;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Factory, Robot};
+use standfast_core::robot::{PreparedController, Robot};
 use standfast_sim::Engine;
 use standfast_sim::episode::{Disturbance, EpisodeConfig, Outcome, Record};
 use std::path::Path;
@@ -20,7 +20,7 @@ pub struct StoredTrial {
     /// Names of all controllers in the results.
     pub sets: Vec<String>,
     pub robot: Robot,
-    pub factory: Factory,
+    pub factory: PreparedController,
     /// The stored row; None if the campaign has not yet run this trial with this controller, or if the part is damaged.
     pub row: Option<TrialRow>,
 }

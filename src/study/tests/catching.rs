@@ -8,7 +8,7 @@ use standfast_core::control::estimate::heading;
 use standfast_core::robot::{Foot, LandingRegion, Pose};
 use standfast_sim::Push;
 use standfast_sim::episode::{Footstep, Outcome, Record, Tick, Until};
-use standfast_study::limit::Yardstick;
+use standfast_study::limit::PendulumBounds;
 use standfast_study::{Campaign, Overrides};
 use std::sync::LazyLock;
 
@@ -72,7 +72,7 @@ static HARD: LazyLock<Vec<Hard>> = LazyLock::new(|| {
     // The bounds are for footsteps that do not cross, since `catch` takes no others.
     let mut robot = bench.robot.clone();
     robot.reach.truncate(1);
-    let yardstick = Yardstick::new(&robot, &Campaign::load("nominal", &Overrides::default()).unwrap()).unwrap();
+    let yardstick = PendulumBounds::new(&robot, &Campaign::load("nominal", &Overrides::default()).unwrap()).unwrap();
     assert!((yardstick.push_duration_s - 0.05).abs() < 1e-5 && yardstick.push_height_m == 0.0);
     let of = |heading_deg: &f64| {
         let bounds = yardstick.heading(*heading_deg);

@@ -7,7 +7,7 @@
 //! rounding errors grow in contacts, and now and then a trial near the limit ends differently.
 
 use rayon::prelude::*;
-use standfast_core::robot::{Factory, Robot, Scale};
+use standfast_core::robot::{PreparedController, Robot, Scale};
 use standfast_sim::episode::{self, Disturbance, EpisodeConfig, Judge, Outcome};
 use standfast_sim::{PhysicsStep, Push, Variation};
 use standfast_study::ask::trial;
@@ -47,7 +47,7 @@ impl Bench {
         Self { robot: standfast_robots::load("ut-mu2").unwrap().scaled(scale), scale, campaign, config }
     }
 
-    fn factory(&self, gains: &str) -> Factory {
+    fn factory(&self, gains: &str) -> PreparedController {
         standfast_controllers::load(gains).unwrap().prepare(&self.robot, self.config.control_period_s).unwrap()
     }
 
@@ -78,7 +78,7 @@ impl Bench {
         (0..trials).into_par_iter().map(|trial| self.run_trial(&factory, trial)).collect()
     }
 
-    fn run_trial(&self, factory: &Factory, trial: u64) -> Motion {
+    fn run_trial(&self, factory: &PreparedController, trial: u64) -> Motion {
         let (mut ticks, length) = (Vec::new(), self.scale.length);
         let disturbance = self.disturbance(trial);
         let record = episode::run(&self.robot, factory, &self.config, disturbance, self.config.until(), &mut |tick| {

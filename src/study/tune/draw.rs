@@ -6,7 +6,7 @@
 //! of its outcome, sqrt(p (1 - p)), and its weight is the inverse of that chance. So the weighted rate estimates the
 //! rate of the campaign without a bias, whatever p is, and with a smaller error.
 
-use super::race::Drawn;
+use super::race::WeightedTrial;
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use standfast_sim::Push;
@@ -49,13 +49,13 @@ impl<'a> Sample<'a> {
     }
 
     /// The trials of a generation. Generations are numbered from 1.
-    pub fn draw(&self, generation: u64, count: usize) -> Vec<Drawn> {
+    pub fn draw(&self, generation: u64, count: usize) -> Vec<WeightedTrial> {
         let numbers = generation * TRIALS_APART..;
         let kept = numbers.filter_map(|trial| {
             let chance = self.chance(&trial::push(self.campaign, trial));
             let kept = (2.0 * (chance * (1.0 - chance)).sqrt()).clamp(LEAST, 1.0);
             let is_kept = trial::share(self.campaign.seed, trial) < kept;
-            is_kept.then_some(Drawn { trial, weight: 1.0 / kept })
+            is_kept.then_some(WeightedTrial { trial, weight: 1.0 / kept })
         });
         kept.take(count).collect()
     }

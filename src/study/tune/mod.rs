@@ -15,27 +15,27 @@ pub mod team;
 
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
-use crate::plan::{Plan, each_caught, pool};
+use crate::plan::{PreparedCampaign, each_caught, pool};
 use crate::store::shard::Shard;
 use crate::verdict::summary::Summary;
 use draw::Sample;
-use race::{Drawn, Tally};
+use race::{WeightedTrial, EpisodeScore};
 use response::Effect;
 use search::{Arena, Generation, Search, least_episodes, trials_of};
 use serde::{Deserialize, Serialize};
-use standfast_controllers::Settings;
+use standfast_controllers::ControllerSpec;
 use standfast_controllers::tunable::Tunable;
 use standfast_controllers::values::{number_to_vary, with_values};
-use standfast_controllers::variant::Listed;
+use standfast_controllers::variant::ControllerName;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::Factory;
+use standfast_core::robot::PreparedController;
 use standfast_files::assets::{self, Kind, Source};
 use standfast_files::{json, json_pretty, sha256_hex, write_atomic};
 use standfast_robots::urdf::Files;
 use standfast_sim::episode::ClosedLoop;
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use team::{Bound, Team, damaged, read, read_of};
+use team::{Bound, ShardPool, damaged, read, read_of};
 
 /// The file of the task.
 const TASK: &str = "task.json";
@@ -65,7 +65,7 @@ pub struct TuneOptions {
 }
 
 /// Functions that are called during a search, and a flag that stops it.
-pub struct Watch<'a> {
+pub struct TuneEvents<'a> {
     /// Somebody sets this to stop the search early.
     pub stop: &'a AtomicBool,
     /// Called after every episode that is run here, from any thread.
@@ -222,9 +222,9 @@ pub struct Tuning {
     /// The [hash](Task::hash) of the task.
     hash: String,
     folder: PathBuf,
-    base: Box<dyn Settings>,
+    base: Box<dyn ControllerSpec>,
     /// The campaign of each case, with the seed of the search.
-    plans: Vec<Plan>,
+    plans: Vec<PreparedCampaign>,
     options: TuneOptions,
 }
 
@@ -237,13 +237,13 @@ impl Tuning {
         let [entry] = &first.gains[..] else { unreachable!("a search has one controller") };
         let base = standfast_controllers::load(entry)?;
         check_files(&*base, entry)?;
-        let judged_before = judged_by(&assets::open(Kind::Controller, Listed::split(entry).base)?)?;
+        let judged_before = judged_by(&assets::open(Kind::Controller, ControllerName::split(entry).base)?)?;
         let search_seed = trial::derived_seed(first.seed, 0);
         let plan = |(campaign, files): &(Campaign, Files)| {
-            Plan::with(&Campaign { seed: search_seed, ..campaign.clone() }, files.clone())
+            PreparedCampaign::with(&Campaign { seed: search_seed, ..campaign.clone() }, files.clone())
         };
         let plans = campaigns.iter().map(plan).collect::<Result<Vec<_>>>()?;
-        let case = |plan: &Plan, (campaign, _): &(Campaign, Files)| CaseId {
+        let case = |plan: &PreparedCampaign, (campaign, _): &(Campaign, Files)| CaseId {
             robot: campaign.robot.clone(),
             engine: plan.manifest.engine.clone(),
             config_hash: plan.manifest.config_hash.clone(),
@@ -325,9 +325,9 @@ impl Tuning {
     }
 
     /// The controller with these values, for each case.
-    fn prepared(&self, values: &[(&str, f64)]) -> Result<Vec<Factory>> {
+    fn prepared(&self, values: &[(&str, f64)]) -> Result<Vec<PreparedController>> {
         let settings = with_values(&*self.base, self.base.name(), values)?;
-        let prepare = |plan: &Plan| settings.prepare(&plan.robot, plan.manifest.campaign.episode.control_period_s);
+        let prepare = |plan: &PreparedCampaign| settings.prepare(&plan.robot, plan.manifest.campaign.episode.control_period_s);
         self.plans.iter().map(prepare).collect()
     }
 
@@ -347,7 +347,7 @@ impl Tuning {
                 (Some(time_s), there.map_or(0, |there| there.episodes), 0.0)
             }
             Budget::Time(time_s) => {
-                let of_each = self.plans.iter().map(Plan::seconds_a_trial).collect::<Result<Vec<_>>>()?;
+                let of_each = self.plans.iter().map(PreparedCampaign::seconds_a_trial).collect::<Result<Vec<_>>>()?;
                 let episode_s = of_each.iter().sum::<f64>() / cases as f64 / self.threads()? as f64;
                 (Some(time_s), ((time_s / episode_s) as u64).min(MOST_EPISODES), episode_s)
             }
@@ -425,16 +425,16 @@ impl Tuning {
     /// Runs the search, from where the folder stopped if it holds a beginning. Finished work is written to the folder,
     /// so that the same command continues it. Fails if it is stopped from outside, or if the robot falls without a
     /// push.
-    pub fn search(&self, watch: &Watch) -> Result<Tuned> {
+    pub fn search(&self, watch: &TuneEvents) -> Result<Tuned> {
         if !self.goes_on {
             write_atomic(&self.folder.join(TASK), json_pretty(&self.task)?.as_bytes())?;
         }
         pool(self.options.threads)?.install(|| self.searched(watch))
     }
 
-    fn searched(&self, watch: &Watch) -> Result<Tuned> {
+    fn searched(&self, watch: &TuneEvents) -> Result<Tuned> {
         let Self { options, folder, .. } = self;
-        let team = Team { shard: options.shard, folder, task: &self.hash, stop: watch.stop, on_wait: watch.on_wait };
+        let team = ShardPool { shard: options.shard, folder, task: &self.hash, stop: watch.stop, on_wait: watch.on_wait };
         let sampled = self.sample(team, watch)?;
         let samples = self.plans.iter().zip(&sampled).map(|(plan, won)| Sample::new(&plan.manifest.campaign, won));
         let arena = Robots { tuning: self, samples: samples.collect(), on_episode: watch.on_episode };
@@ -476,11 +476,11 @@ impl Tuning {
     }
 
     /// The outcomes of the incumbent in the first trials, for each case.
-    fn sample(&self, team: Team, watch: &Watch) -> Result<Vec<Vec<bool>>> {
+    fn sample(&self, team: ShardPool, watch: &TuneEvents) -> Result<Vec<Vec<bool>>> {
         if let Some(there) = self.sample_there()? {
             return Ok(there);
         }
-        let of_plan = |(case, plan): (usize, &Plan)| {
+        let of_plan = |(case, plan): (usize, &PreparedCampaign)| {
             let factory = &plan.tried_factories(self.options.untried)?[0];
             let won = |number: usize| {
                 let tally = tallies(plan, &[factory], number as u64)?[0];
@@ -530,13 +530,13 @@ fn in_minutes(time_s: f64) -> String {
 }
 
 /// The tallies of these controllers in one trial of a plan's campaign.
-fn tallies(plan: &Plan, factories: &[&Factory], number: u64) -> Result<Vec<Tally>> {
+fn tallies(plan: &PreparedCampaign, factories: &[&PreparedController], number: u64) -> Result<Vec<EpisodeScore>> {
     let campaign = &plan.manifest.campaign;
-    let run = |factories: &[&Factory]| {
+    let run = |factories: &[&PreparedController]| {
         let disturbance = trial::disturbance(campaign, number);
         ClosedLoop::new(&plan.robot, factories.iter().copied(), &campaign.episode, disturbance).finish()
     };
-    let tally = |record: standfast_sim::episode::Record| Tally {
+    let tally = |record: standfast_sim::episode::Record| EpisodeScore {
         won: record.outcome.is_success(),
         footsteps: record.footsteps.taken.len() as u64,
         // The torque of a robot whose simulation broke may be any number.
@@ -550,7 +550,7 @@ const WRITTEN: [&str; 7] = [TASK, SAMPLE_FILE, "parts", "final", "proposed.toml"
 const WRITTEN_FROM: [&str; 3] = ["generation-", "final-", ".tmp-"];
 
 /// Fails if a file that the controller needs has a name that the search writes itself, because both lie in one folder.
-fn check_files(base: &dyn Settings, entry: &str) -> Result<()> {
+fn check_files(base: &dyn ControllerSpec, entry: &str) -> Result<()> {
     let own = format!("{}-tuned.toml", base.name());
     for (name, _) in base.files()? {
         let mut parts = Path::new(&name).components().filter(|part| *part != Component::CurDir);
@@ -587,19 +587,19 @@ struct Robots<'a> {
 }
 
 impl Arena for Robots<'_> {
-    type Entrant = Vec<Factory>;
+    type Entrant = Vec<PreparedController>;
 
-    fn enter(&self, values: &[f64]) -> Result<Vec<Factory>> {
+    fn enter(&self, values: &[f64]) -> Result<Vec<PreparedController>> {
         let keys = self.tuning.task.tunables.iter().map(|tunable| tunable.key.as_str());
         self.tuning.prepared(&keys.zip(values.iter().copied()).collect::<Vec<_>>())
     }
 
-    fn draw(&self, generation: u64, count: usize) -> Vec<Vec<Drawn>> {
+    fn draw(&self, generation: u64, count: usize) -> Vec<Vec<WeightedTrial>> {
         self.samples.iter().map(|sample| sample.draw(generation, count)).collect()
     }
 
-    fn judge(&self, case: usize, trial: u64, entrants: &[&Vec<Factory>]) -> Result<Vec<Tally>> {
-        let factories: Vec<&Factory> = entrants.iter().map(|of_cases| &of_cases[case]).collect();
+    fn judge(&self, case: usize, trial: u64, entrants: &[&Vec<PreparedController>]) -> Result<Vec<EpisodeScore>> {
+        let factories: Vec<&PreparedController> = entrants.iter().map(|of_cases| &of_cases[case]).collect();
         let found = tallies(&self.tuning.plans[case], &factories, trial)?;
         found.iter().for_each(|_| (self.on_episode)());
         Ok(found)

@@ -7,7 +7,7 @@
 //! follows from the trials on which the candidate and the leader differ: it is the root of the sum of their squared
 //! weights, over the sum of all weights.
 
-use super::team::Team;
+use super::team::ShardPool;
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use std::cmp::Ordering;
@@ -21,7 +21,7 @@ const LOOKS: [f64; 3] = [0.25, 0.5, 1.0];
 
 /// A trial of a race.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Drawn {
+pub struct WeightedTrial {
     pub trial: u64,
     /// The inverse of the chance with which it was drawn.
     pub weight: f64,
@@ -29,7 +29,7 @@ pub struct Drawn {
 
 /// The result of an episode, as far as it counts in a race.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Tally {
+pub struct EpisodeScore {
     pub won: bool,
     pub footsteps: u64,
     /// Largest joint torque, as a share of the joint's torque limit.
@@ -38,7 +38,7 @@ pub struct Tally {
 
 /// The result of a candidate in a race.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Standing {
+pub struct CandidateScore {
     /// Weighted rate of the candidate less the weighted rate of the incumbent, in the candidate's worst case; and the
     /// standard error of this difference.
     pub advantage: f64,
@@ -51,16 +51,16 @@ pub struct Standing {
 }
 
 /// Runs the episodes of a case and trial with some candidates, given by their numbers in ascending order.
-pub type Judge<'a> = dyn Fn(usize, u64, &[usize]) -> Result<Vec<Tally>> + Sync + 'a;
+pub type Judge<'a> = dyn Fn(usize, u64, &[usize]) -> Result<Vec<EpisodeScore>> + Sync + 'a;
 
 /// The candidates and the trials of a race. The first candidates, of which the incumbent is number 0, run to the end.
 pub struct Race<'a> {
     pub candidates: usize,
     pub guests: usize,
     /// The trials of each case. All cases have the same number of trials.
-    pub cases: &'a [Vec<Drawn>],
+    pub cases: &'a [Vec<WeightedTrial>],
     pub judge: &'a Judge<'a>,
-    pub team: Team<'a>,
+    pub team: ShardPool<'a>,
     /// The name of the race, which no other race of the search has.
     pub name: String,
 }
@@ -68,14 +68,14 @@ pub struct Race<'a> {
 /// The result of a race.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Raced {
-    pub standings: Vec<Standing>,
+    pub standings: Vec<CandidateScore>,
     /// The candidates that are no guests, the best one first.
     pub order: Vec<usize>,
     pub episodes: u64,
 }
 
 impl Race<'_> {
-    /// Runs the race. Fails as [`Team::gather`] does.
+    /// Runs the race. Fails as [`ShardPool::gather`] does.
     pub fn run(&self) -> Result<Raced> {
         let all = self.cases.iter().map(Vec::len).min().unwrap_or(0);
         let mut board = Board { cases: self.cases, tallies: vec![Vec::new(); self.cases.len()] };
@@ -128,13 +128,13 @@ impl Race<'_> {
 
 /// The episodes so far, by case, trial and candidate.
 struct Board<'a> {
-    cases: &'a [Vec<Drawn>],
-    tallies: Vec<Vec<Vec<Option<Tally>>>>,
+    cases: &'a [Vec<WeightedTrial>],
+    tallies: Vec<Vec<Vec<Option<EpisodeScore>>>>,
 }
 
 impl Board<'_> {
     /// The trials of a case that both candidates have run, each with its weight.
-    fn both(&self, case: usize, a: usize, b: usize) -> impl Iterator<Item = (f64, Tally, Tally)> + '_ {
+    fn both(&self, case: usize, a: usize, b: usize) -> impl Iterator<Item = (f64, EpisodeScore, EpisodeScore)> + '_ {
         let rows = self.cases[case].iter().zip(&self.tallies[case]);
         rows.filter_map(move |(drawn, row)| Some((drawn.weight, row[a]?, row[b]?)))
     }
@@ -158,12 +158,12 @@ impl Board<'_> {
         cases.min_by(|a, b| a.1.0.total_cmp(&b.1.0)).unwrap_or((0, (0.0, 0.0)))
     }
 
-    fn standing(&self, candidate: usize) -> Standing {
+    fn standing(&self, candidate: usize) -> CandidateScore {
         let (case, (advantage, error)) = self.worst(candidate);
-        let own: Vec<Tally> = self.both(case, candidate, candidate).map(|(_, own, _)| own).collect();
-        let mean = |of: &dyn Fn(&Tally) -> f64| own.iter().map(of).sum::<f64>() / own.len().max(1) as f64;
+        let own: Vec<EpisodeScore> = self.both(case, candidate, candidate).map(|(_, own, _)| own).collect();
+        let mean = |of: &dyn Fn(&EpisodeScore) -> f64| own.iter().map(of).sum::<f64>() / own.len().max(1) as f64;
         let (footsteps, torque) = (mean(&|tally| tally.footsteps as f64), mean(&|tally| tally.torque));
-        Standing { advantage, error, footsteps, torque, trials: own.len() }
+        CandidateScore { advantage, error, footsteps, torque, trials: own.len() }
     }
 
     /// Orders candidates by larger advantage, then by fewer footsteps, then by less torque.
@@ -196,8 +196,8 @@ mod tests {
 
     /// A race of the incumbent, the mean and some samples on 40 trials of each case.
     fn race(candidates: usize, cases: usize, judge: &Judge) -> Raced {
-        let team = Team { shard: None, folder: Path::new("."), task: "", stop: &GO_ON, on_wait: &|_| {} };
-        let trials = vec![(0..40).map(|trial| Drawn { trial, weight: 1.0 + (trial % 2) as f64 }).collect(); cases];
+        let team = ShardPool { shard: None, folder: Path::new("."), task: "", stop: &GO_ON, on_wait: &|_| {} };
+        let trials = vec![(0..40).map(|trial| WeightedTrial { trial, weight: 1.0 + (trial % 2) as f64 }).collect(); cases];
         Race { candidates, guests: 2, cases: &trials, judge, team, name: "race".into() }.run().unwrap()
     }
 
@@ -213,7 +213,7 @@ mod tests {
                 3 => true,
                 _ => !trial.is_multiple_of(8),
             };
-            Ok(active.iter().map(|candidate| Tally { won: won(candidate), ..Tally::default() }).collect())
+            Ok(active.iter().map(|candidate| EpisodeScore { won: won(candidate), ..EpisodeScore::default() }).collect())
         };
         let raced = race(5, 1, &judge);
         assert_eq!(raced.order, [3, 4, 2]);
@@ -236,7 +236,7 @@ mod tests {
                     // The other candidates are a little better in both cases, and one of them takes more footsteps.
                     (_, _) => trial.is_multiple_of(2) || trial % 5 == 1,
                 };
-                Tally { won, footsteps: if *candidate == 3 { 4 } else { 2 }, ..Tally::default() }
+                EpisodeScore { won, footsteps: if *candidate == 3 { 4 } else { 2 }, ..EpisodeScore::default() }
             };
             Ok(active.iter().map(of).collect())
         };

@@ -15,7 +15,7 @@ const BEND: f64 = 1.0;
 
 /// A candidate that was tried.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tried {
+pub struct EvaluatedCandidate {
     /// The values of the candidate, each as a share of its range.
     pub shares: Vec<f64>,
     /// Rate of the candidate in its generation, up to a constant, and the standard error of this rate.
@@ -54,15 +54,15 @@ pub struct Response {
 
 impl Response {
     /// Fits the candidates that were tried, generation by generation. It is None if there are none.
-    pub fn fit(start: &[f64], generations: &[Vec<Tried>]) -> Option<Self> {
+    pub fn fit(start: &[f64], generations: &[Vec<EvaluatedCandidate>]) -> Option<Self> {
         let n = start.len();
         let mut precision =
             DMatrix::from_diagonal(&DVector::from_fn(2 * n, |i, _| if i < n { SLOPE } else { BEND }.powi(-2)));
         let mut sum = DVector::zeros(2 * n);
         for generation in generations {
-            let off = |one: &Tried, i: usize| one.shares[i] - start[i];
+            let off = |one: &EvaluatedCandidate, i: usize| one.shares[i] - start[i];
             let terms =
-                |one: &Tried| DVector::from_fn(2 * n, |i, _| if i < n { off(one, i) } else { off(one, i - n).powi(2) });
+                |one: &EvaluatedCandidate| DVector::from_fn(2 * n, |i, _| if i < n { off(one, i) } else { off(one, i - n).powi(2) });
             let rows: Vec<_> = generation.iter().map(|one| (one.error.powi(-2), terms(one), one.rate)).collect();
             // The mean of the generation is subtracted, which removes the constant.
             let all: f64 = rows.iter().map(|(weight, ..)| weight).sum();
@@ -75,7 +75,7 @@ impl Response {
             }
         }
         let covariance = precision.cholesky()?.inverse();
-        let tried: Vec<&Tried> = generations.iter().flatten().collect();
+        let tried: Vec<&EvaluatedCandidate> = generations.iter().flatten().collect();
         let count = tried.len() as f64;
         let spread = |i: usize| {
             let mean = tried.iter().map(|one| one.shares[i]).sum::<f64>() / count;
@@ -133,9 +133,9 @@ mod tests {
             let shares: Vec<f64> = shares.iter().zip(start).map(|(z, x)| x + 0.2 * z).collect();
             // Some generations have harder trials.
             let harder = 0.2 * (i / 10 % 3) as f64;
-            Tried { rate: truth(&shares) - harder + 0.05 * noise[0], shares, error: 0.05 }
+            EvaluatedCandidate { rate: truth(&shares) - harder + 0.05 * noise[0], shares, error: 0.05 }
         };
-        let tried: Vec<Vec<Tried>> = (0..15).map(|g| (10 * g..10 * g + 10).map(one).collect()).collect();
+        let tried: Vec<Vec<EvaluatedCandidate>> = (0..15).map(|g| (10 * g..10 * g + 10).map(one).collect()).collect();
         let response = Response::fit(&start, &tried).unwrap();
         for (number, share, alone) in [(0, 0.6, 0.08), (1, 0.3, 0.04), (2, 0.7, 0.0)] {
             let effect = response.effect(number, share);

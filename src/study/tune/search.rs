@@ -8,9 +8,9 @@
 //! fall. The search proposes the average of its last middles. The incumbent and the middle run in every generation, so
 //! the advantage of the middle is measured on trials that did not choose it.
 
-use super::race::{Drawn, Race, Standing, Tally};
-use super::response::{Effect, Response, Tried};
-use super::team::Team;
+use super::race::{WeightedTrial, Race, CandidateScore, EpisodeScore};
+use super::response::{Effect, Response, EvaluatedCandidate};
+use super::team::ShardPool;
 use crate::ask::trial;
 use serde::{Deserialize, Serialize};
 use standfast_controllers::tunable::Tunable;
@@ -25,10 +25,10 @@ pub trait Arena: Sync {
     fn enter(&self, values: &[f64]) -> Result<Self::Entrant>;
 
     /// Draws `count` trials of a generation for each case.
-    fn draw(&self, generation: u64, count: usize) -> Vec<Vec<Drawn>>;
+    fn draw(&self, generation: u64, count: usize) -> Vec<Vec<WeightedTrial>>;
 
     /// The tallies of these candidates in a trial of a case. Fails if a trial ends without an outcome.
-    fn judge(&self, case: usize, trial: u64, entrants: &[&Self::Entrant]) -> Result<Vec<Tally>>;
+    fn judge(&self, case: usize, trial: u64, entrants: &[&Self::Entrant]) -> Result<Vec<EpisodeScore>>;
 }
 
 /// First spread of the samples: root of the sum of the squared spreads of all numbers, each as a share of its range.
@@ -50,11 +50,11 @@ const TRIALS: [usize; 2] = [32, 256];
 const GENERATIONS: usize = 40;
 const LEAST_GENERATIONS: usize = 8;
 /// Number of candidates in a generation that are not samples: the incumbent and the middle.
-const GUESTS: usize = 2;
+const GUEST_COUNT: usize = 2;
 /// Largest number of draws for one sample, until its values are accepted as a candidate.
 const ATTEMPTS: u64 = 100;
 /// Share of the generations whose middles are averaged for the proposal.
-const LAST: f64 = 1.0 / 3.0;
+const AVERAGED_SHARE: f64 = 1.0 / 3.0;
 
 /// A generation, as it is written down.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -75,21 +75,21 @@ pub struct Candidate {
     /// The values, in the order of the tunable numbers.
     pub values: Vec<f64>,
     #[serde(flatten)]
-    pub standing: Standing,
+    pub standing: CandidateScore,
 }
 
 impl Generation {
     /// The reason, in words, why this cannot be generation `number` of a search of `tunables` numbers on `cases` cases,
     /// with `trials` trials in each case. It is None if it can.
     pub fn problem(&self, number: u64, trials: usize, tunables: usize, cases: usize) -> Option<&'static str> {
-        let count = samples_of(tunables) + GUESTS;
+        let count = samples_of(tunables) + GUEST_COUNT;
         let has_values =
             |one: &Candidate| one.values.len() == tunables && one.values.iter().all(|value| value.is_finite());
         let can_be = |(i, one): (usize, &Candidate)| {
-            let Standing { advantage, error, footsteps, torque, trials: own } = one.standing;
+            let CandidateScore { advantage, error, footsteps, torque, trials: own } = one.standing;
             let are_shares = (-1.0..=1.0).contains(&advantage) && (0.0..=1.0).contains(&error);
             let are_means = [footsteps, torque].iter().all(|mean| mean.is_finite() && *mean >= 0.0);
-            are_shares && are_means && (1..=trials).contains(&own) && (own == trials || i >= GUESTS)
+            are_shares && are_means && (1..=trials).contains(&own) && (own == trials || i >= GUEST_COUNT)
         };
         let mut order = self.order.clone();
         order.sort_unstable();
@@ -101,7 +101,7 @@ impl Generation {
             () if self.candidates.len() != count => Some("`candidates` are not as many as there are in a generation"),
             () if !self.candidates.iter().all(has_values) => Some("`values` are not a finite number for each key"),
             () if !self.candidates.iter().enumerate().all(can_be) => Some("a candidate cannot have done so"),
-            () if !order.into_iter().eq(GUESTS..count) => Some("`order` does not name each sample once"),
+            () if !order.into_iter().eq(GUEST_COUNT..count) => Some("`order` does not name each sample once"),
             () if self.episodes != episodes() as u64 => Some("`episodes` are not those of its candidates"),
             () => None,
         }
@@ -121,7 +121,7 @@ fn samples_of(tunables: usize) -> usize {
 
 /// Largest number of episodes of a generation for each of its trials.
 fn episodes_a_trial(tunables: usize, cases: usize) -> usize {
-    (samples_of(tunables) + GUESTS) * cases
+    (samples_of(tunables) + GUEST_COUNT) * cases
 }
 
 /// Smallest number of episodes of a useful search.
@@ -142,7 +142,7 @@ pub struct Search<'a, A: Arena> {
     /// ranges.
     middles: Vec<Vec<f64>>,
     spread: f64,
-    tried: Vec<Vec<Tried>>,
+    tried: Vec<Vec<EvaluatedCandidate>>,
     response: Option<Response>,
 }
 
@@ -174,8 +174,8 @@ impl<'a, A: Arena> Search<'a, A> {
         self.tunables.iter().zip(values).map(|(tunable, value)| tunable.share_of(*value)).collect()
     }
 
-    /// Runs the next generation. Fails as [`Team::gather`] does, or if no sample can be a candidate.
-    pub fn generation(&mut self, team: Team) -> Result<Generation> {
+    /// Runs the next generation. Fails as [`ShardPool::gather`] does, or if no sample can be a candidate.
+    pub fn generation(&mut self, team: ShardPool) -> Result<Generation> {
         let number = self.tried.len() as u64 + 1;
         let now: Vec<f64> = self.tunables.iter().map(|tunable| tunable.now).collect();
         let middle = self.values(&self.middles[self.middles.len() - 1]);
@@ -196,7 +196,7 @@ impl<'a, A: Arena> Search<'a, A> {
             self.arena.judge(case, trial, &entrants)
         };
         let (candidates, name) = (values.len(), format!("generation-{number:03}"));
-        let race = Race { candidates, guests: GUESTS, cases: &cases, judge: &judge, team, name };
+        let race = Race { candidates, guests: GUEST_COUNT, cases: &cases, judge: &judge, team, name };
         let raced = race.run()?;
         let candidates = values.into_iter().zip(raced.standings);
         let generation = Generation {
@@ -239,7 +239,7 @@ impl<'a, A: Arena> Search<'a, A> {
             let standing = &candidate.standing;
             let effort = standing.footsteps - incumbent.footsteps + standing.torque - incumbent.torque;
             let error = (variance.max(LEAST_VARIANCE) / standing.trials as f64).sqrt();
-            Tried { shares: self.shares(&candidate.values), rate: standing.advantage - EFFORT * effort, error }
+            EvaluatedCandidate { shares: self.shares(&candidate.values), rate: standing.advantage - EFFORT * effort, error }
         });
         self.tried.push(tried.collect());
         self.response = Response::fit(&self.start, &self.tried);
@@ -252,7 +252,7 @@ impl<'a, A: Arena> Search<'a, A> {
     /// The values that the search proposes: the average of the last middles or, if the average cannot be a candidate,
     /// the last middle that can. The first middle is the incumbent. Fails if the machine or a user ends the work.
     pub fn proposed(&self) -> Result<Vec<f64>> {
-        let count = (((self.middles.len() - 1) as f64 * LAST).ceil() as usize).max(1);
+        let count = (((self.middles.len() - 1) as f64 * AVERAGED_SHARE).ceil() as usize).max(1);
         let last = &self.middles[self.middles.len() - count..];
         let sum = |i: usize| last.iter().map(|middle| middle[i]).sum::<f64>();
         let average: Vec<f64> = (0..self.tunables.len()).map(|i| sum(i) / count as f64).collect();
@@ -288,8 +288,8 @@ mod tests {
     use std::sync::atomic::AtomicBool;
 
     static GO_ON: AtomicBool = AtomicBool::new(false);
-    fn alone() -> Team<'static> {
-        Team { shard: None, folder: Path::new("."), task: "", stop: &GO_ON, on_wait: &|_| {} }
+    fn alone() -> ShardPool<'static> {
+        ShardPool { shard: None, folder: Path::new("."), task: "", stop: &GO_ON, on_wait: &|_| {} }
     }
 
     /// Trials that are won with a chance that depends on the values.
@@ -315,12 +315,12 @@ mod tests {
             Ok(values.to_vec())
         }
 
-        fn draw(&self, generation: u64, count: usize) -> Vec<Vec<Drawn>> {
-            vec![(0..count as u64).map(|i| Drawn { trial: generation << 32 | i, weight: 1.0 }).collect()]
+        fn draw(&self, generation: u64, count: usize) -> Vec<Vec<WeightedTrial>> {
+            vec![(0..count as u64).map(|i| WeightedTrial { trial: generation << 32 | i, weight: 1.0 }).collect()]
         }
 
-        fn judge(&self, _case: usize, trial: u64, entrants: &[&Vec<f64>]) -> Result<Vec<Tally>> {
-            let tally = |values: &&Vec<f64>| Tally { won: self.is_won(values, trial), ..Tally::default() };
+        fn judge(&self, _case: usize, trial: u64, entrants: &[&Vec<f64>]) -> Result<Vec<EpisodeScore>> {
+            let tally = |values: &&Vec<f64>| EpisodeScore { won: self.is_won(values, trial), ..EpisodeScore::default() };
             Ok(entrants.iter().map(tally).collect())
         }
     }

@@ -24,7 +24,7 @@ const LOOKS_EVERY: Duration = Duration::from_millis(500);
 
 /// A member of a team, or a program that works alone.
 #[derive(Clone, Copy)]
-pub struct Team<'a> {
+pub struct ShardPool<'a> {
     pub shard: Option<Shard>,
     pub folder: &'a Path,
     /// The hash of the task, which every file of the search carries.
@@ -35,7 +35,7 @@ pub struct Team<'a> {
     pub on_wait: &'a (dyn Fn(Shard) + Sync),
 }
 
-impl Team<'_> {
+impl ShardPool<'_> {
     /// The results of all jobs, in order. `name` is the name of this piece of work, which no other one of the search
     /// has. Fails if it is stopped from outside, if a part cannot be written or read, or if a job fails.
     pub fn gather<T: Serialize + DeserializeOwned + Send>(
@@ -137,7 +137,7 @@ mod tests {
         };
         let member = |shard: &str| {
             let shard = Some(shard.parse().unwrap());
-            Team { shard, folder: dir.path(), task: "a", stop: &stop, on_wait: &|_| {} }
+            ShardPool { shard, folder: dir.path(), task: "a", stop: &stop, on_wait: &|_| {} }
                 .gather("squares", 10, job)
                 .unwrap()
         };
@@ -147,7 +147,7 @@ mod tests {
         let squares: Vec<usize> = (0..10).map(|i| i * i).collect();
         assert!(all.iter().all(|gathered| *gathered == squares));
         assert_eq!((member("2/3"), count.load(Ordering::Relaxed)), (squares.clone(), 10));
-        let alone = Team { shard: None, folder: dir.path(), task: "a", stop: &stop, on_wait: &|_| {} };
+        let alone = ShardPool { shard: None, folder: dir.path(), task: "a", stop: &stop, on_wait: &|_| {} };
         assert_eq!(alone.gather("squares", 10, job).unwrap(), squares);
         assert_eq!(count.load(Ordering::Relaxed), 20);
     }
@@ -161,7 +161,7 @@ mod tests {
             stop.store(true, Ordering::Relaxed);
         };
         let team =
-            Team { shard: Some("1/2".parse().unwrap()), folder: dir.path(), task: "a", stop: &stop, on_wait: &on_wait };
+            ShardPool { shard: Some("1/2".parse().unwrap()), folder: dir.path(), task: "a", stop: &stop, on_wait: &on_wait };
         assert!(matches!(team.gather("a", 4, Ok), Err(Error::Interrupted)));
         for (part, problem) in [("{", "EOF"), ("{\"task\": \"b\", \"found\": [1, 3]}", "its task is another one")] {
             std::fs::write(dir.path().join("parts/a-2-of-2.json"), part).unwrap();

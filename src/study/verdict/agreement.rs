@@ -6,10 +6,10 @@
 
 use crate::store::folder::Folder;
 use crate::store::manifest::Manifest;
-use crate::verdict::digest::Digest;
+use crate::verdict::digest::TrialColumns;
 use crate::verdict::pairs::{DecisionRule, Pair, every_pair};
 use serde::Serialize;
-use standfast_controllers::variant::Listed;
+use standfast_controllers::variant::ControllerName;
 use standfast_files::assets;
 use standfast_sim::Engine;
 use standfast_sim::episode::Outcome;
@@ -90,7 +90,7 @@ pub struct Verdict {
 pub fn differ_in_engine_alone(a: &Folder, b: &Folder) -> bool {
     // A built-in controller has no file. One version of the program always has the same one.
     let text = |folder: &Folder, gains: &String| {
-        assets::text(&folder.path.join(Listed::split(gains).base)).ok().map(|source| source.text)
+        assets::text(&folder.path.join(ControllerName::split(gains).base)).ok().map(|source| source.text)
     };
     let (ours, theirs) = (&a.manifest, &b.manifest);
     ours.campaign.episode.engine != theirs.campaign.episode.engine
@@ -103,7 +103,7 @@ impl Agreement {
     /// Compares two results with the same controllers, each given by its manifest and trials. `rows` has the trials of
     /// both results under the names of the comparison, and the controllers of a come first. `pairs` compares each
     /// controller of a with the same controller of b.
-    pub fn new(of: [(&Manifest, &Digest); 2], rows: &Digest, pairs: &[Pair]) -> Self {
+    pub fn new(of: [(&Manifest, &TrialColumns); 2], rows: &TrialColumns, pairs: &[Pair]) -> Self {
         let engines = of.map(|(manifest, _)| manifest.campaign.episode.engine);
         let sets = &of[0].0.sets;
         let set = |i: usize| {
@@ -170,7 +170,7 @@ impl Agreement {
 }
 
 /// The verdict on every pair of controllers of a result, as the result itself states it.
-fn own_verdicts(manifest: &Manifest, rows: &Digest) -> Vec<Verdict> {
+fn own_verdicts(manifest: &Manifest, rows: &TrialColumns) -> Vec<Verdict> {
     let pairs = every_pair(manifest.sets.len());
     let pairs = Pair::all(rows, &pairs, &[], DecisionRule::of(manifest)).into_iter();
     let verdict = |Pair { a, b, verdict, difference, words, .. }| Verdict { a, b, verdict, difference, words };

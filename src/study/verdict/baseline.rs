@@ -7,7 +7,7 @@ use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use crate::store::folder::Folder;
 use crate::store::manifest::{Manifest, differences};
-use crate::verdict::digest::{Digest, Ended};
+use crate::verdict::digest::{TrialColumns, EpisodeEnd};
 use serde::Serialize;
 use serde_json::Value;
 use standfast_core::error::{Error, Result};
@@ -19,7 +19,7 @@ const SHOWN: usize = 4;
 /// An earlier result with the same pushes.
 pub struct Baseline {
     pub manifest: Manifest,
-    rows: Digest,
+    rows: TrialColumns,
 }
 
 /// What a report states about the baseline.
@@ -39,7 +39,7 @@ impl Baseline {
         let folder = Folder::existing(path)?;
         let campaign = &ours.campaign;
         refuse_other_trials(&folder, campaign)?;
-        let mut rows = Digest::new(&folder.manifest.sets, &campaign.episode);
+        let mut rows = TrialColumns::new(&folder.manifest.sets, &campaign.episode);
         for part in folder.parts()? {
             let part = part?;
             for row in &part {
@@ -71,7 +71,7 @@ impl Baseline {
     }
 
     /// How the trials of a controller ended, from trial 0. It is empty if the baseline does not have the controller.
-    pub fn rows_of(&self, set: &str) -> &[Ended] {
+    pub fn rows_of(&self, set: &str) -> &[EpisodeEnd] {
         self.rows.names.iter().position(|name| name == set).map_or(&[], |set| self.rows.of(set))
     }
 }

@@ -6,7 +6,7 @@ use crate::store::manifest::{Manifest, each_once};
 use crate::store::row::{TrialRow, TrialsFile};
 use crate::verdict::agreement::{Agreement, differ_in_engine_alone};
 use crate::verdict::baseline::{other_push, refuse_other_trials, unlike};
-use crate::verdict::digest::Digest;
+use crate::verdict::digest::TrialColumns;
 use crate::verdict::gates::Gates;
 use crate::verdict::set_summary::SetOrigin;
 use crate::verdict::summary::Summary;
@@ -22,7 +22,7 @@ pub struct Comparison {
     /// hashes of both. The path of an [origin](SetOrigin) begins with the path by which its folder was named.
     pub summary: Summary,
     /// The trials that both results have. The controllers of the first result come before those of the second.
-    pub rows: Digest,
+    pub rows: TrialColumns,
     /// The two results.
     of: [Folder; 2],
 }
@@ -53,7 +53,7 @@ impl Comparison {
         let mut summary = Summary::new(&manifest, &rows, sha256, &pairs, &Gates::new(&manifest, None)?);
         let mut found = warnings(a, b, count, engines_alone);
         if engines_alone {
-            let own = [Digest::read(a)?, Digest::read(b)?];
+            let own = [TrialColumns::read(a)?, TrialColumns::read(b)?];
             let of = [(&a.manifest, &own[0]), (&b.manifest, &own[1])];
             let agreement = Agreement::new(of, &rows, &summary.pairs);
             found.splice(..0, agreement.warnings());
@@ -92,7 +92,7 @@ impl Comparison {
 /// Reads the trials that both folders have. `sets` are the new names of their controllers, those of the first folder
 /// first. The rows are written to `to` as a `trials.parquet`. Returns the digest, `to`, and the SHA-256 of the file. It
 /// fails if a trial is not the same in both.
-fn paired<W: Write + Send>([a, b]: [&Folder; 2], sets: &[String], to: W) -> Result<(Digest, W, String)> {
+fn paired<W: Write + Send>([a, b]: [&Folder; 2], sets: &[String], to: W) -> Result<(TrialColumns, W, String)> {
     let (names_a, names_b) = sets.split_at(a.manifest.sets.len());
     let renamed = |folder: &Folder, names: &[String]| {
         let sets = folder.manifest.sets.iter().cloned();
@@ -101,7 +101,7 @@ fn paired<W: Write + Send>([a, b]: [&Folder; 2], sets: &[String], to: W) -> Resu
     };
     let (renamed_a, renamed_b) = (renamed(a, names_a), renamed(b, names_b));
     let totals = each_once([a, b].into_iter().flat_map(|folder| folder.manifest.totals.clone()));
-    let (mut digest, mut file) = (Digest::new(sets, &a.manifest.campaign.episode), TrialsFile::new(to, &totals)?);
+    let (mut digest, mut file) = (TrialColumns::new(sets, &a.manifest.campaign.episode), TrialsFile::new(to, &totals)?);
     for (of_a, of_b) in trials(a)?.zip(trials(b)?) {
         let (of_a, of_b) = (of_a?, of_b?);
         let (ours, theirs) = (&of_a[0], &of_b[0]);

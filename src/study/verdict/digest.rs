@@ -16,10 +16,10 @@ use standfast_stats::rate::SuccessCount;
 
 /// The trials of a campaign by controller. The place of a trial is its number.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Digest {
+pub struct TrialColumns {
     /// Names of the controllers, in the order of the campaign.
     pub names: Vec<String>,
-    pub drawn: Drawn,
+    pub drawn: TrialConditions,
     sets: Vec<OfSet>,
     /// Speed above which a COM is in motion when the push begins (m/s).
     standing_com_speed_m_s: f64,
@@ -28,7 +28,7 @@ pub struct Digest {
 /// The trials of one controller, with counts of some of their features.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct OfSet {
-    ended: Vec<Ended>,
+    ended: Vec<EpisodeEnd>,
     counted: Counted,
 }
 
@@ -47,7 +47,7 @@ pub struct Counted {
 
 /// How a trial ended with one controller. Names are as in [`TrialRow`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ended {
+pub struct EpisodeEnd {
     // NaN stands for None.
     impulse_over_m_omega_d: f64,
     settling_s: f64,
@@ -65,7 +65,7 @@ pub struct Ended {
 
 /// The drawn quantities of each trial, which are the same for every controller.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Drawn {
+pub struct TrialConditions {
     pub impulse_n_s: Values,
     pub heading_deg: Values,
     pub duration_s: Values,
@@ -84,12 +84,12 @@ pub struct Values {
     each: Vec<f64>,
 }
 
-impl Digest {
+impl TrialColumns {
     /// A digest without trials. `names` are the controllers in the order of the campaign.
     pub fn new(names: &[String], episode: &EpisodeConfig) -> Self {
         let sets = vec![OfSet::default(); names.len()];
         let standing_com_speed_m_s = episode.judge.standing_com_speed_m_s;
-        Self { names: names.to_vec(), drawn: Drawn::default(), sets, standing_com_speed_m_s }
+        Self { names: names.to_vec(), drawn: TrialConditions::default(), sets, standing_com_speed_m_s }
     }
 
     /// Reads the trials of a finished campaign. It fails as [`Folder::parts`] does.
@@ -107,7 +107,7 @@ impl Digest {
                 self.drawn.push(row);
             }
             let OfSet { ended, counted } = &mut self.sets[set];
-            ended.push(Ended::of(row));
+            ended.push(EpisodeEnd::of(row));
             let is_moving = row.record.com_speed_at_push_m_s.is_some_and(|speed| speed > self.standing_com_speed_m_s);
             counted.moving_at_push += u64::from(is_moving);
             counted.run_twice += u64::from(row.repeats.is_some());
@@ -118,7 +118,7 @@ impl Digest {
     }
 
     /// How each trial of controller number `set` ended, from trial 0.
-    pub fn of(&self, set: usize) -> &[Ended] {
+    pub fn of(&self, set: usize) -> &[EpisodeEnd] {
         &self.sets[set].ended
     }
 
@@ -127,7 +127,7 @@ impl Digest {
     }
 
     /// How each trial ended with controllers `a` and `b`, from trial 0, as far as both have trials.
-    pub fn common(&self, a: usize, b: usize) -> impl Iterator<Item = (&Ended, &Ended)> {
+    pub fn common(&self, a: usize, b: usize) -> impl Iterator<Item = (&EpisodeEnd, &EpisodeEnd)> {
         self.of(a).iter().zip(self.of(b))
     }
 
@@ -152,7 +152,7 @@ impl Digest {
     }
 }
 
-impl Ended {
+impl EpisodeEnd {
     pub fn of(row: &TrialRow) -> Self {
         Self {
             impulse_over_m_omega_d: or_nan(row.impulse_over_m_omega_d),
@@ -190,7 +190,7 @@ impl Ended {
     }
 }
 
-impl Drawn {
+impl TrialConditions {
     pub fn trials(&self) -> usize {
         self.impulse_n_s.trials
     }
@@ -240,7 +240,7 @@ impl Values {
 }
 
 /// Counts these trials, and those from which the robot recovered.
-pub fn success_count<'a>(ended: impl IntoIterator<Item = &'a Ended>) -> SuccessCount {
+pub fn success_count<'a>(ended: impl IntoIterator<Item = &'a EpisodeEnd>) -> SuccessCount {
     let (mut trials, mut recovered) = (0, 0);
     for ended in ended {
         trials += 1;
@@ -250,7 +250,7 @@ pub fn success_count<'a>(ended: impl IntoIterator<Item = &'a Ended>) -> SuccessC
 }
 
 /// Counts the trials for which `such` holds, and those of them from which the robot recovered.
-pub fn success_count_of(ended: &[Ended], such: impl Fn(&Ended) -> bool) -> SuccessCount {
+pub fn success_count_of(ended: &[EpisodeEnd], such: impl Fn(&EpisodeEnd) -> bool) -> SuccessCount {
     success_count(ended.iter().filter(|ended| such(ended)))
 }
 
@@ -271,9 +271,9 @@ mod tests {
     /// A million trials with two controllers have to fit in memory.
     #[test]
     fn a_trial_takes_few_bytes() {
-        assert_eq!(size_of::<Ended>(), 40);
+        assert_eq!(size_of::<EpisodeEnd>(), 40);
         let rows: Vec<TrialRow> = (0..20).map(|trial| row(trial, "a", trial as f64, Outcome::Fell)).collect();
-        let Drawn { impulse_n_s, heading_deg, .. } = crate::fixtures::digest_of_rows(&rows, &["a"]).drawn;
+        let TrialConditions { impulse_n_s, heading_deg, .. } = crate::fixtures::digest_of_rows(&rows, &["a"]).drawn;
         assert_eq!((impulse_n_s.each.len(), heading_deg.each.len(), heading_deg.at(19)), (20, 0, Some(0.0)));
     }
 }

@@ -1,6 +1,6 @@
 //! Counts outcomes by the number of footsteps, to show how often footsteps were taken and whether they helped.
 
-use crate::verdict::digest::{Ended, success_count_of};
+use crate::verdict::digest::{EpisodeEnd, success_count_of};
 use serde::Serialize;
 use standfast_stats::rate::SuccessCount;
 
@@ -13,8 +13,8 @@ pub struct ByFootsteps {
 
 impl ByFootsteps {
     /// It is None for a controller that took no footstep.
-    pub fn new(trials: &[Ended]) -> Option<Self> {
-        let begun = |ended: &Ended| ended.footsteps as usize + usize::from(ended.in_swing);
+    pub fn new(trials: &[EpisodeEnd]) -> Option<Self> {
+        let begun = |ended: &EpisodeEnd| ended.footsteps as usize + usize::from(ended.in_swing);
         if trials.iter().all(|ended| begun(ended) == 0) {
             return None;
         }
@@ -41,7 +41,7 @@ mod tests {
             (Fell, 4, Some(Right)),
         ];
         let rows = rows.map(|(outcome, footsteps, in_the_air)| {
-            Ended::of(&row(0, "paper", 3.0, outcome).with(|row| {
+            EpisodeEnd::of(&row(0, "paper", 3.0, outcome).with(|row| {
                 row.record.footsteps.count = footsteps;
                 row.record.footsteps.unfinished_footstep = in_the_air;
             }))

@@ -4,10 +4,10 @@ use crate::ask::gate::{Against, Gate, GateSpec};
 use crate::ask::spec::Stopping;
 use crate::store::manifest::Manifest;
 use crate::verdict::baseline::{Baseline, BaselineId, unlike};
-use crate::verdict::digest::{Digest, Ended};
+use crate::verdict::digest::{TrialColumns, EpisodeEnd};
 use crate::verdict::evidence::{Evidence, GateAnswer, Status};
 use crate::verdict::pairs::every_pair;
-use crate::verdict::standing::{Standing, When, narrowed};
+use crate::verdict::standing::{PairDecision, When, narrowed};
 use serde::Serialize;
 use standfast_core::error::{Error, Result};
 use standfast_stats::decision::{Decision, PairVerdict, each_of};
@@ -91,7 +91,7 @@ impl Gates {
     }
 
     /// Whether a gate waits for more trials than the baseline has.
-    pub fn outlasts_baseline(&self, rows: &Digest) -> bool {
+    pub fn outlasts_baseline(&self, rows: &TrialColumns) -> bool {
         let is_open = |gate: &Gate| self.judge(gate, rows).judged.status == Status::Unresolved;
         self.gates.iter().any(|gate| self.is_used_up(gate, rows) && is_open(gate))
     }
@@ -102,14 +102,14 @@ impl Gates {
     }
 
     /// Whether a gate compares with a baseline that has no more trials of the gate's controller than these rows have.
-    fn is_used_up(&self, gate: &Gate, rows: &Digest) -> bool {
+    fn is_used_up(&self, gate: &Gate, rows: &TrialColumns) -> bool {
         let trials = rows.of(self.number(&gate.set)).len();
         let is_used_up = |baseline: &Baseline| baseline.rows_of(&gate.set).len() <= trials;
         gate.against == Against::Baseline && self.baseline.as_ref().is_some_and(is_used_up)
     }
 
     /// Warns of what the baseline cannot support for a result with these rows.
-    pub fn warnings(&self, manifest: &Manifest, rows: &Digest) -> Vec<String> {
+    pub fn warnings(&self, manifest: &Manifest, rows: &TrialColumns) -> Vec<String> {
         let Some(baseline) = &self.baseline else { return Vec::new() };
         let mut found = unlike(&baseline.manifest, manifest);
         let gates = self.gates.iter().filter(|gate| gate.against == Against::Baseline);
@@ -139,14 +139,14 @@ impl Gates {
     }
 
     /// The answer to each gate.
-    pub fn judged(&self, rows: &Digest) -> Vec<GateResult> {
+    pub fn judged(&self, rows: &TrialColumns) -> Vec<GateResult> {
         self.gates.iter().map(|gate| self.judge(gate, rows)).collect()
     }
 
     /// The questions that a campaign that ends when decided has still to decide after these trials: gates or, without
     /// gates, pairs of controllers. A gate that compares with a baseline is left out if the baseline has no further
     /// trials. A question that is decided at one look stays decided at all later ones.
-    pub fn open(&self, rows: &Digest) -> Vec<Open> {
+    pub fn open(&self, rows: &TrialColumns) -> Vec<Open> {
         if !self.gates.is_empty() {
             let open = |gate: &Gate| {
                 let GateResult { judged, is_difference, .. } = self.judge(gate, rows);
@@ -165,8 +165,8 @@ impl Gates {
         let pairs = every_pair(self.sets.len());
         let when = self.looks.map_or(When::AnyTime, When::At);
         let open = |pair: (usize, usize)| {
-            let Standing { a, b, counts, decision: Decision { ci95, verdict, .. }, .. } =
-                Standing::of(rows, pair, pairs.len(), when, self.stopping.margin);
+            let PairDecision { a, b, counts, decision: Decision { ci95, verdict, .. }, .. } =
+                PairDecision::of(rows, pair, pairs.len(), when, self.stopping.margin);
             let pair = format!("{} - {}", self.sets[a], self.sets[b]);
             (verdict == PairVerdict::Open)
                 .then(|| Open { sets: vec![a, b], words: words(&pair, counts.difference(), ci95, "points") })
@@ -174,9 +174,9 @@ impl Gates {
         pairs.iter().copied().filter_map(open).collect()
     }
 
-    fn judge(&self, gate: &Gate, rows: &Digest) -> GateResult {
+    fn judge(&self, gate: &Gate, rows: &TrialColumns) -> GateResult {
         let own = rows.of(self.number(&gate.set));
-        let (other, ends_when_decided): (Option<&[Ended]>, bool) = match (&gate.against, &self.baseline) {
+        let (other, ends_when_decided): (Option<&[EpisodeEnd]>, bool) = match (&gate.against, &self.baseline) {
             (Against::Set(set), _) => (Some(rows.of(self.number(set))), false),
             (Against::Baseline, Some(baseline)) => (Some(baseline.rows_of(&gate.set)), baseline.is_sequential()),
             _ => (None, false),
@@ -187,8 +187,8 @@ impl Gates {
         let confidence = self.spec.confidence;
         let level = if self.stopping.until_resolved { each_of(self.gates.len(), confidence) } else { confidence };
         let own_and_other = |trials: u64| {
-            let recovered = |(a, b): (&Ended, &Ended)| (a.has_recovered(), b.has_recovered());
-            let pairs = |other: &[Ended]| PairedCounts::of(own.iter().zip(other).take(trials as usize).map(recovered));
+            let recovered = |(a, b): (&EpisodeEnd, &EpisodeEnd)| (a.has_recovered(), b.has_recovered());
+            let pairs = |other: &[EpisodeEnd]| PairedCounts::of(own.iter().zip(other).take(trials as usize).map(recovered));
             other.map(pairs)
         };
         let saved = |trials: u64| own.iter().take(trials as usize).filter(|ended| ended.has_recovered()).count() as u64;
@@ -202,7 +202,7 @@ impl Gates {
             let intervals = looks.until(trials).map(|look| evidence_at(look).interval);
             evidence.interval = narrowed(intervals.chain([evidence.interval]));
         }
-        let saved_by_other = |i: &usize| other.is_some_and(|other| other.get(*i).is_some_and(Ended::has_recovered));
+        let saved_by_other = |i: &usize| other.is_some_and(|other| other.get(*i).is_some_and(EpisodeEnd::has_recovered));
         let lost = || (0..own.len()).filter(|&i| !own[i].has_recovered());
         let hardness = |i: &usize| rows.hardness(self.number(&gate.set), *i);
         let least_hard = || lost().min_by(|a, b| hardness(a).total_cmp(&hardness(b)));

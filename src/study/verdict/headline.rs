@@ -73,13 +73,13 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
 mod tests {
     use super::*;
     use crate::fixtures::row;
-    use crate::verdict::digest::Digest;
+    use crate::verdict::digest::TrialColumns;
     use crate::verdict::pairs::{DecisionRule, every_pair};
     use crate::verdict::standing::When;
     use standfast_sim::episode::Outcome::{Fell, Recovered};
     use standfast_stats::looks::Looks;
 
-    fn headline(rows: &Digest, when: When, margin: f64) -> String {
+    fn headline(rows: &TrialColumns, when: When, margin: f64) -> String {
         let pairs = every_pair(rows.names.len());
         let pairs = Pair::all(rows, &pairs, &[], DecisionRule { when, margin, end_early: true });
         let sets: Vec<SetSummary> = (0..rows.names.len()).map(|i| SetSummary::new(i, rows, &[], &[], true)).collect();

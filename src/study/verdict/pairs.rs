@@ -9,8 +9,8 @@
 //! difference comes first.
 
 use crate::store::manifest::Manifest;
-use crate::verdict::digest::{Digest, Ended};
-use crate::verdict::standing::{Standing, When};
+use crate::verdict::digest::{TrialColumns, EpisodeEnd};
+use crate::verdict::standing::{PairDecision, When};
 use crate::verdict::strata::Stratum;
 use serde::Serialize;
 use standfast_stats::decision::{Decision, PairVerdict, alpha_of_each};
@@ -101,7 +101,7 @@ impl DecisionRule {
 
 impl Pair {
     /// The comparisons of these pairs of controllers, ordered by their verdicts.
-    pub fn all(rows: &Digest, pairs: &[(usize, usize)], strata: &[Stratum], deciding: DecisionRule) -> Vec<Self> {
+    pub fn all(rows: &TrialColumns, pairs: &[(usize, usize)], strata: &[Stratum], deciding: DecisionRule) -> Vec<Self> {
         let pair = |&sets: &(usize, usize)| Self::new(rows, sets, strata, pairs.len(), deciding);
         let mut all: Vec<Self> = pairs.iter().map(pair).collect();
         all.sort_by(|x, y| by_verdict((x.verdict, x.difference), (y.verdict, y.difference)));
@@ -110,25 +110,25 @@ impl Pair {
 
     /// The comparison of two controllers, which is one of `pairs` comparisons.
     fn new(
-        rows: &Digest,
+        rows: &TrialColumns,
         sets: (usize, usize),
         strata: &[Stratum],
         pairs: usize,
         DecisionRule { when, margin, end_early }: DecisionRule,
     ) -> Self {
-        let standing = Standing::of(rows, sets, pairs, when, margin);
-        let Standing { a, b, counts, decision: Decision { ci95, p, verdict }, better_after } = standing;
+        let standing = PairDecision::of(rows, sets, pairs, when, margin);
+        let PairDecision { a, b, counts, decision: Decision { ci95, p, verdict }, better_after } = standing;
         let first = |wins: usize, loses: usize| {
-            let only = |&(_, (won, lost)): &(u64, (&Ended, &Ended))| won.has_recovered() && !lost.has_recovered();
+            let only = |&(_, (won, lost)): &(u64, (&EpisodeEnd, &EpisodeEnd))| won.has_recovered() && !lost.has_recovered();
             (0..).zip(rows.common(wins, loses)).filter(only).take(EXAMPLES).map(|(trial, _)| trial).collect()
         };
-        let shift = |get: &dyn Fn(&Ended) -> Option<f64>| {
+        let shift = |get: &dyn Fn(&EpisodeEnd) -> Option<f64>| {
             let both = rows.common(a, b).filter(|(a, b)| a.has_recovered() && b.has_recovered());
             let differences = both.filter_map(|(a, b)| Some(get(a)? - get(b)?));
             signed_rank(&differences.collect::<Vec<_>>())
         };
         let stratum = |stratum: &Stratum| {
-            let of = |set: usize, trial: usize| rows.of(set).get(trial).map(Ended::has_recovered);
+            let of = |set: usize, trial: usize| rows.of(set).get(trial).map(EpisodeEnd::has_recovered);
             let recovered = |trial: usize| Some((of(a, trial)?, of(b, trial)?));
             let counts = PairedCounts::of(stratum.trials().filter_map(recovered));
             let (by, label, trials) = (stratum.by, stratum.label.clone(), counts.trials());
@@ -154,8 +154,8 @@ impl Pair {
             more_trials,
             first_only_a: first(a, b),
             first_only_b: first(b, a),
-            settling_s: shift(&Ended::settling_s),
-            homing_s: if end_early { None } else { shift(&Ended::homing_s) },
+            settling_s: shift(&EpisodeEnd::settling_s),
+            homing_s: if end_early { None } else { shift(&EpisodeEnd::homing_s) },
             footsteps: shift(&|ended| Some(ended.footsteps.into())),
             strata: strata.iter().map(stratum).collect(),
         };

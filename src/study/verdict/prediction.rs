@@ -5,7 +5,7 @@
 //! is inside this CPI set, and needs a footstep if it is outside. If the controller states a `zmp_disturbance`, the
 //! robust CPI sets are used.
 
-use crate::verdict::digest::{Ended, success_count_of};
+use crate::verdict::digest::{EpisodeEnd, success_count_of};
 use serde::Serialize;
 use standfast_sim::episode::Membership;
 use standfast_stats::rate::SuccessCount;
@@ -41,8 +41,8 @@ pub struct MarginBin {
 
 impl Prediction {
     /// It is None for a controller without feedback gains.
-    pub fn new(all: &[Ended]) -> Option<Self> {
-        let is_inside = |ended: &Ended| ended.set_after_push.map(|side| side == Membership::Inside);
+    pub fn new(all: &[EpisodeEnd]) -> Option<Self> {
+        let is_inside = |ended: &EpisodeEnd| ended.set_after_push.map(|side| side == Membership::Inside);
         let [inside, outside] = [true, false].map(|side| success_count_of(all, |ended| is_inside(ended) == Some(side)));
         let trials = inside.trials + outside.trials;
         if trials == 0 {
@@ -73,9 +73,9 @@ mod tests {
     use standfast_sim::episode::Membership::{Empty, Inside, Outside};
     use standfast_sim::episode::Outcome::{self, Fell, Recovered};
 
-    fn ended((side, margin, outcome): (Option<Membership>, Option<f64>, Outcome)) -> Ended {
+    fn ended((side, margin, outcome): (Option<Membership>, Option<f64>, Outcome)) -> EpisodeEnd {
         let promise_margin = side.map(|_| margin.unwrap_or(f64::NEG_INFINITY));
-        Ended::of(&row(0, "a", 1.0, outcome).with(|row| {
+        EpisodeEnd::of(&row(0, "a", 1.0, outcome).with(|row| {
             row.record.promise_margin = promise_margin;
             row.record.promise_margin_est = promise_margin.map(|margin| margin - 0.15);
         }))

@@ -1,6 +1,6 @@
 //! Sums up the trials of one controller: from how many it recovered, by impulse, and how it lost the others.
 
-use crate::verdict::digest::{Counted, Digest, Ended, success_count};
+use crate::verdict::digest::{Counted, TrialColumns, EpisodeEnd, success_count};
 use crate::verdict::failures::{Failures, FallCause};
 use crate::verdict::footsteps::ByFootsteps;
 use crate::verdict::prediction::Prediction;
@@ -137,7 +137,7 @@ pub struct ImpulseBin {
 impl SetSummary {
     /// Sums up controller number `set`. `bins` are the edges of bins of impulse (N s), and `strata` are the strata of
     /// the campaign. `end_early` is as for [`Times::of`].
-    pub(super) fn new(set: usize, all: &Digest, bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
+    pub(super) fn new(set: usize, all: &TrialColumns, bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
         let (name, trials) = (&all.names[set], all.of(set));
         let Counted { failures, fall_causes, moving_at_push, run_twice, not_repeated } = all.counted(set);
         let with = |outcome| trials.iter().filter(|ended| ended.outcome == outcome).count() as u64;
@@ -153,7 +153,7 @@ impl SetSummary {
             let count = success_count(stratum.trials().filter_map(|trial| trials.get(trial)));
             SetStratum { by: stratum.by, label: stratum.label.clone(), count }
         };
-        let over = |impulse: &dyn Fn(usize, &Ended) -> Option<f64>| {
+        let over = |impulse: &dyn Fn(usize, &EpisodeEnd) -> Option<f64>| {
             let trials = trials.iter().enumerate();
             let trials = trials.filter_map(|(trial, ended)| Some((impulse(trial, ended)?, ended.has_recovered())));
             FittedCurve::through(trials.collect())

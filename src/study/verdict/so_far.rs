@@ -3,7 +3,7 @@
 
 use crate::store::row::TrialRow;
 use crate::verdict::pairs::{by_verdict, every_pair, is_worth_a_line, leaders};
-use crate::verdict::standing::Standing;
+use crate::verdict::standing::PairDecision;
 use standfast_stats::decision::PairVerdict;
 use standfast_stats::mcnemar::PairedCounts;
 use standfast_stats::rate::SuccessCount;
@@ -13,7 +13,7 @@ use standfast_stats::sequential::rate_interval;
 const LEVEL: f64 = 0.95;
 
 /// Counts of the finished trials. The time to add a part does not grow with the number of parts before it.
-pub struct Tally {
+pub struct SuccessTally {
     names: Vec<String>,
     trials: u64,
     /// Number of trials of each controller, and number of those trials from which it recovered.
@@ -22,7 +22,7 @@ pub struct Tally {
     pairs: Vec<PairedCounts>,
 }
 
-impl Tally {
+impl SuccessTally {
     /// A tally without trials. `names` are the controllers in the order of the campaign.
     pub fn new(names: &[String]) -> Self {
         let pairs = vec![PairedCounts::default(); every_pair(names.len()).len()];
@@ -53,7 +53,7 @@ impl Tally {
     }
 }
 
-/// What follows from a [`Tally`].
+/// What follows from a [`SuccessTally`].
 pub struct SoFar {
     /// Number of finished trials. A controller that was stopped earlier has fewer.
     pub trials: u64,
@@ -76,8 +76,8 @@ pub struct PairSoFar {
 
 impl SoFar {
     /// Controllers that differ by less than `margin` (a share) are the same.
-    pub fn new(tally: &Tally, margin: f64) -> Self {
-        let Tally { names, trials, .. } = tally;
+    pub fn new(tally: &SuccessTally, margin: f64) -> Self {
+        let SuccessTally { names, trials, .. } = tally;
         let count = |&[trials, recovered]: &[u64; 2]| SuccessCount {
             ci95: rate_interval(recovered, trials, LEVEL),
             ..SuccessCount::new(recovered, trials)
@@ -93,7 +93,7 @@ impl SoFar {
         let shown = every.iter().zip(&tally.pairs);
         let shown = shown.filter(|(pair, _)| is_worth_a_line(every.len(), |set| Some(set) == leader, **pair));
         let pair = |(&sets, counts): (&(usize, usize), &PairedCounts)| {
-            let Standing { a, b, counts, decision, .. } = Standing::at_any_time(sets, *counts, every.len(), margin);
+            let PairDecision { a, b, counts, decision, .. } = PairDecision::at_any_time(sets, *counts, every.len(), margin);
             let (a, b, difference) = (names[a].clone(), names[b].clone(), counts.difference());
             PairSoFar { a, b, difference, ci95: decision.ci95, verdict: decision.verdict }
         };
@@ -123,7 +123,7 @@ pub(crate) mod tests {
     /// One of the controllers stops after the first part.
     #[test]
     fn a_tally_counts_each_part_once_and_pairs_over_their_common_trials() {
-        let mut tally = Tally::new(&["a", "b"].map(String::from));
+        let mut tally = SuccessTally::new(&["a", "b"].map(String::from));
         assert!(tally.is_empty());
         let both = |trial: u64| [row(trial, "a", 1.0, Recovered), row(trial, "b", 1.0, Fell)];
         tally.add(&(0..25).flat_map(both).collect::<Vec<_>>());

@@ -5,7 +5,7 @@
 //! intervals of all looks, from which the verdicts are taken. A question that is decided at one look stays decided,
 //! even if more trials are run because another question is still open.
 
-use crate::verdict::digest::Digest;
+use crate::verdict::digest::TrialColumns;
 use standfast_stats::decision::{ALPHA, Decision, alpha_of_each, each_of};
 use standfast_stats::looks::Looks;
 use standfast_stats::mcnemar::PairedCounts;
@@ -25,7 +25,7 @@ pub enum When {
 /// Two controllers on the trials that both have. Controller a is the better one. If neither is known to be better, a is
 /// the one that recovers more often, or the first of two that recover equally often.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Standing {
+pub struct PairDecision {
     /// Numbers of the controllers in the campaign.
     pub a: usize,
     pub b: usize,
@@ -36,10 +36,10 @@ pub struct Standing {
     pub better_after: Option<u64>,
 }
 
-impl Standing {
+impl PairDecision {
     /// Compares two controllers, given by their numbers, as one of `pairs` pairs. Controllers that differ by less than
     /// `margin` (a share) are the same.
-    pub fn of(rows: &Digest, sets: (usize, usize), pairs: usize, when: When, margin: f64) -> Self {
+    pub fn of(rows: &TrialColumns, sets: (usize, usize), pairs: usize, when: When, margin: f64) -> Self {
         let next = |trials: u64| match when {
             When::At(looks) => looks.after(trials),
             When::Once | When::AnyTime => u64::MAX,
@@ -108,7 +108,7 @@ mod tests {
         let mut outcomes = vec![[Recovered; 2]; 300];
         let verdict = |outcomes: &[[Outcome; 2]]| {
             let rows = crate::fixtures::digest_of_outcomes(outcomes);
-            Standing::of(&rows, (0, 1), 1, When::At(Looks::up_to(100)), 0.05).decision.verdict
+            PairDecision::of(&rows, (0, 1), 1, When::At(Looks::up_to(100)), 0.05).decision.verdict
         };
         assert_eq!(verdict(&outcomes), PairVerdict::Same);
         outcomes.extend([[Recovered, Fell], [Fell, Recovered]].repeat(50));

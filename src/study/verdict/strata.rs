@@ -6,7 +6,7 @@
 //! strata if it does not vary, or if all trials would be in the same stratum. Edges lie at quantiles, and are rounded
 //! to a digit that is at most a twentieth of the range.
 
-use crate::verdict::digest::Drawn;
+use crate::verdict::digest::TrialConditions;
 use std::rc::Rc;
 
 /// Trials that are alike in one quantity.
@@ -30,7 +30,7 @@ impl Stratum {
 }
 
 /// All strata of a campaign, made from the drawn quantities of its trials.
-pub fn strata(drawn: &Drawn) -> Vec<Stratum> {
+pub fn strata(drawn: &TrialConditions) -> Vec<Stratum> {
     let mut strata = Vec::new();
     let headings = drawn.heading_deg.iter();
     if range(headings.clone()).is_some() {

@@ -8,7 +8,7 @@ use crate::store::manifest::Manifest;
 use crate::store::row::TrialsFile;
 use crate::verdict::agreement::Agreement;
 use crate::verdict::baseline::BaselineId;
-use crate::verdict::digest::Digest;
+use crate::verdict::digest::TrialColumns;
 use crate::verdict::gates::{GateResult, Gates};
 use crate::verdict::headline;
 use crate::verdict::listed::listed;
@@ -89,7 +89,7 @@ impl Summary {
     /// controllers to compare, by their numbers in the campaign.
     pub fn new(
         manifest: &Manifest,
-        rows: &Digest,
+        rows: &TrialColumns,
         trials_sha256: String,
         pairs: &[(usize, usize)],
         gates: &Gates,
@@ -140,7 +140,7 @@ impl Summary {
 
     /// Joins the parts of a campaign. It writes `trials.parquet`, `summary.json` and `campaign.toml`, and returns the
     /// summary and the trials. It fails if a part is missing or damaged, or if the folder is not writable.
-    pub fn of_folder(folder: &Folder, gates: &Gates) -> Result<(Summary, Digest)> {
+    pub fn of_folder(folder: &Folder, gates: &Gates) -> Result<(Summary, TrialColumns)> {
         let to = || AtomicFile::create(&folder.path.join("trials.parquet"));
         let (summary, rows, trials) = Self::read_into(folder, gates, to)?;
         trials.commit()?;
@@ -150,7 +150,7 @@ impl Summary {
     }
 
     /// Reads the summary and the trials without writing anything. It fails if a part is missing or damaged.
-    pub fn read(folder: &Folder, gates: &Gates) -> Result<(Summary, Digest)> {
+    pub fn read(folder: &Folder, gates: &Gates) -> Result<(Summary, TrialColumns)> {
         Self::read_into(folder, gates, || Ok(sink())).map(|(summary, rows, _)| (summary, rows))
     }
 
@@ -159,9 +159,9 @@ impl Summary {
         folder: &Folder,
         gates: &Gates,
         to: impl FnOnce() -> Result<W>,
-    ) -> Result<(Summary, Digest, W)> {
+    ) -> Result<(Summary, TrialColumns, W)> {
         let Manifest { campaign, sets, .. } = &folder.manifest;
-        let (parts, mut rows) = (folder.parts()?, Digest::new(sets, &campaign.episode));
+        let (parts, mut rows) = (folder.parts()?, TrialColumns::new(sets, &campaign.episode));
         let mut trials = TrialsFile::new(to()?, &folder.manifest.totals)?;
         for part in parts {
             let part = part?;

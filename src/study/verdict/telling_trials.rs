@@ -1,7 +1,7 @@
 //! Picks the trials of a controller that are worth a replay: the easiest lost trial that another controller recovered
 //! from, the lost trial nearest to the limit, the hardest trial that was recovered from, and the easiest lost trials.
 
-use crate::verdict::digest::Digest;
+use crate::verdict::digest::TrialColumns;
 use crate::verdict::listed::listed;
 use serde::Serialize;
 use std::collections::HashSet;
@@ -24,10 +24,10 @@ pub struct TellingTrial {
 
 impl TellingTrial {
     /// The trials of controller number `set` that are worth a replay, each named once. `limit` is the push from which
-    /// the robot recovers in half of the trials, in the unit of [`Digest::hardness`]. First comes the easiest lost
+    /// the robot recovers in half of the trials, in the unit of [`TrialColumns::hardness`]. First comes the easiest lost
     /// trial that another controller recovered from, then the lost trial nearest to the limit, then the hardest trial
     /// that was recovered from. The easiest lost trials come last.
-    pub fn of(rows: &Digest, set: usize, limit: Option<f64>) -> Vec<Self> {
+    pub fn of(rows: &TrialColumns, set: usize, limit: Option<f64>) -> Vec<Self> {
         let own = rows.of(set);
         let hardness = |trial: usize| rows.hardness(set, trial);
         let harder = |a: &usize, b: &usize| hardness(*a).total_cmp(&hardness(*b));

@@ -3,7 +3,7 @@
 //! The medians of two controllers are over different trials: a controller that survives harder pushes has more of the
 //! slow ones. So there are also medians over the trials that all controllers survive.
 
-use crate::verdict::digest::{Digest, Ended};
+use crate::verdict::digest::{TrialColumns, EpisodeEnd};
 use serde::Serialize;
 use standfast_stats::rate::median;
 
@@ -21,9 +21,9 @@ pub struct Times {
 
 impl Times {
     /// Times of the trials that recovered. Others are left out.
-    pub fn of<'a>(trials: impl Iterator<Item = &'a Ended> + Clone, end_early: bool) -> Self {
+    pub fn of<'a>(trials: impl Iterator<Item = &'a EpisodeEnd> + Clone, end_early: bool) -> Self {
         let recovered = trials.filter(|ended| ended.has_recovered());
-        let median_settling_s = median(recovered.clone().filter_map(Ended::settling_s).collect());
+        let median_settling_s = median(recovered.clone().filter_map(EpisodeEnd::settling_s).collect());
         if end_early {
             return Self { median_settling_s, ..Self::default() };
         }
@@ -46,9 +46,9 @@ pub struct CommonSurvivors {
 
 impl CommonSurvivors {
     /// `end_early` as for [`Times::of`].
-    pub fn new(rows: &Digest, end_early: bool) -> Self {
+    pub fn new(rows: &TrialColumns, end_early: bool) -> Self {
         let sets = 0..rows.names.len();
-        let has_survived = |set: usize, trial: usize| rows.of(set).get(trial).is_some_and(Ended::has_recovered);
+        let has_survived = |set: usize, trial: usize| rows.of(set).get(trial).is_some_and(EpisodeEnd::has_recovered);
         let survived: Vec<usize> =
             (0..rows.drawn.trials()).filter(|&trial| sets.clone().all(|set| has_survived(set, trial))).collect();
         let times = |set: usize| Times::of(survived.iter().map(|&trial| &rows.of(set)[trial]), end_early);

@@ -2,7 +2,7 @@
 
 use crate::Options;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Factory, Robot, Units};
+use standfast_core::robot::{PreparedController, Robot, Units};
 use standfast_files::assets::DEFAULT_ROBOT;
 use standfast_sim::Ground;
 use standfast_sim::episode::{Disturbance, EpisodeConfig};
@@ -17,7 +17,7 @@ pub struct World {
     /// The robot as varied by the trial.
     pub simulated: Robot,
     /// The controllers, at least one. The first acts at the start.
-    pub factories: Vec<Factory>,
+    pub factories: Vec<PreparedController>,
     pub config: EpisodeConfig,
     /// The settings with the engine of a ghost.
     pub ghost_config: Option<EpisodeConfig>,

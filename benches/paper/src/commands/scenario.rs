@@ -6,7 +6,7 @@ use crate::render::imposed::ImposedStory;
 use crate::scenario::{Cause, Imposed, Scenario};
 use serde_json::json;
 use standfast::commands::arguments::{CheckArgs, ENGINES, fine, one_of};
-use standfast::commands::episode::{Case, OutputArgs, command_line};
+use standfast::commands::episode::{EpisodeRun, OutputArgs, command_line};
 use standfast::commands::terminal::print;
 use standfast::controllers;
 use standfast::core::control::Design;
@@ -66,7 +66,7 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     if args.check.check {
         return fine(&format!("scenario {}, gain set {}", scenario.name, factory.name));
     }
-    let case = Case { robot: &robot, factory: &factory, config: &config };
+    let case = EpisodeRun { robot: &robot, factory: &factory, config: &config };
     let answer = match cause {
         Cause::Push(push) => {
             let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
@@ -115,8 +115,8 @@ fn check_without_physics(args: &ScenarioArgs) -> Result<()> {
 }
 
 /// Imposes a ZMP error on the pendulum, draws what follows if `--plot` asks for it, and returns what to print.
-fn impose(args: &ScenarioArgs, scenario: &Scenario, case: &Case, design: &Design, error: &Imposed) -> Result<String> {
-    let Case { robot, config, .. } = *case;
+fn impose(args: &ScenarioArgs, scenario: &Scenario, case: &EpisodeRun, design: &Design, error: &Imposed) -> Result<String> {
+    let EpisodeRun { robot, config, .. } = *case;
     let mut plot = MotionPlot::default();
     let record = imposed::run(robot, design, config, error.zmp_error_m.into(), error.start, &mut |tick| {
         plot.push(robot, tick);

@@ -8,7 +8,7 @@ pub mod program;
 
 use standfast::controllers;
 use standfast::core::control::Design;
-use standfast::core::robot::{Factory, Robot, Units};
+use standfast::core::robot::{PreparedController, Robot, Units};
 use standfast::sim::Push;
 use standfast::sim::episode::{self, Disturbance, EpisodeConfig, Record, Tick, Until};
 
@@ -17,7 +17,7 @@ pub const PROGRAM: &str = env!("CARGO_BIN_EXE_standfast-paper");
 /// UT-mu2, a controller prepared for it and, if the controller is of the kind `cpi`, its design.
 pub struct Bench {
     pub robot: Robot,
-    pub factory: Factory,
+    pub factory: PreparedController,
     design: Option<Design>,
 }
 

@@ -37,18 +37,18 @@ const SOLE_SHARE: f64 = 0.98;
 /// Distance of the DCM from the support polygon below which the more loaded foot is not lifted if the DCM is beside it,
 /// in half sole lengths. The body then turns about the edge of that foot, and standing is better than the pendulum
 /// predicts.
-const BESIDE: f64 = 0.2;
+const OUTSIDE_SHARE: f64 = 0.2;
 /// Height of the hanging foot below which a body that has turned about the edge of the other foot falls back onto it,
 /// in COM heights; and the time after which the DCM must still be beside the stance foot for that, in 1/omega.
-const HANGS: f64 = 0.08;
+const HANGING_HEIGHT: f64 = 0.08;
 const FALLS_BACK: f64 = 0.5;
 /// Added miss of a footstep with a risk that the pendulum does not model ([`is_risky`]), in COM heights. With it, the
 /// footstep is taken only if the others would miss by more.
 const RISK: f64 = 0.01;
 /// Time after a landing during which it is risky to lift the foot that landed, in 1/omega.
-const AGAIN: f64 = 3.0;
+const RELIFT_TIME: f64 = 3.0;
 /// Swing time of a foot that goes home, as a multiple of the swing time of a foot that catches.
-const LEISURE: f64 = 2.0;
+const HOMEWARD_TIME_RATIO: f64 = 2.0;
 
 /// The rule with the models by which it plans.
 #[derive(Debug, Clone)]
@@ -127,7 +127,7 @@ impl Footwork for CatchFootwork {
         let mut best: Option<Candidate> = None;
         for foot in Foot::BOTH.into_iter().filter(|foot| estimate.in_contact[foot.other()]) {
             let is_loaded = estimate.load_n[foot] > estimate.load_n[foot.other()];
-            if is_loaded && is_beside(foot, 0.0, now) && outside < BESIDE * robot.soles[foot].half_m[0] {
+            if is_loaded && is_beside(foot, 0.0, now) && outside < OUTSIDE_SHARE * robot.soles[foot].half_m[0] {
                 continue;
             }
             let stance = on_ground(&estimate.footholds[foot.other()]);
@@ -177,7 +177,7 @@ impl Footwork for CatchFootwork {
         (self.region, self.goes_home, self.departure) = (0, true, Departure::default());
         let to = stance * Point2::from(to_side(foot, problem(region, foot, now).home.into()));
         let footstep = PlannedFootstep { foot, to, zmp_error: now.zmp_error };
-        Some(self.start(now, body, footstep, way, LEISURE * swing_time_s))
+        Some(self.start(now, body, footstep, way, HOMEWARD_TIME_RATIO * swing_time_s))
     }
 
     /// Plans landing place and ZMP anew until shortly before the landing, and then only the ZMP.
@@ -301,7 +301,7 @@ fn falls_back(now: &StepState) -> bool {
     let both = Support::of(robot, &estimate.footholds, &PerFoot { left: true, right: true });
     let dcm = both.frame.inverse_transform_point(&dcm_in(0.0, now));
     estimate.in_contact[hanging.other()]
-        && above < HANGS * units.length_m
+        && above < HANGING_HEIGHT * units.length_m
         && is_beside(hanging.other(), FALLS_BACK * units.time_s(), now)
         && both.polygon.is_some_and(|polygon| polygon.signed_distance(dcm) < 0.0)
 }
@@ -311,7 +311,7 @@ fn falls_back(now: &StepState) -> bool {
 /// landed carries the robot. If it is lifted again, it moves only a little while the body falls farther.
 fn is_risky(foot: Foot, region: &LandingRegion, dcm: Vector2<f64>, now: &StepState) -> bool {
     let meets = region.sideways_from > 0.0 && dcm.x < 0.0;
-    let just_landed_s = AGAIN * now.design.units.time_s();
+    let just_landed_s = RELIFT_TIME * now.design.units.time_s();
     meets || now.last_landing.is_some_and(|landing| landing.foot == foot && landing.ago_s < just_landed_s)
 }
 

@@ -2,7 +2,7 @@ use super::*;
 use proptest::prelude::*;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 
-const BESIDE: Region = Region { x_m: [-0.15, 0.15], y_m: [0.075, 0.18], swing_time_s: 0.2 };
+const BESIDE_REGION: Region = Region { x_m: [-0.15, 0.15], y_m: [0.075, 0.18], swing_time_s: 0.2 };
 const IN_FRONT: Region = Region { x_m: [0.145, 0.15], y_m: [-0.075, 0.075], swing_time_s: 0.2 };
 
 /// Relative tolerance for the impulse that more than [`MOST_STEPS`] footsteps would add.
@@ -19,7 +19,7 @@ fn ut_mu2() -> SteppingPendulum {
         both_x_m: [-0.048086, 0.048086],
         both_y_m: [-0.034586, 0.034586],
         stance_width_m: 0.097,
-        regions: vec![BESIDE],
+        regions: vec![BESIDE_REGION],
     }
 }
 
@@ -44,7 +44,7 @@ fn ut_mu2_has_the_bounds_that_others_found() {
 #[test]
 fn weak_ankles_hold_less_on_one_foot_than_on_both() {
     let weak = SteppingPendulum { sole_x_m: [-0.02, 0.02], both_x_m: [-0.04, 0.04], ..ut_mu2() };
-    let weak = SteppingPendulum { regions: vec![Region { y_m: [0.0, 1.0], ..BESIDE }], ..weak };
+    let weak = SteppingPendulum { regions: vec![Region { y_m: [0.0, 1.0], ..BESIDE_REGION }], ..weak };
     let q = (-5.63_f64 * 0.2).exp();
     let one = (1.0 - q) * 0.02 + q * (0.15 + 0.04);
     let two = (1.0 - q * q) * 0.02 + q * 0.15 + q * q * (0.15 + 0.04);
@@ -61,7 +61,7 @@ fn with(regions: &[Region]) -> SteppingPendulum {
 #[test]
 fn in_one_dimension_it_is_the_closed_form() {
     // The feet land on the same line, so there is no demand sideways.
-    let pendulum = with(&[Region { y_m: [0.0, 1.0], ..BESIDE }]);
+    let pendulum = with(&[Region { y_m: [0.0, 1.0], ..BESIDE_REGION }]);
     let (r, q) = (0.048086, (-5.63_f64 * 0.2).exp());
     let mut d = r;
     for steps in 1..=6 {
@@ -136,7 +136,7 @@ fn caught(pendulum: &SteppingPendulum, steps: usize, stance: f64, chance: &mut T
 #[test]
 fn sampled_footsteps_catch_up_to_the_bound_and_no_more() {
     let normals: Vec<Vector2<f64>> = (0..360).map(|i| direction(i as f64)).collect();
-    for (region, most) in [(BESIDE, 3), (IN_FRONT, 1)] {
+    for (region, most) in [(BESIDE_REGION, 3), (IN_FRONT, 1)] {
         let pendulum = SteppingPendulum { com: Point2::new(0.004, -0.003), ..with(&[region]) };
         let mut chance = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
         let mut hulls = Vec::new();
@@ -169,7 +169,7 @@ proptest! {
         heading_deg in -180.0..180.0, forward_m in 0.0..0.3_f64, more in 0.0..0.1, x in -0.03..0.03, y in -0.05..0.05,
         faster in 0.6..1.0,
     ) {
-        let region = Region { x_m: [-1.0, 1.0].map(|way: f64| way * forward_m), ..BESIDE };
+        let region = Region { x_m: [-1.0, 1.0].map(|way: f64| way * forward_m), ..BESIDE_REGION };
         let of = |regions: &[Region]| SteppingPendulum { com: Point2::new(x, y), ..with(regions) };
         let enough = |a: f64, b: f64| a >= b * (1.0 - 1e-9) - 1e-9;
         let b = of(&[region]).bounds(heading_deg);
@@ -188,11 +188,11 @@ proptest! {
         heading_deg in -180.0..180.0, x in -0.03..0.03, y in -0.05..0.05,
     ) {
         let of = |regions: &[Region]| SteppingPendulum { com: Point2::new(x, y), ..with(regions) }.bounds(heading_deg);
-        let (without, slow) = (of(&[BESIDE]), of(&[BESIDE, Region { swing_time_s: 9.0, ..IN_FRONT }]));
+        let (without, slow) = (of(&[BESIDE_REGION]), of(&[BESIDE_REGION, Region { swing_time_s: 9.0, ..IN_FRONT }]));
         prop_assert!((slow.n_step_n_s / without.n_step_n_s - 1.0).abs() < NEARLY);
         prop_assert!((slow.one_step_n_s / without.one_step_n_s - 1.0).abs() < 1e-9);
         for sideways in [0.0, 0.097] {
-            let b = of(&[Region { x_m: [0.0, 0.0], y_m: [sideways, sideways], ..BESIDE }]);
+            let b = of(&[Region { x_m: [0.0, 0.0], y_m: [sideways, sideways], ..BESIDE_REGION }]);
             prop_assert!(b.one_step_n_s < b.no_step_n_s * (1.0 + 1e-6) + 1e-6, "{sideways}: {b:?}");
         }
     }

@@ -16,7 +16,7 @@ use standfast::core::lipm::pendulum::State;
 use standfast::core::robot::{Foot, Joint, Kinematics, Robot};
 use standfast::sim::episode::{Footstep, Outcome, Record, Snapshot};
 use standfast::sim::{Profile, Push};
-use standfast::study::ask::no_step::NoStep;
+use standfast::study::ask::no_step::StandingBound;
 
 /// Poles over -omega of two gains, slow to fast, whose CPI sets do not nest.
 const NOT_NESTED: [[f64; 3]; 2] = [[0.5, 1.0, 1.0], [1.0, 1.0, 1.0]];
@@ -298,7 +298,7 @@ fn pushed(study: &Study, pushed: &Pushed) -> Value {
         Profile::Rectangular => capture::rectangular_push_factor,
         Profile::HalfSine => capture::half_sine_push_factor,
     };
-    let bound = NoStep::new(&study.robot).impulse_n_s(push.heading_deg);
+    let bound = StandingBound::new(&study.robot).impulse_n_s(push.heading_deg);
     json!({
         "push": push,
         "outcome": film.record.outcome,
