@@ -2,7 +2,7 @@
 //! runs.
 
 use crate::common::program::{FEW, PROGRAM, Run, SEVERAL_PARTS, files, folder, short, standfast, stderr, stdout};
-use standfast::files::assets::Kind;
+use standfast::files::assets::InputKind;
 use std::process::Command;
 use std::{collections::BTreeMap, fs};
 
@@ -578,7 +578,7 @@ fn what_has_a_name_is_listed() {
     let text = stdout(&standfast(dir.path(), &["list"]).success());
     let json: serde_json::Value =
         serde_json::from_str(&stdout(&standfast(dir.path(), &["list", "--json"]).success())).unwrap();
-    for (key, kind) in [("robots", Kind::Robot), ("controllers", Kind::Controller), ("campaigns", Kind::Campaign)] {
+    for (key, kind) in [("robots", InputKind::Robot), ("controllers", InputKind::Controller), ("campaigns", InputKind::Campaign)] {
         let listed: Vec<&str> =
             json[key].as_array().unwrap().iter().map(|item| item["name"].as_str().unwrap()).collect();
         assert_eq!(listed, kind.names(), "{key}");
@@ -629,7 +629,7 @@ fn help_and_completions_are_printed() {
     let dir = folder();
     for command in ["run", "limit"] {
         let help = stdout(&standfast(dir.path(), &[command, "--help"]).success());
-        let campaigns = format!("compiled in ({})", Kind::Campaign.names().join(", "));
+        let campaigns = format!("compiled in ({})", InputKind::Campaign.names().join(", "));
         assert!(help.contains("Examples:") && help.contains(&campaigns), "{campaigns} not in {help}");
     }
     assert!(stdout(&standfast(dir.path(), &["completions", "bash"]).success()).contains("standfast"));

@@ -10,7 +10,7 @@ mod mutations;
 use mutations::{fuzz, simulated};
 use standfast::controllers::{self, variant};
 use standfast::core::robot::{Robot, Units};
-use standfast::files::assets::{self, Kind, Source};
+use standfast::files::assets::{self, InputKind, Source};
 use standfast::robots::urdf;
 use standfast::sim::Push;
 use standfast::sim::episode::{Disturbance, EpisodeConfig};
@@ -25,7 +25,7 @@ use std::sync::atomic::AtomicBool;
 /// Separator between the files of one case.
 const NEXT_FILE: &str = "\n=====\n";
 
-fn builtin(kind: Kind, name: &str) -> Source {
+fn builtin(kind: InputKind, name: &str) -> Source {
     assets::open(kind, name).unwrap()
 }
 
@@ -48,14 +48,14 @@ fn read_of(robot: Result<Robot>) -> Result<()> {
 
 #[test]
 fn urdf() {
-    let settings = builtin(Kind::RobotSettings, "ut-mu2");
-    let valid = [builtin(Kind::Robot, "ut-mu2").text];
+    let settings = builtin(InputKind::RobotSettings, "ut-mu2");
+    let valid = [builtin(InputKind::Robot, "ut-mu2").text];
     fuzz("urdf", &valid, |text| read_of(standfast::robots::parse(&file("mine.urdf", text), &settings)));
 }
 
 #[test]
 fn inferred_settings() {
-    let valid = [include_str!("../assets/robots/child.urdf").to_string(), builtin(Kind::Robot, "ut-mu2").text];
+    let valid = [include_str!("../assets/robots/child.urdf").to_string(), builtin(InputKind::Robot, "ut-mu2").text];
     fuzz("inferred", &valid, |text| {
         let urdf = file("mine.urdf", text);
         read_of(urdf::inferred(&urdf, None).and_then(|settings| standfast::robots::parse(&urdf, &settings)))
@@ -82,7 +82,7 @@ point 0 0 0\npoint 0.1 0 0\npoint 0 0.1 0\ntriangle 0 1 2\n";
 fn meshes() {
     let dir = tempfile::tempdir().unwrap();
     let path = |name: &str| dir.path().join(name);
-    let urdf = builtin(Kind::Robot, "ut-mu2").text;
+    let urdf = builtin(InputKind::Robot, "ut-mu2").text;
     let at = urdf.find("</link>").unwrap();
     let valid: Vec<String> = [
         ("obj", include_str!("../assets/robots/adult/meshes/head.obj")),
@@ -92,7 +92,7 @@ fn meshes() {
     ]
     .map(|(format, text)| format!("{format}{NEXT_FILE}{text}"))
     .to_vec();
-    fs::write(path("mine.toml"), builtin(Kind::RobotSettings, "ut-mu2").text).unwrap();
+    fs::write(path("mine.toml"), builtin(InputKind::RobotSettings, "ut-mu2").text).unwrap();
     fuzz("mesh", &valid, |text| {
         let (format, mesh) = text.split_once(NEXT_FILE).unwrap_or(("obj", text));
         let format = if ["stl", "dae", "meshes"].contains(&format) { format } else { "obj" };
@@ -111,8 +111,8 @@ fn meshes() {
 
 #[test]
 fn robot_settings() {
-    let robot = builtin(Kind::Robot, "ut-mu2");
-    let valid = [builtin(Kind::RobotSettings, "ut-mu2").text];
+    let robot = builtin(InputKind::Robot, "ut-mu2");
+    let valid = [builtin(InputKind::RobotSettings, "ut-mu2").text];
     fuzz("settings", &valid, |text| read_of(standfast::robots::parse(&robot, &file("mine.toml", text))));
 }
 
@@ -120,7 +120,7 @@ fn robot_settings() {
 fn gain_sets() {
     let robot = standfast::robots::load("ut-mu2").unwrap();
     let valid =
-        Kind::Controller.names().into_iter().map(|name| builtin(Kind::Controller, name).text).collect::<Vec<_>>();
+        InputKind::Controller.names().into_iter().map(|name| builtin(InputKind::Controller, name).text).collect::<Vec<_>>();
     let config = EpisodeConfig::of(&Units::of(&robot));
     fuzz("gains", &valid, |text| {
         controllers::read(&file("mine.toml", text))?;
@@ -150,8 +150,8 @@ fn campaigns() {
     let path = folder.path().join("mine.toml");
     let everything =
         "[episode]\nphysics_step_s = { rapier = 0.001, mujoco = 0.0005 }\n[stopping]\nuntil_resolved = true\n";
-    let names = Kind::Campaign.names().into_iter();
-    let mut valid: Vec<String> = names.map(|name| builtin(Kind::Campaign, name).text).collect();
+    let names = InputKind::Campaign.names().into_iter();
+    let mut valid: Vec<String> = names.map(|name| builtin(InputKind::Campaign, name).text).collect();
     valid.push(format!("name = 'c'\ntrials = 3\nseed = 1\n[push]\nimpulse = {{ normal = [1, 0.2] }}\n{everything}"));
     fuzz("campaign", &valid, |text| {
         fs::write(&path, text).unwrap();

@@ -3,7 +3,7 @@
 use crate::common::program::{PROGRAM, Run, files, folder, short, standfast, stderr, stdout};
 use serde_json::Value;
 use standfast::core::robot::{Foot, Kinematics, Robot};
-use standfast::files::assets::{self, Kind, Source};
+use standfast::files::assets::{self, InputKind, Source};
 use standfast::robots::urdf::{Files, inferred};
 use std::fs;
 use std::path::Path;
@@ -28,7 +28,7 @@ fn near(what: &str, value: f64, expected: f64, share: f64) {
 #[test]
 fn the_settings_of_ut_mu2_are_inferred() {
     let stated = standfast::robots::load("ut-mu2").unwrap();
-    let found = robot_of(&assets::open(Kind::Robot, "ut-mu2").unwrap());
+    let found = robot_of(&assets::open(InputKind::Robot, "ut-mu2").unwrap());
     assert_eq!((found.trunk, found.friction, found.noise), (stated.trunk, stated.friction, stated.noise));
     near("delay", found.delay_s, stated.delay_s, 0.0);
     near("COM height", found.home_com_height(), stated.home_com_height(), 0.03);
@@ -63,7 +63,7 @@ fn the_settings_of_ut_mu2_are_inferred() {
 /// make no difference.
 #[test]
 fn placeholders_in_the_place_of_torques_and_speeds_are_not_believed() {
-    let urdf = assets::open(Kind::Robot, "ut-mu2").unwrap();
+    let urdf = assets::open(InputKind::Robot, "ut-mu2").unwrap();
     let stated = standfast::robots::load("ut-mu2").unwrap();
     for (from, to) in
         [("effort=\"8\" velocity=\"20\"", "effort=\"1000\" velocity=\"20\""), ("effort=\"8\"", "effort=\"0\"")]

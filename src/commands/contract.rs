@@ -12,7 +12,7 @@ mod npz;
 const MOST_BYTES: u64 = 200_000_000;
 
 /// The number of a line or row, counted from 1, with an observation and then an action.
-type Pair = (usize, Vec<f64>);
+type RecordedPair = (usize, Vec<f64>);
 
 /// Reads the pairs in a file, and asks `controller` for each action again. Each line of a `.csv` has an observation and
 /// then an action; the first line may have names. An `.npz` has two arrays, the observations and the actions, with a
@@ -54,7 +54,7 @@ fn bad(file: &str, line: usize, value: String, problem: &str, accepted: String) 
 }
 
 /// The pairs of a CSV file, for observations of `size` numbers.
-fn of_csv(file: &str, bytes: &[u8], size: usize) -> Result<Vec<Pair>> {
+fn of_csv(file: &str, bytes: &[u8], size: usize) -> Result<Vec<RecordedPair>> {
     let mut pairs = Vec::new();
     let mut csv = csv::ReaderBuilder::new().has_headers(false).trim(csv::Trim::All).from_reader(bytes);
     for (i, record) in csv.records().enumerate() {

@@ -6,7 +6,7 @@ use super::terminal::{note, print, tell};
 use standfast_controllers::Written;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Robot, Units};
-use standfast_files::assets::{self, Kind, Source};
+use standfast_files::assets::{self, InputKind, Source};
 use standfast_files::{folder_of, is_no_file, is_same_file, is_same_folder, shell_word, write_atomic};
 use standfast_report::{text::layout::entry, text::model};
 use standfast_robots::urdf;
@@ -60,7 +60,7 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     if is_file_of(&args.file, "onnx") {
         return policy(args);
     }
-    assets::refuse_other_kind(Kind::Robot, &args.file)?;
+    assets::refuse_other_kind(InputKind::Robot, &args.file)?;
     if let Some(robot) = &args.robot {
         let (problem, accepted) = ("is for the robot of a policy", "none with a URDF");
         return Err(Error::option("--robot", robot, problem, accepted));

@@ -5,7 +5,7 @@ use super::mujoco;
 use super::terminal::print;
 use serde_json::{Value, json};
 use standfast_core::error::Result;
-use standfast_files::assets::Kind;
+use standfast_files::assets::InputKind;
 use standfast_report::text::layout::wrapped;
 use standfast_sim::Engine;
 use standfast_study::{Campaign, Overrides};
@@ -53,7 +53,7 @@ pub fn run(args: &ListArgs) -> Result<ExitCode> {
 
 fn robots() -> Vec<Value> {
     let what = "UT-mu2:magnum, the robot of the paper: 0.54 m, 8 kg, 20 joints";
-    Kind::Robot.names().into_iter().map(|name| json!({ "name": name, "what": what })).collect()
+    InputKind::Robot.names().into_iter().map(|name| json!({ "name": name, "what": what })).collect()
 }
 
 fn controllers() -> Result<Vec<Value>> {
@@ -61,7 +61,7 @@ fn controllers() -> Result<Vec<Value>> {
         let tree = standfast_controllers::load(name)?.tree();
         Ok(json!({ "name": name, "what": tree.get("description").and_then(toml::Value::as_str) }))
     };
-    Kind::Controller.names().into_iter().map(told).collect()
+    InputKind::Controller.names().into_iter().map(told).collect()
 }
 
 fn campaigns() -> Result<Vec<Value>> {
@@ -70,7 +70,7 @@ fn campaigns() -> Result<Vec<Value>> {
         let what = format!("{trials} trials, robot {robot}, controllers {}", gains.join(", "));
         Ok(json!({ "name": name, "what": what, "trials": trials, "robot": robot, "controllers": gains }))
     };
-    Kind::Campaign.names().into_iter().map(told).collect()
+    InputKind::Campaign.names().into_iter().map(told).collect()
 }
 
 fn engines() -> Vec<Value> {

@@ -4,7 +4,7 @@
 use super::arguments::check_output;
 use super::terminal::note;
 use standfast_core::error::{Error, Result};
-use standfast_files::assets::{self, CPP, Kind, PYTHON};
+use standfast_files::assets::{self, CPP, InputKind, PYTHON};
 use standfast_files::{shell_word, write_atomic};
 use standfast_sim::push::three_digits;
 use std::path::PathBuf;
@@ -51,15 +51,15 @@ pub fn run(args: &NewArgs) -> Result<ExitCode> {
     }
     check_output("FILE.toml", path, &["toml"])?;
     let (kind, from, use_it) = match args.what.as_str() {
-        "campaign" => (Kind::Campaign, "standard", "run"),
-        _ => (Kind::Controller, "switching", "push --controller"),
+        "campaign" => (InputKind::Campaign, "standard", "run"),
+        _ => (InputKind::Controller, "switching", "push --controller"),
     };
     // Results and tables name a controller or campaign by `name`, so the name is the file's.
     let name = |name: &str| format!("\nname = {}\n", toml::Value::String(name.into()));
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let text = assets::open(kind, from)?.text.replacen(&name(from), &name(&stem), 1);
     let (text, how) = match kind {
-        Kind::Campaign => (in_round_numbers(&text), ", its numbers rounded,"),
+        InputKind::Campaign => (in_round_numbers(&text), ", its numbers rounded,"),
         _ => (text, ""),
     };
     write_atomic(path, text.as_bytes())?;

@@ -14,7 +14,7 @@ use standfast_core::error::{Error, Result};
 use standfast_files::shell_word;
 use standfast_report::text;
 use standfast_study::ask::spec::MOST_TRIALS;
-use standfast_study::interim::Look;
+use standfast_study::interim::InterimLook;
 use standfast_study::run::{RunOptions, RunEvents, CampaignRun};
 use standfast_study::verdict::gates::Gates;
 use standfast_study::verdict::so_far::{SoFar, SuccessTally};
@@ -187,7 +187,7 @@ pub(super) fn simulate(work: &mut CampaignRun, gates: Option<&Gates>, tells_time
         }
     };
     let on_episode = || progress.iter().for_each(|progress| progress.episode_and(|| progress.show(&so_far())));
-    let on_look = |look: &Look, all_episodes: u64| {
+    let on_look = |look: &InterimLook, all_episodes: u64| {
         let Some(progress) = &progress else { return };
         progress.set_total(all_episodes);
         // A terminal always shows what is open, so it needs a line only when something ends.
@@ -334,7 +334,7 @@ fn announce(campaign: &Campaign, work: &CampaignRun) {
 
 /// What a look at a campaign that ends when decided has found: what is still to be decided, whether that takes more
 /// trials than the baseline has, and which controllers stop.
-fn told(look: &Look, gates: Option<&Gates>) -> String {
+fn told(look: &InterimLook, gates: Option<&Gates>) -> String {
     let what = match look.open {
         [] if gates.is_some_and(|gates| gates.outlasts_baseline(look.rows)) => {
             "not decided, but the baseline has no more"

@@ -13,7 +13,7 @@ use standfast_report::{text::tune as text, tune_page};
 use standfast_robots::urdf::Files;
 use standfast_study::run::{RunOptions, CampaignRun};
 use standfast_study::tune::search::Generation;
-use standfast_study::tune::{Budget, MOST_EPISODES, TuneOptions, Tuned, Tuning, Verdict, TuneEvents};
+use standfast_study::tune::{Budget, MOST_EPISODES, TuneOptions, Tuned, Tuning, CaseVerdict, TuneEvents};
 use standfast_study::verdict::gates::Gates;
 use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Shard, Summary};
 use std::path::{Path, PathBuf};
@@ -204,9 +204,9 @@ fn judge(
             true => work.within_threads(|| conclude(&result, &gates, &ReplaysArgs::default(), None, false))?.0,
             false => Summary::read(&result, &gates)?.0,
         };
-        tuned.verdicts.extend(Verdict::of(case, &name, &summary, &tuned.name));
+        tuned.verdicts.extend(CaseVerdict::of(case, &name, &summary, &tuned.name));
     }
-    tuned.is_better = !tuned.verdicts.is_empty() && tuned.verdicts.iter().all(Verdict::is_better);
+    tuned.is_better = !tuned.verdicts.is_empty() && tuned.verdicts.iter().all(CaseVerdict::is_better);
     Ok(())
 }
 

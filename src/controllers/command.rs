@@ -15,14 +15,14 @@ const MOST_FILES: usize = 1000;
 
 /// The files and names to which a command refers.
 #[derive(Debug, Default, PartialEq)]
-pub(super) struct Followed {
+pub(super) struct CommandFiles {
     /// Files in the folder, by their paths within it.
     pub kept: BTreeSet<String>,
     /// All other names: paths to elsewhere, and programs and modules that are not in the folder.
     pub not_kept: BTreeSet<String>,
 }
 
-impl Followed {
+impl CommandFiles {
     /// Follows a command that is run in `folder`: its words, the modules of Python that it starts, and the imports of
     /// these modules and of `files` from the folder.
     pub fn of(folder: &Path, command: &[String], files: &[String]) -> Self {
@@ -211,7 +211,7 @@ mod tests {
         let elsewhere = dir.path().join("elsewhere.py").to_string_lossy().into_owned();
         let followed = |command: &[&str], files: &[&str]| {
             let owned = |texts: &[&str]| texts.iter().map(|text| text.to_string()).collect::<Vec<_>>();
-            let Followed { kept, not_kept } = Followed::of(&folder, &owned(command), &owned(files));
+            let CommandFiles { kept, not_kept } = CommandFiles::of(&folder, &owned(command), &owned(files));
             (Vec::from_iter(kept).join(" "), Vec::from_iter(not_kept).join(" "))
         };
         let all = "extra.py helper.py hold.py parts/__init__.py parts/leg.py parts/table.json shapes.py standfast.py";

@@ -1,6 +1,6 @@
 //! The kinds of controllers, and the one place where the file of a controller is read.
 
-use super::posture::Posture;
+use super::posture::HeldPosture;
 use super::process::Process;
 use super::settings::ControllerSpec;
 use serde::de::{DeserializeOwned, Error as _};
@@ -15,7 +15,7 @@ use toml::Table;
 /// The kinds of controllers. The first one is the kind of a file that does not state a kind.
 static KINDS: [KindOf; 4] = [
     kind::<GainSet>("cpi"),
-    kind::<Posture>("posture"),
+    kind::<HeldPosture>("posture"),
     KindOf { parse: Process::read, ..kind::<Process>("process") },
     // A program with ONNX adds the kind that can be read.
     KindOf {

@@ -25,7 +25,7 @@ use standfast_core::error::{Error, Result};
 use standfast_core::lipm::GainSet;
 use standfast_core::lipm::catching::Departures;
 use standfast_core::robot::{Controller, PreparedController};
-use standfast_files::assets::{self, Kind, Source, parse_toml};
+use standfast_files::assets::{self, InputKind, Source, parse_toml};
 use std::any::Any;
 use variant::ControllerName;
 
@@ -37,7 +37,7 @@ pub use written::Written;
 /// Loads a built-in controller, a file, or a variant of either.
 pub fn load(entry: &str) -> Result<Box<dyn ControllerSpec>> {
     let entry = ControllerName::split(entry);
-    entry.of(read(&assets::open(Kind::Controller, entry.base)?)?)
+    entry.of(read(&assets::open(InputKind::Controller, entry.base)?)?)
 }
 
 /// Loads a gain set as [`load`] does. Fails for a controller of another kind.
@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn every_built_in_controller_can_be_prepared() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        for name in Kind::Controller.names() {
+        for name in InputKind::Controller.names() {
             let settings = load(name).unwrap();
             let factory = settings.prepare(&robot, 0.002).unwrap();
             assert_eq!((settings.name(), &factory.name[..], &factory.warning), (name, name, &None));

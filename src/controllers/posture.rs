@@ -10,14 +10,14 @@ use toml::Table;
 /// The content of the controller's file.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Posture {
+pub struct HeldPosture {
     kind: String,
     name: String,
     #[serde(default)]
     description: String,
 }
 
-impl ControllerSpec for Posture {
+impl ControllerSpec for HeldPosture {
     fn name(&self) -> &str {
         &self.name
     }
@@ -32,7 +32,7 @@ impl ControllerSpec for Posture {
 
     fn prepare(&self, robot: &Robot, _period_s: f64) -> Result<PreparedController> {
         let home = robot.home_command();
-        let start = move |_seed| Stiff { home: home.clone() };
+        let start = move |_seed| StiffController { home: home.clone() };
         let mut factory = PreparedController::new(&self.name, "which keeps its posture", start);
         factory.takes_footsteps = false;
         Ok(factory)
@@ -41,11 +41,11 @@ impl ControllerSpec for Posture {
 
 /// Stiff joints in an episode.
 #[derive(Clone)]
-struct Stiff {
+struct StiffController {
     home: Command,
 }
 
-impl Controller for Stiff {
+impl Controller for StiffController {
     fn tick(&mut self, _sensed: &Sensed, command: &mut Command) -> Result<(), TickError> {
         command.clone_from(&self.home);
         Ok(())

@@ -6,7 +6,7 @@
 
 use super::beside;
 use super::child::{Talker, Trouble, in_short, shortened};
-use super::command::Followed;
+use super::command::CommandFiles;
 use super::kept;
 use super::settings::{ControllerSpec, about, check_name};
 use super::tunable::Tunable;
@@ -78,8 +78,8 @@ impl Process {
         Error::value(&self.file, field, value.to_string(), problem.to_string(), accepted.to_string())
     }
 
-    fn followed(&self) -> Followed {
-        Followed::of(&beside::folder(&self.file), &self.command, &self.files)
+    fn followed(&self) -> CommandFiles {
+        CommandFiles::of(&beside::folder(&self.file), &self.command, &self.files)
     }
 
     /// Starts a child and greets it.
@@ -178,7 +178,7 @@ impl ControllerSpec for Process {
             Trouble::OfMachine(problem) => Error::Machine(problem),
             Trouble::Stopped => Error::Interrupted,
         })?;
-        let shared = Arc::new(Shared { settings: self.clone(), hello, idle: Mutex::new(vec![first]) });
+        let shared = Arc::new(SharedProcess { settings: self.clone(), hello, idle: Mutex::new(vec![first]) });
         let start = move |seed| Remote {
             shared: Arc::clone(&shared),
             seed,
@@ -193,14 +193,14 @@ impl ControllerSpec for Process {
 }
 
 /// The data that all episodes share.
-struct Shared {
+struct SharedProcess {
     settings: Process,
     hello: String,
     /// Children that serve no episode now.
     idle: Mutex<Vec<Talker>>,
 }
 
-impl Shared {
+impl SharedProcess {
     fn idle(&self) -> std::sync::MutexGuard<'_, Vec<Talker>> {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -208,7 +208,7 @@ impl Shared {
 
 /// The controller in one episode.
 struct Remote {
-    shared: Arc<Shared>,
+    shared: Arc<SharedProcess>,
     seed: u64,
     /// The child of this episode; None before the first tick and after a failure.
     talker: Option<Talker>,
@@ -374,12 +374,12 @@ struct Reading<'a> {
     orientation: [f64; 4],
     gyro: [f64; 3],
     accelerometer: [f64; 3],
-    left: Load,
-    right: Load,
+    left: SoleLoad,
+    right: SoleLoad,
 }
 
 #[derive(Serialize)]
-struct Load {
+struct SoleLoad {
     force: [f64; 3],
     moment: [f64; 3],
 }
@@ -387,7 +387,7 @@ struct Load {
 impl<'a> Reading<'a> {
     fn of(sensed: &'a Sensed) -> Self {
         let (imu, turn) = (&sensed.imu, &sensed.imu.orientation);
-        let load = |Wrench { force, moment }: Wrench| Load { force: force.into(), moment: moment.into() };
+        let load = |Wrench { force, moment }: Wrench| SoleLoad { force: force.into(), moment: moment.into() };
         let PerFoot { left, right } = sensed.soles;
         Self {
             r#type: "tick",

@@ -8,7 +8,7 @@
 use super::kinds::kind_of;
 use super::settings::ControllerSpec;
 use standfast_core::error::{Error, Result};
-use standfast_files::assets::{self, Kind, Missing};
+use standfast_files::assets::{self, InputKind, Missing};
 use toml::Value;
 
 /// A controller as it is listed: a name or path and, for a variant, the change.
@@ -30,7 +30,7 @@ impl<'a> ControllerName<'a> {
             let Some((key, value)) = text[at + 1..].split_once('=') else { break };
             let (key, value) = (key.trim(), value.trim());
             let is_key = !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c));
-            let is_set = Kind::Controller.names().contains(&base) || base.ends_with(".toml");
+            let is_set = InputKind::Controller.names().contains(&base) || base.ends_with(".toml");
             if is_key && !base.is_empty() && (is_set || !value.contains(['/', '\\'])) {
                 return Self { base, change: Some((key, value)) };
             }

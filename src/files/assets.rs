@@ -52,14 +52,14 @@ macro_rules! texts {
 
 /// Kinds of built-in inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum InputKind {
     Robot,
     RobotSettings,
     Controller,
     Campaign,
 }
 
-impl Kind {
+impl InputKind {
     fn what(self) -> &'static str {
         self.what_and_where()[0]
     }
@@ -67,25 +67,25 @@ impl Kind {
     /// The name of the kind, and the option or command that takes a file of this kind.
     fn what_and_where(self) -> [&'static str; 2] {
         match self {
-            Kind::Robot => ["robot", "--robot takes this file"],
-            Kind::RobotSettings => ["robot settings", "this file is read beside its URDF, which --robot takes"],
-            Kind::Controller => ["controller", "--controller takes this file"],
-            Kind::Campaign => ["campaign", "`standfast run` and --campaign take this file"],
+            InputKind::Robot => ["robot", "--robot takes this file"],
+            InputKind::RobotSettings => ["robot settings", "this file is read beside its URDF, which --robot takes"],
+            InputKind::Controller => ["controller", "--controller takes this file"],
+            InputKind::Campaign => ["campaign", "`standfast run` and --campaign take this file"],
         }
     }
 
     /// The kind to which a text surely belongs. None if no key tells it.
-    fn of(text: &str) -> Option<Kind> {
+    fn of(text: &str) -> Option<InputKind> {
         if text.trim_start().starts_with('<') {
-            return Some(Kind::Robot);
+            return Some(InputKind::Robot);
         }
         let table: toml::Table = toml::from_str(text).ok()?;
         let is_there = |keys: &[&str]| keys.iter().any(|key| table.contains_key(*key));
         let gains = table.get("gains").and_then(|gains| gains.get(0));
         match () {
-            () if is_there(&["push", "trials"]) => Some(Kind::Campaign),
-            () if is_there(&["soles", "servos"]) => Some(Kind::RobotSettings),
-            () if is_there(&["kind"]) || gains.is_some_and(toml::Value::is_table) => Some(Kind::Controller),
+            () if is_there(&["push", "trials"]) => Some(InputKind::Campaign),
+            () if is_there(&["soles", "servos"]) => Some(InputKind::RobotSettings),
+            () if is_there(&["kind"]) || gains.is_some_and(toml::Value::is_table) => Some(InputKind::Controller),
             () => None,
         }
     }
@@ -93,12 +93,12 @@ impl Kind {
     /// Names and texts of the built-in inputs, in the order in which they are listed.
     fn builtin(self) -> &'static [(&'static str, &'static str)] {
         match self {
-            Kind::Robot => texts!("robots", "urdf": "ut-mu2"),
-            Kind::RobotSettings => texts!("robots", "toml": "ut-mu2"),
-            Kind::Controller => {
+            InputKind::Robot => texts!("robots", "urdf": "ut-mu2"),
+            InputKind::RobotSettings => texts!("robots", "toml": "ut-mu2"),
+            InputKind::Controller => {
                 texts!("gains", "toml": "hold" "fixed" "switching" "robust" "paper" "catch" "slow" "fast")
             }
-            Kind::Campaign => texts!("campaigns", "toml": "smoke" "nominal" "standard" "harsh"),
+            InputKind::Campaign => texts!("campaigns", "toml": "smoke" "nominal" "standard" "harsh"),
         }
     }
 
@@ -113,10 +113,10 @@ impl Kind {
 ///
 /// # Errors
 /// There is no such input, or the file is surely of another kind.
-pub fn open(kind: Kind, name: &str) -> Result<Source> {
+pub fn open(kind: InputKind, name: &str) -> Result<Source> {
     refuse_other_kind(kind, name)?;
     let source = open_among(kind.what(), kind.builtin(), name).map_err(|error| of_another_kind(error, kind, name))?;
-    match Kind::of(&source.text).filter(|found| *found != kind && !source.is_builtin()) {
+    match InputKind::of(&source.text).filter(|found| *found != kind && !source.is_builtin()) {
         Some(found) => {
             let ([what, goes], asked) = (found.what_and_where(), kind.what());
             let (problem, accepted) = (format!("is no {asked}"), format!("a {asked} here; {goes}"));
@@ -127,8 +127,8 @@ pub fn open(kind: Kind, name: &str) -> Result<Source> {
 }
 
 /// Adds to an error about an unknown name the option that takes the name.
-fn of_another_kind(mut error: Error, asked: Kind, name: &str) -> Error {
-    let options = [(Kind::Robot, "--robot"), (Kind::Controller, "--controller"), (Kind::Campaign, "--campaign")];
+fn of_another_kind(mut error: Error, asked: InputKind, name: &str) -> Error {
+    let options = [(InputKind::Robot, "--robot"), (InputKind::Controller, "--controller"), (InputKind::Campaign, "--campaign")];
     let takes = options.iter().find(|(kind, _)| *kind != asked && kind.names().contains(&name));
     if let (Error::Unknown { accepted, .. }, Some((_, option))) = (&mut error, takes) {
         *accepted += &format!("; did you mean {option} {name}?");
@@ -145,7 +145,7 @@ pub fn open_among(what: &'static str, builtin: &[(&str, &str)], name: &str) -> R
     let path = Path::new(name);
     if !is_path(name) && !path.exists() {
         let names: Vec<&str> = builtin.iter().map(|(name, _)| *name).collect();
-        let beside = format!("{name}.{}", if what == Kind::Robot.what() { "urdf" } else { "toml" });
+        let beside = format!("{name}.{}", if what == InputKind::Robot.what() { "urdf" } else { "toml" });
         let beside = Path::new(&beside).exists().then_some(beside.as_str());
         let meant = beside.or_else(|| nearest(name, names.iter().copied()));
         let meant = meant.map_or(String::new(), |meant| format!("; did you mean {meant}?"));
@@ -163,12 +163,12 @@ pub fn nearest<'a>(misspelt: &str, names: impl IntoIterator<Item = &'a str>) -> 
 }
 
 /// Fails if `name` is a file that belongs to a policy or a program. The error names the file to be given instead.
-pub fn refuse_other_kind(kind: Kind, name: &str) -> Result<()> {
+pub fn refuse_other_kind(kind: InputKind, name: &str) -> Result<()> {
     let path = Path::new(name);
     match other_kind(path).filter(|_| path.is_file() && !kind.names().contains(&name)) {
         Some((what, mut accepted)) => {
             let asked = kind.what();
-            if kind != Kind::Controller {
+            if kind != InputKind::Controller {
                 accepted = format!("a {asked} here; as a controller, {accepted}");
             }
             Err(Error::value(name, "kind of file", what, format!("is no {asked}"), accepted))
@@ -177,7 +177,7 @@ pub fn refuse_other_kind(kind: Kind, name: &str) -> Result<()> {
     }
 }
 
-/// For a file that belongs to a policy or a program and is none of the inputs in [`Kind`]: what it is, judged by its
+/// For a file that belongs to a policy or a program and is none of the inputs in [`InputKind`]: what it is, judged by its
 /// name, and what is to be given instead.
 fn other_kind(path: &Path) -> Option<(&'static str, String)> {
     let (file, toml) = (shell_word(&path.to_string_lossy()), path.with_extension("toml"));

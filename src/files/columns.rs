@@ -61,7 +61,7 @@ pub fn unit(name: &str) -> Option<&'static str> {
 
 /// A named column; the unit is part of the name.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Column {
+pub struct DataColumn {
     pub name: String,
     pub data: Data,
 }
@@ -76,7 +76,7 @@ pub enum Data {
     OptText(Vec<Option<String>>),
 }
 
-impl Column {
+impl DataColumn {
     pub fn new(name: impl Into<String>, data: Data) -> Self {
         Self { name: name.into(), data }
     }
@@ -94,7 +94,7 @@ impl Column {
 }
 
 /// Writes columns of equal length to a `.csv` or `.parquet` file. It fails for any other extension.
-pub fn write(path: &Path, columns: &[Column]) -> Result<()> {
+pub fn write(path: &Path, columns: &[DataColumn]) -> Result<()> {
     match path.extension().and_then(|e| e.to_str()) {
         Some("csv") => write_csv(path, columns),
         Some("parquet") => write_atomic(path, &parquet_bytes(columns).map_err(|e| other(path, e))?),
@@ -106,10 +106,10 @@ pub fn write(path: &Path, columns: &[Column]) -> Result<()> {
 }
 
 /// Writes columns of equal length as CSV, with their names in the first line and floats with all their digits.
-fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
+fn write_csv(path: &Path, columns: &[DataColumn]) -> Result<()> {
     let mut out = csv::Writer::from_writer(Vec::new());
     out.write_record(columns.iter().map(|c| &c.name)).map_err(|e| other(path, e))?;
-    let cells: Vec<Vec<String>> = columns.iter().map(Column::cells).collect();
+    let cells: Vec<Vec<String>> = columns.iter().map(DataColumn::cells).collect();
     for row in 0..cells.first().map_or(0, Vec::len) {
         out.write_record(cells.iter().map(|column| &column[row])).map_err(|e| other(path, e))?;
     }
@@ -122,9 +122,9 @@ pub struct ParquetFile<W: Write + Send>(SerializedFileWriter<W>);
 
 impl<W: Write + Send> ParquetFile<W> {
     /// A file with columns of these names and kinds. Their values are not used.
-    pub fn new(to: W, columns: impl IntoIterator<Item = Column>) -> Result<Self, ParquetError> {
+    pub fn new(to: W, columns: impl IntoIterator<Item = DataColumn>) -> Result<Self, ParquetError> {
         let mut about = Map::new();
-        let field_of = |column: Column| {
+        let field_of = |column: DataColumn| {
             about.insert(column.name.clone(), json!({ "unit": unit(&column.name), "meaning": meaning(&column.name) }));
             field(&column).map(Arc::new)
         };
@@ -139,7 +139,7 @@ impl<W: Write + Send> ParquetFile<W> {
     }
 
     /// Adds a row group of columns of equal length, in the order of the file's columns.
-    pub fn group(&mut self, columns: impl IntoIterator<Item = Column>) -> Result<(), ParquetError> {
+    pub fn group(&mut self, columns: impl IntoIterator<Item = DataColumn>) -> Result<(), ParquetError> {
         let mut group = self.0.next_row_group()?;
         for column in columns {
             let mut writer = group.next_column()?.expect("the schema has a field per column");
@@ -156,13 +156,13 @@ impl<W: Write + Send> ParquetFile<W> {
 }
 
 /// The Parquet file for columns of equal length, with one row group.
-fn parquet_bytes(columns: &[Column]) -> Result<Vec<u8>, ParquetError> {
+fn parquet_bytes(columns: &[DataColumn]) -> Result<Vec<u8>, ParquetError> {
     let mut file = ParquetFile::new(Vec::new(), columns.iter().cloned())?;
     file.group(columns.iter().cloned())?;
     file.finish()
 }
 
-fn field(column: &Column) -> Result<Type, ParquetError> {
+fn field(column: &DataColumn) -> Result<Type, ParquetError> {
     let (physical, nullable) = match &column.data {
         Data::F64(_) => (Physical::DOUBLE, false),
         Data::OptF64(_) => (Physical::DOUBLE, true),
@@ -211,13 +211,13 @@ mod tests {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
 
-    fn sample() -> Vec<Column> {
+    fn sample() -> Vec<DataColumn> {
         vec![
-            Column::new("time_s", Data::F64(vec![0.1, f64::NAN, 1.0 / 3.0])),
-            Column::new("fell_at_s", Data::OptF64(vec![None, Some(2.5), None])),
-            Column::new("trial", Data::I64(vec![0, 1, -1])),
-            Column::new("set", Data::Text(vec!["a".into(), "b, \"c\"".into(), "ü".into()])),
-            Column::new("fall_cause", Data::OptText(vec![Some("knee".into()), None, None])),
+            DataColumn::new("time_s", Data::F64(vec![0.1, f64::NAN, 1.0 / 3.0])),
+            DataColumn::new("fell_at_s", Data::OptF64(vec![None, Some(2.5), None])),
+            DataColumn::new("trial", Data::I64(vec![0, 1, -1])),
+            DataColumn::new("set", Data::Text(vec!["a".into(), "b, \"c\"".into(), "ü".into()])),
+            DataColumn::new("fall_cause", Data::OptText(vec![Some("knee".into()), None, None])),
         ]
     }
 

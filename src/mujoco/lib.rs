@@ -9,7 +9,7 @@ use nalgebra::{DVector, Isometry3, Matrix3, Point3, Quaternion, Translation3, Un
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Foot, Posture, Robot};
 use standfast_sim::Ground;
-use standfast_sim::contact::{Part, WorldWrench};
+use standfast_sim::contact::{ContactPart, WorldWrench};
 use standfast_sim::engine::EngineParts;
 use standfast_sim::meeting::Pairs;
 use standfast_sim::physics::Physics;
@@ -52,7 +52,7 @@ pub fn start(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
         let first = model.geom_bodyid().iter().position(|of| *of as usize == body);
         let sole = Foot::BOTH.into_iter().find(|&foot| robot.soles[foot].link == link);
         for (_, geom) in robot.links[link].collisions.iter().zip(first.into_iter().flat_map(|first| first..)) {
-            solids[geom] = Some((link, sole.map_or(Part::Link(link), Part::Sole)));
+            solids[geom] = Some((link, sole.map_or(ContactPart::Link(link), ContactPart::Sole)));
         }
     }
     let spare = Some(Box::new(model.clone()));
@@ -88,7 +88,7 @@ struct Mujoco {
     bodies: Vec<usize>,
     joints: Vec<Addresses>,
     /// The part of a link to which each solid belongs. It is None for solids of the ground.
-    solids: Vec<Option<(usize, Part)>>,
+    solids: Vec<Option<(usize, ContactPart)>>,
     ground_body: usize,
 }
 
@@ -168,7 +168,7 @@ impl Physics for Mujoco {
         self.joints.iter().enumerate().for_each(|(i, joint)| see(i, self.data.qvel()[joint.dq]));
     }
 
-    fn touches(&self, _: &UnitQuaternion<f64>, see: &mut dyn FnMut(Part, WorldWrench)) {
+    fn touches(&self, _: &UnitQuaternion<f64>, see: &mut dyn FnMut(ContactPart, WorldWrench)) {
         for (i, contact) in self.data.contact().iter().enumerate() {
             let [first, second] = contact.geom.map(|geom| self.solids[geom as usize]);
             // The normal points from the first solid to the second, and the force acts on the second.

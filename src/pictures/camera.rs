@@ -21,14 +21,14 @@ impl Camera {
     /// Where a point (m, world frame) is seen in a picture of `size` (px), to the right and down from the upper left
     /// corner. None if it is not in front of the camera.
     pub fn project(&self, point: Point3<f64>, size: [u32; 2]) -> Option<[f64; 2]> {
-        View::new(self, size).project(point).map(|[x, y, _]| [x, y])
+        CameraView::new(self, size).project(point).map(|[x, y, _]| [x, y])
     }
 
     /// The view from the nearest place, in the same direction, that shows the balls (centre and radius, m) whole in a
     /// picture of `size` (px), with `margin` (a share of the half width and height) around them. Without balls, the
     /// camera is unchanged.
     pub fn framing(&self, balls: &[(Point3<f64>, f64)], size: [u32; 2], margin: f64) -> Self {
-        let view = View::new(self, size);
+        let view = CameraView::new(self, size);
         let free = 1.0 - margin;
         let slope = view.middle.map(|half| free * half / view.focal_px);
         // A ball touches a plane through the eye if its centre is this multiple of its radius inside of it.
@@ -58,7 +58,7 @@ impl Camera {
 
 /// A camera prepared for pictures of one size (world frame).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct View {
+pub(super) struct CameraView {
     pub eye: Point3<f64>,
     pub right: Vector3<f64>,
     pub up: Vector3<f64>,
@@ -75,7 +75,7 @@ pub(super) struct View {
 /// Least distance from the eye of points that are drawn (m).
 pub(super) const NEAREST_M: f64 = 0.02;
 
-impl View {
+impl CameraView {
     pub fn new(camera: &Camera, size: [u32; 2]) -> Self {
         let (sin_a, cos_a) = camera.azimuth_deg.to_radians().sin_cos();
         let (sin_e, cos_e) = camera.elevation_deg.to_radians().sin_cos();
@@ -142,7 +142,7 @@ mod tests {
     fn a_framed_picture_shows_all_and_is_as_near_as_can_be() {
         let balls = [(Point3::new(0.0, 0.0, 0.1), 0.1), (Point3::new(0.5, 0.2, 0.5), 0.05)];
         for size in [[640, 480], [200, 500]] {
-            let view = View::new(&CAMERA.framing(&balls, size, 0.1), size);
+            let view = CameraView::new(&CAMERA.framing(&balls, size, 0.1), size);
             // Distance of each ball from the planes of the inner pyramid.
             let mut least = f64::INFINITY;
             for (at, radius) in balls {

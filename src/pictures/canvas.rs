@@ -1,6 +1,6 @@
 //! The canvas of a picture: collects lit triangles, and paints them over the ground with their shadow.
 
-use super::camera::{Camera, View};
+use super::camera::{Camera, CameraView};
 use super::floor::Floor;
 use super::raster;
 use super::triangle::{Light, Triangle, Vertex, linear};
@@ -13,7 +13,7 @@ use standfast_sim::Ground;
 
 /// The triangles of a picture, with its camera and its light.
 pub(super) struct Canvas {
-    pub view: View,
+    pub view: CameraView,
     /// Unit vectors towards the lamp, and towards a weaker light that brightens the shadows.
     lamp: Vector3<f64>,
     fill: Vector3<f64>,
@@ -24,7 +24,7 @@ pub(super) struct Canvas {
 
 impl Canvas {
     pub fn new(camera: &Camera, size: [u32; 2]) -> Self {
-        let view = View::new(camera, size);
+        let view = CameraView::new(camera, size);
         // `level` points horizontally towards the camera. The lamp is above and to the left of the camera, so that the
         // visible sides are lit, and shadows fall to the right.
         let level = view.right.cross(&Vector3::z());

@@ -1,6 +1,6 @@
 //! Floor and background of a picture: a floor with a grid that fades into a plain background, and the robot's shadow.
 
-use super::camera::{NEAREST_M, View};
+use super::camera::{NEAREST_M, CameraView};
 use super::triangle::{Light, for_each_inside, linear};
 use crate::scene::GroundPart;
 use image::imageops::{blur, interpolate_bilinear};
@@ -27,7 +27,7 @@ const WALL: f32 = 0.62;
 const SHADOW: f32 = 0.62;
 
 pub(super) struct Floor {
-    view: View,
+    view: CameraView,
     ground: Ground,
     /// The eye, the directions right, up and back, and the target in the frame of the plane. All fields below are in
     /// this frame.
@@ -41,7 +41,7 @@ pub(super) struct Floor {
 
 impl Floor {
     /// The ground with the shadow of `triangles` (m, world frame). `lamp` is the unit vector towards the lamp.
-    pub fn new(view: View, ground: &Ground, lamp: Vector3<f64>, triangles: &[[Point3<f64>; 3]]) -> Self {
+    pub fn new(view: CameraView, ground: &Ground, lamp: Vector3<f64>, triangles: &[[Point3<f64>; 3]]) -> Self {
         let local = |world: Vector3<f64>| ground.slope.inverse() * world;
         let faces: Vec<_> = triangles.iter().map(|corners| corners.map(|at| local(at.coords))).collect();
         Self {
@@ -58,7 +58,7 @@ impl Floor {
 
     /// The ray through a point of the picture (px), with a depth of 1.
     fn ray(&self, at: [f64; 2]) -> Vector3<f64> {
-        let View { middle, focal_px, .. } = self.view;
+        let CameraView { middle, focal_px, .. } = self.view;
         let [x, y] = [0, 1].map(|i| (at[i] - middle[i]) / focal_px);
         self.right * x - self.up * y - self.back
     }
@@ -89,7 +89,7 @@ impl Floor {
 
     /// The light at a point of the picture (px).
     pub fn light(&self, place: [f64; 2]) -> Light {
-        let View { middle, distance_m, focal_px, .. } = self.view;
+        let CameraView { middle, distance_m, focal_px, .. } = self.view;
         let upwards = (1.0 - place[1] / (2.0 * middle[1])).clamp(0.0, 1.0) as f32;
         let background = mix(HORIZON, ZENITH, upwards * upwards);
         let ray = self.ray(place);

@@ -15,7 +15,7 @@ const BAND: usize = 8;
 
 /// Light and one over the depth (1/m) of a sample.
 #[derive(Clone, Copy)]
-struct Sample {
+struct PixelSample {
     light: Light,
     near: f32,
 }
@@ -30,7 +30,7 @@ pub(super) fn paint(size: [u32; 2], floor: &Floor, triangles: &[Triangle]) -> Rg
     image.par_chunks_mut(3 * width * BAND).enumerate().for_each(|(band, pixels)| {
         let (top, rows) = (band * BAND * SAMPLES, pixels.len() / (3 * width) * SAMPLES);
         let at = |x: usize, y: usize| [x, top + y].map(|n| (n as f64 + 0.5) / SAMPLES as f64);
-        let mut samples: Vec<Sample> = Vec::with_capacity(row * rows);
+        let mut samples: Vec<PixelSample> = Vec::with_capacity(row * rows);
         for i in 0..row * rows {
             let (x, y) = (i % row, i / row);
             // Light changes little within a pixel, so the light of its middle is enough.
@@ -39,7 +39,7 @@ pub(super) fn paint(size: [u32; 2], floor: &Floor, triangles: &[Triangle]) -> Rg
                 (0, _) => samples[i - row].light,
                 _ => samples[i - 1].light,
             };
-            samples.push(Sample { light, near: floor.near(at(x, y)) });
+            samples.push(PixelSample { light, near: floor.near(at(x, y)) });
         }
         for Triangle { corners, cover, hides } in triangles {
             let places = corners.map(|corner| corner.at.map(|px| px * SAMPLES as f64));

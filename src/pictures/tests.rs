@@ -6,7 +6,7 @@ use crate::scene::Stage;
 use crate::scene::palette::Overlay;
 use image::RgbImage;
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector3};
-use standfast_core::robot::{Foot, Link, PerFoot, Pose, Posture, Region, Robot, Shape, Solid};
+use standfast_core::robot::{Foot, Link, PerFoot, Pose, Posture, RecoveryRegion, Robot, Shape, Solid};
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
 use standfast_sim::episode::snapshot::Arrow;
@@ -29,7 +29,7 @@ fn snapshot(robot: &Robot) -> Snapshot {
     let square = |x: f64, half: f64| {
         [(half, half), (-half, half), (-half, -half), (half, -half)].map(|(dx, dy)| Point2::new(x + dx, dy))
     };
-    let region = |name: &str, corners: &[Point2<f64>]| Region { name: name.into(), corners: corners.to_vec() };
+    let region = |name: &str, corners: &[Point2<f64>]| RecoveryRegion { name: name.into(), corners: corners.to_vec() };
     let arrow = |x: f64, y: f64, z: f64, force: Vector3<f64>| Arrow { point: Point3::new(x, y, z), force };
     Snapshot {
         time_s: 0.5,

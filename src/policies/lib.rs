@@ -180,7 +180,7 @@ impl ControllerSpec for Policy {
         }
         home.gains = Some(servos.iter().map(|servo| [servo.kp, servo.kd]).collect());
         let shared =
-            Arc::new(Shared { settings: self.clone(), robot: robot.clone(), joints, ticks_per_action, net, home });
+            Arc::new(SharedPolicy { settings: self.clone(), robot: robot.clone(), joints, ticks_per_action, net, home });
         let stated = [(&self.torque_n_m, "torque limits"), (&self.rotor_inertia_kg_m2, "rotor inertias")];
         let stated = stated.iter().filter(|(list, _)| list.is_some()).map(|(_, what)| *what);
         let of_training: Vec<&str> = ["stiffness", "damping"].into_iter().chain(stated).collect();
@@ -193,7 +193,7 @@ impl ControllerSpec for Policy {
 }
 
 /// The data that all episodes share.
-struct Shared {
+struct SharedPolicy {
     settings: Policy,
     robot: Robot,
     /// The index in the robot of each joint of the policy.
@@ -207,7 +207,7 @@ struct Shared {
 /// A policy in an episode.
 #[derive(Clone)]
 struct Actor {
-    shared: Arc<Shared>,
+    shared: Arc<SharedPolicy>,
     base: Base,
     memory: Memory,
     ticks: u64,
@@ -217,7 +217,7 @@ struct Actor {
 }
 
 impl Actor {
-    fn new(shared: &Arc<Shared>) -> Self {
+    fn new(shared: &Arc<SharedPolicy>) -> Self {
         let settings = &shared.settings;
         Self {
             shared: Arc::clone(shared),
@@ -231,7 +231,7 @@ impl Actor {
 
     /// Makes an observation, runs the network, and sets the targets.
     fn act(&mut self, sensed: &Sensed) -> Result<(), TickError> {
-        let Shared { settings, robot, joints, net, .. } = &*self.shared;
+        let SharedPolicy { settings, robot, joints, net, .. } = &*self.shared;
         self.base.update(robot, sensed);
         let of_joints = |all: &[f64]| joints.iter().map(|&joint| all[joint]).collect::<Vec<_>>();
         let (q, joint_velocities) = (of_joints(&sensed.q), of_joints(&sensed.dq));
@@ -280,7 +280,7 @@ impl Controller for Actor {
 
     fn observed(&self) -> Vec<(String, Vec<f64>)> {
         let mut numbers = self.observed.iter().map(|&number| f64::from(number));
-        let Shared { settings, joints, .. } = &*self.shared;
+        let SharedPolicy { settings, joints, .. } = &*self.shared;
         let of_term = |term: &Term| (term.name(), numbers.by_ref().take(term.length(joints.len())).collect());
         settings.observation.iter().map(of_term).collect()
     }

@@ -20,7 +20,7 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Foot, GRAVITY, Joint, Kinematics, Link, Pose, Robot, Shape, Solid};
-use standfast_files::assets::{self, Kind};
+use standfast_files::assets::{self, InputKind};
 use standfast_files::columns::meaning;
 use standfast_files::{AtomicFile, folder_of};
 use standfast_sim::episode::Tick;
@@ -89,7 +89,7 @@ impl<'a> McapTrace<'a> {
         let urdf = match &robot.urdf {
             Some(path) => assets::text(path).ok().map(|source| source.text.into_bytes()),
             None => {
-                let builtin = assets::open(Kind::Robot, &robot.name).ok().filter(|source| source.is_builtin());
+                let builtin = assets::open(InputKind::Robot, &robot.name).ok().filter(|source| source.is_builtin());
                 builtin.map(|source| source.text.into_bytes())
             }
         };

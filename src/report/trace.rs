@@ -10,7 +10,7 @@
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
 use standfast_core::robot::{Foot, Note, Pose, Robot};
-use standfast_files::columns::{Column, Data};
+use standfast_files::columns::{DataColumn, Data};
 use standfast_sim::episode::Tick;
 
 /// Collects the rows of an episode.
@@ -133,16 +133,16 @@ impl Trace {
     }
 
     /// The finished table. Only columns with missing values are nullable.
-    pub fn columns(self) -> Vec<Column> {
-        let mut columns: Vec<Column> = (self.names.into_iter().zip(self.values))
+    pub fn columns(self) -> Vec<DataColumn> {
+        let mut columns: Vec<DataColumn> = (self.names.into_iter().zip(self.values))
             .map(|(name, values)| {
                 let whole: Option<Vec<f64>> = values.iter().copied().collect();
-                Column::new(name, whole.map_or(Data::OptF64(values), Data::F64))
+                DataColumn::new(name, whole.map_or(Data::OptF64(values), Data::F64))
             })
             .collect();
-        let phase = Column::new("phase", Data::Text(self.phase));
-        let after_verdict = Column::new("after_verdict", Data::I64(self.after_verdict));
-        let links_met = Column::new("links_met", Data::OptText(self.links_met));
+        let phase = DataColumn::new("phase", Data::Text(self.phase));
+        let after_verdict = DataColumn::new("after_verdict", Data::I64(self.after_verdict));
+        let links_met = DataColumn::new("links_met", Data::OptText(self.links_met));
         let noted = std::iter::once(phase).chain(self.notes.into_iter().map(noted)).chain([after_verdict, links_met]);
         let place = BODY.split_whitespace().count();
         columns.splice(place..place, noted);
@@ -157,7 +157,7 @@ fn as_numbers(pose: &Pose) -> [f64; 7] {
 }
 
 /// The column of a note: of numbers or, if any of its values is a word, of words.
-fn noted((name, notes): (String, Vec<Option<Note>>)) -> Column {
+fn noted((name, notes): (String, Vec<Option<Note>>)) -> DataColumn {
     let word = |note: &Note| match note {
         Note::Number(number) => number.to_string(),
         Note::Word(word) => word.to_string(),
@@ -167,7 +167,7 @@ fn noted((name, notes): (String, Vec<Option<Note>>)) -> Column {
         Note::Word(_) => None,
     };
     let has_words = notes.iter().flatten().any(|note| matches!(note, Note::Word(_)));
-    Column::new(
+    DataColumn::new(
         name,
         match has_words {
             true => Data::OptText(notes.iter().map(|note| note.as_ref().map(word)).collect()),

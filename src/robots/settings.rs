@@ -65,8 +65,8 @@ struct StatedFace {
 
 impl<'de> Deserialize<'de> for SoleFace {
     fn deserialize<D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
-        struct Face;
-        impl<'de> Visitor<'de> for Face {
+        struct SoleFaceVisitor;
+        impl<'de> Visitor<'de> for SoleFaceVisitor {
             type Value = SoleFace;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -84,7 +84,7 @@ impl<'de> Deserialize<'de> for SoleFace {
                 StatedFace::deserialize(MapAccessDeserializer::new(map)).map(SoleFace::Stated)
             }
         }
-        from.deserialize_any(Face)
+        from.deserialize_any(SoleFaceVisitor)
     }
 }
 

@@ -15,7 +15,7 @@ use standfast_core::geometry::SupportPolygon;
 use standfast_core::geometry::gap::gap_m;
 use standfast_core::robot::kinematics::Kinematics;
 use standfast_core::robot::model::{Ankle, Foot, GRAVITY, Link, Robot};
-use standfast_files::assets::{self, Kind, Source};
+use standfast_files::assets::{self, InputKind, Source};
 use std::path::Path;
 
 /// Largest difference in height between the soles at home (m).
@@ -56,7 +56,7 @@ impl Files {
         let urdf = opened(name_or_path)?;
         let beside = settings_path(name_or_path);
         let found = match urdf.file.strip_prefix("builtin:") {
-            Some(name) => Some(assets::open(Kind::RobotSettings, name)?),
+            Some(name) => Some(assets::open(InputKind::RobotSettings, name)?),
             None if beside.exists() => Some(assets::text(&beside)?),
             None => None,
         };
@@ -93,7 +93,7 @@ impl Files {
 
 /// The URDF of a built-in robot by its name, or of a file, with its macros expanded. Fails as [`Files::open`] does.
 pub fn opened(name_or_path: &str) -> Result<Source> {
-    xacro::expanded(assets::open(Kind::Robot, name_or_path)?)
+    xacro::expanded(assets::open(InputKind::Robot, name_or_path)?)
 }
 
 /// The settings that are inferred from a URDF. Joints without a range of their own get the range `range_rad` (rad) to

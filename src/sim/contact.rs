@@ -5,7 +5,7 @@ use standfast_core::robot::{Foot, Wrench};
 
 /// A part of the robot that the ground may touch.
 #[derive(Debug, Clone, Copy)]
-pub enum Part {
+pub enum ContactPart {
     Sole(Foot),
     /// Another solid of a link, which is an index into `Robot::links`.
     Link(usize),

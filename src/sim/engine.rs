@@ -105,7 +105,7 @@ impl Engine {
 
 /// The physics step (s) of each engine. A file states one number for all engines, or a table with one for each name.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(from = "Form")]
+#[serde(from = "StatedStep")]
 pub struct PhysicsStep {
     pub rapier: f64,
     pub mujoco: f64,
@@ -114,17 +114,17 @@ pub struct PhysicsStep {
 /// The forms in which a file may state the physics step.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, untagged, expecting = "a number, or { rapier = ..., mujoco = ... }")]
-enum Form {
+enum StatedStep {
     All(f64),
     Each {
-        #[serde(default = "Form::rapier")]
+        #[serde(default = "StatedStep::rapier")]
         rapier: f64,
-        #[serde(default = "Form::mujoco")]
+        #[serde(default = "StatedStep::mujoco")]
         mujoco: f64,
     },
 }
 
-impl Form {
+impl StatedStep {
     fn rapier() -> f64 {
         PhysicsStep::default().rapier
     }
@@ -140,11 +140,11 @@ impl Default for PhysicsStep {
     }
 }
 
-impl From<Form> for PhysicsStep {
-    fn from(form: Form) -> Self {
+impl From<StatedStep> for PhysicsStep {
+    fn from(form: StatedStep) -> Self {
         match form {
-            Form::All(step_s) => Self::all(step_s),
-            Form::Each { rapier, mujoco } => Self { rapier, mujoco },
+            StatedStep::All(step_s) => Self::all(step_s),
+            StatedStep::Each { rapier, mujoco } => Self { rapier, mujoco },
         }
     }
 }

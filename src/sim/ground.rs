@@ -10,7 +10,7 @@
 
 use super::variation::Variation;
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, UnitVector3, Vector3};
-use standfast_core::robot::{Foot, Kinematics, Robot, Scale, Units};
+use standfast_core::robot::{Foot, Kinematics, Robot, SizeRatio, Units};
 
 /// Distance from the soles to the edges of the patch, in COM heights, so that feet that rock or slide do not meet an
 /// edge.
@@ -76,7 +76,7 @@ impl Ground {
     }
 
     /// The ground under a similar robot.
-    pub(super) fn scaled(&self, by: Scale) -> Self {
+    pub(super) fn scaled(&self, by: SizeRatio) -> Self {
         Self {
             step_m: self.step_m * by.length,
             patch: self.patch.map(|corner| corner * by.length),

@@ -1,6 +1,6 @@
 //! The noise of sensors as a function of random stream, tick, sensor and channel.
 
-use super::{Normal, Sensor, When};
+use super::{Normal, Sensor, NoiseDraw};
 use rand::{RngExt, rngs::ChaCha8Rng};
 use rand_distr::StandardNormal;
 
@@ -13,10 +13,10 @@ const SENSORS_LOG2: u32 = 6;
 const WORDS_LOG2: u32 = 12;
 
 impl Normal for Normals {
-    fn draw(&self, when: When, sensor: Sensor, channels: &mut [f64]) {
+    fn draw(&self, when: NoiseDraw, sensor: Sensor, channels: &mut [f64]) {
         let moment = match when {
-            When::Bias => 0,
-            When::Tick(tick) => u128::from(tick) + 1,
+            NoiseDraw::Bias => 0,
+            NoiseDraw::Tick(tick) => u128::from(tick) + 1,
         };
         let mut rng = ChaCha8Rng::deserialize_state(&self.0.serialize_state());
         rng.set_word_pos((moment << SENSORS_LOG2 | sensor as u128) << WORDS_LOG2);

@@ -1,7 +1,7 @@
 //! The interface between the plant and a physics engine. An engine holds one robot on its ground. All values are in SI
 //! units and in f64.
 
-use super::contact::{Part, WorldWrench};
+use super::contact::{ContactPart, WorldWrench};
 use super::servo::Drive;
 use nalgebra::{DVector, Isometry3, Point3, UnitQuaternion, Vector3};
 use standfast_core::robot::Posture;
@@ -37,7 +37,7 @@ pub trait Physics: Send + Sync {
 
     /// Calls `see` with each part that touched the ground in the last physics step, and with the mean wrench of the
     /// ground on the part. `slope` is the slope of the ground in that step.
-    fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(Part, WorldWrench));
+    fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(ContactPart, WorldWrench));
 
     /// Calls `see` with each pair of links that pressed on each other in the last physics step, and with the norm of
     /// the mean force between the two (N).

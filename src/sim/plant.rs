@@ -1,6 +1,6 @@
 //! The simulated robot. One control tick is a call of `sense` and then a call of `advance` with a command.
 
-use super::contact::{Part, WorldWrench};
+use super::contact::{ContactPart, WorldWrench};
 use super::meeting::{Meeting, Pairs};
 use super::physics::Physics;
 use super::push::Push;
@@ -329,9 +329,9 @@ impl Plant {
             let wrench = wrench * share;
             *total += wrench;
             match part {
-                Part::Sole(foot) => soles[foot] += wrench,
-                Part::Link(link) if wrench.force.z > 0.0 && touching.is_none() => *touching = Some(link),
-                Part::Link(_) => {}
+                ContactPart::Sole(foot) => soles[foot] += wrench,
+                ContactPart::Link(link) if wrench.force.z > 0.0 && touching.is_none() => *touching = Some(link),
+                ContactPart::Link(_) => {}
             }
         });
         let meeting = &mut self.truth.meeting;

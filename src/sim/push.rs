@@ -121,7 +121,7 @@ mod tests {
         let robot = standfast_robots::load("ut-mu2").unwrap();
         let first = Push::first(&Units::of(&robot));
         assert_eq!(first, Push { impulse_n_s: 5.0, duration_s: 0.05, start_s: 0.5, ..Push::default() });
-        let large = Units::of(&robot.scaled(standfast_core::robot::Scale { length: 3.0, mass: 27.0 }));
+        let large = Units::of(&robot.scaled(standfast_core::robot::SizeRatio { length: 3.0, mass: 27.0 }));
         let (exact, first) = (Push::of(&large), Push::first(&large));
         assert!((exact.duration_s - 0.05 * 3_f64.sqrt()).abs() < 1e-5, "{exact:?}");
         assert_eq!((first.impulse_n_s, first.duration_s, first.start_s), (250.0, 0.0866, 0.866));

@@ -18,12 +18,12 @@ pub struct SensorErrors {
 /// Standard normal numbers as a function of time and sensor: the reading of one sensor does not change those of others.
 pub trait Normal: Send + Sync {
     /// Fills `channels` with the independent numbers of a sensor, at a control tick or for its bias.
-    fn draw(&self, when: When, sensor: Sensor, channels: &mut [f64]);
+    fn draw(&self, when: NoiseDraw, sensor: Sensor, channels: &mut [f64]);
 }
 
 /// The purpose for which numbers are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum When {
+pub enum NoiseDraw {
     /// The bias, which is drawn once.
     Bias,
     /// The noise of this control tick.
@@ -77,7 +77,7 @@ impl Sensors {
             soles: PerFoot::default(),
         };
         if let Some(errors) = &errors {
-            bias.draw(&noise, errors.bias_scale, &*errors.normal, When::Bias);
+            bias.draw(&noise, errors.bias_scale, &*errors.normal, NoiseDraw::Bias);
         }
         Self { noise, errors, now: bias.clone(), bias }
     }
@@ -86,13 +86,13 @@ impl Sensors {
     pub fn corrupt(&mut self, truth: &mut Sensed, tick: u64) {
         let Some(errors) = &self.errors else { return };
         self.bias.add_to(truth);
-        self.now.draw(&self.noise, errors.noise_scale, &*errors.normal, When::Tick(tick));
+        self.now.draw(&self.noise, errors.noise_scale, &*errors.normal, NoiseDraw::Tick(tick));
         self.now.add_to(truth);
     }
 }
 
 impl Errors {
-    fn draw(&mut self, sd: &SensorNoise, scale: f64, normal: &dyn Normal, when: When) {
+    fn draw(&mut self, sd: &SensorNoise, scale: f64, normal: &dyn Normal, when: NoiseDraw) {
         let draw = |sensor: Sensor, sd: f64, channels: &mut [f64]| {
             normal.draw(when, sensor, channels);
             channels.iter_mut().for_each(|channel| *channel *= scale * sd);

@@ -2,21 +2,21 @@
 //! times, forces and speeds are converted on the way in and out. Engines have tolerances in metres and seconds, and
 //! only some of these can be set. In this way all tolerances, and the settings of contacts, are in units of the robot.
 
-use super::contact::{Part, WorldWrench};
+use super::contact::{ContactPart, WorldWrench};
 use super::physics::Physics;
 use super::servo::Drive;
 use super::{Engine, Ground, Pairs};
 use nalgebra::{DVector, Isometry3, Point3, UnitQuaternion, Vector3};
-use standfast_core::robot::{Posture, Robot, Scale, Units};
+use standfast_core::robot::{Posture, Robot, SizeRatio, Units};
 
 /// Height of the COM at home (m), and mass (kg), of the robot that an engine sees. Other values would serve as well.
 const COM_HEIGHT_M: f64 = 1.0;
 const MASS_KG: f64 = 1.0;
 
 /// The ratios of the robot that an engine sees to the robot itself.
-pub fn scale(robot: &Robot) -> Scale {
+pub fn scale(robot: &Robot) -> SizeRatio {
     let Units { mass_kg, length_m, .. } = Units::of(robot);
-    Scale { length: COM_HEIGHT_M / length_m, mass: MASS_KG / mass_kg }
+    SizeRatio { length: COM_HEIGHT_M / length_m, mass: MASS_KG / mass_kg }
 }
 
 /// The robot at rest in `posture`, on ground that is still level. `pairs` states which of its links collide with each
@@ -38,7 +38,7 @@ pub fn start(
 #[derive(Clone)]
 struct Similar {
     physics: Box<dyn Physics>,
-    scale: Scale,
+    scale: SizeRatio,
 }
 
 impl Physics for Similar {
@@ -88,7 +88,7 @@ impl Physics for Similar {
         self.physics.speeds(&mut |i, dq| see(i, dq * self.scale.time()));
     }
 
-    fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(Part, WorldWrench)) {
+    fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(ContactPart, WorldWrench)) {
         let (force, moment) = (self.scale.force(), self.scale.moment());
         self.physics.touches(slope, &mut |part, wrench| {
             see(part, WorldWrench { force: wrench.force / force, moment: wrench.moment / moment });

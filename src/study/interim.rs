@@ -27,7 +27,7 @@ pub struct InterimLooks<'a> {
 }
 
 /// The findings of one look.
-pub struct Look<'a> {
+pub struct InterimLook<'a> {
     /// All trials so far.
     pub rows: &'a TrialColumns,
     /// The questions that are still open.
@@ -50,7 +50,7 @@ impl<'a> InterimLooks<'a> {
     }
 
     /// Takes all looks for which there are enough trials.
-    pub fn go_on(&mut self, on_look: &dyn Fn(&Look)) -> Result<()> {
+    pub fn go_on(&mut self, on_look: &dyn Fn(&InterimLook)) -> Result<()> {
         let (most, sets) = (self.folder.manifest.campaign.trials, &self.folder.manifest.sets);
         while !self.is_over {
             let blocks = self.blocks(self.last..self.next);
@@ -70,7 +70,7 @@ impl<'a> InterimLooks<'a> {
                     stopping.extend((!self.is_over).then_some(sets[set].as_str()));
                 }
             }
-            on_look(&Look { rows: &self.rows, open: &open, stopping, set_trials: &self.set_trials });
+            on_look(&InterimLook { rows: &self.rows, open: &open, stopping, set_trials: &self.set_trials });
             self.next = self.planned.after(self.last).min(most);
         }
         Ok(())

@@ -14,7 +14,7 @@ use standfast_controllers::ControllerSpec;
 use standfast_controllers::variant::ControllerName;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{PreparedController, Robot};
-use standfast_files::assets::{self, Kind, Source};
+use standfast_files::assets::{self, InputKind, Source};
 use standfast_files::{sha256_hex, write_atomic};
 use standfast_robots::urdf::Files;
 use standfast_sim::Engine;
@@ -56,7 +56,7 @@ impl PreparedCampaign {
         let mut controllers = Vec::new();
         let (mut sets, mut not_kept) = (Vec::new(), BTreeMap::new());
         for entry in &entries {
-            let source = assets::open(Kind::Controller, entry.base)?;
+            let source = assets::open(InputKind::Controller, entry.base)?;
             let base = standfast_controllers::read(&source)?;
             sources.push((base.name().to_string(), source));
             beside.push(base.files()?);

@@ -1,6 +1,6 @@
 //! Runs a campaign: what its folder lacks is spread over the cores, and written part by part.
 
-use crate::interim::{InterimLooks, Look};
+use crate::interim::{InterimLooks, InterimLook};
 use crate::plan::{PreparedCampaign, pool};
 use crate::store::claim::{Access, Claim};
 use crate::store::folder::Folder;
@@ -39,7 +39,7 @@ pub struct RunEvents<'a> {
     /// Called with the rows of every finished part, from any thread; first of those that were there already.
     pub on_part: &'a (dyn Fn(&[TrialRow]) + Sync),
     /// Called at every look at a campaign that ends when decided, with the episodes of the campaign in all, at most.
-    pub on_look: &'a (dyn Fn(&Look, u64) + Sync),
+    pub on_look: &'a (dyn Fn(&InterimLook, u64) + Sync),
 }
 
 /// The part of a campaign that its folder still lacks, with everything that is needed to run it.
@@ -148,7 +148,7 @@ impl<'a> CampaignRun<'a> {
 
     /// Takes the next looks at a campaign that ends when decided, as far as there are trials. Returns the blocks to run
     /// next. It returns none if all is decided, or if there are no more trials.
-    fn look_on(&mut self, on_look: &dyn Fn(&Look, u64)) -> Result<Vec<u64>> {
+    fn look_on(&mut self, on_look: &dyn Fn(&InterimLook, u64)) -> Result<Vec<u64>> {
         let Some(mut looks) = self.looks.take() else { return Ok(Vec::new()) };
         looks.go_on(&|look| on_look(look, self.all_episodes_with(look.set_trials)))?;
         let missing = looks.lacking(|block| takes(self.shard, block));

@@ -4,7 +4,7 @@
 use super::stand::Support;
 use crate::error::{Error, Result};
 use crate::geometry::SupportPolygon;
-use crate::lipm::capture::Region;
+use crate::lipm::capture::SwingRegion;
 use crate::lipm::catching::{Catching, Departures, first};
 use crate::lipm::cpi_set::nesting_warning;
 use crate::lipm::gains::{GainFamily, GainSet};
@@ -116,7 +116,7 @@ fn footwork_rules(gains: &GainSet, robot: &Robot, units: &Units, stance_m: f64) 
     }
     let (length_m, time_s) = (units.length_m, units.time_s());
     let quickest_s = robot.reach.iter().map(|region| region.swing_time_s).fold(f64::INFINITY, f64::min);
-    let beside = Region { x_m: beside.x_m, y_m: beside.y_m, swing_time_s: beside.swing_time_s };
+    let beside = SwingRegion { x_m: beside.x_m, y_m: beside.y_m, swing_time_s: beside.swing_time_s };
     let stepping =
         gains.stepping.map(|table| FootworkRules::Stepping(table.rules(length_m, time_s, &beside, stance_m)));
     let catching =

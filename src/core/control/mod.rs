@@ -18,7 +18,7 @@ pub mod stand;
 pub mod step;
 
 use crate::lipm::catching::Departures;
-use crate::robot::{Command, Controller, PreparedController, Promise, Region, Report, Sensed, TickError};
+use crate::robot::{Command, Controller, PreparedController, Promise, RecoveryRegion, Report, Sensed, TickError};
 pub use account::{Account, Phase};
 pub use balance::Balance;
 pub use design::{Design, FootworkRules, home_polygon};
@@ -145,11 +145,11 @@ impl Promise for CpiController {
         self.account().margin_at(com, com_vel)
     }
 
-    fn regions(&self) -> Vec<Region> {
+    fn regions(&self) -> Vec<RecoveryRegion> {
         let account = self.account();
         let slices = if account.stands() { account.slices() } else { Vec::new() };
         let gains = self.design.family.gains.iter().map(|gain| gain.name.clone());
-        gains.zip(slices).map(|(name, corners)| Region { name, corners }).collect()
+        gains.zip(slices).map(|(name, corners)| RecoveryRegion { name, corners }).collect()
     }
 }
 

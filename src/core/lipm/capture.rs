@@ -38,7 +38,7 @@ const FREE_STEPS: usize = 2;
 /// Offsets from the centre of the stance sole to the centre of a landing sole, and the time of the swing (s). The
 /// offsets have a smallest and a largest value for each axis (m), x forward and y to the side of the swing foot.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Region {
+pub struct SwingRegion {
     pub x_m: [f64; 2],
     pub y_m: [f64; 2],
     pub swing_time_s: f64,
@@ -61,7 +61,7 @@ pub struct SteppingPendulum {
     /// Distance between the soles' centres (m).
     pub stance_width_m: f64,
     /// The regions where a foot can land. If there are none, there are no footsteps.
-    pub regions: Vec<Region>,
+    pub regions: Vec<SwingRegion>,
 }
 
 /// Largest instantaneous impulses along one heading (N s).
@@ -140,7 +140,7 @@ impl SteppingPendulum {
         start: &Start,
         side: f64,
         [done, most]: [usize; 2],
-        regions: &[Region],
+        regions: &[SwingRegion],
         best: &mut f64,
     ) {
         if done == most {

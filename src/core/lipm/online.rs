@@ -66,13 +66,13 @@ impl OnlineSets {
     /// Sets the support `polygon` in the control frame, whose origin is the desired place of the COM. If the origin is
     /// not strictly inside, the CPI sets are empty. It neither allocates nor searches.
     pub fn update(&mut self, polygon: &SupportPolygon) {
-        let region = Region::new(polygon);
+        let region = ZmpRows::new(polygon);
         self.cascades.iter_mut().for_each(|cascade| cascade.update(region));
     }
 
     /// Removes the support, so the sets are empty.
     pub fn clear(&mut self) {
-        self.cascades.iter_mut().for_each(|cascade| cascade.update(Region::EMPTY));
+        self.cascades.iter_mut().for_each(|cascade| cascade.update(ZmpRows::EMPTY));
     }
 
     /// Number of gains.
@@ -155,13 +155,13 @@ impl OnlineSets {
 
 /// Z as the rows of M_Z (eq. 15), padded with zeros.
 #[derive(Debug, Clone, Copy)]
-struct Region {
+struct ZmpRows {
     x: [f64; SupportPolygon::MAX],
     y: [f64; SupportPolygon::MAX],
     holds_origin: bool,
 }
 
-impl Region {
+impl ZmpRows {
     const EMPTY: Self = Self { x: [0.0; SupportPolygon::MAX], y: [0.0; SupportPolygon::MAX], holds_origin: false };
 
     fn new(polygon: &SupportPolygon) -> Self {
@@ -215,9 +215,9 @@ struct Cascade {
     len: usize,
     spread: Spread,
     /// Z.
-    region: Region,
+    region: ZmpRows,
     /// Z less the limit of the spread. It is empty if this leaves no CPI set. Without disturbances it is Z.
-    limit: Region,
+    limit: ZmpRows,
 }
 
 /// The points y_1 ... y_m.
@@ -238,7 +238,7 @@ impl Cascade {
         poles.sort_by(f64::total_cmp);
 
         let len = poles.len();
-        let region = Region::EMPTY;
+        let region = ZmpRows::EMPTY;
         let spread = gain.spread.clone();
         let mut cascade = Self {
             lags: [0.0; LAGS],
@@ -278,7 +278,7 @@ impl Cascade {
         points[self.len - 1]
     }
 
-    fn update(&mut self, region: Region) {
+    fn update(&mut self, region: ZmpRows) {
         (self.region, self.limit) = (region, region.less(self.spread.limit()));
     }
 

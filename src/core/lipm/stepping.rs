@@ -2,7 +2,7 @@
 //!
 //! As in the paper, the footstep is planned once, when it is decided, without feedback while the foot is in the air.
 
-use super::capture::Region;
+use super::capture::SwingRegion;
 use crate::error::{Error, Result};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -74,7 +74,7 @@ impl SteppingTable {
 
     /// The rules of a robot with the COM height `length_m` (m) and 1/omega `time_s` (s), whose feet can land in the
     /// region `beside`, in which they stand `stance_m` (m) apart at home.
-    pub fn rules(&self, length_m: f64, time_s: f64, beside: &Region, stance_m: f64) -> Stepping {
+    pub fn rules(&self, length_m: f64, time_s: f64, beside: &SwingRegion, stance_m: f64) -> Stepping {
         let ([backward, forward], [inward, outward]) = (beside.x_m, beside.y_m);
         Stepping {
             patience_s: self.patience * time_s,
@@ -236,7 +236,7 @@ mod tests {
         let table = crate::lipm::testing::built_in("paper").stepping.unwrap();
         for (least, outward) in [(0.0, 0.01), (0.7, 1.0), (1.0, 0.01), (1.0, 1.0)] {
             let table = SteppingTable { range: RangeTable { least, outward, ..table.range }, ..table };
-            let beside = Region { x_m: [-0.2, 0.3], y_m: [0.15, 0.4], swing_time_s: 0.3 };
+            let beside = SwingRegion { x_m: [-0.2, 0.3], y_m: [0.15, 0.4], swing_time_s: 0.3 };
             let Stepping { range, swing_time_s, .. } = table.rules(0.9, 0.3, &beside, 0.21);
             assert!(0.15 <= range.least_m && range.least_m <= 0.21 && 0.21 < range.outward_m && range.outward_m <= 0.4);
             assert!(range.forward_m <= 0.2 && (swing_time_s - 0.3 * table.swing_time).abs() < 1e-12);

@@ -180,12 +180,12 @@ pub trait Promise {
 
     /// For pictures: places of the COM from which, at its present velocity, the controller promises to recover. The
     /// regions are in the order of [`PreparedController::regions`].
-    fn regions(&self) -> Vec<Region>;
+    fn regions(&self) -> Vec<RecoveryRegion>;
 }
 
 /// Places of the COM from which a controller recovers by standing.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Region {
+pub struct RecoveryRegion {
     /// Name of what acts there, such as a gain.
     pub name: String,
     /// Corners, counter-clockwise (m, world frame); none if there is no such place.

@@ -18,12 +18,12 @@ pub mod swing_shape;
 pub mod swing_time;
 pub mod units;
 
-pub use controller::{Airborne, Controller, PreparedController, Note, Promise, Region, Report, TickError, Word};
+pub use controller::{Airborne, Controller, PreparedController, Note, Promise, RecoveryRegion, Report, TickError, Word};
 pub use io::{Command, CommandError, Imu, Sensed, SensedError, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{
     Ankle, Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Sole, Solid,
 };
-pub use scaled::Scale;
+pub use scaled::SizeRatio;
 pub use shape::Shape;
 pub use units::Units;

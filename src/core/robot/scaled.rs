@@ -11,12 +11,12 @@ use std::sync::Arc;
 
 /// Ratios of a similar robot's quantities to the robot's own.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scale {
+pub struct SizeRatio {
     pub length: f64,
     pub mass: f64,
 }
 
-impl Scale {
+impl SizeRatio {
     /// Ratio of times, and of speeds.
     pub fn time(self) -> f64 {
         self.length.sqrt()
@@ -59,7 +59,7 @@ impl Scale {
 
 impl Robot {
     /// A similar robot.
-    pub fn scaled(&self, by: Scale) -> Robot {
+    pub fn scaled(&self, by: SizeRatio) -> Robot {
         let (length, moment, time) = (by.length, by.moment(), by.time());
         let mut robot = self.clone();
         for link in &mut robot.links {

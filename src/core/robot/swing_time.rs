@@ -38,7 +38,7 @@ const FOUND: f64 = 3e-4;
 
 /// A swing of `foot` from home to a landing place.
 #[derive(Debug, Clone)]
-pub struct Swing<'a> {
+pub struct SwingMotion<'a> {
     robot: &'a Robot,
     units: Units,
     foot: Foot,
@@ -57,7 +57,7 @@ pub struct Swing<'a> {
     jacobian: Matrix6xX<f64>,
 }
 
-impl<'a> Swing<'a> {
+impl<'a> SwingMotion<'a> {
     /// A swing to `to`: the offset from the centre of the stance sole (m), x forward and y to the side of `foot`. None
     /// if a leg cannot reach its sole's places within the limits of its joints, or if the motors cannot hold it there.
     pub fn new(robot: &'a Robot, foot: Foot, to: [f64; 2], around: Around) -> Option<Self> {
@@ -190,7 +190,7 @@ impl<'a> Swing<'a> {
             let gravity = dynamics.bias().clone();
             dynamics.update(robot, &self.kinematics, &rates);
             let motion = dynamics.mass_matrix() * &accelerations + dynamics.bias() - &gravity;
-            let load = |&j: &usize| Load {
+            let load = |&j: &usize| JointLoad {
                 servo: robot.servos[j],
                 motion: motion[6 + j],
                 gravity: gravity[6 + j],
@@ -213,7 +213,7 @@ impl<'a> Swing<'a> {
 }
 
 /// Torque and speed of one joint at one place of the path, for a swing that lasts 1 s.
-struct Load {
+struct JointLoad {
     servo: Servo,
     /// Torque for the motion (N m s^2), and to carry the leg (N m).
     motion: f64,
@@ -222,7 +222,7 @@ struct Load {
     rate: f64,
 }
 
-impl Load {
+impl JointLoad {
     /// Whether the servo suffices for a swing of this duration. Against the motion, it has its full torque.
     fn is_within(&self, time_s: f64) -> bool {
         let (torque, speed) = (self.motion / (time_s * time_s) + self.gravity, self.rate / time_s);
@@ -238,7 +238,7 @@ pub fn least_swing_time_s(robot: &Robot, region: &LandingRegion) -> Option<f64> 
     let mut most = 0.0_f64;
     for foot in Foot::BOTH {
         for to in region.corners() {
-            most = most.max(Swing::new(robot, foot, to, region.around())?.least_time_s());
+            most = most.max(SwingMotion::new(robot, foot, to, region.around())?.least_time_s());
         }
     }
     Some(most)

@@ -47,7 +47,7 @@ fn robust(family: GainFamily, polygon: &SupportPolygon, share: f64) -> GainFamil
 }
 
 fn builtin(name: &str) -> GainSet {
-    let source = standfast_files::assets::open(standfast_files::assets::Kind::Controller, name).unwrap();
+    let source = standfast_files::assets::open(standfast_files::assets::InputKind::Controller, name).unwrap();
     standfast_files::assets::parse_toml(&source).unwrap()
 }
 

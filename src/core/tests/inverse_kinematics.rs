@@ -6,7 +6,7 @@ use standfast_core::robot::swing_shape::least_jerk;
 use standfast_core::robot::{Foot, Kinematics, PerFoot, Robot};
 
 /// How a task was followed.
-struct Followed {
+struct FollowedTask {
     /// Largest distance of COM (horizontal, and in height) and soles from their targets (m).
     com: f64,
     height: f64,
@@ -34,7 +34,7 @@ fn stride(robot: &Robot, by: [Vector3<f64>; 2]) -> BodyTargets {
 }
 
 /// A minimum-jerk stride like that of a swing foot, in 0.2 s, and then 500 ticks at its end.
-fn follow(robot: &Robot, left: [f64; 2], right: [f64; 2]) -> Followed {
+fn follow(robot: &Robot, left: [f64; 2], right: [f64; 2]) -> FollowedTask {
     let by = [left, right].map(|[x, y]| Vector3::new(x, y, 0.0));
     let mut body = InverseKinematics::new(robot);
     let (mut leap, mut last) = (0.0_f64, 0.0);
@@ -54,7 +54,7 @@ fn follow(robot: &Robot, left: [f64; 2], right: [f64; 2]) -> Followed {
     };
     let com = kinematics.com() - task.com;
     let soles = missed(Foot::Left).max(missed(Foot::Right));
-    Followed { com: com.xy().norm(), height: com.z.abs(), soles, leap, last }
+    FollowedTask { com: com.xy().norm(), height: com.z.abs(), soles, leap, last }
 }
 
 const HERE: [f64; 2] = [0.0, 0.0];
@@ -78,7 +78,7 @@ fn what_the_legs_can_reach_is_reached_and_the_rest_is_approached_without_a_leap(
         ([0.2, 0.05], [-0.2, -0.05], Some(1e-2)),
         (HERE, [0.0, -0.4], Some(5e-3)),
     ] {
-        let Followed { com, height, soles, leap, last } = follow(&robot, left, right);
+        let FollowedTask { com, height, soles, leap, last } = follow(&robot, left, right);
         let is_good = match most {
             None => com < 1e-6 && soles < 1e-6 && height < 5e-5,
             Some(most) => com < most && soles < 1e-3 && height > 1e-3 && leap < 0.2 && last < 1e-9,

@@ -5,7 +5,7 @@ use serde::Serialize;
 use standfast_sim::Ground;
 
 #[derive(Debug, Clone, Copy)]
-pub struct Face {
+pub struct GroundFace {
     pub part: GroundPart,
     /// Corners in the frame of the plane (m), counter-clockwise as seen from above.
     pub corners: [Point3<f64>; 4],
@@ -22,7 +22,7 @@ pub enum GroundPart {
 
 /// The faces of the ground up to `reach_m` to each side of the origin of its plane (m), in tiles of at most `tile_m`
 /// (m). Without a step there are neither a patch nor walls.
-pub fn faces(ground: &Ground, reach_m: f64, tile_m: f64) -> Vec<Face> {
+pub fn faces(ground: &Ground, reach_m: f64, tile_m: f64) -> Vec<GroundFace> {
     let Ground { step_m, patch: [least, most], .. } = *ground;
     let has_step = step_m != 0.0;
     // The lines between tiles include the edges of the patch.
@@ -40,14 +40,14 @@ pub fn faces(ground: &Ground, reach_m: f64, tile_m: f64) -> Vec<Face> {
         let is_patch = has_step && is_inside(x, 0) && is_inside(y, 1);
         let (part, z) = if is_patch { (GroundPart::Patch, 0.0) } else { (GroundPart::Around, step_m) };
         let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| Point3::new(x[i], y[j], z));
-        faces.push(Face { part, corners });
+        faces.push(GroundFace { part, corners });
     }
     if has_step {
         let rim = [(least.x, least.y), (most.x, least.y), (most.x, most.y), (least.x, most.y)];
         faces.extend((0..4).map(|i| {
             let [(ax, ay), (bx, by)] = [rim[i], rim[(i + 1) % 4]];
             let corners = [(ax, ay, 0.0), (bx, by, 0.0), (bx, by, step_m), (ax, ay, step_m)];
-            Face { part: GroundPart::Wall, corners: corners.map(|(x, y, z)| Point3::new(x, y, z)) }
+            GroundFace { part: GroundPart::Wall, corners: corners.map(|(x, y, z)| Point3::new(x, y, z)) }
         }));
     }
     faces
@@ -68,7 +68,7 @@ mod tests {
             let faces = faces(&ground, 1.0, tile_m);
             assert_eq!(faces.len(), count);
             let mut area = 0.0;
-            for Face { part, corners: [a, b, c, d] } in faces {
+            for GroundFace { part, corners: [a, b, c, d] } in faces {
                 let around = (c - a).cross(&(d - b)) / 2.0;
                 if part == GroundPart::Wall {
                     assert!(around.z == 0.0 && (c.z - a.z) == step_m);

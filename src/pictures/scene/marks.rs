@@ -10,7 +10,7 @@ use standfast_sim::episode::snapshot::Arrow;
 
 /// A mark: its overlay, which gives it its colour, and its shape.
 #[derive(Debug, Clone)]
-pub struct Mark {
+pub struct SceneMark {
     pub overlay: Overlay,
     pub drawing: Drawing,
 }
@@ -43,7 +43,7 @@ pub enum Drawing {
 }
 
 /// The marks of a moment with the overlays that are `shown`, in the order in which they are drawn.
-pub(super) fn of(now: &Snapshot, ground: &Ground, scale: RobotScale, shown: &[Overlay]) -> Vec<Mark> {
+pub(super) fn of(now: &Snapshot, ground: &Ground, scale: RobotScale, shown: &[Overlay]) -> Vec<SceneMark> {
     let mut marks = Vec::new();
     let floor = |at: Point2<f64>| on_ground(at, ground);
     let polygon = |corners: &[Point2<f64>], sheet| Drawing::Polygon {
@@ -51,7 +51,7 @@ pub(super) fn of(now: &Snapshot, ground: &Ground, scale: RobotScale, shown: &[Ov
         sheet,
     };
     for overlay in Overlay::ALL.into_iter().filter(|overlay| shown.contains(overlay)) {
-        let mut add = |drawing| marks.push(Mark { overlay, drawing });
+        let mut add = |drawing| marks.push(SceneMark { overlay, drawing });
         match overlay.look().style {
             Style::Polygon { of, sheet } => add(polygon(&of(now), sheet)),
             // The CPI set of the active gain is drawn over the others, which are drawn from slow to fast, since slower

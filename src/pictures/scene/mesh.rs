@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 /// A mesh: its corners with their normals, and the indices of three corners for each face.
 #[derive(Debug, Clone, Default)]
-pub struct Mesh {
+pub struct DrawnMesh {
     pub corners: Vec<(Point3<f64>, Vector3<f64>)>,
     pub faces: Vec<[usize; 3]>,
 }
@@ -21,9 +21,9 @@ const STACKS: usize = 12;
 const BEVEL_M: f64 = 0.002;
 const BEVEL_SHARE: f64 = 0.15;
 
-fn bevelled_box(half: Vector3<f64>) -> Mesh {
+fn bevelled_box(half: Vector3<f64>) -> DrawnMesh {
     let bevel = BEVEL_M.min(BEVEL_SHARE * half.min());
-    let mut mesh = Mesh::default();
+    let mut mesh = DrawnMesh::default();
     // Corner k of the box has a corner of the mesh on each of its three faces: 3 k + axis.
     let sign = |k: usize, axis: usize| if k >> axis & 1 == 1 { 1.0 } else { -1.0 };
     for k in 0..8 {
@@ -51,7 +51,7 @@ fn bevelled_box(half: Vector3<f64>) -> Mesh {
     mesh
 }
 
-fn cylinder(radius: f64, length: f64) -> Mesh {
+fn cylinder(radius: f64, length: f64) -> DrawnMesh {
     let bevel = BEVEL_M.min(BEVEL_SHARE * radius.min(length));
     let (h, r) = (length / 2.0, radius - bevel);
     revolved(&[
@@ -65,7 +65,7 @@ fn cylinder(radius: f64, length: f64) -> Mesh {
 }
 
 /// A capsule, or with the length 0 a sphere.
-fn capsule(radius: f64, length: f64) -> Mesh {
+fn capsule(radius: f64, length: f64) -> DrawnMesh {
     let half_ball = |first: usize, to: f64| {
         (first..=first + STACKS / 2).map(move |k| {
             let (sin, cos) = (180.0 * k as f64 / STACKS as f64).to_radians().sin_cos();
@@ -82,7 +82,7 @@ fn capsule(radius: f64, length: f64) -> Mesh {
 const CREASE_RAD: f64 = 0.7;
 
 /// A mesh of a file, with normals that show curved surfaces and edges.
-fn creased(mesh: &robot::mesh::Mesh) -> Mesh {
+fn creased(mesh: &robot::mesh::Mesh) -> DrawnMesh {
     let at = |i: u32| mesh.points[i as usize];
     let across = |&[a, b, c]: &[u32; 3]| (at(b) - at(a)).cross(&(at(c) - at(a)));
     let across: Vec<Vector3<f64>> = mesh.triangles.iter().map(across).collect();
@@ -91,7 +91,7 @@ fn creased(mesh: &robot::mesh::Mesh) -> Mesh {
     for (face, triangle) in mesh.triangles.iter().enumerate() {
         triangle.iter().for_each(|&corner| around[corner as usize].push(face));
     }
-    let mut creased = Mesh::default();
+    let mut creased = DrawnMesh::default();
     // The corners made so far for each point, by the faces that share them.
     let mut made: HashMap<(u32, Vec<usize>), usize> = HashMap::new();
     for (face, triangle) in mesh.triangles.iter().enumerate() {
@@ -113,8 +113,8 @@ fn creased(mesh: &robot::mesh::Mesh) -> Mesh {
 
 /// A surface of revolution about z. Each row of the profile is a point (r, z) with its normal (r, z), from bottom to
 /// top along the outside.
-fn revolved(profile: &[[f64; 4]]) -> Mesh {
-    let mut mesh = Mesh::default();
+fn revolved(profile: &[[f64; 4]]) -> DrawnMesh {
+    let mut mesh = DrawnMesh::default();
     for k in 0..SIDES {
         let (sin, cos) = (360.0 * k as f64 / SIDES as f64).to_radians().sin_cos();
         let corner =
@@ -138,7 +138,7 @@ fn revolved(profile: &[[f64; 4]]) -> Mesh {
     mesh
 }
 
-impl Mesh {
+impl DrawnMesh {
     /// The mesh of a solid, in its own frame (m).
     pub fn of(shape: &Shape) -> Self {
         match *shape {
@@ -173,7 +173,7 @@ mod tests {
     use std::f64::consts::PI;
 
     /// The volume by the divergence theorem, which is right only if the surface is closed and every face looks outward.
-    fn volume(mesh: &Mesh) -> f64 {
+    fn volume(mesh: &DrawnMesh) -> f64 {
         let at = |i: usize| mesh.corners[i].0.coords;
         mesh.faces.iter().map(|f| at(f[0]).cross(&at(f[1])).dot(&at(f[2])) / 6.0).sum()
     }
@@ -202,7 +202,7 @@ mod tests {
     }
 
     /// A mesh as from a file, with the corners and faces of `mesh`.
-    fn file(mesh: &Mesh) -> robot::mesh::Mesh {
+    fn file(mesh: &DrawnMesh) -> robot::mesh::Mesh {
         let faces = mesh.faces.iter().map(|face| face.map(|corner| corner as u32)).collect();
         robot::mesh::Mesh::new(mesh.corners.iter().map(|(at, _)| *at).collect(), faces)
     }
@@ -213,7 +213,7 @@ mod tests {
         let corner = |k: usize| {
             Point3::from(Vector3::from_fn(|axis, _| if k >> axis & 1 == 1 { half[axis] } else { -half[axis] }))
         };
-        let mut cube = Mesh { corners: (0..8).map(|k| (corner(k), corner(k).coords)).collect(), faces: Vec::new() };
+        let mut cube = DrawnMesh { corners: (0..8).map(|k| (corner(k), corner(k).coords)).collect(), faces: Vec::new() };
         for side in [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]] {
             cube.face(&side);
         }

@@ -16,13 +16,13 @@ mod strokes;
 mod words;
 
 pub use events::{Event, EventKind, events};
-pub use ground::{Face, GroundPart, faces};
-pub use marks::{Drawing, Mark, arrow_along, on_ground};
-use mesh::Mesh;
+pub use ground::{GroundFace, GroundPart, faces};
+pub use marks::{Drawing, SceneMark, arrow_along, on_ground};
+use mesh::DrawnMesh;
 use nalgebra::{Isometry3, Point3};
 use palette::Overlay;
 use scale::RobotScale;
-pub use sign::{At, Form};
+pub use sign::{ScreenPoint, FlatShape};
 use standfast_core::robot::{Kinematics, Posture, Robot};
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
@@ -46,7 +46,7 @@ pub struct Surface {
     /// RGBA, 0 to 1.
     pub color: [f64; 4],
     /// The mesh in the frame of the link (m).
-    pub mesh: Mesh,
+    pub mesh: DrawnMesh,
     /// A ball that contains the solid: centre in the frame of the link, and radius (m).
     pub ball: (Point3<f64>, f64),
 }
@@ -57,7 +57,7 @@ impl<'a> Stage<'a> {
         let drawn = links.flat_map(|(i, link)| link.drawn().iter().map(move |solid| (i, solid)));
         let solid = |(link, solid): (usize, &standfast_core::robot::Solid)| {
             let (center, radius_m) = solid.shape.ball();
-            let (mesh, ball) = (Mesh::of(&solid.shape).at(&solid.pose), (solid.pose * center, radius_m));
+            let (mesh, ball) = (DrawnMesh::of(&solid.shape).at(&solid.pose), (solid.pose * center, radius_m));
             Surface { link, color: solid.color, mesh, ball }
         };
         let mut solids: Vec<Surface> = drawn.map(solid).collect();
@@ -87,7 +87,7 @@ impl<'a> Stage<'a> {
     }
 
     /// The marks of a moment, in the order in which they are drawn.
-    pub fn marks(&self, now: &Snapshot, shown: &[Overlay]) -> Vec<Mark> {
+    pub fn marks(&self, now: &Snapshot, shown: &[Overlay]) -> Vec<SceneMark> {
         marks::of(now, &self.ground(now), self.scale, shown)
     }
 }

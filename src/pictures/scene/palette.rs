@@ -80,7 +80,7 @@ pub enum Overlay {
 
 /// Name, key, colour and style of an overlay.
 #[derive(Debug, Clone, Copy)]
-pub struct Look {
+pub struct OverlayLook {
     /// Name of the overlay in the script of a page, where the data of a moment have the same name.
     pub id: &'static str,
     /// The key that shows and hides the overlay, in lower case.
@@ -147,7 +147,7 @@ impl Overlay {
     ];
 
     /// How this overlay looks.
-    pub const fn look(self) -> Look {
+    pub const fn look(self) -> OverlayLook {
         const fn sheet(fill: f64, edge: f64, width: f64) -> Sheet {
             Sheet { fill, edge, width }
         }
@@ -202,7 +202,7 @@ impl Overlay {
                 ("zmp", 'z', "ZMP", "the ZMP that the forces under the soles have", 0xd62728, style)
             }
         };
-        Look { id, key, name, hint, color: Color::hex(color), style }
+        OverlayLook { id, key, name, hint, color: Color::hex(color), style }
     }
 
     pub const fn color(self) -> Color {
@@ -213,7 +213,7 @@ impl Overlay {
 /// All overlays as JSON, for the script of a page.
 pub fn json() -> Value {
     let looks = Overlay::ALL.map(|overlay| {
-        let Look { id, key, name, hint, color, style } = overlay.look();
+        let OverlayLook { id, key, name, hint, color, style } = overlay.look();
         let look = json!({ "id": id, "key": key, "name": name, "hint": hint, "color": color.css(), "style": style });
         (id.to_string(), look)
     });

@@ -6,18 +6,18 @@ use std::f64::consts::TAU;
 
 /// A place in points of a screen, to the right and down from the upper left corner of a picture, or from the marked
 /// point.
-pub type At = [f64; 2];
+pub type ScreenPoint = [f64; 2];
 
 /// A flat shape. Lines are centred on their path, with a width in points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "form", rename_all = "lowercase")]
-pub enum Form {
+pub enum FlatShape {
     /// A convex polygon, filled.
-    Area { path: Vec<At> },
+    Area { path: Vec<ScreenPoint> },
     /// The closed line around a convex polygon.
-    Outline { path: Vec<At>, width: f64 },
+    Outline { path: Vec<ScreenPoint>, width: f64 },
     /// A straight line between two ends.
-    Line { path: [At; 2], width: f64 },
+    Line { path: [ScreenPoint; 2], width: f64 },
 }
 
 /// The shape of a sign, which distinguishes its point from others.
@@ -42,7 +42,7 @@ impl Serialize for Sign {
 #[derive(Debug, Clone, Serialize)]
 pub struct Piece {
     #[serde(flatten)]
-    pub form: Form,
+    pub form: FlatShape,
     #[serde(rename = "white")]
     pub is_white: bool,
 }
@@ -55,47 +55,47 @@ const ROUND: usize = 32;
 impl Sign {
     /// The parts in the order in which they are drawn, the white rim first.
     pub fn pieces(self) -> Vec<Piece> {
-        let line = |x: f64, y: f64| Form::Line { path: [[x, y], [-x, -y]], width: 2.4 };
+        let line = |x: f64, y: f64| FlatShape::Line { path: [[x, y], [-x, -y]], width: 2.4 };
         let colored = match self {
-            Sign::Disc => vec![Form::Area { path: circle(3.5) }],
-            Sign::Ring => vec![Form::Outline { path: circle(5.9), width: 2.4 }],
-            Sign::Diamond => vec![Form::Area { path: vec![[10.8, 0.0], [0.0, 10.8], [-10.8, 0.0], [0.0, -10.8]] }],
+            Sign::Disc => vec![FlatShape::Area { path: circle(3.5) }],
+            Sign::Ring => vec![FlatShape::Outline { path: circle(5.9), width: 2.4 }],
+            Sign::Diamond => vec![FlatShape::Area { path: vec![[10.8, 0.0], [0.0, 10.8], [-10.8, 0.0], [0.0, -10.8]] }],
             Sign::Cross => vec![line(7.8, 7.8), line(7.8, -7.8)],
             Sign::Quartered => {
                 let rim = circle(8.0);
                 let quarter = |from: usize| {
                     let arc = (from..=from + ROUND / 4).map(|k| rim[k % ROUND]);
-                    Form::Area { path: [[0.0; 2]].into_iter().chain(arc).collect() }
+                    FlatShape::Area { path: [[0.0; 2]].into_iter().chain(arc).collect() }
                 };
-                vec![quarter(0), quarter(ROUND / 2), Form::Outline { path: rim.clone(), width: 2.0 }]
+                vec![quarter(0), quarter(ROUND / 2), FlatShape::Outline { path: rim.clone(), width: 2.0 }]
             }
         };
         // The space between the quarters is white, too.
-        let ground = (self == Sign::Quartered).then(|| Form::Area { path: circle(8.0) });
-        let white: Vec<Form> = ground.into_iter().chain(colored.iter().map(Form::widened)).collect();
+        let ground = (self == Sign::Quartered).then(|| FlatShape::Area { path: circle(8.0) });
+        let white: Vec<FlatShape> = ground.into_iter().chain(colored.iter().map(FlatShape::widened)).collect();
         let piece = |is_white: bool| move |form| Piece { form, is_white };
         white.into_iter().map(piece(true)).chain(colored.into_iter().map(piece(false))).collect()
     }
 }
 
-impl Form {
+impl FlatShape {
     /// The white form below this one: a line that is wider by the rim on each side or, for an area, its outline.
-    fn widened(&self) -> Form {
+    fn widened(&self) -> FlatShape {
         let wider = |width: f64| width + 2.0 * RIM;
         match self {
-            Form::Area { path } => Form::Outline { path: path.clone(), width: wider(0.0) },
-            Form::Outline { path, width } => Form::Outline { path: path.clone(), width: wider(*width) },
-            Form::Line { path: [a, b], width } => {
+            FlatShape::Area { path } => FlatShape::Outline { path: path.clone(), width: wider(0.0) },
+            FlatShape::Outline { path, width } => FlatShape::Outline { path: path.clone(), width: wider(*width) },
+            FlatShape::Line { path: [a, b], width } => {
                 let length = (a[0] - b[0]).hypot(a[1] - b[1]);
-                let beyond = |end: At, other: At| [0, 1].map(|i| end[i] + (end[i] - other[i]) * RIM / length);
-                Form::Line { path: [beyond(*a, *b), beyond(*b, *a)], width: wider(*width) }
+                let beyond = |end: ScreenPoint, other: ScreenPoint| [0, 1].map(|i| end[i] + (end[i] - other[i]) * RIM / length);
+                FlatShape::Line { path: [beyond(*a, *b), beyond(*b, *a)], width: wider(*width) }
             }
         }
     }
 }
 
 /// A circle about the marked point. Coordinates are rounded, so that pages are the same to the byte on every machine.
-fn circle(radius: f64) -> Vec<At> {
+fn circle(radius: f64) -> Vec<ScreenPoint> {
     let corner = |k: usize| {
         let (sin, cos) = (TAU * k as f64 / ROUND as f64).sin_cos();
         [cos, sin].map(|share| (1000.0 * radius * share).round() / 1000.0)
@@ -110,11 +110,11 @@ mod tests {
     const ALL: [Sign; 5] = [Sign::Disc, Sign::Ring, Sign::Diamond, Sign::Cross, Sign::Quartered];
 
     /// Distance from the marked point to which a form reaches (points).
-    fn reach(form: &Form) -> f64 {
+    fn reach(form: &FlatShape) -> f64 {
         let (path, width) = match form {
-            Form::Area { path } => (&path[..], 0.0),
-            Form::Outline { path, width } => (&path[..], *width),
-            Form::Line { path, width } => (&path[..], *width),
+            FlatShape::Area { path } => (&path[..], 0.0),
+            FlatShape::Outline { path, width } => (&path[..], *width),
+            FlatShape::Line { path, width } => (&path[..], *width),
         };
         path.iter().map(|at| at[0].hypot(at[1])).fold(0.0, f64::max) + width / 2.0
     }

@@ -1,15 +1,15 @@
 //! Axes of panels: scales and ticks, charts, and the ground seen from above.
 
-use super::panel::{At, Panel, View, short};
+use super::panel::{PanelPoint, Panel, PanelView, short};
 
 /// The values at both ends of a picture.
 #[derive(Debug, Clone, Copy)]
-pub struct Scale {
+pub struct AxisScale {
     pub from: f64,
     pub to: f64,
 }
 
-impl Scale {
+impl AxisScale {
     /// Round values within the scale, three to eleven of them, or one if the scale has no extent.
     pub fn ticks(self) -> Vec<f64> {
         let span = self.to - self.from;
@@ -28,15 +28,15 @@ pub struct Axis {
     /// Name with its unit. If it is empty on an x axis, neither name nor numbers are written.
     pub name: String,
     /// Values at the left or lower edge, and at the right or upper edge.
-    pub ends: At,
+    pub ends: PanelPoint,
     /// Values with a number, and the text of the number.
     pub ticks: Vec<(f64, String)>,
 }
 
 impl Axis {
-    pub fn new(name: &str, ends: At) -> Self {
+    pub fn new(name: &str, ends: PanelPoint) -> Self {
         let [from, to] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-        let ticks = Scale { from, to }.ticks().into_iter().map(|x| (x, short(x, 3))).collect();
+        let ticks = AxisScale { from, to }.ticks().into_iter().map(|x| (x, short(x, 3))).collect();
         Self { name: name.into(), ends, ticks }
     }
 }
@@ -46,7 +46,7 @@ impl Panel {
     /// the units of the axes.
     pub fn axes(&mut self, frame: [f64; 4], x: &Axis, y: &Axis) {
         let [left, top, right, bottom] = frame;
-        let view = View::chart(frame, x.ends, y.ends);
+        let view = PanelView::chart(frame, x.ends, y.ends);
         self.in_px(|panel| {
             for (at, number) in &x.ticks {
                 let [at, _] = view.at([*at, 0.0]);
@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn ticks_are_round_and_inside() {
-        let ticks = |from, to| Scale { from, to }.ticks();
+        let ticks = |from, to| AxisScale { from, to }.ticks();
         assert_eq!(ticks(0.0, 1.0), [0.0, 0.2, 0.4, 0.6000000000000001, 0.8, 1.0]);
         assert_eq!(ticks(-0.5, 0.5), [-0.4, -0.2, 0.0, 0.2, 0.4]);
         assert_eq!(ticks(1.0, 1.0), [1.0]);

@@ -3,7 +3,7 @@
 //! moves the ZMP. Dashed lines show the CPI sets of the same gains without disturbances, if the CPI sets are robust.
 
 use super::axes::Axis;
-use super::panel::{At, Panel};
+use super::panel::{PanelPoint, Panel};
 use nalgebra::{Point2, Vector2};
 use standfast_core::error::Result;
 use standfast_core::lipm::CpiSet;
@@ -86,7 +86,7 @@ fn ends(set: &CpiSet, axis: usize) -> [f64; 2] {
 }
 
 /// Draws the name of a CPI set, and a line from the name to the edge of the CPI set.
-pub fn leader(panel: &mut Panel, edge: At, name: At, words: &str) {
+pub fn leader(panel: &mut Panel, edge: PanelPoint, name: PanelPoint, words: &str) {
     panel.line("slice", edge, name);
     panel.circle("slice", edge, 2.0);
     panel.text("slice small start", name, [4.0, 4.0], words);
@@ -99,7 +99,7 @@ pub fn spread(i: usize, count: usize) -> f64 {
 
 /// Boundary of the slice along an axis, as COM velocities (m/s) and ZMPs (mm). `speed` and `reach` are the ends of the
 /// axes (m/s, m).
-fn outline(set: &CpiSet, axis: usize, speed: f64, reach: f64) -> impl Iterator<Item = At> {
+fn outline(set: &CpiSet, axis: usize, speed: f64, reach: f64) -> impl Iterator<Item = PanelPoint> {
     (0..DIRECTIONS).map(move |i| {
         let (sin, cos) = (i as f64 / DIRECTIONS as f64 * std::f64::consts::TAU).sin_cos();
         let size = 1.0 / set.set.gauge(&state(axis, cos * speed, sin * reach));

@@ -1,8 +1,8 @@
 //! The picture of `standfast limit`: the largest recoverable impulses by heading, over the pendulum bounds.
 
-use super::axes::Scale;
+use super::axes::AxisScale;
 use super::class_of_set;
-use super::panel::{Panel, Row, Sample};
+use super::panel::{Panel, LegendRow, LegendSample};
 use super::polar::{Polar, towards};
 use standfast_core::error::Result;
 use standfast_study::limit::{Heading, Limits, SetLimit};
@@ -13,9 +13,9 @@ const RADIUS: f64 = 265.0;
 /// Angle between the points of the curves of the bounds (degrees).
 const BOUND_EVERY_DEG: usize = 3;
 /// A bound: class in `figure.css`, name in the legend, and impulse (N s).
-type Bound = (&'static str, &'static str, fn(&Heading) -> f64);
+type BoundCurve = (&'static str, &'static str, fn(&Heading) -> f64);
 /// The bounds in the order in which they are drawn on top of each other.
-const BOUNDS: [Bound; 3] = [
+const BOUNDS: [BoundCurve; 3] = [
     ("bound many", "any number of footsteps, or none", |heading| heading.bound_n_step_n_s),
     ("bound one", "at most one footstep", |heading| heading.bound_one_step_n_s),
     ("bound none", "no footstep", |heading| heading.bound_no_step_n_s),
@@ -44,7 +44,7 @@ fn all(limits: &[Limits]) -> impl Iterator<Item = &SetLimit> {
 fn map(limits: &[Limits], bounds: &[Heading]) -> Panel {
     let found = all(limits).map(|set| set.ci95[1]);
     let allowed = bounds.iter().flat_map(|heading| BOUNDS.map(|(.., of)| of(heading)));
-    let ticks = Scale { from: 0.0, to: found.chain(allowed).fold(0.1, f64::max) }.ticks();
+    let ticks = AxisScale { from: 0.0, to: found.chain(allowed).fold(0.1, f64::max) }.ticks();
     // The last ring lies beyond all values.
     let step = ticks[1] - ticks[0];
     let rings: Vec<f64> = (1..=ticks.len()).map(|i| step * i as f64).collect();
@@ -92,11 +92,11 @@ fn draw_set(panel: &mut Panel, limits: &Limits, set: usize, is_second: bool) {
     }
 }
 
-fn legend(limits: &[Limits]) -> Vec<Row> {
+fn legend(limits: &[Limits]) -> Vec<LegendRow> {
     let names = limits[0].headings.iter().take(1).flat_map(|heading| &heading.sets).map(|set| set.name.clone());
-    let of_set = |(i, name)| (class_of_set(i), Sample::DottedLine(""), name);
-    let mut rows: Vec<Row> = names.enumerate().map(of_set).collect();
-    let mut note = |words: &str| rows.push((String::new(), Sample::Nothing, words.into()));
+    let of_set = |(i, name)| (class_of_set(i), LegendSample::DottedLine(""), name);
+    let mut rows: Vec<LegendRow> = names.enumerate().map(of_set).collect();
+    let mut note = |words: &str| rows.push((String::new(), LegendSample::Nothing, words.into()));
     match limits {
         [first, second] => {
             note(&format!("solid line: {}", first.engine));
@@ -113,7 +113,7 @@ fn legend(limits: &[Limits]) -> Vec<Row> {
         note("hollow: not precise enough");
     }
     note("Pendulum bounds: a pendulum stays up with");
-    rows.extend(BOUNDS.map(|(class, words, _)| (class.into(), Sample::Area, words.into())));
-    rows.push((String::new(), Sample::Nothing, "read from the middle along a heading".into()));
+    rows.extend(BOUNDS.map(|(class, words, _)| (class.into(), LegendSample::Area, words.into())));
+    rows.push((String::new(), LegendSample::Nothing, "read from the middle along a heading".into()));
     rows
 }

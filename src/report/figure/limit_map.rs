@@ -2,7 +2,7 @@
 //! hole is a loss among pushes that are survived; it links to its replay.
 
 use super::axes::Axis;
-use super::panel::{Panel, Row, Sample, escape};
+use super::panel::{Panel, LegendRow, LegendSample, escape};
 use standfast_core::error::Result;
 use standfast_study::limit::{Limits, SetLimit};
 use std::path::Path;
@@ -22,13 +22,13 @@ pub fn write(path: &Path, limits: &[Limits], replay_of: impl Fn(usize) -> Option
     let all = limits.iter().flat_map(|limits| (0..sets(limits)).map(move |set| (limits, set)));
     let mut panels: Vec<Panel> = all.map(|(limits, set)| map(limits, set, &mut holes)).collect();
     let rows = [
-        ("cell", Sample::Area, "the robot recovers"),
-        ("cell lost", Sample::Area, "it does not"),
-        ("cell hole", Sample::Area, "a hole: it recovers from harder pushes; click for the replay, if there is one"),
-        ("s0", Sample::DottedLine(""), "50 % recover"),
-        ("limit", Sample::Line, "pendulum bound with one footstep"),
+        ("cell", LegendSample::Area, "the robot recovers"),
+        ("cell lost", LegendSample::Area, "it does not"),
+        ("cell hole", LegendSample::Area, "a hole: it recovers from harder pushes; click for the replay, if there is one"),
+        ("s0", LegendSample::DottedLine(""), "50 % recover"),
+        ("limit", LegendSample::Line, "pendulum bound with one footstep"),
     ];
-    panels.push(Panel::of_legend(&rows.map(|(class, sample, words)| -> Row { (class.into(), sample, words.into()) })));
+    panels.push(Panel::of_legend(&rows.map(|(class, sample, words)| -> LegendRow { (class.into(), sample, words.into()) })));
     super::write(path, &format!("Pushes by heading and impulse: {robot}, campaign {campaign}"), &panels, 1)
 }
 

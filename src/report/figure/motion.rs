@@ -5,7 +5,7 @@
 //! band, the robot falls unless it takes a footstep. Coloured bands show the times of pushes and footsteps.
 
 use super::axes::Axis;
-use super::panel::{At, Panel, Row, Sample, pieces};
+use super::panel::{PanelPoint, Panel, LegendRow, LegendSample, pieces};
 use nalgebra::Point2;
 use standfast_core::error::Result;
 use standfast_core::robot::Robot;
@@ -88,7 +88,7 @@ impl MotionPlot {
     }
 
     /// Draws bands and curves of an axis. `times` (s) and `values` (mm) are the ends of the chart.
-    fn draw(&self, panel: &mut Panel, axis: usize, times: At, values: At) {
+    fn draw(&self, panel: &mut Panel, axis: usize, times: PanelPoint, values: PanelPoint) {
         self.supports(axis, values).into_iter().for_each(|outline| panel.polygon("band", outline));
         let bands = self.swings().into_iter().map(|time| ("swing", time));
         for (class, [from, to]) in bands.chain(self.pushes.iter().map(|time| ("pushed", *time))) {
@@ -101,13 +101,13 @@ impl MotionPlot {
     }
 
     /// Ends of the time axis (s).
-    fn times(&self) -> At {
+    fn times(&self) -> PanelPoint {
         let from = self.moments.first().map_or(0.0, |s| s.time_s);
         [from, self.moments.last().map_or(0.0, |s| s.time_s).max(from + 0.01)]
     }
 
     /// Ends of the value axis (mm). They contain everything that is drawn within `MOST_OUTSIDE_M` of feet and support.
-    fn values(&self, axis: usize) -> At {
+    fn values(&self, axis: usize) -> PanelPoint {
         let around = |values: &mut dyn Iterator<Item = f64>| {
             let finite = values.filter(|v| v.is_finite());
             finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
@@ -124,7 +124,7 @@ impl MotionPlot {
     }
 
     /// Points of a curve (s, mm). The curve has a gap where there is no value, or where it leaves the picture.
-    fn points(&self, (.., of): &Line, axis: usize, [low, high]: At) -> impl Iterator<Item = Option<At>> {
+    fn points(&self, (.., of): &Line, axis: usize, [low, high]: PanelPoint) -> impl Iterator<Item = Option<PanelPoint>> {
         self.moments.iter().map(move |moment| {
             let mm = 1e3 * of(moment)?[axis];
             (low..=high).contains(&mm).then_some([moment.time_s, mm])
@@ -132,7 +132,7 @@ impl MotionPlot {
     }
 
     /// Outlines of the support along an axis (s, mm), one for each uninterrupted time on the ground.
-    fn supports(&self, axis: usize, [least, most]: At) -> Vec<Vec<At>> {
+    fn supports(&self, axis: usize, [least, most]: PanelPoint) -> Vec<Vec<PanelPoint>> {
         let extents = pieces(self.moments.iter().map(|moment| {
             let along = moment.support.iter().map(|v| 1e3 * v[axis]);
             let low = along.clone().reduce(f64::min)?.max(least);
@@ -152,15 +152,15 @@ impl MotionPlot {
     }
 
     /// The rows of the legend: the curves from front to back, then the bands.
-    fn legend(&self) -> Vec<Row> {
+    fn legend(&self) -> Vec<LegendRow> {
         let bands = [
             ("band", "soles on the ground", true),
             ("pushed", "push", !self.pushes.is_empty()),
             ("swing", "foot in the air", self.moments.iter().any(is_swing)),
         ];
         let row = |sample| move |(class, name): (&str, &str)| (class.into(), sample, name.into());
-        let lines = LINES.iter().rev().map(|(name, class, _)| (*class, *name)).map(row(Sample::Line));
-        lines.chain(bands.iter().filter(|band| band.2).map(|band| (band.0, band.1)).map(row(Sample::Area))).collect()
+        let lines = LINES.iter().rev().map(|(name, class, _)| (*class, *name)).map(row(LegendSample::Line));
+        lines.chain(bands.iter().filter(|band| band.2).map(|band| (band.0, band.1)).map(row(LegendSample::Area))).collect()
     }
 }
 

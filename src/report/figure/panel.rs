@@ -7,7 +7,7 @@ use minijinja::HtmlEscape;
 use std::fmt::{Display, Write};
 
 /// A place in the units of a panel's view.
-pub type At = [f64; 2];
+pub type PanelPoint = [f64; 2];
 
 /// Length of the head of an arrow, and half the width of the caps of an error bar (px).
 const HEAD: f64 = 10.0;
@@ -20,32 +20,32 @@ const LETTER: f64 = 7.6;
 
 /// A linear map from places to px.
 #[derive(Debug, Clone, Copy)]
-pub struct View {
+pub struct PanelView {
     /// Position of the place [0, 0] (px).
-    origin: At,
+    origin: PanelPoint,
     /// Offset in px for one unit of x, and of y.
-    x: At,
-    y: At,
+    x: PanelPoint,
+    y: PanelPoint,
 }
 
-impl View {
+impl PanelView {
     /// The view in which places are px.
     pub const PX: Self = Self { origin: [0.0, 0.0], x: [1.0, 0.0], y: [0.0, 1.0] };
 
     /// The view of a chart in a frame (left, top, right and bottom edge, px). `x` holds the values at the left and
     /// right edge, `y` the values at the bottom and top edge.
-    pub fn chart([left, top, right, bottom]: [f64; 4], x: At, y: At) -> Self {
+    pub fn chart([left, top, right, bottom]: [f64; 4], x: PanelPoint, y: PanelPoint) -> Self {
         let ([x0, dx], [y0, dy]) = ([x[0], (right - left) / (x[1] - x[0])], [y[0], (top - bottom) / (y[1] - y[0])]);
         Self { origin: [left - x0 * dx, bottom - y0 * dy], x: [dx, 0.0], y: [0.0, dy] }
     }
 
     /// The view from above: forward (x) is up, left (y) is to the left. `middle` is the position of [0, 0] (px).
-    pub fn from_above(middle: At, px_per_unit: f64) -> Self {
+    pub fn from_above(middle: PanelPoint, px_per_unit: f64) -> Self {
         Self { origin: middle, x: [0.0, -px_per_unit], y: [-px_per_unit, 0.0] }
     }
 
     /// Position of a place (px).
-    pub fn at(&self, place: impl Into<At>) -> At {
+    pub fn at(&self, place: impl Into<PanelPoint>) -> PanelPoint {
         let [x, y] = place.into();
         [0, 1].map(|i| self.origin[i] + x * self.x[i] + y * self.y[i])
     }
@@ -57,16 +57,16 @@ pub struct Panel {
     pub width: f64,
     pub height: f64,
     /// Coordinates of the upper left corner (px).
-    pub corner: At,
+    pub corner: PanelPoint,
     /// How the places of the next elements are converted to px.
-    pub view: View,
+    pub view: PanelView,
     pub class: &'static str,
     body: String,
 }
 
 /// The sample before the text of a row of a legend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sample {
+pub enum LegendSample {
     Line,
     /// A line with a dot of this class on it.
     DottedLine(&'static str),
@@ -75,38 +75,38 @@ pub enum Sample {
 }
 
 /// A row of a legend: classes and shape of the sample, and text.
-pub type Row = (String, Sample, String);
+pub type LegendRow = (String, LegendSample, String);
 
 impl Panel {
     /// An empty panel of a size (px). Places are px until axes are drawn.
     pub fn new(width: f64, height: f64) -> Self {
-        Self { width, height, corner: [0.0, 0.0], view: View::PX, class: "fig", body: String::new() }
+        Self { width, height, corner: [0.0, 0.0], view: PanelView::PX, class: "fig", body: String::new() }
     }
 
     /// A panel with nothing but a legend, in the size of the legend.
-    pub fn of_legend(rows: &[Row]) -> Self {
+    pub fn of_legend(rows: &[LegendRow]) -> Self {
         let letters = rows.iter().map(|(_, _, words)| words.chars().count()).max().unwrap_or(0);
         let mut panel = Self::new(40.0 + LETTER * letters as f64, ROW * (rows.len() as f64 + 0.5));
         panel.legend([0.0, ROW], rows);
         panel
     }
 
-    pub fn line(&mut self, class: &str, from: impl Into<At>, to: impl Into<At>) {
+    pub fn line(&mut self, class: &str, from: impl Into<PanelPoint>, to: impl Into<PanelPoint>) {
         let ([x1, y1], [x2, y2]) = (self.seen(from), self.seen(to));
         self.add(format_args!("<line class=\"{class}\" x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\"/>"));
     }
 
-    pub fn polyline(&mut self, class: &str, points: impl IntoIterator<Item: Into<At>>) {
+    pub fn polyline(&mut self, class: &str, points: impl IntoIterator<Item: Into<PanelPoint>>) {
         let points = self.listed(points);
         self.add(format_args!("<polyline class=\"{class}\" points=\"{points}\"/>"));
     }
 
     /// A curve with gaps where there is no point.
-    pub fn curve(&mut self, class: &str, points: impl Iterator<Item = Option<At>>) {
+    pub fn curve(&mut self, class: &str, points: impl Iterator<Item = Option<PanelPoint>>) {
         pieces(points).into_iter().for_each(|piece| self.polyline(class, piece));
     }
 
-    pub fn polygon(&mut self, class: &str, points: impl IntoIterator<Item: Into<At>>) {
+    pub fn polygon(&mut self, class: &str, points: impl IntoIterator<Item: Into<PanelPoint>>) {
         let points = self.listed(points);
         if !points.is_empty() {
             self.add(format_args!("<polygon class=\"{class}\" points=\"{points}\"/>"));
@@ -114,27 +114,27 @@ impl Panel {
     }
 
     /// A rectangle from two opposite corners.
-    pub fn rect(&mut self, class: &str, a: impl Into<At>, b: impl Into<At>) {
+    pub fn rect(&mut self, class: &str, a: impl Into<PanelPoint>, b: impl Into<PanelPoint>) {
         let ([x1, y1], [x2, y2]) = (self.view.at(a), self.view.at(b));
         let [x, y, width, height] = [x1.min(x2), y1.min(y2), (x2 - x1).abs(), (y2 - y1).abs()].map(px);
         self.add(format_args!("<rect class=\"{class}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>"));
     }
 
     /// A circle with a radius in px.
-    pub fn circle(&mut self, class: &str, at: impl Into<At>, r: f64) {
+    pub fn circle(&mut self, class: &str, at: impl Into<PanelPoint>, r: f64) {
         let ([x, y], r) = (self.seen(at), px(r));
         self.add(format_args!("<circle class=\"{class}\" cx=\"{x}\" cy=\"{y}\" r=\"{r}\"/>"));
     }
 
     /// A diamond whose corners are `r` px from its middle.
-    pub fn diamond(&mut self, class: &str, at: impl Into<At>, r: f64) {
+    pub fn diamond(&mut self, class: &str, at: impl Into<PanelPoint>, r: f64) {
         let [x, y] = self.view.at(at);
         let corners = [[x, y - r], [x + r, y], [x, y + r], [x - r, y]];
         self.in_px(|panel| panel.polygon(class, corners));
     }
 
     /// An error bar with caps, between two values of y.
-    pub fn error_bar(&mut self, class: &str, x: f64, ends: At) {
+    pub fn error_bar(&mut self, class: &str, x: f64, ends: PanelPoint) {
         let [[x, low], [_, high]] = ends.map(|y| self.view.at([x, y]));
         let points = [[x - CAP, low], [x + CAP, low], [x, low], [x, high], [x - CAP, high], [x + CAP, high]];
         self.in_px(|panel| panel.polyline(class, points));
@@ -142,21 +142,21 @@ impl Panel {
 
     /// A line of text. Its middle is at the place plus an offset (px, to the right and down). With `start` or `end` in
     /// `class`, its start or end is there.
-    pub fn text(&mut self, class: &str, at: impl Into<At>, [dx, dy]: At, text: &str) {
+    pub fn text(&mut self, class: &str, at: impl Into<PanelPoint>, [dx, dy]: PanelPoint, text: &str) {
         let ([x, y], text) = (self.view.at(at), escape(text));
         let [x, y] = [x + dx, y + dy].map(px);
         self.add(format_args!("<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{text}</text>"));
     }
 
     /// Text turned clockwise about its place (degrees).
-    pub fn turned_text(&mut self, class: &str, at: impl Into<At>, turn_deg: f64, text: &str) {
+    pub fn turned_text(&mut self, class: &str, at: impl Into<PanelPoint>, turn_deg: f64, text: &str) {
         let ([x, y], text) = (self.seen(at), escape(text));
         let place = format!("translate({x} {y}) rotate({turn_deg})");
         self.add(format_args!("<text class=\"{class}\" transform=\"{place}\">{text}</text>"));
     }
 
     /// A line with a head at its end.
-    pub fn arrow(&mut self, class: &str, from: impl Into<At>, to: impl Into<At>) {
+    pub fn arrow(&mut self, class: &str, from: impl Into<PanelPoint>, to: impl Into<PanelPoint>) {
         let (from, to) = (self.view.at(from), self.view.at(to));
         let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
         let length = dx.hypot(dy);
@@ -174,7 +174,7 @@ impl Panel {
     }
 
     /// A PNG in the upper left corner, shown in a size (px). `words` describe it for readers who cannot see it.
-    pub fn image(&mut self, [width, height]: At, png: &[u8], words: &str) {
+    pub fn image(&mut self, [width, height]: PanelPoint, png: &[u8], words: &str) {
         let ([width, height], words) = ([width, height].map(px), escape(words));
         let data = BASE64_STANDARD.encode(png);
         self.add(format_args!(
@@ -184,21 +184,21 @@ impl Panel {
     }
 
     /// A legend with its first row at a place (px). Returns the place of the next row.
-    pub fn legend(&mut self, [x, top]: At, rows: &[Row]) -> At {
+    pub fn legend(&mut self, [x, top]: PanelPoint, rows: &[LegendRow]) -> PanelPoint {
         self.in_px(|panel| {
             for (i, (class, sample, words)) in rows.iter().enumerate() {
                 let y = top + ROW * i as f64;
                 panel.group(&format!("class=\"{class}\""), |panel| {
-                    if let Sample::Line | Sample::DottedLine(_) = sample {
+                    if let LegendSample::Line | LegendSample::DottedLine(_) = sample {
                         panel.line(class, [x, y], [x + 26.0, y]);
                     }
                     match sample {
-                        Sample::DottedLine(dot) => panel.circle(dot, [x + 13.0, y], 4.0),
-                        Sample::Area => panel.rect(class, [x, y - 7.0], [x + 26.0, y + 7.0]),
-                        Sample::Line | Sample::Nothing => {}
+                        LegendSample::DottedLine(dot) => panel.circle(dot, [x + 13.0, y], 4.0),
+                        LegendSample::Area => panel.rect(class, [x, y - 7.0], [x + 26.0, y + 7.0]),
+                        LegendSample::Line | LegendSample::Nothing => {}
                     }
                 });
-                let class = if *sample == Sample::Nothing { "start soft" } else { "start" };
+                let class = if *sample == LegendSample::Nothing { "start soft" } else { "start" };
                 panel.text(class, [x + 34.0, y], [0.0, 4.5], words);
             }
         });
@@ -222,7 +222,7 @@ impl Panel {
 
     /// Draws elements whose places are in px.
     pub fn in_px(&mut self, draw: impl FnOnce(&mut Self)) {
-        let view = std::mem::replace(&mut self.view, View::PX);
+        let view = std::mem::replace(&mut self.view, PanelView::PX);
         draw(self);
         self.view = view;
     }
@@ -239,11 +239,11 @@ impl Panel {
         _ = writeln!(self.body, "{element}");
     }
 
-    fn seen(&self, place: impl Into<At>) -> [String; 2] {
+    fn seen(&self, place: impl Into<PanelPoint>) -> [String; 2] {
         self.view.at(place).map(px)
     }
 
-    fn listed(&self, points: impl IntoIterator<Item: Into<At>>) -> String {
+    fn listed(&self, points: impl IntoIterator<Item: Into<PanelPoint>>) -> String {
         let points = thinned(points.into_iter().map(|point| self.view.at(point)).collect());
         let pairs: Vec<String> = points.into_iter().map(|point| point.map(px).join(",")).collect();
         pairs.join(" ")
@@ -265,7 +265,7 @@ pub fn pieces<T>(values: impl Iterator<Item = Option<T>>) -> Vec<Vec<T>> {
 }
 
 /// The points (px) of a line that has all other points within `NEAR` (Ramer, Douglas and Peucker).
-fn thinned(mut points: Vec<At>) -> Vec<At> {
+fn thinned(mut points: Vec<PanelPoint>) -> Vec<PanelPoint> {
     let mut needed = vec![false; points.len()];
     let mut stretches = vec![(0, points.len().saturating_sub(1))];
     while let Some((first, last)) = stretches.pop() {
@@ -282,7 +282,7 @@ fn thinned(mut points: Vec<At>) -> Vec<At> {
 }
 
 /// Distance of a point from the line segment between two others.
-fn distance([x, y]: At, [[x1, y1], [x2, y2]]: [At; 2]) -> f64 {
+fn distance([x, y]: PanelPoint, [[x1, y1], [x2, y2]]: [PanelPoint; 2]) -> f64 {
     let (dx, dy) = (x2 - x1, y2 - y1);
     let share = ((x - x1) * dx + (y - y1) * dy) / (dx * dx + dy * dy).max(f64::MIN_POSITIVE);
     let share = share.clamp(0.0, 1.0);
@@ -325,7 +325,7 @@ mod tests {
     fn a_curve_keeps_the_points_that_are_seen() {
         let flat = (0..1000).map(|i| [0.1 * f64::from(i), 0.1 * f64::from(i % 2)]);
         assert_eq!(thinned(flat.clone().collect()), [[0.0, 0.0], [99.9, 0.1]]);
-        let spike = |[x, y]: At| [x, if x == 50.0 { 9.0 } else { y }];
+        let spike = |[x, y]: PanelPoint| [x, if x == 50.0 { 9.0 } else { y }];
         let with_spike = thinned(flat.map(spike).collect());
         assert!(with_spike.contains(&[50.0, 9.0]) && with_spike.len() < 8, "{with_spike:?}");
         // A curve that turns back keeps its turning point.

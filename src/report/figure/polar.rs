@@ -1,7 +1,7 @@
 //! Impulses by heading, seen from above: forward is up, left is to the left, and the impulse grows from the middle
 //! outward.
 
-use super::panel::{At, Panel, View, short};
+use super::panel::{Panel, PanelPoint, PanelView, short};
 
 /// Space around the outermost ring for names (px).
 const MARGIN: f64 = 30.0;
@@ -17,7 +17,7 @@ pub struct Polar {
 }
 
 /// Place of an impulse with a heading (N s; forward, to the left).
-pub fn towards(heading_deg: f64, impulse_n_s: f64) -> At {
+pub fn towards(heading_deg: f64, impulse_n_s: f64) -> PanelPoint {
     let (sin, cos) = heading_deg.to_radians().sin_cos();
     [impulse_n_s * cos, impulse_n_s * sin]
 }
@@ -26,7 +26,7 @@ impl Polar {
     pub fn new(radius: f64, most_n_s: f64) -> Self {
         let half = radius + MARGIN;
         let mut panel = Panel::new(2.0 * half, 2.0 * half);
-        (panel.corner, panel.view) = ([-half, -half], View::from_above([0.0, 0.0], radius / most_n_s));
+        (panel.corner, panel.view) = ([-half, -half], PanelView::from_above([0.0, 0.0], radius / most_n_s));
         Self { panel, most_n_s, radius }
     }
 

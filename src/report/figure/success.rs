@@ -2,7 +2,7 @@
 //! impulses of 50 % and 90 % on it. `success.svg` and the report show the same chart.
 
 use super::axes::Axis;
-use super::panel::{Panel, Row, Sample, short};
+use super::panel::{Panel, LegendRow, LegendSample, short};
 use super::{COLORS, class_of_set};
 use standfast_core::error::Result;
 use standfast_stats::curve::Level;
@@ -108,14 +108,14 @@ fn dot(set: usize) -> &'static str {
 }
 
 /// The legend: the colour of each controller with its rate over all impulses, and the meaning of the marks.
-fn legend(sets: &[SetSummary]) -> Vec<Row> {
+fn legend(sets: &[SetSummary]) -> Vec<LegendRow> {
     let row = |(i, set): (usize, &SetSummary)| {
         let name = match set.name.char_indices().nth(LETTERS) {
             Some((end, _)) => format!("{}...", &set.name[..end]),
             None => set.name.clone(),
         };
         let of = if are_of_different_trials(sets) { format!(" of {}", set.count.trials) } else { String::new() };
-        (class_of_set(i), Sample::DottedLine(dot(i)), format!("{name}: {:.1} %{of}", 100.0 * set.count.success_rate))
+        (class_of_set(i), LegendSample::DottedLine(dot(i)), format!("{name}: {:.1} %{of}", 100.0 * set.count.success_rate))
     };
     let is_fitted = |set: &SetSummary| !set.curve.points.is_empty();
     let (some, all) = (sets.iter().any(is_fitted), sets.iter().all(is_fitted));
@@ -125,7 +125,7 @@ fn legend(sets: &[SetSummary]) -> Vec<Row> {
         (some, "diamonds: where 50 %, 90 % recover"),
         (!all, "bars: 95 % of the dots"),
     ];
-    let note = |(_, words): (bool, &str)| (String::new(), Sample::Nothing, words.into());
+    let note = |(_, words): (bool, &str)| (String::new(), LegendSample::Nothing, words.into());
     sets.iter().enumerate().map(row).chain(notes.into_iter().filter(|(is_seen, _)| *is_seen).map(note)).collect()
 }
 

@@ -21,7 +21,7 @@ use standfast_stats::decision::PairVerdict;
 use standfast_study::Summary;
 use standfast_study::verdict::agreement::{Agreement, PartedTrial, SetAgreement};
 use standfast_study::verdict::digest::TrialColumns;
-use standfast_study::verdict::pairs::Pair;
+use standfast_study::verdict::pairs::PairSummary;
 use standfast_study::verdict::set_summary::SetSummary;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -57,7 +57,7 @@ fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
     let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
     let trials = Trials(rows);
     let maps = polar::Maps::new(success::impulse_edges_n_s(sets), &trials);
-    let view = |(i, pair): (usize, &Pair)| {
+    let view = |(i, pair): (usize, &PairSummary)| {
         let (a, b) = (index(&pair.a), index(&pair.b));
         // If there are two engines, the map of a controller is in the section on their agreement.
         let has_map = i < MOST_PAIRS && summary.agreement.is_none();

@@ -3,7 +3,7 @@
 
 use super::trials::Trials;
 use crate::figure::COLORS;
-use crate::figure::panel::{At, escape, px, short};
+use crate::figure::panel::{PanelPoint, escape, px, short};
 use crate::figure::polar::{Polar, towards};
 
 /// Radius of the outermost ring in units of the picture, which is 320 by 320 with 0, 0 in the middle. The script of the
@@ -167,7 +167,7 @@ impl<'a> Maps<'a> {
 }
 
 /// Outline of the part of a ring between two impulses (N s) and two headings (degrees).
-fn ring_part(polar: &Polar, [inner, outer]: At, [from, to]: At) -> String {
+fn ring_part(polar: &Polar, [inner, outer]: PanelPoint, [from, to]: PanelPoint) -> String {
     let place = |impulse_n_s, heading_deg| polar.panel.view.at(towards(heading_deg, impulse_n_s)).map(px).join(" ");
     let (small, large) = (px(polar.length(inner)), px(polar.length(outer)));
     format!(

@@ -7,7 +7,7 @@ use crate::{
 };
 use serde_json::{Value, json};
 use standfast_stats::decision::PairVerdict;
-use standfast_study::verdict::pairs::Pair;
+use standfast_study::verdict::pairs::PairSummary;
 use standfast_study::verdict::set_summary::SetSummary;
 use std::path::Path;
 
@@ -36,7 +36,7 @@ pub(super) fn point(sets: &[SetSummary], trial: u64, tried: &[usize]) -> Value {
 /// The trials from which only one of a pair of controllers recovered, first the trials of the first controller, each
 /// with the command that replays it with the controller that lost it. If one controller is better, one of its trials is
 /// the example.
-pub(super) fn of_pair(sets: &[SetSummary], pair: &Pair, (a, b): (usize, usize)) -> Value {
+pub(super) fn of_pair(sets: &[SetSummary], pair: &PairSummary, (a, b): (usize, usize)) -> Value {
     let points = |trials: &[u64], tried: [usize; 2]| -> Vec<Value> {
         trials.iter().map(|trial| point(sets, *trial, &tried)).collect()
     };

@@ -11,9 +11,9 @@ use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use standfast_core::robot::shape::Meshes;
 use standfast_core::robot::{Foot, Pose, Robot, Shape, Solid};
-use standfast_pictures::scene::mesh::Mesh;
+use standfast_pictures::scene::mesh::DrawnMesh;
 use standfast_pictures::scene::scale::RobotScale;
-use standfast_pictures::scene::{Face, PHASES, doing, events, faces, without_gain};
+use standfast_pictures::scene::{GroundFace, PHASES, doing, events, faces, without_gain};
 use standfast_sim::Ground;
 use standfast_sim::episode::film::Film;
 use standfast_sim::episode::snapshot::{Arrow, Snapshot};
@@ -267,7 +267,7 @@ fn shapes(robot: &Robot, meshes: &Meshes) -> Value {
             Shape::Mesh(ref mesh) => Shape::Mesh(mesh.clone()),
         };
         shapes.entry(kind).or_insert_with(|| {
-            let mut mesh = Mesh::of(&unit);
+            let mut mesh = DrawnMesh::of(&unit);
             if let Shape::Mesh(_) = unit {
                 mesh.corners.iter_mut().for_each(|(at, _)| *at /= scale.x);
             }
@@ -281,7 +281,7 @@ fn shapes(robot: &Robot, meshes: &Meshes) -> Value {
 fn ground(film: &Film) -> Value {
     let Ground { step_m, patch: [least, most], .. } = film.ground;
     let reach_m = 4.0 * RobotScale::of(&film.robot).length();
-    let face = |Face { part, corners }: Face| json!([part, corners.map(|at| [at.x, at.y, at.z])]);
+    let face = |GroundFace { part, corners }: GroundFace| json!([part, corners.map(|at| [at.x, at.y, at.z])]);
     let faces: Vec<Value> = faces(&film.ground, reach_m, 2.0 * reach_m).into_iter().map(face).collect();
     json!({ "step_m": step_m, "patch": [least.x, least.y, most.x, most.y], "faces": faces })
 }

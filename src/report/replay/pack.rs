@@ -7,7 +7,7 @@
 use base64::prelude::{BASE64_STANDARD, Engine};
 use nalgebra::Point2;
 use serde_json::{Value, json};
-use standfast_pictures::scene::mesh::Mesh;
+use standfast_pictures::scene::mesh::DrawnMesh;
 
 const NONE: u16 = u16::MAX;
 /// Smallest step of a grid, 1 µm for positions and 1 µrad for angles.
@@ -81,7 +81,7 @@ impl Polygons {
 
 /// A mesh within the cube from -1 to 1: place and normal of each corner, where n stands for n / 32767 - 1, and the
 /// corners of each triangle.
-pub fn packed_mesh(mesh: &Mesh) -> Value {
+pub fn packed_mesh(mesh: &DrawnMesh) -> Value {
     let numbers = mesh.corners.iter().flat_map(|(at, normal)| [at.x, at.y, at.z, normal.x, normal.y, normal.z]);
     let corners = base64(numbers.map(|x| ((x + 1.0) * 32767.0).round() as u16));
     json!({ "corners": corners, "faces": base64(mesh.faces.iter().flatten().map(|&corner| corner as u16)) })

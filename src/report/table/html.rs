@@ -1,8 +1,8 @@
 //! Tables in HTML: with a caption, headings that name the columns and rows that they head, and the marks of the cells
 //! as pictures. Lengths in these pictures are in percent of their cell, so that they fit any screen.
 
-use super::{Mark, Table};
-use crate::figure::axes::Scale;
+use super::{CellMark, Table};
+use crate::figure::axes::AxisScale;
 use crate::figure::class_of_set;
 use crate::figure::panel::{escape, px, short};
 use crate::text::layout::together;
@@ -37,7 +37,7 @@ impl Table {
                     (_, false) => write!(html, "<td class=\"number\">{text}</td>"),
                 };
                 if let Some(scale) = scale.filter(|_| i + 1 == names) {
-                    let marks: Vec<Mark> = row.iter().filter_map(|cell| cell.mark).collect();
+                    let marks: Vec<CellMark> = row.iter().filter_map(|cell| cell.mark).collect();
                     let size = if marks.len() > 1 { "small " } else { "" };
                     let drawn: String = marks.into_iter().map(|mark| whisker(scale, mark, size)).collect();
                     _ = write!(html, "<td class=\"picture\">{drawn}</td>");
@@ -53,11 +53,11 @@ impl Table {
     }
 
     /// The scale of all marks. None if there are no marks.
-    fn scale(&self) -> Option<Scale> {
-        let marks: Vec<Mark> = self.rows.iter().flatten().filter_map(|cell| cell.mark).collect();
+    fn scale(&self) -> Option<AxisScale> {
+        let marks: Vec<CellMark> = self.rows.iter().flatten().filter_map(|cell| cell.mark).collect();
         let ends = marks.iter().flat_map(|mark| mark.ci.unwrap_or([mark.at; 2]));
         let most = ends.map(f64::abs).fold(0.0, f64::max).max(1e-6);
-        let scale = if self.about_zero { Scale { from: -most, to: most } } else { Scale { from: 0.0, to: 1.0 } };
+        let scale = if self.about_zero { AxisScale { from: -most, to: most } } else { AxisScale { from: 0.0, to: 1.0 } };
         (!marks.is_empty()).then_some(scale)
     }
 }
@@ -81,12 +81,12 @@ fn key(set: Option<usize>) -> String {
 }
 
 /// Distance of a value from the left edge (%), from 0 to 100.
-fn at(Scale { from, to }: Scale, x: f64) -> f64 {
+fn at(AxisScale { from, to }: AxisScale, x: f64) -> f64 {
     (100.0 * (x - from) / (to - from)).clamp(0.0, 100.0)
 }
 
 /// A dot for a value, with a bar for its interval.
-fn whisker(scale: Scale, mark: Mark, size: &str) -> String {
+fn whisker(scale: AxisScale, mark: CellMark, size: &str) -> String {
     let class = mark.set.map_or(String::new(), class_of_set);
     let mut svg = format!("<svg class=\"whisker {size}{class}\" aria-hidden=\"true\">");
     for tick in scale.ticks() {
@@ -102,7 +102,7 @@ fn whisker(scale: Scale, mark: Mark, size: &str) -> String {
 }
 
 /// The numbers of an axis, which is above whiskers of the same scale. Shares are written in percent.
-fn axis(scale: Scale, about_zero: bool) -> String {
+fn axis(scale: AxisScale, about_zero: bool) -> String {
     let mut svg = String::from("<svg class=\"axis\" aria-hidden=\"true\">");
     let ticks = scale.ticks();
     let last = ticks.len().saturating_sub(1);

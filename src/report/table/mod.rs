@@ -18,7 +18,7 @@ pub const MOST_ROWS: usize = 100;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     pub title: String,
-    pub columns: Vec<Column>,
+    pub columns: Vec<TableColumn>,
     /// Each row has a cell for each column.
     pub rows: Vec<Vec<Cell>>,
     /// The meaning of the columns; may be empty.
@@ -29,7 +29,7 @@ pub struct Table {
 
 /// The heading of a column.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Column {
+pub struct TableColumn {
     pub heading: String,
     /// The unit of the cells, if the cells do not state it themselves.
     pub unit: &'static str,
@@ -43,14 +43,14 @@ pub struct Column {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cell {
     pub text: String,
-    pub mark: Option<Mark>,
+    pub mark: Option<CellMark>,
     /// The controller that is named in the cell. It has a colour if the writer has colours.
     pub set: Option<usize>,
 }
 
 /// The value of a cell and its interval, for a writer that can draw. The marks of a row are drawn one below the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mark {
+pub struct CellMark {
     pub at: f64,
     pub ci: Option<[f64; 2]>,
     /// The controller whose colour the mark has.
@@ -59,7 +59,7 @@ pub struct Mark {
 
 impl Table {
     /// An empty table with these columns.
-    pub fn new(title: impl Into<String>, columns: impl IntoIterator<Item = Column>) -> Self {
+    pub fn new(title: impl Into<String>, columns: impl IntoIterator<Item = TableColumn>) -> Self {
         Self { title: title.into(), columns: columns.into_iter().collect(), ..Self::default() }
     }
 
@@ -84,7 +84,7 @@ impl Table {
     }
 }
 
-impl Column {
+impl TableColumn {
     /// The heading with its unit.
     fn text(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" [{}]", self.unit) };
@@ -97,17 +97,17 @@ impl Column {
 }
 
 /// A column of words.
-pub fn words(heading: impl Into<String>) -> Column {
-    Column { heading: heading.into(), is_words: true, ..Column::default() }
+pub fn words(heading: impl Into<String>) -> TableColumn {
+    TableColumn { heading: heading.into(), is_words: true, ..TableColumn::default() }
 }
 
 /// A column of numbers.
-pub fn number(heading: impl Into<String>) -> Column {
-    Column { heading: heading.into(), ..Column::default() }
+pub fn number(heading: impl Into<String>) -> TableColumn {
+    TableColumn { heading: heading.into(), ..TableColumn::default() }
 }
 
 /// A column of words, and a column of numbers for each of the other headings.
-pub fn headings<const N: usize>(first: &str, others: [&str; N]) -> impl Iterator<Item = Column> {
+pub fn headings<const N: usize>(first: &str, others: [&str; N]) -> impl Iterator<Item = TableColumn> {
     std::iter::once(words(first)).chain(others.map(number))
 }
 
@@ -130,7 +130,7 @@ mod tests {
         let mut table =
             Table::new("Rates", headings("controller", ["recovered", "rate"])).with_note("At 95 %, -1 to 1.");
         for (i, name) in ["hold", "<b>|x_"].into_iter().enumerate() {
-            let mark = Some(Mark { at: 0.5, ci: Some([0.4, 0.6]), set: Some(i) });
+            let mark = Some(CellMark { at: 0.5, ci: Some([0.4, 0.6]), set: Some(i) });
             let name = Cell { set: Some(i), ..cell(name) };
             table.row([name, cell("1/2"), Cell { mark, ..cell("-50.0 %") }]);
         }
@@ -140,7 +140,7 @@ mod tests {
 
     /// A table of `sets` controllers side by side.
     pub(super) fn beside(sets: usize) -> Table {
-        let column = |set: usize| Column { set: Some(set), ..number(format!("set{set}")) };
+        let column = |set: usize| TableColumn { set: Some(set), ..number(format!("set{set}")) };
         let mut table = Table::new("", std::iter::once(words("lost")).chain((0..sets).map(column)));
         for cause in ["legs met", "slipped"] {
             table.row(std::iter::once(cell(cause)).chain((0..sets).map(cell)));

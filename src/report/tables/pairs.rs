@@ -1,6 +1,6 @@
 //! Tables of pairs of controllers, gates and pairs of engines.
 
-use crate::table::{Cell, Column, Mark, Table, cell, headings, number, texts, words};
+use crate::table::{Cell, TableColumn, CellMark, Table, cell, headings, number, texts, words};
 use crate::tables::sets::kind;
 use crate::text::comparison::{about_gates, about_pairs, in_unit, p_cell, shown, status, unit};
 use crate::text::layout::{percent, signed};
@@ -8,14 +8,14 @@ use standfast_stats::mcnemar::PairedCounts;
 use standfast_stats::ranks::Shift;
 use standfast_study::Summary;
 use standfast_study::verdict::agreement::StratumAgreement;
-use standfast_study::verdict::pairs::{Pair, rounded};
+use standfast_study::verdict::pairs::{PairSummary, rounded};
 use std::iter::once;
 
-fn columns<const N: usize>(numbers: [&str; N]) -> impl Iterator<Item = Column> {
+fn columns<const N: usize>(numbers: [&str; N]) -> impl Iterator<Item = TableColumn> {
     [words("a"), words("b")].into_iter().chain(numbers.map(number))
 }
 
-fn names(pair: &Pair) -> impl Iterator<Item = Cell> {
+fn names(pair: &PairSummary) -> impl Iterator<Item = Cell> {
     [&pair.a, &pair.b].into_iter().map(cell)
 }
 
@@ -27,7 +27,7 @@ fn of_counts(counts: &PairedCounts) -> impl Iterator<Item = Cell> {
 /// A difference and its interval, as two cells.
 fn difference(at: f64, ci: Option<[f64; 2]>, digits: usize) -> [Cell; 2] {
     let interval = ci.map_or("-".into(), |[least, most]| format!("{least:.digits$} to {most:.digits$}"));
-    [Cell { mark: Some(Mark { at, ci, set: None }), ..cell(signed(at, digits)) }, cell(interval)]
+    [Cell { mark: Some(CellMark { at, ci, set: None }), ..cell(signed(at, digits)) }, cell(interval)]
 }
 
 /// The counts behind the verdicts.
@@ -48,23 +48,23 @@ pub(super) fn effects(summary: &Summary) -> Table {
     let Some(reference) = &summary.reference else { return Table::default() };
     let variants = summary.sets.iter().enumerate().filter_map(|(i, set)| {
         let with =
-            |pair: &&Pair| [&pair.a, &pair.b] == [&set.name, reference] || [&pair.b, &pair.a] == [&set.name, reference];
+            |pair: &&PairSummary| [&pair.a, &pair.b] == [&set.name, reference] || [&pair.b, &pair.a] == [&set.name, reference];
         summary.pairs.iter().find(with).map(|pair| (i, &set.name, pair, if pair.a == set.name { 1.0 } else { -1.0 }))
     });
     let variants: Vec<_> = variants.collect();
-    let columns = variants.iter().map(|(i, name, ..)| Column { set: Some(*i), ..number(*name) });
+    let columns = variants.iter().map(|(i, name, ..)| TableColumn { set: Some(*i), ..number(*name) });
     let columns = once(words("headings")).chain(columns);
     let mut table = Table { about_zero: true, ..Table::new(format!("Against {reference}"), columns) };
     let headings = variants.first().map_or(&[][..], |(_, _, pair, _)| &pair.strata[..]).iter().enumerate();
     let headings =
         headings.filter(|(_, stratum)| stratum.by == "heading").map(|(at, of)| (Some(at), of.label.as_str()));
     for (at, label) in once((None, "all")).chain(headings) {
-        let of_variant = |&(i, _, pair, sign): &(usize, &String, &Pair, f64)| {
+        let of_variant = |&(i, _, pair, sign): &(usize, &String, &PairSummary, f64)| {
             let whole = (pair.difference, pair.adjusted_ci95);
             let (seen, ci) = at.map_or(whole, |at| (pair.strata[at].difference, pair.strata[at].ci95));
             let [seen, least, most] = [seen, ci[0], ci[1]].map(|share| 100.0 * sign * share);
             Cell {
-                mark: Some(Mark { at: seen, ci: Some([least.min(most), least.max(most)]), set: Some(i) }),
+                mark: Some(CellMark { at: seen, ci: Some([least.min(most), least.max(most)]), set: Some(i) }),
                 ..cell(signed(seen, 1))
             }
         };
@@ -77,7 +77,7 @@ pub(super) fn effects(summary: &Summary) -> Table {
 
 /// The differences of two controllers by kind of trial: a table for each pair that is shown.
 pub(super) fn by_kind(summary: &Summary) -> Vec<Table> {
-    let of_pair = |pair: &Pair| {
+    let of_pair = |pair: &PairSummary| {
         let (title, columns) = (format!("{} - {}, by kind of trial", pair.a, pair.b), ["trials", "a - b", "95 %"]);
         let mut table = Table { about_zero: true, ..Table::new(title, headings("kind of trial", columns)) };
         for stratum in &pair.strata {
@@ -91,14 +91,14 @@ pub(super) fn by_kind(summary: &Summary) -> Vec<Table> {
 
 /// How much slower one controller of a pair is, and how many footsteps more it takes.
 pub(super) fn shifts(summary: &Summary) -> Vec<Table> {
-    type Quantity = (&'static str, &'static str, fn(&Pair) -> Option<Shift>);
-    let all: [Quantity; 3] = [
+    type ShiftQuantity = (&'static str, &'static str, fn(&PairSummary) -> Option<Shift>);
+    let all: [ShiftQuantity; 3] = [
         ("Time to standing", "s", |pair| pair.settling_s),
         ("Time to home", "s", |pair| pair.homing_s),
         ("Count of footsteps", "", |pair| pair.footsteps),
     ];
     let about = "The shift is Hodges and Lehmann's median of the differences, a less b.";
-    let of_quantity = |(what, unit, of): Quantity| {
+    let of_quantity = |(what, unit, of): ShiftQuantity| {
         let columns = columns(["trials", "differ", "a - b", "95 %", "p"]).map(|column| match &*column.heading {
             "a - b" => column.in_unit(unit),
             _ => column,
@@ -159,7 +159,7 @@ pub(super) fn agreement(summary: &Summary) -> Table {
 /// The share of agreement by kind of trial.
 pub(super) fn agreement_by_kind(summary: &Summary) -> Table {
     let sets = summary.agreement.as_ref().map_or(&[][..], |agreement| &agreement.sets);
-    let columns = sets.iter().enumerate().map(|(i, set)| Column { set: Some(i), ..number(&set.set) });
+    let columns = sets.iter().enumerate().map(|(i, set)| TableColumn { set: Some(i), ..number(&set.set) });
     let columns = [words("kind of trial"), number("trials")].into_iter().chain(columns);
     let mut table = Table::new("Agreement, by kind of trial", columns);
     for (i, StratumAgreement { by, label, counts, .. }) in sets.iter().take(1).flat_map(|set| &set.strata).enumerate() {

@@ -1,6 +1,6 @@
 //! Tables of the trials of each controller.
 
-use crate::table::{Cell, Column, Mark, Table, cell, headings, number, texts, words};
+use crate::table::{Cell, TableColumn, CellMark, Table, cell, headings, number, texts, words};
 use crate::text::layout::{percent, seconds, velocity_change};
 use standfast_stats::rate::SuccessCount;
 use standfast_study::Summary;
@@ -15,8 +15,8 @@ use std::iter::once;
 /// How often each controller recovered.
 pub(super) fn rates(summary: &Summary) -> Table {
     // An outcome that no controller had gets no column.
-    type Outcome = (&'static str, fn(&SetSummary) -> u64);
-    let rare: [Outcome; 3] =
+    type RareOutcome = (&'static str, fn(&SetSummary) -> u64);
+    let rare: [RareOutcome; 3] =
         [("diverged", |set| set.diverged), ("failed", |set| set.failed), ("timed out", |set| set.timed_out)];
     let rare: Vec<_> = rare.into_iter().filter(|(_, of)| summary.sets.iter().any(|set| of(set) > 0)).collect();
     let columns = headings("controller", ["recovered", "rate", "95 %", "fell"]);
@@ -218,8 +218,8 @@ pub(super) fn foretold(summary: &Summary) -> Table {
         "Recovered, by the state after the push",
         once(words("slowest CPI set after the push")).chain(columns),
     );
-    type Row = (&'static str, fn(&Prediction) -> Cell);
-    let rows: [Row; 4] = [
+    type PredictionRow = (&'static str, fn(&Prediction) -> Cell);
+    let rows: [PredictionRow; 4] = [
         ("holds the state", |f| rate_of(&f.inside)),
         ("does not", |f| rate_of(&f.outside)),
         ("as foretold", |f| cell(percent(f.agreement))),
@@ -236,8 +236,8 @@ pub(super) fn foretold(summary: &Summary) -> Table {
 }
 
 /// The columns of controllers side by side.
-fn columns<'a>(sets: impl Iterator<Item = (usize, &'a SetSummary)>) -> impl Iterator<Item = Column> {
-    sets.map(|(i, set)| Column { set: Some(i), ..number(&set.name) })
+fn columns<'a>(sets: impl Iterator<Item = (usize, &'a SetSummary)>) -> impl Iterator<Item = TableColumn> {
+    sets.map(|(i, set)| TableColumn { set: Some(i), ..number(&set.name) })
 }
 
 /// The name of a controller, as a cell.
@@ -247,7 +247,7 @@ fn name(i: usize, set: &SetSummary) -> Cell {
 
 /// A rate that can be drawn.
 fn rate(text: String, count: SuccessCount, set: usize) -> Cell {
-    Cell { mark: Some(Mark { at: count.success_rate, ci: Some(count.ci95), set: Some(set) }), ..cell(text) }
+    Cell { mark: Some(CellMark { at: count.success_rate, ci: Some(count.ci95), set: Some(set) }), ..cell(text) }
 }
 
 /// Number of recovered trials of all, and the rate.

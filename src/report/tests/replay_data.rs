@@ -9,7 +9,7 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use standfast_core::robot::mesh::Mesh;
-use standfast_core::robot::{Foot, Kinematics, Region, Shape};
+use standfast_core::robot::{Foot, Kinematics, RecoveryRegion, Shape};
 use standfast_report::replay::page;
 use standfast_sim::episode::parting::Parting;
 use standfast_sim::episode::snapshot::Arrow;
@@ -242,7 +242,7 @@ fn a_noisy_page_of_many_gains_is_small_too() {
             Point2::new(angle.cos(), angle.sin()) * (0.1 + 0.005 * gain as f64 + noise)
         };
         let region =
-            |gain| Region { name: format!("gain {gain}"), corners: (0..10).map(|i| corner(gain, i)).collect() };
+            |gain| RecoveryRegion { name: format!("gain {gain}"), corners: (0..10).map(|i| corner(gain, i)).collect() };
         snapshot.regions = (0..16).map(region).collect();
         // Lifting a foot ends the slices at once.
         if (1000..1051).contains(&k) {

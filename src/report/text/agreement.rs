@@ -2,7 +2,7 @@
 
 use crate::tables;
 use crate::text::layout::wrapped;
-use standfast_sim::episode::parting::{SoleContact, Part, Parting};
+use standfast_sim::episode::parting::{SoleContact, PartingPoint, Parting};
 use standfast_study::Summary;
 use standfast_study::verdict::agreement::{Agreement, PartedTrial};
 
@@ -67,9 +67,9 @@ pub fn parted(agreement: &Agreement, of: &PartedTrial) -> String {
 pub fn in_words(parting: &Parting, [a, b]: &[String; 2]) -> String {
     let Parting { at_s, phases, loaded, .. } = parting;
     let what = match parting.of {
-        Part::Com => "COMs",
-        Part::LeftSole => "left soles",
-        Part::RightSole => "right soles",
+        PartingPoint::Com => "COMs",
+        PartingPoint::LeftSole => "left soles",
+        PartingPoint::RightSole => "right soles",
     };
     let mut told = format!("At {at_s:.3} s the {what} part.");
     let mut differ = |what: &str, [now_a, now_b]: [&str; 2], [since_a, since_b]: [f64; 2]| {
@@ -124,7 +124,7 @@ mod tests {
         traced.traced = true;
         traced.parting = Some(Parting {
             at_s: 1.25,
-            of: Part::LeftSole,
+            of: PartingPoint::LeftSole,
             distance_m: 0.036,
             phases: ["swing-left".into(), "switching".into()],
             phases_since_s: [1.1, 0.0],

@@ -9,7 +9,7 @@ use standfast_sim::push::three_digits;
 use standfast_study::Summary;
 use standfast_study::ask::bounds::digits;
 use standfast_study::ask::variations;
-use standfast_study::verdict::pairs::Pair;
+use standfast_study::verdict::pairs::PairSummary;
 use standfast_study::verdict::set_summary::SetSummary;
 use std::fmt::Write;
 use std::path::Path;
@@ -115,7 +115,7 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
 
 /// The command that replays a trial in which two controllers end differently, or else one that was lost.
 fn replay(summary: &Summary, folder: &Path) -> String {
-    let differ = |pair: &Pair| {
+    let differ = |pair: &PairSummary| {
         let lost = |trials: &[u64], by: &str| {
             Some((*trials.first()?, by.to_string(), "in which two controllers end differently"))
         };

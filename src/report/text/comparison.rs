@@ -8,7 +8,7 @@ use standfast_study::verdict::baseline::BaselineId;
 use standfast_study::verdict::evidence::Status;
 use standfast_study::verdict::gates::GateResult;
 use standfast_study::verdict::headline::leaders;
-use standfast_study::verdict::pairs::{Pair, is_worth_a_line, p_value, rounded};
+use standfast_study::verdict::pairs::{PairSummary, is_worth_a_line, p_value, rounded};
 use std::path::Path;
 
 /// The verdicts, one paragraph for each pair, and a note on their intervals.
@@ -41,7 +41,7 @@ pub fn about_pairs(summary: &Summary) -> String {
 
 /// The pairs that are shown: all or, if there are too many, the pairs of one controller. In a sweep this is the
 /// unchanged controller, otherwise the one that recovers most often.
-pub fn shown(summary: &Summary) -> Vec<&Pair> {
+pub fn shown(summary: &Summary) -> Vec<&PairSummary> {
     let (sets, pairs) = (summary.sets.len(), &summary.pairs);
     // In a comparison of two results, each controller has its partner, so the pairs of one controller would not
     // suffice.
@@ -175,7 +175,7 @@ mod tests {
             .map(|i| standfast_study::verdict::set_summary::SetSummary { name: name(i), ..set.clone() })
             .collect();
         // The last controller recovers most often.
-        summary.pairs = pairs.iter().map(|&(a, b)| Pair { a: name(b), b: name(a), ..pair.clone() }).collect();
+        summary.pairs = pairs.iter().map(|&(a, b)| PairSummary { a: name(b), b: name(a), ..pair.clone() }).collect();
         summary
     }
 

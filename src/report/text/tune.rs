@@ -2,7 +2,7 @@
 
 use super::layout::{signed, wrapped};
 use standfast_study::tune::search::Generation;
-use standfast_study::tune::{CaseId, Task, Tuned, Verdict};
+use standfast_study::tune::{CaseId, Task, Tuned, CaseVerdict};
 use standfast_study::verdict::pairs::p_value;
 
 /// A robot in an engine.
@@ -76,7 +76,7 @@ pub fn text(tuned: &Tuned) -> String {
 }
 
 /// A sentence on the result of a final campaign.
-pub fn sentence(tuned: &Tuned, verdict: &Verdict) -> String {
+pub fn sentence(tuned: &Tuned, verdict: &CaseVerdict) -> String {
     let rate = |count: u64| format!("{:.1} %", 100.0 * count as f64 / verdict.trials.max(1) as f64);
     let [before, after] = verdict.recovered.map(rate);
     let [from, to] = verdict.ci95.map(|end| signed(100.0 * end, 1));
@@ -113,7 +113,7 @@ pub fn judges(task: &Task) -> String {
 /// The conclusion from all verdicts.
 pub fn conclusion(tuned: &Tuned) -> &'static str {
     let several = tuned.verdicts.len() > 1;
-    match (tuned.is_better, tuned.verdicts.iter().any(Verdict::is_better)) {
+    match (tuned.is_better, tuned.verdicts.iter().any(CaseVerdict::is_better)) {
         (true, _) if several => "A better one was found, for all of them.",
         (true, _) => "A better one was found.",
         (false, true) => "No better one was found: it is not better for all of them.",

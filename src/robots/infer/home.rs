@@ -30,7 +30,7 @@ const LEGS_DIFFER: f64 = 0.01;
 const ALIKE: f64 = 0.02;
 
 /// A home posture, and how it was found.
-pub struct Found {
+pub struct FoundHome {
     pub home_rad: Vec<f64>,
     /// Joints whose angles the solver found.
     pub solved: Vec<usize>,
@@ -48,7 +48,7 @@ struct Knee {
 
 /// Finds the home posture of `robot`, whose trunk and soles are known. It starts from the posture `reference`, if there
 /// is one; then the knees remain as they are there. Errors are in words.
-pub fn find(robot: &Robot, limbs: &Limbs, reference: Option<&[f64]>) -> Result<Found, String> {
+pub fn find(robot: &Robot, limbs: &Limbs, reference: Option<&[f64]>) -> Result<FoundHome, String> {
     let mut warnings = Vec::new();
     let length_m = leg_length_m(robot, limbs);
     let mut q: Vec<f64> = match reference {
@@ -104,7 +104,7 @@ pub fn find(robot: &Robot, limbs: &Limbs, reference: Option<&[f64]>) -> Result<F
     q.iter_mut().for_each(|angle| *angle = to_decimals(*angle, 6));
     let apart_m = solver.check(&q)?;
     let solved = solver.legs.clone().into_iter().filter(|j| solver.bent.iter().all(|(knee, _)| knee != j)).collect();
-    Ok(Found { home_rad: q, solved, warnings, apart_m })
+    Ok(FoundHome { home_rad: q, solved, warnings, apart_m })
 }
 
 /// Clamps an angle to limits, with a margin if there is room for it.

@@ -91,7 +91,7 @@ pub(super) fn settings(
                 let accepted = format!("a link of {}", robot.links[foot_link(foot)].name);
                 return Err(Error::value(&source.file, field, name, "is not at the end of that leg", accepted));
             }
-            PerFoot::from_fn(|foot| soles::Found::stated(soles[foot], &robot, are_boxes[foot]))
+            PerFoot::from_fn(|foot| soles::FoundSole::stated(soles[foot], &robot, are_boxes[foot]))
         }
         None => {
             if let Some((frame, mesh)) = lost {
@@ -153,8 +153,8 @@ pub(super) fn settings(
 }
 
 /// The assumptions, in words.
-fn assumptions(servos: &[servos::Found], has_reference: bool) -> Vec<String> {
-    let all = |is_read: fn(&servos::Found) -> bool| servos.iter().all(is_read);
+fn assumptions(servos: &[servos::FoundServo], has_reference: bool) -> Vec<String> {
+    let all = |is_read: fn(&servos::FoundServo) -> bool| servos.iter().all(is_read);
     let mut motors = vec!["gains", "rotor inertias"];
     if !all(|servo| servo.torque_is_read) {
         motors.push("torque limits");

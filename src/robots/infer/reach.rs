@@ -8,7 +8,7 @@
 use super::clearance::Hulls;
 use super::figures::to_decimals;
 use super::limbs::Limbs;
-use standfast_core::robot::swing_time::{Swing, least_swing_time_s};
+use standfast_core::robot::swing_time::{SwingMotion, least_swing_time_s};
 use standfast_core::robot::{Around, Foot, Kinematics, LandingRegion, Robot};
 
 /// Gap that the legs keep during a swing, and gap between soles that stand beside or behind each other, in COM heights.
@@ -33,7 +33,7 @@ const POSTURES: usize = 20;
 
 /// The regions of a robot whose home posture and servos are known, the one at home first; and warnings.
 pub fn find(robot: &Robot, limbs: &Limbs) -> (Vec<LandingRegion>, Vec<String>) {
-    let search = Search::new(robot, limbs);
+    let search = ReachSearch::new(robot, limbs);
     let Some(beside) = search.beside() else {
         let warning = "no landing places were found that the legs reach without touching, so that the robot takes no \
                        footsteps: state [[reach]] by hand";
@@ -44,7 +44,7 @@ pub fn find(robot: &Robot, limbs: &Limbs) -> (Vec<LandingRegion>, Vec<String>) {
     (std::iter::once(beside).chain(crossing.into_iter().flatten()).collect(), Vec::new())
 }
 
-struct Search<'a> {
+struct ReachSearch<'a> {
     robot: &'a Robot,
     hulls: Hulls,
     /// Pairs of a link of one leg and a link of the other.
@@ -57,7 +57,7 @@ struct Search<'a> {
     sole_m: [f64; 2],
 }
 
-impl<'a> Search<'a> {
+impl<'a> ReachSearch<'a> {
     fn new(robot: &'a Robot, limbs: &Limbs) -> Self {
         let kinematics = Kinematics::at_home(robot);
         let [left, right] = Foot::BOTH.map(|foot| kinematics.sole_pose(robot, foot).translation.y);
@@ -70,14 +70,14 @@ impl<'a> Search<'a> {
 
     /// The least time (s) to a place; None if it is out of reach.
     fn time_s(&self, to: [f64; 2], around: Around) -> Option<f64> {
-        Some(Swing::new(self.robot, Foot::Left, to, around)?.least_time_s())
+        Some(SwingMotion::new(self.robot, Foot::Left, to, around)?.least_time_s())
     }
 
     /// Whether the legs keep apart during a swing to a place.
     fn is_clear(&self, foot: Foot, to: [f64; 2], around: Around) -> bool {
         let gap_m = GAP * self.height_m;
         let mut kinematics = Kinematics::new(self.robot);
-        let mut swing = Swing::new(self.robot, foot, to, around);
+        let mut swing = SwingMotion::new(self.robot, foot, to, around);
         (0..=POSTURES).all(|i| {
             let share = i as f64 / POSTURES as f64;
             let Some(posture) = swing.as_mut().and_then(|swing| swing.posture(share)) else { return false };

@@ -52,7 +52,7 @@ const FULL_TORQUE: f64 = 0.5;
 
 /// A servo, and which of its figures the URDF states.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
+pub struct FoundServo {
     pub servo: Servo,
     pub group: Group,
     pub torque_is_read: bool,
@@ -60,7 +60,7 @@ pub struct Found {
 }
 
 /// The servos of a robot, whose home posture is known, and warnings.
-pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<Found>, Vec<String>) {
+pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>, Vec<String>) {
     let (mass, height, omega) = (robot.mass(), robot.home_com_height(), robot.omega());
     let moment = mass * GRAVITY * height;
     let in_leg = |j: usize| Foot::BOTH.iter().any(|&foot| limbs.legs[foot].contains(&j));
@@ -98,7 +98,7 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<Found>, Vec<
             no_torque_speed_rad_s: no_torque,
             rotor_inertia_kg_m2: rounded(share * rotor * mass * height * height, 2),
         };
-        found.push(Found { servo, group, torque_is_read: effort.is_some(), speed_is_read: velocity.is_some() });
+        found.push(FoundServo { servo, group, torque_is_read: effort.is_some(), speed_is_read: velocity.is_some() });
     }
     (found, told(&disbelieved))
 }

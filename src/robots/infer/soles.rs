@@ -19,7 +19,7 @@ pub fn none() -> Sole {
 }
 
 /// A sole, and how the settings state it.
-pub struct Found {
+pub struct FoundSole {
     pub sole: Sole,
     /// Whether the sole is the lower face of the only collision of its URDF link, a box, so that the name of the link
     /// suffices.
@@ -30,7 +30,7 @@ pub struct Found {
     pub warning: Option<String>,
 }
 
-impl Found {
+impl FoundSole {
     /// A sole that is stated already. If `is_box`, the name of its link alone states it.
     pub fn stated(sole: Sole, robot: &Robot, is_box: bool) -> Self {
         let mut in_frame = robot.frames[sole.frame].pose.inverse() * sole.center;
@@ -50,7 +50,7 @@ impl Found {
 }
 
 /// The sole of the foot `link` with all links that are fixed to it, with all joints at zero. Errors are in words.
-pub fn find(robot: &Robot, link: usize) -> Result<Found, String> {
+pub fn find(robot: &Robot, link: usize) -> Result<FoundSole, String> {
     let kinematics = Kinematics::new(robot);
     let name = &robot.links[link].name;
     let solids = &robot.links[link].collisions;
@@ -78,12 +78,12 @@ pub fn find(robot: &Robot, link: usize) -> Result<Found, String> {
     let to_frame = |v: Vector3<f64>| in_link.rotation.inverse_transform_vector(&v);
     let boxes = solids.iter().filter(|solid| matches!(solid.shape, Shape::Box { .. }));
     let frames = boxes.map(|solid| in_link.rotation.inverse() * solid.pose.rotation);
-    let along = |of: UnitQuaternion<f64>| Face::along(of, to_frame(-down), to_frame(ahead), &points);
+    let along = |of: UnitQuaternion<f64>| LowestFace::along(of, to_frame(-down), to_frame(ahead), &points);
     let of_frame = along(UnitQuaternion::identity());
     // Of faces with equal areas, the face of the frame is taken.
     let face =
         frames.map(along).fold(of_frame, |best, face| if face.area() > 1.01 * best.area() { face } else { best });
-    let Face { axes, x, y, z, size, is_slice } = face;
+    let LowestFace { axes, x, y, z, size, is_slice } = face;
     let mm = |length: f64| to_decimals(length, 6);
     let half_m = [x, y].map(|(least, most)| mm(0.5 * (most - least)));
     let shown = format!("{:.1} x {:.1} mm", 2e3 * half_m[0], 2e3 * half_m[1]);
@@ -107,11 +107,11 @@ pub fn find(robot: &Robot, link: usize) -> Result<Found, String> {
         matches!(&lowest.shape, Shape::Box { half } if is_parallel && size(half).amax() < 1e-5)
     };
     let sole = Sole { frame, link, center: in_link * in_frame, half_m, thickness_m: z.1 - z.0, ankle: Ankle::RIGID };
-    Ok(Found { sole, is_box, in_frame, warning })
+    Ok(FoundSole { sole, is_box, in_frame, warning })
 }
 
 /// The lowest face of some points along axes: its range in x and y, and the range of all points in z.
-struct Face {
+struct LowestFace {
     axes: UnitQuaternion<f64>,
     x: (f64, f64),
     y: (f64, f64),
@@ -122,7 +122,7 @@ struct Face {
     is_slice: bool,
 }
 
-impl Face {
+impl LowestFace {
     /// The face of `points` along the axes of `frame` that are close to up and ahead, or else along `up` and `ahead`.
     fn along(frame: UnitQuaternion<f64>, up: Vector3<f64>, ahead: Vector3<f64>, points: &[Point3<f64>]) -> Self {
         let snapped = |v: Vector3<f64>| frame * snapped(frame.inverse_transform_vector(&v));

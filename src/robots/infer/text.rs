@@ -9,8 +9,8 @@ use std::fmt::Write;
 
 /// The origins of a robot's figures.
 pub struct Origins {
-    pub soles: PerFoot<soles::Found>,
-    pub servos: Vec<servos::Found>,
+    pub soles: PerFoot<soles::FoundSole>,
+    pub servos: Vec<servos::FoundServo>,
     /// Joints whose angles at home the solver found.
     pub solved: Vec<usize>,
     /// Whether the soles were stated by the user.
@@ -143,7 +143,7 @@ fn noise_text(robot: &Robot, line: &mut dyn FnMut(&str)) {
 
 fn servos_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
     // Joints with the same figures from the same origin share a group.
-    let mut groups: Vec<(&servos::Found, Vec<usize>)> = Vec::new();
+    let mut groups: Vec<(&servos::FoundServo, Vec<usize>)> = Vec::new();
     for (j, found) in origins.servos.iter().enumerate() {
         match groups.iter_mut().find(|(other, _)| *other == found) {
             Some((_, joints)) => joints.push(j),
@@ -151,7 +151,7 @@ fn servos_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
         }
     }
     groups.sort_by_key(|(found, _)| found.group);
-    for (servos::Found { servo, group, torque_is_read, speed_is_read }, joints) in groups {
+    for (servos::FoundServo { servo, group, torque_is_read, speed_is_read }, joints) in groups {
         line(&format!("\n# {}\n[[servos]]\njoints = [", group.name()));
         let mut row = String::from("   ");
         for &j in &joints {

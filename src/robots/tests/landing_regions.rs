@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rapier3d::parry::math::{Pose as ParryPose, Vector};
 use rapier3d::parry::query::distance;
 use rapier3d::parry::shape::Cuboid;
-use standfast_core::robot::swing_time::{Swing, least_swing_time_s};
+use standfast_core::robot::swing_time::{SwingMotion, least_swing_time_s};
 use standfast_core::robot::{Around, Foot, Kinematics, LandingRegion, Robot, Shape};
 
 /// Least distance that the collision boxes of the legs keep from each other (m).
@@ -44,7 +44,7 @@ fn gap_m(robot: &Robot, kinematics: &Kinematics) -> f64 {
 
 /// Least distance between the legs on the way to a place (m). It is None if the place is out of reach.
 fn least_gap_m(robot: &Robot, foot: Foot, to: [f64; 2], around: Around) -> Option<f64> {
-    let mut swing = Swing::new(robot, foot, to, around)?;
+    let mut swing = SwingMotion::new(robot, foot, to, around)?;
     let mut kinematics = Kinematics::new(robot);
     let gap = |i: u32| {
         kinematics.update(robot, swing.posture(f64::from(i) / 40.0)?);

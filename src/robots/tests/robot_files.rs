@@ -1,7 +1,7 @@
 //! The robot's files contain the published figures, and invalid files are refused with a clear error.
 
 use standfast_core::robot::{Foot, Kinematics, Shape};
-use standfast_files::assets::{self, Kind, Source};
+use standfast_files::assets::{self, InputKind, Source};
 
 /// Joint, limits (degrees), and mass of the link that it carries (kg), as published. The right side has the same
 /// values.
@@ -19,7 +19,7 @@ const PUBLISHED: [(&str, [f64; 2], f64); 10] = [
 ];
 
 fn builtin() -> (Source, Source) {
-    (assets::open(Kind::Robot, "ut-mu2").unwrap(), assets::open(Kind::RobotSettings, "ut-mu2").unwrap())
+    (assets::open(InputKind::Robot, "ut-mu2").unwrap(), assets::open(InputKind::RobotSettings, "ut-mu2").unwrap())
 }
 
 #[test]

@@ -18,7 +18,7 @@ const LARGE: f64 = 2.0;
 const IMPOSSIBLE: f64 = 3.0;
 
 /// Mass and inertia of a URDF link.
-pub struct Part {
+pub struct LinkInertia {
     /// Mass (kg).
     mass: f64,
     /// Pose of the COM and its axes in the frame of the link (m).
@@ -27,7 +27,7 @@ pub struct Part {
     inertia: Matrix3<f64>,
 }
 
-impl Part {
+impl LinkInertia {
     /// Returns None for a link without mass. An inertia that no body can have is corrected, with a note.
     pub fn of(link: &urdf_rs::Link, line: usize, problems: &mut Problems) -> Option<Self> {
         let mass = link.inertial.mass.value;
@@ -42,7 +42,7 @@ impl Part {
         let mut inertia = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
         // A link without moments may be a point mass that is fixed to another link.
         mend(&mut inertia, mass, false, &link.name, problems);
-        Some(Part { mass, origin: isometry(&link.inertial.origin), inertia })
+        Some(LinkInertia { mass, origin: isometry(&link.inertial.origin), inertia })
     }
 }
 
@@ -84,7 +84,7 @@ fn raise(inertia: &mut Matrix3<f64>, mass: f64, all: bool) -> Option<[[f64; 3]; 
 /// The link that consists of these parts, each with its pose in the link's frame.
 pub fn merged(
     name: String,
-    parts: &[(&Part, Isometry3<f64>)],
+    parts: &[(&LinkInertia, Isometry3<f64>)],
     [collisions, visuals]: [Vec<Solid>; 2],
     problems: &mut Problems,
 ) -> Link {

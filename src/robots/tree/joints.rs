@@ -10,7 +10,7 @@ use urdf_rs::JointType;
 pub const WITHOUT_RANGE: &str = "without a range";
 
 /// How a joint of a URDF is simulated.
-pub enum Kind {
+pub enum JointKind {
     /// A joint with a servo. `parent` and `origin` are those of the URDF.
     Moves(Joint, Motor),
     /// A fixed joint, whose links are one. It has the pose of the child in the parent.
@@ -29,7 +29,7 @@ pub struct Motor {
     pub velocity_rad_s: Option<f64>,
 }
 
-impl Kind {
+impl JointKind {
     /// What becomes of a joint whose child carries something with mass or not. If its limits leave it no range, it has
     /// one of `range_rad` to both sides (rad), or else is locked.
     pub fn of(
@@ -43,13 +43,13 @@ impl Kind {
         let origin = isometry(&joint.origin);
         let kind = &joint.joint_type;
         if matches!(kind, Fixed | Spherical) {
-            return Kind::Fixed(origin);
+            return JointKind::Fixed(origin);
         }
         let xyz = Vector3::from(*joint.axis.xyz);
         let Some(axis) = Unit::try_new(xyz, 1e-9) else {
             let (field, value) = (format!("joint {}: axis", joint.name), format!("{} {} {}", xyz.x, xyz.y, xyz.z));
             problems.add(line, field, value, "has no direction", "a vector of non-zero length");
-            return Kind::Fixed(origin);
+            return JointKind::Fixed(origin);
         };
         let (lower, upper) = match kind {
             Revolute | Prismatic => (joint.limit.lower, joint.limit.upper),
@@ -67,7 +67,7 @@ impl Kind {
                 Planar | Floating => Isometry3::identity(),
                 _ => Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from_axis_angle(&axis, at)),
             };
-            Kind::Locked(origin * moved, why)
+            JointKind::Locked(origin * moved, why)
         };
         match kind {
             _ if joint.mimic.is_some() => {
@@ -80,7 +80,7 @@ impl Kind {
             Revolute if lower > upper => {
                 let (field, value) = (format!("joint {}: limit", joint.name), format!("{lower} to {upper}"));
                 problems.add(line, field, value, "is not a range", "lower < upper [rad]");
-                return Kind::Fixed(origin);
+                return JointKind::Fixed(origin);
             }
             Revolute if lower == upper => return locked(WITHOUT_RANGE, lower),
             _ if !has_mass => return locked("without mass", 0.0),
@@ -89,7 +89,7 @@ impl Kind {
         let stated = |figure: f64| (figure > 0.0).then_some(figure);
         let motor = Motor { effort_n_m: stated(joint.limit.effort), velocity_rad_s: stated(joint.limit.velocity) };
         let name = joint.name.clone();
-        Kind::Moves(Joint { name, parent: 0, origin, axis, lower_rad: lower, upper_rad: upper }, motor)
+        JointKind::Moves(Joint { name, parent: 0, origin, axis, lower_rad: lower, upper_rad: upper }, motor)
     }
 }
 

@@ -12,8 +12,8 @@ mod solids;
 mod tests;
 mod xml;
 
-use inertia::{Part, check_gyration, merged};
-use joints::Kind;
+use inertia::{LinkInertia, check_gyration, merged};
+use joints::JointKind;
 pub(super) use joints::Motor;
 use nalgebra::Isometry3;
 use problems::Problems;
@@ -60,8 +60,8 @@ impl Tree {
             .zip(&urdf.joint_lines)
             .map(|(joint, &line)| ends(joint, line, &link_names, links, &mut problems))
             .collect();
-        let parts: Vec<Option<Part>> =
-            links.iter().zip(&urdf.link_lines).map(|(link, &line)| Part::of(link, line, &mut problems)).collect();
+        let parts: Vec<Option<LinkInertia>> =
+            links.iter().zip(&urdf.link_lines).map(|(link, &line)| LinkInertia::of(link, line, &mut problems)).collect();
         let order = match ends.iter().copied().collect::<Option<Vec<_>>>() {
             Some(ends) if urdf.is_whole => order(&urdf, &ends, &mut problems),
             _ => None,
@@ -71,12 +71,12 @@ impl Tree {
         for &(_, [parent, child]) in order.iter().flat_map(|(_, joints)| joints).rev() {
             has_mass[parent] |= has_mass[child];
         }
-        let mut kinds: Vec<Kind> = joints
+        let mut kinds: Vec<JointKind> = joints
             .iter()
             .zip(ends.iter().zip(&urdf.joint_lines))
             .map(|(joint, (ends, &line))| {
                 let has_mass = ends.is_none_or(|[_, child]| has_mass[child]);
-                Kind::of(joint, line, has_mass, range_rad, &mut problems)
+                JointKind::of(joint, line, has_mass, range_rad, &mut problems)
             })
             .collect();
         let solids = Solids::read(&urdf, &source.file, &mut problems);
@@ -91,15 +91,15 @@ impl Tree {
         let (mut moving, mut motors, mut locked) = (Vec::new(), Vec::new(), Vec::new());
         for (j, [parent, child]) in order {
             let (body, pose): (usize, Isometry3<f64>) = placed[parent];
-            placed[child] = match std::mem::replace(&mut kinds[j], Kind::Fixed(Isometry3::identity())) {
-                Kind::Moves(joint, motor) => {
+            placed[child] = match std::mem::replace(&mut kinds[j], JointKind::Fixed(Isometry3::identity())) {
+                JointKind::Moves(joint, motor) => {
                     moving.push(Joint { parent: body, origin: pose * joint.origin, ..joint });
                     motors.push(motor);
                     bodies.push(Vec::new());
                     (bodies.len() - 1, Isometry3::identity())
                 }
-                Kind::Fixed(at) => (body, pose * at),
-                Kind::Locked(at, why) => {
+                JointKind::Fixed(at) => (body, pose * at),
+                JointKind::Locked(at, why) => {
                     locked.push((joints[j].name.as_str(), why));
                     (body, pose * at)
                 }

@@ -17,7 +17,7 @@ pub struct Parting {
     /// centre, exceeds the limit.
     pub at_s: f64,
     /// The part of the robot that exceeds the limit.
-    pub of: Part,
+    pub of: PartingPoint,
     /// The distance (m).
     pub distance_m: f64,
     /// Phase of each controller at that time, and the time since which it has had this phase without a break.
@@ -31,7 +31,7 @@ pub struct Parting {
 /// The part of two robots whose distance is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Part {
+pub enum PartingPoint {
     Com,
     LeftSole,
     RightSole,
@@ -181,10 +181,10 @@ fn since<T: Clone + PartialEq>(before: &mut [Option<(T, f64)>; 2], now: [&T; 2],
 }
 
 /// The part with the largest horizontal distance, and this distance (m).
-fn farthest(a: &Moment, b: &Moment) -> (Part, f64) {
+fn farthest(a: &Moment, b: &Moment) -> (PartingPoint, f64) {
     let sole = |foot: Foot| (a.soles[foot] - b.soles[foot]).norm();
     let com = (a.com - b.com).norm();
-    let all = [(Part::Com, com), (Part::LeftSole, sole(Foot::Left)), (Part::RightSole, sole(Foot::Right))];
+    let all = [(PartingPoint::Com, com), (PartingPoint::LeftSole, sole(Foot::Left)), (PartingPoint::RightSole, sole(Foot::Right))];
     all.into_iter().fold(all[0], |most, other| if other.1 > most.1 { other } else { most })
 }
 
@@ -233,7 +233,7 @@ mod tests {
             snapshot.phase = if k >= 45 { "swing-left" } else { "switching" }.into();
         }
         let parting = Parting::of_films(&film, &other).unwrap();
-        assert_eq!((parting.at_s, parting.of), (film.snapshots[50].time_s, Part::RightSole));
+        assert_eq!((parting.at_s, parting.of), (film.snapshots[50].time_s, PartingPoint::RightSole));
         assert!((parting.distance_m - 1.01 * limit_m).abs() < 1e-12, "{parting:?}");
         assert_eq!(parting.phases, [Word::from("stiff"), "swing-left".into()]);
         assert_eq!(parting.phases_since_s, [0.0, film.snapshots[45].time_s], "not since the phases differ");

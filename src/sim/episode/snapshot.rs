@@ -3,7 +3,7 @@
 use super::tick::Tick;
 use nalgebra::{Isometry2, Point2, Point3, UnitQuaternion, Vector3};
 use standfast_core::robot::kinematics::on_ground;
-use standfast_core::robot::{Airborne, Foot, PerFoot, Posture, Region, Robot, Word};
+use standfast_core::robot::{Airborne, Foot, PerFoot, Posture, RecoveryRegion, Robot, Word};
 
 /// One moment of an episode: the true state, and the intentions of the controller, both in the world frame. The
 /// intentions are moved there from the controller's own estimate of the world, which drifts when feet slip
@@ -30,7 +30,7 @@ pub struct Snapshot {
     /// feedback gains, these are the slices of the gains' CPI sets from slow to fast, at the estimated COM velocity and
     /// the desired ZMP. Corners are counter-clockwise. A region may be empty, and there are no regions with a foot in
     /// the air.
-    pub regions: Vec<Region>,
+    pub regions: Vec<RecoveryRegion>,
     /// Name of the acting gain; None for a controller without gains, and with a foot in the air.
     pub gain: Option<String>,
     /// Margin in the slowest gain's CPI set: 1 at rest at home, and negative when no CPI set contains the state. None
@@ -65,7 +65,7 @@ impl Snapshot {
         let (truth, report) = (tick.truth, &tick.report);
         let force = truth.push_force;
         let to_world = to_world(tick);
-        let region = |Region { name, corners }: Region| Region {
+        let region = |RecoveryRegion { name, corners }: RecoveryRegion| RecoveryRegion {
             name,
             corners: corners.iter().map(|corner| to_world * corner).collect(),
         };

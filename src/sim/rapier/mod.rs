@@ -7,7 +7,7 @@ pub mod shape;
 mod world;
 
 use super::Ground;
-use super::contact::{Part, WorldWrench};
+use super::contact::{ContactPart, WorldWrench};
 use super::meeting::Pairs;
 use super::physics::Physics;
 use super::servo::Drive;
@@ -16,7 +16,7 @@ use convert::{pose_from_rapier, rotation_to_rapier, vec_to_rapier};
 use nalgebra::{DVector, Isometry3, Point3, UnitQuaternion, Vector3};
 use rapier3d::dynamics::Multibody;
 use standfast_core::robot::{Foot, Posture, Robot};
-use world::{GROUND, Handles, World, build};
+use world::{GROUND, Handles, RapierWorld, build};
 
 pub const VERSION: &str = rapier3d::VERSION;
 
@@ -31,7 +31,7 @@ pub fn start(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
 /// A robot in a Rapier world.
 #[derive(Clone)]
 struct Rapier {
-    world: World,
+    world: RapierWorld,
     handles: Handles,
     /// Lower and upper limit of each joint (rad).
     joints: Vec<(f64, f64)>,
@@ -113,7 +113,7 @@ impl Physics for Rapier {
         }
     }
 
-    fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(Part, WorldWrench)) {
+    fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(ContactPart, WorldWrench)) {
         let Handles { ground, soles, .. } = &self.handles;
         let narrow_phase = &self.world.physics.narrow_phase;
         let pairs =
@@ -121,9 +121,9 @@ impl Physics for Rapier {
         for ((part, pose), pair) in pairs {
             let other = if pair.collider1 == *part { pair.collider2 } else { pair.collider1 };
             let wrench = ground_wrench(pair, *part, &(slope * pose), self.step_s);
-            let link = Part::Link(self.world.physics.colliders[other].user_data as usize);
+            let link = ContactPart::Link(self.world.physics.colliders[other].user_data as usize);
             let sole = Foot::BOTH.into_iter().find(|&foot| soles[foot].contains(&other));
-            see(sole.map_or(link, Part::Sole), wrench);
+            see(sole.map_or(link, ContactPart::Sole), wrench);
         }
     }
     fn meets(&self, see: &mut dyn FnMut([usize; 2], f64)) {

@@ -12,7 +12,7 @@ use standfast_core::robot::{Foot, Joint, PerFoot, Posture, Robot};
 
 /// A Rapier world that can be copied. A copy continues to the same bits, because everything that lasts from step to
 /// step is copied. The pipeline is only working memory.
-pub struct World {
+pub struct RapierWorld {
     pub physics: PhysicsWorld,
     filter: Filter,
 }
@@ -47,14 +47,14 @@ impl PhysicsHooks for Filter {
     }
 }
 
-impl World {
+impl RapierWorld {
     /// Does one physics step.
     pub fn step(&mut self) {
         self.physics.step_with_events(&self.filter, &());
     }
 }
 
-impl Clone for World {
+impl Clone for RapierWorld {
     fn clone(&self) -> Self {
         let physics = PhysicsWorld {
             gravity: self.physics.gravity,
@@ -122,7 +122,7 @@ fn integration_parameters(step_s: f64) -> IntegrationParameters {
 
 /// A world with gravity along -z, with `robot` in `posture` and with `ground`, which is still level. `pairs` states
 /// which links of the robot collide with each other.
-pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, step_s: f64) -> (World, Handles) {
+pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, step_s: f64) -> (RapierWorld, Handles) {
     let mut world = PhysicsWorld {
         gravity: Vector::new(0.0, 0.0, -standfast_core::robot::GRAVITY as Real),
         integration_parameters: integration_parameters(step_s),
@@ -203,7 +203,7 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
     }
     let multibody = world.multibody_joints.rigid_body_link(bodies[0]).expect("the root has joints").multibody;
     place(&mut world, multibody, robot, posture);
-    let world = World { physics: world, filter: Filter(pairs.clone()) };
+    let world = RapierWorld { physics: world, filter: Filter(pairs.clone()) };
     (world, Handles { multibody, bodies, floor, ground, soles, root_com })
 }
 

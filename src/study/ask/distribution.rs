@@ -85,13 +85,13 @@ impl fmt::Display for Distribution {
 }
 
 #[derive(serde::Deserialize)]
-struct Pair(#[serde(deserialize_with = "exactly")] [f64; 2]);
+struct NumberPair(#[serde(deserialize_with = "exactly")] [f64; 2]);
 
 // Written by hand: the error of a derived untagged enum names neither the key nor what is accepted.
 impl<'de> Deserialize<'de> for Distribution {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Form;
-        impl<'de> Visitor<'de> for Form {
+        struct DistributionVisitor;
+        impl<'de> Visitor<'de> for DistributionVisitor {
             type Value = Distribution;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str(FORMS)
@@ -110,8 +110,8 @@ impl<'de> Deserialize<'de> for Distribution {
                     return Err(de::Error::invalid_length(0, &self));
                 };
                 let distribution = match key.as_str() {
-                    "uniform" => Distribution::Uniform { uniform: map.next_value::<Pair>()?.0 },
-                    "normal" => Distribution::Normal { normal: map.next_value::<Pair>()?.0 },
+                    "uniform" => Distribution::Uniform { uniform: map.next_value::<NumberPair>()?.0 },
+                    "normal" => Distribution::Normal { normal: map.next_value::<NumberPair>()?.0 },
                     other => return Err(de::Error::unknown_field(other, &["uniform", "normal"])),
                 };
                 match map.next_key::<String>()? {
@@ -120,6 +120,6 @@ impl<'de> Deserialize<'de> for Distribution {
                 }
             }
         }
-        deserializer.deserialize_any(Form)
+        deserializer.deserialize_any(DistributionVisitor)
     }
 }

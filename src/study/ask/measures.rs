@@ -158,7 +158,7 @@ fn times(value: Value, factor: f64) -> Value {
 mod tests {
     use super::*;
     use crate::fixtures::campaign;
-    use standfast_core::robot::Scale;
+    use standfast_core::robot::SizeRatio;
 
     /// The campaigns were in SI units at first. In units of the robot they ask the same of UT-mu2, up to rounding.
     #[test]
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn a_similar_robot_is_asked_for_the_same_in_its_own_units() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let similar = robot.scaled(Scale { length: 4.0, mass: 64.0 });
+        let similar = robot.scaled(SizeRatio { length: 4.0, mass: 64.0 });
         for (unit, factor) in [
             (Unit::Impulse, 64.0 * 2.0),
             (Unit::Length, 4.0),

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use standfast_controllers::variant::{self, ControllerName};
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Robot, Units};
-use standfast_files::assets::{self, Kind, Source};
+use standfast_files::assets::{self, InputKind, Source};
 use standfast_robots::urdf::Files;
 use standfast_sim::Engine;
 use standfast_sim::episode::{Counts, EpisodeConfig};
@@ -162,12 +162,12 @@ impl Campaign {
 
     /// The files of the robot that a campaign, opened with these changes, names. Fails if a file cannot be read.
     pub fn robot_files(name_or_path: &str, overrides: &Overrides) -> Result<Files> {
-        Files::open(&overrides.robot_of(&asked(&assets::open(Kind::Campaign, name_or_path)?)?))
+        Files::open(&overrides.robot_of(&asked(&assets::open(InputKind::Campaign, name_or_path)?)?))
     }
 
     /// As [`load`](Self::load), in the units of this robot, which need not be the one that the campaign names.
     pub fn load_for(robot: &Robot, name_or_path: &str, overrides: &Overrides) -> Result<Campaign> {
-        let source = assets::open(Kind::Campaign, name_or_path)?;
+        let source = assets::open(InputKind::Campaign, name_or_path)?;
         let measures = Measures::of(robot);
         let mut campaign = Self::of(&source, &measures)?;
         campaign.check(&source.file).map_err(|e| measures.explain(e))?;
@@ -433,7 +433,7 @@ pub(crate) mod tests {
     #[test]
     fn builtin_campaigns_load_and_survive_a_round_trip() {
         let dir = tempfile::tempdir().unwrap();
-        for name in Kind::Campaign.names() {
+        for name in InputKind::Campaign.names() {
             let (campaign, path) = (campaign(name, &["push.height_m={normal=[0.01, 0.003]}"]), dir.path().join(name));
             assert_eq!(campaign.name, name);
             std::fs::write(&path, campaign.to_toml().unwrap()).unwrap();

@@ -194,7 +194,7 @@ mod tests {
     use super::*;
 
     use crate::fixtures::campaign as with;
-    use standfast_sim::{Sensor, When};
+    use standfast_sim::{Sensor, NoiseDraw};
 
     fn campaign(set: &[&str]) -> Campaign {
         Campaign { seed: 7, ..with("standard", set) }
@@ -203,7 +203,7 @@ mod tests {
     fn noise(campaign: &Campaign, trial: u64) -> Vec<f64> {
         let errors = sensor_errors(campaign, trial).unwrap();
         let mut numbers = vec![0.0; 8];
-        errors.normal.draw(When::Tick(5), Sensor::Gyro, &mut numbers);
+        errors.normal.draw(NoiseDraw::Tick(5), Sensor::Gyro, &mut numbers);
         numbers
     }
 
@@ -305,7 +305,7 @@ mod tests {
         let normal = sensor_errors(&campaign(&[]), 3).unwrap().normal;
         let draw = |tick: u64, sensor: Sensor| {
             let mut numbers = [0.0; 3];
-            normal.draw(When::Tick(tick), sensor, &mut numbers);
+            normal.draw(NoiseDraw::Tick(tick), sensor, &mut numbers);
             numbers
         };
         const TICKS: u64 = 20_000;
@@ -322,7 +322,7 @@ mod tests {
         let again = draw(7, Sensor::Accelerometer);
         assert_eq!(draw(7, Sensor::Accelerometer), again);
         let mut one = [0.0];
-        normal.draw(When::Tick(7), Sensor::Accelerometer, &mut one);
+        normal.draw(NoiseDraw::Tick(7), Sensor::Accelerometer, &mut one);
         assert_eq!(one[0], again[0], "another channel changes no other");
     }
 }

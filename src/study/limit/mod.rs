@@ -11,7 +11,7 @@ mod yardstick;
 
 use crate::ask::bounds::in_range;
 use crate::ask::spec::Campaign;
-use crate::limit::search::{MAP_TO, Search, is_random};
+use crate::limit::search::{MAP_TO, LimitSearch, is_random};
 use crate::plan::{PreparedCampaign, pool};
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -179,7 +179,7 @@ impl<'a> Searches<'a> {
                 max_trials: options.max_trials,
                 random,
             };
-            let search = Search {
+            let search = LimitSearch {
                 campaign,
                 plan,
                 factories,

@@ -141,7 +141,7 @@ const REPLICA_IMPULSE_SHARE: f64 = 0.01;
 const MAP_TRIALS: u64 = MOST_TRIALS;
 pub(super) const MAP_TO: f64 = 1.15;
 
-pub(super) struct Search<'a> {
+pub(super) struct LimitSearch<'a> {
     pub campaign: &'a Campaign,
     pub plan: &'a PreparedCampaign,
     pub factories: &'a [PreparedController],
@@ -162,7 +162,7 @@ pub(super) struct Search<'a> {
     pub on_episode: &'a (dyn Fn() + Sync),
 }
 
-impl Search<'_> {
+impl LimitSearch<'_> {
     pub fn run(&self, rule: Rule) -> Result<SetLimit> {
         let [mut recovered, mut survived, mut fell, mut timed_out, mut diverged, mut failed] = [0; 6];
         let posterior = self.limit(rule, self.heading_deg, |outcome| {

@@ -6,7 +6,7 @@ use crate::limit::search::SetLimit;
 use nalgebra::Point2;
 use serde::Serialize;
 use standfast_core::error::{Error, Result};
-use standfast_core::lipm::capture::{self, Region, SteppingPendulum};
+use standfast_core::lipm::capture::{self, SwingRegion, SteppingPendulum};
 use standfast_core::robot::{Foot, GRAVITY, Kinematics, LandingRegion, PerFoot, Robot, Units};
 use standfast_sim::Profile;
 use std::path::Path;
@@ -118,7 +118,7 @@ impl PendulumBounds {
     /// The bounds for one heading (degrees), still without controllers.
     pub fn heading(&self, heading_deg: f64) -> Heading {
         let region =
-            |region: &LandingRegion| Region { x_m: region.x_m, y_m: region.y_m, swing_time_s: region.swing_time_s };
+            |region: &LandingRegion| SwingRegion { x_m: region.x_m, y_m: region.y_m, swing_time_s: region.swing_time_s };
         let held = SteppingPendulum {
             mass_kg: self.mass_kg,
             omega: self.omega_rad_s,

@@ -3,21 +3,21 @@
 use csv::StringRecord;
 use serde::de::value::Error;
 use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, Error as _, IntoDeserializer, SeqAccess, Visitor};
-use standfast_files::columns::{Column, Data};
+use standfast_files::columns::{DataColumn, Data};
 use standfast_sim::episode::Totals;
 
 /// A field, which is a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Field {
     pub name: &'static str,
-    pub kind: Kind,
+    pub kind: FieldKind,
     /// Whether a value may be missing.
     pub is_optional: bool,
 }
 
 /// The kind of the values of a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
+pub enum FieldKind {
     Count,
     Number,
     /// Text, or a name out of several.
@@ -37,23 +37,23 @@ pub fn columns<'a>(
     fields: &'a [Field],
     totals: &'a [String],
     rows: &'a [StringRecord],
-) -> impl Iterator<Item = Column> + 'a {
+) -> impl Iterator<Item = DataColumn> + 'a {
     let of_field = move |(at, field): (usize, &Field)| {
         let cells = rows.iter().map(move |row| &row[at]);
         let some = |cell: &'a str| (!cell.is_empty()).then_some(cell);
         let data = match (field.kind, field.is_optional) {
-            (Kind::Count, _) => Data::I64(cells.map(parsed).collect()),
-            (Kind::Number, false) => Data::F64(cells.map(parsed).collect()),
-            (Kind::Number, true) => Data::OptF64(cells.map(|cell| some(cell).map(parsed)).collect()),
-            (Kind::Word, false) => Data::Text(cells.map(String::from).collect()),
-            (Kind::Word, true) => Data::OptText(cells.map(|cell| some(cell).map(String::from)).collect()),
+            (FieldKind::Count, _) => Data::I64(cells.map(parsed).collect()),
+            (FieldKind::Number, false) => Data::F64(cells.map(parsed).collect()),
+            (FieldKind::Number, true) => Data::OptF64(cells.map(|cell| some(cell).map(parsed)).collect()),
+            (FieldKind::Word, false) => Data::Text(cells.map(String::from).collect()),
+            (FieldKind::Word, true) => Data::OptText(cells.map(|cell| some(cell).map(String::from)).collect()),
         };
-        Column::new(field.name, data)
+        DataColumn::new(field.name, data)
     };
     let last = fields.len() - 1;
     let of_controllers: Vec<Totals> = rows.iter().map(|row| Totals::read(&row[last]).unwrap_or_default()).collect();
     let of_total = move |name: &String| {
-        Column::new(name, Data::OptF64(of_controllers.iter().map(|totals| totals.0.get(name).copied()).collect()))
+        DataColumn::new(name, Data::OptF64(of_controllers.iter().map(|totals| totals.0.get(name).copied()).collect()))
     };
     fields[..last].iter().enumerate().map(of_field).chain(totals.iter().map(of_total))
 }
@@ -73,7 +73,7 @@ struct Lister {
 }
 
 impl Lister {
-    fn note(&mut self, kind: Kind) {
+    fn note(&mut self, kind: FieldKind) {
         let is_optional = std::mem::take(&mut self.is_optional);
         self.fields.push(Field { name: self.name, kind, is_optional });
     }
@@ -87,22 +87,22 @@ impl<'de> Deserializer<'de> for &mut Lister {
     }
 
     fn deserialize_u32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
-        self.note(Kind::Count);
+        self.note(FieldKind::Count);
         visitor.visit_u32(0)
     }
 
     fn deserialize_u64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
-        self.note(Kind::Count);
+        self.note(FieldKind::Count);
         visitor.visit_u64(0)
     }
 
     fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
-        self.note(Kind::Number);
+        self.note(FieldKind::Number);
         visitor.visit_f64(0.0)
     }
 
     fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
-        self.note(Kind::Word);
+        self.note(FieldKind::Word);
         visitor.visit_str("")
     }
 
@@ -112,7 +112,7 @@ impl<'de> Deserializer<'de> for &mut Lister {
         variants: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Error> {
-        self.note(Kind::Word);
+        self.note(FieldKind::Word);
         visitor.visit_enum(variants[0].into_deserializer())
     }
 

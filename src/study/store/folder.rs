@@ -431,8 +431,8 @@ pub(crate) mod tests {
     #[test]
     fn a_row_that_contradicts_itself_is_refused() {
         let (_dir, folder) = written(&[1, 2]);
-        type Change = (&'static str, Outcome, fn(&mut TrialRow));
-        let changes: [Change; 9] = [
+        type RowContradiction = (&'static str, Outcome, fn(&mut TrialRow));
+        let changes: [RowContradiction; 9] = [
             ("fell_at_s = 1.5", Outcome::Fell, |r| r.record.outcome = Outcome::Recovered),
             ("fell_at_s = (none)", Outcome::Recovered, |r| r.record.outcome = Outcome::Fell),
             ("settled_at_s = (none)", Outcome::TimedOut, |r| r.record.outcome = Outcome::Recovered),
@@ -461,8 +461,8 @@ pub(crate) mod tests {
         folder.manifest.campaign = Campaign { trials: 60, ..campaign };
         [1, 2].into_iter().for_each(|block| folder.part(block).write(&rows(&folder, block)).unwrap());
         let a_bit_more = |value: f64| f64::from_bits(value.to_bits() + 1);
-        type Change<'a> = (&'static str, &'a dyn Fn(&mut TrialRow));
-        let changes: [Change; 12] = [
+        type DrawnChange<'a> = (&'static str, &'a dyn Fn(&mut TrialRow));
+        let changes: [DrawnChange; 12] = [
             ("impulse_n_s", &|r| r.push.impulse_n_s = 0.001),
             ("impulse_n_s", &|r| r.push.impulse_n_s = f64::NAN),
             ("impulse_n_s", &|r| r.push.impulse_n_s = a_bit_more(r.push.impulse_n_s)),

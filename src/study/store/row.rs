@@ -306,7 +306,7 @@ fn not_written(source: impl std::error::Error + Send + Sync + 'static) -> Error 
 pub(crate) mod tests {
     use super::*;
     use crate::fixtures::row;
-    use standfast_files::columns::{Column, Data};
+    use standfast_files::columns::{DataColumn, Data};
 
     use parquet::errors::ParquetError;
     use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -315,7 +315,7 @@ pub(crate) mod tests {
     use standfast_core::robot::Foot;
 
     /// The rows as columns, with these totals.
-    fn as_columns(rows: &[TrialRow], totals: &[&str]) -> Vec<Column> {
+    fn as_columns(rows: &[TrialRow], totals: &[&str]) -> Vec<DataColumn> {
         let (text, totals) = (write_csv(rows).unwrap(), totals.iter().map(|name| name.to_string()).collect::<Vec<_>>());
         let cells: Vec<_> = csv::Reader::from_reader(&text[..]).into_records().map(Result::unwrap).collect();
         columns(&fields::<TrialRow>(), &totals, &cells).collect()

@@ -7,25 +7,25 @@
 //! rounding errors grow in contacts, and now and then a trial near the limit ends differently.
 
 use rayon::prelude::*;
-use standfast_core::robot::{PreparedController, Robot, Scale};
+use standfast_core::robot::{PreparedController, Robot, SizeRatio};
 use standfast_sim::episode::{self, Disturbance, EpisodeConfig, Judge, Outcome};
 use standfast_sim::{PhysicsStep, Push, Variation};
 use standfast_study::ask::trial;
 use standfast_study::{Campaign, Overrides};
 
-const OWN_SIZE: Scale = Scale { length: 1.0, mass: 1.0 };
+const OWN_SIZE: SizeRatio = SizeRatio { length: 1.0, mass: 1.0 };
 
 /// A robot with the settings of its episodes.
 struct Bench {
     robot: Robot,
-    scale: Scale,
+    scale: SizeRatio,
     campaign: Campaign,
     config: EpisodeConfig,
 }
 
 impl Bench {
     /// UT-mu2 in a built-in campaign, scaled.
-    fn new(campaign: &str, scale: Scale) -> Self {
+    fn new(campaign: &str, scale: SizeRatio) -> Self {
         let campaign = Campaign::load(campaign, &Overrides::default()).unwrap();
         let (usual, time) = (EpisodeConfig { engine: crate::common::engine(), ..campaign.episode }, scale.time());
         let judge = Judge {
@@ -112,7 +112,7 @@ fn differences(some: &[Motion], others: &[Motion]) -> usize {
 
 #[test]
 fn a_robot_four_times_as_long_moves_alike_to_the_bit() {
-    for scale in [Scale { length: 4.0, mass: 64.0 }, Scale { length: 0.25, mass: 1.0 }] {
+    for scale in [SizeRatio { length: 4.0, mass: 64.0 }, SizeRatio { length: 0.25, mass: 1.0 }] {
         for (campaign, sets) in [("standard", ["switching", "paper", "catch"]), ("harsh", ["hold", "robust", "catch"])]
         {
             let [own, similar] = [OWN_SIZE, scale].map(|scale| Bench::new(campaign, scale));
@@ -131,8 +131,8 @@ fn a_robot_four_times_as_long_moves_alike_to_the_bit() {
 /// here.
 #[test]
 fn robots_of_any_size_move_alike_to_the_bit() {
-    let [light, heavy] = [-30, 26].map(|power| Scale { length: 1.0, mass: 2.0_f64.powi(power) });
-    let [small, large] = [-3, 4].map(|power| Scale { length: 4.0_f64.powi(power), mass: 64.0_f64.powi(power) });
+    let [light, heavy] = [-30, 26].map(|power| SizeRatio { length: 1.0, mass: 2.0_f64.powi(power) });
+    let [small, large] = [-3, 4].map(|power| SizeRatio { length: 4.0_f64.powi(power), mass: 64.0_f64.powi(power) });
     let own = Bench::new("standard", OWN_SIZE).run("catch", 12);
     for scale in [light, heavy, small, large] {
         for (trial, (one, other)) in own.iter().zip(Bench::new("standard", scale).run("catch", 12)).enumerate() {
@@ -142,11 +142,11 @@ fn robots_of_any_size_move_alike_to_the_bit() {
     }
 }
 
-const SIZES: [Scale; 4] = [
-    Scale { length: 0.5, mass: 0.125 },
-    Scale { length: 2.0, mass: 8.0 },
-    Scale { length: 3.0, mass: 27.0 },
-    Scale { length: 1.0, mass: 3.0 },
+const SIZES: [SizeRatio; 4] = [
+    SizeRatio { length: 0.5, mass: 0.125 },
+    SizeRatio { length: 2.0, mass: 8.0 },
+    SizeRatio { length: 3.0, mass: 27.0 },
+    SizeRatio { length: 1.0, mass: 3.0 },
 ];
 
 #[test]
@@ -169,7 +169,7 @@ fn table_of_other_sizes() {
     println!("outcomes of {TRIALS} trials of `standard` that differ from those of UT-mu2");
     println!(
         "| controller | {} |",
-        SIZES.map(|Scale { length, mass }| format!("L = {length}, M = {mass}")).join(" | ")
+        SIZES.map(|SizeRatio { length, mass }| format!("L = {length}, M = {mass}")).join(" | ")
     );
     for gains in ["hold", "switching", "robust", "paper", "catch"] {
         let own = Bench::new("standard", OWN_SIZE).run(gains, TRIALS);

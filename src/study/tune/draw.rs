@@ -23,12 +23,12 @@ const LEAST: f64 = 0.4;
 const TRIALS_APART: u64 = 1 << 32;
 
 /// The outcomes of the incumbent in a sample of a campaign.
-pub struct Sample<'a> {
+pub struct IncumbentSample<'a> {
     campaign: &'a Campaign,
     won: Vec<(Push, bool)>,
 }
 
-impl<'a> Sample<'a> {
+impl<'a> IncumbentSample<'a> {
     /// Takes the incumbent's outcomes of the first trials.
     pub fn new(campaign: &'a Campaign, won: &[bool]) -> Self {
         let push = |(i, won): (usize, &bool)| (trial::push(campaign, i as u64), *won);
@@ -72,7 +72,7 @@ mod tests {
         let campaign = campaign("standard", &["push.impulse_n_s={uniform=[0.5, 6]}"]);
         let is_won = |trial: u64| trial::push(&campaign, trial).impulse_n_s < 2.0;
         let won: Vec<bool> = (0..200).map(is_won).collect();
-        let drawn = Sample::new(&campaign, &won).draw(3, 4000);
+        let drawn = IncumbentSample::new(&campaign, &won).draw(3, 4000);
         let near = |trial: u64| (1.8..2.2).contains(&trial::push(&campaign, trial).impulse_n_s);
         let share = drawn.iter().filter(|drawn| near(drawn.trial)).count() as f64 / drawn.len() as f64;
         assert!(share > 1.4 * 0.4 / 5.5, "{share}");

@@ -18,10 +18,10 @@ use crate::ask::trial;
 use crate::plan::{PreparedCampaign, each_caught, pool};
 use crate::store::shard::Shard;
 use crate::verdict::summary::Summary;
-use draw::Sample;
+use draw::IncumbentSample;
 use race::{WeightedTrial, EpisodeScore};
 use response::Effect;
-use search::{Arena, Generation, Search, least_episodes, trials_of};
+use search::{Arena, Generation, TuneSearch, least_episodes, trials_of};
 use serde::{Deserialize, Serialize};
 use standfast_controllers::ControllerSpec;
 use standfast_controllers::tunable::Tunable;
@@ -29,13 +29,13 @@ use standfast_controllers::values::{number_to_vary, with_values};
 use standfast_controllers::variant::ControllerName;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::PreparedController;
-use standfast_files::assets::{self, Kind, Source};
+use standfast_files::assets::{self, InputKind, Source};
 use standfast_files::{json, json_pretty, sha256_hex, write_atomic};
 use standfast_robots::urdf::Files;
 use standfast_sim::episode::ClosedLoop;
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use team::{Bound, ShardPool, damaged, read, read_of};
+use team::{SearchFile, ShardPool, damaged, read, read_of};
 
 /// The file of the task.
 const TASK: &str = "task.json";
@@ -164,14 +164,14 @@ pub struct Tuned {
     /// Name of the proposed controller.
     pub name: String,
     /// The verdict for each case; none if the proposed values are the present ones.
-    pub verdicts: Vec<Verdict>,
+    pub verdicts: Vec<CaseVerdict>,
     /// Whether the proposed controller is better in all cases.
     pub is_better: bool,
 }
 
 /// What the final campaign says of a case.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Verdict {
+pub struct CaseVerdict {
     pub robot: String,
     pub engine: String,
     /// The result folder of the case, relative to the folder of the search.
@@ -191,7 +191,7 @@ pub struct Verdict {
 /// The level of the final test.
 const LEVEL: f64 = 0.05;
 
-impl Verdict {
+impl CaseVerdict {
     /// The verdict from the result of a final campaign with the incumbent and the proposed controller.
     pub fn of(case: &CaseId, folder: &str, summary: &Summary, proposed: &str) -> Option<Self> {
         let pair = summary.pairs.first()?;
@@ -237,7 +237,7 @@ impl Tuning {
         let [entry] = &first.gains[..] else { unreachable!("a search has one controller") };
         let base = standfast_controllers::load(entry)?;
         check_files(&*base, entry)?;
-        let judged_before = judged_by(&assets::open(Kind::Controller, ControllerName::split(entry).base)?)?;
+        let judged_before = judged_by(&assets::open(InputKind::Controller, ControllerName::split(entry).base)?)?;
         let search_seed = trial::derived_seed(first.seed, 0);
         let plan = |(campaign, files): &(Campaign, Files)| {
             PreparedCampaign::with(&Campaign { seed: search_seed, ..campaign.clone() }, files.clone())
@@ -436,12 +436,12 @@ impl Tuning {
         let Self { options, folder, .. } = self;
         let team = ShardPool { shard: options.shard, folder, task: &self.hash, stop: watch.stop, on_wait: watch.on_wait };
         let sampled = self.sample(team, watch)?;
-        let samples = self.plans.iter().zip(&sampled).map(|(plan, won)| Sample::new(&plan.manifest.campaign, won));
+        let samples = self.plans.iter().zip(&sampled).map(|(plan, won)| IncumbentSample::new(&plan.manifest.campaign, won));
         let arena = Robots { tuning: self, samples: samples.collect(), on_episode: watch.on_episode };
         let Task { tunables, search_seed, .. } = &self.task;
         let mut spent = SAMPLE * self.plans.len() as u64;
         let most = spent + self.search_episodes();
-        let mut search = Search::new(&arena, tunables, *search_seed, self.plans.len(), self.search_episodes());
+        let mut search = TuneSearch::new(&arena, tunables, *search_seed, self.plans.len(), self.search_episodes());
         let mut generations: Vec<Generation> = Vec::new();
         while spent + search.next_episodes() <= most {
             let number = generations.len() + 1;
@@ -496,7 +496,7 @@ impl Tuning {
 
     /// Writes a file of the search, with the hash of its task.
     fn write<T: Clone + Serialize>(&self, path: &Path, found: &T) -> Result<()> {
-        let bound = Bound { task: self.hash.clone(), found: found.clone() };
+        let bound = SearchFile { task: self.hash.clone(), found: found.clone() };
         write_atomic(path, json_pretty(&bound)?.as_bytes())
     }
 
@@ -582,7 +582,7 @@ fn check_new(folder: &Path) -> Result<()> {
 /// The robots of a search as an arena.
 struct Robots<'a> {
     tuning: &'a Tuning,
-    samples: Vec<Sample<'a>>,
+    samples: Vec<IncumbentSample<'a>>,
     on_episode: &'a (dyn Fn() + Sync),
 }
 

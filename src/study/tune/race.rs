@@ -51,7 +51,7 @@ pub struct CandidateScore {
 }
 
 /// Runs the episodes of a case and trial with some candidates, given by their numbers in ascending order.
-pub type Judge<'a> = dyn Fn(usize, u64, &[usize]) -> Result<Vec<EpisodeScore>> + Sync + 'a;
+pub type TrialJudge<'a> = dyn Fn(usize, u64, &[usize]) -> Result<Vec<EpisodeScore>> + Sync + 'a;
 
 /// The candidates and the trials of a race. The first candidates, of which the incumbent is number 0, run to the end.
 pub struct Race<'a> {
@@ -59,7 +59,7 @@ pub struct Race<'a> {
     pub guests: usize,
     /// The trials of each case. All cases have the same number of trials.
     pub cases: &'a [Vec<WeightedTrial>],
-    pub judge: &'a Judge<'a>,
+    pub judge: &'a TrialJudge<'a>,
     pub team: ShardPool<'a>,
     /// The name of the race, which no other race of the search has.
     pub name: String,
@@ -195,7 +195,7 @@ mod tests {
     static GO_ON: AtomicBool = AtomicBool::new(false);
 
     /// A race of the incumbent, the mean and some samples on 40 trials of each case.
-    fn race(candidates: usize, cases: usize, judge: &Judge) -> Raced {
+    fn race(candidates: usize, cases: usize, judge: &TrialJudge) -> Raced {
         let team = ShardPool { shard: None, folder: Path::new("."), task: "", stop: &GO_ON, on_wait: &|_| {} };
         let trials = vec![(0..40).map(|trial| WeightedTrial { trial, weight: 1.0 + (trial % 2) as f64 }).collect(); cases];
         Race { candidates, guests: 2, cases: &trials, judge, team, name: "race".into() }.run().unwrap()

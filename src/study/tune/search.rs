@@ -63,7 +63,7 @@ pub struct Generation {
     /// Number of trials of each case.
     pub trials: usize,
     /// The incumbent, the middle, and the samples.
-    pub candidates: Vec<Candidate>,
+    pub candidates: Vec<ScoredCandidate>,
     /// The numbers of the samples, the best one first.
     pub order: Vec<usize>,
     pub episodes: u64,
@@ -71,7 +71,7 @@ pub struct Generation {
 
 /// The values of a candidate and its result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Candidate {
+pub struct ScoredCandidate {
     /// The values, in the order of the tunable numbers.
     pub values: Vec<f64>,
     #[serde(flatten)]
@@ -84,8 +84,8 @@ impl Generation {
     pub fn problem(&self, number: u64, trials: usize, tunables: usize, cases: usize) -> Option<&'static str> {
         let count = samples_of(tunables) + GUEST_COUNT;
         let has_values =
-            |one: &Candidate| one.values.len() == tunables && one.values.iter().all(|value| value.is_finite());
-        let can_be = |(i, one): (usize, &Candidate)| {
+            |one: &ScoredCandidate| one.values.len() == tunables && one.values.iter().all(|value| value.is_finite());
+        let can_be = |(i, one): (usize, &ScoredCandidate)| {
             let CandidateScore { advantage, error, footsteps, torque, trials: own } = one.standing;
             let are_shares = (-1.0..=1.0).contains(&advantage) && (0.0..=1.0).contains(&error);
             let are_means = [footsteps, torque].iter().all(|mean| mean.is_finite() && *mean >= 0.0);
@@ -130,7 +130,7 @@ pub fn least_episodes(tunables: usize, cases: usize) -> u64 {
 }
 
 /// The state of a search.
-pub struct Search<'a, A: Arena> {
+pub struct TuneSearch<'a, A: Arena> {
     arena: &'a A,
     tunables: &'a [Tunable],
     seed: u64,
@@ -146,7 +146,7 @@ pub struct Search<'a, A: Arena> {
     response: Option<Response>,
 }
 
-impl<'a, A: Arena> Search<'a, A> {
+impl<'a, A: Arena> TuneSearch<'a, A> {
     /// A search on `cases` cases with a budget of `episodes`.
     pub fn new(arena: &'a A, tunables: &'a [Tunable], seed: u64, cases: usize, episodes: u64) -> Self {
         let trials = trials_of(tunables.len(), cases, episodes);
@@ -202,7 +202,7 @@ impl<'a, A: Arena> Search<'a, A> {
         let generation = Generation {
             number,
             trials: self.trials,
-            candidates: candidates.map(|(values, standing)| Candidate { values, standing }).collect(),
+            candidates: candidates.map(|(values, standing)| ScoredCandidate { values, standing }).collect(),
             order: raced.order,
             episodes: raced.episodes,
         };
@@ -331,7 +331,7 @@ mod tests {
 
     /// Searches with a budget, and judges what is proposed by sealed trials.
     fn sealed(landscape: &Landscape, tunables: &[Tunable], episodes: u64, trials: u64) -> (Vec<f64>, PairedCounts) {
-        let mut search = Search::new(landscape, tunables, landscape.seed, 1, episodes);
+        let mut search = TuneSearch::new(landscape, tunables, landscape.seed, 1, episodes);
         let mut spent = 0;
         while spent + search.next_episodes() <= episodes {
             spent += search.generation(alone()).unwrap().episodes;
@@ -371,9 +371,9 @@ mod tests {
     fn a_search_goes_on_where_it_stopped() {
         let landscape = Landscape { seed: 6, chance: |values| 0.4 + 0.2 * values[0] };
         let tunables = tunables(0.5);
-        let mut whole = Search::new(&landscape, &tunables, 6, 1, 4000);
+        let mut whole = TuneSearch::new(&landscape, &tunables, 6, 1, 4000);
         let generations: Vec<Generation> = (0..4).map(|_| whole.generation(alone()).unwrap()).collect();
-        let mut again = Search::new(&landscape, &tunables, 6, 1, 4000);
+        let mut again = TuneSearch::new(&landscape, &tunables, 6, 1, 4000);
         let written = serde_json::to_string(&generations[..2]).unwrap();
         let read: Vec<Generation> = serde_json::from_str(&written).unwrap();
         read.iter().for_each(|generation| again.follow(generation));
@@ -385,15 +385,15 @@ mod tests {
     #[test]
     fn a_generation_that_no_search_can_have_written_is_told() {
         let (landscape, tunables) = (Landscape { seed: 6, chance: |values| 0.4 + 0.2 * values[0] }, tunables(0.5));
-        let written = Search::new(&landscape, &tunables, 6, 1, 4000).generation(alone()).unwrap();
+        let written = TuneSearch::new(&landscape, &tunables, 6, 1, 4000).generation(alone()).unwrap();
         let told = |change: &dyn Fn(&mut Generation)| {
             let mut changed = written.clone();
             change(&mut changed);
             changed.problem(1, trials_of(4, 1, 4000), 4, 1).unwrap_or("nothing")
         };
         assert_eq!(told(&|_| {}), "nothing");
-        type Change<'a> = (&'static str, &'a dyn Fn(&mut Generation));
-        let changes: [Change; 16] = [
+        type GenerationChange<'a> = (&'static str, &'a dyn Fn(&mut Generation));
+        let changes: [GenerationChange; 16] = [
             ("`number`", &|g| g.number = 2),
             ("`trials`", &|g| g.trials = 31),
             ("`candidates`", &|g| g.candidates.clear()),
@@ -421,8 +421,8 @@ mod tests {
     fn samples_stay_within_their_ranges() {
         assert_eq!([-0.25, 1.25, 2.5, 0.5].map(mirrored), [0.25, 0.75, 0.5, 0.5]);
         let (landscape, tunables) = (Landscape { seed: 2, chance: |_| 0.5 }, tunables(1.0));
-        let generation = Search::new(&landscape, &tunables, 2, 1, 4000).generation(alone()).unwrap();
-        let is_within = |candidate: &Candidate| candidate.values.iter().all(|value| (0.0..=1.0).contains(value));
+        let generation = TuneSearch::new(&landscape, &tunables, 2, 1, 4000).generation(alone()).unwrap();
+        let is_within = |candidate: &ScoredCandidate| candidate.values.iter().all(|value| (0.0..=1.0).contains(value));
         assert!(generation.candidates.iter().all(is_within), "{generation:?}");
     }
 }

@@ -54,7 +54,7 @@ impl ShardPool<'_> {
         let Some(shard) = self.shard else { return run_own() };
         let path = self.part(name, shard);
         if read_of::<Vec<T>>(&path, self.task)?.is_none() {
-            let part = Bound { task: self.task.into(), found: run_own()? };
+            let part = SearchFile { task: self.task.into(), found: run_own()? };
             write_atomic(&path, json(&part)?.as_bytes())?;
         }
         let members = (1..=shard.count).map(|index| Shard { index, ..shard });
@@ -94,7 +94,7 @@ impl ShardPool<'_> {
 
 /// What a file of a search holds, with the hash of the task to which it belongs.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct Bound<T> {
+pub struct SearchFile<T> {
     pub task: String,
     pub found: T,
 }
@@ -102,7 +102,7 @@ pub struct Bound<T> {
 /// The content of the file at a path. It is None if there is no file. Fails as [`read`] does, or if the file belongs to
 /// another task than the one with the hash `task`.
 pub fn read_of<T: DeserializeOwned>(path: &Path, task: &str) -> Result<Option<T>> {
-    match read::<Bound<T>>(path)? {
+    match read::<SearchFile<T>>(path)? {
         Some(there) if there.task != task => Err(damaged(path, "its task is another one")),
         there => Ok(there.map(|there| there.found)),
     }

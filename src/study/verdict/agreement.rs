@@ -7,7 +7,7 @@
 use crate::store::folder::Folder;
 use crate::store::manifest::Manifest;
 use crate::verdict::digest::TrialColumns;
-use crate::verdict::pairs::{DecisionRule, Pair, every_pair};
+use crate::verdict::pairs::{DecisionRule, PairSummary, every_pair};
 use serde::Serialize;
 use standfast_controllers::variant::ControllerName;
 use standfast_files::assets;
@@ -29,7 +29,7 @@ pub struct Agreement {
     /// Distance between two traces at which they have parted (m). It is None if no traces were compared.
     pub part_beyond_m: Option<f64>,
     /// The verdicts in a and in b on each pair of controllers for which the two verdicts differ.
-    pub verdicts: Vec<[Verdict; 2]>,
+    pub verdicts: Vec<[EngineVerdict; 2]>,
 }
 
 /// One controller in both engines, over the trials that both results have.
@@ -75,9 +75,9 @@ pub struct PartedTrial {
     pub parting: Option<Parting>,
 }
 
-/// A verdict on two controllers in one engine, as in [`Pair`].
+/// A verdict on two controllers in one engine, as in [`PairSummary`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Verdict {
+pub struct EngineVerdict {
     pub a: String,
     pub b: String,
     pub verdict: PairVerdict,
@@ -103,12 +103,12 @@ impl Agreement {
     /// Compares two results with the same controllers, each given by its manifest and trials. `rows` has the trials of
     /// both results under the names of the comparison, and the controllers of a come first. `pairs` compares each
     /// controller of a with the same controller of b.
-    pub fn new(of: [(&Manifest, &TrialColumns); 2], rows: &TrialColumns, pairs: &[Pair]) -> Self {
+    pub fn new(of: [(&Manifest, &TrialColumns); 2], rows: &TrialColumns, pairs: &[PairSummary]) -> Self {
         let engines = of.map(|(manifest, _)| manifest.campaign.episode.engine);
         let sets = &of[0].0.sets;
         let set = |i: usize| {
             let (a, b) = (i, sets.len() + i);
-            let found = |pair: &&Pair| {
+            let found = |pair: &&PairSummary| {
                 [&pair.a, &pair.b].into_iter().all(|name| [a, b].map(|i| &rows.names[i]).contains(&name))
             };
             let pair = pairs.iter().find(found);
@@ -158,7 +158,7 @@ impl Agreement {
 
     /// A warning for each verdict that holds in one engine only. It quotes both verdicts.
     pub fn warnings(&self) -> Vec<String> {
-        let told = |[a, b]: &[Verdict; 2]| {
+        let told = |[a, b]: &[EngineVerdict; 2]| {
             let contradict = [a, b].iter().all(|found| found.verdict == PairVerdict::Better);
             let what =
                 if contradict { "The two engines contradict each other" } else { "A verdict holds in one engine only" };
@@ -170,20 +170,20 @@ impl Agreement {
 }
 
 /// The verdict on every pair of controllers of a result, as the result itself states it.
-fn own_verdicts(manifest: &Manifest, rows: &TrialColumns) -> Vec<Verdict> {
+fn own_verdicts(manifest: &Manifest, rows: &TrialColumns) -> Vec<EngineVerdict> {
     let pairs = every_pair(manifest.sets.len());
-    let pairs = Pair::all(rows, &pairs, &[], DecisionRule::of(manifest)).into_iter();
-    let verdict = |Pair { a, b, verdict, difference, words, .. }| Verdict { a, b, verdict, difference, words };
+    let pairs = PairSummary::all(rows, &pairs, &[], DecisionRule::of(manifest)).into_iter();
+    let verdict = |PairSummary { a, b, verdict, difference, words, .. }| EngineVerdict { a, b, verdict, difference, words };
     pairs.map(verdict).collect()
 }
 
 /// Pairs of different verdicts on the same two controllers. Either another controller is better, or only one of the two
 /// results decides.
-fn differing([of_a, mut of_b]: [Vec<Verdict>; 2]) -> Vec<[Verdict; 2]> {
+fn differing([of_a, mut of_b]: [Vec<EngineVerdict>; 2]) -> Vec<[EngineVerdict; 2]> {
     let mut differing = Vec::new();
     for in_a in of_a {
         let is_same_pair =
-            |in_b: &Verdict| [&in_b.a, &in_b.b] == [&in_a.a, &in_a.b] || [&in_b.b, &in_b.a] == [&in_a.a, &in_a.b];
+            |in_b: &EngineVerdict| [&in_b.a, &in_b.b] == [&in_a.a, &in_a.b] || [&in_b.b, &in_b.a] == [&in_a.a, &in_a.b];
         let Some(at) = of_b.iter().position(is_same_pair) else { continue };
         let in_b = of_b.swap_remove(at);
         let contradict = in_a.verdict == PairVerdict::Better && in_a.a != in_b.a;

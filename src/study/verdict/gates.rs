@@ -7,7 +7,7 @@ use crate::verdict::baseline::{Baseline, BaselineId, unlike};
 use crate::verdict::digest::{TrialColumns, EpisodeEnd};
 use crate::verdict::evidence::{Evidence, GateAnswer, Status};
 use crate::verdict::pairs::every_pair;
-use crate::verdict::standing::{PairDecision, When, narrowed};
+use crate::verdict::standing::{PairDecision, DecisionTiming, narrowed};
 use serde::Serialize;
 use standfast_core::error::{Error, Result};
 use standfast_stats::decision::{Decision, PairVerdict, each_of};
@@ -163,7 +163,7 @@ impl Gates {
             return self.gates.iter().filter(|gate| !self.is_used_up(gate, rows)).filter_map(open).collect();
         }
         let pairs = every_pair(self.sets.len());
-        let when = self.looks.map_or(When::AnyTime, When::At);
+        let when = self.looks.map_or(DecisionTiming::AnyTime, DecisionTiming::At);
         let open = |pair: (usize, usize)| {
             let PairDecision { a, b, counts, decision: Decision { ci95, verdict, .. }, .. } =
                 PairDecision::of(rows, pair, pairs.len(), when, self.stopping.margin);

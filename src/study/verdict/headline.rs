@@ -2,12 +2,12 @@
 //! better.
 
 use crate::verdict::listed::listed;
-use crate::verdict::pairs::{self, Pair, points};
+use crate::verdict::pairs::{self, PairSummary, points};
 use crate::verdict::set_summary::SetSummary;
 use standfast_stats::decision::PairVerdict;
 
 /// The controllers that recover most often, in the order of `sets`.
-pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[Pair]) -> Vec<&'a SetSummary> {
+pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[PairSummary]) -> Vec<&'a SetSummary> {
     let behind = pairs.iter().filter(|pair| pair.difference > 0.0 || pair.verdict == PairVerdict::Better);
     let behind = behind.filter_map(|pair| sets.iter().position(|set| set.name == pair.b));
     let rates: Vec<f64> = sets.iter().map(|set| set.count.success_rate).collect();
@@ -16,7 +16,7 @@ pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[Pair]) -> Vec<&'a SetSummary
 
 /// One or two sentences. Two controllers count as the same if they differ by less than `margin` (a share). The text is
 /// empty if there are no controllers.
-pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
+pub fn of(sets: &[SetSummary], pairs: &[PairSummary], margin: f64) -> String {
     let leaders = leaders(sets, pairs);
     let Some(first) = leaders.first() else { return String::new() };
     let others: Vec<_> = sets.iter().filter(|set| leaders.iter().all(|leader| leader.name != set.name)).collect();
@@ -37,8 +37,8 @@ pub fn of(sets: &[SetSummary], pairs: &[Pair], margin: f64) -> String {
     // with that controller, as may be in a comparison of two results.
     let verdict_on = |other: &SetSummary| {
         let on = |leader: &&SetSummary| {
-            let is_of = |pair: &&Pair, a: &SetSummary, b: &SetSummary| pair.a == a.name && pair.b == b.name;
-            let is_theirs = |pair: &&Pair| is_of(pair, leader, other) || is_of(pair, other, leader);
+            let is_of = |pair: &&PairSummary, a: &SetSummary, b: &SetSummary| pair.a == a.name && pair.b == b.name;
+            let is_theirs = |pair: &&PairSummary| is_of(pair, leader, other) || is_of(pair, other, leader);
             pairs.iter().find(is_theirs).map(|pair| match pair.verdict {
                 // Of three controllers with different trials, each may be better than the next, in a circle.
                 PairVerdict::Better if pair.b == leader.name => PairVerdict::Open,
@@ -75,13 +75,13 @@ mod tests {
     use crate::fixtures::row;
     use crate::verdict::digest::TrialColumns;
     use crate::verdict::pairs::{DecisionRule, every_pair};
-    use crate::verdict::standing::When;
+    use crate::verdict::standing::DecisionTiming;
     use standfast_sim::episode::Outcome::{Fell, Recovered};
     use standfast_stats::looks::Looks;
 
-    fn headline(rows: &TrialColumns, when: When, margin: f64) -> String {
+    fn headline(rows: &TrialColumns, when: DecisionTiming, margin: f64) -> String {
         let pairs = every_pair(rows.names.len());
-        let pairs = Pair::all(rows, &pairs, &[], DecisionRule { when, margin, end_early: true });
+        let pairs = PairSummary::all(rows, &pairs, &[], DecisionRule { when, margin, end_early: true });
         let sets: Vec<SetSummary> = (0..rows.names.len()).map(|i| SetSummary::new(i, rows, &[], &[], true)).collect();
         of(&sets, &pairs, margin)
     }
@@ -97,7 +97,7 @@ mod tests {
             trial(i).into_iter().map(move |(set, saved)| row(i, set, 1.0, if saved { Recovered } else { Fell }))
         };
         let rows = crate::fixtures::digest_of_rows(&(0..100).flat_map(of_trial).collect::<Vec<_>>(), &["a", "b"]);
-        let told = headline(&rows, When::At(Looks::up_to(100)), 0.02);
+        let told = headline(&rows, DecisionTiming::At(Looks::up_to(100)), 0.02);
         assert_eq!(told, "b recovers most often: in 85.0 % of 100 trials. It is not shown to be better than a.");
     }
 
@@ -140,7 +140,7 @@ mod tests {
             let names: Vec<&str> = recovered.iter().map(|(name, _)| *name).collect();
             let rows = crate::fixtures::digest_of_rows(&(0..200).flat_map(trial).collect::<Vec<_>>(), &names);
             let margin = if expected.contains("within 10.0") { 0.1 } else { 0.02 };
-            assert_eq!(headline(&rows, When::Once, margin), expected);
+            assert_eq!(headline(&rows, DecisionTiming::Once, margin), expected);
         }
     }
 }

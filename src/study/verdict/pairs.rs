@@ -10,7 +10,7 @@
 
 use crate::store::manifest::Manifest;
 use crate::verdict::digest::{TrialColumns, EpisodeEnd};
-use crate::verdict::standing::{PairDecision, When};
+use crate::verdict::standing::{PairDecision, DecisionTiming};
 use crate::verdict::strata::Stratum;
 use serde::Serialize;
 use standfast_stats::decision::{Decision, PairVerdict, alpha_of_each};
@@ -30,7 +30,7 @@ const POWER: f64 = 0.8;
 
 /// Two controllers on the trials that both have. Controller b is not known to be better than controller a.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Pair {
+pub struct PairSummary {
     pub a: String,
     pub b: String,
     #[serde(flatten)]
@@ -84,7 +84,7 @@ pub struct PairStratum {
 /// How a campaign decides between two controllers.
 #[derive(Debug, Clone, Copy)]
 pub struct DecisionRule {
-    pub when: When,
+    pub when: DecisionTiming,
     /// Difference (a share) below which two controllers are the same.
     pub margin: f64,
     /// Whether episodes ended as soon as the robot had settled or fallen. Then the homing time is not known.
@@ -94,12 +94,12 @@ pub struct DecisionRule {
 impl DecisionRule {
     pub fn of(manifest: &Manifest) -> Self {
         let campaign = &manifest.campaign;
-        let when = manifest.looks().map_or(When::Once, When::At);
+        let when = manifest.looks().map_or(DecisionTiming::Once, DecisionTiming::At);
         Self { when, margin: campaign.stopping.margin, end_early: campaign.episode.end_early }
     }
 }
 
-impl Pair {
+impl PairSummary {
     /// The comparisons of these pairs of controllers, ordered by their verdicts.
     pub fn all(rows: &TrialColumns, pairs: &[(usize, usize)], strata: &[Stratum], deciding: DecisionRule) -> Vec<Self> {
         let pair = |&sets: &(usize, usize)| Self::new(rows, sets, strata, pairs.len(), deciding);
@@ -138,8 +138,8 @@ impl Pair {
         let alpha = alpha_of_each(pairs);
         let more_trials = match when {
             _ if verdict != PairVerdict::Open => None,
-            When::At(looks) => trials_to_resolve(&counts, looks, alpha).map(|trials| trials - counts.trials()),
-            When::Once | When::AnyTime => counts.trials_to_resolve(0.0, POWER, alpha),
+            DecisionTiming::At(looks) => trials_to_resolve(&counts, looks, alpha).map(|trials| trials - counts.trials()),
+            DecisionTiming::Once | DecisionTiming::AnyTime => counts.trials_to_resolve(0.0, POWER, alpha),
         };
         let mut pair = Self {
             a: rows.names[a].clone(),
@@ -274,15 +274,15 @@ mod tests {
     use crate::fixtures::{row, rows};
     use standfast_sim::episode::Outcome::{self, Fell, Recovered, TimedOut};
 
-    const AT_ONCE: DecisionRule = DecisionRule { when: When::Once, margin: 0.02, end_early: true };
+    const AT_ONCE: DecisionRule = DecisionRule { when: DecisionTiming::Once, margin: 0.02, end_early: true };
 
     fn at_looks(planned: u64) -> DecisionRule {
-        DecisionRule { when: When::At(Looks::up_to(planned)), ..AT_ONCE }
+        DecisionRule { when: DecisionTiming::At(Looks::up_to(planned)), ..AT_ONCE }
     }
 
     /// The pair of the controllers "a" and "b".
-    fn pair(outcomes: &[[Outcome; 2]], deciding: DecisionRule) -> Pair {
-        Pair::all(&crate::fixtures::digest_of_outcomes(outcomes), &[(0, 1)], &[], deciding).remove(0)
+    fn pair(outcomes: &[[Outcome; 2]], deciding: DecisionRule) -> PairSummary {
+        PairSummary::all(&crate::fixtures::digest_of_outcomes(outcomes), &[(0, 1)], &[], deciding).remove(0)
     }
 
     /// Trials that are won by both, then trials that only a wins, then trials that only b wins.
@@ -291,12 +291,12 @@ mod tests {
     }
 
     /// All pairs of the controllers `names`. A controller recovers from the trials for which `saved` is true.
-    fn all_pairs(names: &[&str], saved: impl Fn(u64, usize) -> bool, deciding: DecisionRule) -> Vec<Pair> {
+    fn all_pairs(names: &[&str], saved: impl Fn(u64, usize) -> bool, deciding: DecisionRule) -> Vec<PairSummary> {
         let outcome = |trial, set| if saved(trial, set) { Recovered } else { Fell };
         let of_trial = |i: u64| (0..names.len()).map(move |set| (i, set));
         let rows = (0..100).flat_map(of_trial).map(|(i, set)| row(i, names[set], 1.0, outcome(i, set)));
         let pairs = every_pair(names.len());
-        Pair::all(&crate::fixtures::digest_of_rows(&rows.collect::<Vec<_>>(), names), &pairs, &[], deciding)
+        PairSummary::all(&crate::fixtures::digest_of_rows(&rows.collect::<Vec<_>>(), names), &pairs, &[], deciding)
     }
 
     #[test]
@@ -428,7 +428,7 @@ mod tests {
             row.record.settled_at_s = row.record.settled_at_s.map(|s| s + 0.1 + 0.001 * row.trial as f64);
             row.record.footsteps.count = 1;
         }
-        let pair = Pair::all(&crate::fixtures::digest_of_rows(&rows, &["a", "b"]), &[(0, 1)], &[], AT_ONCE).remove(0);
+        let pair = PairSummary::all(&crate::fixtures::digest_of_rows(&rows, &["a", "b"]), &[(0, 1)], &[], AT_ONCE).remove(0);
         let (settling, footsteps) = (pair.settling_s.unwrap(), pair.footsteps.unwrap());
         assert_eq!((settling.pairs, footsteps.pairs, footsteps.median, pair.homing_s), (12, 12, -1.0, None));
         assert!((settling.median + 0.1055).abs() < 1e-9 && settling.p < 0.001, "{settling:?}");

@@ -63,7 +63,7 @@ pub struct SoFar {
     pub pairs: Vec<PairSoFar>,
 }
 
-/// Two controllers on the same trials. Which controller is a is decided as for a [`Pair`](super::pairs::Pair).
+/// Two controllers on the same trials. Which controller is a is decided as for a [`PairSummary`](super::pairs::Pair).
 pub struct PairSoFar {
     pub a: String,
     pub b: String,

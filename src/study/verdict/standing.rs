@@ -13,7 +13,7 @@ use standfast_stats::sign_test::first_decision;
 
 /// The times at which a campaign may decide that one controller is better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum When {
+pub enum DecisionTiming {
     /// Once, after a number of trials that was fixed in advance.
     Once,
     /// At any time and any number of times, by intervals alone.
@@ -39,10 +39,10 @@ pub struct PairDecision {
 impl PairDecision {
     /// Compares two controllers, given by their numbers, as one of `pairs` pairs. Controllers that differ by less than
     /// `margin` (a share) are the same.
-    pub fn of(rows: &TrialColumns, sets: (usize, usize), pairs: usize, when: When, margin: f64) -> Self {
+    pub fn of(rows: &TrialColumns, sets: (usize, usize), pairs: usize, when: DecisionTiming, margin: f64) -> Self {
         let next = |trials: u64| match when {
-            When::At(looks) => looks.after(trials),
-            When::Once | When::AnyTime => u64::MAX,
+            DecisionTiming::At(looks) => looks.after(trials),
+            DecisionTiming::Once | DecisionTiming::AnyTime => u64::MAX,
         };
         let (mut counts, mut at_looks, mut look) = (PairedCounts::default(), Vec::new(), next(0));
         for (a, b) in rows.common(sets.0, sets.1) {
@@ -57,7 +57,7 @@ impl PairDecision {
 
     /// Compares two controllers at any time, from counts of trials in any order.
     pub fn at_any_time(sets: (usize, usize), counts: PairedCounts, pairs: usize, margin: f64) -> Self {
-        Self::new(sets, counts, &[], pairs, When::AnyTime, margin)
+        Self::new(sets, counts, &[], pairs, DecisionTiming::AnyTime, margin)
     }
 
     fn new(
@@ -65,21 +65,21 @@ impl PairDecision {
         counts: PairedCounts,
         at_looks: &[PairedCounts],
         pairs: usize,
-        when: When,
+        when: DecisionTiming,
         margin: f64,
     ) -> Self {
         let winner = match when {
-            When::At(looks) => first_decision(at_looks, looks, alpha_of_each(pairs)),
-            When::Once | When::AnyTime => None,
+            DecisionTiming::At(looks) => first_decision(at_looks, looks, alpha_of_each(pairs)),
+            DecisionTiming::Once | DecisionTiming::AnyTime => None,
         };
         let a_is_first = winner.map_or(counts.only_a >= counts.only_b, |winner| winner.is_a);
         let ordered = |counts: PairedCounts| if a_is_first { counts } else { counts.swapped() };
         let (a, b) = if a_is_first { (a, b) } else { (b, a) };
         let betting = |counts: &PairedCounts| ordered(*counts).interval(each_of(pairs, 1.0 - ALPHA), true);
         let decision = match when {
-            When::Once => Decision::once(&ordered(counts), pairs, margin),
-            When::AnyTime => Decision::by_interval(betting(&counts), margin),
-            When::At(_) => {
+            DecisionTiming::Once => Decision::once(&ordered(counts), pairs, margin),
+            DecisionTiming::AnyTime => Decision::by_interval(betting(&counts), margin),
+            DecisionTiming::At(_) => {
                 Decision::at_looks(narrowed(at_looks.iter().chain([&counts]).map(betting)), winner.is_some(), margin)
             }
         };
@@ -108,7 +108,7 @@ mod tests {
         let mut outcomes = vec![[Recovered; 2]; 300];
         let verdict = |outcomes: &[[Outcome; 2]]| {
             let rows = crate::fixtures::digest_of_outcomes(outcomes);
-            PairDecision::of(&rows, (0, 1), 1, When::At(Looks::up_to(100)), 0.05).decision.verdict
+            PairDecision::of(&rows, (0, 1), 1, DecisionTiming::At(Looks::up_to(100)), 0.05).decision.verdict
         };
         assert_eq!(verdict(&outcomes), PairVerdict::Same);
         outcomes.extend([[Recovered, Fell], [Fell, Recovered]].repeat(50));

@@ -12,9 +12,9 @@ use crate::verdict::digest::TrialColumns;
 use crate::verdict::gates::{GateResult, Gates};
 use crate::verdict::headline;
 use crate::verdict::listed::listed;
-use crate::verdict::pairs::{DecisionRule, Pair, every_pair};
+use crate::verdict::pairs::{DecisionRule, PairSummary, every_pair};
 use crate::verdict::set_summary::{SetSummary, bin_edges};
-use crate::verdict::standing::When;
+use crate::verdict::standing::DecisionTiming;
 use crate::verdict::strata::strata;
 use crate::verdict::times::CommonSurvivors;
 use crate::verdict::warnings;
@@ -73,7 +73,7 @@ pub struct Summary {
     pub common_survivors: CommonSurvivors,
     /// Every pair of controllers, compared trial by trial, ordered by verdict. In a comparison of two results each pair
     /// has one controller of each result.
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<PairSummary>,
     pub gates: Vec<GateResult>,
     /// How far two results agree that differ only in the physics engine.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -100,7 +100,7 @@ impl Summary {
         let (trials, strata) = (rows.trials(), strata(&rows.drawn));
         let sets: Vec<SetSummary> =
             (0..manifest.sets.len()).map(|i| SetSummary::new(i, rows, &bins, &strata, deciding.end_early)).collect();
-        let mut pairs = Pair::all(rows, pairs, &strata, deciding);
+        let mut pairs = PairSummary::all(rows, pairs, &strata, deciding);
         let reference = manifest.reference().map(String::from);
         pairs.sort_by_key(|pair| reference.as_ref().is_some_and(|name| pair.a != *name && pair.b != *name));
         let warnings =
@@ -126,7 +126,7 @@ impl Summary {
             second_push: campaign.second_push,
             variations: campaign.variations,
             units: campaign.units,
-            interval: if deciding.when == When::Once { INTERVAL } else { SEQUENTIAL_INTERVAL },
+            interval: if deciding.when == DecisionTiming::Once { INTERVAL } else { SEQUENTIAL_INTERVAL },
             sets,
             reference,
             common_survivors: CommonSurvivors::new(rows, deciding.end_early),

@@ -3,7 +3,7 @@
 use crate::ask::bounds::digits;
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
-use crate::verdict::pairs::Pair;
+use crate::verdict::pairs::PairSummary;
 use crate::verdict::set_summary::SetSummary;
 use standfast_stats::decision::PairVerdict;
 
@@ -17,7 +17,7 @@ const NEARLY: f64 = 0.98;
 const MOVING: f64 = 0.02;
 
 /// The warnings as sentences, the gravest first. A sound design has none.
-pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair]) -> Vec<String> {
+pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[PairSummary]) -> Vec<String> {
     let mut found = Vec::new();
     if campaign.synthetic {
         found.push("Nothing was simulated: the outcomes are made up (--synthetic).".into());
@@ -57,7 +57,7 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[Pair])
     // The smallest number k of discordant trials that show a difference if the same controller recovers in all of them:
     // the smallest k for which 2 / 2^k, times the number of pairs, is below 5 %.
     let enough = (2.0 * pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
-    let is_thin = |pair: &&Pair| {
+    let is_thin = |pair: &&PairSummary| {
         let discordant = pair.counts.only_a + pair.counts.only_b;
         pair.verdict == PairVerdict::Open && discordant < enough && pair.counts.trials() >= FEW_TRIALS
     };

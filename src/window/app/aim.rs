@@ -62,7 +62,7 @@ fn wrapped(heading_deg: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use standfast_core::robot::Scale;
+    use standfast_core::robot::SizeRatio;
 
     /// The aim for an impulse (None for the default) and a heading (degrees).
     fn aim(units: &Units, impulse: Option<f64>, heading: f64) -> Result<Aim> {
@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn a_heavier_robot_is_pushed_harder() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let [ut_mu2, thrice] = [&robot, &robot.scaled(Scale { length: 3.0, mass: 27.0 })].map(Units::of);
+        let [ut_mu2, thrice] = [&robot, &robot.scaled(SizeRatio { length: 3.0, mass: 27.0 })].map(Units::of);
         for (units, first, most, step) in [(ut_mu2, 5.0, 20.0, 0.1), (thrice, 250.0, 1000.0, 5.0)] {
             let mut aim = aim(&units, None, 0.0).unwrap();
             assert_eq!((aim.impulse_n_s, aim.most_n_s, aim.step_n_s), (first, most, step));

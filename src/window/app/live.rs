@@ -3,12 +3,12 @@
 use super::camera::Lens;
 use super::pick::{Grab, pick_near};
 use super::simulation::Simulation;
-use super::world::World;
+use super::world::LiveSetup;
 use kiss3d::egui::Pos2;
 use nalgebra::Point3;
 use standfast_core::robot::Units;
 use standfast_pictures::scene::palette::Overlay;
-use standfast_pictures::scene::{Mark, Stage, arrow_along};
+use standfast_pictures::scene::{SceneMark, Stage, arrow_along};
 use standfast_sim::Push;
 use standfast_sim::episode::snapshot::Arrow;
 use standfast_sim::episode::{Outcome, Snapshot};
@@ -21,7 +21,7 @@ const LEAST_N: f64 = 0.1;
 
 /// A running simulation, with a ghost that gets the same pushes and pulls in the other engine.
 pub struct Live<'a> {
-    pub world: &'a World,
+    pub world: &'a LiveSetup,
     pub shown: Simulation<'a>,
     pub ghost: Option<Simulation<'a>>,
     /// Index into `world.factories`.
@@ -59,7 +59,7 @@ pub fn several(count: u64, one: &str, many: &str) -> String {
 
 impl<'a> Live<'a> {
     /// A simulation that starts at rest at home, with the first controller.
-    pub fn new(world: &'a World) -> Self {
+    pub fn new(world: &'a LiveSetup) -> Self {
         Self::start(world, 0, LiveCounts::default())
     }
 
@@ -69,7 +69,7 @@ impl<'a> Live<'a> {
         *self = Self::start(self.world, self.acting, counts);
     }
 
-    fn start(world: &'a World, acting: usize, counts: LiveCounts) -> Self {
+    fn start(world: &'a LiveSetup, acting: usize, counts: LiveCounts) -> Self {
         let shown = Simulation::start(world, &world.config, acting);
         let ghost = world.ghost_config.as_ref().map(|config| Simulation::start(world, config, acting));
         let start = shown.now.com;
@@ -133,7 +133,7 @@ impl<'a> Live<'a> {
     }
 
     /// The marks, among them a push that acts or has just ended. The pull of the mouse replaces the push.
-    pub fn marks(&self, stage: &Stage, shown: &[Overlay]) -> Vec<Mark> {
+    pub fn marks(&self, stage: &Stage, shown: &[Overlay]) -> Vec<SceneMark> {
         let now = &self.shown.now;
         let lingering = self.lingering.filter(|(until_s, _)| self.grab.is_none() && now.time_s <= *until_s);
         let push = lingering.map(|(_, push)| push);
@@ -141,7 +141,7 @@ impl<'a> Live<'a> {
         let hand = self.grab.filter(|_| shown.contains(&Overlay::Push)).map(|grab| grab.arrow(&self.shown.kinematics));
         // The arrow begins at the pulled point.
         let drawing = hand.and_then(|hand| arrow_along(Overlay::Push, &hand, false, stage.scale));
-        marks.extend(drawing.map(|drawing| Mark { overlay: Overlay::Push, drawing }));
+        marks.extend(drawing.map(|drawing| SceneMark { overlay: Overlay::Push, drawing }));
         marks
     }
 
@@ -203,7 +203,7 @@ mod tests {
     /// A ghost in the same engine moves to the last bit as the robot does, whatever the user does to the robot.
     #[test]
     fn what_happens_to_the_robot_happens_to_its_ghost() {
-        let mut world = World::new(&Options { speed: 1.0, ..Options::default() }).unwrap();
+        let mut world = LiveSetup::new(&Options { speed: 1.0, ..Options::default() }).unwrap();
         world.ghost_config = Some(world.config);
         let mut live = Live::new(&world);
         let stage = Stage::new(&world.simulated, world.ground());

@@ -9,7 +9,7 @@ use kiss3d::egui::{self, Align2, Color32, FontId, Painter, Pos2, Shape, pos2, ve
 use nalgebra::{Point2, Point3};
 use standfast_pictures::scene::palette::{Color, GHOST, Overlay};
 use standfast_pictures::scene::scale::RobotScale;
-use standfast_pictures::scene::{At, Drawing, Form, Mark, Stroke, arrow, on_ground, strokes};
+use standfast_pictures::scene::{ScreenPoint, Drawing, FlatShape, SceneMark, Stroke, arrow, on_ground, strokes};
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
 
@@ -25,7 +25,7 @@ pub struct Marks<'a> {
 }
 
 impl Marks<'_> {
-    pub fn draw(&self, mark: &Mark) {
+    pub fn draw(&self, mark: &SceneMark) {
         strokes(mark, |at| self.seen(at)).iter().for_each(|stroke| self.stroke(stroke));
         // Only pushes and pulls have their size written at the end of the arrow that is farther from the robot.
         if let (Overlay::Push, Drawing::Arrow { tail, along, ends, force_n, .. }) = (mark.overlay, &mark.drawing)
@@ -40,25 +40,25 @@ impl Marks<'_> {
     }
 
     /// Draws the marks of a ghost.
-    pub fn faint(&self, marks: &[Mark]) {
+    pub fn faint(&self, marks: &[SceneMark]) {
         for stroke in marks.iter().flat_map(|mark| strokes(mark, |at| self.seen(at))) {
             self.stroke(&Stroke { opacity: GHOST.marks_opacity * stroke.opacity, ..stroke });
         }
     }
 
     /// Place in the picture of a point in the world.
-    fn seen(&self, at: &Point3<f64>) -> Option<At> {
+    fn seen(&self, at: &Point3<f64>) -> Option<ScreenPoint> {
         self.lens.project(at).map(|at| [at.x.into(), at.y.into()])
     }
 
     fn stroke(&self, Stroke { form, color, opacity }: &Stroke) {
         let color = color.faint(*opacity as f32);
         let stroke = |width: f64| egui::Stroke::new(width as f32, color);
-        let points = |path: &[At]| path.iter().map(|[x, y]| pos2(*x as f32, *y as f32)).collect::<Vec<Pos2>>();
+        let points = |path: &[ScreenPoint]| path.iter().map(|[x, y]| pos2(*x as f32, *y as f32)).collect::<Vec<Pos2>>();
         self.painter.add(match form {
-            Form::Area { path } => Shape::Path(PathShape::convex_polygon(points(path), color, egui::Stroke::NONE)),
-            Form::Outline { path, width } => Shape::closed_line(points(path), stroke(*width)),
-            Form::Line { path, width } => Shape::line(points(path), stroke(*width)),
+            FlatShape::Area { path } => Shape::Path(PathShape::convex_polygon(points(path), color, egui::Stroke::NONE)),
+            FlatShape::Outline { path, width } => Shape::closed_line(points(path), stroke(*width)),
+            FlatShape::Line { path, width } => Shape::line(points(path), stroke(*width)),
         });
     }
 

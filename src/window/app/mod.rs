@@ -43,7 +43,7 @@ use standfast_pictures::scene::palette::Overlay;
 use std::path::Path;
 use std::time::Instant;
 use watchdog::Watchdog;
-use world::World;
+use world::LiveSetup;
 
 /// Size of the window at the start (pixels).
 const SIZE: (u32, u32) = (1200, 720);
@@ -54,7 +54,7 @@ const SLOW_FRAMES_PER_S: f64 = 25.0;
 /// opened ([`Error::NoWindow`]), or if the picture cannot be written.
 pub fn run(args: &Options) -> Result<String> {
     check(args)?;
-    let world = World::new(args)?;
+    let world = LiveSetup::new(args)?;
     App::open(args, &world)?.run(args)
 }
 
@@ -90,7 +90,7 @@ struct App<'a> {
 }
 
 impl<'a> App<'a> {
-    fn open(args: &Options, world: &'a World) -> Result<Self> {
+    fn open(args: &Options, world: &'a LiveSetup) -> Result<Self> {
         let stage = Stage::new(&world.simulated, world.ground());
         let scale = stage.scale;
         let aim = Aim::new(args, &Units::of(&world.robot))?;

@@ -10,7 +10,7 @@ use super::{colors, plots, space};
 use kiss3d::egui::{
     Align2, Area, Button, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText, ScrollArea, Sense, Ui, vec2,
 };
-use standfast_pictures::scene::palette::{GHOST, Look, Overlay};
+use standfast_pictures::scene::palette::{GHOST, OverlayLook, Overlay};
 use standfast_pictures::scene::scale::RobotScale;
 use standfast_pictures::scene::{doing, without_gain};
 
@@ -184,7 +184,7 @@ fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
 fn overlays(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
     let mut boxes = Vec::new();
     for overlay in Overlay::ALL {
-        let Look { key, name, hint, color, .. } = overlay.look();
+        let OverlayLook { key, name, hint, color, .. } = overlay.look();
         boxes.push((name.to_string(), key, hint, color, seen.shown.contains(&overlay), Wish::Toggle(overlay)));
     }
     if let Some(ghost) = &seen.live.ghost {

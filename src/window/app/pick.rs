@@ -7,7 +7,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use parry3d::query::{Ray, RayCast};
 use parry3d::shape::Triangle;
 use standfast_core::robot::{Kinematics, Pose};
-use standfast_pictures::scene::mesh::Mesh;
+use standfast_pictures::scene::mesh::DrawnMesh;
 use standfast_pictures::scene::scale::RobotScale;
 use standfast_pictures::scene::{Stage, Surface};
 use standfast_sim::Pull;
@@ -58,7 +58,7 @@ fn pick(stage: &Stage, kinematics: &Kinematics, sight: &Sight) -> Option<Hit> {
 }
 
 /// Distance of a mesh along the ray (m). None if the ray misses it.
-fn distance_m(mesh: &Mesh, pose: &Pose, sight: &Sight) -> Option<f64> {
+fn distance_m(mesh: &DrawnMesh, pose: &Pose, sight: &Sight) -> Option<f64> {
     let single = |v: Vector3<f64>| Vec3::new(v.x as f32, v.y as f32, v.z as f32);
     let origin = pose.inverse_transform_point(&sight.origin);
     let ray = Ray::new(single(origin.coords), single(pose.inverse_transform_vector(&sight.direction)));

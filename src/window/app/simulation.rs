@@ -1,7 +1,7 @@
 //! A running simulation of the robot in one engine.
 
 use super::plots::{Plotted, Trail};
-use super::world::World;
+use super::world::LiveSetup;
 use standfast_core::robot::Kinematics;
 use standfast_sim::episode::{ClosedLoop, EpisodeConfig, Outcome, Record, Snapshot, Tick, Until};
 use standfast_sim::{Pull, Push};
@@ -10,7 +10,7 @@ use standfast_sim::{Pull, Push};
 const ONLY: usize = 0;
 
 pub struct Simulation<'a> {
-    world: &'a World,
+    world: &'a LiveSetup,
     pub config: &'a EpisodeConfig,
     closed_loop: ClosedLoop<'a>,
     pub now: Snapshot,
@@ -21,7 +21,7 @@ pub struct Simulation<'a> {
 
 impl<'a> Simulation<'a> {
     /// Starts at rest at home. `acting` is the index of the controller in `world.factories`.
-    pub fn start(world: &'a World, config: &'a EpisodeConfig, acting: usize) -> Self {
+    pub fn start(world: &'a LiveSetup, config: &'a EpisodeConfig, acting: usize) -> Self {
         let simulated = &world.simulated;
         let closed_loop = ClosedLoop::new(&world.robot, [&world.factories[acting]], config, world.disturbance());
         let mut closed_loop = closed_loop.until(Until::Horizon, 0.0);

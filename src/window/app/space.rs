@@ -3,14 +3,14 @@
 
 use super::colors;
 use super::colors::OnScreen as _;
-use super::triangles::{OnCard, Rgb, Triangles, vec3};
+use super::triangles::{OnCard, Rgb, ColoredTriangles, vec3};
 use kiss3d::glamx::Vec3;
 use kiss3d::scene::SceneNode3d;
 use kiss3d::window::Window;
 use nalgebra::{Point3, Vector3};
 use standfast_core::robot::Kinematics;
 use standfast_pictures::scene::scale::RobotScale;
-use standfast_pictures::scene::{Drawing, GroundPart, Mark, Stage, faces};
+use standfast_pictures::scene::{Drawing, GroundPart, SceneMark, Stage, faces};
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
 use standfast_sim::push::round;
@@ -50,23 +50,23 @@ pub struct Space<'a> {
     pub root: SceneNode3d,
     pub stage: Stage<'a>,
     on_card: OnCard,
-    triangles: Triangles,
+    triangles: ColoredTriangles,
 }
 
 impl<'a> Space<'a> {
     pub fn new(stage: Stage<'a>) -> Self {
         let mut root = SceneNode3d::empty();
-        Self { on_card: OnCard::new(&mut root), root, stage, triangles: Triangles::default() }
+        Self { on_card: OnCard::new(&mut root), root, stage, triangles: ColoredTriangles::default() }
     }
 
     /// Draws a moment as seen from `eye` (m, world frame).
-    pub fn draw(&mut self, now: &Snapshot, kinematics: &Kinematics, marks: &[Mark], eye: Vec3, window: &mut Window) {
+    pub fn draw(&mut self, now: &Snapshot, kinematics: &Kinematics, marks: &[SceneMark], eye: Vec3, window: &mut Window) {
         let (ground, layer_m) = (self.stage.ground(now), LAYER_M * self.stage.scale.length());
         self.triangles.clear();
         floor(&ground, self.stage.scale, &mut self.triangles);
         grid(&ground, self.stage.scale, window);
         self.robot(kinematics, Point3::new(eye.x, eye.y, eye.z).cast(), &(ground.slope * Vector3::z()), layer_m);
-        for (i, Mark { overlay, drawing }) in marks.iter().enumerate() {
+        for (i, SceneMark { overlay, drawing }) in marks.iter().enumerate() {
             if let Drawing::Polygon { corners, sheet } = drawing
                 && sheet.fill >= LEAST_FILL
             {
@@ -115,7 +115,7 @@ pub fn brightness(normal: &Vector3<f64>, to_eye: &Vector3<f64>, to_sun: &Vector3
 }
 
 /// Draws the floor, which fades into the sky.
-fn floor(ground: &Ground, scale: RobotScale, out: &mut Triangles) {
+fn floor(ground: &Ground, scale: RobotScale, out: &mut ColoredTriangles) {
     let [horizon_m, tile_m] = [HORIZON_M, TILE_M].map(|m| m * scale.length());
     let (near, far, wall) = (colors::FLOOR.linear(), colors::SKY.linear(), colors::GRID.linear());
     for face in faces(ground, horizon_m, tile_m) {

@@ -18,12 +18,12 @@ pub type Rgb = Vec3;
 
 /// Corners (m, world frame) and their colours. Three in a row are a triangle.
 #[derive(Debug, Default)]
-pub struct Triangles {
+pub struct ColoredTriangles {
     corners: Vec<Vec3>,
     colors: Vec<Vec3>,
 }
 
-impl Triangles {
+impl ColoredTriangles {
     pub fn clear(&mut self) {
         self.corners.clear();
         self.colors.clear();
@@ -66,7 +66,7 @@ impl OnCard {
     }
 
     /// Shows these triangles from the next frame on.
-    pub fn show(&mut self, triangles: &Triangles) {
+    pub fn show(&mut self, triangles: &ColoredTriangles) {
         let count = triangles.corners.len() as VertexIndex;
         self.node.modify_vertices(&mut |corners| corners.clone_from(&triangles.corners));
         self.node.modify_normals(&mut |normals| normals.clone_from(&triangles.colors));

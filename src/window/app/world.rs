@@ -12,7 +12,7 @@ use standfast_study::{Campaign, Overrides, ask::trial, check_steps};
 const DEFAULT_GAINS: [&str; 4] = ["catch", "paper", "switching", "hold"];
 
 /// Robot, controllers and settings.
-pub struct World {
+pub struct LiveSetup {
     pub robot: Robot,
     /// The robot as varied by the trial.
     pub simulated: Robot,
@@ -25,7 +25,7 @@ pub struct World {
     trial: Option<u64>,
 }
 
-impl World {
+impl LiveSetup {
     /// Loads all inputs that the options name. Fails if a robot, controller, campaign or trial does not exist or is not
     /// accepted, or if an engine is missing or does not take the robot.
     pub fn new(args: &Options) -> Result<Self> {

@@ -5,7 +5,7 @@ use crate::response::Point;
 use standfast::core::error::Result;
 use standfast::report::figure;
 use standfast::report::figure::axes::Axis;
-use standfast::report::figure::panel::{At, Panel, short};
+use standfast::report::figure::panel::{PanelPoint, Panel, short};
 use std::path::Path;
 
 /// Frequencies with a number on the axis.
@@ -26,7 +26,7 @@ pub fn write(path: &Path, response: &Response) -> Result<()> {
 
 /// The panel of one quantity over frequency, with the limit of its bandwidth.
 fn panel(points: &[Point], (quantity, unit): (&str, &str), limit: f64, of: fn(&Point) -> f64, pole_hz: f64) -> Panel {
-    let ends = |values: &mut dyn Iterator<Item = f64>, from: At| -> At {
+    let ends = |values: &mut dyn Iterator<Item = f64>, from: PanelPoint| -> PanelPoint {
         values.fold(from, |[low, high], value| [low.min(value), high.max(value)])
     };
     let [low, high] = ends(&mut points.iter().map(of), [limit, 0.0]);

@@ -3,5 +3,5 @@
 pub mod supervisor;
 pub mod support;
 
-pub use supervisor::{Decision, Supervisor};
+pub use supervisor::{StandDecision, Supervisor};
 pub use support::Support;

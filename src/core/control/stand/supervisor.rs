@@ -43,7 +43,7 @@ pub struct Supervisor {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Decision {
+pub struct StandDecision {
     /// Desired ZMP (m, world frame): the ZMP of the gain plus the probe, inside the allowed support; or on the edge of
     /// the support when the state is in no CPI set. None in flight.
     pub zmp: Option<Point2<f64>>,
@@ -80,7 +80,7 @@ impl Supervisor {
         support: &Support,
         com: Point2<f64>,
         com_vel: Vector2<f64>,
-    ) -> Decision {
+    ) -> StandDecision {
         if self.support != Some(*support) {
             self.support = Some(*support);
             self.allowed = support.polygon.and_then(|p| p.inset(family.zmp_margin));
@@ -149,7 +149,7 @@ impl Supervisor {
         self.held
     }
 
-    fn choose(&mut self, family: &GainFamily, state: &State) -> Decision {
+    fn choose(&mut self, family: &GainFamily, state: &State) -> StandDecision {
         self.margin = self.sets.margin(0, state);
         let before = self.gain;
         let holding = self.sets.fastest_holding(state);
@@ -164,7 +164,7 @@ impl Supervisor {
         };
         let held_before = std::mem::replace(&mut self.held, holding.is_some());
         let anew = std::mem::take(&mut self.anew);
-        Decision { zmp: None, held: self.held, starts: anew || self.gain != before || (self.held && !held_before) }
+        StandDecision { zmp: None, held: self.held, starts: anew || self.gain != before || (self.held && !held_before) }
     }
 
     /// The point of the allowed support nearest to `zmp`, control frame.

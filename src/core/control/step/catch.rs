@@ -124,7 +124,7 @@ impl Footwork for CatchFootwork {
         if outside <= 0.0 || falls_back(now) {
             return None;
         }
-        let mut best: Option<Candidate> = None;
+        let mut best: Option<FootstepCandidate> = None;
         for foot in Foot::BOTH.into_iter().filter(|foot| estimate.in_contact[foot.other()]) {
             let is_loaded = estimate.load_n[foot] > estimate.load_n[foot.other()];
             if is_loaded && is_beside(foot, 0.0, now) && outside < OUTSIDE_SHARE * robot.soles[foot].half_m[0] {
@@ -144,11 +144,11 @@ impl Footwork for CatchFootwork {
                 let crossed = if region.sideways_from > 0.0 { departure.crossed } else { 0.0 };
                 catch.cost += problem.cost_of_miss((risk + crossed + departure.left * foot.side()) * length_m);
                 if best.as_ref().is_none_or(|best| catch.cost < best.catch.cost) {
-                    best = Some(Candidate { foot, stance, number, way, swing_time_s, catch });
+                    best = Some(FootstepCandidate { foot, stance, number, way, swing_time_s, catch });
                 }
             }
         }
-        let Candidate { foot, stance, number, way, swing_time_s, catch } = best?;
+        let FootstepCandidate { foot, stance, number, way, swing_time_s, catch } = best?;
         // A robot that only stands keeps its ZMP at the edge of the support, and the DCM diverges from there.
         let miss_if_it_stands = outside * (now.design.family.pendulum.omega * swing_time_s).exp();
         if catch.miss > miss_if_it_stands {
@@ -317,7 +317,7 @@ fn is_risky(foot: Foot, region: &LandingRegion, dcm: Vector2<f64>, now: &StepSta
 
 /// A footstep that could be taken.
 #[derive(Debug, Clone)]
-struct Candidate {
+struct FootstepCandidate {
     foot: Foot,
     stance: Isometry2<f64>,
     /// Number of the landing region.

@@ -2,8 +2,8 @@ use super::*;
 use proptest::prelude::*;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 
-const BESIDE_REGION: Region = Region { x_m: [-0.15, 0.15], y_m: [0.075, 0.18], swing_time_s: 0.2 };
-const IN_FRONT: Region = Region { x_m: [0.145, 0.15], y_m: [-0.075, 0.075], swing_time_s: 0.2 };
+const BESIDE_REGION: SwingRegion = SwingRegion { x_m: [-0.15, 0.15], y_m: [0.075, 0.18], swing_time_s: 0.2 };
+const IN_FRONT: SwingRegion = SwingRegion { x_m: [0.145, 0.15], y_m: [-0.075, 0.075], swing_time_s: 0.2 };
 
 /// Relative tolerance for the impulse that more than [`MOST_STEPS`] footsteps would add.
 const NEARLY: f64 = 1e-3;
@@ -44,7 +44,7 @@ fn ut_mu2_has_the_bounds_that_others_found() {
 #[test]
 fn weak_ankles_hold_less_on_one_foot_than_on_both() {
     let weak = SteppingPendulum { sole_x_m: [-0.02, 0.02], both_x_m: [-0.04, 0.04], ..ut_mu2() };
-    let weak = SteppingPendulum { regions: vec![Region { y_m: [0.0, 1.0], ..BESIDE_REGION }], ..weak };
+    let weak = SteppingPendulum { regions: vec![SwingRegion { y_m: [0.0, 1.0], ..BESIDE_REGION }], ..weak };
     let q = (-5.63_f64 * 0.2).exp();
     let one = (1.0 - q) * 0.02 + q * (0.15 + 0.04);
     let two = (1.0 - q * q) * 0.02 + q * 0.15 + q * q * (0.15 + 0.04);
@@ -54,14 +54,14 @@ fn weak_ankles_hold_less_on_one_foot_than_on_both() {
     }
 }
 
-fn with(regions: &[Region]) -> SteppingPendulum {
+fn with(regions: &[SwingRegion]) -> SteppingPendulum {
     SteppingPendulum { regions: regions.to_vec(), ..ut_mu2() }
 }
 
 #[test]
 fn in_one_dimension_it_is_the_closed_form() {
     // The feet land on the same line, so there is no demand sideways.
-    let pendulum = with(&[Region { y_m: [0.0, 1.0], ..BESIDE_REGION }]);
+    let pendulum = with(&[SwingRegion { y_m: [0.0, 1.0], ..BESIDE_REGION }]);
     let (r, q) = (0.048086, (-5.63_f64 * 0.2).exp());
     let mut d = r;
     for steps in 1..=6 {
@@ -81,8 +81,8 @@ fn a_foot_that_crosses_catches_more_from_the_side() {
     for (time_s, c) in [(0.2, 0.03), (0.2, 0.075), (0.3, 0.075)] {
         let q = (-omega * time_s).exp();
         // It crosses through the stance sole, so that there is no demand fore and aft.
-        let crossing = Region { x_m: [0.0, 0.0], y_m: [-c, 0.075], swing_time_s: time_s };
-        let outward = Region { x_m: [0.0, 0.0], y_m: [0.075, 0.18], swing_time_s: time_s };
+        let crossing = SwingRegion { x_m: [0.0, 0.0], y_m: [-c, 0.075], swing_time_s: time_s };
+        let outward = SwingRegion { x_m: [0.0, 0.0], y_m: [0.075, 0.18], swing_time_s: time_s };
         let pendulum = with(&[outward, crossing]);
         let d = |steps| pendulum.at_most_n_s(90.0, steps) / (8.0 * omega);
         assert!((d(1) - (edge + q * c)).abs() < 1e-7, "{time_s} {c}: {}", d(1));
@@ -106,7 +106,7 @@ fn a_longer_push_may_be_harder() {
 /// A dcm from which footsteps recover, by the pendulum's equation backwards from a final position between two soles,
 /// through any ZMPs and landings. Most are at the same end of their ranges, since the extremes are sought.
 fn caught(pendulum: &SteppingPendulum, steps: usize, stance: f64, chance: &mut TestRng) -> Point2<f64> {
-    let Region { x_m: [backward_m, forward_m], y_m: [inward_m, outward_m], swing_time_s } = pendulum.regions[0];
+    let SwingRegion { x_m: [backward_m, forward_m], y_m: [inward_m, outward_m], swing_time_s } = pendulum.regions[0];
     let ([x0, x1], [y0, y1]) = (pendulum.sole_x_m, pendulum.sole_y_m);
     let ends = [chance.random::<f64>() < 0.5, chance.random::<f64>() < 0.5];
     let mut pick = |axis: usize, a: f64, b: f64| {
@@ -169,13 +169,13 @@ proptest! {
         heading_deg in -180.0..180.0, forward_m in 0.0..0.3_f64, more in 0.0..0.1, x in -0.03..0.03, y in -0.05..0.05,
         faster in 0.6..1.0,
     ) {
-        let region = Region { x_m: [-1.0, 1.0].map(|way: f64| way * forward_m), ..BESIDE_REGION };
-        let of = |regions: &[Region]| SteppingPendulum { com: Point2::new(x, y), ..with(regions) };
+        let region = SwingRegion { x_m: [-1.0, 1.0].map(|way: f64| way * forward_m), ..BESIDE_REGION };
+        let of = |regions: &[SwingRegion]| SteppingPendulum { com: Point2::new(x, y), ..with(regions) };
         let enough = |a: f64, b: f64| a >= b * (1.0 - 1e-9) - 1e-9;
         let b = of(&[region]).bounds(heading_deg);
         prop_assert!(b.no_step_n_s <= b.one_step_n_s && b.one_step_n_s <= b.n_step_n_s, "{b:?}");
-        let longer = Region { x_m: [-1.0, 1.0].map(|way: f64| way * (forward_m + more)), y_m: [0.075, 0.18 + more], ..region };
-        let quicker = Region { swing_time_s: 0.2 * faster, ..region };
+        let longer = SwingRegion { x_m: [-1.0, 1.0].map(|way: f64| way * (forward_m + more)), y_m: [0.075, 0.18 + more], ..region };
+        let quicker = SwingRegion { swing_time_s: 0.2 * faster, ..region };
         for regions in [&[longer][..], &[quicker], &[region, IN_FRONT]] {
             let m = of(regions).bounds(heading_deg);
             prop_assert!(enough(m.one_step_n_s, b.one_step_n_s) && enough(m.n_step_n_s, b.n_step_n_s), "{b:?} {m:?}");
@@ -187,12 +187,12 @@ proptest! {
     fn feet_that_cross_too_slowly_or_reach_nowhere_bring_nothing(
         heading_deg in -180.0..180.0, x in -0.03..0.03, y in -0.05..0.05,
     ) {
-        let of = |regions: &[Region]| SteppingPendulum { com: Point2::new(x, y), ..with(regions) }.bounds(heading_deg);
-        let (without, slow) = (of(&[BESIDE_REGION]), of(&[BESIDE_REGION, Region { swing_time_s: 9.0, ..IN_FRONT }]));
+        let of = |regions: &[SwingRegion]| SteppingPendulum { com: Point2::new(x, y), ..with(regions) }.bounds(heading_deg);
+        let (without, slow) = (of(&[BESIDE_REGION]), of(&[BESIDE_REGION, SwingRegion { swing_time_s: 9.0, ..IN_FRONT }]));
         prop_assert!((slow.n_step_n_s / without.n_step_n_s - 1.0).abs() < NEARLY);
         prop_assert!((slow.one_step_n_s / without.one_step_n_s - 1.0).abs() < 1e-9);
         for sideways in [0.0, 0.097] {
-            let b = of(&[Region { x_m: [0.0, 0.0], y_m: [sideways, sideways], ..BESIDE_REGION }]);
+            let b = of(&[SwingRegion { x_m: [0.0, 0.0], y_m: [sideways, sideways], ..BESIDE_REGION }]);
             prop_assert!(b.one_step_n_s < b.no_step_n_s * (1.0 + 1e-6) + 1e-6, "{sideways}: {b:?}");
         }
     }

@@ -6,7 +6,7 @@ use super::ground::Ground;
 use super::study::Study;
 use nalgebra::{Point2, Vector2};
 use standfast::core::robot::Foot;
-use standfast::report::figure::panel::{At, Panel, short};
+use standfast::report::figure::panel::{PanelPoint, Panel, short};
 
 /// Width of a panel (px).
 const WIDTH: f64 = 460.0;
@@ -65,7 +65,7 @@ fn example(study: &Study, choice: &Choice, name: &str) -> Panel {
 /// How far each foot can go in every direction, with the chosen foot as colour.
 fn fan(study: &Study) -> Panel {
     let mut ground = Panel::ground(WIDTH, [0.16, 0.168], "All directions: how far each foot can go");
-    let tip = |choice: &Choice, foot: Foot| At::from(choice.direction * choice.reach[foot]);
+    let tip = |choice: &Choice, foot: Foot| PanelPoint::from(choice.direction * choice.reach[foot]);
     let fan: Vec<Choice> = (0..=720).map(|half_deg| study.choice(0.5 * f64::from(half_deg))).collect();
     // A sector spans one degree, and has the colour of the foot that is chosen in its middle.
     for sector in fan.windows(3).step_by(2) {

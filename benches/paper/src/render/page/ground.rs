@@ -3,13 +3,13 @@
 use nalgebra::{Isometry2, Point2};
 use standfast::core::geometry::SupportPolygon;
 use standfast::report::figure::axes::Axis;
-use standfast::report::figure::panel::{At, Panel, View};
+use standfast::report::figure::panel::{PanelPoint, Panel, PanelView};
 
 /// A panel with the ground, and what is drawn on it.
 pub trait Ground {
     /// A panel `width` px wide with the ground from above. `reach` says how far it goes forward and backward, and to
     /// both sides (m). Places are then on the ground (m; x forward, y left).
-    fn ground(width: f64, reach: At, title: &str) -> Self;
+    fn ground(width: f64, reach: PanelPoint, title: &str) -> Self;
     /// Draws a sole on the ground, from its corners about its centre (m).
     fn sole(&mut self, class: &str, corners: &[Point2<f64>], pose: Isometry2<f64>);
     /// Draws a contact region, and the part of it that the ZMP may use.
@@ -17,7 +17,7 @@ pub trait Ground {
 }
 
 impl Ground for Panel {
-    fn ground(width: f64, [x, y]: At, title: &str) -> Self {
+    fn ground(width: f64, [x, y]: PanelPoint, title: &str) -> Self {
         let [left, top, margin, below] = [56.0, 34.0, 18.0, 44.0];
         let bottom = top + (width - left - margin) * x / y;
         let mut panel = Self::new(width, bottom + below);
@@ -26,7 +26,7 @@ impl Ground for Panel {
         panel.axes([left, top, width - margin, bottom], &sideways, &forward);
         let middle = panel.view.at([0.0, 0.0]);
         panel.in_px(|panel| panel.text("title start", [left, 20.0], [0.0, 0.0], title));
-        panel.view = View::from_above(middle, 0.5 * (width - left - margin) / y);
+        panel.view = PanelView::from_above(middle, 0.5 * (width - left - margin) / y);
         panel
     }
 

@@ -7,7 +7,7 @@ use nalgebra::{Point3, Vector2};
 use standfast::core::robot::{Foot, Joint, Kinematics, Robot};
 use standfast::pictures::scene::palette::Overlay;
 use standfast::pictures::{Camera, draw, draw_posture, png};
-use standfast::report::figure::panel::{Panel, Sample};
+use standfast::report::figure::panel::{Panel, LegendSample};
 use standfast::sim::episode::{Footstep, Snapshot};
 
 /// Dots of a picture for each px of the page.
@@ -78,7 +78,7 @@ fn skeleton(robot: &Robot) -> Panel {
         panel.line(&format!("joint {}", axis_name(joint)), seen(at - axis), seen(at + axis));
         panel.circle(axis_name(joint), seen(at), 3.0);
     }
-    let key = |class: &str, words: &str| (format!("joint {class}"), Sample::Line, words.into());
+    let key = |class: &str, words: &str| (format!("joint {class}"), LegendSample::Line, words.into());
     let axes =
         [("roll", "along x: roll"), ("pitch", "along y: pitch"), ("yaw", "along z: yaw"), ("oblique", "oblique")];
     panel.legend([16.0, 12.0], &axes.map(|(class, words)| key(class, words)));

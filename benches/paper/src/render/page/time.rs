@@ -4,7 +4,7 @@ use super::study::{ImposedRun, Pushed, Study};
 use serde_json::Value;
 use standfast::report::figure::axes::Axis;
 use standfast::report::figure::motion::MotionPlot;
-use standfast::report::figure::panel::{At, Panel, View, short};
+use standfast::report::figure::panel::{PanelPoint, Panel, PanelView, short};
 use standfast::report::text::story;
 use standfast::sim::episode::Snapshot;
 
@@ -56,8 +56,8 @@ fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
         panel.rect(class, [x, 30.0], [x + 14.0, 42.0]);
         panel.text("start small", [x, 41.0], [19.0, 0.0], words);
     }
-    let lane = |[top, bottom]: At, y: At| View::chart([LEFT, top, RIGHT, bottom], [from, to], y);
-    const LANES: [At; 3] = [[64.0, 92.0], [104.0, 226.0], [238.0, 350.0]];
+    let lane = |[top, bottom]: PanelPoint, y: PanelPoint| PanelView::chart([LEFT, top, RIGHT, bottom], [from, to], y);
+    const LANES: [PanelPoint; 3] = [[64.0, 92.0], [104.0, 226.0], [238.0, 350.0]];
     panel.view = lane(LANES[0], [0.0, 1.0]);
     panel.text("name end", [from, 0.0], [-6.0, -10.0], "phase");
     for run in seen.chunk_by(|a, b| a.phase == b.phase) {
