@@ -578,7 +578,9 @@ fn what_has_a_name_is_listed() {
     let text = stdout(&standfast(dir.path(), &["list"]).success());
     let json: serde_json::Value =
         serde_json::from_str(&stdout(&standfast(dir.path(), &["list", "--json"]).success())).unwrap();
-    for (key, kind) in [("robots", InputKind::Robot), ("controllers", InputKind::Controller), ("campaigns", InputKind::Campaign)] {
+    for (key, kind) in
+        [("robots", InputKind::Robot), ("controllers", InputKind::Controller), ("campaigns", InputKind::Campaign)]
+    {
         let listed: Vec<&str> =
             json[key].as_array().unwrap().iter().map(|item| item["name"].as_str().unwrap()).collect();
         assert_eq!(listed, kind.names(), "{key}");

@@ -16,7 +16,7 @@ use standfast::sim::Push;
 use standfast::sim::episode::{Disturbance, EpisodeConfig};
 use standfast::study::ask::gate::Gate;
 use standfast::study::ask::trial;
-use standfast::study::run::{RunOptions, RunEvents, CampaignRun};
+use standfast::study::run::{CampaignRun, RunEvents, RunOptions};
 use standfast::study::{Campaign, Folder, Overrides, PreparedCampaign, StoredTrial};
 use standfast::{Error, Result};
 use std::fs;
@@ -119,8 +119,11 @@ fn robot_settings() {
 #[test]
 fn gain_sets() {
     let robot = standfast::robots::load("ut-mu2").unwrap();
-    let valid =
-        InputKind::Controller.names().into_iter().map(|name| builtin(InputKind::Controller, name).text).collect::<Vec<_>>();
+    let valid = InputKind::Controller
+        .names()
+        .into_iter()
+        .map(|name| builtin(InputKind::Controller, name).text)
+        .collect::<Vec<_>>();
     let config = EpisodeConfig::of(&Units::of(&robot));
     fuzz("gains", &valid, |text| {
         controllers::read(&file("mine.toml", text))?;

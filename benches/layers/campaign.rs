@@ -4,7 +4,7 @@ use criterion::{Criterion, SamplingMode};
 use standfast::controllers;
 use standfast::sim::episode::{self, Outcome};
 use standfast::study::ask::trial;
-use standfast::study::run::{RunOptions, RunEvents, CampaignRun};
+use standfast::study::run::{CampaignRun, RunEvents, RunOptions};
 use standfast::study::{Campaign, Overrides, PreparedCampaign};
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -66,7 +66,8 @@ pub fn threads(c: &mut Criterion) {
 fn run(plan: &PreparedCampaign, threads: usize) -> Duration {
     let scratch = tempfile::tempdir().expect("a temporary folder");
     let folder = plan.folder(Some(scratch.path())).expect("an empty folder");
-    let mut work = CampaignRun::new(plan, &folder, RunOptions { threads, ..RunOptions::default() }, None).expect("a design");
+    let mut work =
+        CampaignRun::new(plan, &folder, RunOptions { threads, ..RunOptions::default() }, None).expect("a design");
     let stop = AtomicBool::new(false);
     let start = Instant::now();
     work.run(&RunEvents { stop: &stop, on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} }).expect("to finish");

@@ -6,9 +6,9 @@ use super::episode::Setting;
 use super::result::exit_code_of_gates;
 use super::terminal::print;
 use standfast_core::error::Result;
-use standfast_report::text::alone::UnpushedCheck;
+use standfast_report::text::unpushed::UnpushedCheck;
 use standfast_sim::Engine;
-use standfast_sim::episode::alone::UnpushedEpisode;
+use standfast_sim::episode::unpushed::UnpushedEpisode;
 use standfast_study::Overrides;
 use standfast_study::ask::trial;
 use std::path::PathBuf;
@@ -67,7 +67,8 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
     let alone = |factory: &_| UnpushedEpisode::run(&robot, factory, &config, quiet());
     let (first, second, third) = (alone(&factory)?, alone(&factory)?, alone(&prepare()?)?);
     let (again, anew) = (first.differs(&second), first.differs(&third));
-    let tried = UnpushedCheck { robot: &robot, factory: &factory, config: &config, alone: &first, again, anew, contract };
+    let tried =
+        UnpushedCheck { robot: &robot, factory: &factory, config: &config, alone: &first, again, anew, contract };
     print(&if args.json { standfast_report::json(&tried.json()) } else { tried.text() })?;
     Ok(exit_code_of_gates(tried.is_good()))
 }

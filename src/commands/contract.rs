@@ -2,7 +2,7 @@
 
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Controller;
-use standfast_report::text::alone::Contract;
+use standfast_report::text::unpushed::Contract;
 use std::path::Path;
 
 #[cfg(feature = "onnx")]

@@ -319,7 +319,12 @@ pub struct Origin {
 
 /// Writes the page that shows an episode in 3D to `path`, with the same episode in another engine or with another
 /// controller as a ghost.
-pub fn write_replay((told, film): &FilmedEpisode, ghost: Option<&FilmedEpisode>, path: &Path, origin: Origin) -> Result<()> {
+pub fn write_replay(
+    (told, film): &FilmedEpisode,
+    ghost: Option<&FilmedEpisode>,
+    path: &Path,
+    origin: Origin,
+) -> Result<()> {
     let Origin { title, command, of_result, warning } = origin;
     let headline = told.headline();
     let title = title.map_or_else(|| headline.clone(), |title| format!("{title}: {headline}"));

@@ -10,7 +10,7 @@ use standfast_files::assets::{self, InputKind, Source};
 use standfast_files::{folder_of, is_no_file, is_same_file, is_same_folder, shell_word, write_atomic};
 use standfast_report::{text::layout::entry, text::model};
 use standfast_robots::urdf;
-use standfast_sim::episode::alone::UnpushedEpisode;
+use standfast_sim::episode::unpushed::UnpushedEpisode;
 use standfast_sim::episode::{CONTROL_PERIOD_S, Disturbance, EpisodeConfig};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

@@ -154,7 +154,8 @@ fn write_map(folder: &Path, campaigns: &[Campaign], searches: &[Searches], limit
         let Some((robot, factory)) = searches[i].case(&limit.name) else { continue };
         let campaign = &campaigns[i];
         let disturbance = pushed(campaign, hole.trial, hole.impulse_n_s, heading_deg);
-        let shown = EpisodeRun { robot, factory, config: &campaign.episode }.film(disturbance, &OutputArgs::default())?;
+        let shown =
+            EpisodeRun { robot, factory, config: &campaign.episode }.film(disturbance, &OutputArgs::default())?;
         let title = Some(format!("Hole {} of {}", number + 1, limits[i].engine));
         let origin = Origin { title, command: command_line("standfast"), ..Origin::default() };
         write_replay(&shown, None, &folder.join(file(number)), origin)?;

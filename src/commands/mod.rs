@@ -40,7 +40,7 @@ use crate::leaves;
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use log::Level;
-use standfast_controllers::kept;
+use standfast_controllers::permission;
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::nearest;
 use std::io::{IsTerminal, Write};
@@ -169,7 +169,7 @@ fn run() -> Result<ExitCode> {
     if quiet {
         terminal::be_quiet();
     }
-    kept::ask_by(move |kept| terminal::may_start(kept, run_inputs));
+    permission::ask_by(move |kept| terminal::may_start(kept, run_inputs));
     let chosen = chosen.unwrap_or_else(|| {
         if std::io::stderr().is_terminal() {
             note(FIRST_WORDS);

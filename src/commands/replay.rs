@@ -2,7 +2,7 @@
 //! write such pages for the telling trials of a result.
 
 use super::arguments::{ENGINE_CHOICES, EngineChoice, MOST_TRIAL, check_output, count, one_of};
-use super::episode::{EpisodeRun, Origin, OutputArgs, FilmedEpisode, write_replay};
+use super::episode::{EpisodeRun, FilmedEpisode, Origin, OutputArgs, write_replay};
 use super::progress::Progress;
 use super::terminal::{note, print, tell};
 use rayon::prelude::*;

@@ -15,7 +15,7 @@ use standfast_files::shell_word;
 use standfast_report::text;
 use standfast_study::ask::spec::MOST_TRIALS;
 use standfast_study::interim::InterimLook;
-use standfast_study::run::{RunOptions, RunEvents, CampaignRun};
+use standfast_study::run::{CampaignRun, RunEvents, RunOptions};
 use standfast_study::verdict::gates::Gates;
 use standfast_study::verdict::so_far::{SoFar, SuccessTally};
 use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Shard, TrialRow};

@@ -2,7 +2,7 @@
 
 use indicatif::ProgressBar;
 use log::{Level, Log, Metadata, Record};
-use standfast_controllers::kept::{Kept, Made};
+use standfast_controllers::permission::{Kept, Made};
 use standfast_core::error::{Error, Result};
 use standfast_report::foreign::harmless;
 use standfast_report::text::layout::wrapped;

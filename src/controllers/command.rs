@@ -1,7 +1,7 @@
 //! Finds the files to which the command of a process refers. Files in the folder of the controller's file become inputs
 //! of a result, and all other names are listed.
 
-use super::beside::is_inside;
+use super::companion_files::is_inside;
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 

@@ -1,6 +1,6 @@
 //! Gain sets: our own controller ([`standfast_core::control`]), which stands and steps by maximal CPI sets.
 
-use super::settings::ControllerSpec;
+use super::spec::ControllerSpec;
 use super::tunable::Tunable;
 use standfast_core::control::{CpiController, Design};
 use standfast_core::error::Result;

@@ -2,7 +2,7 @@
 
 use super::posture::HeldPosture;
 use super::process::Process;
-use super::settings::ControllerSpec;
+use super::spec::ControllerSpec;
 use serde::de::{DeserializeOwned, Error as _};
 use standfast_core::error::{Error, Result};
 use standfast_core::lipm::GainSet;

@@ -6,15 +6,15 @@
 
 #![forbid(unsafe_code)]
 
-pub mod beside;
 mod child;
 mod command;
+pub mod companion_files;
 mod cpi;
-pub mod kept;
 pub mod kinds;
+pub mod permission;
 mod posture;
 mod process;
-pub mod settings;
+pub mod spec;
 pub mod tunable;
 pub mod values;
 pub mod variant;
@@ -31,7 +31,7 @@ use variant::ControllerName;
 
 pub use child::STOP;
 pub use kinds::read;
-pub use settings::{Own, ControllerSpec};
+pub use spec::{ControllerSpec, Own};
 pub use written::Written;
 
 /// Loads a built-in controller, a file, or a variant of either.
@@ -40,7 +40,7 @@ pub fn load(entry: &str) -> Result<Box<dyn ControllerSpec>> {
     entry.of(read(&assets::open(InputKind::Controller, entry.base)?)?)
 }
 
-/// Loads a gain set as [`load`] does. Fails for a controller of another kind.
+/// Loads a gain set as [`sole_wrenches`] does. Fails for a controller of another kind.
 pub fn gain_set(entry: &str) -> Result<GainSet> {
     let any: Box<dyn Any> = load(entry)?;
     let gains = any.downcast::<GainSet>().map(|gains| *gains);

@@ -1,7 +1,7 @@
 //! Stiff joints: the servos hold the posture of the start, with the torques that carry the weight there, and nothing is
 //! measured. Every controller must beat this one. It is also the shortest example of a kind of controllers.
 
-use super::settings::{ControllerSpec, check_name};
+use super::spec::{ControllerSpec, check_name};
 use serde::{Deserialize, Serialize};
 use standfast_core::error::Result;
 use standfast_core::robot::{Command, Controller, PreparedController, Report, Robot, Sensed, TickError};

@@ -4,16 +4,18 @@
 //! Each worker has a child, which serves one episode after another. A child that dies, hangs or answers nonsense is
 //! replaced, and its episode ends as failed, with the cause.
 
-use super::beside;
 use super::child::{Talker, Trouble, in_short, shortened};
 use super::command::CommandFiles;
-use super::kept;
-use super::settings::{ControllerSpec, about, check_name};
+use super::companion_files;
+use super::permission;
+use super::spec::{ControllerSpec, about, check_name};
 use super::tunable::Tunable;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Command, Controller, PreparedController, Note, PerFoot, Report, Robot, Sensed, TickError, Wrench};
+use standfast_core::robot::{
+    Command, Controller, Note, PerFoot, PreparedController, Report, Robot, Sensed, TickError, Wrench,
+};
 use standfast_files::assets::{Source, number, parse_toml};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -70,7 +72,7 @@ fn one_second() -> f64 {
 impl Process {
     /// Reads a file, and keeps its path.
     pub fn read(source: &Source) -> Result<Box<dyn ControllerSpec>> {
-        beside::refuse_file(source, "`command`, `files`, `timeout_s`, `parameters`, `tunable`")?;
+        companion_files::refuse_file(source, "`command`, `files`, `timeout_s`, `parameters`, `tunable`")?;
         Ok(Box::new(Self { file: source.file.clone(), ..parse_toml(source)? }))
     }
 
@@ -79,12 +81,12 @@ impl Process {
     }
 
     fn followed(&self) -> CommandFiles {
-        CommandFiles::of(&beside::folder(&self.file), &self.command, &self.files)
+        CommandFiles::of(&companion_files::folder(&self.file), &self.command, &self.files)
     }
 
     /// Starts a child and greets it.
     fn start(&self, hello: &str) -> Result<Talker, Trouble> {
-        let (folder, [program, args @ ..]) = (beside::folder(&self.file), &self.command[..]) else {
+        let (folder, [program, args @ ..]) = (companion_files::folder(&self.file), &self.command[..]) else {
             return Err("there is no command".to_string().into());
         };
         // A path is relative to the folder of the file; a plain name is searched for as usual.
@@ -148,7 +150,7 @@ impl ControllerSpec for Process {
 
     /// The files in the folder of the controller's file that the command refers to, and the files that the file lists.
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
-        self.followed().kept.iter().map(|name| beside::read(&self.file, "files", name)).collect()
+        self.followed().kept.iter().map(|name| companion_files::read(&self.file, "files", name)).collect()
     }
 
     fn not_kept(&self) -> Vec<String> {
@@ -168,7 +170,7 @@ impl ControllerSpec for Process {
     }
 
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<PreparedController> {
-        kept::check(&self.file, &self.command)?;
+        permission::check(&self.file, &self.command)?;
         let hello = line(&hello(robot, period_s, &self.parameters));
         let first = self.start(&hello).map_err(|trouble| match trouble {
             Trouble::OfChild(problem) => {

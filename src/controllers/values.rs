@@ -1,7 +1,7 @@
 //! Numbers of a controller by their keys: finds the number of a key, and makes the controller with other values.
 
 use super::kinds::kind_of;
-use super::settings::ControllerSpec;
+use super::spec::ControllerSpec;
 use super::tunable::{Tunable, rounded};
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::{self, Missing, nearest, number};

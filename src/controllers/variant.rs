@@ -6,7 +6,7 @@
 //! controller can, so result folders, shards and replays treat it as any other controller.
 
 use super::kinds::kind_of;
-use super::settings::ControllerSpec;
+use super::spec::ControllerSpec;
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::{self, InputKind, Missing};
 use toml::Value;

@@ -128,7 +128,8 @@ pub fn open(kind: InputKind, name: &str) -> Result<Source> {
 
 /// Adds to an error about an unknown name the option that takes the name.
 fn of_another_kind(mut error: Error, asked: InputKind, name: &str) -> Error {
-    let options = [(InputKind::Robot, "--robot"), (InputKind::Controller, "--controller"), (InputKind::Campaign, "--campaign")];
+    let options =
+        [(InputKind::Robot, "--robot"), (InputKind::Controller, "--controller"), (InputKind::Campaign, "--campaign")];
     let takes = options.iter().find(|(kind, _)| *kind != asked && kind.names().contains(&name));
     if let (Error::Unknown { accepted, .. }, Some((_, option))) = (&mut error, takes) {
         *accepted += &format!("; did you mean {option} {name}?");

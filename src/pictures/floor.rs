@@ -1,6 +1,6 @@
 //! Floor and background of a picture: a floor with a grid that fades into a plain background, and the robot's shadow.
 
-use super::camera::{NEAREST_M, CameraView};
+use super::camera::{CameraView, NEAREST_M};
 use super::triangle::{Light, for_each_inside, linear};
 use crate::scene::GroundPart;
 use image::imageops::{blur, interpolate_bilinear};

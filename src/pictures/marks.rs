@@ -3,7 +3,7 @@
 
 use super::camera::CameraView;
 use super::triangle::{Triangle, Vertex, linear};
-use crate::scene::{ScreenPoint, Drawing, FlatShape, SceneMark, Stroke, strokes};
+use crate::scene::{Drawing, FlatShape, SceneMark, ScreenPoint, Stroke, strokes};
 use nalgebra::{Point2, Vector2};
 
 /// One over the depth of marks (1/m). Marks are nearer than all that is in the picture when they are painted.

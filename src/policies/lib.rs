@@ -17,9 +17,9 @@ pub use training::written;
 use net::Net;
 use observation::{Base, Gait, Memory, Observation, Term};
 use serde::{Deserialize, Serialize};
-use standfast_controllers::beside;
+use standfast_controllers::companion_files;
 use standfast_controllers::kinds::{KindOf, kind};
-use standfast_controllers::settings::{ControllerSpec, about, check_name};
+use standfast_controllers::spec::{ControllerSpec, about, check_name};
 use standfast_controllers::tunable::Tunable;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Command, Controller, PreparedController, Report, Robot, Sensed, TickError};
@@ -73,7 +73,7 @@ pub struct Policy {
 impl Policy {
     /// Reads a file, and keeps its path.
     pub fn read(source: &Source) -> Result<Box<dyn ControllerSpec>> {
-        beside::refuse_file(source, "`model`")?;
+        companion_files::refuse_file(source, "`model`")?;
         Ok(Box::new(Self { file: source.file.clone(), ..parse_toml(source)? }))
     }
 
@@ -157,12 +157,12 @@ impl ControllerSpec for Policy {
     }
 
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
-        Ok(vec![beside::read(&self.file, "model", &self.model)?])
+        Ok(vec![companion_files::read(&self.file, "model", &self.model)?])
     }
 
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<PreparedController> {
         let (joints, ticks_per_action) = (self.joints_of(robot)?, self.ticks_per_action(period_s)?);
-        let (_, bytes) = beside::read(&self.file, "model", &self.model)?;
+        let (_, bytes) = companion_files::read(&self.file, "model", &self.model)?;
         let sizes = [observation::length(&self.observation, joints.len()), joints.len()];
         let net = Net::of(&bytes, sizes).map_err(|problem| {
             let accepted = "an ONNX file with one input and one output of these sizes, and no memory of its own";
@@ -179,8 +179,14 @@ impl ControllerSpec for Policy {
             (home.q_ref[joint], home.tau_ff[joint]) = (self.default_rad[i], 0.0);
         }
         home.gains = Some(servos.iter().map(|servo| [servo.kp, servo.kd]).collect());
-        let shared =
-            Arc::new(SharedPolicy { settings: self.clone(), robot: robot.clone(), joints, ticks_per_action, net, home });
+        let shared = Arc::new(SharedPolicy {
+            settings: self.clone(),
+            robot: robot.clone(),
+            joints,
+            ticks_per_action,
+            net,
+            home,
+        });
         let stated = [(&self.torque_n_m, "torque limits"), (&self.rotor_inertia_kg_m2, "rotor inertias")];
         let stated = stated.iter().filter(|(list, _)| list.is_some()).map(|(_, what)| *what);
         let of_training: Vec<&str> = ["stiffness", "damping"].into_iter().chain(stated).collect();

@@ -5,7 +5,7 @@ use crate::{figure, html, junit, markdown};
 use standfast_core::error::Result;
 use standfast_files::write_atomic;
 use standfast_study::Summary;
-use standfast_study::verdict::digest::TrialColumns;
+use standfast_study::verdict::trial_columns::TrialColumns;
 use std::path::Path;
 
 /// Names of the files.

@@ -10,7 +10,7 @@
 use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
 use standfast_core::robot::{Foot, Note, Pose, Robot};
-use standfast_files::columns::{DataColumn, Data};
+use standfast_files::columns::{Data, DataColumn};
 use standfast_sim::episode::Tick;
 
 /// Collects the rows of an episode.

@@ -4,12 +4,12 @@
 #![forbid(unsafe_code)]
 
 mod infer;
-mod markup;
 mod mesh;
 mod settings;
 mod skeleton;
 mod tree;
 pub mod urdf;
 mod xacro;
+mod xml_limits;
 
 pub use urdf::{Files, load, parse};

@@ -1,6 +1,6 @@
 //! Expands a xacro file, a URDF with macros, by the program `xacro`.
 
-use super::markup::without_comments;
+use super::xml_limits::without_comments;
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::{Source, shell_word};
 use std::io::ErrorKind;

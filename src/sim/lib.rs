@@ -23,5 +23,5 @@ pub use ground::Ground;
 pub use meeting::{Meeting, Pairs};
 pub use plant::{Plant, Pull, Truth};
 pub use push::{Profile, Push};
-pub use sensors::{Normal, Sensor, SensorErrors, NoiseDraw};
+pub use sensors::{NoiseDraw, Normal, Sensor, SensorErrors};
 pub use variation::Variation;

@@ -1,6 +1,6 @@
 //! The noise of sensors as a function of random stream, tick, sensor and channel.
 
-use super::{Normal, Sensor, NoiseDraw};
+use super::{NoiseDraw, Normal, Sensor};
 use rand::{RngExt, rngs::ChaCha8Rng};
 use rand_distr::StandardNormal;
 

@@ -8,11 +8,11 @@ use standfast_study::ask::spec::{Campaign, Overrides};
 use standfast_study::store::manifest::{Manifest, part_trials};
 use standfast_study::store::row::TrialRow;
 use standfast_study::verdict::agreement::Agreement;
-use standfast_study::verdict::digest::TrialColumns;
 use standfast_study::verdict::gates::Gates;
 use standfast_study::verdict::pairs::every_pair;
 use standfast_study::verdict::so_far::{SoFar, SuccessTally};
 use standfast_study::verdict::summary::Summary;
+use standfast_study::verdict::trial_columns::TrialColumns;
 
 /// A built-in campaign with these values set.
 pub fn campaign(name: &str, set: &[&str]) -> Campaign {
@@ -88,17 +88,17 @@ pub fn rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
     outcomes.iter().enumerate().flat_map(trial).collect()
 }
 
-/// A digest of rows in the order of trials, with the settings of the campaign `standard`.
-pub fn digest_of_rows(rows: &[TrialRow], names: &[impl ToString]) -> TrialColumns {
+/// Columns of rows in the order of trials, with the settings of the campaign `standard`.
+pub fn columns_of_rows(rows: &[TrialRow], names: &[impl ToString]) -> TrialColumns {
     let names: Vec<String> = names.iter().map(ToString::to_string).collect();
-    let mut digest = TrialColumns::new(&names, &campaign("standard", &[]).episode);
-    digest.push(rows);
-    digest
+    let mut columns = TrialColumns::new(&names, &campaign("standard", &[]).episode);
+    columns.push(rows);
+    columns
 }
 
-/// A digest with a trial for each pair of outcomes of the sets "a" and "b".
-pub fn digest_of_outcomes(outcomes: &[[Outcome; 2]]) -> TrialColumns {
-    digest_of_rows(&rows(outcomes), &["a", "b"])
+/// Columns with a trial for each pair of outcomes of the sets "a" and "b".
+pub fn columns_of_outcomes(outcomes: &[[Outcome; 2]]) -> TrialColumns {
+    columns_of_rows(&rows(outcomes), &["a", "b"])
 }
 
 /// The summary of a campaign with sets "a" and "b", with a trial for each pair of outcomes and impulses from 1 to 2
@@ -118,8 +118,8 @@ pub fn summary(outcomes: &[[Outcome; 2]], set: &[&str], gates: &[&str]) -> Summa
 }
 
 /// The trials of [`summary`].
-pub fn digest(outcomes: &[[Outcome; 2]]) -> TrialColumns {
-    digest_of_rows(&impulse_rows(outcomes), &["a", "b"])
+pub fn summary_columns(outcomes: &[[Outcome; 2]]) -> TrialColumns {
+    columns_of_rows(&impulse_rows(outcomes), &["a", "b"])
 }
 
 fn impulse_rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
@@ -148,7 +148,7 @@ pub fn ragged(gates: &[&str]) -> (Summary, TrialColumns) {
         };
         saved.into_iter().filter(move |(set, _)| *set != "b" || trial < 25).map(row)
     };
-    let rows = digest_of_rows(&(0..100).flat_map(of_trial).collect::<Vec<_>>(), &manifest.sets);
+    let rows = columns_of_rows(&(0..100).flat_map(of_trial).collect::<Vec<_>>(), &manifest.sets);
     let gates = Gates::new(&manifest, None).unwrap();
     (Summary::new(&manifest, &rows, String::new(), &every_pair(3), &gates), rows)
 }
@@ -166,7 +166,7 @@ pub fn compared(recovered: &[[bool; 4]]) -> (Summary, TrialColumns) {
         let of_trial = |(i, of): (usize, &[bool; 4])| {
             sets.iter().zip(&of[first..]).map(|(set, of)| row(i, set, *of)).collect::<Vec<_>>()
         };
-        digest_of_rows(&recovered.iter().enumerate().flat_map(of_trial).collect::<Vec<_>>(), sets)
+        columns_of_rows(&recovered.iter().enumerate().flat_map(of_trial).collect::<Vec<_>>(), sets)
     };
     let manifests =
         Engine::ALL.map(|engine| manifest(&sets, Overrides { engine: Some(engine), ..Overrides::default() }));

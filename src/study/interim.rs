@@ -3,8 +3,8 @@
 //! neither the end of the campaign nor the trials of a controller depend on threads, shards or interruptions.
 
 use crate::store::folder::Folder;
-use crate::verdict::digest::TrialColumns;
 use crate::verdict::gates::{Gates, Open};
+use crate::verdict::trial_columns::TrialColumns;
 use standfast_core::error::Result;
 use standfast_stats::looks::Looks;
 use std::ops::Range;

@@ -1,8 +1,8 @@
 //! What a campaign runs on: its inputs, read and checked, the folder for the result, and the trials one by one.
 
 use crate::ask::bounds::check_steps;
-use crate::ask::no_step::StandingBound;
 use crate::ask::spec::Campaign;
+use crate::ask::standing_bound::StandingBound;
 use crate::ask::trial;
 use crate::store::folder::Folder;
 use crate::store::manifest::{Input, MANIFEST, Manifest, each_once, part_trials};
@@ -18,7 +18,7 @@ use standfast_files::assets::{self, InputKind, Source};
 use standfast_files::{sha256_hex, write_atomic};
 use standfast_robots::urdf::Files;
 use standfast_sim::Engine;
-use standfast_sim::episode::alone::UnpushedEpisode;
+use standfast_sim::episode::unpushed::UnpushedEpisode;
 use standfast_sim::episode::{ClosedLoop, Disturbance, Outcome, Record, caught};
 use std::collections::BTreeMap;
 use std::num::NonZeroU64;
@@ -278,7 +278,13 @@ impl PreparedCampaign {
     /// Whether a second run of a trial with a controller has the same record. It is None if there was no second run.
     /// There is one only in every [`TRIED_AGAIN`]th trial, and only for controllers that cannot be copied, because
     /// their memory is hidden.
-    fn repeats(&self, factories: &[PreparedController], trial: u64, set: usize, record: &Record) -> Result<Option<Repeats>> {
+    fn repeats(
+        &self,
+        factories: &[PreparedController],
+        trial: u64,
+        set: usize,
+        record: &Record,
+    ) -> Result<Option<Repeats>> {
         let campaign = &self.manifest.campaign;
         if campaign.synthetic || !trial.is_multiple_of(TRIED_AGAIN) || factories[set].can_be_copied() {
             return Ok(None);
@@ -303,7 +309,7 @@ impl PreparedCampaign {
             }
         }
         if self.controllers.iter().any(|controller| controller.is_program()) {
-            standfast_controllers::kept::note(&folder.path, &self.inputs);
+            standfast_controllers::permission::note(&folder.path, &self.inputs);
         }
         folder.write_campaign()
     }
@@ -432,7 +438,8 @@ pub(super) mod tests {
     #[test]
     fn a_panic_is_the_outcome_of_the_set_that_caused_it() {
         let gains = ["hold", "fixed"].map(String::from).to_vec();
-        let plan = PreparedCampaign::new(&Campaign::load("smoke", &Overrides { gains, ..short(&[]) }).unwrap()).unwrap();
+        let plan =
+            PreparedCampaign::new(&Campaign::load("smoke", &Overrides { gains, ..short(&[]) }).unwrap()).unwrap();
         let factories = plan.factories().unwrap();
         let rows = plan.rows(&factories[..1], None, 3, &[0, 1]).unwrap();
         assert_eq!(rows[0], plan.rows(&factories, None, 3, &[0]).unwrap()[0]);

@@ -1,6 +1,6 @@
 //! Runs a campaign: what its folder lacks is spread over the cores, and written part by part.
 
-use crate::interim::{InterimLooks, InterimLook};
+use crate::interim::{InterimLook, InterimLooks};
 use crate::plan::{PreparedCampaign, pool};
 use crate::store::claim::{Access, Claim};
 use crate::store::folder::Folder;
@@ -63,7 +63,12 @@ impl<'a> CampaignRun<'a> {
     /// so that a controller that cannot be prepared fails before anything is written or removed. `gates` state what a
     /// campaign that ends when decided has to decide. Errors: a controller cannot be prepared, or a robot falls without
     /// a push.
-    pub fn new(plan: &'a PreparedCampaign, folder: &'a Folder, options: RunOptions, gates: Option<&'a Gates>) -> Result<CampaignRun<'a>> {
+    pub fn new(
+        plan: &'a PreparedCampaign,
+        folder: &'a Folder,
+        options: RunOptions,
+        gates: Option<&'a Gates>,
+    ) -> Result<CampaignRun<'a>> {
         let Manifest { campaign, sets, .. } = &folder.manifest;
         let mut work = CampaignRun {
             plan,
@@ -188,7 +193,12 @@ impl<'a> CampaignRun<'a> {
 
     /// Threads take single trials in order, so cores stay busy to the end, and an interruption loses only the few
     /// unfinished blocks.
-    fn run_blocks(&self, factories: &[PreparedController], opening: Option<&ClosedLoop>, watch: &RunEvents) -> Result<()> {
+    fn run_blocks(
+        &self,
+        factories: &[PreparedController],
+        opening: Option<&ClosedLoop>,
+        watch: &RunEvents,
+    ) -> Result<()> {
         // A block is made when its first trial is due, and gone when its last one is written: memory does not grow with
         // the campaign.
         let due = self.missing.iter().take_while(|_| !self.is_decided());
@@ -332,7 +342,8 @@ mod tests {
         let seen = Mutex::new(Vec::new());
         let on_part =
             |rows: &[TrialRow]| seen.lock().unwrap().push(rows.iter().map(|row| row.trial).collect::<Vec<_>>());
-        let mut work = CampaignRun::new(&plan, &folder, RunOptions { threads: 1, ..RunOptions::default() }, None).unwrap();
+        let mut work =
+            CampaignRun::new(&plan, &folder, RunOptions { threads: 1, ..RunOptions::default() }, None).unwrap();
         assert_eq!((work.episodes(), work.all_episodes()), (20, 30));
         let stop = AtomicBool::new(false);
         work.run(&RunEvents { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_, _| {} }).unwrap();

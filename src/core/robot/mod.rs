@@ -9,16 +9,18 @@ pub mod controller;
 pub mod dynamics;
 pub mod io;
 pub mod kinematics;
-pub mod load;
 pub mod mesh;
 pub mod model;
 mod scaled;
 pub mod shape;
+pub mod sole_wrenches;
 pub mod swing_shape;
 pub mod swing_time;
 pub mod units;
 
-pub use controller::{Airborne, Controller, PreparedController, Note, Promise, RecoveryRegion, Report, TickError, Word};
+pub use controller::{
+    Airborne, Controller, Note, PreparedController, Promise, RecoveryRegion, Report, TickError, Word,
+};
 pub use io::{Command, CommandError, Imu, Sensed, SensedError, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{

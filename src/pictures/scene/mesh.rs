@@ -213,7 +213,8 @@ mod tests {
         let corner = |k: usize| {
             Point3::from(Vector3::from_fn(|axis, _| if k >> axis & 1 == 1 { half[axis] } else { -half[axis] }))
         };
-        let mut cube = DrawnMesh { corners: (0..8).map(|k| (corner(k), corner(k).coords)).collect(), faces: Vec::new() };
+        let mut cube =
+            DrawnMesh { corners: (0..8).map(|k| (corner(k), corner(k).coords)).collect(), faces: Vec::new() };
         for side in [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]] {
             cube.face(&side);
         }

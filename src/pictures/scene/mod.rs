@@ -22,7 +22,7 @@ use mesh::DrawnMesh;
 use nalgebra::{Isometry3, Point3};
 use palette::Overlay;
 use scale::RobotScale;
-pub use sign::{ScreenPoint, FlatShape};
+pub use sign::{FlatShape, ScreenPoint};
 use standfast_core::robot::{Kinematics, Posture, Robot};
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;

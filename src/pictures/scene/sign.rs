@@ -87,7 +87,8 @@ impl FlatShape {
             FlatShape::Outline { path, width } => FlatShape::Outline { path: path.clone(), width: wider(*width) },
             FlatShape::Line { path: [a, b], width } => {
                 let length = (a[0] - b[0]).hypot(a[1] - b[1]);
-                let beyond = |end: ScreenPoint, other: ScreenPoint| [0, 1].map(|i| end[i] + (end[i] - other[i]) * RIM / length);
+                let beyond =
+                    |end: ScreenPoint, other: ScreenPoint| [0, 1].map(|i| end[i] + (end[i] - other[i]) * RIM / length);
                 FlatShape::Line { path: [beyond(*a, *b), beyond(*b, *a)], width: wider(*width) }
             }
         }

@@ -3,7 +3,7 @@
 
 use super::marks::{Drawing, SceneMark};
 use super::palette::{Color, HEAD, PLUMB};
-use super::sign::{ScreenPoint, FlatShape, Piece, Sign};
+use super::sign::{FlatShape, Piece, ScreenPoint, Sign};
 use nalgebra::Point3;
 
 /// One shape to draw. Opacity is from 0 to 1.
@@ -55,7 +55,8 @@ fn outline(mut path: Vec<ScreenPoint>, width: f64) -> Vec<FlatShape> {
 
 /// The strokes of a sign at a place in the picture.
 fn sign_at(sign: Sign, at: ScreenPoint, color: Color) -> Vec<Stroke> {
-    let there = |path: &mut [ScreenPoint]| path.iter_mut().for_each(|corner| *corner = [corner[0] + at[0], corner[1] + at[1]]);
+    let there =
+        |path: &mut [ScreenPoint]| path.iter_mut().for_each(|corner| *corner = [corner[0] + at[0], corner[1] + at[1]]);
     let stroke = |Piece { mut form, is_white }: Piece| {
         match &mut form {
             FlatShape::Area { path } | FlatShape::Outline { path, .. } => there(path),

@@ -8,7 +8,7 @@ mod yaml;
 
 use super::net;
 use standfast_controllers::Written;
-use standfast_controllers::beside;
+use standfast_controllers::companion_files;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Robot;
 use standfast_files::assets;
@@ -23,7 +23,7 @@ const MOST_BYTES: u64 = 10_000_000;
 pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Written> {
     let file = model.to_string_lossy();
     let bad = |problem: String, accepted: &str| Error::value(&file, "model", file.clone(), problem, accepted);
-    let bytes = assets::read(model, beside::MOST_FILE_BYTES)?;
+    let bytes = assets::read(model, companion_files::MOST_FILE_BYTES)?;
     let metadata = net::metadata(&bytes).map_err(|problem| bad(problem, "an ONNX file"))?;
     let described = |path: &Path| {
         let text = String::from_utf8_lossy(&assets::read(path, MOST_BYTES)?).into_owned();

@@ -1,6 +1,6 @@
 //! Axes of panels: scales and ticks, charts, and the ground seen from above.
 
-use super::panel::{PanelPoint, Panel, PanelView, short};
+use super::panel::{Panel, PanelPoint, PanelView, short};
 
 /// The values at both ends of a picture.
 #[derive(Debug, Clone, Copy)]

@@ -3,7 +3,7 @@
 //! moves the ZMP. Dashed lines show the CPI sets of the same gains without disturbances, if the CPI sets are robust.
 
 use super::axes::Axis;
-use super::panel::{PanelPoint, Panel};
+use super::panel::{Panel, PanelPoint};
 use nalgebra::{Point2, Vector2};
 use standfast_core::error::Result;
 use standfast_core::lipm::CpiSet;

@@ -2,7 +2,7 @@
 
 use super::axes::AxisScale;
 use super::class_of_set;
-use super::panel::{Panel, LegendRow, LegendSample};
+use super::panel::{LegendRow, LegendSample, Panel};
 use super::polar::{Polar, towards};
 use standfast_core::error::Result;
 use standfast_study::limit::{Heading, Limits, SetLimit};
@@ -80,7 +80,8 @@ fn draw_set(panel: &mut Panel, limits: &Limits, set: usize, is_second: bool) {
         let SetLimit { name, impulse50_n_s: most, ci95: [low, high], resolved, .. } = &heading.sets[set];
         let words = format!("{name}, {}\u{b0}: {most:.2} N s ({low:.2} to {high:.2}), {engine}", heading.heading_deg);
         if let Some(safe_n_s) = heading.sets[set].safe_n_s {
-            let [from, to] = [-SAFE_MARK_HALF_DEG, SAFE_MARK_HALF_DEG].map(|turn| towards(heading.heading_deg + turn, safe_n_s));
+            let [from, to] =
+                [-SAFE_MARK_HALF_DEG, SAFE_MARK_HALF_DEG].map(|turn| towards(heading.heading_deg + turn, safe_n_s));
             let words = format!("{name}, {}\u{b0}: nothing lost up to {safe_n_s:.2} N s", heading.heading_deg);
             panel.told(&words, |panel| panel.line("interval safe", from, to));
         }

@@ -2,7 +2,7 @@
 //! hole is a loss among pushes that are survived; it links to its replay.
 
 use super::axes::Axis;
-use super::panel::{Panel, LegendRow, LegendSample, escape};
+use super::panel::{LegendRow, LegendSample, Panel, escape};
 use standfast_core::error::Result;
 use standfast_study::limit::{Limits, SetLimit};
 use std::path::Path;
@@ -24,11 +24,17 @@ pub fn write(path: &Path, limits: &[Limits], replay_of: impl Fn(usize) -> Option
     let rows = [
         ("cell", LegendSample::Area, "the robot recovers"),
         ("cell lost", LegendSample::Area, "it does not"),
-        ("cell hole", LegendSample::Area, "a hole: it recovers from harder pushes; click for the replay, if there is one"),
+        (
+            "cell hole",
+            LegendSample::Area,
+            "a hole: it recovers from harder pushes; click for the replay, if there is one",
+        ),
         ("s0", LegendSample::DottedLine(""), "50 % recover"),
         ("limit", LegendSample::Line, "pendulum bound with one footstep"),
     ];
-    panels.push(Panel::of_legend(&rows.map(|(class, sample, words)| -> LegendRow { (class.into(), sample, words.into()) })));
+    panels.push(Panel::of_legend(
+        &rows.map(|(class, sample, words)| -> LegendRow { (class.into(), sample, words.into()) }),
+    ));
     super::write(path, &format!("Pushes by heading and impulse: {robot}, campaign {campaign}"), &panels, 1)
 }
 

@@ -5,7 +5,7 @@
 //! band, the robot falls unless it takes a footstep. Coloured bands show the times of pushes and footsteps.
 
 use super::axes::Axis;
-use super::panel::{PanelPoint, Panel, LegendRow, LegendSample, pieces};
+use super::panel::{LegendRow, LegendSample, Panel, PanelPoint, pieces};
 use nalgebra::Point2;
 use standfast_core::error::Result;
 use standfast_core::robot::Robot;
@@ -124,7 +124,12 @@ impl MotionPlot {
     }
 
     /// Points of a curve (s, mm). The curve has a gap where there is no value, or where it leaves the picture.
-    fn points(&self, (.., of): &Line, axis: usize, [low, high]: PanelPoint) -> impl Iterator<Item = Option<PanelPoint>> {
+    fn points(
+        &self,
+        (.., of): &Line,
+        axis: usize,
+        [low, high]: PanelPoint,
+    ) -> impl Iterator<Item = Option<PanelPoint>> {
         self.moments.iter().map(move |moment| {
             let mm = 1e3 * of(moment)?[axis];
             (low..=high).contains(&mm).then_some([moment.time_s, mm])
@@ -160,7 +165,9 @@ impl MotionPlot {
         ];
         let row = |sample| move |(class, name): (&str, &str)| (class.into(), sample, name.into());
         let lines = LINES.iter().rev().map(|(name, class, _)| (*class, *name)).map(row(LegendSample::Line));
-        lines.chain(bands.iter().filter(|band| band.2).map(|band| (band.0, band.1)).map(row(LegendSample::Area))).collect()
+        lines
+            .chain(bands.iter().filter(|band| band.2).map(|band| (band.0, band.1)).map(row(LegendSample::Area)))
+            .collect()
     }
 }
 

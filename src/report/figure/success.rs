@@ -2,7 +2,7 @@
 //! impulses of 50 % and 90 % on it. `success.svg` and the report show the same chart.
 
 use super::axes::Axis;
-use super::panel::{Panel, LegendRow, LegendSample, short};
+use super::panel::{LegendRow, LegendSample, Panel, short};
 use super::{COLORS, class_of_set};
 use standfast_core::error::Result;
 use standfast_stats::curve::Level;
@@ -115,7 +115,11 @@ fn legend(sets: &[SetSummary]) -> Vec<LegendRow> {
             None => set.name.clone(),
         };
         let of = if are_of_different_trials(sets) { format!(" of {}", set.count.trials) } else { String::new() };
-        (class_of_set(i), LegendSample::DottedLine(dot(i)), format!("{name}: {:.1} %{of}", 100.0 * set.count.success_rate))
+        (
+            class_of_set(i),
+            LegendSample::DottedLine(dot(i)),
+            format!("{name}: {:.1} %{of}", 100.0 * set.count.success_rate),
+        )
     };
     let is_fitted = |set: &SetSummary| !set.curve.points.is_empty();
     let (some, all) = (sets.iter().any(is_fitted), sets.iter().all(is_fitted));

@@ -20,9 +20,9 @@ use standfast_core::error::Result;
 use standfast_stats::decision::PairVerdict;
 use standfast_study::Summary;
 use standfast_study::verdict::agreement::{Agreement, PartedTrial, SetAgreement};
-use standfast_study::verdict::digest::TrialColumns;
 use standfast_study::verdict::pairs::PairSummary;
 use standfast_study::verdict::set_summary::SetSummary;
+use standfast_study::verdict::trial_columns::TrialColumns;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -125,13 +125,13 @@ fn engines(agreement: &Agreement, sets: &[SetSummary], maps: &polar::Maps) -> Va
 mod tests {
     use super::*;
     use crate::fixtures::compared;
-    use crate::fixtures::{digest, ragged, summary};
+    use crate::fixtures::{ragged, summary, summary_columns};
     use standfast_sim::episode::Outcome::{Fell, Recovered};
 
     /// The page of two controllers with five trials each, in one engine.
     fn usual() -> String {
         let outcomes = [[Recovered, Fell]; 5];
-        page(&summary(&outcomes, &[], &[]), &digest(&outcomes), Path::new("")).unwrap()
+        page(&summary(&outcomes, &[], &[]), &summary_columns(&outcomes), Path::new("")).unwrap()
     }
 
     const HOSTILE: &str = "</script><b onclick='x()'>&";
@@ -139,7 +139,7 @@ mod tests {
     #[test]
     fn names_are_escaped_everywhere() {
         let outcomes = [[Recovered, Fell], [Fell, Recovered], [Recovered, Fell]];
-        let (mut summary, mut rows) = (summary(&outcomes, &[], &["a >= 0.9"]), digest(&outcomes));
+        let (mut summary, mut rows) = (summary(&outcomes, &[], &["a >= 0.9"]), summary_columns(&outcomes));
         let of_set = [&mut summary.sets[0].name, &mut summary.pairs[0].a, &mut rows.names[0]];
         for name in [&mut summary.name, &mut summary.robot].into_iter().chain(of_set) {
             *name = HOSTILE.into();
@@ -210,7 +210,7 @@ mod tests {
         let page = |trials: usize| {
             let one_in_three = |k: usize| if k.is_multiple_of(3) { Fell } else { Recovered };
             let outcomes: Vec<_> = (0..trials).map(|k| [one_in_three(k), one_in_three(k + 1)]).collect();
-            page(&summary(&outcomes, &[], &[]), &digest(&outcomes), Path::new("")).unwrap()
+            page(&summary(&outcomes, &[], &[]), &summary_columns(&outcomes), Path::new("")).unwrap()
         };
         let (few, many) = (page(1000), page(20_000));
         assert!(few.contains("class=\"won\"") && !many.contains("class=\"won\""));

@@ -201,7 +201,7 @@ mod tests {
             turned(2, -270.0, Outcome::Recovered),
             turned(3, 91.0, Outcome::Fell),
         ];
-        let rows = crate::fixtures::digest_of_rows(&rows, &sets);
+        let rows = crate::fixtures::columns_of_rows(&rows, &sets);
         let trials = Trials(&rows);
         let maps = Maps::new(vec![0.0, 1.0, 2.0], &trials);
         let view = Polar::new(RADIUS, 2.0).panel.view;

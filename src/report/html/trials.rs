@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use standfast_sim::episode::Outcome;
-use standfast_study::verdict::digest::TrialColumns;
+use standfast_study::verdict::trial_columns::TrialColumns;
 
 /// Largest number of trials that are drawn one by one.
 const MOST_DOTS: usize = 2000;

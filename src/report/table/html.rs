@@ -57,7 +57,8 @@ impl Table {
         let marks: Vec<CellMark> = self.rows.iter().flatten().filter_map(|cell| cell.mark).collect();
         let ends = marks.iter().flat_map(|mark| mark.ci.unwrap_or([mark.at; 2]));
         let most = ends.map(f64::abs).fold(0.0, f64::max).max(1e-6);
-        let scale = if self.about_zero { AxisScale { from: -most, to: most } } else { AxisScale { from: 0.0, to: 1.0 } };
+        let scale =
+            if self.about_zero { AxisScale { from: -most, to: most } } else { AxisScale { from: 0.0, to: 1.0 } };
         (!marks.is_empty()).then_some(scale)
     }
 }

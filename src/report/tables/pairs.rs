@@ -1,6 +1,6 @@
 //! Tables of pairs of controllers, gates and pairs of engines.
 
-use crate::table::{Cell, TableColumn, CellMark, Table, cell, headings, number, texts, words};
+use crate::table::{Cell, CellMark, Table, TableColumn, cell, headings, number, texts, words};
 use crate::tables::sets::kind;
 use crate::text::comparison::{about_gates, about_pairs, in_unit, p_cell, shown, status, unit};
 use crate::text::layout::{percent, signed};
@@ -47,8 +47,9 @@ pub(super) fn counts(summary: &Summary) -> Table {
 pub(super) fn effects(summary: &Summary) -> Table {
     let Some(reference) = &summary.reference else { return Table::default() };
     let variants = summary.sets.iter().enumerate().filter_map(|(i, set)| {
-        let with =
-            |pair: &&PairSummary| [&pair.a, &pair.b] == [&set.name, reference] || [&pair.b, &pair.a] == [&set.name, reference];
+        let with = |pair: &&PairSummary| {
+            [&pair.a, &pair.b] == [&set.name, reference] || [&pair.b, &pair.a] == [&set.name, reference]
+        };
         summary.pairs.iter().find(with).map(|pair| (i, &set.name, pair, if pair.a == set.name { 1.0 } else { -1.0 }))
     });
     let variants: Vec<_> = variants.collect();

@@ -1,6 +1,6 @@
 //! Tables of the trials of each controller.
 
-use crate::table::{Cell, TableColumn, CellMark, Table, cell, headings, number, texts, words};
+use crate::table::{Cell, CellMark, Table, TableColumn, cell, headings, number, texts, words};
 use crate::text::layout::{percent, seconds, velocity_change};
 use standfast_stats::rate::SuccessCount;
 use standfast_study::Summary;

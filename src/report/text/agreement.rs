@@ -2,7 +2,7 @@
 
 use crate::tables;
 use crate::text::layout::wrapped;
-use standfast_sim::episode::parting::{SoleContact, PartingPoint, Parting};
+use standfast_sim::episode::parting::{Parting, PartingPoint, SoleContact};
 use standfast_study::Summary;
 use standfast_study::verdict::agreement::{Agreement, PartedTrial};
 

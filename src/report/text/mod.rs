@@ -1,7 +1,6 @@
 //! Results as text for the terminal, and as JSON.
 
 mod agreement;
-pub mod alone;
 mod campaign;
 pub mod ceiling;
 pub mod comparison;
@@ -13,6 +12,7 @@ pub mod model;
 pub mod so_far;
 pub mod story;
 pub mod tune;
+pub mod unpushed;
 
 pub use agreement::{about_traces, parted, with_warnings as agreement};
 pub use campaign::{campaign, endings, settings, thresholds};

@@ -1,6 +1,6 @@
 //! Reference postures from an SRDF, the file of MoveIt and Pinocchio beside a URDF.
 
-use crate::markup;
+use crate::xml_limits;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Robot;
 use standfast_files::assets::{self, Source};
@@ -45,7 +45,7 @@ fn places(urdf: &Path) -> Vec<PathBuf> {
 fn read(source: &Source, robot: &Robot) -> Result<Option<Reference>> {
     let syntax = |message: String| Error::Syntax { file: source.file.clone(), message };
     let document =
-        markup::document(&source.text).map_err(|problem| syntax(format!("the XML is malformed: {problem}")))?;
+        xml_limits::document(&source.text).map_err(|problem| syntax(format!("the XML is malformed: {problem}")))?;
     let states = document.root_element().children().filter(|node| node.has_tag_name("group_state"));
     let rank = |name: &str| STANDING.iter().position(|standing| name.eq_ignore_ascii_case(standing));
     let named = states.filter_map(|state| Some((rank(state.attribute("name")?)?, state)));

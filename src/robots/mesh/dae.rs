@@ -3,7 +3,7 @@
 //! The file's up axis is ignored, as in RViz, in which the authors of URDFs look at their meshes.
 
 use super::Triangles;
-use crate::markup;
+use crate::xml_limits;
 use nalgebra::{Matrix4, Point3, Rotation3, Translation3, Unit, Vector3};
 use roxmltree::{Document, Node};
 use std::collections::HashMap;
@@ -17,7 +17,7 @@ const MOST_TRIANGLES: usize = 4_000_000;
 
 /// Reads the text of a file.
 pub fn read(text: &str) -> Result<Triangles, String> {
-    let document = markup::document(text).map_err(|problem| format!("the XML is malformed: {problem}"))?;
+    let document = xml_limits::document(text).map_err(|problem| format!("the XML is malformed: {problem}"))?;
     let unit_m = document.descendants().find(|node| node.has_tag_name("unit")).and_then(|unit| unit.attribute("meter"));
     let unit_m: f64 = unit_m.map_or(Some(1.0), |text| text.trim().parse().ok()).ok_or("its <unit> is no number")?;
     let mut scene = Scene { ids: ids(&document), mesh: Triangles::default(), nodes: 0 };

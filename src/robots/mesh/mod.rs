@@ -1,10 +1,10 @@
 //! Triangle meshes in files: which file a URDF means, how it is read, and how much of it is kept.
 
+pub mod bundle;
 mod dae;
 pub mod files;
-pub mod kept;
 pub mod search;
-pub mod thin;
+pub mod simplify;
 
 use nalgebra::{Point3, Vector3};
 use standfast_core::robot::mesh::bounds;

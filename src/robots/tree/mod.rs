@@ -60,8 +60,11 @@ impl Tree {
             .zip(&urdf.joint_lines)
             .map(|(joint, &line)| ends(joint, line, &link_names, links, &mut problems))
             .collect();
-        let parts: Vec<Option<LinkInertia>> =
-            links.iter().zip(&urdf.link_lines).map(|(link, &line)| LinkInertia::of(link, line, &mut problems)).collect();
+        let parts: Vec<Option<LinkInertia>> = links
+            .iter()
+            .zip(&urdf.link_lines)
+            .map(|(link, &line)| LinkInertia::of(link, line, &mut problems))
+            .collect();
         let order = match ends.iter().copied().collect::<Option<Vec<_>>>() {
             Some(ends) if urdf.is_whole => order(&urdf, &ends, &mut problems),
             _ => None,

@@ -2,8 +2,8 @@
 
 use super::problems::Problems;
 use super::xml::{Urdf, isometry};
-use crate::mesh::kept::{self, Named};
-use crate::mesh::{Triangles, files, search, thin};
+use crate::mesh::bundle::{self, Named};
+use crate::mesh::{Triangles, files, search, simplify};
 use nalgebra::Vector3;
 use standfast_core::robot::mesh::Mesh;
 use standfast_core::robot::model::Solid;
@@ -26,7 +26,7 @@ pub struct Solids {
     pub visuals: Vec<Vec<Solid>>,
     /// The collision meshes that were not read: index of the URDF link, and name of the mesh with the reason.
     pub missing: Vec<(usize, String)>,
-    /// The meshes as a text (see [`kept`]); None if the URDF names none.
+    /// The meshes as a text (see [`bundle`]); None if the URDF names none.
     pub kept_meshes: Option<String>,
 }
 
@@ -130,8 +130,8 @@ fn meshes(urdf: &Urdf, file: &str, problems: &mut Problems) -> (HashMap<Named, A
         return (HashMap::new(), None, Vec::new());
     }
     let (urdf_path, roots) = (Path::new(file), search::package_roots());
-    if let Some(text) = kept::beside(urdf_path) {
-        match text.and_then(|text| Ok((kept::read(&text)?, text))) {
+    if let Some(text) = bundle::beside(urdf_path) {
+        match text.and_then(|text| Ok((bundle::read(&text)?, text))) {
             Ok((meshes, text)) => {
                 let meshes: HashMap<Named, Arc<Mesh>> = meshes.into_iter().collect();
                 let lost = names.iter().filter(|(named, ..)| !meshes.contains_key(named));
@@ -185,12 +185,12 @@ fn meshes(urdf: &Urdf, file: &str, problems: &mut Problems) -> (HashMap<Named, A
         .into_iter()
         .map(|(name, scale, mesh)| ((name, [scale.x, scale.y, scale.z].map(f64::to_bits)), mesh))
         .unzip();
-    thin::thin(&mut drawn, MOST_TRIANGLES);
+    simplify::thin(&mut drawn, MOST_TRIANGLES);
     let meshes = drawn.into_iter().zip(hulls).map(|((thinned, _), Mesh { hull, .. })| {
         Arc::new(Mesh { points: thinned.points, triangles: thinned.triangles, hull })
     });
     let meshes: Vec<(Named, Arc<Mesh>)> = keys.into_iter().zip(meshes).collect();
-    let text = kept::text(&meshes);
+    let text = bundle::text(&meshes);
     (meshes.into_iter().collect(), Some(text), reasons)
 }
 

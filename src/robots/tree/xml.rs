@@ -6,7 +6,7 @@
 //! line, element and attribute; a harmless value replaces a bad one, so that the rest can be checked.
 
 use super::problems::Problems;
-use crate::markup;
+use crate::xml_limits;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::Node;
 use standfast_core::error::{Error, Result};
@@ -111,7 +111,7 @@ pub struct Urdf {
 pub fn read(source: &Source, problems: &mut Problems) -> Result<Urdf> {
     let syntax = |message: String| Error::Syntax { file: source.file.clone(), message };
     let document =
-        markup::document(&source.text).map_err(|problem| syntax(format!("the XML is malformed: {problem}")))?;
+        xml_limits::document(&source.text).map_err(|problem| syntax(format!("the XML is malformed: {problem}")))?;
     let root = document.root_element();
     if !root.has_tag_name("robot") {
         return Err(syntax(format!("the root element is <{}>; accepted: <robot>", root.tag_name().name())));

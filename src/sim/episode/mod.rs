@@ -2,7 +2,6 @@
 //! Observers see its ticks ([`Tick`]); a [`Film`] keeps them. Two episodes of one trial in different engines are
 //! compared tick by tick ([`parting`]).
 
-pub mod alone;
 mod closed_loop;
 mod config;
 pub mod film;
@@ -13,6 +12,7 @@ mod referee;
 mod slip;
 pub mod snapshot;
 mod tick;
+pub mod unpushed;
 
 pub use closed_loop::{ClosedLoop, caught, run};
 pub use config::{CONTROL_PERIOD_S, Counts, Disturbance, EpisodeConfig, Judge, Until};

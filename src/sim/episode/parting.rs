@@ -8,7 +8,7 @@ use super::tick::Tick;
 use nalgebra::Point2;
 use serde::Serialize;
 use standfast_core::error::Result;
-use standfast_core::robot::{PreparedController, Foot, PerFoot, Robot, Word};
+use standfast_core::robot::{Foot, PerFoot, PreparedController, Robot, Word};
 
 /// When and where two episodes of one trial part. Times are from the beginning of the episodes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -184,7 +184,11 @@ fn since<T: Clone + PartialEq>(before: &mut [Option<(T, f64)>; 2], now: [&T; 2],
 fn farthest(a: &Moment, b: &Moment) -> (PartingPoint, f64) {
     let sole = |foot: Foot| (a.soles[foot] - b.soles[foot]).norm();
     let com = (a.com - b.com).norm();
-    let all = [(PartingPoint::Com, com), (PartingPoint::LeftSole, sole(Foot::Left)), (PartingPoint::RightSole, sole(Foot::Right))];
+    let all = [
+        (PartingPoint::Com, com),
+        (PartingPoint::LeftSole, sole(Foot::Left)),
+        (PartingPoint::RightSole, sole(Foot::Right)),
+    ];
     all.into_iter().fold(all[0], |most, other| if other.1 > most.1 { other } else { most })
 }
 

@@ -1,13 +1,13 @@
 //! What a campaign asks. A [`spec`] states which quantities are drawn ([`mod@push`], [`variations`]), from which
 //! [`distribution`] and within which [`bounds`], and what the result must show ([`gate`]). A [`trial`] is a function of
-//! seed and index alone. [`no_step`] gives the measure of a push.
+//! seed and index alone. [`standing_bound`] gives the measure of a push.
 
 pub mod bounds;
 pub mod distribution;
 pub mod gate;
 pub mod measures;
-pub mod no_step;
 pub mod push;
 pub mod spec;
+pub mod standing_bound;
 pub mod trial;
 pub mod variations;

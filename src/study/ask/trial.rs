@@ -194,7 +194,7 @@ mod tests {
     use super::*;
 
     use crate::fixtures::campaign as with;
-    use standfast_sim::{Sensor, NoiseDraw};
+    use standfast_sim::{NoiseDraw, Sensor};
 
     fn campaign(set: &[&str]) -> Campaign {
         Campaign { seed: 7, ..with("standard", set) }

@@ -6,12 +6,12 @@
 //! heading of the push. Trial k at a heading has the same noise and variations for every controller. The searches run in
 //! parallel and independently of each other, so the result does not depend on the number of threads.
 
+mod pendulum_bounds;
 mod search;
-mod yardstick;
 
 use crate::ask::bounds::in_range;
 use crate::ask::spec::Campaign;
-use crate::limit::search::{MAP_TO, LimitSearch, is_random};
+use crate::limit::search::{LimitSearch, MAP_TO, is_random};
 use crate::plan::{PreparedCampaign, pool};
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -23,8 +23,8 @@ use standfast_stats::psychometric::Rule;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, SetLimit, MapPoint, first_trial, pushed};
-pub use yardstick::{Heading, PendulumBounds};
+pub use pendulum_bounds::{Heading, PendulumBounds};
+pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, MapPoint, SetLimit, first_trial, pushed};
 
 /// Largest number of headings.
 pub const MOST_HEADINGS: usize = 360;

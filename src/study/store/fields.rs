@@ -3,7 +3,7 @@
 use csv::StringRecord;
 use serde::de::value::Error;
 use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, Error as _, IntoDeserializer, SeqAccess, Visitor};
-use standfast_files::columns::{DataColumn, Data};
+use standfast_files::columns::{Data, DataColumn};
 use standfast_sim::episode::Totals;
 
 /// A field, which is a column.

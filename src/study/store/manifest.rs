@@ -199,7 +199,8 @@ impl Manifest {
     /// The controller of which all other controllers are variants, in the result of a sweep. It is None in any other
     /// result.
     pub fn reference(&self) -> Option<&str> {
-        let listed: Vec<ControllerName> = self.campaign.gains.iter().map(|listed| ControllerName::split(listed)).collect();
+        let listed: Vec<ControllerName> =
+            self.campaign.gains.iter().map(|listed| ControllerName::split(listed)).collect();
         let mut unchanged = (0..listed.len()).filter(|&i| listed[i].change.is_none());
         let (Some(only), None) = (unchanged.next(), unchanged.next()) else { return None };
         let is_sweep = listed.len() > 1 && listed.len() == self.sets.len();

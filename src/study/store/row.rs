@@ -1,8 +1,8 @@
 //! One row of the result: one trial with one controller.
 
-#[cfg(doc)]
-use crate::ask::no_step::StandingBound;
 use crate::ask::spec::Campaign;
+#[cfg(doc)]
+use crate::ask::standing_bound::StandingBound;
 use crate::ask::trial;
 use crate::store::fields::{Field, columns, fields};
 use serde::{Deserialize, Serialize};
@@ -306,7 +306,7 @@ fn not_written(source: impl std::error::Error + Send + Sync + 'static) -> Error 
 pub(crate) mod tests {
     use super::*;
     use crate::fixtures::row;
-    use standfast_files::columns::{DataColumn, Data};
+    use standfast_files::columns::{Data, DataColumn};
 
     use parquet::errors::ParquetError;
     use parquet::file::reader::{FileReader, SerializedFileReader};

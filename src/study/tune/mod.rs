@@ -11,7 +11,7 @@ pub mod draw;
 pub mod race;
 pub mod response;
 pub mod search;
-pub mod team;
+pub mod shard_pool;
 
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
@@ -19,10 +19,11 @@ use crate::plan::{PreparedCampaign, each_caught, pool};
 use crate::store::shard::Shard;
 use crate::verdict::summary::Summary;
 use draw::IncumbentSample;
-use race::{WeightedTrial, EpisodeScore};
+use race::{EpisodeScore, WeightedTrial};
 use response::Effect;
 use search::{Arena, Generation, TuneSearch, least_episodes, trials_of};
 use serde::{Deserialize, Serialize};
+use shard_pool::{SearchFile, ShardPool, damaged, read, read_of};
 use standfast_controllers::ControllerSpec;
 use standfast_controllers::tunable::Tunable;
 use standfast_controllers::values::{number_to_vary, with_values};
@@ -35,7 +36,6 @@ use standfast_robots::urdf::Files;
 use standfast_sim::episode::ClosedLoop;
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use team::{SearchFile, ShardPool, damaged, read, read_of};
 
 /// The file of the task.
 const TASK: &str = "task.json";
@@ -327,7 +327,8 @@ impl Tuning {
     /// The controller with these values, for each case.
     fn prepared(&self, values: &[(&str, f64)]) -> Result<Vec<PreparedController>> {
         let settings = with_values(&*self.base, self.base.name(), values)?;
-        let prepare = |plan: &PreparedCampaign| settings.prepare(&plan.robot, plan.manifest.campaign.episode.control_period_s);
+        let prepare =
+            |plan: &PreparedCampaign| settings.prepare(&plan.robot, plan.manifest.campaign.episode.control_period_s);
         self.plans.iter().map(prepare).collect()
     }
 
@@ -434,9 +435,11 @@ impl Tuning {
 
     fn searched(&self, watch: &TuneEvents) -> Result<Tuned> {
         let Self { options, folder, .. } = self;
-        let team = ShardPool { shard: options.shard, folder, task: &self.hash, stop: watch.stop, on_wait: watch.on_wait };
+        let team =
+            ShardPool { shard: options.shard, folder, task: &self.hash, stop: watch.stop, on_wait: watch.on_wait };
         let sampled = self.sample(team, watch)?;
-        let samples = self.plans.iter().zip(&sampled).map(|(plan, won)| IncumbentSample::new(&plan.manifest.campaign, won));
+        let samples =
+            self.plans.iter().zip(&sampled).map(|(plan, won)| IncumbentSample::new(&plan.manifest.campaign, won));
         let arena = Robots { tuning: self, samples: samples.collect(), on_episode: watch.on_episode };
         let Task { tunables, search_seed, .. } = &self.task;
         let mut spent = SAMPLE * self.plans.len() as u64;

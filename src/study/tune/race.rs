@@ -7,7 +7,7 @@
 //! follows from the trials on which the candidate and the leader differ: it is the root of the sum of their squared
 //! weights, over the sum of all weights.
 
-use super::team::ShardPool;
+use super::shard_pool::ShardPool;
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use std::cmp::Ordering;
@@ -197,7 +197,8 @@ mod tests {
     /// A race of the incumbent, the mean and some samples on 40 trials of each case.
     fn race(candidates: usize, cases: usize, judge: &TrialJudge) -> Raced {
         let team = ShardPool { shard: None, folder: Path::new("."), task: "", stop: &GO_ON, on_wait: &|_| {} };
-        let trials = vec![(0..40).map(|trial| WeightedTrial { trial, weight: 1.0 + (trial % 2) as f64 }).collect(); cases];
+        let trials =
+            vec![(0..40).map(|trial| WeightedTrial { trial, weight: 1.0 + (trial % 2) as f64 }).collect(); cases];
         Race { candidates, guests: 2, cases: &trials, judge, team, name: "race".into() }.run().unwrap()
     }
 

@@ -61,8 +61,9 @@ impl Response {
         let mut sum = DVector::zeros(2 * n);
         for generation in generations {
             let off = |one: &EvaluatedCandidate, i: usize| one.shares[i] - start[i];
-            let terms =
-                |one: &EvaluatedCandidate| DVector::from_fn(2 * n, |i, _| if i < n { off(one, i) } else { off(one, i - n).powi(2) });
+            let terms = |one: &EvaluatedCandidate| {
+                DVector::from_fn(2 * n, |i, _| if i < n { off(one, i) } else { off(one, i - n).powi(2) })
+            };
             let rows: Vec<_> = generation.iter().map(|one| (one.error.powi(-2), terms(one), one.rate)).collect();
             // The mean of the generation is subtracted, which removes the constant.
             let all: f64 = rows.iter().map(|(weight, ..)| weight).sum();

@@ -8,9 +8,9 @@
 //! fall. The search proposes the average of its last middles. The incumbent and the middle run in every generation, so
 //! the advantage of the middle is measured on trials that did not choose it.
 
-use super::race::{WeightedTrial, Race, CandidateScore, EpisodeScore};
-use super::response::{Effect, Response, EvaluatedCandidate};
-use super::team::ShardPool;
+use super::race::{CandidateScore, EpisodeScore, Race, WeightedTrial};
+use super::response::{Effect, EvaluatedCandidate, Response};
+use super::shard_pool::ShardPool;
 use crate::ask::trial;
 use serde::{Deserialize, Serialize};
 use standfast_controllers::tunable::Tunable;
@@ -239,7 +239,11 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
             let standing = &candidate.standing;
             let effort = standing.footsteps - incumbent.footsteps + standing.torque - incumbent.torque;
             let error = (variance.max(LEAST_VARIANCE) / standing.trials as f64).sqrt();
-            EvaluatedCandidate { shares: self.shares(&candidate.values), rate: standing.advantage - EFFORT * effort, error }
+            EvaluatedCandidate {
+                shares: self.shares(&candidate.values),
+                rate: standing.advantage - EFFORT * effort,
+                error,
+            }
         });
         self.tried.push(tried.collect());
         self.response = Response::fit(&self.start, &self.tried);
@@ -320,7 +324,8 @@ mod tests {
         }
 
         fn judge(&self, _case: usize, trial: u64, entrants: &[&Vec<f64>]) -> Result<Vec<EpisodeScore>> {
-            let tally = |values: &&Vec<f64>| EpisodeScore { won: self.is_won(values, trial), ..EpisodeScore::default() };
+            let tally =
+                |values: &&Vec<f64>| EpisodeScore { won: self.is_won(values, trial), ..EpisodeScore::default() };
             Ok(entrants.iter().map(tally).collect())
         }
     }

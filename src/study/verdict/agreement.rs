@@ -6,8 +6,8 @@
 
 use crate::store::folder::Folder;
 use crate::store::manifest::Manifest;
-use crate::verdict::digest::TrialColumns;
 use crate::verdict::pairs::{DecisionRule, PairSummary, every_pair};
+use crate::verdict::trial_columns::TrialColumns;
 use serde::Serialize;
 use standfast_controllers::variant::ControllerName;
 use standfast_files::assets;
@@ -173,7 +173,8 @@ impl Agreement {
 fn own_verdicts(manifest: &Manifest, rows: &TrialColumns) -> Vec<EngineVerdict> {
     let pairs = every_pair(manifest.sets.len());
     let pairs = PairSummary::all(rows, &pairs, &[], DecisionRule::of(manifest)).into_iter();
-    let verdict = |PairSummary { a, b, verdict, difference, words, .. }| EngineVerdict { a, b, verdict, difference, words };
+    let verdict =
+        |PairSummary { a, b, verdict, difference, words, .. }| EngineVerdict { a, b, verdict, difference, words };
     pairs.map(verdict).collect()
 }
 

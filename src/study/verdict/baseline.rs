@@ -7,7 +7,7 @@ use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use crate::store::folder::Folder;
 use crate::store::manifest::{Manifest, differences};
-use crate::verdict::digest::{TrialColumns, EpisodeEnd};
+use crate::verdict::trial_columns::{EpisodeEnd, TrialColumns};
 use serde::Serialize;
 use serde_json::Value;
 use standfast_core::error::{Error, Result};

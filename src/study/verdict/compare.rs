@@ -6,10 +6,10 @@ use crate::store::manifest::{Manifest, each_once};
 use crate::store::row::{TrialRow, TrialsFile};
 use crate::verdict::agreement::{Agreement, differ_in_engine_alone};
 use crate::verdict::baseline::{other_push, refuse_other_trials, unlike};
-use crate::verdict::digest::TrialColumns;
 use crate::verdict::gates::Gates;
 use crate::verdict::set_summary::SetOrigin;
 use crate::verdict::summary::Summary;
+use crate::verdict::trial_columns::TrialColumns;
 use standfast_core::error::{Error, Result};
 use standfast_files::{AtomicFile, is_same_folder, sha256_hex};
 use std::collections::HashMap;
@@ -90,7 +90,7 @@ impl Comparison {
 }
 
 /// Reads the trials that both folders have. `sets` are the new names of their controllers, those of the first folder
-/// first. The rows are written to `to` as a `trials.parquet`. Returns the digest, `to`, and the SHA-256 of the file. It
+/// first. The rows are written to `to` as a `trials.parquet`. Returns the columns, `to`, and the SHA-256 of the file. It
 /// fails if a trial is not the same in both.
 fn paired<W: Write + Send>([a, b]: [&Folder; 2], sets: &[String], to: W) -> Result<(TrialColumns, W, String)> {
     let (names_a, names_b) = sets.split_at(a.manifest.sets.len());
@@ -101,7 +101,8 @@ fn paired<W: Write + Send>([a, b]: [&Folder; 2], sets: &[String], to: W) -> Resu
     };
     let (renamed_a, renamed_b) = (renamed(a, names_a), renamed(b, names_b));
     let totals = each_once([a, b].into_iter().flat_map(|folder| folder.manifest.totals.clone()));
-    let (mut digest, mut file) = (TrialColumns::new(sets, &a.manifest.campaign.episode), TrialsFile::new(to, &totals)?);
+    let (mut columns, mut file) =
+        (TrialColumns::new(sets, &a.manifest.campaign.episode), TrialsFile::new(to, &totals)?);
     for (of_a, of_b) in trials(a)?.zip(trials(b)?) {
         let (of_a, of_b) = (of_a?, of_b?);
         let (ours, theirs) = (&of_a[0], &of_b[0]);
@@ -109,11 +110,11 @@ fn paired<W: Write + Send>([a, b]: [&Folder; 2], sets: &[String], to: W) -> Resu
             return Err(other_push(&b.path, ours.trial));
         }
         let rows: Vec<TrialRow> = of_a.into_iter().map(&renamed_a).chain(of_b.into_iter().map(&renamed_b)).collect();
-        digest.push(&rows);
+        columns.push(&rows);
         file.push(rows)?;
     }
     let (to, sha256) = file.finish()?;
-    Ok((digest, to, sha256))
+    Ok((columns, to, sha256))
 }
 
 /// The rows of each trial of a finished folder.

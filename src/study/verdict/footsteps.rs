@@ -1,6 +1,6 @@
 //! Counts outcomes by the number of footsteps, to show how often footsteps were taken and whether they helped.
 
-use crate::verdict::digest::{EpisodeEnd, success_count_of};
+use crate::verdict::trial_columns::{EpisodeEnd, success_count_of};
 use serde::Serialize;
 use standfast_stats::rate::SuccessCount;
 

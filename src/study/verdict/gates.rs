@@ -4,10 +4,10 @@ use crate::ask::gate::{Against, Gate, GateSpec};
 use crate::ask::spec::Stopping;
 use crate::store::manifest::Manifest;
 use crate::verdict::baseline::{Baseline, BaselineId, unlike};
-use crate::verdict::digest::{TrialColumns, EpisodeEnd};
 use crate::verdict::evidence::{Evidence, GateAnswer, Status};
 use crate::verdict::pairs::every_pair;
-use crate::verdict::standing::{PairDecision, DecisionTiming, narrowed};
+use crate::verdict::standing::{DecisionTiming, PairDecision, narrowed};
+use crate::verdict::trial_columns::{EpisodeEnd, TrialColumns};
 use serde::Serialize;
 use standfast_core::error::{Error, Result};
 use standfast_stats::decision::{Decision, PairVerdict, each_of};
@@ -188,7 +188,8 @@ impl Gates {
         let level = if self.stopping.until_resolved { each_of(self.gates.len(), confidence) } else { confidence };
         let own_and_other = |trials: u64| {
             let recovered = |(a, b): (&EpisodeEnd, &EpisodeEnd)| (a.has_recovered(), b.has_recovered());
-            let pairs = |other: &[EpisodeEnd]| PairedCounts::of(own.iter().zip(other).take(trials as usize).map(recovered));
+            let pairs =
+                |other: &[EpisodeEnd]| PairedCounts::of(own.iter().zip(other).take(trials as usize).map(recovered));
             other.map(pairs)
         };
         let saved = |trials: u64| own.iter().take(trials as usize).filter(|ended| ended.has_recovered()).count() as u64;
@@ -202,7 +203,8 @@ impl Gates {
             let intervals = looks.until(trials).map(|look| evidence_at(look).interval);
             evidence.interval = narrowed(intervals.chain([evidence.interval]));
         }
-        let saved_by_other = |i: &usize| other.is_some_and(|other| other.get(*i).is_some_and(EpisodeEnd::has_recovered));
+        let saved_by_other =
+            |i: &usize| other.is_some_and(|other| other.get(*i).is_some_and(EpisodeEnd::has_recovered));
         let lost = || (0..own.len()).filter(|&i| !own[i].has_recovered());
         let hardness = |i: &usize| rows.hardness(self.number(&gate.set), *i);
         let least_hard = || lost().min_by(|a, b| hardness(a).total_cmp(&hardness(b)));
@@ -236,7 +238,7 @@ mod tests {
     fn gates_are_decided_together_and_then_nothing_is_open() {
         // "a" recovers from nine of ten pushes, "b" from six of ten.
         let kind = |i: u64| [1, 4].map(|lost| if i % 10 < lost { Fell } else { Recovered });
-        let rows = crate::fixtures::digest_of_outcomes(&(0..300).map(kind).collect::<Vec<_>>());
+        let rows = crate::fixtures::columns_of_outcomes(&(0..300).map(kind).collect::<Vec<_>>());
         let gates_of_two = gates(&["a", "b"], &["a >= 0.8", "a >= b + 0.1", "b >= 0.6"]).unwrap();
         let results = gates_of_two.judged(&rows);
         let found: Vec<_> = results.iter().map(|gate| (gate.judged.status, gate.is_difference)).collect();

@@ -73,9 +73,9 @@ pub fn of(sets: &[SetSummary], pairs: &[PairSummary], margin: f64) -> String {
 mod tests {
     use super::*;
     use crate::fixtures::row;
-    use crate::verdict::digest::TrialColumns;
     use crate::verdict::pairs::{DecisionRule, every_pair};
     use crate::verdict::standing::DecisionTiming;
+    use crate::verdict::trial_columns::TrialColumns;
     use standfast_sim::episode::Outcome::{Fell, Recovered};
     use standfast_stats::looks::Looks;
 
@@ -96,7 +96,7 @@ mod tests {
         let of_trial = |i: u64| {
             trial(i).into_iter().map(move |(set, saved)| row(i, set, 1.0, if saved { Recovered } else { Fell }))
         };
-        let rows = crate::fixtures::digest_of_rows(&(0..100).flat_map(of_trial).collect::<Vec<_>>(), &["a", "b"]);
+        let rows = crate::fixtures::columns_of_rows(&(0..100).flat_map(of_trial).collect::<Vec<_>>(), &["a", "b"]);
         let told = headline(&rows, DecisionTiming::At(Looks::up_to(100)), 0.02);
         assert_eq!(told, "b recovers most often: in 85.0 % of 100 trials. It is not shown to be better than a.");
     }
@@ -138,7 +138,7 @@ mod tests {
                 recovered.iter().map(move |(name, n)| row(i, name, 1.0, if i < *n { Recovered } else { Fell }))
             };
             let names: Vec<&str> = recovered.iter().map(|(name, _)| *name).collect();
-            let rows = crate::fixtures::digest_of_rows(&(0..200).flat_map(trial).collect::<Vec<_>>(), &names);
+            let rows = crate::fixtures::columns_of_rows(&(0..200).flat_map(trial).collect::<Vec<_>>(), &names);
             let margin = if expected.contains("within 10.0") { 0.1 } else { 0.02 };
             assert_eq!(headline(&rows, DecisionTiming::Once, margin), expected);
         }

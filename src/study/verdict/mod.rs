@@ -1,6 +1,6 @@
 //! Draws conclusions from the trials of a campaign.
 //!
-//! A [`digest`] keeps what is needed of the trials, and a [`summary`] states all conclusions. For each controller
+//! A [`trial_columns`] keeps what is needed of the trials, and a [`summary`] states all conclusions. For each controller
 //! ([`set_summary`]) it says how many trials it recovered from, in which kinds of trials ([`strata`]) and how fast
 //! ([`times`]). It says how trials were lost ([`failures`], [`telling_trials`]), what the theory predicted
 //! ([`prediction`]), and whether footsteps helped ([`footsteps`]). It decides which of two controllers is better
@@ -14,7 +14,6 @@
 pub mod agreement;
 pub mod baseline;
 pub mod compare;
-pub mod digest;
 pub mod evidence;
 pub mod failures;
 pub mod footsteps;
@@ -30,4 +29,5 @@ pub mod strata;
 pub mod summary;
 pub mod telling_trials;
 pub mod times;
+pub mod trial_columns;
 pub mod warnings;

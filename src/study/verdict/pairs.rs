@@ -9,9 +9,9 @@
 //! difference comes first.
 
 use crate::store::manifest::Manifest;
-use crate::verdict::digest::{TrialColumns, EpisodeEnd};
-use crate::verdict::standing::{PairDecision, DecisionTiming};
+use crate::verdict::standing::{DecisionTiming, PairDecision};
 use crate::verdict::strata::Stratum;
+use crate::verdict::trial_columns::{EpisodeEnd, TrialColumns};
 use serde::Serialize;
 use standfast_stats::decision::{Decision, PairVerdict, alpha_of_each};
 use standfast_stats::looks::Looks;
@@ -119,7 +119,8 @@ impl PairSummary {
         let standing = PairDecision::of(rows, sets, pairs, when, margin);
         let PairDecision { a, b, counts, decision: Decision { ci95, p, verdict }, better_after } = standing;
         let first = |wins: usize, loses: usize| {
-            let only = |&(_, (won, lost)): &(u64, (&EpisodeEnd, &EpisodeEnd))| won.has_recovered() && !lost.has_recovered();
+            let only =
+                |&(_, (won, lost)): &(u64, (&EpisodeEnd, &EpisodeEnd))| won.has_recovered() && !lost.has_recovered();
             (0..).zip(rows.common(wins, loses)).filter(only).take(EXAMPLES).map(|(trial, _)| trial).collect()
         };
         let shift = |get: &dyn Fn(&EpisodeEnd) -> Option<f64>| {
@@ -138,7 +139,9 @@ impl PairSummary {
         let alpha = alpha_of_each(pairs);
         let more_trials = match when {
             _ if verdict != PairVerdict::Open => None,
-            DecisionTiming::At(looks) => trials_to_resolve(&counts, looks, alpha).map(|trials| trials - counts.trials()),
+            DecisionTiming::At(looks) => {
+                trials_to_resolve(&counts, looks, alpha).map(|trials| trials - counts.trials())
+            }
             DecisionTiming::Once | DecisionTiming::AnyTime => counts.trials_to_resolve(0.0, POWER, alpha),
         };
         let mut pair = Self {
@@ -282,7 +285,7 @@ mod tests {
 
     /// The pair of the controllers "a" and "b".
     fn pair(outcomes: &[[Outcome; 2]], deciding: DecisionRule) -> PairSummary {
-        PairSummary::all(&crate::fixtures::digest_of_outcomes(outcomes), &[(0, 1)], &[], deciding).remove(0)
+        PairSummary::all(&crate::fixtures::columns_of_outcomes(outcomes), &[(0, 1)], &[], deciding).remove(0)
     }
 
     /// Trials that are won by both, then trials that only a wins, then trials that only b wins.
@@ -296,7 +299,7 @@ mod tests {
         let of_trial = |i: u64| (0..names.len()).map(move |set| (i, set));
         let rows = (0..100).flat_map(of_trial).map(|(i, set)| row(i, names[set], 1.0, outcome(i, set)));
         let pairs = every_pair(names.len());
-        PairSummary::all(&crate::fixtures::digest_of_rows(&rows.collect::<Vec<_>>(), names), &pairs, &[], deciding)
+        PairSummary::all(&crate::fixtures::columns_of_rows(&rows.collect::<Vec<_>>(), names), &pairs, &[], deciding)
     }
 
     #[test]
@@ -428,7 +431,8 @@ mod tests {
             row.record.settled_at_s = row.record.settled_at_s.map(|s| s + 0.1 + 0.001 * row.trial as f64);
             row.record.footsteps.count = 1;
         }
-        let pair = PairSummary::all(&crate::fixtures::digest_of_rows(&rows, &["a", "b"]), &[(0, 1)], &[], AT_ONCE).remove(0);
+        let pair =
+            PairSummary::all(&crate::fixtures::columns_of_rows(&rows, &["a", "b"]), &[(0, 1)], &[], AT_ONCE).remove(0);
         let (settling, footsteps) = (pair.settling_s.unwrap(), pair.footsteps.unwrap());
         assert_eq!((settling.pairs, footsteps.pairs, footsteps.median, pair.homing_s), (12, 12, -1.0, None));
         assert!((settling.median + 0.1055).abs() < 1e-9 && settling.p < 0.001, "{settling:?}");

@@ -5,7 +5,7 @@
 //! is inside this CPI set, and needs a footstep if it is outside. If the controller states a `zmp_disturbance`, the
 //! robust CPI sets are used.
 
-use crate::verdict::digest::{EpisodeEnd, success_count_of};
+use crate::verdict::trial_columns::{EpisodeEnd, success_count_of};
 use serde::Serialize;
 use standfast_sim::episode::Membership;
 use standfast_stats::rate::SuccessCount;

@@ -1,12 +1,12 @@
 //! Sums up the trials of one controller: from how many it recovered, by impulse, and how it lost the others.
 
-use crate::verdict::digest::{Counted, TrialColumns, EpisodeEnd, success_count};
 use crate::verdict::failures::{Failures, FallCause};
 use crate::verdict::footsteps::ByFootsteps;
 use crate::verdict::prediction::Prediction;
 use crate::verdict::strata::Stratum;
 use crate::verdict::telling_trials::TellingTrial;
 use crate::verdict::times::Times;
+use crate::verdict::trial_columns::{Counted, EpisodeEnd, TrialColumns, success_count};
 use serde::Serialize;
 use standfast_sim::episode::Outcome;
 use standfast_stats::curve::{NoCurve, Pushes, SuccessCurve};

@@ -93,7 +93,8 @@ impl SoFar {
         let shown = every.iter().zip(&tally.pairs);
         let shown = shown.filter(|(pair, _)| is_worth_a_line(every.len(), |set| Some(set) == leader, **pair));
         let pair = |(&sets, counts): (&(usize, usize), &PairedCounts)| {
-            let PairDecision { a, b, counts, decision, .. } = PairDecision::at_any_time(sets, *counts, every.len(), margin);
+            let PairDecision { a, b, counts, decision, .. } =
+                PairDecision::at_any_time(sets, *counts, every.len(), margin);
             let (a, b, difference) = (names[a].clone(), names[b].clone(), counts.difference());
             PairSoFar { a, b, difference, ci95: decision.ci95, verdict: decision.verdict }
         };

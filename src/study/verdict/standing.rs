@@ -5,7 +5,7 @@
 //! intervals of all looks, from which the verdicts are taken. A question that is decided at one look stays decided,
 //! even if more trials are run because another question is still open.
 
-use crate::verdict::digest::TrialColumns;
+use crate::verdict::trial_columns::TrialColumns;
 use standfast_stats::decision::{ALPHA, Decision, alpha_of_each, each_of};
 use standfast_stats::looks::Looks;
 use standfast_stats::mcnemar::PairedCounts;
@@ -107,7 +107,7 @@ mod tests {
     fn sets_that_were_found_to_be_the_same_stay_so() {
         let mut outcomes = vec![[Recovered; 2]; 300];
         let verdict = |outcomes: &[[Outcome; 2]]| {
-            let rows = crate::fixtures::digest_of_outcomes(outcomes);
+            let rows = crate::fixtures::columns_of_outcomes(outcomes);
             PairDecision::of(&rows, (0, 1), 1, DecisionTiming::At(Looks::up_to(100)), 0.05).decision.verdict
         };
         assert_eq!(verdict(&outcomes), PairVerdict::Same);

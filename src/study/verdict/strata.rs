@@ -6,7 +6,7 @@
 //! strata if it does not vary, or if all trials would be in the same stratum. Edges lie at quantiles, and are rounded
 //! to a digit that is at most a twentieth of the range.
 
-use crate::verdict::digest::TrialConditions;
+use crate::verdict::trial_columns::TrialConditions;
 use std::rc::Rc;
 
 /// Trials that are alike in one quantity.
@@ -145,7 +145,7 @@ mod tests {
     use standfast_sim::episode::Outcome::{Fell, Recovered};
 
     fn of_rows(rows: impl Iterator<Item = TrialRow>) -> Vec<Stratum> {
-        strata(&crate::fixtures::digest_of_rows(&rows.collect::<Vec<_>>(), &["a"]).drawn)
+        strata(&crate::fixtures::columns_of_rows(&rows.collect::<Vec<_>>(), &["a"]).drawn)
     }
 
     /// Strata of a campaign as it is drawn. Nothing is simulated.

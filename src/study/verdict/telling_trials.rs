@@ -1,8 +1,8 @@
 //! Picks the trials of a controller that are worth a replay: the easiest lost trial that another controller recovered
 //! from, the lost trial nearest to the limit, the hardest trial that was recovered from, and the easiest lost trials.
 
-use crate::verdict::digest::TrialColumns;
 use crate::verdict::listed::listed;
+use crate::verdict::trial_columns::TrialColumns;
 use serde::Serialize;
 use std::collections::HashSet;
 
@@ -76,7 +76,7 @@ mod tests {
         for (trial, ratio) in rows.chunks_mut(2).zip([2.0, 9.0, 1.0, 0.5, 7.0, 3.0]) {
             trial.iter_mut().for_each(|row| row.impulse_over_m_omega_d = Some(ratio));
         }
-        let rows = crate::fixtures::digest_of_rows(&rows, &["a", "b"]);
+        let rows = crate::fixtures::columns_of_rows(&rows, &["a", "b"]);
         let [saved, nearest] = [(5, "lost; b recovered"), (1, "lost, nearest to its 50 % limit")];
         let [hardest, easiest] = [(4, "the hardest from which it recovered"), (3, "the easiest that it lost")];
         let among = (0, "lost, though among the easiest");
@@ -87,6 +87,6 @@ mod tests {
             let told: Vec<_> = told.iter().map(|found| (found.trial, &found.why[..])).collect();
             assert_eq!(told, expected);
         }
-        assert!(TellingTrial::of(&crate::fixtures::digest_of_outcomes(&[]), 0, Some(1.0)).is_empty());
+        assert!(TellingTrial::of(&crate::fixtures::columns_of_outcomes(&[]), 0, Some(1.0)).is_empty());
     }
 }

@@ -3,7 +3,7 @@
 //! The medians of two controllers are over different trials: a controller that survives harder pushes has more of the
 //! slow ones. So there are also medians over the trials that all controllers survive.
 
-use crate::verdict::digest::{TrialColumns, EpisodeEnd};
+use crate::verdict::trial_columns::{EpisodeEnd, TrialColumns};
 use serde::Serialize;
 use standfast_stats::rate::median;
 
@@ -69,7 +69,7 @@ mod tests {
         for (row, settled) in rows.iter_mut().zip([1.0, 2.0, 9.0, 9.0, 3.0, 4.0]) {
             row.record.settled_at_s = Some(row.push.start_s + row.push.duration_s + settled);
         }
-        let rows = crate::fixtures::digest_of_rows(&rows, &["a", "b"]);
+        let rows = crate::fixtures::columns_of_rows(&rows, &["a", "b"]);
         let common = CommonSurvivors::new(&rows, true);
         assert_eq!((common.trials, common.sets[0].home), (2, None));
         let own = Times::of(rows.of(0).iter(), true);
@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn a_trial_that_never_gets_home_is_the_latest() {
         let mut rows = rows(&[[Recovered, Recovered]; 3]);
-        let times = |rows: &[TrialRow]| Times::of(crate::fixtures::digest_of_rows(rows, &["a"]).of(0).iter(), false);
+        let times = |rows: &[TrialRow]| Times::of(crate::fixtures::columns_of_rows(rows, &["a"]).of(0).iter(), false);
         rows[0].record.home_at_s = None;
         assert_eq!(times(&rows).home, Some(2));
         assert!((times(&rows).median_homing_s.unwrap() - (1.75 - 0.55)).abs() < 1e-12);

@@ -9,7 +9,7 @@ use kiss3d::egui::{self, Align2, Color32, FontId, Painter, Pos2, Shape, pos2, ve
 use nalgebra::{Point2, Point3};
 use standfast_pictures::scene::palette::{Color, GHOST, Overlay};
 use standfast_pictures::scene::scale::RobotScale;
-use standfast_pictures::scene::{ScreenPoint, Drawing, FlatShape, SceneMark, Stroke, arrow, on_ground, strokes};
+use standfast_pictures::scene::{Drawing, FlatShape, SceneMark, ScreenPoint, Stroke, arrow, on_ground, strokes};
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
 

@@ -10,7 +10,7 @@ use super::{colors, plots, space};
 use kiss3d::egui::{
     Align2, Area, Button, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText, ScrollArea, Sense, Ui, vec2,
 };
-use standfast_pictures::scene::palette::{GHOST, OverlayLook, Overlay};
+use standfast_pictures::scene::palette::{GHOST, Overlay, OverlayLook};
 use standfast_pictures::scene::scale::RobotScale;
 use standfast_pictures::scene::{doing, without_gain};
 

@@ -3,7 +3,7 @@
 
 use super::colors;
 use super::colors::OnScreen as _;
-use super::triangles::{OnCard, Rgb, ColoredTriangles, vec3};
+use super::triangles::{ColoredTriangles, OnCard, Rgb, vec3};
 use kiss3d::glamx::Vec3;
 use kiss3d::scene::SceneNode3d;
 use kiss3d::window::Window;
@@ -60,7 +60,14 @@ impl<'a> Space<'a> {
     }
 
     /// Draws a moment as seen from `eye` (m, world frame).
-    pub fn draw(&mut self, now: &Snapshot, kinematics: &Kinematics, marks: &[SceneMark], eye: Vec3, window: &mut Window) {
+    pub fn draw(
+        &mut self,
+        now: &Snapshot,
+        kinematics: &Kinematics,
+        marks: &[SceneMark],
+        eye: Vec3,
+        window: &mut Window,
+    ) {
         let (ground, layer_m) = (self.stage.ground(now), LAYER_M * self.stage.scale.length());
         self.triangles.clear();
         floor(&ground, self.stage.scale, &mut self.triangles);

@@ -115,7 +115,13 @@ fn check_without_physics(args: &ScenarioArgs) -> Result<()> {
 }
 
 /// Imposes a ZMP error on the pendulum, draws what follows if `--plot` asks for it, and returns what to print.
-fn impose(args: &ScenarioArgs, scenario: &Scenario, case: &EpisodeRun, design: &Design, error: &Imposed) -> Result<String> {
+fn impose(
+    args: &ScenarioArgs,
+    scenario: &Scenario,
+    case: &EpisodeRun,
+    design: &Design,
+    error: &Imposed,
+) -> Result<String> {
     let EpisodeRun { robot, config, .. } = *case;
     let mut plot = MotionPlot::default();
     let record = imposed::run(robot, design, config, error.zmp_error_m.into(), error.start, &mut |tick| {

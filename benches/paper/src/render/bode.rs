@@ -5,7 +5,7 @@ use crate::response::Point;
 use standfast::core::error::Result;
 use standfast::report::figure;
 use standfast::report::figure::axes::Axis;
-use standfast::report::figure::panel::{PanelPoint, Panel, short};
+use standfast::report::figure::panel::{Panel, PanelPoint, short};
 use std::path::Path;
 
 /// Frequencies with a number on the axis.

@@ -282,7 +282,8 @@ fn captions_tell_the_stride_that_was_asked_for_and_where_the_foot_landed() {
 #[test]
 fn captions_tell_who_falls_without_a_footstep_and_the_pendulums_bound() {
     let (switching, stiff) = (Bench::new("switching"), Bench::new("hold"));
-    let yardstick = PendulumBounds::new(&stiff.robot, &Campaign::load("nominal", &Overrides::default()).unwrap()).unwrap();
+    let yardstick =
+        PendulumBounds::new(&stiff.robot, &Campaign::load("nominal", &Overrides::default()).unwrap()).unwrap();
     for (name, number, _) in PUSHED {
         let (push, told) = (scenario_push(name), numbers(number));
         for (bench, key) in [(&switching, "without_footstep_fell_at_s"), (&stiff, "stiff_fell_at_s")] {

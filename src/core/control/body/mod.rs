@@ -1,5 +1,5 @@
 //! The body: turns desired positions of COM and soles into joint angles ([`InverseKinematics`]), and desired ground
-//! reaction forces into joint torques. The body is taken to be at rest ([`crate::robot::load`]) or to move
+//! reaction forces into joint torques. The body is taken to be at rest ([`crate::robot::sole_wrenches`]) or to move
 //! ([`inverse_dynamics`]).
 
 pub mod inverse_dynamics;
@@ -10,7 +10,7 @@ mod tasks;
 use crate::control::estimate::{Estimate, control_frame};
 use crate::lipm::Pendulum;
 use crate::robot::dynamics::load_torques;
-use crate::robot::load;
+use crate::robot::sole_wrenches;
 use crate::robot::{Command, GRAVITY, PerFoot, Pose, Posture, Robot, Units};
 pub use inverse_dynamics::{ContactModel, DesiredAcceleration, InverseDynamics, PredictedContact};
 pub use inverse_kinematics::{BodyTargets, InverseKinematics};
@@ -160,6 +160,6 @@ pub fn carry(
 ) {
     let effective = Vector3::new(-acceleration.x, -acceleration.y, -GRAVITY);
     let force = -effective * robot.mass();
-    let wrenches = load::share(robot, &estimate.footholds, standing, zmp, force);
+    let wrenches = sole_wrenches::share(robot, &estimate.footholds, standing, zmp, force);
     load_torques(estimate.kinematics(), robot, effective, &wrenches, tau);
 }

@@ -8,7 +8,7 @@ use rand::{SeedableRng, rngs::ChaCha8Rng};
 use standfast_core::control::{Account, CpiController, Design};
 use standfast_core::lipm::GainSet;
 use standfast_core::robot::dynamics::Dynamics;
-use standfast_core::robot::{PreparedController, Kinematics, Robot, Units};
+use standfast_core::robot::{Kinematics, PreparedController, Robot, Units};
 use standfast_sim::episode::{self, ClosedLoop, Disturbance, EpisodeConfig, Record, Tick, Until};
 use standfast_sim::noise::Normals;
 use standfast_sim::{Engine, Push, SensorErrors, Truth};

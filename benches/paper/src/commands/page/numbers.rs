@@ -16,7 +16,7 @@ use standfast::core::lipm::pendulum::State;
 use standfast::core::robot::{Foot, Joint, Kinematics, Robot};
 use standfast::sim::episode::{Footstep, Outcome, Record, Snapshot};
 use standfast::sim::{Profile, Push};
-use standfast::study::ask::no_step::StandingBound;
+use standfast::study::ask::standing_bound::StandingBound;
 
 /// Poles over -omega of two gains, slow to fast, whose CPI sets do not nest.
 const NOT_NESTED: [[f64; 3]; 2] = [[0.5, 1.0, 1.0], [1.0, 1.0, 1.0]];

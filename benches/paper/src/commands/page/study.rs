@@ -10,7 +10,7 @@ use standfast::controllers;
 use standfast::core::control::{Design, home_polygon};
 use standfast::core::error::{Error, Result};
 use standfast::core::lipm::cpi_set::{CpiSet, Inclusion};
-use standfast::core::robot::{PreparedController, Kinematics, PerFoot, Robot};
+use standfast::core::robot::{Kinematics, PerFoot, PreparedController, Robot};
 use standfast::report::figure::motion::MotionPlot;
 use standfast::sim::Push;
 use standfast::sim::episode::{self, Disturbance, EpisodeConfig, Film, Snapshot};
@@ -37,7 +37,8 @@ pub fn run() -> Result<Study> {
     let design_of = |gains: &str| Design::new(&robot, &standfast::controllers::gain_set(gains)?, period_s);
     let factory_of = |name: &str| controllers::load(name)?.prepare(&robot, period_s);
     let design = design_of(&first.gains)?;
-    let (factory, standing, stiff) = (PreparedController::from(design.clone()), factory_of(WITHOUT_FOOTSTEP)?, factory_of(STIFF)?);
+    let (factory, standing, stiff) =
+        (PreparedController::from(design.clone()), factory_of(WITHOUT_FOOTSTEP)?, factory_of(STIFF)?);
     let Some(rules) = design.stepping().copied() else {
         return Err(is_not(&first.name, "a gain set that takes footsteps"));
     };

@@ -6,7 +6,7 @@ use super::ground::Ground;
 use super::study::Study;
 use nalgebra::{Point2, Vector2};
 use standfast::core::robot::Foot;
-use standfast::report::figure::panel::{PanelPoint, Panel, short};
+use standfast::report::figure::panel::{Panel, PanelPoint, short};
 
 /// Width of a panel (px).
 const WIDTH: f64 = 460.0;

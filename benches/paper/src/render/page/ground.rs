@@ -3,7 +3,7 @@
 use nalgebra::{Isometry2, Point2};
 use standfast::core::geometry::SupportPolygon;
 use standfast::report::figure::axes::Axis;
-use standfast::report::figure::panel::{PanelPoint, Panel, PanelView};
+use standfast::report::figure::panel::{Panel, PanelPoint, PanelView};
 
 /// A panel with the ground, and what is drawn on it.
 pub trait Ground {

@@ -7,7 +7,7 @@ use nalgebra::{Point3, Vector2};
 use standfast::core::robot::{Foot, Joint, Kinematics, Robot};
 use standfast::pictures::scene::palette::Overlay;
 use standfast::pictures::{Camera, draw, draw_posture, png};
-use standfast::report::figure::panel::{Panel, LegendSample};
+use standfast::report::figure::panel::{LegendSample, Panel};
 use standfast::sim::episode::{Footstep, Snapshot};
 
 /// Dots of a picture for each px of the page.

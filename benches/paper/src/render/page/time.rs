@@ -4,7 +4,7 @@ use super::study::{ImposedRun, Pushed, Study};
 use serde_json::Value;
 use standfast::report::figure::axes::Axis;
 use standfast::report::figure::motion::MotionPlot;
-use standfast::report::figure::panel::{PanelPoint, Panel, PanelView, short};
+use standfast::report::figure::panel::{Panel, PanelPoint, PanelView, short};
 use standfast::report::text::story;
 use standfast::sim::episode::Snapshot;
 

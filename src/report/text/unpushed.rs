@@ -4,7 +4,7 @@ use super::layout::{entry, signed};
 use crate::table::{Table, headings, number, texts, words};
 use serde_json::{Value, json};
 use standfast_core::robot::{PreparedController, Robot};
-use standfast_sim::episode::alone::UnpushedEpisode;
+use standfast_sim::episode::unpushed::UnpushedEpisode;
 use standfast_sim::episode::{EpisodeConfig, Outcome};
 
 /// A gain with some four digits.

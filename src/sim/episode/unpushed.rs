@@ -5,7 +5,7 @@ use super::closed_loop::run;
 use super::config::{Disturbance, EpisodeConfig, Until};
 use super::record::{Outcome, Record};
 use standfast_core::error::Result;
-use standfast_core::robot::{Command, PreparedController, Foot, Robot, Units};
+use standfast_core::robot::{Command, Foot, PreparedController, Robot, Units};
 use std::time::Instant;
 
 /// Distance from its angle at the start at which a joint has left that angle (rad).
@@ -37,7 +37,12 @@ struct Ticked {
 impl UnpushedEpisode {
     /// Runs an episode without pushes, up to a fall or the horizon. Errors are those of
     /// [`ClosedLoop::finish`](super::ClosedLoop::finish).
-    pub fn run(robot: &Robot, factory: &PreparedController, config: &EpisodeConfig, disturbance: Disturbance) -> Result<Self> {
+    pub fn run(
+        robot: &Robot,
+        factory: &PreparedController,
+        config: &EpisodeConfig,
+        disturbance: Disturbance,
+    ) -> Result<Self> {
         let quiet = Disturbance { pushes: Vec::new(), ..disturbance };
         let (mut ticks, mut late_com_speed_m_s, began) = (Vec::new(), 0.0_f64, Instant::now());
         let (mut observed, mut carried) = (Vec::new(), [0.0; 2]);

@@ -6,7 +6,7 @@ use crate::limit::search::SetLimit;
 use nalgebra::Point2;
 use serde::Serialize;
 use standfast_core::error::{Error, Result};
-use standfast_core::lipm::capture::{self, SwingRegion, SteppingPendulum};
+use standfast_core::lipm::capture::{self, SteppingPendulum, SwingRegion};
 use standfast_core::robot::{Foot, GRAVITY, Kinematics, LandingRegion, PerFoot, Robot, Units};
 use standfast_sim::Profile;
 use std::path::Path;
@@ -117,8 +117,11 @@ impl PendulumBounds {
 
     /// The bounds for one heading (degrees), still without controllers.
     pub fn heading(&self, heading_deg: f64) -> Heading {
-        let region =
-            |region: &LandingRegion| SwingRegion { x_m: region.x_m, y_m: region.y_m, swing_time_s: region.swing_time_s };
+        let region = |region: &LandingRegion| SwingRegion {
+            x_m: region.x_m,
+            y_m: region.y_m,
+            swing_time_s: region.swing_time_s,
+        };
         let held = SteppingPendulum {
             mass_kg: self.mass_kg,
             omega: self.omega_rad_s,
@@ -152,7 +155,7 @@ impl PendulumBounds {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ask::no_step::StandingBound;
+    use crate::ask::standing_bound::StandingBound;
     use crate::fixtures::campaign;
 
     #[test]
@@ -193,7 +196,8 @@ mod tests {
     #[test]
     fn the_measure_of_a_push_is_the_bound_without_a_footstep() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let (yardstick, no_step) = (PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap(), StandingBound::new(&robot));
+        let (yardstick, no_step) =
+            (PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap(), StandingBound::new(&robot));
         for heading_deg in [-135.0, -20.0, 0.0, 70.0, 90.0, 180.0] {
             let bound = yardstick.heading(heading_deg).bound_no_step_n_s / yardstick.push_factor;
             let found = no_step.impulse_n_s(heading_deg).unwrap();

@@ -108,7 +108,7 @@ fn read(folder: &Path) -> Option<Vec<(PathBuf, Vec<u8>)>> {
                 folders.push(path);
                 continue;
             }
-            let bytes = assets::read(&path, super::beside::MOST_FILE_BYTES).ok()?;
+            let bytes = assets::read(&path, super::companion_files::MOST_FILE_BYTES).ok()?;
             files.push((path.strip_prefix(folder).ok()?.to_path_buf(), bytes));
         }
     }

@@ -85,7 +85,7 @@ pub struct Values {
 }
 
 impl TrialColumns {
-    /// A digest without trials. `names` are the controllers in the order of the campaign.
+    /// Columns without trials. `names` are the controllers in the order of the campaign.
     pub fn new(names: &[String], episode: &EpisodeConfig) -> Self {
         let sets = vec![OfSet::default(); names.len()];
         let standing_com_speed_m_s = episode.judge.standing_com_speed_m_s;
@@ -94,9 +94,9 @@ impl TrialColumns {
 
     /// Reads the trials of a finished campaign. It fails as [`Folder::parts`] does.
     pub fn read(folder: &Folder) -> Result<Self> {
-        let mut digest = Self::new(&folder.manifest.sets, &folder.manifest.campaign.episode);
-        folder.parts()?.try_for_each(|rows| rows.map(|rows| digest.push(&rows)))?;
-        Ok(digest)
+        let mut columns = Self::new(&folder.manifest.sets, &folder.manifest.campaign.episode);
+        folder.parts()?.try_for_each(|rows| rows.map(|rows| columns.push(&rows)))?;
+        Ok(columns)
     }
 
     /// Adds the next rows, which are in the order of trials. Rows of controllers that are not named are left out.
@@ -273,7 +273,7 @@ mod tests {
     fn a_trial_takes_few_bytes() {
         assert_eq!(size_of::<EpisodeEnd>(), 40);
         let rows: Vec<TrialRow> = (0..20).map(|trial| row(trial, "a", trial as f64, Outcome::Fell)).collect();
-        let TrialConditions { impulse_n_s, heading_deg, .. } = crate::fixtures::digest_of_rows(&rows, &["a"]).drawn;
+        let TrialConditions { impulse_n_s, heading_deg, .. } = crate::fixtures::columns_of_rows(&rows, &["a"]).drawn;
         assert_eq!((impulse_n_s.each.len(), heading_deg.each.len(), heading_deg.at(19)), (20, 0, Some(0.0)));
     }
 }

@@ -160,8 +160,13 @@ mod tests {
             assert_eq!(missing.to_string(), "2/2");
             stop.store(true, Ordering::Relaxed);
         };
-        let team =
-            ShardPool { shard: Some("1/2".parse().unwrap()), folder: dir.path(), task: "a", stop: &stop, on_wait: &on_wait };
+        let team = ShardPool {
+            shard: Some("1/2".parse().unwrap()),
+            folder: dir.path(),
+            task: "a",
+            stop: &stop,
+            on_wait: &on_wait,
+        };
         assert!(matches!(team.gather("a", 4, Ok), Err(Error::Interrupted)));
         for (part, problem) in [("{", "EOF"), ("{\"task\": \"b\", \"found\": [1, 3]}", "its task is another one")] {
             std::fs::write(dir.path().join("parts/a-2-of-2.json"), part).unwrap();
