@@ -26,6 +26,12 @@ pub fn policy_file(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<W
         let (_, _) = (from, robot);
         let accepted = "one that was built by `cargo build --release --features onnx`";
         let (value, problem) = (model.display(), "needs a program with ONNX");
-        Err(standfast_core::error::Error::value("init", "the policy", value, problem, accepted))
+        Err(standfast_core::error::Error::value(
+            "init",
+            "the policy",
+            value,
+            problem,
+            accepted,
+        ))
     }
 }

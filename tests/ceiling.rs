@@ -5,7 +5,12 @@ use serde_json::Value;
 use std::fs;
 
 /// A push that `catch` loses, and that a search catches with few tries.
-const LOST: [&str; 4] = ["ceiling", "nominal", "--set=push.impulse_n_s=4.4", "--set=push.heading_deg=100"];
+const LOST: [&str; 4] = [
+    "ceiling",
+    "nominal",
+    "--set=push.impulse_n_s=4.4",
+    "--set=push.heading_deg=100",
+];
 
 #[test]
 fn a_lost_push_is_caught_and_can_be_repeated() {
@@ -13,17 +18,43 @@ fn a_lost_push_is_caught_and_can_be_repeated() {
     let search = |more: &[&str]| stdout(&standfast(dir.path(), &[&LOST, more].concat()).success());
     let few = ["--trials=1", "--tries=48", "--json"];
     let json = search(&[&few[..], &["--threads=1", "--out=found"]].concat());
-    assert_eq!(json, search(&[&few[..], &["--threads=2"]].concat()), "threads change nothing");
+    assert_eq!(
+        json,
+        search(&[&few[..], &["--threads=2"]].concat()),
+        "threads change nothing"
+    );
     let found: Value = serde_json::from_str(&json).unwrap();
-    assert_eq!([&found["alone"]["recovered"], &found["with_search"]["recovered"]], [0, 1], "{json}");
-    assert_eq!(fs::read_to_string(dir.path().join("found/ceiling.json")).unwrap(), json);
+    assert_eq!(
+        [
+            &found["alone"]["recovered"],
+            &found["with_search"]["recovered"]
+        ],
+        [0, 1],
+        "{json}"
+    );
+    assert_eq!(
+        fs::read_to_string(dir.path().join("found/ceiling.json")).unwrap(),
+        json
+    );
     let lost = &found["lost"][0];
-    assert!(lost["fell_at_s"].as_f64().unwrap() > 0.5 && lost["tries"].as_u64().unwrap() <= 48, "{lost}");
+    assert!(
+        lost["fell_at_s"].as_f64().unwrap() > 0.5 && lost["tries"].as_u64().unwrap() <= 48,
+        "{lost}"
+    );
     assert!(lost["of_n_step_bound"].as_f64() < lost["of_one_step_bound"].as_f64());
 
     // The written gain set catches the push with the same footsteps, and the controller itself does not.
     let push = |gains: &str| -> Value {
-        let args = ["push", "nominal", "--trial=0", "--impulse=4.4", "--heading=100", "--json", "--gains", gains];
+        let args = [
+            "push",
+            "nominal",
+            "--trial=0",
+            "--impulse=4.4",
+            "--heading=100",
+            "--json",
+            "--gains",
+            gains,
+        ];
         serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap()
     };
     assert_eq!(push("catch")["outcome"], "Fell");
@@ -33,31 +64,55 @@ fn a_lost_push_is_caught_and_can_be_repeated() {
     // Every number in the file is needed.
     let text = fs::read_to_string(dir.path().join("found/trial-0.toml")).unwrap();
     let (head, first) = text.split_once("[[catching.departures]]\n").unwrap();
-    let needed: Vec<&str> = first.lines().take_while(|line| line.contains(" = ") && !line.contains('[')).collect();
+    let needed: Vec<&str> = first
+        .lines()
+        .take_while(|line| line.contains(" = ") && !line.contains('['))
+        .collect();
     assert!(!needed.is_empty(), "{text}");
     for line in needed {
-        let without = format!("{head}[[catching.departures]]\n{}", first.replacen(line, "", 1));
+        let without = format!(
+            "{head}[[catching.departures]]\n{}",
+            first.replacen(line, "", 1)
+        );
         fs::write(dir.path().join("without.toml"), without).unwrap();
         assert_eq!(push("without.toml")["outcome"], "Fell", "{line}");
     }
 
     let again = stderr(&standfast(dir.path(), &[&LOST[..], &["--out=found"]].concat()).code(2));
-    assert!(again.contains("--out = found: it holds a result already"), "{again}");
+    assert!(
+        again.contains("--out = found: it holds a result already"),
+        "{again}"
+    );
 }
 
 /// With one generation of tries, nothing may be found. The text then says so, and claims no proof.
 #[test]
 fn what_is_not_found_is_told_as_that() {
     let dir = folder();
-    let hard =
-        ["ceiling", "nominal", "--set=push.impulse_n_s=30", "--set=push.heading_deg=90", "--trials=1", "--tries=1"];
+    let hard = [
+        "ceiling",
+        "nominal",
+        "--set=push.impulse_n_s=30",
+        "--set=push.heading_deg=90",
+        "--trials=1",
+        "--tries=1",
+    ];
     let words = |told: String| told.split_whitespace().collect::<Vec<_>>().join(" ");
     let told = words(stdout(&standfast(dir.path(), &hard).success()));
-    assert!(told.contains("not recovered by search") && told.contains("0 of 1 (0.0 %"), "{told}");
-    assert!(told.contains("may be possible all the same") && !told.contains("to see one"), "{told}");
+    assert!(
+        told.contains("not recovered by search") && told.contains("0 of 1 (0.0 %"),
+        "{told}"
+    );
+    assert!(
+        told.contains("may be possible all the same") && !told.contains("to see one"),
+        "{told}"
+    );
     let easy = [&hard[..2], &["--set=push.impulse_n_s=1", "--trials=3"]].concat();
     let told = words(stdout(&standfast(dir.path(), &easy).success()));
-    assert!(told.contains("catch recovers from 3 of 3 (100.0 %") && told.contains("from 0 more"), "{told}");
+    assert!(
+        told.contains("catch recovers from 3 of 3 (100.0 %") && told.contains("from 0 more"),
+        "{told}"
+    );
 }
 
 #[test]
@@ -68,18 +123,37 @@ fn what_is_wrong_is_said_before_anything_runs() {
             &["--gains=paper"][..],
             "--controller = paper: has no table [catching]; accepted: a gain set with the table [catching]",
         ),
-        (&["--gains=catch", "--gains=paper"], "--controller = 2 controllers: too many; accepted: one, such as catch"),
-        (&["--tries=0"], "'0' for '--tries <N>': out of range; accepted: a whole number from 1 to 1000000"),
-        (&["--engine=both"], "--engine = both: a recovery is of one engine; accepted: rapier, mujoco"),
+        (
+            &["--gains=catch", "--gains=paper"],
+            "--controller = 2 controllers: too many; accepted: one, such as catch",
+        ),
+        (
+            &["--tries=0"],
+            "'0' for '--tries <N>': out of range; accepted: a whole number from 1 to 1000000",
+        ),
+        (
+            &["--engine=both"],
+            "--engine = both: a recovery is of one engine; accepted: rapier, mujoco",
+        ),
     ] {
         let message = stderr(&standfast(dir.path(), &[&["ceiling"], args].concat()).code(2));
         assert!(message.contains(words), "{message}");
     }
     // Departures in a gain set are checked like its other values.
-    let catch = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gains/catch.toml")).unwrap();
+    let catch = fs::read_to_string(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/assets/gains/catch.toml"
+    ))
+    .unwrap();
     for (departures, words) in [
-        ("[[catching.departures]]\nlift = 0.5\n".to_string(), "catching.departures[0] = [0.5, "),
-        ("[[catching.departures]]\nhop = 1\n".into(), "unknown field `hop`"),
+        (
+            "[[catching.departures]]\nlift = 0.5\n".to_string(),
+            "catching.departures[0] = [0.5, ",
+        ),
+        (
+            "[[catching.departures]]\nhop = 1\n".into(),
+            "unknown field `hop`",
+        ),
         (
             "[[catching.departures]]\nslower = 0.1\n".repeat(5),
             "catching.departures = 5: too many; accepted: up to 4 footsteps",
@@ -87,6 +161,9 @@ fn what_is_wrong_is_said_before_anything_runs() {
     ] {
         fs::write(dir.path().join("mine.toml"), format!("{catch}{departures}")).unwrap();
         let message = stderr(&standfast(dir.path(), &["push", "--gains=mine.toml"]).code(2));
-        assert!(message.contains("mine.toml: ") && message.contains(words), "{message}");
+        assert!(
+            message.contains("mine.toml: ") && message.contains(words),
+            "{message}"
+        );
     }
 }

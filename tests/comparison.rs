@@ -27,12 +27,25 @@ fn a_failed_gate_is_exit_code_100_and_says_how_to_replay_a_lost_trial() {
     let status = |i: usize| found["gates"][i]["status"].as_str().unwrap();
     assert_eq!((status(0), status(1)), ("passed", "failed"));
     // The printed command reproduces the same fall.
-    let command = message.lines().find_map(|line| line.split("standfast push ").nth(1)).unwrap();
-    let push = [&["push", "--json"], &command.split(' ').collect::<Vec<_>>()[..]].concat();
-    let replayed: Value = serde_json::from_str(&stdout(&standfast(dir.path(), &push).success())).unwrap();
+    let command = message
+        .lines()
+        .find_map(|line| line.split("standfast push ").nth(1))
+        .unwrap();
+    let push = [
+        &["push", "--json"],
+        &command.split(' ').collect::<Vec<_>>()[..],
+    ]
+    .concat();
+    let replayed: Value =
+        serde_json::from_str(&stdout(&standfast(dir.path(), &push).success())).unwrap();
     assert_ne!(replayed["outcome"], "Recovered", "{replayed}");
     let junit = fs::read_to_string(dir.path().join("out/junit.xml")).unwrap();
-    assert!(junit.contains("tests=\"2\"") && junit.contains("failures=\"1\"") && junit.contains("--trial"), "{junit}");
+    assert!(
+        junit.contains("tests=\"2\"")
+            && junit.contains("failures=\"1\"")
+            && junit.contains("--trial"),
+        "{junit}"
+    );
     let markdown = fs::read_to_string(dir.path().join("out/summary.md")).unwrap();
     assert!(markdown.contains("| hold &gt;= 1 | FAILED |"), "{markdown}");
 }
@@ -41,9 +54,12 @@ fn a_failed_gate_is_exit_code_100_and_says_how_to_replay_a_lost_trial() {
 fn what_another_build_has_made_is_kept_but_said() {
     let dir = folder();
     standfast(dir.path(), &short(&[SEVERAL_PARTS])).success();
-    let said = || stderr(&standfast(dir.path(), &short(&[SEVERAL_PARTS])).success()).contains("another build");
+    let said = || {
+        stderr(&standfast(dir.path(), &short(&[SEVERAL_PARTS])).success()).contains("another build")
+    };
     assert!(!said());
-    let merged = || stderr(&standfast(dir.path(), &["merge", "out"]).success()).contains("2 builds");
+    let merged =
+        || stderr(&standfast(dir.path(), &["merge", "out"]).success()).contains("2 builds");
     let marker = dir.path().join("out/parts/part-000000.json");
     let mut changed: Value = serde_json::from_slice(&fs::read(&marker).unwrap()).unwrap();
     changed["build"] = "0".into();
@@ -58,20 +74,45 @@ fn shards_of_a_campaign_that_ends_when_decided_end_as_one_machine_does() {
     let dir = folder();
     let run = |more: &[&'static str]| {
         let args = SHORT.iter().copied().filter(|arg| *arg != "--out=out");
-        let decided = ["--until-resolved", "--max-trials=200", "--gate=hold >= 0.5", "--replays=1"];
-        standfast(dir.path(), &args.chain(decided).chain(more.iter().copied()).collect::<Vec<_>>())
+        let decided = [
+            "--until-resolved",
+            "--max-trials=200",
+            "--gate=hold >= 0.5",
+            "--replays=1",
+        ];
+        standfast(
+            dir.path(),
+            &args
+                .chain(decided)
+                .chain(more.iter().copied())
+                .collect::<Vec<_>>(),
+        )
     };
     let read = |out: &str| {
-        ["trials.parquet", "summary.json", "report.html"].map(|n| fs::read(dir.path().join(out).join(n)).unwrap())
+        ["trials.parquet", "summary.json", "report.html"]
+            .map(|n| fs::read(dir.path().join(out).join(n)).unwrap())
     };
-    let parts = |out: &str| fs::read_dir(dir.path().join(out).join("parts")).unwrap().count();
+    let parts = |out: &str| {
+        fs::read_dir(dir.path().join(out).join("parts"))
+            .unwrap()
+            .count()
+    };
     run(&["--out=whole"]).code(100);
-    assert!(summary(&dir.path().join("whole"))["trials"].as_u64().unwrap() < 100);
+    assert!(
+        summary(&dir.path().join("whole"))["trials"]
+            .as_u64()
+            .unwrap()
+            < 100
+    );
     // The first shard cannot know the results of the other, and runs all its trials; the other ends with the decision.
     run(&["--out=out", "--shard=2/2"]).success();
     let of_one = parts("out");
     run(&["--out=out", "--shard=1/2"]).success();
-    assert!(parts("out") - of_one < of_one / 2, "{} of {of_one}", parts("out"));
+    assert!(
+        parts("out") - of_one < of_one / 2,
+        "{} of {of_one}",
+        parts("out")
+    );
     standfast(dir.path(), &["status", "out"]).success();
     standfast(dir.path(), &["merge", "out", "--replays=1"]).code(100);
     assert!(read("out") == read("whole"));
@@ -80,8 +121,15 @@ fn shards_of_a_campaign_that_ends_when_decided_end_as_one_machine_does() {
         run(&[out, shard]).success();
     }
     standfast(dir.path(), &["merge", "a"]).code(3);
-    for part in fs::read_dir(dir.path().join("b/parts")).unwrap().map(Result::unwrap) {
-        fs::copy(part.path(), dir.path().join("a/parts").join(part.file_name())).unwrap();
+    for part in fs::read_dir(dir.path().join("b/parts"))
+        .unwrap()
+        .map(Result::unwrap)
+    {
+        fs::copy(
+            part.path(),
+            dir.path().join("a/parts").join(part.file_name()),
+        )
+        .unwrap();
     }
     standfast(dir.path(), &["merge", "a", "--replays=1"]).code(100);
     assert!(read("a") == read("whole"));
@@ -95,7 +143,10 @@ fn while_trials_are_run_there_is_no_result_of_an_earlier_look() {
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();
     // A shard joins nothing, so it leaves the same files as an interruption.
     standfast(dir.path(), &short(&[SEVERAL_PARTS, "--shard=2/2"])).success();
-    let left: Vec<String> = files(&out).into_keys().filter(|name| !name.starts_with("parts/")).collect();
+    let left: Vec<String> = files(&out)
+        .into_keys()
+        .filter(|name| !name.starts_with("parts/"))
+        .collect();
     assert_eq!(left, ["campaign.toml"]);
 }
 
@@ -105,7 +156,11 @@ fn gates_change_no_trial_and_need_none_again() {
     standfast(dir.path(), &short(&[FEW])).success();
     let before = files(&dir.path().join("out"));
     let again = standfast(dir.path(), &short(&[FEW, PASSES])).success();
-    assert!(stderr(&again).contains("nothing is computed again"), "{}", stderr(&again));
+    assert!(
+        stderr(&again).contains("nothing is computed again"),
+        "{}",
+        stderr(&again)
+    );
     let after = files(&dir.path().join("out"));
     assert_eq!(before["trials.parquet"], after["trials.parquet"]);
     assert_ne!(before["summary.json"], after["summary.json"]);
@@ -118,22 +173,39 @@ fn an_unresolved_gate_fails_only_if_asked_to() {
     let run = standfast(dir.path(), &short(&both)).success();
     assert!(stdout(&run).contains("unresolved"), "{}", stdout(&run));
     let junit = fs::read_to_string(dir.path().join("out/junit.xml")).unwrap();
-    assert!(junit.contains("skipped=\"1\"") && junit.contains("failures=\"0\""), "{junit}");
+    assert!(
+        junit.contains("skipped=\"1\"") && junit.contains("failures=\"0\""),
+        "{junit}"
+    );
     for args in [&["--unresolved=fail"][..], &["--set=gates.unresolved=fail"]] {
         let fails = standfast(dir.path(), &short(&[&both[..], args].concat())).code(100);
         let message = stderr(&fails);
-        assert!(message.contains("gate unresolved: hold >= hold description"), "{message}");
+        assert!(
+            message.contains("gate unresolved: hold >= hold description"),
+            "{message}"
+        );
         let junit = fs::read_to_string(dir.path().join("out/junit.xml")).unwrap();
         assert!(
-            junit.contains("skipped=\"0\"") && junit.contains("hold &gt;= hold") && !junit.contains("failures=\"0\"")
+            junit.contains("skipped=\"0\"")
+                && junit.contains("hold &gt;= hold")
+                && !junit.contains("failures=\"0\"")
         );
     }
     // The folder keeps the setting, and may be asked with another one.
     standfast(dir.path(), &["merge", "out"]).code(100);
     standfast(dir.path(), &["merge", "out", "--unresolved=pass"]).success();
     standfast(dir.path(), &["merge", "out", "--unresolved=fail"]).code(100);
-    standfast(dir.path(), &short(&[&both[..], &["--set=gates.unresolved=fail", "--unresolved=pass"]].concat()))
-        .success();
+    standfast(
+        dir.path(),
+        &short(
+            &[
+                &both[..],
+                &["--set=gates.unresolved=fail", "--unresolved=pass"],
+            ]
+            .concat(),
+        ),
+    )
+    .success();
     standfast(dir.path(), &["merge", "out", "--unresolved=maybe"]).code(2);
 }
 
@@ -156,9 +228,17 @@ fn a_gate_that_cannot_be_asked_is_an_error_before_anything_runs() {
 fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
     let dir = folder();
     standfast(dir.path(), &short(&[SEVERAL_PARTS])).success();
-    let gate = ["--gate=hold >= baseline - 0.2", "--baseline=out", "--out=new"];
+    let gate = [
+        "--gate=hold >= baseline - 0.2",
+        "--baseline=out",
+        "--out=new",
+    ];
     let run = |more: &[&str]| {
-        let trials = if more == ["--trials=30"] { &[][..] } else { &[SEVERAL_PARTS] };
+        let trials = if more == ["--trials=30"] {
+            &[][..]
+        } else {
+            &[SEVERAL_PARTS]
+        };
         let args = short(&[trials, &gate[..], more].concat());
         let args: Vec<&str> = args.into_iter().filter(|arg| *arg != "--out=out").collect();
         standfast(dir.path(), &args)
@@ -167,70 +247,145 @@ fn a_baseline_is_paired_trial_by_trial_and_must_have_the_same_pushes() {
     run(&[]).success();
     let found = summary(&dir.path().join("new"));
     assert_eq!(
-        (found["gates"][0]["status"].as_str(), found["gates"][0]["observed"].as_f64()),
+        (
+            found["gates"][0]["status"].as_str(),
+            found["gates"][0]["observed"].as_f64()
+        ),
         (Some("passed"), Some(0.0))
     );
     assert_eq!(found["baseline"]["trials"], 26);
-    let warned = found["warnings"].as_array().unwrap().iter().any(|w| w.as_str().unwrap().contains("same inputs"));
+    let warned = found["warnings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .any(|w| w.as_str().unwrap().contains("same inputs"));
     assert!(warned, "{}", found["warnings"]);
     // The printed commands for resuming and joining have the options that the gates need.
     let status = standfast(dir.path(), &["status", "new", "--json"]).success();
-    assert!(stdout(&status).contains("standfast merge new --baseline DIR"), "{}", stdout(&status));
+    assert!(
+        stdout(&status).contains("standfast merge new --baseline DIR"),
+        "{}",
+        stdout(&status)
+    );
     standfast(dir.path(), &["merge", "new"]).code(2);
     standfast(dir.path(), &["merge", "new", "--baseline=out"]).success();
-    assert!(stderr(&standfast(dir.path(), &["status", "new", "--full"]).code(2)).contains("--baseline"));
+    assert!(
+        stderr(&standfast(dir.path(), &["status", "new", "--full"]).code(2)).contains("--baseline")
+    );
     let status = standfast(dir.path(), &["status", "new", "--full", "--baseline=out"]).success();
-    assert!(stdout(&status).contains("hold >= baseline - 0.2"), "{}", stdout(&status));
+    assert!(
+        stdout(&status).contains("hold >= baseline - 0.2"),
+        "{}",
+        stdout(&status)
+    );
     assert_eq!(summary(&dir.path().join("new")), found);
     fs::remove_dir_all(dir.path().join("new")).unwrap();
     // These are more trials than the baseline has.
     run(&["--trials=30"]).success();
     let more = summary(&dir.path().join("new"));
-    assert_eq!((more["trials"].as_u64(), more["gates"][0]["trials"].as_u64()), (Some(30), Some(26)));
-    assert!(more["warnings"].to_string().contains("the baseline has 26 trials"), "{}", more["warnings"]);
+    assert_eq!(
+        (more["trials"].as_u64(), more["gates"][0]["trials"].as_u64()),
+        (Some(30), Some(26))
+    );
+    assert!(
+        more["warnings"]
+            .to_string()
+            .contains("the baseline has 26 trials"),
+        "{}",
+        more["warnings"]
+    );
     fs::remove_dir_all(dir.path().join("new")).unwrap();
     // A campaign that ends when decided does not continue without its baseline, and says so. (It draws the same
     // trials.)
     let gate = "--gate=hold >= baseline - 0.01";
-    let until = ["--trials=100", "--until-resolved", gate, "--baseline=out", "--out=new"];
-    let args = short(&until).into_iter().filter(|arg| *arg != "--out=out").collect::<Vec<_>>();
+    let until = [
+        "--trials=100",
+        "--until-resolved",
+        gate,
+        "--baseline=out",
+        "--out=new",
+    ];
+    let args = short(&until)
+        .into_iter()
+        .filter(|arg| *arg != "--out=out")
+        .collect::<Vec<_>>();
     let ended = standfast(dir.path(), &args).success();
-    assert!(stderr(&ended).contains("50 trials: not decided, but the baseline has no more"), "{}", stderr(&ended));
+    assert!(
+        stderr(&ended).contains("50 trials: not decided, but the baseline has no more"),
+        "{}",
+        stderr(&ended)
+    );
     fs::remove_dir_all(dir.path().join("new")).unwrap();
     let refused = |more: &[&str], expected: &str| {
         let run = run(more).code(3);
         assert!(stderr(&run).contains(expected), "{}", stderr(&run));
         assert!(!dir.path().join("new").exists());
     };
-    refused(&["--set=variations.kp_scale=0.1"], "variations.kp_scale is \"nominal\" there and 0.1 here");
+    refused(
+        &["--set=variations.kp_scale=0.1"],
+        "variations.kp_scale is \"nominal\" there and 0.1 here",
+    );
     refused(&["--seed=9"], "seed is 1 there and 9 here");
-    let itself = standfast(dir.path(), &short(&[SEVERAL_PARTS, "--gate=hold >= baseline", "--baseline=./out"])).code(3);
-    assert!(stderr(&itself).contains("the result folder itself"), "{}", stderr(&itself));
+    let itself = standfast(
+        dir.path(),
+        &short(&[SEVERAL_PARTS, "--gate=hold >= baseline", "--baseline=./out"]),
+    )
+    .code(3);
+    assert!(
+        stderr(&itself).contains("the result folder itself"),
+        "{}",
+        stderr(&itself)
+    );
 }
 
 #[test]
 fn two_folders_are_compared_if_their_pushes_are_the_same() {
     let dir = folder();
     let with = |more: &[&'static str]| {
-        let others = SHORT.iter().copied().filter(|arg| !["--out=out", "--gains=hold"].contains(arg));
-        others.chain([SEVERAL_PARTS]).chain(more.iter().copied()).collect::<Vec<_>>()
+        let others = SHORT
+            .iter()
+            .copied()
+            .filter(|arg| !["--out=out", "--gains=hold"].contains(arg));
+        others
+            .chain([SEVERAL_PARTS])
+            .chain(more.iter().copied())
+            .collect::<Vec<_>>()
     };
     standfast(dir.path(), &with(&["--gains=hold", "--out=a"])).success();
-    standfast(dir.path(), &with(&["--gains=hold", "--gains=fixed", "--out=b"])).success();
+    standfast(
+        dir.path(),
+        &with(&["--gains=hold", "--gains=fixed", "--out=b"]),
+    )
+    .success();
     standfast(dir.path(), &with(&["--gains=fixed", "--out=c"])).success();
-    let found: Value =
-        serde_json::from_str(&stdout(&standfast(dir.path(), &["compare", "a", "b", "--json"]).success())).unwrap();
+    let found: Value = serde_json::from_str(&stdout(
+        &standfast(dir.path(), &["compare", "a", "b", "--json"]).success(),
+    ))
+    .unwrap();
     assert_eq!(found["pairs"].as_array().unwrap().len(), 1);
     assert_eq!(
         (&found["pairs"][0]["a"], &found["pairs"][0]["b"]),
         (&Value::from("hold (a)"), &Value::from("hold (b)"))
     );
-    assert_eq!((found["pairs"][0]["only_a"].as_u64(), found["pairs"][0]["only_b"].as_u64()), (Some(0), Some(0)));
+    assert_eq!(
+        (
+            found["pairs"][0]["only_a"].as_u64(),
+            found["pairs"][0]["only_b"].as_u64()
+        ),
+        (Some(0), Some(0))
+    );
     // Without a common name, every controller is compared with every other, as in one campaign with both.
     let gate = "--gate=hold >= 1";
     let compared = standfast(dir.path(), &["compare", "a", "c", "--out=d", gate]).code(100);
-    assert!(stderr(&compared).contains("--campaign a/campaign.toml"), "{}", stderr(&compared));
-    let (both, one) = (summary(&dir.path().join("d")), summary(&dir.path().join("b")));
+    assert!(
+        stderr(&compared).contains("--campaign a/campaign.toml"),
+        "{}",
+        stderr(&compared)
+    );
+    let (both, one) = (
+        summary(&dir.path().join("d")),
+        summary(&dir.path().join("b")),
+    );
     assert_eq!(both["pairs"], one["pairs"]);
     let trials = |folder: &str| fs::read(dir.path().join(folder).join("trials.parquet")).unwrap();
     assert!(trials("b") == trials("d"), "the same trials, joined");
@@ -239,15 +394,24 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
     }
     standfast(dir.path(), &with(&["--gains=fixed", "--seed=9", "--out=e"])).success();
     let refused = standfast(dir.path(), &["compare", "a", "e"]).code(3);
-    assert!(stderr(&refused).contains("seed is 9 there and 1 here"), "{}", stderr(&refused));
+    assert!(
+        stderr(&refused).contains("seed is 9 there and 1 here"),
+        "{}",
+        stderr(&refused)
+    );
     standfast(dir.path(), &["compare", "a", "nothing"]).code(3);
     standfast(dir.path(), &["compare", "a", "c", "--out=b"]).code(3);
     standfast(dir.path(), &["compare", "a", "./a"]).code(3);
     // The results are compared again into the same folder, in which the printed commands are run.
     standfast(dir.path(), &["compare", "a", "c", "--out=d", gate]).code(100);
     let junit = fs::read_to_string(dir.path().join("d/junit.xml")).unwrap();
-    let command = junit.lines().find_map(|line| line.split("standfast push ").nth(1)).unwrap();
-    let command = command.trim_end_matches("</system-out>").replace("&#x2f;", "/");
+    let command = junit
+        .lines()
+        .find_map(|line| line.split("standfast push ").nth(1))
+        .unwrap();
+    let command = command
+        .trim_end_matches("</system-out>")
+        .replace("&#x2f;", "/");
     let words: Vec<&str> = command.split(' ').collect();
     assert!(words.contains(&"../a/campaign.toml"), "{command}");
     standfast(&dir.path().join("d"), &[&["push"], &words[..]].concat()).success();
@@ -259,11 +423,22 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
 fn two_results_that_differ_in_the_engine_alone_are_compared_engine_by_engine() {
     let dir = folder();
     let run = |more: &[&'static str]| {
-        let args = SHORT.iter().copied().filter(|arg| *arg != "--out=out").chain([SEVERAL_PARTS]);
-        standfast(dir.path(), &args.chain(more.iter().copied()).collect::<Vec<_>>()).success();
+        let args = SHORT
+            .iter()
+            .copied()
+            .filter(|arg| *arg != "--out=out")
+            .chain([SEVERAL_PARTS]);
+        standfast(
+            dir.path(),
+            &args.chain(more.iter().copied()).collect::<Vec<_>>(),
+        )
+        .success();
     };
     run(&["--out=a"]);
-    for (out, more) in [("b", &["--out=b"][..]), ("c", &["--out=c", "--gains=fixed"])] {
+    for (out, more) in [
+        ("b", &["--out=b"][..]),
+        ("c", &["--out=c", "--gains=fixed"]),
+    ] {
         run(&[&["--set=episode.physics_step_s=0.0005"], more].concat());
         forge(&dir.path().join(out), |manifest| {
             manifest.engine = "MuJoCo 0".into();
@@ -275,72 +450,171 @@ fn two_results_that_differ_in_the_engine_alone_are_compared_engine_by_engine() {
         serde_json::from_str(&stdout(&run)).unwrap()
     };
     let found = compared("b", &["--out=d", "--gate=hold (mujoco) >= 0"]);
-    let names = found["sets"].as_array().unwrap().iter().map(|set| set["name"].as_str().unwrap());
-    assert_eq!(names.collect::<Vec<_>>(), ["hold (rapier)", "hold (mujoco)"]);
+    let names = found["sets"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|set| set["name"].as_str().unwrap());
+    assert_eq!(
+        names.collect::<Vec<_>>(),
+        ["hold (rapier)", "hold (mujoco)"]
+    );
     for (of, keys) in [
-        ("pairs", "a b both only_a only_b neither difference adjusted_ci95 adjusted_p verdict"),
-        ("gates", "name status observed interval required confidence trials passes set"),
-        ("sets", "name trials recovered survived fell diverged failed timed_out success_rate ci95"),
+        (
+            "pairs",
+            "a b both only_a only_b neither difference adjusted_ci95 adjusted_p verdict",
+        ),
+        (
+            "gates",
+            "name status observed interval required confidence trials passes set",
+        ),
+        (
+            "sets",
+            "name trials recovered survived fell diverged failed timed_out success_rate ci95",
+        ),
     ] {
-        keys.split(' ').for_each(|key| assert!(found[of][0].get(key).is_some(), "{of}: {key}"));
+        keys.split(' ')
+            .for_each(|key| assert!(found[of][0].get(key).is_some(), "{of}: {key}"));
     }
     let (agreement, hold) = (&found["agreement"], &found["agreement"]["sets"][0]);
-    let keys = ["both", "neither", "agree", "agree_ci95", "kappa_ci95", "strata"];
+    let keys = [
+        "both",
+        "neither",
+        "agree",
+        "agree_ci95",
+        "kappa_ci95",
+        "strata",
+    ];
     assert!(keys.iter().all(|key| hold.get(key).is_some()), "{hold}");
-    assert_eq!(agreement["engines"], serde_json::json!(["rapier", "mujoco"]));
-    assert_eq!((&agreement["versions"][1], &hold["set"]), (&Value::from("MuJoCo 0"), &Value::from("hold")));
+    assert_eq!(
+        agreement["engines"],
+        serde_json::json!(["rapier", "mujoco"])
+    );
+    assert_eq!(
+        (&agreement["versions"][1], &hold["set"]),
+        (&Value::from("MuJoCo 0"), &Value::from("hold"))
+    );
     let count = |key: &str| hold[key].as_u64().unwrap();
-    let recovered = |out: &str| summary(&dir.path().join(out))["sets"][0]["recovered"].as_u64().unwrap();
-    assert_eq!([count("both") + count("only_a"), count("both") + count("only_b")], [recovered("a"), recovered("b")]);
-    assert_eq!(count("both") + count("only_a") + count("only_b") + count("neither"), 26);
-    assert_eq!(hold["parted"].as_array().unwrap().len() as u64, count("only_a") + count("only_b"));
-    assert!(!found["warnings"].to_string().contains("differ"), "{}", found["warnings"]);
-    for (file, told) in [("report.html", "id=\"engines\""), ("summary.md", "MuJoCo 0, trial by trial")] {
+    let recovered = |out: &str| {
+        summary(&dir.path().join(out))["sets"][0]["recovered"]
+            .as_u64()
+            .unwrap()
+    };
+    assert_eq!(
+        [
+            count("both") + count("only_a"),
+            count("both") + count("only_b")
+        ],
+        [recovered("a"), recovered("b")]
+    );
+    assert_eq!(
+        count("both") + count("only_a") + count("only_b") + count("neither"),
+        26
+    );
+    assert_eq!(
+        hold["parted"].as_array().unwrap().len() as u64,
+        count("only_a") + count("only_b")
+    );
+    assert!(
+        !found["warnings"].to_string().contains("differ"),
+        "{}",
+        found["warnings"]
+    );
+    for (file, told) in [
+        ("report.html", "id=\"engines\""),
+        ("summary.md", "MuJoCo 0, trial by trial"),
+    ] {
         let text = fs::read_to_string(dir.path().join("d").join(file)).unwrap();
         assert!(text.contains(told), "{file}");
     }
     // Here more than the engine differs.
     let found = compared("c", &[]);
-    assert!(found.get("agreement").is_none() && found["sets"][0]["name"] == "hold (a)", "{}", found["sets"]);
-    assert!(found["warnings"].to_string().contains("the physics engines differ: Rapier "), "{}", found["warnings"]);
+    assert!(
+        found.get("agreement").is_none() && found["sets"][0]["name"] == "hold (a)",
+        "{}",
+        found["sets"]
+    );
+    assert!(
+        found["warnings"]
+            .to_string()
+            .contains("the physics engines differ: Rapier "),
+        "{}",
+        found["warnings"]
+    );
     // A gate is not judged by a baseline in another engine.
-    let gate = ["--gate=hold >= baseline - 0.5", "--baseline=b", SEVERAL_PARTS];
+    let gate = [
+        "--gate=hold >= baseline - 0.5",
+        "--baseline=b",
+        SEVERAL_PARTS,
+    ];
     let refused = stderr(&standfast(dir.path(), &short(&gate)).code(3));
-    assert!(refused.contains("episode.engine is \"mujoco\" there and \"rapier\" here"), "{refused}");
+    assert!(
+        refused.contains("episode.engine is \"mujoco\" there and \"rapier\" here"),
+        "{refused}"
+    );
 }
 
 #[cfg(feature = "mujoco")]
 #[test]
 fn a_campaign_in_both_engines_ends_with_their_agreement() {
     let dir = folder();
-    let both = |more: &[&'static str]| standfast(dir.path(), &short(&[&["--engine=both", FEW], more].concat()));
+    let both = |more: &[&'static str]| {
+        standfast(
+            dir.path(),
+            &short(&[&["--engine=both", FEW], more].concat()),
+        )
+    };
     let checked = stderr(&both(&["--check"]).success());
     assert!(
-        checked.contains("3 episodes to run in Rapier") && checked.contains("3 episodes to run in MuJoCo"),
+        checked.contains("3 episodes to run in Rapier")
+            && checked.contains("3 episodes to run in MuJoCo"),
         "{checked}"
     );
     assert!(files(dir.path()).is_empty());
     let text = stdout(&both(&[PASSES]).success());
     assert!(
-        text.matches("campaign smoke: 3 trials").count() == 2 && text.contains(", trial by trial. A trial counts"),
+        text.matches("campaign smoke: 3 trials").count() == 2
+            && text.contains(", trial by trial. A trial counts"),
         "{text}"
     );
     let found = |name: &str| summary(&dir.path().join("out").join(name));
     assert_eq!(found("rapier")["episode"]["engine"], "rapier");
     assert_eq!(found("mujoco")["episode"]["engine"], "mujoco");
-    assert_eq!(found("agreement")["agreement"]["engines"], serde_json::json!(["rapier", "mujoco"]));
+    assert_eq!(
+        found("agreement")["agreement"]["engines"],
+        serde_json::json!(["rapier", "mujoco"])
+    );
     let again = both(&[FAILS, "--json"]).code(100);
-    assert_eq!(stderr(&again).matches("nothing is computed again").count(), 2, "{}", stderr(&again));
+    assert_eq!(
+        stderr(&again).matches("nothing is computed again").count(),
+        2,
+        "{}",
+        stderr(&again)
+    );
     let json: Value = serde_json::from_str(&stdout(&again)).unwrap();
     assert_eq!(json["results"].as_array().unwrap().len(), 2);
-    assert_eq!(json["comparison"]["agreement"], found("agreement")["agreement"]);
+    assert_eq!(
+        json["comparison"]["agreement"],
+        found("agreement")["agreement"]
+    );
     let refused = stderr(&both(&["--shard=1/2"]).code(2));
     assert!(refused.contains("`compare` after `merge`"), "{refused}");
-    let named: Vec<&str> =
-        SHORT.iter().copied().filter(|arg| *arg != "--out=out").chain(["--engine=both", FEW]).collect();
+    let named: Vec<&str> = SHORT
+        .iter()
+        .copied()
+        .filter(|arg| *arg != "--out=out")
+        .chain(["--engine=both", FEW])
+        .collect();
     standfast(dir.path(), &named).success();
     for name in ["smoke", "smoke-mujoco", "smoke-agreement"] {
-        assert!(dir.path().join("standfast-results").join(name).join("report.html").exists(), "{name}");
+        assert!(
+            dir.path()
+                .join("standfast-results")
+                .join(name)
+                .join("report.html")
+                .exists(),
+            "{name}"
+        );
     }
 }
 
@@ -353,9 +627,16 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
     let whole = files(&dir.path().join("out"));
     let found = summary(&dir.path().join("out"));
     let trials = found["trials"].as_u64().unwrap();
-    assert!(trials < 200 && found["gates"][0]["status"] == "passed", "{trials} trials");
+    assert!(
+        trials < 200 && found["gates"][0]["status"] == "passed",
+        "{trials} trials"
+    );
     let other = folder();
-    standfast(other.path(), &short(&[&until[..], &["--threads=2"]].concat())).success();
+    standfast(
+        other.path(),
+        &short(&[&until[..], &["--threads=2"]].concat()),
+    )
+    .success();
     assert!(files(&other.path().join("out")) == whole, "two threads");
     // One part is removed by hand, and the same command continues.
     fs::remove_file(other.path().join("out/parts/part-000000.json")).unwrap();
@@ -369,33 +650,76 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
     // maximum.
     let close = format!("--gate=hold >= {}", found["sets"][0]["success_rate"]);
     let said = stderr(&standfast(other.path(), &["merge", "out", &close]).code(3));
-    assert!(said.contains("do not decide what is asked") && said.contains("--gate 'hold >= "), "{said}");
-    assert!(files(&other.path().join("out")) == whole, "a question that is refused changes nothing");
-    let more = standfast(other.path(), &short(&["--max-trials=100", "--until-resolved", &close])).success();
-    assert!(stderr(&more).contains("75 episodes in"), "{}", stderr(&more));
+    assert!(
+        said.contains("do not decide what is asked") && said.contains("--gate 'hold >= "),
+        "{said}"
+    );
+    assert!(
+        files(&other.path().join("out")) == whole,
+        "a question that is refused changes nothing"
+    );
+    let more = standfast(
+        other.path(),
+        &short(&["--max-trials=100", "--until-resolved", &close]),
+    )
+    .success();
+    assert!(
+        stderr(&more).contains("75 episodes in"),
+        "{}",
+        stderr(&more)
+    );
     let found = summary(&other.path().join("out"));
-    assert_eq!((found["trials"].as_u64(), &found["gates"][0]["status"]), (Some(100), &Value::from("unresolved")));
+    assert_eq!(
+        (found["trials"].as_u64(), &found["gates"][0]["status"]),
+        (Some(100), &Value::from("unresolved"))
+    );
 }
 
 /// One gate is decided at the first look, the other one is not. Each names one controller.
 #[test]
 fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happened_on_the_way() {
-    let until = |most| [most, "--until-resolved", "--gains=fixed", "--gate=hold >= 0.01", "--gate=fixed >= 0.5"];
-    let run = |dir: &Path, most, more: &[&str]| standfast(dir, &short(&[&until(most), more].concat())).success();
+    let until = |most| {
+        [
+            most,
+            "--until-resolved",
+            "--gains=fixed",
+            "--gate=hold >= 0.01",
+            "--gate=fixed >= 0.5",
+        ]
+    };
+    let run = |dir: &Path, most, more: &[&str]| {
+        standfast(dir, &short(&[&until(most), more].concat())).success()
+    };
     let [dir, other] = [folder(), folder()];
     let said = stderr(&run(dir.path(), "--max-trials=50", &["--threads=1"]));
-    assert!(said.contains("after 25 trials: not decided yet: fixed >= 0.5: "), "{said}");
-    assert!(said.contains("; hold needs no more trials") && said.contains("75 episodes in"), "{said}");
+    assert!(
+        said.contains("after 25 trials: not decided yet: fixed >= 0.5: "),
+        "{said}"
+    );
+    assert!(
+        said.contains("; hold needs no more trials") && said.contains("75 episodes in"),
+        "{said}"
+    );
     let whole = files(&dir.path().join("out"));
     let found = summary(&dir.path().join("out"));
     let trials = |found: &Value| [0, 1].map(|set| found["sets"][set]["trials"].as_u64().unwrap());
     assert_eq!(trials(&found), [25, 50], "{found}");
-    assert!(found["stopped"].as_str().unwrap().contains("hold after 25 trials"), "{found}");
+    assert!(
+        found["stopped"]
+            .as_str()
+            .unwrap()
+            .contains("hold after 25 trials"),
+        "{found}"
+    );
     let pair = &found["pairs"][0];
     let counts = ["both", "only_a", "only_b", "neither"].map(|key| pair[key].as_u64().unwrap());
     assert_eq!(counts.iter().sum::<u64>(), 25, "{pair}");
-    let part = |block: u64| String::from_utf8(whole[&format!("parts/part-{block:06}.csv")].clone()).unwrap();
-    assert!(part(4).contains(",hold,") && !part(5).contains(",hold,") && part(5).contains(",fixed,"));
+    let part = |block: u64| {
+        String::from_utf8(whole[&format!("parts/part-{block:06}.csv")].clone()).unwrap()
+    };
+    assert!(
+        part(4).contains(",hold,") && !part(5).contains(",hold,") && part(5).contains(",fixed,")
+    );
     run(other.path(), "--max-trials=50", &["--threads=2"]);
     assert!(files(&other.path().join("out")) == whole, "two threads");
     for lost in ["part-000002.json", "part-000008.csv", "stopped.json"] {
@@ -415,12 +739,24 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
     let text = fs::read_to_string(&stopped).unwrap();
     for trials in ["25", "7", "0"] {
         let forged = text.replace("\"trials\":50", &format!("\"trials\":{trials}"));
-        fs::write(&stopped, forged.replace("[25,50]", &format!("[{trials},{trials}]"))).unwrap();
+        fs::write(
+            &stopped,
+            forged.replace("[25,50]", &format!("[{trials},{trials}]")),
+        )
+        .unwrap();
         standfast(other.path(), &["merge", "out"]).success();
-        assert!(files(&other.path().join("out")) == whole, "decided at {trials}");
+        assert!(
+            files(&other.path().join("out")) == whole,
+            "decided at {trials}"
+        );
     }
     // With another question, a shard runs its part of the new trials, and the old report is removed.
-    let shard = |k| standfast(other.path(), &short(&["--max-trials=50", "--until-resolved", "--gains=fixed", k]));
+    let shard = |k| {
+        standfast(
+            other.path(),
+            &short(&["--max-trials=50", "--until-resolved", "--gains=fixed", k]),
+        )
+    };
     let lacking = || standfast(other.path(), &["status", "out", "--missing", "--shards=2"]);
     shard("--shard=1/2").success();
     assert!(!other.path().join("out/report.html").exists());
@@ -432,32 +768,60 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
     assert!(said.contains("25 episodes in"), "{said}");
     assert_eq!(trials(&summary(&other.path().join("out"))), [25, 75]);
     // This moves no boundary at which there was a look.
-    let manifest = standfast::study::store::manifest::Manifest::read(&other.path().join("out")).unwrap();
-    assert_eq!((manifest.planned_trials, manifest.campaign.trials), (50, 75));
+    let manifest =
+        standfast::study::store::manifest::Manifest::read(&other.path().join("out")).unwrap();
+    assert_eq!(
+        (manifest.planned_trials, manifest.campaign.trials),
+        (50, 75)
+    );
     // The result is compared with one of which both controllers have all trials.
-    let elsewhere = |more: &[&'static str]| [&SHORT[..SHORT.len() - 1], &["--gains=fixed"], more].concat();
+    let elsewhere =
+        |more: &[&'static str]| [&SHORT[..SHORT.len() - 1], &["--gains=fixed"], more].concat();
     standfast(other.path(), &elsewhere(&["--trials=40", "--out=fixed"])).success();
     let compared = standfast(other.path(), &["compare", "out", "fixed", "--json"]).success();
     let compared: Value = serde_json::from_str(&stdout(&compared)).unwrap();
     let of_sets = |i: usize| compared["sets"][i]["trials"].as_u64().unwrap();
     assert_eq!([0, 1, 2, 3].map(of_sets), [25, 40, 40, 40], "{compared}");
     // As a baseline, the result gives each gate the trials of the gate's own controller.
-    let gates = ["--gate=hold >= baseline - 0.9", "--gate=fixed >= baseline - 0.9", "--baseline=out"];
+    let gates = [
+        "--gate=hold >= baseline - 0.9",
+        "--gate=fixed >= baseline - 0.9",
+        "--baseline=out",
+    ];
     let gated = elsewhere(&[&["--trials=60", "--out=gated"][..], &gates].concat());
     standfast(other.path(), &gated).success();
     let gated = summary(&other.path().join("gated"));
-    assert_eq!([0, 1].map(|gate| gated["gates"][gate]["trials"].as_u64().unwrap()), [25, 60], "{}", gated["gates"]);
-    assert!(gated["warnings"].to_string().contains("the baseline has 25 trials of some controllers"), "{gated}");
+    assert_eq!(
+        [0, 1].map(|gate| gated["gates"][gate]["trials"].as_u64().unwrap()),
+        [25, 60],
+        "{}",
+        gated["gates"]
+    );
+    assert!(
+        gated["warnings"]
+            .to_string()
+            .contains("the baseline has 25 trials of some controllers"),
+        "{gated}"
+    );
 }
 
 #[test]
 fn without_gates_it_is_the_pairs_that_are_decided() {
     let dir = folder();
     // Variants that stand alike differ by less than any margin that is not small.
-    let same = ["--gains=hold:description='0.2'", "--trials=200", "--until-resolved", "--margin=0.4"];
+    let same = [
+        "--gains=hold:description='0.2'",
+        "--trials=200",
+        "--until-resolved",
+        "--margin=0.4",
+    ];
     standfast(dir.path(), &short(&same)).success();
     let found = summary(&dir.path().join("out"));
-    assert_eq!(found["pairs"][0]["verdict"], "same", "{}", found["pairs"][0]);
+    assert_eq!(
+        found["pairs"][0]["verdict"], "same",
+        "{}",
+        found["pairs"][0]
+    );
     assert!(found["trials"].as_u64().unwrap() < 200);
     for (more, expected) in [
         (&["--until-resolved"][..], "nothing to decide"),
@@ -466,7 +830,11 @@ fn without_gates_it_is_the_pairs_that_are_decided() {
     ] {
         let other = folder();
         let refused = standfast(other.path(), &short(more)).code(2);
-        assert!(stderr(&refused).contains(expected), "{more:?}: {}", stderr(&refused));
+        assert!(
+            stderr(&refused).contains(expected),
+            "{more:?}: {}",
+            stderr(&refused)
+        );
         assert!(files(other.path()).is_empty(), "{more:?} wrote something");
     }
 }
@@ -481,14 +849,24 @@ fn gates_and_stopping_of_a_campaign_file_are_those_of_the_command_line() {
     standfast(dir.path(), &["run", "c.toml", "--out=out", FAILS]).code(100);
     let found = summary(&dir.path().join("out"));
     // Two gates have looks: each has the confidence at which both hold together with 99 %.
-    assert_eq!((found["gates"][1]["confidence"].as_f64(), found["gates"].as_array().unwrap().len()), (Some(0.995), 2));
+    assert_eq!(
+        (
+            found["gates"][1]["confidence"].as_f64(),
+            found["gates"].as_array().unwrap().len()
+        ),
+        (Some(0.995), 2)
+    );
     assert_eq!(found["stopping"]["until_resolved"], true);
     // The folder keeps its gates, and lists each once.
     standfast(dir.path(), &["merge", "out", FAILS]).code(100);
     assert_eq!(summary(&dir.path().join("out")), found);
     fs::write(dir.path().join("c.toml"), file.replace("0.99", "1.5")).unwrap();
     let refused = standfast(dir.path(), &["run", "c.toml", "--out=other"]).code(2);
-    assert!(stderr(&refused).contains("gates.confidence = 1.5"), "{}", stderr(&refused));
+    assert!(
+        stderr(&refused).contains("gates.confidence = 1.5"),
+        "{}",
+        stderr(&refused)
+    );
 }
 
 /// The text that is written to a terminal, without the codes that colour it, clear it and move the cursor.
@@ -513,13 +891,21 @@ fn too_wide(text: &str, columns: usize) -> Option<String> {
     // line does.
     let fits = |line: &&str| {
         let letters: Vec<char> = line.chars().collect();
-        let ends_well =
-            |row: &[char]| row.len() < columns || row.last() == Some(&' ') || row.contains(&'░') || row.contains(&'█');
-        letters.len() <= columns || line.starts_with("after ") && letters.chunks(columns).all(ends_well)
+        let ends_well = |row: &[char]| {
+            row.len() < columns
+                || row.last() == Some(&' ')
+                || row.contains(&'░')
+                || row.contains(&'█')
+        };
+        letters.len() <= columns
+            || line.starts_with("after ") && letters.chunks(columns).all(ends_well)
     };
     let is_row = |line: &str| columns < 80 && line.starts_with([' ', '─']);
     let is_whole = |line: &&str| line.contains("--campaign") || is_row(line);
-    text.split(['\r', '\n']).filter(|line| !is_whole(line)).find(|line| !fits(line)).map(String::from)
+    text.split(['\r', '\n'])
+        .filter(|line| !is_whole(line))
+        .find(|line| !fits(line))
+        .map(String::from)
 }
 
 #[cfg(target_os = "linux")]
@@ -533,7 +919,14 @@ fn a_terminal_of_60_columns_is_enough_and_so_is_none() {
         "--set=variations.trunk_com_y_m={uniform=[-0.005, 0.005]}",
         "--set=second_push={impulse_n_s={uniform=[0, 1]}, heading_deg={uniform=[-180, 180]}, after_s=0.05}",
     ];
-    let sets = ["--gains=fixed", "--gains=switching", "--gains=catch", "--trials=6", PASSES, "--full"];
+    let sets = [
+        "--gains=fixed",
+        "--gains=switching",
+        "--gains=catch",
+        "--trials=6",
+        PASSES,
+        "--full",
+    ];
     let args = short(&[&sets[..], &long].concat());
     let run = standfast(dir.path(), &args).success();
     assert_eq!(too_wide(&stdout(&run), 80), None);
@@ -542,7 +935,11 @@ fn a_terminal_of_60_columns_is_enough_and_so_is_none() {
     let words: Vec<String> = args.iter().map(|arg| format!("'{arg}'")).collect();
     for columns in [60, 80] {
         fs::remove_dir_all(dir.path().join("out")).unwrap();
-        let shell = format!("stty cols {columns} rows 24; exec {} {}", PROGRAM, words.join(" "));
+        let shell = format!(
+            "stty cols {columns} rows 24; exec {} {}",
+            PROGRAM,
+            words.join(" ")
+        );
         let terminal = std::process::Command::new("script")
             .args(["-qec", &shell, "/dev/null"])
             .env("TERM", "xterm")
@@ -550,9 +947,17 @@ fn a_terminal_of_60_columns_is_enough_and_so_is_none() {
             .output()
             .expect("script, of util-linux, makes a terminal");
         let text = plain(&String::from_utf8(terminal.stdout).unwrap());
-        assert!(terminal.status.success() && text.contains(" of 24 episodes") && text.contains("controller"), "{text}");
+        assert!(
+            terminal.status.success()
+                && text.contains(" of 24 episodes")
+                && text.contains("controller"),
+            "{text}"
+        );
         // The part with one trial may end before the part with five.
-        assert!(text.contains(" trials, not final: ") && text.contains("can be told apart"), "{text}");
+        assert!(
+            text.contains(" trials, not final: ") && text.contains("can be told apart"),
+            "{text}"
+        );
         assert_eq!(too_wide(&text, columns), None);
     }
 }
@@ -571,7 +976,10 @@ fn interrupted_at(folder: &Path, args: &[&str], words: &str) -> String {
         .spawn()
         .unwrap();
     let (mut said, mut is_told) = (String::new(), false);
-    for line in BufReader::new(run.stderr.take().unwrap()).lines().map(Result::unwrap) {
+    for line in BufReader::new(run.stderr.take().unwrap())
+        .lines()
+        .map(Result::unwrap)
+    {
         said += &line;
         said += "\n";
         if line.contains(words) && !is_told {
@@ -586,7 +994,9 @@ fn interrupted_at(folder: &Path, args: &[&str], words: &str) -> String {
 /// The number before `words`.
 #[cfg(unix)]
 fn number_before(words: &str, text: &str) -> u64 {
-    let (before, _) = text.split_once(words).unwrap_or_else(|| panic!("no {words:?} in {text}"));
+    let (before, _) = text
+        .split_once(words)
+        .unwrap_or_else(|| panic!("no {words:?} in {text}"));
     before.rsplit([' ', '\n']).next().unwrap().parse().unwrap()
 }
 
@@ -597,18 +1007,39 @@ fn an_interrupted_run_says_what_is_kept_and_goes_on_there() {
     let args = short(&["--trials=400", "--threads=1"]);
     let said = interrupted_at(dir.path(), &args, "40 of 400 episodes");
     assert!(said.starts_with("0 of 400 episodes\n"), "{said}");
-    assert!(said.contains("stopping as soon as what is running ends"), "{said}");
+    assert!(
+        said.contains("stopping as soon as what is running ends"),
+        "{said}"
+    );
     // The place of a line break depends on the number of digits of the numbers.
     let words = said.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(words.contains("The same command goes on from there"), "{said}");
-    assert!(said.contains("  standfast run out/campaign.toml --out out"), "{said}");
+    assert!(
+        words.contains("The same command goes on from there"),
+        "{said}"
+    );
+    assert!(
+        said.contains("  standfast run out/campaign.toml --out out"),
+        "{said}"
+    );
     assert!(!said.contains("error"), "{said}");
-    let (kept, done) = (number_before(" of 400 episodes are kept", &said), number_before(" episodes in", &said));
+    let (kept, done) = (
+        number_before(" of 400 episodes are kept", &said),
+        number_before(" episodes in", &said),
+    );
     // With one thread, at most one part of five trials is unfinished.
-    assert!(kept % 5 == 0 && kept <= done && done < kept + 5, "{kept} of {done}");
+    assert!(
+        kept % 5 == 0 && kept <= done && done < kept + 5,
+        "{kept} of {done}"
+    );
     let again = interrupted_at(dir.path(), &args, "goes on");
-    assert!(again.starts_with(&format!("out: goes on, {kept} of 400 episodes are there\n")), "{again}");
-    assert!(again.contains(&format!("\n{kept} of 400 episodes\n")), "{again}");
+    assert!(
+        again.starts_with(&format!("out: goes on, {kept} of 400 episodes are there\n")),
+        "{again}"
+    );
+    assert!(
+        again.contains(&format!("\n{kept} of 400 episodes\n")),
+        "{again}"
+    );
 }
 
 /// If the program is called without arguments, it says what it does, how long that takes, and what would be quicker.
@@ -619,13 +1050,25 @@ fn without_a_command_it_says_first_what_it_is_about_to_do() {
     let said = interrupted_at(dir.path(), &[], "It takes about ");
     let (first, rest) = said.split_once("0 of 4000 episodes\n").unwrap();
     // The name of the program is long here.
-    assert!(first.lines().count() <= 6 && first.lines().all(|line| line.chars().count() <= 80), "{first}");
+    assert!(
+        first.lines().count() <= 6 && first.lines().all(|line| line.chars().count() <= 80),
+        "{first}"
+    );
     let words = first.replace('\n', " ");
-    assert!(words.contains("1000 pushes for each of 4 controllers, on "), "{first}");
-    assert!(words.contains(" push --replay push.html ") && words.contains(" run smoke "), "{first}");
+    assert!(
+        words.contains("1000 pushes for each of 4 controllers, on "),
+        "{first}"
+    );
+    assert!(
+        words.contains(" push --replay push.html ") && words.contains(" run smoke "),
+        "{first}"
+    );
     assert!(rest.contains(" here, by the pace of its first "), "{rest}");
     let again = interrupted_at(dir.path(), &[], "goes on");
-    assert!(again.starts_with("standfast-results/standard: goes on, ") && !again.contains("quick look"), "{again}");
+    assert!(
+        again.starts_with("standfast-results/standard: goes on, ") && !again.contains("quick look"),
+        "{again}"
+    );
 }
 
 #[test]
@@ -634,12 +1077,21 @@ fn a_result_is_printed_in_full_again_without_a_change() {
     let full = stdout(&standfast(dir.path(), &short(&[SEVERAL_PARTS, "--full", PASSES])).success());
     let before = files(dir.path());
     let status = stdout(&standfast(dir.path(), &["status", "out", "--full"]).success());
-    assert!(full.contains("kind of trial") && status.ends_with(&format!("\n\n{full}")), "{status}");
+    assert!(
+        full.contains("kind of trial") && status.ends_with(&format!("\n\n{full}")),
+        "{status}"
+    );
     assert!(files(dir.path()) == before);
     let short = stdout(&standfast(dir.path(), &["merge", "out"]).success());
-    assert!(short.len() < full.len() && !short.contains("kind of trial"), "{short}");
+    assert!(
+        short.len() < full.len() && !short.contains("kind of trial"),
+        "{short}"
+    );
     for words in ["campaign smoke: 26 trials", "controller", "hold >= 0"] {
-        assert!(short.contains(words) && full.contains(words), "{words} in {short}");
+        assert!(
+            short.contains(words) && full.contains(words),
+            "{words} in {short}"
+        );
     }
 }
 
@@ -650,32 +1102,85 @@ fn who_does_not_fall_has_survived() {
     let dir = folder();
     let run = |out: &str, more: &[&str]| {
         let still = "--set=episode.judge.standing_com_speed_m_s=1e-9";
-        let args = ["run", "smoke", "--trials=6", "--replays=0", "--gains=hold", "--gains=catch", still, out];
+        let args = [
+            "run",
+            "smoke",
+            "--trials=6",
+            "--replays=0",
+            "--gains=hold",
+            "--gains=catch",
+            still,
+            out,
+        ];
         standfast(dir.path(), &[&args[..], more].concat())
     };
     let told = stdout(&run("--out=a", &[]).success());
-    assert!(told.contains("survived,") && told.contains("`--judge survived`"), "{told}");
-    let summed = |run: crate::common::program::Run| -> Value { serde_json::from_str(&stdout(&run.success())).unwrap() };
+    assert!(
+        told.contains("survived,") && told.contains("`--judge survived`"),
+        "{told}"
+    );
+    let summed = |run: crate::common::program::Run| -> Value {
+        serde_json::from_str(&stdout(&run.success())).unwrap()
+    };
     let [stands, lasts] = [&[][..], &["--judge=survived"]].map(|judge: &[&str]| {
-        let out = if judge.is_empty() { "--out=a" } else { "--out=b" };
+        let out = if judge.is_empty() {
+            "--out=a"
+        } else {
+            "--out=b"
+        };
         summed(run(out, &[judge, &["--json"]].concat()))
     });
     for set in 0..2 {
         let [stands, lasts] = [&stands, &lasts].map(|summary| &summary["sets"][set]);
         let of = |key: &str| stands[key].as_u64().unwrap();
         let survived = stands["survived"]["recovered"].as_u64().unwrap();
-        assert_eq!((of("recovered"), of("timed_out"), of("timed_out") + of("fell")), (0, survived, 6), "{stands}");
+        assert_eq!(
+            (
+                of("recovered"),
+                of("timed_out"),
+                of("timed_out") + of("fell")
+            ),
+            (0, survived, 6),
+            "{stands}"
+        );
         assert!(survived > 0, "{stands}");
-        assert_eq!((&lasts["recovered"], &lasts["survived"]), (&survived.into(), &stands["survived"]), "{lasts}");
+        assert_eq!(
+            (&lasts["recovered"], &lasts["survived"]),
+            (&survived.into(), &stands["survived"]),
+            "{lasts}"
+        );
     }
-    let gated = run("--out=b", &["--judge=survived", "--gate=catch >= 0.5", "--gate=hold >= 0.99"]).code(100);
+    let gated = run(
+        "--out=b",
+        &[
+            "--judge=survived",
+            "--gate=catch >= 0.5",
+            "--gate=hold >= 0.99",
+        ],
+    )
+    .code(100);
     let told = stdout(&gated);
-    assert!(told.contains("judge:  survival: a robot that stands still, or has not fallen after 6 s"), "{told}");
+    assert!(
+        told.contains("judge:  survival: a robot that stands still, or has not fallen after 6 s"),
+        "{told}"
+    );
     let rows = fs::read_to_string(dir.path().join("b/parts/part-000000.csv")).unwrap();
-    assert!(rows.contains(",Survived,") && !rows.contains(",TimedOut,"), "{rows}");
+    assert!(
+        rows.contains(",Survived,") && !rows.contains(",TimedOut,"),
+        "{rows}"
+    );
     // The robot has 8 kg. Over sqrt(g h), the change of velocity is a share of 1.74 m/s.
-    let push = stdout(&standfast(dir.path(), &["push", "--impulse=4", "--gains=hold", "--json"]).success());
+    let push = stdout(
+        &standfast(
+            dir.path(),
+            &["push", "--impulse=4", "--gains=hold", "--json"],
+        )
+        .success(),
+    );
     let push: Value = serde_json::from_str(&push).unwrap();
     let [dv_m_s, share] = ["dv_m_s", "dv_over_sqrt_g_h"].map(|key| push[key].as_f64().unwrap());
-    assert!((dv_m_s - 0.5).abs() < 0.001 && (share - 0.5 / 1.7435).abs() < 0.001, "{push}");
+    assert!(
+        (dv_m_s - 0.5).abs() < 0.001 && (share - 0.5 / 1.7435).abs() < 0.001,
+        "{push}"
+    );
 }

@@ -13,12 +13,22 @@ use standfast::sim::episode::Until;
 fn fingerprint(bench: &Bench, seed: u64) -> Vec<u8> {
     let mut hash = Sha256::new();
     let mut trace = Trace::new(&bench.robot);
-    let record = bench.run(vec![push(2.0, 30.0)], Some(sensor_errors(seed)), 1.5, Until::Horizon, |tick| {
-        trace.push(tick);
-        let truth = tick.truth;
-        let numbers = truth.velocity.iter().chain(&tick.command.dq_ref).chain(&tick.command.tau_ff);
-        numbers.for_each(|v| hash.update(v.to_bits().to_le_bytes()));
-    });
+    let record = bench.run(
+        vec![push(2.0, 30.0)],
+        Some(sensor_errors(seed)),
+        1.5,
+        Until::Horizon,
+        |tick| {
+            trace.push(tick);
+            let truth = tick.truth;
+            let numbers = truth
+                .velocity
+                .iter()
+                .chain(&tick.command.dq_ref)
+                .chain(&tick.command.tau_ff);
+            numbers.for_each(|v| hash.update(v.to_bits().to_le_bytes()));
+        },
+    );
     hash.update(format!("{record:?}{:?}", trace.columns()));
     hash.finalize().to_vec()
 }
@@ -28,9 +38,20 @@ fn fingerprint(bench: &Bench, seed: u64) -> Vec<u8> {
 fn an_episode_repeats_to_the_bit_in_every_thread() {
     let bench = Bench::new("switching");
     let first = fingerprint(&bench, 1);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
-    let others: Vec<Vec<u8>> = pool.install(|| (0..6).into_par_iter().map(|_| fingerprint(&bench, 1)).collect());
-    assert!(others.iter().all(|other| *other == first), "{first:?} and {others:?}");
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(4)
+        .build()
+        .unwrap();
+    let others: Vec<Vec<u8>> = pool.install(|| {
+        (0..6)
+            .into_par_iter()
+            .map(|_| fingerprint(&bench, 1))
+            .collect()
+    });
+    assert!(
+        others.iter().all(|other| *other == first),
+        "{first:?} and {others:?}"
+    );
     assert_ne!(fingerprint(&bench, 2), first);
 }
 
@@ -44,8 +65,17 @@ fn episodes_that_share_a_robot_are_the_same_bits() {
     let names = ["hold", "switching", "paper", "catch", "fixed"];
     let benches = names.map(Bench::new);
     let (robot, config) = (&benches[0].robot, crate::common::config(3.0));
-    let variation = Variation { slope_deg: Some(1.0), delay_s: Some(0.005), ..Variation::default() };
-    let pushed = |impulse_n_s, heading_deg| vec![Push { start_s: 0.7, ..push(impulse_n_s, heading_deg) }];
+    let variation = Variation {
+        slope_deg: Some(1.0),
+        delay_s: Some(0.005),
+        ..Variation::default()
+    };
+    let pushed = |impulse_n_s, heading_deg| {
+        vec![Push {
+            start_s: 0.7,
+            ..push(impulse_n_s, heading_deg)
+        }]
+    };
     let disturbance = |pushes: &[Push]| Disturbance {
         pushes: pushes.to_vec(),
         sensor_errors: Some(sensor_errors(3)),
@@ -62,14 +92,34 @@ fn episodes_that_share_a_robot_are_the_same_bits() {
         let pushes = pushed(impulse_n_s, heading_deg);
         let alone = |bench: &Bench| {
             let until = config.until();
-            episode::run(robot, &bench.factory, &config, disturbance(&pushes), until, &mut |_| {}).unwrap()
+            episode::run(
+                robot,
+                &bench.factory,
+                &config,
+                disturbance(&pushes),
+                until,
+                &mut |_| {},
+            )
+            .unwrap()
         };
-        let alone: Vec<String> = benches.iter().map(|bench| format!("{:?}", alone(bench))).collect();
+        let alone: Vec<String> = benches
+            .iter()
+            .map(|bench| format!("{:?}", alone(bench)))
+            .collect();
         let told = |closed_loop: ClosedLoop| {
-            closed_loop.finish().unwrap().iter().map(|record| format!("{record:?}")).collect::<Vec<_>>()
+            closed_loop
+                .finish()
+                .unwrap()
+                .iter()
+                .map(|record| format!("{record:?}"))
+                .collect::<Vec<_>>()
         };
         assert_eq!(told(start(&pushes)), alone, "{impulse_n_s} N s");
-        assert_eq!(told(shared.with(&[0, 1, 2, 3, 4], pushes.clone()).unwrap()), alone, "{impulse_n_s} N s");
+        assert_eq!(
+            told(shared.with(&[0, 1, 2, 3, 4], pushes.clone()).unwrap()),
+            alone,
+            "{impulse_n_s} N s"
+        );
         assert_eq!(
             told(shared.with(&[1, 3], pushes).unwrap()),
             [alone[1].clone(), alone[3].clone()],
@@ -78,7 +128,10 @@ fn episodes_that_share_a_robot_are_the_same_bits() {
         outcomes.extend(alone);
     }
     for word in ["outcome: Fell", "outcome: Recovered", "taken: [Footstep"] {
-        assert!(outcomes.iter().any(|record| record.contains(word)), "{word}");
+        assert!(
+            outcomes.iter().any(|record| record.contains(word)),
+            "{word}"
+        );
     }
 }
 
@@ -86,8 +139,19 @@ fn episodes_that_share_a_robot_are_the_same_bits() {
 fn errors_seen(gains: &str) -> Vec<Vec<f64>> {
     use standfast::sim::{Plant, plant::Clock};
     let bench = Bench::new(gains);
-    let clock = Clock { engine: engine(), physics_step_s: 0.001, control_period_s: 0.002 };
-    let plant = |errors| Plant::new(bench.robot.clone(), clock, errors, bench.robot.home_command());
+    let clock = Clock {
+        engine: engine(),
+        physics_step_s: 0.001,
+        control_period_s: 0.002,
+    };
+    let plant = |errors| {
+        Plant::new(
+            bench.robot.clone(),
+            clock,
+            errors,
+            bench.robot.home_command(),
+        )
+    };
     // The twin without errors gets the same commands, so it shows the true values.
     let (mut noisy, mut ideal) = (plant(Some(sensor_errors(5))), plant(None));
     let mut controller = bench.factory.start(0);
@@ -95,15 +159,25 @@ fn errors_seen(gains: &str) -> Vec<Vec<f64>> {
     let mut seen = Vec::new();
     for _ in 0..400 {
         let (read, truth) = (noisy.sense(), ideal.sense());
-        let joints = read.q.iter().zip(&truth.q).chain(read.dq.iter().zip(&truth.dq));
+        let joints = read
+            .q
+            .iter()
+            .zip(&truth.q)
+            .chain(read.dq.iter().zip(&truth.dq));
         let mut errors: Vec<f64> = joints.map(|(a, b)| a - b).collect();
         let turned = (truth.imu.orientation.inverse() * read.imu.orientation).scaled_axis();
         let soles = PerFoot::from_fn(|foot| {
             let (a, b) = (&read.soles[foot], &truth.soles[foot]);
             [a.force - b.force, a.moment - b.moment]
         });
-        let imu = [turned, read.imu.gyro - truth.imu.gyro, read.imu.accelerometer - truth.imu.accelerometer];
-        let all = imu.iter().chain(Foot::BOTH.iter().flat_map(|&foot| &soles[foot]));
+        let imu = [
+            turned,
+            read.imu.gyro - truth.imu.gyro,
+            read.imu.accelerometer - truth.imu.accelerometer,
+        ];
+        let all = imu
+            .iter()
+            .chain(Foot::BOTH.iter().flat_map(|&foot| &soles[foot]));
         errors.extend(all.flat_map(Vector3::iter));
         seen.push(errors);
         controller.tick(&read, &mut command).unwrap();
@@ -121,7 +195,10 @@ fn sensor_errors_do_not_depend_on_the_controller() {
     assert_eq!(switching[0].len(), 2 * 20 + 3 * 3 + 2 * 6);
     for (tick, (a, b)) in switching.iter().zip(&hold).enumerate() {
         for (sensor, (a, b)) in a.iter().zip(b).enumerate() {
-            assert!((a - b).abs() < 1e-9, "tick {tick}, number {sensor}: {a} and {b}");
+            assert!(
+                (a - b).abs() < 1e-9,
+                "tick {tick}, number {sensor}: {a} and {b}"
+            );
         }
     }
     // The errors are noise: no two ticks have the same errors.
@@ -134,13 +211,35 @@ fn sensor_errors_do_not_depend_on_the_controller() {
 fn a_campaign_that_varies_everything_is_the_same_bytes_for_any_number_of_threads() {
     let result = |threads: &str| {
         let dir = folder();
-        let short = ["--set=episode.horizon_s=2.4", "--set=second_push.after_s={uniform=[0.1, 0.25]}"];
-        let args = [&["run", "harsh", "--gains=hold", SEVERAL_PARTS, "--out=out", threads][..], &short].concat();
+        let short = [
+            "--set=episode.horizon_s=2.4",
+            "--set=second_push.after_s={uniform=[0.1, 0.25]}",
+        ];
+        let args = [
+            &[
+                "run",
+                "harsh",
+                "--gains=hold",
+                SEVERAL_PARTS,
+                "--out=out",
+                threads,
+            ][..],
+            &short,
+        ]
+        .concat();
         standfast(dir.path(), &args).success();
         files(&dir.path().join("out"))
     };
     let one = result("--threads=1");
     let rows = String::from_utf8(one["parts/part-000000.csv"].clone()).unwrap();
-    assert!(rows.contains("second_impulse_n_s") && rows.contains("ground_step_m") && rows.contains("Fell"), "{rows}");
-    assert!(one == result("--threads=2"), "two threads wrote something else");
+    assert!(
+        rows.contains("second_impulse_n_s")
+            && rows.contains("ground_step_m")
+            && rows.contains("Fell"),
+        "{rows}"
+    );
+    assert!(
+        one == result("--threads=2"),
+        "two threads wrote something else"
+    );
 }

@@ -13,11 +13,22 @@ use standfast::sim::{Engine, Ground, Plant, Pull, Variation, plant::Clock};
 use std::f64::consts::TAU;
 
 fn clock(engine: Engine) -> Clock {
-    EpisodeConfig { engine, ..config(6.0) }.clock()
+    EpisodeConfig {
+        engine,
+        ..config(6.0)
+    }
+    .clock()
 }
 
 /// The robot under the command that holds its home posture, for `duration_s`. `see` is called after each tick.
-fn hold(bench: &Bench, robot: &Robot, ground: Ground, clock: Clock, duration_s: f64, mut see: impl FnMut(&mut Plant)) {
+fn hold(
+    bench: &Bench,
+    robot: &Robot,
+    ground: Ground,
+    clock: Clock,
+    duration_s: f64,
+    mut see: impl FnMut(&mut Plant),
+) {
     let home = bench.robot.home_command();
     let mut plant = Plant::on(ground, robot.clone(), clock, None, home.clone());
     for _ in 0..(duration_s / clock.control_period_s).round() as usize {
@@ -38,23 +49,41 @@ fn a_robot_in_flight_falls_freely() {
             force: Vector3::new(5.0, 3.0, 4.0 * robot.mass() * GRAVITY),
         };
         let (mut start, mut worst) = (None, [0.0_f64; 3]);
-        hold(&bench, robot, Ground::default(), clock(engine), 0.5, |plant| {
-            plant.pull = (plant.truth().time_s < 0.1).then_some(throw);
-            let truth = plant.truth();
-            if truth.time_s < 0.15 {
-                return;
-            }
-            assert!(truth.zmp.is_none(), "{engine:?}: it touches the ground at {} s", truth.time_s);
-            let now = (truth.time_s, truth.com_vel, angular_momentum(robot, truth));
-            let (time_s, velocity, spin) = start.get_or_insert(now);
-            let fallen = truth.com_vel - *velocity + Vector3::z() * GRAVITY * (truth.time_s - *time_s);
-            worst[0] = worst[0].max(fallen.norm());
-            worst[1] = worst[1].max((now.2 - *spin).norm());
-            worst[2] = worst[2].max(spin.norm());
-        });
-        println!("{engine:?}: {:.1e} m/s off free fall, {:.1e} of {:.3} N m s", worst[0], worst[1], worst[2]);
+        hold(
+            &bench,
+            robot,
+            Ground::default(),
+            clock(engine),
+            0.5,
+            |plant| {
+                plant.pull = (plant.truth().time_s < 0.1).then_some(throw);
+                let truth = plant.truth();
+                if truth.time_s < 0.15 {
+                    return;
+                }
+                assert!(
+                    truth.zmp.is_none(),
+                    "{engine:?}: it touches the ground at {} s",
+                    truth.time_s
+                );
+                let now = (truth.time_s, truth.com_vel, angular_momentum(robot, truth));
+                let (time_s, velocity, spin) = start.get_or_insert(now);
+                let fallen =
+                    truth.com_vel - *velocity + Vector3::z() * GRAVITY * (truth.time_s - *time_s);
+                worst[0] = worst[0].max(fallen.norm());
+                worst[1] = worst[1].max((now.2 - *spin).norm());
+                worst[2] = worst[2].max(spin.norm());
+            },
+        );
+        println!(
+            "{engine:?}: {:.1e} m/s off free fall, {:.1e} of {:.3} N m s",
+            worst[0], worst[1], worst[2]
+        );
         assert!(worst[2] > 0.01, "it does not turn");
-        assert!(worst[0] < 1e-3 && worst[1] < 0.01 * worst[2] + 2e-4, "{engine:?}: {worst:?}");
+        assert!(
+            worst[0] < 1e-3 && worst[1] < 0.01 * worst[2] + 2e-4,
+            "{engine:?}: {worst:?}"
+        );
     }
 }
 
@@ -74,22 +103,34 @@ fn on_a_slope_a_robot_slides_like_a_block() {
             let ground = Ground::new(&bench.robot, &slope);
             let down = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -angle) * -Vector3::x();
             let mut speeds = Vec::new();
-            hold(&bench, &slope.robot(&bench.robot), ground, clock(engine), 2.5, |plant| {
-                let truth = plant.truth();
-                // The ground has tilted after 0.8 s, and the robot has stopped to sway after 2 s.
-                if truth.time_s > 2.0 - 1e-9 {
-                    speeds.push(truth.com_vel.dot(&down));
-                }
-            });
+            hold(
+                &bench,
+                &slope.robot(&bench.robot),
+                ground,
+                clock(engine),
+                2.5,
+                |plant| {
+                    let truth = plant.truth();
+                    // The ground has tilted after 0.8 s, and the robot has stopped to sway after 2 s.
+                    if truth.time_s > 2.0 - 1e-9 {
+                        speeds.push(truth.com_vel.dot(&down));
+                    }
+                },
+            );
             let gained = (speeds.last().unwrap() - speeds[0]) / 0.5;
             let law = GRAVITY * (angle.sin() - friction * angle.cos()).max(0.0);
             println!(
                 "{engine:?}, mu {friction}: {gained:.4} m/s^2, law {law:.4}; {:.2e} m/s at the end",
                 speeds.last().unwrap()
             );
-            assert!((gained - law).abs() < 0.02 * GRAVITY * angle.sin(), "{engine:?}, mu {friction}: {gained}");
+            assert!(
+                (gained - law).abs() < 0.02 * GRAVITY * angle.sin(),
+                "{engine:?}, mu {friction}: {gained}"
+            );
             if law == 0.0 {
-                let fastest = speeds.iter().fold(0.0_f64, |most, speed| most.max(speed.abs()));
+                let fastest = speeds
+                    .iter()
+                    .fold(0.0_f64, |most, speed| most.max(speed.abs()));
                 assert!(fastest < 2e-3, "{engine:?}, mu {friction}: {fastest} m/s");
             }
         }
@@ -100,7 +141,11 @@ fn on_a_slope_a_robot_slides_like_a_block() {
 #[test]
 fn a_free_arm_swings_with_the_period_of_its_inertia() {
     let mut robot = standfast::robots::load("ut-mu2").unwrap();
-    let shoulder = robot.joints.iter().position(|joint| joint.name == "left_shoulder_flexion").unwrap();
+    let shoulder = robot
+        .joints
+        .iter()
+        .position(|joint| joint.name == "left_shoulder_flexion")
+        .unwrap();
     // All other joints are stiff, so that the rest of the robot stands still.
     for (joint, servo) in robot.servos.iter_mut().enumerate() {
         let factor = if joint == shoulder { 0.0 } else { 10.0 };
@@ -115,7 +160,10 @@ fn a_free_arm_swings_with_the_period_of_its_inertia() {
         let kinematics = Kinematics::at(&robot, &posture);
         let mut dynamics = Dynamics::new(&robot);
         dynamics.update(&robot, &kinematics, &DVector::zeros(6 + robot.joints.len()));
-        (dynamics.bias()[6 + shoulder], dynamics.mass_matrix()[(6 + shoulder, 6 + shoulder)])
+        (
+            dynamics.bias()[6 + shoulder],
+            dynamics.mass_matrix()[(6 + shoulder, 6 + shoulder)],
+        )
     };
     let mut rest = robot.home_rad[shoulder];
     for _ in 0..20 {
@@ -141,20 +189,40 @@ fn a_free_arm_swings_with_the_period_of_its_inertia() {
         }
         let period = (turns[4] - turns[0]) / 2.0;
         println!("{engine:?}: {period:.4} s, law {law:.4} s, amplitude {amplitude:.3} rad");
-        assert!((period / law - 1.0).abs() < 0.01, "{engine:?}: {period} s, law {law} s");
+        assert!(
+            (period / law - 1.0).abs() < 0.01,
+            "{engine:?}: {period} s, law {law} s"
+        );
     }
 }
 
 /// Impulse between recovery and fall, to 0.02 N s, by bisection between 1.5 and 5.5 N s.
 fn toppling_impulse(bench: &Bench, engine: Engine, heading_deg: f64) -> f64 {
-    let config = EpisodeConfig { engine, ..config(6.0) };
+    let config = EpisodeConfig {
+        engine,
+        ..config(6.0)
+    };
     let (mut stands, mut falls) = (1.5, 5.5);
     while falls - stands > 0.02 {
         let middle = 0.5 * (stands + falls);
-        let disturbance = Disturbance { pushes: vec![push(middle, heading_deg)], ..Disturbance::default() };
-        let record =
-            episode::run(&bench.robot, &bench.factory, &config, disturbance, Until::Decided, &mut |_| {}).unwrap();
-        if record.outcome == Outcome::Recovered { stands = middle } else { falls = middle }
+        let disturbance = Disturbance {
+            pushes: vec![push(middle, heading_deg)],
+            ..Disturbance::default()
+        };
+        let record = episode::run(
+            &bench.robot,
+            &bench.factory,
+            &config,
+            disturbance,
+            Until::Decided,
+            &mut |_| {},
+        )
+        .unwrap();
+        if record.outcome == Outcome::Recovered {
+            stands = middle
+        } else {
+            falls = middle
+        }
     }
     0.5 * (stands + falls)
 }
@@ -164,9 +232,13 @@ fn a_stiff_robot_topples_at_the_same_pushes() {
     let bench = Bench::new("hold");
     (0..16).into_par_iter().for_each(|k| {
         let heading_deg = 22.5 * f64::from(k);
-        let [rapier, mujoco] = Engine::ALL.map(|engine| toppling_impulse(&bench, engine, heading_deg));
+        let [rapier, mujoco] =
+            Engine::ALL.map(|engine| toppling_impulse(&bench, engine, heading_deg));
         println!("{heading_deg} degrees: {rapier:.2} and {mujoco:.2} N s");
-        assert!((mujoco / rapier - 1.0).abs() < 0.04, "{heading_deg} degrees: {rapier} and {mujoco} N s");
+        assert!(
+            (mujoco / rapier - 1.0).abs() < 0.04,
+            "{heading_deg} degrees: {rapier} and {mujoco} N s"
+        );
     });
 }
 
@@ -175,15 +247,29 @@ fn a_stiff_robot_topples_at_the_same_pushes() {
 fn a_campaign_in_mujoco_is_the_same_bytes_for_any_number_of_threads() {
     let result = |threads: &str| {
         let dir = folder();
-        let short = ["--set=episode.horizon_s=2.4", "--set=second_push.after_s={uniform=[0.1, 0.25]}"];
-        let run = ["run", "harsh", "--engine=mujoco", "--gains=catch", SEVERAL_PARTS, "--out=out", threads];
+        let short = [
+            "--set=episode.horizon_s=2.4",
+            "--set=second_push.after_s={uniform=[0.1, 0.25]}",
+        ];
+        let run = [
+            "run",
+            "harsh",
+            "--engine=mujoco",
+            "--gains=catch",
+            SEVERAL_PARTS,
+            "--out=out",
+            threads,
+        ];
         standfast(dir.path(), &[&run[..], &short].concat()).success();
         files(&dir.path().join("out"))
     };
     let one = result("--threads=1");
     let manifest = String::from_utf8(one["parts/campaign.json"].clone()).unwrap();
     assert!(manifest.contains("MuJoCo 3."), "{manifest}");
-    assert!(one == result("--threads=2"), "two threads wrote something else");
+    assert!(
+        one == result("--threads=2"),
+        "two threads wrote something else"
+    );
 }
 
 /// The limits of both engines in one file equal the limits that each engine has alone.
@@ -191,24 +277,47 @@ fn a_campaign_in_mujoco_is_the_same_bytes_for_any_number_of_threads() {
 fn limits_stand_side_by_side() {
     let dir = folder();
     let limit = |engine: &str| {
-        let few = ["limit", "--campaign=nominal", "--gains=hold", "--headings=2", "--precision=0.4", "--out=out"];
+        let few = [
+            "limit",
+            "--campaign=nominal",
+            "--gains=hold",
+            "--headings=2",
+            "--precision=0.4",
+            "--out=out",
+        ];
         standfast(dir.path(), &[&few[..], &["--json", engine]].concat())
     };
-    let printed = [limit("--engine=both"), limit("--engine=mujoco")].map(|run| stdout(&run.success()));
-    let [both, alone] = printed.each_ref().map(|json| serde_json::from_str::<serde_json::Value>(json).unwrap());
+    let printed =
+        [limit("--engine=both"), limit("--engine=mujoco")].map(|run| stdout(&run.success()));
+    let [both, alone] = printed
+        .each_ref()
+        .map(|json| serde_json::from_str::<serde_json::Value>(json).unwrap());
     assert_eq!(both["engines"][1], alone);
     for (engine, name) in [(0, "Rapier "), (1, "MuJoCo ")] {
         let limits = &both["engines"][engine];
-        assert!(limits["engine"].as_str().unwrap().starts_with(name), "{limits}");
-        let impulse_n_s = limits["headings"][1]["sets"][0]["impulse50_n_s"].as_f64().unwrap();
+        assert!(
+            limits["engine"].as_str().unwrap().starts_with(name),
+            "{limits}"
+        );
+        let impulse_n_s = limits["headings"][1]["sets"][0]["impulse50_n_s"]
+            .as_f64()
+            .unwrap();
         assert!((2.2..3.1).contains(&impulse_n_s), "{name}: {impulse_n_s}");
     }
     let written = files(&dir.path().join("out"));
-    let names = ["limit-both.json", "limit-both.svg", "limit-mujoco.json", "limit-mujoco.svg"];
+    let names = [
+        "limit-both.json",
+        "limit-both.svg",
+        "limit-mujoco.json",
+        "limit-mujoco.svg",
+    ];
     assert_eq!(written.keys().collect::<Vec<_>>(), names);
     assert_eq!(written[names[0]], printed[0].as_bytes());
     let picture = String::from_utf8(written[names[1]].clone()).unwrap();
-    assert!(picture.contains("class=\"s0 second\"") && picture.contains("dashed line: MuJoCo 3."), "{picture}");
+    assert!(
+        picture.contains("class=\"s0 second\"") && picture.contains("dashed line: MuJoCo 3."),
+        "{picture}"
+    );
     assert!(stderr(&limit("--engine=both").code(2)).contains("it holds a result already"));
 }
 
@@ -221,9 +330,11 @@ fn a_robot_that_one_engine_refuses_is_an_error_that_names_the_engine() {
     // MuJoCo refuses a link with hardly any inertia. Rapier takes the link, since the rotor of its joint has an
     // inertia.
     let of_elbow = urdf.find("<link name=\"left_elbow_rotation\"").unwrap();
-    let light =
-        ["mass value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz"].into_iter().fold(urdf.clone(), |urdf, name| {
-            let first = of_elbow + urdf[of_elbow..].find(&format!("{name}=\"")).unwrap() + name.len() + 2;
+    let light = ["mass value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz"]
+        .into_iter()
+        .fold(urdf.clone(), |urdf, name| {
+            let first =
+                of_elbow + urdf[of_elbow..].find(&format!("{name}=\"")).unwrap() + name.len() + 2;
             let end = first + urdf[first..].find('"').unwrap();
             let value = match name {
                 "mass value" => "1e-9",
@@ -234,9 +345,22 @@ fn a_robot_that_one_engine_refuses_is_an_error_that_names_the_engine() {
         });
     std::fs::write(dir.path().join("odd.urdf"), light).unwrap();
     std::fs::copy(assets.join("ut-mu2.toml"), dir.path().join("odd.toml")).unwrap();
-    let push =
-        |engine: &str| standfast(dir.path(), &["push", "--robot=odd.urdf", "--gains=hold", "--horizon=1", engine]);
+    let push = |engine: &str| {
+        standfast(
+            dir.path(),
+            &[
+                "push",
+                "--robot=odd.urdf",
+                "--gains=hold",
+                "--horizon=1",
+                engine,
+            ],
+        )
+    };
     push("--engine=rapier").success();
     let error = stderr(&push("--engine=mujoco").code(2));
-    assert!(error.contains("MuJoCo does not take") && error.contains("--engine rapier"), "{error}");
+    assert!(
+        error.contains("MuJoCo does not take") && error.contains("--engine rapier"),
+        "{error}"
+    );
 }

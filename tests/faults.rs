@@ -47,7 +47,12 @@ fn out(dir: &Path) -> Files {
 
 /// Starts the campaign, and waits until it has written some parts.
 fn started(dir: &Path) -> Child {
-    let child = Command::new(PROGRAM).current_dir(dir).args(RUN).stderr(Stdio::null()).spawn().unwrap();
+    let child = Command::new(PROGRAM)
+        .current_dir(dir)
+        .args(RUN)
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
     let marker = dir.join("out/parts/part-000002.json");
     while !marker.exists() {
         std::thread::sleep(Duration::from_millis(5));
@@ -69,7 +74,12 @@ fn beside(dir: &Path, args: &[&str]) -> Run {
 /// Runs the campaign with at most `blocks` blocks of 1024 bytes in a file, as on a full disk.
 fn run_with_files_up_to(dir: &Path, blocks: u32) -> Run {
     let command = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
-    Run::of(Command::new("bash").current_dir(dir).args(["-c", &command, PROGRAM]).args(RUN))
+    Run::of(
+        Command::new("bash")
+            .current_dir(dir)
+            .args(["-c", &command, PROGRAM])
+            .args(RUN),
+    )
 }
 
 fn change(path: &Path, change: impl FnOnce(&mut Value)) {
@@ -88,7 +98,13 @@ fn forge(dir: &Path, part: &str, column: &str, change: impl Fn(f64) -> f64) {
     written.write_record(&heads).unwrap();
     for row in reader.records().map(Result::unwrap) {
         let cell = change(row[at].parse().unwrap()).to_string();
-        written.write_record(row.iter().enumerate().map(|(i, old)| if i == at { &cell } else { old })).unwrap();
+        written
+            .write_record(
+                row.iter()
+                    .enumerate()
+                    .map(|(i, old)| if i == at { &cell } else { old }),
+            )
+            .unwrap();
     }
     let bytes = written.into_inner().unwrap();
     change_marker(&marker, sha256_hex(&bytes));
@@ -123,29 +139,57 @@ const FAULTS: [Fault; 14] = [
         assert!(said.contains("another command is at work"), "{said}");
         "the second is refused, exit code 75; the first ends as if alone"
     }),
-    ("another campaign with the same `--out` while it runs", |dir| {
-        let said = stderr(&beside(dir, &[&RUN[..], &["--seed=5"]].concat()).code(3));
-        assert!(said.contains("another campaign"), "{said}");
-        "the second is refused, exit code 3; the first ends as if alone"
-    }),
-    ("two different campaigns begun at once with one `--out`", |dir| {
-        let other = Command::new(PROGRAM).current_dir(dir).args(RUN).arg("--seed=5").stderr(Stdio::null()).spawn();
-        let mut first = Command::new(PROGRAM).current_dir(dir).args(RUN).stderr(Stdio::null()).spawn().unwrap();
-        let ended = [other.unwrap().wait().unwrap().success(), first.wait().unwrap().success()];
-        assert!(ended[0] != ended[1], "one of them must be refused: {ended:?}");
-        if ended[0] {
-            fs::remove_dir_all(dir.join("out")).unwrap();
-        }
-        "one has the folder, the other is refused"
-    }),
-    ("a limit on file sizes (`ulimit -f`) that the first file meets", |dir| {
-        let said = stderr(&run_with_files_up_to(dir, 0).code(75));
-        assert!(said.contains("cannot write"), "{said}");
-        "an error that names the file, exit code 75; the same command begins anew"
-    }),
+    (
+        "another campaign with the same `--out` while it runs",
+        |dir| {
+            let said = stderr(&beside(dir, &[&RUN[..], &["--seed=5"]].concat()).code(3));
+            assert!(said.contains("another campaign"), "{said}");
+            "the second is refused, exit code 3; the first ends as if alone"
+        },
+    ),
+    (
+        "two different campaigns begun at once with one `--out`",
+        |dir| {
+            let other = Command::new(PROGRAM)
+                .current_dir(dir)
+                .args(RUN)
+                .arg("--seed=5")
+                .stderr(Stdio::null())
+                .spawn();
+            let mut first = Command::new(PROGRAM)
+                .current_dir(dir)
+                .args(RUN)
+                .stderr(Stdio::null())
+                .spawn()
+                .unwrap();
+            let ended = [
+                other.unwrap().wait().unwrap().success(),
+                first.wait().unwrap().success(),
+            ];
+            assert!(
+                ended[0] != ended[1],
+                "one of them must be refused: {ended:?}"
+            );
+            if ended[0] {
+                fs::remove_dir_all(dir.join("out")).unwrap();
+            }
+            "one has the folder, the other is refused"
+        },
+    ),
+    (
+        "a limit on file sizes (`ulimit -f`) that the first file meets",
+        |dir| {
+            let said = stderr(&run_with_files_up_to(dir, 0).code(75));
+            assert!(said.contains("cannot write"), "{said}");
+            "an error that names the file, exit code 75; the same command begins anew"
+        },
+    ),
     ("a limit on file sizes that is met in the middle", |dir| {
         run_with_files_up_to(dir, 8).code(75);
-        assert!(dir.join("out/parts/part-000011.json").exists() && !dir.join("out/report.html").exists());
+        assert!(
+            dir.join("out/parts/part-000011.json").exists()
+                && !dir.join("out/report.html").exists()
+        );
         "an error, exit code 75; finished parts are kept, and no half of a file is left"
     }),
     ("a byte of a part changed", |dir| {
@@ -157,32 +201,53 @@ const FAULTS: [Fault; 14] = [
         standfast(dir, &["merge", "out"]).code(3);
         "`merge` refuses, exit code 3, and names the trials; they are run again"
     }),
-    ("an impulse changed in a part, and the part's hash made anew", |dir| {
-        run(dir).success();
-        forge(dir, "part-000003", "impulse_n_s", |_| 0.001);
-        for command in ["merge", "status"] {
-            let said = stderr(&standfast(dir, &[command, "out"]).code(3));
-            let told = "trial 15 of hold: impulse_n_s = 0.001: is not what seed 1 draws for this trial; accepted: ";
-            assert!(said.contains("part-000003.csv: ") && said.contains(told), "{said}");
-            assert!(said.contains("remove part-000003.csv and part-000003.json"), "{said}");
-        }
-        standfast(dir, &["replay", "out", "--trial=15"]).code(3);
-        ["csv", "json"]
-            .iter()
-            .for_each(|kind| fs::remove_file(dir.join(format!("out/parts/part-000003.{kind}"))).unwrap());
-        "`merge` and `status` refuse, exit code 3, and name the trial and the files to remove; it is run again"
-    }),
-    ("outcomes changed in all parts, and the hashes of the parts made anew", |dir| {
-        run(dir).success();
-        (0..12).for_each(|part| forge(dir, &format!("part-{part:06}"), "end_s", |end_s| end_s + 0.001));
-        standfast(dir, &["status", "out"]).success();
-        for _ in 0..2 {
-            let said = stderr(&standfast(dir, &["merge", "out", "--replays=1"]).code(3));
-            assert!(said.contains("of the trials that were simulated again do not end as its parts say"), "{said}");
-        }
-        fs::remove_dir_all(dir.join("out")).unwrap();
-        "`merge` ends with exit code 3, since the trials that it simulates again end otherwise"
-    }),
+    (
+        "an impulse changed in a part, and the part's hash made anew",
+        |dir| {
+            run(dir).success();
+            forge(dir, "part-000003", "impulse_n_s", |_| 0.001);
+            for command in ["merge", "status"] {
+                let said = stderr(&standfast(dir, &[command, "out"]).code(3));
+                let told = "trial 15 of hold: impulse_n_s = 0.001: is not what seed 1 draws for this trial; accepted: ";
+                assert!(
+                    said.contains("part-000003.csv: ") && said.contains(told),
+                    "{said}"
+                );
+                assert!(
+                    said.contains("remove part-000003.csv and part-000003.json"),
+                    "{said}"
+                );
+            }
+            standfast(dir, &["replay", "out", "--trial=15"]).code(3);
+            ["csv", "json"].iter().for_each(|kind| {
+                fs::remove_file(dir.join(format!("out/parts/part-000003.{kind}"))).unwrap()
+            });
+            "`merge` and `status` refuse, exit code 3, and name the trial and the files to remove; it is run again"
+        },
+    ),
+    (
+        "outcomes changed in all parts, and the hashes of the parts made anew",
+        |dir| {
+            run(dir).success();
+            (0..12).for_each(|part| {
+                forge(dir, &format!("part-{part:06}"), "end_s", |end_s| {
+                    end_s + 0.001
+                })
+            });
+            standfast(dir, &["status", "out"]).success();
+            for _ in 0..2 {
+                let said = stderr(&standfast(dir, &["merge", "out", "--replays=1"]).code(3));
+                assert!(
+                    said.contains(
+                        "of the trials that were simulated again do not end as its parts say"
+                    ),
+                    "{said}"
+                );
+            }
+            fs::remove_dir_all(dir.join("out")).unwrap();
+            "`merge` ends with exit code 3, since the trials that it simulates again end otherwise"
+        },
+    ),
     ("the seed changed in `parts/campaign.json`", |dir| {
         run(dir).success();
         let manifest = dir.join("out/parts/campaign.json");
@@ -211,7 +276,10 @@ const FAULTS: [Fault; 14] = [
         run(dir).success();
         fs::remove_file(dir.join("out/parts/campaign.json")).unwrap();
         let said = stderr(&standfast(dir, &["merge", "out"]).code(3));
-        assert!(said.contains("standfast run out/campaign.toml --out out"), "{said}");
+        assert!(
+            said.contains("standfast run out/campaign.toml --out out"),
+            "{said}"
+        );
         "the parts say whose they are: the command that began it writes it again, and nothing is run again"
     }),
     ("the folder removed while it runs", |dir| {
@@ -231,18 +299,33 @@ fn nothing_is_lost() {
         run(dir.path()).success();
         out(dir.path())
     };
-    let guide = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/src/guide/clusters.md")).unwrap();
+    let guide = fs::read_to_string(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/src/guide/clusters.md"
+    ))
+    .unwrap();
     let mut missing = Vec::new();
     for (done, fault) in FAULTS {
         let dir = begin();
         let happened = fault(dir.path());
         run(dir.path()).success();
         let (found, wanted) = (out(dir.path()), &whole);
-        let differ: Vec<&String> = wanted.keys().filter(|name| found.get(*name) != wanted.get(*name)).collect();
-        assert!(differ.is_empty() && found.len() == wanted.len(), "{done}: {differ:?} of {:?}", found.keys());
+        let differ: Vec<&String> = wanted
+            .keys()
+            .filter(|name| found.get(*name) != wanted.get(*name))
+            .collect();
+        assert!(
+            differ.is_empty() && found.len() == wanted.len(),
+            "{done}: {differ:?} of {:?}",
+            found.keys()
+        );
         let row = format!("| {done} | {happened} |");
         println!("{row}");
         missing.extend((!guide.contains(&row)).then_some(row));
     }
-    assert!(missing.is_empty(), "not in the guide's table of faults:\n{}", missing.join("\n"));
+    assert!(
+        missing.is_empty(),
+        "not in the guide's table of faults:\n{}",
+        missing.join("\n")
+    );
 }

@@ -23,9 +23,17 @@ fn figures() -> Value {
 
 /// The rows of the table after the sentence or heading that contains `before`.
 fn rows(text: &str, before: &str) -> Vec<String> {
-    let (_, after) = text.split_once(before).unwrap_or_else(|| panic!("no {before:?}"));
-    let table = after.lines().skip_while(|line| !line.starts_with("|---")).skip(1);
-    table.take_while(|line| line.starts_with('|')).map(String::from).collect()
+    let (_, after) = text
+        .split_once(before)
+        .unwrap_or_else(|| panic!("no {before:?}"));
+    let table = after
+        .lines()
+        .skip_while(|line| !line.starts_with("|---"))
+        .skip(1);
+    table
+        .take_while(|line| line.starts_with('|'))
+        .map(String::from)
+        .collect()
 }
 
 #[test]
@@ -34,16 +42,27 @@ fn the_tables_of_what_holds_now_are_those_that_were_measured() {
     let standard = &figures["standard"];
     let row = |name: &str| {
         let alike = 100.0 * standard["alike"][name].as_f64().unwrap();
-        format!("| `{name}` | {} | {} | {alike:.1} % |", standard["rapier"][name], standard["mujoco"][name])
+        format!(
+            "| `{name}` | {} | {} | {alike:.1} % |",
+            standard["rapier"][name], standard["mujoco"][name]
+        )
     };
-    assert_eq!(rows(&text, "## Which controller recovers"), CONTROLLERS.map(row));
+    assert_eq!(
+        rows(&text, "## Which controller recovers"),
+        CONTROLLERS.map(row)
+    );
 
     let nominal = &figures["nominal"];
     let of = |engine: &str, at: usize| nominal[engine][at].clone();
     let row = |at: usize| {
         let (here, there) = (of("rapier", at), of("mujoco", at));
         let n_s = |value: &Value, digits: usize| format!("{:.digits$}", value.as_f64().unwrap());
-        let mut cells = vec![here["heading_deg"].to_string().trim_end_matches(".0").to_string()];
+        let mut cells = vec![
+            here["heading_deg"]
+                .to_string()
+                .trim_end_matches(".0")
+                .to_string(),
+        ];
         cells.extend(["none", "one", "any"].map(|bound| n_s(&here[bound], 2)));
         cells.extend(CONTROLLERS.map(|name| n_s(&here["sets"][name]["impulse50_n_s"], 2)));
         cells.push(n_s(&here["sets"]["catch"]["safe_n_s"], 1));
@@ -51,19 +70,34 @@ fn the_tables_of_what_holds_now_are_those_that_were_measured() {
         cells.push(n_s(&there["sets"]["catch"]["safe_n_s"], 1));
         format!("| {} |", cells.join(" | "))
     };
-    assert_eq!(rows(&text, "## The hardest push"), (0..9).map(row).collect::<Vec<_>>());
+    assert_eq!(
+        rows(&text, "## The hardest push"),
+        (0..9).map(row).collect::<Vec<_>>()
+    );
 
     // The bins are those from the margin `from` on, up to `to`.
     let foretold = |from: f64, to: f64| {
-        let bins = standard["foretold"].as_array().unwrap().iter().filter(|bin| {
-            bin["from"].as_f64().unwrap_or(f64::NEG_INFINITY) >= from
-                && bin["to"].as_f64().unwrap_or(f64::INFINITY) <= to
-        });
-        let sum = |of: &str| bins.clone().map(|bin| bin[of].as_u64().unwrap()).sum::<u64>();
+        let bins = standard["foretold"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter(|bin| {
+                bin["from"].as_f64().unwrap_or(f64::NEG_INFINITY) >= from
+                    && bin["to"].as_f64().unwrap_or(f64::INFINITY) <= to
+            });
+        let sum = |of: &str| {
+            bins.clone()
+                .map(|bin| bin[of].as_u64().unwrap())
+                .sum::<u64>()
+        };
         format!("{} of {}", sum("recovered"), sum("trials"))
     };
     let (inf, rows) = (f64::INFINITY, rows(&text, "## Standing"));
-    for (row, told) in rows.iter().zip([foretold(0.0, inf), foretold(-0.25, 0.0), foretold(-inf, -0.25)]) {
+    for (row, told) in rows.iter().zip([
+        foretold(0.0, inf),
+        foretold(-0.25, 0.0),
+        foretold(-inf, -0.25),
+    ]) {
         assert!(row.ends_with(&format!("| {told} |")), "{row}: {told}");
     }
     assert_eq!(rows.len(), 3);
@@ -79,7 +113,10 @@ fn readme_and_guide_state_the_same_figures() {
         assert!(readme.contains(&row), "README: {row}");
         let alike = format!("{:.1} %", 100.0 * standard["alike"][name].as_f64().unwrap());
         for file in ["README.md", "src/guide/engines.md"] {
-            assert!(text(file).contains(&alike), "{file}: {alike} alike with {name}");
+            assert!(
+                text(file).contains(&alike),
+                "{file}: {alike} alike with {name}"
+            );
         }
     }
     let n_s = |value: &Value| format!("{:.2}", value.as_f64().unwrap());
@@ -95,42 +132,82 @@ fn readme_and_guide_state_the_same_figures() {
         ),
         ("README.md", format!("to {hardest} N s with several")),
         ("src/guide/limits.md", format!("catch       {hardest} (")),
-        ("src/guide/limits.md", format!("catch              {hardest} (")),
+        (
+            "src/guide/limits.md",
+            format!("catch              {hardest} ("),
+        ),
     ] {
         // A sentence may continue in the next line.
-        assert!(text(file).replace('\n', " ").contains(&figure), "{file}: {figure}");
+        assert!(
+            text(file).replace('\n', " ").contains(&figure),
+            "{file}: {figure}"
+        );
     }
     // No other number of the standard campaign is stated as if it held now.
-    let known: Vec<String> = CONTROLLERS.iter().map(|name| standard["rapier"][name].to_string()).collect();
-    for file in ["README.md", "src/guide/campaigns.md", "src/guide/measured.md"] {
+    let known: Vec<String> = CONTROLLERS
+        .iter()
+        .map(|name| standard["rapier"][name].to_string())
+        .collect();
+    for file in [
+        "README.md",
+        "src/guide/campaigns.md",
+        "src/guide/measured.md",
+    ] {
         let text = text(file);
-        let told = text.split("/1000").filter_map(|before| before.rsplit(|c: char| !c.is_ascii_digit()).next());
+        let told = text
+            .split("/1000")
+            .filter_map(|before| before.rsplit(|c: char| !c.is_ascii_digit()).next());
         let told: Vec<&str> = told.take(text.matches("/1000").count()).collect();
-        assert!(told.iter().all(|told| known.contains(&told.to_string())), "{file}: {told:?}, measured {known:?}");
+        assert!(
+            told.iter().all(|told| known.contains(&told.to_string())),
+            "{file}: {told:?}, measured {known:?}"
+        );
     }
 }
 
 /// A rate is not lucky by choice if no choice was made by the pushes from which it comes.
 #[test]
 fn the_standard_campaign_has_the_last_seed_of_the_list_and_the_figures_are_of_it() {
-    let table = |file: &str| text(file).parse::<toml::Table>().unwrap_or_else(|e| panic!("{file}: {e}"));
+    let table = |file: &str| {
+        text(file)
+            .parse::<toml::Table>()
+            .unwrap_or_else(|e| panic!("{file}: {e}"))
+    };
     let seeds = table("assets/seeds.toml");
     let used: Vec<(i64, &str)> = seeds["used"]
         .as_array()
         .unwrap()
         .iter()
-        .map(|used| (used["seed"].as_integer().unwrap(), used["for"].as_str().unwrap()))
+        .map(|used| {
+            (
+                used["seed"].as_integer().unwrap(),
+                used["for"].as_str().unwrap(),
+            )
+        })
         .collect();
     let different: HashSet<i64> = used.iter().map(|(seed, _)| *seed).collect();
     assert_eq!(different.len(), used.len(), "a seed is there twice");
     let &(last, what) = used.last().unwrap();
-    assert!(what.starts_with("`standard` since ") && what.ends_with("and no choice."), "{what}");
-    assert_eq!(table("assets/campaigns/standard.toml")["seed"].as_integer(), Some(last));
+    assert!(
+        what.starts_with("`standard` since ") && what.ends_with("and no choice."),
+        "{what}"
+    );
+    assert_eq!(
+        table("assets/campaigns/standard.toml")["seed"].as_integer(),
+        Some(last)
+    );
     for file in ["README.md", "src/guide/measured.md"] {
         let words = text(file).split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(words.contains(&format!("seed {last}")), "{file} does not name seed {last}");
+        assert!(
+            words.contains(&format!("seed {last}")),
+            "{file} does not name seed {last}"
+        );
     }
-    assert_eq!(figures()["standard"]["seed"].as_i64(), Some(last), "figures.json: .ci/figures --keep-seed measures it");
+    assert_eq!(
+        figures()["standard"]["seed"].as_i64(),
+        Some(last),
+        "figures.json: .ci/figures --keep-seed measures it"
+    );
 }
 
 #[test]
@@ -140,7 +217,10 @@ fn pictures_are_of_the_build_that_was_measured() {
     assert!(pictures.len() >= 8, "{pictures:?}");
     for (name, sum) in pictures {
         let picture = fs::read(root().join("assets/pictures").join(name)).unwrap();
-        let found: String = Sha256::digest(&picture).iter().map(|byte| format!("{byte:02x}")).collect();
+        let found: String = Sha256::digest(&picture)
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect();
         assert_eq!(found, *sum, "{name}: made by another run of .ci/figures");
     }
 }

@@ -30,15 +30,33 @@ fn builtin(kind: InputKind, name: &str) -> Source {
 }
 
 fn file(name: &str, text: &str) -> Source {
-    Source { file: name.into(), text: text.into() }
+    Source {
+        file: name.into(),
+        text: text.into(),
+    }
 }
 
 fn pushed(robot: &Robot) -> Result<()> {
     let units = Units::of(robot);
-    let push = Push { start_s: 0.004, ..Push::of(&units) };
-    let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-    let gains = if robot.reach.is_empty() { "fixed" } else { "catch" };
-    simulated(robot, &standfast::controllers::gain_set(gains)?, &EpisodeConfig::of(&units), disturbance)
+    let push = Push {
+        start_s: 0.004,
+        ..Push::of(&units)
+    };
+    let disturbance = Disturbance {
+        pushes: vec![push],
+        ..Disturbance::default()
+    };
+    let gains = if robot.reach.is_empty() {
+        "fixed"
+    } else {
+        "catch"
+    };
+    simulated(
+        robot,
+        &standfast::controllers::gain_set(gains)?,
+        &EpisodeConfig::of(&units),
+        disturbance,
+    )
 }
 
 /// A refusal by the design is a refusal in words, too.
@@ -50,15 +68,26 @@ fn read_of(robot: Result<Robot>) -> Result<()> {
 fn urdf() {
     let settings = builtin(InputKind::RobotSettings, "ut-mu2");
     let valid = [builtin(InputKind::Robot, "ut-mu2").text];
-    fuzz("urdf", &valid, |text| read_of(standfast::robots::parse(&file("mine.urdf", text), &settings)));
+    fuzz("urdf", &valid, |text| {
+        read_of(standfast::robots::parse(
+            &file("mine.urdf", text),
+            &settings,
+        ))
+    });
 }
 
 #[test]
 fn inferred_settings() {
-    let valid = [include_str!("../assets/robots/child.urdf").to_string(), builtin(InputKind::Robot, "ut-mu2").text];
+    let valid = [
+        include_str!("../assets/robots/child.urdf").to_string(),
+        builtin(InputKind::Robot, "ut-mu2").text,
+    ];
     fuzz("inferred", &valid, |text| {
         let urdf = file("mine.urdf", text);
-        read_of(urdf::inferred(&urdf, None).and_then(|settings| standfast::robots::parse(&urdf, &settings)))
+        read_of(
+            urdf::inferred(&urdf, None)
+                .and_then(|settings| standfast::robots::parse(&urdf, &settings)),
+        )
     });
 }
 
@@ -85,24 +114,43 @@ fn meshes() {
     let urdf = builtin(InputKind::Robot, "ut-mu2").text;
     let at = urdf.find("</link>").unwrap();
     let valid: Vec<String> = [
-        ("obj", include_str!("../assets/robots/adult/meshes/head.obj")),
-        ("stl", include_str!("../assets/robots/adult/meshes/foot.stl")),
+        (
+            "obj",
+            include_str!("../assets/robots/adult/meshes/head.obj"),
+        ),
+        (
+            "stl",
+            include_str!("../assets/robots/adult/meshes/foot.stl"),
+        ),
         ("dae", COLLADA),
         ("meshes", KEPT),
     ]
     .map(|(format, text)| format!("{format}{NEXT_FILE}{text}"))
     .to_vec();
-    fs::write(path("mine.toml"), builtin(InputKind::RobotSettings, "ut-mu2").text).unwrap();
+    fs::write(
+        path("mine.toml"),
+        builtin(InputKind::RobotSettings, "ut-mu2").text,
+    )
+    .unwrap();
     fuzz("mesh", &valid, |text| {
         let (format, mesh) = text.split_once(NEXT_FILE).unwrap_or(("obj", text));
-        let format = if ["stl", "dae", "meshes"].contains(&format) { format } else { "obj" };
+        let format = if ["stl", "dae", "meshes"].contains(&format) {
+            format
+        } else {
+            "obj"
+        };
         let (file, name) = match format {
             "meshes" => ("mine.meshes".to_string(), "any.obj".to_string()),
             _ => (format!("any.{format}"), format!("any.{format}")),
         };
         fs::write(path(&file), mesh).unwrap();
-        let solid = format!("<collision><geometry><mesh filename=\"{name}\"/></geometry></collision>");
-        fs::write(path("mine.urdf"), format!("{}{solid}{}", &urdf[..at], &urdf[at..])).unwrap();
+        let solid =
+            format!("<collision><geometry><mesh filename=\"{name}\"/></geometry></collision>");
+        fs::write(
+            path("mine.urdf"),
+            format!("{}{solid}{}", &urdf[..at], &urdf[at..]),
+        )
+        .unwrap();
         let read = standfast::robots::load(&path("mine.urdf").to_string_lossy());
         fs::remove_file(path(&file)).unwrap();
         read_of(read)
@@ -113,7 +161,9 @@ fn meshes() {
 fn robot_settings() {
     let robot = builtin(InputKind::Robot, "ut-mu2");
     let valid = [builtin(InputKind::RobotSettings, "ut-mu2").text];
-    fuzz("settings", &valid, |text| read_of(standfast::robots::parse(&robot, &file("mine.toml", text))));
+    fuzz("settings", &valid, |text| {
+        read_of(standfast::robots::parse(&robot, &file("mine.toml", text)))
+    });
 }
 
 #[test]
@@ -128,12 +178,17 @@ fn gain_sets() {
     fuzz("gains", &valid, |text| {
         controllers::read(&file("mine.toml", text))?;
         // A controller of another kind has no gains to simulate.
-        let Ok(gains) = standfast::controllers::parse_gain_set(&file("mine.toml", text)) else { return Ok(()) };
+        let Ok(gains) = standfast::controllers::parse_gain_set(&file("mine.toml", text)) else {
+            return Ok(());
+        };
         simulated(
             &robot,
             &gains,
             &config,
-            Disturbance { pushes: vec![Push::of(&Units::of(&robot))], ..Disturbance::default() },
+            Disturbance {
+                pushes: vec![Push::of(&Units::of(&robot))],
+                ..Disturbance::default()
+            },
         )
     });
 }
@@ -141,53 +196,85 @@ fn gain_sets() {
 /// The first trial of a campaign, on its robot.
 fn first_trial(campaign: &Campaign) -> Result<()> {
     let robot = standfast::robots::load(&campaign.robot)?;
-    campaign.gains.iter().try_for_each(|gains| controllers::load(gains).map(|_| ()))?;
+    campaign
+        .gains
+        .iter()
+        .try_for_each(|gains| controllers::load(gains).map(|_| ()))?;
     campaign.to_toml()?;
     let disturbance = trial::disturbance(campaign, campaign.trials - 1);
-    simulated(&robot, &standfast::controllers::gain_set("fixed")?, &campaign.episode, disturbance)
+    simulated(
+        &robot,
+        &standfast::controllers::gain_set("fixed")?,
+        &campaign.episode,
+        disturbance,
+    )
 }
 
 #[test]
 fn campaigns() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.toml");
-    let everything =
-        "[episode]\nphysics_step_s = { rapier = 0.001, mujoco = 0.0005 }\n[stopping]\nuntil_resolved = true\n";
+    let everything = "[episode]\nphysics_step_s = { rapier = 0.001, mujoco = 0.0005 }\n[stopping]\nuntil_resolved = true\n";
     let names = InputKind::Campaign.names().into_iter();
-    let mut valid: Vec<String> = names.map(|name| builtin(InputKind::Campaign, name).text).collect();
-    valid.push(format!("name = 'c'\ntrials = 3\nseed = 1\n[push]\nimpulse = {{ normal = [1, 0.2] }}\n{everything}"));
+    let mut valid: Vec<String> = names
+        .map(|name| builtin(InputKind::Campaign, name).text)
+        .collect();
+    valid.push(format!(
+        "name = 'c'\ntrials = 3\nseed = 1\n[push]\nimpulse = {{ normal = [1, 0.2] }}\n{everything}"
+    ));
     fuzz("campaign", &valid, |text| {
         fs::write(&path, text).unwrap();
-        first_trial(&Campaign::load(path.to_str().unwrap(), &Overrides::default())?)
+        first_trial(&Campaign::load(
+            path.to_str().unwrap(),
+            &Overrides::default(),
+        )?)
     });
 }
 
 #[test]
 fn assignments() {
     let mut lines = Vec::new();
-    let mut table: toml::Table =
-        Campaign::load("harsh", &Overrides::default()).unwrap().to_toml().unwrap().parse().unwrap();
+    let mut table: toml::Table = Campaign::load("harsh", &Overrides::default())
+        .unwrap()
+        .to_toml()
+        .unwrap()
+        .parse()
+        .unwrap();
     for (key, value) in std::mem::take(&mut table) {
         match value {
-            toml::Value::Table(inner) => {
-                lines.extend(inner.into_iter().map(|(name, value)| format!("{key}.{name}={value}")))
-            }
+            toml::Value::Table(inner) => lines.extend(
+                inner
+                    .into_iter()
+                    .map(|(name, value)| format!("{key}.{name}={value}")),
+            ),
             value => lines.push(format!("{key}={value}")),
         }
     }
     lines.retain(|line| !line.contains('\n') && !line.contains(".toml"));
     fuzz("set", &lines, |text| {
         let set = text.split('\n').map(String::from).collect();
-        first_trial(&Campaign::load("harsh", &Overrides { set, ..Overrides::default() })?)
+        first_trial(&Campaign::load(
+            "harsh",
+            &Overrides {
+                set,
+                ..Overrides::default()
+            },
+        )?)
     });
 }
 
 #[test]
 fn gates() {
     let names = ["catch", "hold", "a - b", "paper stepping.alpha=2"].map(String::from);
-    let valid =
-        ["catch >= 0.80", "catch >= hold + 0.10", "a - b >= 97.5 %", "paper stepping.alpha=2 >= baseline - 0.01"];
-    fuzz("gate", &valid.map(String::from), |text| Gate::parse(text, &names).map(|_| ()));
+    let valid = [
+        "catch >= 0.80",
+        "catch >= hold + 0.10",
+        "a - b >= 97.5 %",
+        "paper stepping.alpha=2 >= baseline - 0.01",
+    ];
+    fuzz("gate", &valid.map(String::from), |text| {
+        Gate::parse(text, &names).map(|_| ())
+    });
 }
 
 #[test]
@@ -210,7 +297,12 @@ fn variants() {
 fn results() {
     let folder = tempfile::tempdir().unwrap();
     let (made, damaged) = (folder.path().join("made"), folder.path().join("damaged"));
-    let set = ["episode.horizon_s=0.4", "episode.judge.standing_time_s=0.1", "push.start_s=0.05"].map(String::from);
+    let set = [
+        "episode.horizon_s=0.4",
+        "episode.judge.standing_time_s=0.1",
+        "push.start_s=0.05",
+    ]
+    .map(String::from);
     let overrides = Overrides {
         set: set.into(),
         trials: Some(2),
@@ -219,11 +311,31 @@ fn results() {
     };
     let plan = PreparedCampaign::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();
     let new = plan.folder(Some(&made)).unwrap();
-    let mut work = CampaignRun::new(&plan, &new, RunOptions { threads: 1, ..RunOptions::default() }, None).unwrap();
-    work.run(&RunEvents { stop: &AtomicBool::new(false), on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} })
-        .unwrap();
-    const FILES: [&str; 3] = ["parts/campaign.json", "parts/part-000000.json", "parts/part-000000.csv"];
-    let valid = FILES.map(|name| fs::read_to_string(made.join(name)).unwrap()).join(NEXT_FILE);
+    let mut work = CampaignRun::new(
+        &plan,
+        &new,
+        RunOptions {
+            threads: 1,
+            ..RunOptions::default()
+        },
+        None,
+    )
+    .unwrap();
+    work.run(&RunEvents {
+        stop: &AtomicBool::new(false),
+        on_episode: &|| {},
+        on_part: &|_| {},
+        on_look: &|_, _| {},
+    })
+    .unwrap();
+    const FILES: [&str; 3] = [
+        "parts/campaign.json",
+        "parts/part-000000.json",
+        "parts/part-000000.csv",
+    ];
+    let valid = FILES
+        .map(|name| fs::read_to_string(made.join(name)).unwrap())
+        .join(NEXT_FILE);
     fs::create_dir_all(damaged.join("parts")).unwrap();
     fs::copy(made.join("campaign.toml"), damaged.join("campaign.toml")).unwrap();
     fuzz("result", &[valid], |text| {
@@ -234,11 +346,16 @@ fn results() {
         let folder = Folder::existing(&damaged)?;
         folder.manifest.campaign.check("parts/campaign.json")?;
         if folder.blocks() > 1000 {
-            return Err(Error::Parts { path: damaged.clone(), problem: "has too many blocks for this test".into() });
+            return Err(Error::Parts {
+                path: damaged.clone(),
+                problem: "has too many blocks for this test".into(),
+            });
         }
         folder.missing();
         for rows in folder.parts()? {
-            rows?.iter().for_each(|row| drop((row.pushes(), row.settling_s())));
+            rows?
+                .iter()
+                .for_each(|row| drop((row.pushes(), row.settling_s())));
         }
         StoredTrial::open(&damaged, 0, None).map(|_| ())
     });

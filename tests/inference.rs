@@ -16,12 +16,18 @@ fn robot_of(urdf: &Source) -> Robot {
 }
 
 fn child() -> Source {
-    Source { file: "builtin:child".into(), text: CHILD.into() }
+    Source {
+        file: "builtin:child".into(),
+        text: CHILD.into(),
+    }
 }
 
 #[track_caller]
 fn near(what: &str, value: f64, expected: f64, share: f64) {
-    assert!((value - expected).abs() <= share * expected.abs() + 1e-12, "{what}: {value}, not about {expected}");
+    assert!(
+        (value - expected).abs() <= share * expected.abs() + 1e-12,
+        "{what}: {value}, not about {expected}"
+    );
 }
 
 /// The rules of the inference are the rules by which the settings of UT-mu2 were chosen.
@@ -29,30 +35,81 @@ fn near(what: &str, value: f64, expected: f64, share: f64) {
 fn the_settings_of_ut_mu2_are_inferred() {
     let stated = standfast::robots::load("ut-mu2").unwrap();
     let found = robot_of(&assets::open(InputKind::Robot, "ut-mu2").unwrap());
-    assert_eq!((found.trunk, found.friction, found.noise), (stated.trunk, stated.friction, stated.noise));
+    assert_eq!(
+        (found.trunk, found.friction, found.noise),
+        (stated.trunk, stated.friction, stated.noise)
+    );
     near("delay", found.delay_s, stated.delay_s, 0.0);
-    near("COM height", found.home_com_height(), stated.home_com_height(), 0.03);
+    near(
+        "COM height",
+        found.home_com_height(),
+        stated.home_com_height(),
+        0.03,
+    );
     for foot in Foot::BOTH {
         let (a, b) = (found.soles[foot], stated.soles[foot]);
-        assert!(a.frame == b.frame && a.half_m == b.half_m && a.center == b.center, "{a:?} {b:?}");
+        assert!(
+            a.frame == b.frame && a.half_m == b.half_m && a.center == b.center,
+            "{a:?} {b:?}"
+        );
     }
-    for (joint, (a, b)) in stated.joints.iter().zip(found.servos.iter().zip(&stated.servos)) {
+    for (joint, (a, b)) in stated
+        .joints
+        .iter()
+        .zip(found.servos.iter().zip(&stated.servos))
+    {
         near(&joint.name, a.kp, b.kp, 0.02);
         near(&joint.name, a.kd, b.kd, 0.02);
         near(&joint.name, a.torque_n_m, b.torque_n_m, 0.0);
-        near(&joint.name, a.full_torque_speed_rad_s, b.full_torque_speed_rad_s, 0.0);
-        near(&joint.name, a.no_torque_speed_rad_s, b.no_torque_speed_rad_s, 0.0);
-        near(&joint.name, a.rotor_inertia_kg_m2, b.rotor_inertia_kg_m2, 0.0);
+        near(
+            &joint.name,
+            a.full_torque_speed_rad_s,
+            b.full_torque_speed_rad_s,
+            0.0,
+        );
+        near(
+            &joint.name,
+            a.no_torque_speed_rad_s,
+            b.no_torque_speed_rad_s,
+            0.0,
+        );
+        near(
+            &joint.name,
+            a.rotor_inertia_kg_m2,
+            b.rotor_inertia_kg_m2,
+            0.0,
+        );
     }
-    for ((joint, found), stated) in stated.joints.iter().zip(&found.home_rad).zip(&stated.home_rad) {
-        if ["hip", "knee", "ankle"].iter().any(|part| joint.name.contains(part)) {
-            assert!((found - stated).abs() < 0.01, "{}: {found}, not {stated}", joint.name);
+    for ((joint, found), stated) in stated
+        .joints
+        .iter()
+        .zip(&found.home_rad)
+        .zip(&stated.home_rad)
+    {
+        if ["hip", "knee", "ankle"]
+            .iter()
+            .any(|part| joint.name.contains(part))
+        {
+            assert!(
+                (found - stated).abs() < 0.01,
+                "{}: {found}, not {stated}",
+                joint.name
+            );
         }
     }
-    let names: Vec<&str> = found.reach.iter().map(|region| region.name.as_str()).collect();
+    let names: Vec<&str> = found
+        .reach
+        .iter()
+        .map(|region| region.name.as_str())
+        .collect();
     assert_eq!(names, ["beside", "in front", "behind"]);
     for (found, stated) in found.reach.iter().zip(&stated.reach) {
-        for (a, b) in found.x_m.iter().chain(&found.y_m).zip(stated.x_m.iter().chain(&stated.y_m)) {
+        for (a, b) in found
+            .x_m
+            .iter()
+            .chain(&found.y_m)
+            .zip(stated.x_m.iter().chain(&stated.y_m))
+        {
             assert!((a - b).abs() < 0.02, "{}: {a} m, not {b} m", found.name);
         }
         near(&found.name, found.swing_time_s, stated.swing_time_s, 0.1);
@@ -65,16 +122,40 @@ fn the_settings_of_ut_mu2_are_inferred() {
 fn placeholders_in_the_place_of_torques_and_speeds_are_not_believed() {
     let urdf = assets::open(InputKind::Robot, "ut-mu2").unwrap();
     let stated = standfast::robots::load("ut-mu2").unwrap();
-    for (from, to) in
-        [("effort=\"8\" velocity=\"20\"", "effort=\"1000\" velocity=\"20\""), ("effort=\"8\"", "effort=\"0\"")]
-    {
+    for (from, to) in [
+        (
+            "effort=\"8\" velocity=\"20\"",
+            "effort=\"1000\" velocity=\"20\"",
+        ),
+        ("effort=\"8\"", "effort=\"0\""),
+    ] {
         let text = urdf.text.replace(from, to);
         assert_ne!(text, urdf.text);
-        let found = robot_of(&Source { text, ..urdf.clone() });
-        let knee = found.joints.iter().position(|joint| joint.name == "left_knee_flexion").unwrap();
-        near("torque", found.servos[knee].torque_n_m, stated.servos[knee].torque_n_m, 0.02);
-        near("speed", found.servos[knee].no_torque_speed_rad_s, stated.servos[knee].no_torque_speed_rad_s, 0.02);
-        let told = found.assumptions.iter().any(|assumption| assumption.contains("1000 N m"));
+        let found = robot_of(&Source {
+            text,
+            ..urdf.clone()
+        });
+        let knee = found
+            .joints
+            .iter()
+            .position(|joint| joint.name == "left_knee_flexion")
+            .unwrap();
+        near(
+            "torque",
+            found.servos[knee].torque_n_m,
+            stated.servos[knee].torque_n_m,
+            0.02,
+        );
+        near(
+            "speed",
+            found.servos[knee].no_torque_speed_rad_s,
+            stated.servos[knee].no_torque_speed_rad_s,
+            0.02,
+        );
+        let told = found
+            .assumptions
+            .iter()
+            .any(|assumption| assumption.contains("1000 N m"));
         assert_eq!(told, to.contains("1000"), "{:?}", found.assumptions);
     }
 }
@@ -82,12 +163,31 @@ fn placeholders_in_the_place_of_torques_and_speeds_are_not_believed() {
 #[test]
 fn a_child_stands_on_its_soles_with_its_com_above_their_middle() {
     let robot = robot_of(&child());
-    assert_eq!(robot.links[robot.trunk].name, "pelvis", "chest and pelvis are one link");
+    assert_eq!(
+        robot.links[robot.trunk].name, "pelvis",
+        "chest and pelvis are one link"
+    );
     let kinematics = Kinematics::at_home(&robot);
-    let middle = Foot::BOTH.map(|foot| kinematics.sole_pose(&robot, foot).translation.x).iter().sum::<f64>() / 2.0;
-    assert!((kinematics.com().x - middle).abs() < 1e-4, "{}", kinematics.com().x - middle);
-    let knee = robot.joints.iter().position(|joint| joint.name == "left_knee").unwrap();
-    assert!((robot.home_rad[knee].abs() - 0.7).abs() < 1e-9, "{}", robot.home_rad[knee]);
+    let middle = Foot::BOTH
+        .map(|foot| kinematics.sole_pose(&robot, foot).translation.x)
+        .iter()
+        .sum::<f64>()
+        / 2.0;
+    assert!(
+        (kinematics.com().x - middle).abs() < 1e-4,
+        "{}",
+        kinematics.com().x - middle
+    );
+    let knee = robot
+        .joints
+        .iter()
+        .position(|joint| joint.name == "left_knee")
+        .unwrap();
+    assert!(
+        (robot.home_rad[knee].abs() - 0.7).abs() < 1e-9,
+        "{}",
+        robot.home_rad[knee]
+    );
     assert_eq!(robot.reach[0].name, "beside");
 }
 
@@ -101,37 +201,59 @@ fn what_init_writes_is_what_a_robot_without_settings_has() {
     let without = standfast::robots::load(name).unwrap();
     assert!(Files::open(name).unwrap().are_inferred);
     let init = stderr(&standfast(folder.path(), &["init", "mine.urdf"]).success());
-    let carried: Vec<f64> = init.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+    let carried: Vec<f64> = init
+        .split_whitespace()
+        .filter_map(|word| word.parse().ok())
+        .collect();
     assert!(
-        init.contains("It stands: with stiff joints") && carried[..2].iter().all(|share| (share - 50.0).abs() < 3.0),
+        init.contains("It stands: with stiff joints")
+            && carried[..2].iter().all(|share| (share - 50.0).abs() < 3.0),
         "{init}"
     );
     assert!(!Files::open(name).unwrap().are_inferred);
-    assert_eq!(format!("{:?}", standfast::robots::load(name).unwrap()), format!("{without:?}"));
+    assert_eq!(
+        format!("{:?}", standfast::robots::load(name).unwrap()),
+        format!("{without:?}")
+    );
 
     let again = standfast(folder.path(), &["init", "mine.urdf"]).code(2);
-    assert!(stderr(&again).contains("mine.toml: this file is there already"), "{}", stderr(&again));
+    assert!(
+        stderr(&again).contains("mine.toml: this file is there already"),
+        "{}",
+        stderr(&again)
+    );
     fs::write(folder.path().join("mine.toml"), "edited").unwrap();
     standfast(folder.path(), &["init", "mine.urdf", "--force"]).success();
     let printed = standfast(folder.path(), &["init", "mine.urdf", "--print"]).success();
-    assert_eq!(printed.get_output().stdout, fs::read(folder.path().join("mine.toml")).unwrap());
+    assert_eq!(
+        printed.get_output().stdout,
+        fs::read(folder.path().join("mine.toml")).unwrap()
+    );
 }
 
 /// With knees of 9.5 instead of 22 N m, a child needs three quarters of their torque on one leg.
 #[test]
 fn a_knee_that_hardly_carries_the_robot_on_one_leg_is_told() {
     let folder = folder();
-    let weak = CHILD.replace("lower=\"0\" upper=\"2.3\" effort=\"22\"", "lower=\"0\" upper=\"2.3\" effort=\"9.5\"");
+    let weak = CHILD.replace(
+        "lower=\"0\" upper=\"2.3\" effort=\"22\"",
+        "lower=\"0\" upper=\"2.3\" effort=\"9.5\"",
+    );
     assert_ne!(weak, CHILD);
     for (name, text, share) in [("weak.urdf", weak.as_str(), 76), ("mine.urdf", CHILD, 33)] {
         fs::write(folder.path().join(name), text).unwrap();
         let init = standfast(folder.path(), &["init", name]).success();
         let described = stdout(&init);
         assert!(
-            described.contains(&format!("one leg  carries the robot with {share} % of the torque of ")),
+            described.contains(&format!(
+                "one leg  carries the robot with {share} % of the torque of "
+            )),
             "{described}"
         );
-        let told = stderr(&init).split_whitespace().collect::<Vec<_>>().join(" ");
+        let told = stderr(&init)
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ");
         let warning = format!("_knee needs {share} % of its torque to carry the robot");
         assert_eq!(told.contains(&warning), name == "weak.urdf", "{told}");
     }
@@ -147,33 +269,57 @@ fn what_init_writes_is_tried() {
     fs::write(folder.path().join("rod.urdf"), urdf).unwrap();
     let told = stderr(&standfast(folder.path(), &["init", "rod.urdf"]).success());
     let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(told.contains("with stiff joints it falls without a push, at 0.00"), "{told}");
-    assert!(told.contains("left_shank touched the ground") && told.contains("reaches below the soles"), "{told}");
-    assert!(told.contains("Written: rod.toml") && !told.contains("It stands"), "{told}");
+    assert!(
+        told.contains("with stiff joints it falls without a push, at 0.00"),
+        "{told}"
+    );
+    assert!(
+        told.contains("left_shank touched the ground") && told.contains("reaches below the soles"),
+        "{told}"
+    );
+    assert!(
+        told.contains("Written: rod.toml") && !told.contains("It stands"),
+        "{told}"
+    );
 }
 
 /// The collision of a foot.
 fn solid(at: [f64; 3], rpy: &str, geometry: &str) -> String {
     let [x, y, z] = at;
-    format!("<collision><origin xyz=\"{x} {y} {z}\" rpy=\"{rpy}\"/><geometry>{geometry}</geometry></collision>")
+    format!(
+        "<collision><origin xyz=\"{x} {y} {z}\" rpy=\"{rpy}\"/><geometry>{geometry}</geometry></collision>"
+    )
 }
 
 /// The child with other collisions of its feet, given by the y of the foot's middle (m).
 fn with_feet(of_foot: impl Fn(f64) -> String) -> String {
-    [("left", 0.005), ("right", -0.005)].into_iter().fold(CHILD.to_string(), |urdf, (_, y)| {
-        let foot = solid([0.015, y, -0.035], "0 0 0", "<box size=\"0.15 0.085 0.03\"/>").replace(" rpy=\"0 0 0\"", "");
-        assert!(urdf.contains(&foot), "{foot}");
-        urdf.replace(&foot, &of_foot(y))
-    })
+    [("left", 0.005), ("right", -0.005)]
+        .into_iter()
+        .fold(CHILD.to_string(), |urdf, (_, y)| {
+            let foot = solid(
+                [0.015, y, -0.035],
+                "0 0 0",
+                "<box size=\"0.15 0.085 0.03\"/>",
+            )
+            .replace(" rpy=\"0 0 0\"", "");
+            assert!(urdf.contains(&foot), "{foot}");
+            urdf.replace(&foot, &of_foot(y))
+        })
 }
 
 /// Feet that have no flat face of their own still have a sole, and the robot stands on it.
 #[test]
 fn soles_are_found_on_feet_of_any_kind() {
-    let corners = |y: f64| [-0.06, 0.09].into_iter().flat_map(move |x| [-0.0425, 0.0425].map(|dy| [x, y + dy]));
+    let corners = |y: f64| {
+        [-0.06, 0.09]
+            .into_iter()
+            .flat_map(move |x| [-0.0425, 0.0425].map(|dy| [x, y + dy]))
+    };
     let balls = |y: f64, z: f64, radius: f64| -> String {
         let sphere = format!("<sphere radius=\"{radius}\"/>");
-        corners(y).map(|[x, y]| solid([x, y, z], "0 0 0", &sphere)).collect()
+        corners(y)
+            .map(|[x, y]| solid([x, y, z], "0 0 0", &sphere))
+            .collect()
     };
     let whole = "<box size=\"0.15 0.085 0.03\"/>";
     let half = "<box size=\"0.075 0.085 0.03\"/>";
@@ -187,34 +333,65 @@ fn soles_are_found_on_feet_of_any_kind() {
         plates = plates.replace("</robot>", &fixed);
     }
     let wedge = with_feet(|y| {
-        let edges = [-0.06, 0.09].map(|x| solid([x, y, -0.049], "0 0 0", "<box size=\"0.002 0.004 0.002\"/>"));
-        let sides =
-            [-0.0425, 0.0425].map(|dy| solid([0.015, y + dy, -0.046], "0 0 0", "<box size=\"0.002 0.002 0.002\"/>"));
+        let edges = [-0.06, 0.09]
+            .map(|x| solid([x, y, -0.049], "0 0 0", "<box size=\"0.002 0.004 0.002\"/>"));
+        let sides = [-0.0425, 0.0425].map(|dy| {
+            solid(
+                [0.015, y + dy, -0.046],
+                "0 0 0",
+                "<box size=\"0.002 0.002 0.002\"/>",
+            )
+        });
         edges.concat() + &sides.concat()
     });
     let cases = [
         ("two plates", plates, [150.0, 85.0], ""),
-        ("balls", with_feet(|y| balls(y, -0.045, 0.005)), [150.0, 85.0], ""),
+        (
+            "balls",
+            with_feet(|y| balls(y, -0.045, 0.005)),
+            [150.0, 85.0],
+            "",
+        ),
         (
             "points",
             with_feet(|y| balls(y, -0.05, 0.0)),
             [150.0, 85.0],
             "8 spheres of radius 0 are taken for contact points",
         ),
-        ("off level", with_feet(|y| solid([0.015, y, -0.035], "0 0.17 0", whole)), [150.0, 85.0], ""),
-        ("wedge", wedge, [152.0, 87.0], "the foot left_foot has no flat lowest face"),
+        (
+            "off level",
+            with_feet(|y| solid([0.015, y, -0.035], "0 0.17 0", whole)),
+            [150.0, 85.0],
+            "",
+        ),
+        (
+            "wedge",
+            wedge,
+            [152.0, 87.0],
+            "the foot left_foot has no flat lowest face",
+        ),
     ];
     for (name, urdf, size_mm, words) in cases {
         let folder = folder();
         fs::write(folder.path().join("robot.urdf"), urdf).unwrap();
         let init = standfast(folder.path(), &["init", "robot.urdf"]).success();
-        assert!(stderr(&init).contains("It stands"), "{name}: {}", stderr(&init));
-        let told = stdout(&init).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(
+            stderr(&init).contains("It stands"),
+            "{name}: {}",
+            stderr(&init)
+        );
+        let told = stdout(&init)
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ");
         assert!(told.contains(words), "{name}: {told}");
-        let robot = standfast::robots::load(folder.path().join("robot.urdf").to_str().unwrap()).unwrap();
+        let robot =
+            standfast::robots::load(folder.path().join("robot.urdf").to_str().unwrap()).unwrap();
         for foot in Foot::BOTH {
             let found = robot.soles[foot].half_m.map(|half| 2e3 * half);
-            let apart = (0..2).map(|k| (found[k] - size_mm[k]).abs()).fold(0.0, f64::max);
+            let apart = (0..2)
+                .map(|k| (found[k] - size_mm[k]).abs())
+                .fold(0.0, f64::max);
             assert!(apart < 0.01, "{name}: {found:?} mm");
         }
     }
@@ -229,31 +406,63 @@ fn legs_that_differ_a_little_are_levelled() {
         lowered.replace("lower=\"0\" upper=\"2.3\"", "lower=\"0.69\" upper=\"0.71\"")
     };
     let told = |by_m: f64| {
-        let urdf = Source { file: "uneven.urdf".into(), text: lower(CHILD, by_m) };
-        inferred(&urdf, None).and_then(|settings| standfast::robots::parse(&urdf, &settings).map(|_| settings.text))
+        let urdf = Source {
+            file: "uneven.urdf".into(),
+            text: lower(CHILD, by_m),
+        };
+        inferred(&urdf, None)
+            .and_then(|settings| standfast::robots::parse(&urdf, &settings).map(|_| settings.text))
     };
     let levelled = told(0.002).unwrap();
-    assert!(levelled.contains("WARNING: the left leg reaches") && levelled.contains("halfway"), "{levelled}");
+    assert!(
+        levelled.contains("WARNING: the left leg reaches") && levelled.contains("halfway"),
+        "{levelled}"
+    );
     let refused = told(0.15).unwrap_err().to_string();
-    assert!(refused.contains("no home posture with flat, level soles was found"), "{refused}");
+    assert!(
+        refused.contains("no home posture with flat, level soles was found"),
+        "{refused}"
+    );
 }
 
 #[test]
 fn joints_without_a_range_are_told_and_can_be_given_one() {
     let folder = folder();
     let limit = |line: &str| match line.split_once("<limit lower=") {
-        Some((before, after)) => format!("{before}<limit{}", &after[after.find(" effort").unwrap()..]),
+        Some((before, after)) => {
+            format!("{before}<limit{}", &after[after.find(" effort").unwrap()..])
+        }
         None => line.to_string(),
     };
-    fs::write(folder.path().join("robot.urdf"), CHILD.lines().map(limit).collect::<Vec<_>>().join("\n")).unwrap();
+    fs::write(
+        folder.path().join("robot.urdf"),
+        CHILD.lines().map(limit).collect::<Vec<_>>().join("\n"),
+    )
+    .unwrap();
     let refused = stderr(&standfast(folder.path(), &["init", "robot.urdf"]).code(2));
-    assert!(refused.contains("17 joints are locked, since their limits in the URDF leave them no range"), "{refused}");
+    assert!(
+        refused
+            .contains("17 joints are locked, since their limits in the URDF leave them no range"),
+        "{refused}"
+    );
     assert!(refused.contains("standfast init --range 1.5"), "{refused}");
     standfast(folder.path(), &["init", "robot.urdf", "--range", "1.4"]).success();
-    let robot = standfast::robots::load(folder.path().join("robot.urdf").to_str().unwrap()).unwrap();
+    let robot =
+        standfast::robots::load(folder.path().join("robot.urdf").to_str().unwrap()).unwrap();
     assert_eq!(robot.joints.len(), 17);
-    assert!(robot.joints.iter().all(|joint| (joint.lower_rad, joint.upper_rad) == (-1.4, 1.4)));
-    let refused = stderr(&standfast(folder.path(), &["init", "robot.urdf", "--print", "--range", "9"]).code(2));
+    assert!(
+        robot
+            .joints
+            .iter()
+            .all(|joint| (joint.lower_rad, joint.upper_rad) == (-1.4, 1.4))
+    );
+    let refused = stderr(
+        &standfast(
+            folder.path(),
+            &["init", "robot.urdf", "--print", "--range", "9"],
+        )
+        .code(2),
+    );
     assert!(refused.contains("range_rad = 9: out of range"), "{refused}");
 }
 
@@ -267,17 +476,26 @@ fn the_trunk_is_not_the_heaviest_link_alone() {
             assert!(text.contains(old), "{old}");
             text.replace(old, new)
         });
-        let robot = robot_of(&Source { file: file.into(), text });
+        let robot = robot_of(&Source {
+            file: file.into(),
+            text,
+        });
         robot.links[robot.trunk].name.clone()
     };
     let heavy = ("<mass value=\"9\"/>", "<mass value=\"20\"/>");
     let no_imu = ("\"imu\"", "\"box\"");
-    let imu_below = ("<parent link=\"torso\"/><child link=\"imu\"/>", "<parent link=\"pelvis\"/><child link=\"imu\"/>");
+    let imu_below = (
+        "<parent link=\"torso\"/><child link=\"imu\"/>",
+        "<parent link=\"pelvis\"/><child link=\"imu\"/>",
+    );
     assert_eq!(trunk(&[]), "torso");
     assert_eq!(trunk(&[heavy]), "torso");
     assert_eq!(trunk(&[heavy, no_imu]), "torso");
     assert_ne!(trunk(&[heavy, imu_below]), "torso");
-    assert_ne!(trunk(&[("<mass value=\"9\"/>", "<mass value=\"60\"/>")]), "torso");
+    assert_ne!(
+        trunk(&[("<mass value=\"9\"/>", "<mass value=\"60\"/>")]),
+        "torso"
+    );
 }
 
 /// The smoke campaign with our own robots, from their URDF alone: one with weak ankles, and one of adult size with
@@ -286,15 +504,31 @@ fn the_trunk_is_not_the_heaviest_link_alone() {
 fn a_robot_without_settings_catches_itself() {
     for (robot, least) in [("child", 3), ("adult", 14)] {
         let folder = folder();
-        let urdf = format!("--robot={}/assets/robots/{robot}.urdf", env!("CARGO_MANIFEST_DIR"));
-        let run = standfast(folder.path(), &["run", "smoke", "--gains=hold", "--gains=catch", "--json", &urdf]);
+        let urdf = format!(
+            "--robot={}/assets/robots/{robot}.urdf",
+            env!("CARGO_MANIFEST_DIR")
+        );
+        let run = standfast(
+            folder.path(),
+            &[
+                "run",
+                "smoke",
+                "--gains=hold",
+                "--gains=catch",
+                "--json",
+                &urdf,
+            ],
+        );
         let summary: Value = serde_json::from_slice(&run.success().get_output().stdout).unwrap();
         let count = |set: usize, key: &str| summary["sets"][set][key].as_u64().unwrap();
         for set in 0..2 {
             let verdicts = ["recovered", "fell", "timed_out"].map(|key| count(set, key));
             assert_eq!(verdicts.iter().sum::<u64>(), 15, "{robot}: {summary}");
         }
-        assert!(count(1, "recovered") >= least.max(count(0, "recovered")), "{robot}: {summary}");
+        assert!(
+            count(1, "recovered") >= least.max(count(0, "recovered")),
+            "{robot}: {summary}"
+        );
     }
 }
 
@@ -305,13 +539,18 @@ fn inferred_settings_are_kept_with_a_result() {
     fs::write(folder.path().join("mine.urdf"), CHILD).unwrap();
     let run = standfast(folder.path(), &short(&["--trials=2", "--robot=mine.urdf"])).success();
     assert_eq!(
-        stderr(&run).matches("its settings are inferred, as there is no mine.toml").count(),
+        stderr(&run)
+            .matches("its settings are inferred, as there is no mine.toml")
+            .count(),
         1,
         "{}",
         stderr(&run)
     );
     let printed = standfast(folder.path(), &["init", "mine.urdf", "--print"]).success();
-    assert_eq!(printed.get_output().stdout, fs::read(folder.path().join("out/inputs/robot.toml")).unwrap());
+    assert_eq!(
+        printed.get_output().stdout,
+        fs::read(folder.path().join("out/inputs/robot.toml")).unwrap()
+    );
     let again = standfast(folder.path(), &["run", "out/campaign.toml", "--out=again"]).success();
     assert!(!stderr(&again).contains("inferred"), "{}", stderr(&again));
     let rows = |out: &str| fs::read(folder.path().join(out).join("trials.parquet")).unwrap();
@@ -332,14 +571,25 @@ fn the_home_posture_is_that_of_an_srdf() {
     fs::write(folder.path().join("mine.srdf"), srdf).unwrap();
     let robot = standfast::robots::load(path.to_str().unwrap()).unwrap();
     for (name, expected) in [("neck_yaw", 0.25), ("left_knee", 0.5), ("right_knee", 0.5)] {
-        let joint = robot.joints.iter().position(|joint| joint.name == name).unwrap();
-        assert!((robot.home_rad[joint] - expected).abs() < 1e-9, "{name}: {}", robot.home_rad[joint]);
+        let joint = robot
+            .joints
+            .iter()
+            .position(|joint| joint.name == name)
+            .unwrap();
+        assert!(
+            (robot.home_rad[joint] - expected).abs() < 1e-9,
+            "{name}: {}",
+            robot.home_rad[joint]
+        );
     }
 }
 
 #[test]
 fn what_cannot_be_inferred_is_told_with_what_to_do() {
-    let stool = Source { file: "stool.urdf".into(), text: include_str!("data/stool.urdf").into() };
+    let stool = Source {
+        file: "stool.urdf".into(),
+        text: include_str!("data/stool.urdf").into(),
+    };
     let error = inferred(&stool, None).unwrap_err();
     for part in [
         "stool.urdf: settings",
@@ -355,7 +605,11 @@ fn what_cannot_be_inferred_is_told_with_what_to_do() {
 #[test]
 fn macros_need_the_program_that_expands_them() {
     let folder = folder();
-    fs::write(folder.path().join("mine.urdf.xacro"), "<robot xmlns:xacro=\"http://ros.org/wiki/xacro\"/>").unwrap();
+    fs::write(
+        folder.path().join("mine.urdf.xacro"),
+        "<robot xmlns:xacro=\"http://ros.org/wiki/xacro\"/>",
+    )
+    .unwrap();
     let run = |path: &Path| {
         let mut command = Command::new(PROGRAM);
         Run::of(command.current_dir(folder.path()).env("PATH", path).args([
@@ -365,16 +619,27 @@ fn macros_need_the_program_that_expands_them() {
         ]))
     };
     let alone = run(Path::new("")).code(2);
-    assert!(stderr(&alone).contains("`xacro mine.urdf.xacro > mine.urdf`, then use that file"), "{}", stderr(&alone));
+    assert!(
+        stderr(&alone).contains("`xacro mine.urdf.xacro > mine.urdf`, then use that file"),
+        "{}",
+        stderr(&alone)
+    );
     if cfg!(unix) {
         let bin = folder.path().join("bin");
         fs::create_dir(&bin).unwrap();
         fs::write(folder.path().join("child.urdf"), CHILD).unwrap();
-        let script = format!("#!/bin/sh\nexec /bin/cat '{}'\n", folder.path().join("child.urdf").display());
+        let script = format!(
+            "#!/bin/sh\nexec /bin/cat '{}'\n",
+            folder.path().join("child.urdf").display()
+        );
         fs::write(bin.join("xacro"), script).unwrap();
         make_executable(&bin.join("xacro"));
         run(&bin).success();
-        assert!(fs::read_to_string(folder.path().join("mine.toml")).unwrap().contains("\"left_knee\""));
+        assert!(
+            fs::read_to_string(folder.path().join("mine.toml"))
+                .unwrap()
+                .contains("\"left_knee\"")
+        );
     }
 }
 
@@ -383,21 +648,40 @@ fn macros_need_the_program_that_expands_them() {
 fn macros_in_comments_are_none_and_no_advice_overwrites_the_robot() {
     let folder = folder();
     let robot = |inside: &str| {
-        CHILD.replacen("<robot ", "<robot xmlns:xacro=\"http://ros.org/wiki/xacro\" ", 1).replacen(
-            "<link ",
-            &format!("{inside}\n<link "),
-            1,
+        CHILD
+            .replacen(
+                "<robot ",
+                "<robot xmlns:xacro=\"http://ros.org/wiki/xacro\" ",
+                1,
+            )
+            .replacen("<link ", &format!("{inside}\n<link "), 1)
+    };
+    let init = |name: &str| {
+        Run::of(
+            Command::new(PROGRAM)
+                .current_dir(folder.path())
+                .env("PATH", "")
+                .args(["init", name]),
         )
     };
-    let init =
-        |name: &str| Run::of(Command::new(PROGRAM).current_dir(folder.path()).env("PATH", "").args(["init", name]));
-    fs::write(folder.path().join("bolt.urdf"), robot("<!-- <xacro:leg side=\"left\"/> -->")).unwrap();
+    fs::write(
+        folder.path().join("bolt.urdf"),
+        robot("<!-- <xacro:leg side=\"left\"/> -->"),
+    )
+    .unwrap();
     init("bolt.urdf").success();
     for (name, advice) in [
-        ("my robot.urdf", "`xacro 'my robot.urdf' > 'my robot-expanded.urdf'`"),
+        (
+            "my robot.urdf",
+            "`xacro 'my robot.urdf' > 'my robot-expanded.urdf'`",
+        ),
         ("mine.xacro", "`xacro mine.xacro > mine.urdf`"),
     ] {
-        fs::write(folder.path().join(name), robot("<!-- a --><xacro:leg side=\"left\"/>")).unwrap();
+        fs::write(
+            folder.path().join(name),
+            robot("<!-- a --><xacro:leg side=\"left\"/>"),
+        )
+        .unwrap();
         let told = stderr(&init(name).code(2));
         assert!(told.contains(advice), "wanted: {advice}\n{told}");
     }
@@ -409,11 +693,25 @@ fn settings_are_written_where_they_are_read() {
     let folder = folder();
     fs::write(folder.path().join("mine.urdf"), CHILD).unwrap();
     let told = stderr(&standfast(folder.path(), &["init", "mine.urdf", "--out=zz.toml"]).code(2));
-    assert!(told.contains("--out = zz.toml: is read by no command") && told.contains("accepted: mine.toml"), "{told}");
+    assert!(
+        told.contains("--out = zz.toml: is read by no command")
+            && told.contains("accepted: mine.toml"),
+        "{told}"
+    );
     assert!(!folder.path().join("zz.toml").exists());
-    let there = stderr(&standfast(folder.path(), &["init", "mine.urdf", "--out=there/mine.toml"]).success());
+    let there = stderr(
+        &standfast(
+            folder.path(),
+            &["init", "mine.urdf", "--out=there/mine.toml"],
+        )
+        .success(),
+    );
     let there = there.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(there.contains("Written: there/mine.toml.") && there.contains("It is read once it lies beside"), "{there}");
+    assert!(
+        there.contains("Written: there/mine.toml.")
+            && there.contains("It is read once it lies beside"),
+        "{there}"
+    );
 }
 
 /// Feet without a shape have no sole to be found. The user states the soles alone, and `init` adds the rest.
@@ -424,37 +722,65 @@ fn stated_soles_are_completed() {
     let init = || standfast(folder.path(), &["init", "mine.urdf"]);
     let gone = "<collision><geometry><mesh filename=\"gone.stl\"/></geometry></collision>";
     for (foot, words) in [
-        (gone, "the mesh of the foot left_foot is left out: gone.stl (no such file)"),
+        (
+            gone,
+            "the mesh of the foot left_foot is left out: gone.stl (no such file)",
+        ),
         ("", "the foot left_foot has no collision geometry"),
     ] {
         // The file has a byte order mark, with which some editors begin a file.
-        fs::write(path("mine.urdf"), format!("\u{feff}{}", with_feet(|_| foot.into()))).unwrap();
+        fs::write(
+            path("mine.urdf"),
+            format!("\u{feff}{}", with_feet(|_| foot.into())),
+        )
+        .unwrap();
         let told = stderr(&init().code(2));
         assert!(told.contains(words), "{told}");
-        assert!(told.contains("accepted: [soles.left] and [soles.right] in mine.toml"), "{told}");
+        assert!(
+            told.contains("accepted: [soles.left] and [soles.right] in mine.toml"),
+            "{told}"
+        );
     }
     let soles = |links: [&str; 2]| -> String {
         let sole = |(side, link): (&str, &str)| {
             let y = if side == "left" { 0.005 } else { -0.005 };
-            format!("[soles.{side}]\nlink = '{link}'\ncenter_m = [0.015, {y}, -0.05]\nsize_m = [0.15, 0.085]\n")
+            format!(
+                "[soles.{side}]\nlink = '{link}'\ncenter_m = [0.015, {y}, -0.05]\nsize_m = [0.15, 0.085]\n"
+            )
         };
         ["left", "right"].into_iter().zip(links).map(sole).collect()
     };
     let swapped = soles(["right_foot", "left_foot"]);
     fs::write(path("mine.toml"), swapped).unwrap();
     let told = stderr(&init().code(2));
-    assert!(told.contains("mine.toml: soles.left = right_foot: is not at the end of that leg"), "{told}");
-    fs::write(path("mine.toml"), format!("\u{feff}{}", soles(["left_foot", "right_foot"]))).unwrap();
+    assert!(
+        told.contains("mine.toml: soles.left = right_foot: is not at the end of that leg"),
+        "{told}"
+    );
+    fs::write(
+        path("mine.toml"),
+        format!("\u{feff}{}", soles(["left_foot", "right_foot"])),
+    )
+    .unwrap();
     let told = stderr(&standfast(folder.path(), &["model", "mine.urdf"]).code(2));
     assert!(
-        told.contains("mine.toml: keys = soles: are all that it states") && told.contains("`standfast init`"),
+        told.contains("mine.toml: keys = soles: are all that it states")
+            && told.contains("`standfast init`"),
         "{told}"
     );
     let told = stderr(&init().success());
     let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(told.contains("It stands") && told.contains("Its soles are those that were stated there"), "{told}");
+    assert!(
+        told.contains("It stands") && told.contains("Its soles are those that were stated there"),
+        "{told}"
+    );
     let model = stderr(&standfast(folder.path(), &["model", "mine.urdf"]).success());
-    assert!(model.contains("link \"left_foot\" has no shape with which it collides: it stands on a plate"), "{model}");
+    assert!(
+        model.contains(
+            "link \"left_foot\" has no shape with which it collides: it stands on a plate"
+        ),
+        "{model}"
+    );
     let [robot, found] = [path("mine.urdf"), path("child.urdf")].map(|file| {
         if !file.exists() {
             fs::write(&file, CHILD).unwrap();
@@ -463,12 +789,18 @@ fn stated_soles_are_completed() {
     });
     for foot in Foot::BOTH {
         let (stated, read) = (robot.soles[foot], found.soles[foot]);
-        assert!((stated.center.translation.vector - read.center.translation.vector).norm() < 1e-6, "{stated:?}");
+        assert!(
+            (stated.center.translation.vector - read.center.translation.vector).norm() < 1e-6,
+            "{stated:?}"
+        );
         assert_eq!(stated.half_m, read.half_m);
     }
     assert!((robot.home_com_height() - found.home_com_height()).abs() < 1e-3);
     fs::write(path("mine.urdf"), with_feet(|_| gone.into())).unwrap();
-    assert!(stderr(&standfast(folder.path(), &["model", "mine.urdf"]).success()).contains("it stands on a plate"));
+    assert!(
+        stderr(&standfast(folder.path(), &["model", "mine.urdf"]).success())
+            .contains("it stands on a plate")
+    );
     // A whole file is not replaced.
     assert!(stderr(&init().code(2)).contains("this file is there already"));
 }
@@ -479,7 +811,10 @@ fn warnings_begin_alike() {
     let folder = folder();
     fs::write(folder.path().join("mine.urdf"), CHILD).unwrap();
     let told = stderr(&standfast(folder.path(), &["model", "mine.urdf"]).success());
-    assert!(told.starts_with("warning: mine.urdf: its settings are inferred") && !told.contains("WARN"), "{told}");
+    assert!(
+        told.starts_with("warning: mine.urdf: its settings are inferred") && !told.contains("WARN"),
+        "{told}"
+    );
 }
 
 #[cfg(unix)]
@@ -496,13 +831,24 @@ fn make_executable(_: &Path) {}
 #[test]
 fn a_result_keeps_the_meshes_of_its_robot() {
     let (home, away) = (folder(), folder());
-    let (robots, meshes) = (home.path().join("robots"), home.path().join("robots/adult/meshes"));
+    let (robots, meshes) = (
+        home.path().join("robots"),
+        home.path().join("robots/adult/meshes"),
+    );
     fs::create_dir_all(&meshes).unwrap();
     let assets = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/robots"));
-    for (name, bytes) in files(assets).iter().filter(|(name, _)| name.starts_with("adult")) {
+    for (name, bytes) in files(assets)
+        .iter()
+        .filter(|(name, _)| name.starts_with("adult"))
+    {
         fs::write(robots.join(name), bytes).unwrap();
     }
-    let run = |more: &str| standfast(home.path(), &short(&["--trials=6", "--robot=robots/adult.urdf", more]));
+    let run = |more: &str| {
+        standfast(
+            home.path(),
+            &short(&["--trials=6", "--robot=robots/adult.urdf", more]),
+        )
+    };
     run("--replays=0").success();
     fs::rename(home.path().join("out"), home.path().join("whole")).unwrap();
     run("--shard=1/2").success();
@@ -514,7 +860,11 @@ fn a_result_keeps_the_meshes_of_its_robot() {
     // With another mesh it is another campaign.
     fs::copy(meshes.join("head.obj"), meshes.join("torso.obj")).unwrap();
     let other = run("--shard=2/2").code(3);
-    assert!(stderr(&other).contains("holds the result of another campaign"), "{}", stderr(&other));
+    assert!(
+        stderr(&other).contains("holds the result of another campaign"),
+        "{}",
+        stderr(&other)
+    );
 
     for (name, bytes) in files(&home.path().join("out")) {
         let path = away.path().join("whole").join(name);
@@ -528,10 +878,14 @@ fn a_result_keeps_the_meshes_of_its_robot() {
     again(&["run", "whole/campaign.toml", "--shard=2/2", "--out=whole"]);
     again(&["merge", "whole", "--replays=0"]);
     again(&["run", "whole/campaign.toml", "--replays=0", "--out=again"]);
-    let trials = |folder: &Path, out: &str| fs::read(folder.join(out).join("trials.parquet")).unwrap();
+    let trials =
+        |folder: &Path, out: &str| fs::read(folder.join(out).join("trials.parquet")).unwrap();
     let expected = trials(home.path(), "whole");
     assert!(trials(away.path(), "whole") == expected && trials(away.path(), "again") == expected);
-    assert!(replay(away.path(), "whole") == page, "the page of a trial differs");
+    assert!(
+        replay(away.path(), "whole") == page,
+        "the page of a trial differs"
+    );
 }
 
 /// Waist and head stay at zero, whichever link is the heaviest, and both arms hang alike.
@@ -541,24 +895,52 @@ fn only_arms_hang_and_both_alike() {
     // The arms point aside at zero.
     let adult = fs::read_to_string(file).unwrap();
     let adult = adult
-        .replace("<origin xyz=\"0 0.05 0\"/><axis", "<origin xyz=\"0 0.05 0\" rpy=\"1 0 0\"/><axis")
-        .replace("<origin xyz=\"0 -0.05 0\"/><axis", "<origin xyz=\"0 -0.05 0\" rpy=\"-1 0 0\"/><axis")
-        .replace("lower=\"-0.2\" upper=\"2.4\"", "lower=\"-1.6\" upper=\"2.4\"")
-        .replace("lower=\"-2.4\" upper=\"0.2\"", "lower=\"-2.4\" upper=\"1.6\"");
-    assert_eq!(adult.matches("rpy=\"1 0 0\"").count() + adult.matches("rpy=\"-1 0 0\"").count(), 2);
+        .replace(
+            "<origin xyz=\"0 0.05 0\"/><axis",
+            "<origin xyz=\"0 0.05 0\" rpy=\"1 0 0\"/><axis",
+        )
+        .replace(
+            "<origin xyz=\"0 -0.05 0\"/><axis",
+            "<origin xyz=\"0 -0.05 0\" rpy=\"-1 0 0\"/><axis",
+        )
+        .replace(
+            "lower=\"-0.2\" upper=\"2.4\"",
+            "lower=\"-1.6\" upper=\"2.4\"",
+        )
+        .replace(
+            "lower=\"-2.4\" upper=\"0.2\"",
+            "lower=\"-2.4\" upper=\"1.6\"",
+        );
+    assert_eq!(
+        adult.matches("rpy=\"1 0 0\"").count() + adult.matches("rpy=\"-1 0 0\"").count(),
+        2
+    );
     let light = adult.replace("<mass value=\"19\"/>", "<mass value=\"4\"/>");
     assert_ne!(light, adult);
     for (text, trunk) in [(adult, "torso"), (light, "base_link")] {
-        let robot = robot_of(&Source { file: file.into(), text });
+        let robot = robot_of(&Source {
+            file: file.into(),
+            text,
+        });
         assert_eq!(robot.links[robot.trunk].name, trunk);
-        let angle = |name: &str| robot.home_rad[robot.joints.iter().position(|joint| joint.name == name).unwrap()];
+        let angle = |name: &str| {
+            robot.home_rad[robot
+                .joints
+                .iter()
+                .position(|joint| joint.name == name)
+                .unwrap()]
+        };
         for name in ["waist_yaw", "waist_pitch", "neck_yaw", "neck_pitch"] {
             assert_eq!(angle(name), 0.0, "{trunk}: {name}");
         }
         let roll = ["left_shoulder_roll", "right_shoulder_roll"].map(angle);
         assert!(roll[0] < -0.5 && roll[0] == -roll[1], "{trunk}: {roll:?}");
         for name in ["shoulder_pitch", "elbow"] {
-            assert_eq!(angle(&format!("left_{name}")), angle(&format!("right_{name}")), "{trunk}: {name}");
+            assert_eq!(
+                angle(&format!("left_{name}")),
+                angle(&format!("right_{name}")),
+                "{trunk}: {name}"
+            );
         }
     }
 }

@@ -5,7 +5,13 @@ use serde_json::Value;
 use std::{fs, path::Path};
 
 /// Two headings, forward and backward, for the controller without gains.
-const SMALL: [&str; 5] = ["limit", "--gains=hold", "--headings=2", "--set=push.height_m=0.02", "--json"];
+const SMALL: [&str; 5] = [
+    "limit",
+    "--gains=hold",
+    "--headings=2",
+    "--set=push.height_m=0.02",
+    "--json",
+];
 const NOMINAL: &str = "--campaign=nominal";
 
 fn text(bytes: &[u8]) -> String {
@@ -15,19 +21,43 @@ fn text(bytes: &[u8]) -> String {
 #[test]
 fn what_hold_takes_forward_and_backward_beside_the_bounds() {
     let dir = tempfile::tempdir().unwrap();
-    let args = [&SMALL[..], &[NOMINAL, "--precision=0.4", "--replicas=1", "--dense", "--out=out", "--plot=polar.svg"]]
-        .concat();
+    let args = [
+        &SMALL[..],
+        &[
+            NOMINAL,
+            "--precision=0.4",
+            "--replicas=1",
+            "--dense",
+            "--out=out",
+            "--plot=polar.svg",
+        ],
+    ]
+    .concat();
     let run = standfast(dir.path(), &args).success();
     let printed = text(&run.get_output().stdout);
-    assert_eq!(printed, fs::read_to_string(dir.path().join("out/limit.json")).unwrap());
+    assert_eq!(
+        printed,
+        fs::read_to_string(dir.path().join("out/limit.json")).unwrap()
+    );
     let svg = fs::read_to_string(dir.path().join("out/limit.svg")).unwrap();
-    assert!(svg.contains("<polygon class=\"bound one\"") && svg.contains("hold") && svg.contains("forward, 0"));
+    assert!(
+        svg.contains("<polygon class=\"bound one\"")
+            && svg.contains("hold")
+            && svg.contains("forward, 0")
+    );
     // Two headings say nothing about the headings between them.
     assert!(svg.contains("hold, 180\u{b0}: ") && !svg.contains("class=\"outline\""));
-    assert_eq!(svg, fs::read_to_string(dir.path().join("polar.svg")).unwrap());
+    assert_eq!(
+        svg,
+        fs::read_to_string(dir.path().join("polar.svg")).unwrap()
+    );
 
     let json: Value = serde_json::from_str(&printed).unwrap();
-    let number = |pointer: &str| json.pointer(pointer).and_then(Value::as_f64).unwrap_or_else(|| panic!("{pointer}"));
+    let number = |pointer: &str| {
+        json.pointer(pointer)
+            .and_then(Value::as_f64)
+            .unwrap_or_else(|| panic!("{pointer}"))
+    };
     for (pointer, value, tolerance) in [
         ("/mass_kg", 8.0, 1e-3),
         ("/omega_rad_s", 5.63, 0.01),
@@ -46,12 +76,20 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         ("/headings/1/heading_deg", 180.0, 0.0),
         ("/headings/0/bound_no_step_n_s", 2.48, 0.01),
         ("/headings/0/bound_one_step_n_s", 5.815, 0.01),
-        ("/headings/1/bound_one_step_at_height_n_s", 5.815 / (1.0 + 0.02 / 0.31), 0.01),
+        (
+            "/headings/1/bound_one_step_at_height_n_s",
+            5.815 / (1.0 + 0.02 / 0.31),
+            0.01,
+        ),
         // `standfast push --controller hold --height 0.02` recovers from 2.4 N s and falls at 2.5, both ways.
         ("/headings/0/sets/0/impulse50_n_s", 2.45, 0.4),
         ("/headings/1/sets/0/impulse50_n_s", 2.45, 0.4),
     ] {
-        assert!((number(pointer) - value).abs() <= tolerance, "{pointer} = {}", number(pointer));
+        assert!(
+            (number(pointer) - value).abs() <= tolerance,
+            "{pointer} = {}",
+            number(pointer)
+        );
     }
     assert!(number("/headings/0/bound_n_step_n_s") > 6.0);
     let mut episodes = 0.0;
@@ -63,54 +101,114 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         assert_eq!(ninety, Some(&Value::Null), "nothing is left to chance");
         // The impulses go up on a grid of the precision.
         let (safe, lost) = (of("safe_n_s"), of("first_loss/impulse_n_s"));
-        assert!((safe / 0.4).fract() < 1e-9 || (safe / 0.4).fract() > 1.0 - 1e-9, "{safe}");
-        assert!((lost / (safe + 0.4) - 1.0).abs() <= 0.01 && (2.0..2.9).contains(&lost), "{safe} {lost}");
+        assert!(
+            (safe / 0.4).fract() < 1e-9 || (safe / 0.4).fract() > 1.0 - 1e-9,
+            "{safe}"
+        );
+        assert!(
+            (lost / (safe + 0.4) - 1.0).abs() <= 0.01 && (2.0..2.9).contains(&lost),
+            "{safe} {lost}"
+        );
         // The search for the first loss looks between the headings, and compares the loss with the limit at the heading
         // of the loss.
-        let turned = (of("first_loss/heading_deg") - 180.0 * f64::from(heading) + 180.0).rem_euclid(360.0) - 180.0;
+        let turned = (of("first_loss/heading_deg") - 180.0 * f64::from(heading) + 180.0)
+            .rem_euclid(360.0)
+            - 180.0;
         assert!(turned.abs() > 1.0 && turned.abs() <= 11.25, "{turned}");
         assert_eq!(of("first_loss/of_limit"), lost / of("first_loss/limit_n_s"));
         assert!((0.0..0.002).contains(&(of("first_loss/start_s") - 0.5)));
         assert_eq!(of("safe_trials"), (safe / 0.4).round() + 1.0);
-        assert_eq!(of("trials"), ["recovered", "fell", "timed_out", "diverged", "failed"].map(of).iter().sum::<f64>());
+        assert_eq!(
+            of("trials"),
+            ["recovered", "fell", "timed_out", "diverged", "failed"]
+                .map(of)
+                .iter()
+                .sum::<f64>()
+        );
         // The map has every impulse of the grid, up to a few beyond the limit.
-        let map = json.pointer(&format!("/headings/{heading}/sets/0/map")).and_then(Value::as_array).unwrap();
+        let map = json
+            .pointer(&format!("/headings/{heading}/sets/0/map"))
+            .and_then(Value::as_array)
+            .unwrap();
         for (point, tried) in (1..).zip(map) {
             let impulse = tried["impulse_n_s"].as_f64().unwrap();
             assert!((impulse - 0.4 * f64::from(point)).abs() < 1e-9, "{tried}");
             let is_known = impulse < low || impulse > high;
-            assert!(!is_known || tried["outcome"] == if impulse < low { "recovered" } else { "fell" }, "{tried}");
+            assert!(
+                !is_known || tried["outcome"] == if impulse < low { "recovered" } else { "fell" },
+                "{tried}"
+            );
         }
         assert_eq!(map.len() as f64, (1.15 * of("impulse50_n_s") / 0.4).floor());
-        episodes += of("trials") + of("safe_trials") + of("first_loss/limit_trials") + map.len() as f64;
+        episodes +=
+            of("trials") + of("safe_trials") + of("first_loss/limit_trials") + map.len() as f64;
     }
     let map = fs::read_to_string(dir.path().join("out/map.svg")).unwrap();
-    assert!(map.contains("class=\"cell\"") && map.contains("<polyline class=\"limit\""), "{map}");
+    assert!(
+        map.contains("class=\"cell\"") && map.contains("<polyline class=\"limit\""),
+        "{map}"
+    );
     // The first loss can be repeated.
     let loss = &json["headings"][1]["sets"][0]["first_loss"];
     let option = |name: &str, key: &str| format!("--{name}={}", loss[key]);
-    let [trial, impulse, heading, start] =
-        [("limit-trial", "trial"), ("impulse", "impulse_n_s"), ("heading", "heading_deg"), ("start", "start_s")]
-            .map(|(name, key)| option(name, key));
-    let push = ["push", NOMINAL, "--gains=hold", "--height=0.02", "--json", &trial, &impulse, &heading, &start];
-    let repeated: Value =
-        serde_json::from_str(&text(&standfast(dir.path(), &push).success().get_output().stdout)).unwrap();
+    let [trial, impulse, heading, start] = [
+        ("limit-trial", "trial"),
+        ("impulse", "impulse_n_s"),
+        ("heading", "heading_deg"),
+        ("start", "start_s"),
+    ]
+    .map(|(name, key)| option(name, key));
+    let push = [
+        "push",
+        NOMINAL,
+        "--gains=hold",
+        "--height=0.02",
+        "--json",
+        &trial,
+        &impulse,
+        &heading,
+        &start,
+    ];
+    let repeated: Value = serde_json::from_str(&text(
+        &standfast(dir.path(), &push).success().get_output().stdout,
+    ))
+    .unwrap();
     assert_eq!(repeated["outcome"], "Fell", "{repeated}");
     assert_eq!(episodes, number("/episodes"));
-    let at_losses: f64 = (0..2).map(|i| number(&format!("/headings/{i}/sets/0/first_loss/limit_trials"))).sum();
-    assert!(episodes - at_losses < 70.0 && at_losses < 20.0, "{episodes} {at_losses}");
+    let at_losses: f64 = (0..2)
+        .map(|i| number(&format!("/headings/{i}/sets/0/first_loss/limit_trials")))
+        .sum();
+    assert!(
+        episodes - at_losses < 70.0 && at_losses < 20.0,
+        "{episodes} {at_losses}"
+    );
     // The limit at the heading of the loss is the limit that a search at this heading finds: the robot falls beyond it
     // and recovers below it.
     for (share, outcome) in [(0.8, "Recovered"), (1.2, "Fell")] {
         let impulse = format!("--impulse={}", share * loss["limit_n_s"].as_f64().unwrap());
-        let push = ["push", NOMINAL, "--gains=hold", "--height=0.02", "--json", &impulse, &heading];
+        let push = [
+            "push",
+            NOMINAL,
+            "--gains=hold",
+            "--height=0.02",
+            "--json",
+            &impulse,
+            &heading,
+        ];
         let pushed = text(&standfast(dir.path(), &push).success().get_output().stdout);
-        assert_eq!(serde_json::from_str::<Value>(&pushed).unwrap()["outcome"], outcome, "{impulse}");
+        assert_eq!(
+            serde_json::from_str::<Value>(&pushed).unwrap()["outcome"],
+            outcome,
+            "{impulse}"
+        );
     }
 
     let again = standfast(dir.path(), &args).code(2);
     let message = text(&again.get_output().stderr);
-    assert!(message.contains("--out = out: it holds a result"), "{message}");
+    assert!(
+        message.contains("--out = out: it holds a result"),
+        "{message}"
+    );
 }
 
 /// The push at the limit of a robot of another size, with a campaign that is changed: with the printed command the
@@ -118,26 +216,62 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
 #[test]
 fn a_limit_is_checked_by_the_command_that_is_printed() {
     let dir = tempfile::tempdir().unwrap();
-    let robot = format!("--robot={}/assets/robots/adult.urdf", env!("CARGO_MANIFEST_DIR"));
-    let args =
-        ["limit", NOMINAL, "--controller=hold", "--headings=1", "--replicas=0", "--set=push.height_m=0.02", &robot];
+    let robot = format!(
+        "--robot={}/assets/robots/adult.urdf",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    let args = [
+        "limit",
+        NOMINAL,
+        "--controller=hold",
+        "--headings=1",
+        "--replicas=0",
+        "--set=push.height_m=0.02",
+        &robot,
+    ];
     let told = text(&standfast(dir.path(), &args).success().get_output().stdout);
     let (_, check) = told.split_once("\ncheck: ").unwrap();
     let told = check.split_whitespace().collect::<Vec<_>>().join(" ");
-    let harder = told.split_once("loses it with --impulse ").unwrap().1.split_once(": standfast ").unwrap();
-    let (harder, command) = (harder.0, harder.1.split_once(" `none`").unwrap().0.replace("\\ ", ""));
-    assert!(command.contains("--set push.height_m=0.02 --limit-trial 0 --controller hold --robot "), "{command}");
+    let harder = told
+        .split_once("loses it with --impulse ")
+        .unwrap()
+        .1
+        .split_once(": standfast ")
+        .unwrap();
+    let (harder, command) = (
+        harder.0,
+        harder.1.split_once(" `none`").unwrap().0.replace("\\ ", ""),
+    );
+    assert!(
+        command.contains("--set push.height_m=0.02 --limit-trial 0 --controller hold --robot "),
+        "{command}"
+    );
     let push = |more: &[&str]| {
-        let words = command.split(' ').chain(more.iter().copied()).collect::<Vec<_>>();
-        serde_json::from_str::<Value>(&text(&standfast(dir.path(), &words).success().get_output().stdout)).unwrap()
+        let words = command
+            .split(' ')
+            .chain(more.iter().copied())
+            .collect::<Vec<_>>();
+        serde_json::from_str::<Value>(&text(
+            &standfast(dir.path(), &words).success().get_output().stdout,
+        ))
+        .unwrap()
     };
     let found = push(&["--json"]);
-    assert_eq!((&found["outcome"], &found["push"]["height_m"]), (&"Recovered".into(), &0.02.into()), "{command}");
+    assert_eq!(
+        (&found["outcome"], &found["push"]["height_m"]),
+        (&"Recovered".into(), &0.02.into()),
+        "{command}"
+    );
     let (easy, _) = command.split_once(" --impulse ").unwrap();
     let (harder, heading) = (format!("--impulse={harder}"), "--heading=0");
-    let words = easy.split(' ').chain([harder.as_str(), heading, "--json"]).collect::<Vec<_>>();
-    let lost: Value =
-        serde_json::from_str(&text(&standfast(dir.path(), &words).success().get_output().stdout)).unwrap();
+    let words = easy
+        .split(' ')
+        .chain([harder.as_str(), heading, "--json"])
+        .collect::<Vec<_>>();
+    let lost: Value = serde_json::from_str(&text(
+        &standfast(dir.path(), &words).success().get_output().stdout,
+    ))
+    .unwrap();
     assert_eq!(lost["outcome"], "Fell", "{words:?}");
 }
 
@@ -146,8 +280,23 @@ fn threads_change_nothing_the_seed_does_and_too_few_trials_are_marked() {
     let dir = tempfile::tempdir().unwrap();
     // Robots, grounds and pushes differ so much that a wrong order of trials would show.
     let of = |more: &[&str]| {
-        let few = ["--campaign=harsh", "--max-trials=8", "--precision=0.3", "--replicas=1"];
-        let args = [&["limit", "--gains=hold", "--set=push.height_m=0.02", "--json"], &few[..], more].concat();
+        let few = [
+            "--campaign=harsh",
+            "--max-trials=8",
+            "--precision=0.3",
+            "--replicas=1",
+        ];
+        let args = [
+            &[
+                "limit",
+                "--gains=hold",
+                "--set=push.height_m=0.02",
+                "--json",
+            ],
+            &few[..],
+            more,
+        ]
+        .concat();
         let run = standfast(dir.path(), &args).success();
         text(&run.get_output().stdout)
     };
@@ -166,12 +315,25 @@ fn what_is_wrong_is_said_before_anything_runs() {
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/robots");
     fs::copy(assets.join("ut-mu2.urdf"), dir.path().join("r.urdf")).unwrap();
     let settings = fs::read_to_string(assets.join("ut-mu2.toml")).unwrap();
-    let (before, after) = (settings.find("[[reach]]").unwrap(), settings.find("[noise]").unwrap());
-    fs::write(dir.path().join("r.toml"), format!("{}{}", &settings[..before], &settings[after..])).unwrap();
+    let (before, after) = (
+        settings.find("[[reach]]").unwrap(),
+        settings.find("[noise]").unwrap(),
+    );
+    fs::write(
+        dir.path().join("r.toml"),
+        format!("{}{}", &settings[..before], &settings[after..]),
+    )
+    .unwrap();
     fs::write(dir.path().join("file"), "").unwrap();
     for (more, expected) in [
-        ("--robot=r.urdf", "r.toml: reach = (none): the pendulum's bounds depend on where a foot can land"),
-        ("--headings=0", "'0' for '--headings <N>': out of range; accepted: a whole number from 1 to 360"),
+        (
+            "--robot=r.urdf",
+            "r.toml: reach = (none): the pendulum's bounds depend on where a foot can land",
+        ),
+        (
+            "--headings=0",
+            "'0' for '--headings <N>': out of range; accepted: a whole number from 1 to 360",
+        ),
         ("--precision=-1", "--precision = -1: out of range"),
         ("--max-trials=0", "'0' for '--max-trials <N>': out of range"),
         ("--plot=a.png", "--plot = a.png: unknown kind of file"),
@@ -185,7 +347,11 @@ fn what_is_wrong_is_said_before_anything_runs() {
         assert!(run.get_output().stdout.is_empty());
     }
     // Without its reach the robot can do everything else.
-    standfast(dir.path(), &["push", "--impulse=1", "--robot=r.urdf", "--gains=hold"]).success();
+    standfast(
+        dir.path(),
+        &["push", "--impulse=1", "--robot=r.urdf", "--gains=hold"],
+    )
+    .success();
     let model = standfast(dir.path(), &["model", "r.urdf"]).success();
     assert!(text(&model.get_output().stdout).contains("reach    not given"));
 }

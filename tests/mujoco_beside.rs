@@ -1,7 +1,9 @@
 //! A program without MuJoCo continues in the program beside it that has MuJoCo, or says what is missing.
 #![cfg(all(unix, not(feature = "mujoco")))]
 
-use crate::common::program::{FEW, PROGRAM, Run, SHORT, files, folder, short, standfast, stderr, stdout};
+use crate::common::program::{
+    FEW, PROGRAM, Run, SHORT, files, folder, short, standfast, stderr, stdout,
+};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -16,7 +18,12 @@ fn installed(folder: &Path) -> PathBuf {
 }
 
 fn run(program: &Path, folder: &Path, args: &[&str]) -> Run {
-    Run::of(Command::new(program).current_dir(folder).args(args).env("LD_LIBRARY_PATH", "/none"))
+    Run::of(
+        Command::new(program)
+            .current_dir(folder)
+            .args(args)
+            .env("LD_LIBRARY_PATH", "/none"),
+    )
 }
 
 #[test]
@@ -42,8 +49,7 @@ fn mujoco_is_asked_for_before_anything_runs() {
         vec!["replay", "out", "--trial=1", "--engine=both"],
     ] {
         let message = stderr(&run(&program, dir.path(), &args).code(2));
-        let problem =
-            "engine = mujoco: this program was built without MuJoCo, and there is no standfast-mujoco beside it";
+        let problem = "engine = mujoco: this program was built without MuJoCo, and there is no standfast-mujoco beside it";
         assert!(
             message.contains(problem) && message.contains("pip install 'standfast[mujoco]'"),
             "{args:?}: {message}"
@@ -61,18 +67,28 @@ fn a_command_goes_on_in_the_program_beside_which_finds_its_library() {
     let dir = folder();
     let program = installed(dir.path());
     let beside = dir.path().join("bin/standfast-mujoco");
-    fs::write(&beside, "#!/bin/sh\necho \"$LD_LIBRARY_PATH\"\nprintf '<%s>' \"$@\"\nexit 7\n").unwrap();
+    fs::write(
+        &beside,
+        "#!/bin/sh\necho \"$LD_LIBRARY_PATH\"\nprintf '<%s>' \"$@\"\nexit 7\n",
+    )
+    .unwrap();
     fs::set_permissions(&beside, fs::Permissions::from_mode(0o755)).unwrap();
     let args = [&SHORT[..], &["--trials=3", "--engine=mujoco"]].concat();
 
     let missing = stderr(&run(&program, dir.path(), &args).code(2));
-    assert!(missing.contains("its library libmujoco.so.3.17.0 is not installed; accepted: rapier"), "{missing}");
+    assert!(
+        missing.contains("its library libmujoco.so.3.17.0 is not installed; accepted: rapier"),
+        "{missing}"
+    );
 
     let package = dir.path().join("lib/python3.12/site-packages/mujoco");
     fs::create_dir_all(&package).unwrap();
     fs::write(package.join("libmujoco.so.4.0.0"), "").unwrap();
     let other = stderr(&run(&program, dir.path(), &args).code(2));
-    assert!(other.contains("is not installed; there is libmujoco.so.4.0.0; accepted: "), "{other}");
+    assert!(
+        other.contains("is not installed; there is libmujoco.so.4.0.0; accepted: "),
+        "{other}"
+    );
     assert!(other.contains("pip install mujoco==3.17.0"), "{other}");
 
     fs::write(package.join("libmujoco.so.3.17.0"), "").unwrap();
@@ -81,5 +97,10 @@ fn a_command_goes_on_in_the_program_beside_which_finds_its_library() {
     let package = fs::canonicalize(&package).unwrap();
     assert_eq!(went_on, format!("{}:/none\n{expected}", package.display()));
     // Another engine needs no program with MuJoCo.
-    run(&program, dir.path(), &["push", "--gains=hold", "--horizon=1"]).success();
+    run(
+        &program,
+        dir.path(),
+        &["push", "--gains=hold", "--horizon=1"],
+    )
+    .success();
 }

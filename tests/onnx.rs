@@ -40,7 +40,10 @@ mod protobuf {
 fn tensor(name: &str, dims: &[usize], values: &[f32]) -> Vec<u8> {
     use protobuf::{bytes, number};
     let dims = dims.iter().flat_map(|&dim| number(1, dim as u64));
-    let raw: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    let raw: Vec<u8> = values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect();
     let rest = [number(2, 1), bytes(8, name.as_bytes()), bytes(9, &raw)].concat();
     dims.chain(rest).collect()
 }
@@ -48,15 +51,28 @@ fn tensor(name: &str, dims: &[usize], values: &[f32]) -> Vec<u8> {
 /// A tensor of int64, the type of sizes.
 fn sizes(name: &str, values: &[i64]) -> Vec<u8> {
     use protobuf::{bytes, number};
-    let raw: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-    [number(1, values.len() as u64), number(2, 7), bytes(8, name.as_bytes()), bytes(9, &raw)].concat()
+    let raw: Vec<u8> = values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect();
+    [
+        number(1, values.len() as u64),
+        number(2, 7),
+        bytes(8, name.as_bytes()),
+        bytes(9, &raw),
+    ]
+    .concat()
 }
 
 /// An operation with the names of its inputs and outputs.
 fn operation(kind: &str, reads: &[&str], makes: &[&str]) -> Vec<u8> {
     use protobuf::bytes;
-    let names =
-        |field: u64, names: &[&str]| names.iter().flat_map(|name| bytes(field, name.as_bytes())).collect::<Vec<_>>();
+    let names = |field: u64, names: &[&str]| {
+        names
+            .iter()
+            .flat_map(|name| bytes(field, name.as_bytes()))
+            .collect::<Vec<_>>()
+    };
     [names(1, reads), names(2, makes), bytes(4, kind.as_bytes())].concat()
 }
 
@@ -71,34 +87,64 @@ fn network(
     let value = |field: u64, (name, size): &(&str, usize)| {
         let dim = |size: usize| bytes(1, &number(1, size as u64));
         let shape = [number(1, 1), bytes(2, &[dim(1), dim(*size)].concat())].concat();
-        bytes(field, &[bytes(1, name.as_bytes()), bytes(2, &bytes(1, &shape))].concat())
+        bytes(
+            field,
+            &[bytes(1, name.as_bytes()), bytes(2, &bytes(1, &shape))].concat(),
+        )
     };
-    let all = |field: u64, parts: &[Vec<u8>]| parts.iter().flat_map(|part| bytes(field, part)).collect::<Vec<_>>();
+    let all = |field: u64, parts: &[Vec<u8>]| {
+        parts
+            .iter()
+            .flat_map(|part| bytes(field, part))
+            .collect::<Vec<_>>()
+    };
     let graph = [
         all(1, operations),
         bytes(2, b"policy"),
         all(5, tensors),
         inputs.iter().flat_map(|input| value(11, input)).collect(),
-        outputs.iter().flat_map(|output| value(12, output)).collect(),
+        outputs
+            .iter()
+            .flat_map(|output| value(12, output))
+            .collect(),
     ]
     .concat();
-    [number(1, 8), bytes(7, &graph), bytes(8, &[bytes(1, b""), number(2, 13)].concat())].concat()
+    [
+        number(1, 8),
+        bytes(7, &graph),
+        bytes(8, &[bytes(1, b""), number(2, 13)].concat()),
+    ]
+    .concat()
 }
 
 /// A network `action = observation * weights + bias`; `weights` has a row for each observed number.
 fn linear(weights: &[Vec<f32>], bias: &[f32]) -> Vec<u8> {
-    let tensors =
-        [tensor("weights", &[weights.len(), bias.len()], &weights.concat()), tensor("bias", &[bias.len()], bias)];
+    let tensors = [
+        tensor("weights", &[weights.len(), bias.len()], &weights.concat()),
+        tensor("bias", &[bias.len()], bias),
+    ];
     let gemm = operation("Gemm", &["obs", "weights", "bias"], &["action"]);
-    network(&[gemm], &tensors, &[("obs", weights.len())], &[("action", bias.len())])
+    network(
+        &[gemm],
+        &tensors,
+        &[("obs", weights.len())],
+        &[("action", bias.len())],
+    )
 }
 
 /// The network with metadata.
 fn with_metadata(network: Vec<u8>, metadata: &[(&str, &str)]) -> Vec<u8> {
     use protobuf::bytes;
-    let prop =
-        |(key, value): &(&str, &str)| bytes(14, &[bytes(1, key.as_bytes()), bytes(2, value.as_bytes())].concat());
-    network.into_iter().chain(metadata.iter().flat_map(prop)).collect()
+    let prop = |(key, value): &(&str, &str)| {
+        bytes(
+            14,
+            &[bytes(1, key.as_bytes()), bytes(2, value.as_bytes())].concat(),
+        )
+    };
+    network
+        .into_iter()
+        .chain(metadata.iter().flat_map(prop))
+        .collect()
 }
 
 /// The ankles of UT-mu2 that bend forward, and their angles at home (rad).
@@ -132,7 +178,10 @@ fn a_network_does_what_the_same_law_does_in_python() {
     let gains = [0.0, 0.02, 0.0, 0.0, 0.05, 0.0].map(|gain: f32| vec![gain, gain]);
     let seen = "[[observation]]\nterm = 'base_angular_velocity'\nhistory = 2\nscale = 2.0\n";
     let ours = policy(dir.path(), "ours", &linear(&gains, &[0.01, 0.01]), seen, "");
-    let python = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/controllers/python/standfast.py");
+    let python = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/assets/controllers/python/standfast.py"
+    );
     fs::copy(python, dir.path().join("standfast.py")).unwrap();
     let script = "import standfast\n\
         class Same(standfast.Controller):\n    def reset(self, seed):\n        self.ticks, self.past = 0, None\n\
@@ -148,14 +197,23 @@ fn a_network_does_what_the_same_law_does_in_python() {
     let file = "kind = 'process'\nname = 'same'\ncommand = ['python3', 'same.py']\nfiles = ['standfast.py']\n";
     fs::write(dir.path().join("same.toml"), file).unwrap();
     let told = |controller: &str| -> Value {
-        let args = ["push", "--impulse=1.5", "--json", "--controller", controller];
+        let args = [
+            "push",
+            "--impulse=1.5",
+            "--json",
+            "--controller",
+            controller,
+        ];
         serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap()
     };
     let (network, law, stiff) = (told(&ours), told("same.toml"), told("hold"));
     assert_eq!(network["outcome"], law["outcome"]);
     let peak = |told: &Value| told["peak_tilt_deg"].as_f64().unwrap();
     // The numbers of the network have 24 bits.
-    assert!((peak(&network) - peak(&law)).abs() < 1e-3 * peak(&law), "{network}\n{law}");
+    assert!(
+        (peak(&network) - peak(&law)).abs() < 1e-3 * peak(&law),
+        "{network}\n{law}"
+    );
     assert!(
         (peak(&network) - peak(&stiff)).abs() > 0.01 * peak(&stiff),
         "the policy does something: {network} {stiff}"
@@ -179,51 +237,128 @@ fn a_policy_is_an_input_of_its_result_and_gives_the_same_bytes_on_any_number_of_
         "phase_cos",
     ];
     let weights = vec![vec![1e-3, 2e-3]; 12 + 3 + 6 + 4];
-    let ours =
-        policy(dir.path(), "ours", &linear(&weights, &[0.0; 2]), &terms(&all), "action_clip = 1.0\n[gait]\nhz = 1.5");
+    let ours = policy(
+        dir.path(),
+        "ours",
+        &linear(&weights, &[0.0; 2]),
+        &terms(&all),
+        "action_clip = 1.0\n[gait]\nhz = 1.5",
+    );
     let run = |out: &str, threads: &str| {
-        let args = ["run", "smoke", "--trials=4", "--replays=0", "--gains=hold", "--gains", &ours, out, threads];
+        let args = [
+            "run",
+            "smoke",
+            "--trials=4",
+            "--replays=0",
+            "--gains=hold",
+            "--gains",
+            &ours,
+            out,
+            threads,
+        ];
         standfast(dir.path(), &args).success();
         fs::read(dir.path().join(&out[6..]).join("parts/part-000000.csv")).unwrap()
     };
     assert_eq!(run("--out=a", "--threads=1"), run("--out=b", "--threads=2"));
     assert!(dir.path().join("a/inputs/gains/policy.onnx").is_file());
-    let args = ["replay", "a", "--trial=1", "--gains=ours", "--output=page.html"];
+    let args = [
+        "replay",
+        "a",
+        "--trial=1",
+        "--gains=ours",
+        "--output=page.html",
+    ];
     let replayed = standfast(dir.path(), &args).success();
-    assert!(!stderr(&replayed).contains("is not as it was"), "{}", stderr(&replayed));
+    assert!(
+        !stderr(&replayed).contains("is not as it was"),
+        "{}",
+        stderr(&replayed)
+    );
     standfast(dir.path(), &["check", &ours, "--horizon=1"]).success();
 }
 
 #[test]
 fn what_does_not_fit_is_told_in_a_sentence() {
-    let zero = |observed: usize, actions: usize| linear(&vec![vec![0.0; actions]; observed], &vec![0.0; actions]);
-    let (gyro, two) = (terms(&["base_angular_velocity"]), terms(&["base_angular_velocity", "last_action"]));
+    let zero = |observed: usize, actions: usize| {
+        linear(&vec![vec![0.0; actions]; observed], &vec![0.0; actions])
+    };
+    let (gyro, two) = (
+        terms(&["base_angular_velocity"]),
+        terms(&["base_angular_velocity", "last_action"]),
+    );
     let phase = terms(&["phase_sin"]);
     let fine = |text: &str| text.to_string();
     type Change = Box<dyn Fn(&str) -> String>;
-    let replaced = |from: &'static str, to: &'static str| -> Change { Box::new(move |text| text.replace(from, to)) };
+    let replaced = |from: &'static str, to: &'static str| -> Change {
+        Box::new(move |text| text.replace(from, to))
+    };
     let cases: [(Vec<u8>, &str, Change, &str); 11] = [
-        (zero(3, 2), &two, Box::new(fine), "takes 3 numbers, but the terms of its observation are 5"),
-        (zero(3, 3), &gyro, Box::new(fine), "gives 3 numbers, but it drives 2 joints"),
-        (b"no network".to_vec(), &gyro, Box::new(fine), "policy.onnx: cannot be read"),
-        (zero(3, 2), &gyro, replaced("right_ankle_flexion", "right_wheel"), "right_wheel: ut-mu2 has no such joint"),
+        (
+            zero(3, 2),
+            &two,
+            Box::new(fine),
+            "takes 3 numbers, but the terms of its observation are 5",
+        ),
+        (
+            zero(3, 3),
+            &gyro,
+            Box::new(fine),
+            "gives 3 numbers, but it drives 2 joints",
+        ),
+        (
+            b"no network".to_vec(),
+            &gyro,
+            Box::new(fine),
+            "policy.onnx: cannot be read",
+        ),
+        (
+            zero(3, 2),
+            &gyro,
+            replaced("right_ankle_flexion", "right_wheel"),
+            "right_wheel: ut-mu2 has no such joint",
+        ),
         (
             zero(3, 2),
             &gyro,
             replaced("period_s = 0.02", "period_s = 0.005"),
             "accepted: a multiple of the control period",
         ),
-        (zero(3, 2), &gyro, replaced("80.0, 80.0", "80.0"), "stiffness = 1 numbers: has another length than joints"),
-        (zero(3, 2), &gyro, replaced("2.5, 2.5", "2.5, -1.0"), "damping = -1: out of range; accepted: 0 to 1e12"),
-        (zero(3, 2), &gyro, replaced("base_angular_velocity", "base_height"), "unknown variant `base_height`"),
-        (zero(2, 2), &phase, Box::new(fine), "needs the clock of a gait; accepted: a table `[gait]`"),
+        (
+            zero(3, 2),
+            &gyro,
+            replaced("80.0, 80.0", "80.0"),
+            "stiffness = 1 numbers: has another length than joints",
+        ),
+        (
+            zero(3, 2),
+            &gyro,
+            replaced("2.5, 2.5", "2.5, -1.0"),
+            "damping = -1: out of range; accepted: 0 to 1e12",
+        ),
+        (
+            zero(3, 2),
+            &gyro,
+            replaced("base_angular_velocity", "base_height"),
+            "unknown variant `base_height`",
+        ),
+        (
+            zero(2, 2),
+            &phase,
+            Box::new(fine),
+            "needs the clock of a gait; accepted: a table `[gait]`",
+        ),
         (
             zero(3, 2),
             &gyro,
             replaced("model = 'policy.onnx'", "model = '../policy.onnx'"),
             "is not in the folder of this file",
         ),
-        (zero(3, 2), &gyro, replaced("model = 'policy.onnx'", "model = 'other.onnx'"), "other.onnx: cannot read"),
+        (
+            zero(3, 2),
+            &gyro,
+            replaced("model = 'policy.onnx'", "model = 'other.onnx'"),
+            "other.onnx: cannot read",
+        ),
     ];
     for (network, seen, change, words) in cases {
         let dir = folder();
@@ -232,16 +367,30 @@ fn what_does_not_fit_is_told_in_a_sentence() {
         fs::write(dir.path().join(&file), change(&text)).unwrap();
         let told = stderr(&standfast(dir.path(), &["push", "--controller", &file]).code(2));
         assert!(told.contains(words), "wanted: {words}\n{told}");
-        assert!(told.contains("ours.toml") || told.contains("other.onnx"), "{told}");
+        assert!(
+            told.contains("ours.toml") || told.contains("other.onnx"),
+            "{told}"
+        );
     }
     // A network that gives invalid numbers ends the episode, and nothing else.
     let dir = folder();
-    let file =
-        policy(dir.path(), "ours", &linear(&[vec![f32::NAN; 2], vec![0.0; 2], vec![0.0; 2]], &[0.0; 2]), &gyro, "");
+    let file = policy(
+        dir.path(),
+        "ours",
+        &linear(&[vec![f32::NAN; 2], vec![0.0; 2], vec![0.0; 2]], &[0.0; 2]),
+        &gyro,
+        "",
+    );
     let push = standfast(dir.path(), &["push", "--json", "--controller", &file]).code(1);
     let told: Value = serde_json::from_str(&stdout(&push)).unwrap();
     assert_eq!(told["outcome"], "Failed");
-    assert!(told["fall_cause"].as_str().unwrap().contains("ours: action 0 of policy.onnx is not finite"), "{told}");
+    assert!(
+        told["fall_cause"]
+            .as_str()
+            .unwrap()
+            .contains("ours: action 0 of policy.onnx is not finite"),
+        "{told}"
+    );
 }
 
 /// A network that states impossible sizes, or fills the memory, is refused with the cause.
@@ -253,24 +402,42 @@ fn a_network_that_cannot_be_is_refused_for_its_cause() {
     let gemm = || operation("Gemm", &["obs", "weights", "bias"], &["action"]);
     let weights = || tensor("weights", &[3, 2], &[0.0; 6]);
     let bias = || tensor("bias", &[2], &[0.0; 2]);
-    let plain = |operations: &[Vec<u8>], tensors: &[Vec<u8>]| network(operations, tensors, &[SEEN], &[DONE]);
+    let plain = |operations: &[Vec<u8>], tensors: &[Vec<u8>]| {
+        network(operations, tensors, &[SEEN], &[DONE])
+    };
     let with = |operations: &[Vec<u8>], tensors: &[Vec<u8>]| {
-        plain(&[operations, &[gemm()]].concat(), &[tensors, &[weights(), bias()]].concat())
+        plain(
+            &[operations, &[gemm()]].concat(),
+            &[tensors, &[weights(), bias()]].concat(),
+        )
     };
     let external = [
         number(1, 2),
         number(2, 1),
         bytes(8, b"bias"),
-        bytes(13, &[bytes(1, b"location"), bytes(2, b"policy.onnx.data")].concat()),
+        bytes(
+            13,
+            &[bytes(1, b"location"), bytes(2, b"policy.onnx.data")].concat(),
+        ),
         number(14, 1),
     ];
-    let tile = |i: usize| operation("Tile", &[&format!("x{i}"), "times"], &[&format!("x{}", i + 1)]);
-    let tiles: Vec<Vec<u8>> =
-        std::iter::once(operation("Identity", &["obs"], &["x0"])).chain((0..20).map(tile)).collect();
-    let copies: Vec<Vec<u8>> = (0..5).map(|i| operation("Expand", &["obs", "wide"], &[&format!("e{i}")])).collect();
+    let tile = |i: usize| {
+        operation(
+            "Tile",
+            &[&format!("x{i}"), "times"],
+            &[&format!("x{}", i + 1)],
+        )
+    };
+    let tiles: Vec<Vec<u8>> = std::iter::once(operation("Identity", &["obs"], &["x0"]))
+        .chain((0..20).map(tile))
+        .collect();
+    let copies: Vec<Vec<u8>> = (0..5)
+        .map(|i| operation("Expand", &["obs", "wide"], &[&format!("e{i}")]))
+        .collect();
     let relu = |i: usize| operation("Relu", &[&format!("x{i}")], &[&format!("x{}", i + 1)]);
-    let deep: Vec<Vec<u8>> =
-        std::iter::once(operation("Identity", &["obs"], &["x0"])).chain((0..6000).map(relu)).collect();
+    let deep: Vec<Vec<u8>> = std::iter::once(operation("Identity", &["obs"], &["x0"]))
+        .chain((0..6000).map(relu))
+        .collect();
     let huge = sizes("huge", &[1 << 40, 1 << 20]);
     let large = sizes("large", &[1_000_000, 1_000_000]);
     let range = |names: [&str; 3]| operation("Range", &names, &["steps"]);
@@ -280,50 +447,101 @@ fn a_network_that_cannot_be_is_refused_for_its_cause() {
             network(&[gemm()], &[weights(), bias()], &[SEEN], &[("none", 2)]),
             "its output \"none\" is made by no operation",
         ),
-        (plain(&[gemm()], &[weights()]), "(\"Gemm\") reads \"bias\", which nothing before it makes"),
         (
-            with(&[operation("Relu", &["b"], &["a"]), operation("Relu", &["a"], &["b"])], &[]),
+            plain(&[gemm()], &[weights()]),
+            "(\"Gemm\") reads \"bias\", which nothing before it makes",
+        ),
+        (
+            with(
+                &[
+                    operation("Relu", &["b"], &["a"]),
+                    operation("Relu", &["a"], &["b"]),
+                ],
+                &[],
+            ),
             "operation \"a\" (\"Relu\") reads \"b\", which nothing before it makes",
         ),
-        (with(&[operation("Relu", &["obs"], &["obs"])], &[]), "makes \"obs\", which is there already"),
-        (with(&[operation("Magic", &["obs"], &["a"])], &[]), "its operation \"a\" (\"Magic\") is none that this"),
-        (plain(&[gemm()], &[weights(), external.concat()]), "is kept in another file, \"policy.onnx.data\", and only"),
+        (
+            with(&[operation("Relu", &["obs"], &["obs"])], &[]),
+            "makes \"obs\", which is there already",
+        ),
+        (
+            with(&[operation("Magic", &["obs"], &["a"])], &[]),
+            "its operation \"a\" (\"Magic\") is none that this",
+        ),
+        (
+            plain(&[gemm()], &[weights(), external.concat()]),
+            "is kept in another file, \"policy.onnx.data\", and only",
+        ),
         (
             plain(&[gemm()], &[weights(), tensor("bias", &[2], &[0.0; 3])]),
             "its tensor \"bias\" has the sizes [2], but 12 bytes of numbers instead of 8",
         ),
         (
-            plain(&[gemm()], &[weights(), tensor("bias", &[1 << 40, 1 << 30], &[])]),
+            plain(
+                &[gemm()],
+                &[weights(), tensor("bias", &[1 << 40, 1 << 30], &[])],
+            ),
             "has the sizes [1099511627776, 1073741824]; up to 16777216 numbers are taken",
         ),
-        (plain(&[gemm()], &[weights(), tensor("bias", &[usize::MAX], &[])]), "has the sizes [-1]; up to"),
+        (
+            plain(&[gemm()], &[weights(), tensor("bias", &[usize::MAX], &[])]),
+            "has the sizes [-1]; up to",
+        ),
         // Tensors that ConstantOfShape and Expand make count, too.
         (
             with(&[operation("ConstantOfShape", &["huge"], &["a"])], &[huge]),
             "its \"huge\" has the number 1099511627776; up to 2147483647",
         ),
         (
-            with(&[operation("ConstantOfShape", &["large"], &["a"])], &[large]),
+            with(
+                &[operation("ConstantOfShape", &["large"], &["a"])],
+                &[large],
+            ),
             "1000000 x 1000000 numbers; up to 16777216",
         ),
         (
-            with(&[operation("Expand", &["obs", "wide"], &["a"])], &[sizes("wide", &[100_000_000, 3])]),
+            with(
+                &[operation("Expand", &["obs", "wide"], &["a"])],
+                &[sizes("wide", &[100_000_000, 3])],
+            ),
             "100000000 x 3 numbers",
         ),
         (
             with(&copies, &[sizes("wide", &[5_000_000, 3])]),
             "is too large: up to its operation \"e4\", more than 67108864",
         ),
-        (with(&tiles, &[sizes("times", &[1, 4])]), " numbers; up to 16777216 are taken"),
         (
-            with(&[range(["from", "to", "by"])], &[scalar("from", 0), scalar("to", 2_000_000_000), scalar("by", 1)]),
+            with(&tiles, &[sizes("times", &[1, 4])]),
+            " numbers; up to 16777216 are taken",
+        ),
+        (
+            with(
+                &[range(["from", "to", "by"])],
+                &[
+                    scalar("from", 0),
+                    scalar("to", 2_000_000_000),
+                    scalar("by", 1),
+                ],
+            ),
             "makes 2000000000 numbers; up to",
         ),
         (with(&deep, &[]), "has 6002 operations, more than 5000"),
-        (network(&[gemm()], &[weights(), bias()], &[("obs", 1 << 63), ("weights", 3), ("bias", 1)], &[DONE]), "takes "),
         (
             network(
-                &[gemm(), operation("Identity", &["time_step"], &["joint_pos"])],
+                &[gemm()],
+                &[weights(), bias()],
+                &[("obs", 1 << 63), ("weights", 3), ("bias", 1)],
+                &[DONE],
+            ),
+            "takes ",
+        ),
+        (
+            network(
+                &[
+                    gemm(),
+                    operation("Identity", &["time_step"], &["joint_pos"]),
+                ],
                 &[weights(), bias()],
                 &[SEEN, ("time_step", 1)],
                 &[DONE, ("joint_pos", 1)],
@@ -331,31 +549,73 @@ fn a_network_that_cannot_be_is_refused_for_its_cause() {
             "has 2 inputs [\"obs\", \"time_step\"] and 2 outputs [\"action\", \"joint_pos\"]; by time_step it follows a recorded",
         ),
         (
-            network(&[gemm()], &[weights(), bias()], &[SEEN, ("h_in", 2)], &[DONE]),
+            network(
+                &[gemm()],
+                &[weights(), bias()],
+                &[SEEN, ("h_in", 2)],
+                &[DONE],
+            ),
             "has 2 inputs [\"obs\", \"h_in\"] and the output \"action\"; recurrent networks",
         ),
         (
-            network(&[gemm()], &[weights(), bias()], &[SEEN, ("map", 2)], &[DONE]),
+            network(
+                &[gemm()],
+                &[weights(), bias()],
+                &[SEEN, ("map", 2)],
+                &[DONE],
+            ),
             "[\"obs\", \"map\"] and the output \"action\"; acc",
         ),
-        (b"PK\x03\x04 and so on".to_vec(), "cannot be read: it is no ONNX file, but a ZIP archive, as PyTorch"),
-        (b"version https://git-lfs.github.com/spec/v1\n".to_vec(), "a pointer of Git LFS"),
+        (
+            b"PK\x03\x04 and so on".to_vec(),
+            "cannot be read: it is no ONNX file, but a ZIP archive, as PyTorch",
+        ),
+        (
+            b"version https://git-lfs.github.com/spec/v1\n".to_vec(),
+            "a pointer of Git LFS",
+        ),
         (with(&[], &[]).split_off(9), "cannot be read: "),
     ];
     let dir = folder();
     for (network, words) in cases {
-        let file = policy(dir.path(), "ours", &network, &terms(&["base_angular_velocity"]), "");
+        let file = policy(
+            dir.path(),
+            "ours",
+            &network,
+            &terms(&["base_angular_velocity"]),
+            "",
+        );
         let told = stderr(&standfast(dir.path(), &["push", "--controller", &file]).code(2));
         assert!(told.contains(words), "wanted: {words}\n{told}");
-        assert!(told.contains("ours.toml: model = policy.onnx: ") && !told.contains("panic"), "{told}");
+        assert!(
+            told.contains("ours.toml: model = policy.onnx: ") && !told.contains("panic"),
+            "{told}"
+        );
     }
     // A slice may go to the end. Old exporters list stored tensors as inputs, and these do not count as inputs.
     let ends = [sizes("from", &[0]), sizes("to", &[i64::MAX])];
     let sliced = with(&[operation("Slice", &["obs", "from", "to"], &["a"])], &ends);
-    let file = policy(dir.path(), "ours", &sliced, &terms(&["base_angular_velocity"]), "");
+    let file = policy(
+        dir.path(),
+        "ours",
+        &sliced,
+        &terms(&["base_angular_velocity"]),
+        "",
+    );
     standfast(dir.path(), &["push", "--controller", &file]).success();
-    let old = network(&[gemm()], &[weights(), bias()], &[SEEN, ("weights", 2), ("bias", 2)], &[DONE]);
-    let file = policy(dir.path(), "ours", &old, &terms(&["base_angular_velocity"]), "");
+    let old = network(
+        &[gemm()],
+        &[weights(), bias()],
+        &[SEEN, ("weights", 2), ("bias", 2)],
+        &[DONE],
+    );
+    let file = policy(
+        dir.path(),
+        "ours",
+        &old,
+        &terms(&["base_angular_velocity"]),
+        "",
+    );
     standfast(dir.path(), &["push", "--controller", &file]).success();
 }
 
@@ -365,7 +625,13 @@ fn any_byte_of_a_network_may_be_wrong() {
     let dir = folder();
     let robot = standfast::robots::load("ut-mu2").unwrap();
     let whole = with_metadata(linear(&vec![vec![0.1; 2]; 3], &[0.0; 2]), &[("a", "b")]);
-    let file = policy(dir.path(), "ours", &whole, &terms(&["base_angular_velocity"]), "");
+    let file = policy(
+        dir.path(),
+        "ours",
+        &whole,
+        &terms(&["base_angular_velocity"]),
+        "",
+    );
     let settings = standfast::controllers::load(&dir.path().join(file).to_string_lossy()).unwrap();
     let (mut taken, mut refused) = (0, 0);
     for at in 0..whole.len() {
@@ -376,7 +642,10 @@ fn any_byte_of_a_network_may_be_wrong() {
             match settings.prepare(&robot, 0.002) {
                 Ok(_) => taken += 1,
                 Err(error) => {
-                    assert!(error.to_string().contains("model = policy.onnx: "), "byte {at} = {value}: {error}");
+                    assert!(
+                        error.to_string().contains("model = policy.onnx: "),
+                        "byte {at} = {value}: {error}"
+                    );
                     refused += 1;
                 }
             }
@@ -390,14 +659,28 @@ fn any_byte_of_a_network_may_be_wrong() {
 fn a_policy_brings_its_own_motors() {
     let servos = standfast::robots::load("ut-mu2").unwrap().servos;
     let robot = standfast::robots::load("ut-mu2").unwrap();
-    let ankle = robot.joints.iter().position(|joint| joint.name == ANKLES[0]).unwrap();
+    let ankle = robot
+        .joints
+        .iter()
+        .position(|joint| joint.name == ANKLES[0])
+        .unwrap();
     let (torque, rotor) = (servos[ankle].torque_n_m, servos[ankle].rotor_inertia_kg_m2);
     let dir = folder();
     let motors = |torque: f64, rotor: f64| {
-        format!("torque_n_m = [{torque:?}, {torque:?}]\nrotor_inertia_kg_m2 = [{rotor:?}, {rotor:?}]\n")
+        format!(
+            "torque_n_m = [{torque:?}, {torque:?}]\nrotor_inertia_kg_m2 = [{rotor:?}, {rotor:?}]\n"
+        )
     };
     let network = linear(&[vec![0.0; 2], vec![0.02; 2], vec![0.0; 2]], &[0.0, 0.0]);
-    let make = |name: &str, more: &str| policy(dir.path(), name, &network, &terms(&["base_angular_velocity"]), more);
+    let make = |name: &str, more: &str| {
+        policy(
+            dir.path(),
+            name,
+            &network,
+            &terms(&["base_angular_velocity"]),
+            more,
+        )
+    };
     let files = [
         make("plain", ""),
         make("same", &motors(torque, rotor)),
@@ -405,14 +688,27 @@ fn a_policy_brings_its_own_motors() {
         make("heavy", &motors(torque, 10.0 * rotor)),
     ];
     let run = |names: &[&str], out: &str| {
-        let controllers: Vec<String> = names.iter().map(|name| format!("--controller={name}")).collect();
-        let mut args = vec!["run", "smoke", "--trials=3", "--replays=0", "--untried", "--out", out];
+        let controllers: Vec<String> = names
+            .iter()
+            .map(|name| format!("--controller={name}"))
+            .collect();
+        let mut args = vec![
+            "run",
+            "smoke",
+            "--trials=3",
+            "--replays=0",
+            "--untried",
+            "--out",
+            out,
+        ];
         args.extend(controllers.iter().map(String::as_str));
         standfast(dir.path(), &args).success();
         let parts = fs::read_to_string(dir.path().join(out).join("parts/part-000000.csv")).unwrap();
         // The rows of each controller, without its name.
         move |name: &str| {
-            let rows = parts.lines().filter(|line| line.split(',').any(|cell| cell == name));
+            let rows = parts
+                .lines()
+                .filter(|line| line.split(',').any(|cell| cell == name));
             rows.map(|line| line.replace(name, "")).collect::<Vec<_>>()
         }
     };
@@ -424,9 +720,16 @@ fn a_policy_brings_its_own_motors() {
     for other in ["weak", "heavy"] {
         assert_ne!(rows("plain"), rows(other), "{other}");
     }
-    assert!(rows("weak").iter().all(|row| row.contains("Fell")), "{:?}", rows("weak"));
+    assert!(
+        rows("weak").iter().all(|row| row.contains("Fell")),
+        "{:?}",
+        rows("weak")
+    );
     let told = stdout(&standfast(dir.path(), &["push", "--controller", &files[1]]));
-    assert!(told.contains("with stiffness, damping, torque limits, rotor"), "{told}");
+    assert!(
+        told.contains("with stiffness, damping, torque limits, rotor"),
+        "{told}"
+    );
 }
 
 /// The recorded actions of the training have to come out again: this tests the network, and the order of its terms and
@@ -435,7 +738,13 @@ fn a_policy_brings_its_own_motors() {
 fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
     let dir = folder();
     let weights = [vec![1.0, -1.0], vec![0.5, 2.0], vec![0.0, 4.0]];
-    let file = policy(dir.path(), "ours", &linear(&weights, &[0.1, 0.2]), &terms(&["projected_gravity"]), "");
+    let file = policy(
+        dir.path(),
+        "ours",
+        &linear(&weights, &[0.1, 0.2]),
+        &terms(&["projected_gravity"]),
+        "",
+    );
     let check = |pairs: &str, more: &[&str]| {
         fs::write(dir.path().join("pairs.csv"), pairs).unwrap();
         let args = ["check", &file, "--horizon=0.6", "--contract=pairs.csv"];
@@ -444,15 +753,28 @@ fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
     let good = "x,y,z,a,b\n1,0,0,1.1,-0.8\n0.5,1,-1,1.1,-2.3\n";
     let told = stdout(&check(good, &["--json"]));
     let contract = &serde_json::from_str::<Value>(&told).unwrap()["contract"];
-    assert_eq!((&contract["pairs"], &contract["is_kept"]), (&2.into(), &true.into()), "{told}");
+    assert_eq!(
+        (&contract["pairs"], &contract["is_kept"]),
+        (&2.into(), &true.into()),
+        "{told}"
+    );
     let marked = format!("\u{feff}{}", good.strip_prefix("x,y,z,a,b\n").unwrap());
     assert!(stdout(&check(&marked, &["--json"])).contains("\"pairs\": 2"));
     let told = stdout(&check(&good.replace("-2.3", "-2.2"), &[]).code(100));
     let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(told.contains("in line 3, action 1 is -2.3000, and -2.2000 was recorded"), "{told}");
+    assert!(
+        told.contains("in line 3, action 1 is -2.3000, and -2.2000 was recorded"),
+        "{told}"
+    );
     for (pairs, words) in [
-        ("1,0,0\n", "line 1 = 3 numbers: is too short; accepted: the 3 numbers of an observation"),
-        ("1,0,0,1\n", "line 1 = 1 numbers: is no action of this policy; accepted: 2 numbers"),
+        (
+            "1,0,0\n",
+            "line 1 = 3 numbers: is too short; accepted: the 3 numbers of an observation",
+        ),
+        (
+            "1,0,0,1\n",
+            "line 1 = 1 numbers: is no action of this policy; accepted: 2 numbers",
+        ),
         ("1,0,0,1,2\n1,0,x,1,2\n", "line 2 = 1,0,x,1,2: "),
         ("1,0,x,1,2\n", "line 1 = 1,0,x,1,2: "),
         ("x,y\n", "has no pairs"),
@@ -463,24 +785,39 @@ fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
     // The same two pairs are given as arrays of NumPy, of both widths, in any order.
     let observed = array![[1.0, 0.0, 0.0], [0.5, 1.0, -1.0]];
     let npz = |write: &dyn Fn(&mut NpzWriter<fs::File>)| {
-        let mut npz = NpzWriter::new_compressed(fs::File::create(dir.path().join("pairs.npz")).unwrap());
+        let mut npz =
+            NpzWriter::new_compressed(fs::File::create(dir.path().join("pairs.npz")).unwrap());
         write(&mut npz);
         npz.finish().unwrap();
-        standfast(dir.path(), &["check", &file, "--horizon=0.6", "--contract=pairs.npz"])
+        standfast(
+            dir.path(),
+            &["check", &file, "--horizon=0.6", "--contract=pairs.npz"],
+        )
     };
     let in_a_line = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     let told = stdout(&npz(&|npz| {
-        npz.add_array("actions", &array![[1.1_f32, -0.8], [1.1, -2.3]]).unwrap();
+        npz.add_array("actions", &array![[1.1_f32, -0.8], [1.1, -2.3]])
+            .unwrap();
         npz.add_array("observations", &observed).unwrap();
     }));
-    assert!(in_a_line(&told).contains("2 recorded actions of 2 numbers are repeated"), "{told}");
+    assert!(
+        in_a_line(&told).contains("2 recorded actions of 2 numbers are repeated"),
+        "{told}"
+    );
     let told = stdout(&npz(&|npz| {
-        npz.add_array("a", &array![[1.1, -0.8], [1.1, -2.2]]).unwrap();
+        npz.add_array("a", &array![[1.1, -0.8], [1.1, -2.2]])
+            .unwrap();
         npz.add_array("b", &observed).unwrap();
     }));
-    assert!(in_a_line(&told).contains("in line 2, action 1 is -2.3000, and -2.2000 was recorded"), "{told}");
+    assert!(
+        in_a_line(&told).contains("in line 2, action 1 is -2.3000, and -2.2000 was recorded"),
+        "{told}"
+    );
     let told = stderr(&npz(&|npz| npz.add_array("seen", &array![[1.0, 2.0]]).unwrap()).code(2));
-    assert!(told.contains("pairs.npz: arrays = seen (1 x 2): are no observations and actions"), "{told}");
+    assert!(
+        told.contains("pairs.npz: arrays = seen (1 x 2): are no observations and actions"),
+        "{told}"
+    );
     // One head states 208 GB, and another one is itself too long.
     let mut array = Vec::new();
     observed.write_npy(&mut array).unwrap();
@@ -492,14 +829,22 @@ fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
     let mut long = array.clone();
     long[8..10].copy_from_slice(&[0xff, 0xff]);
     for (content, words) in [
-        (&array, "pairs.npz: array \"obs\" states a shape of [26000000000, 1], but has 48 bytes"),
-        (&long, "pairs.npz: array \"obs\" has a head of 65535 bytes; accepted: up to 1000"),
+        (
+            &array,
+            "pairs.npz: array \"obs\" states a shape of [26000000000, 1], but has 48 bytes",
+        ),
+        (
+            &long,
+            "pairs.npz: array \"obs\" has a head of 65535 bytes; accepted: up to 1000",
+        ),
     ] {
         let mut npz = zip::ZipWriter::new(fs::File::create(dir.path().join("pairs.npz")).unwrap());
-        npz.start_file("obs.npy", zip::write::SimpleFileOptions::default()).unwrap();
+        npz.start_file("obs.npy", zip::write::SimpleFileOptions::default())
+            .unwrap();
         npz.write_all(content).unwrap();
         npz.finish().unwrap();
-        let told = stderr(&standfast(dir.path(), &["check", &file, "--contract=pairs.npz"]).code(2));
+        let told =
+            stderr(&standfast(dir.path(), &["check", &file, "--contract=pairs.npz"]).code(2));
         assert!(told.contains(words), "wanted: {words}\n{told}");
     }
     fs::write(dir.path().join("pairs.npz"), "nothing").unwrap();
@@ -509,7 +854,10 @@ fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
     let hold = ["check", "hold", "--horizon=0.6", "--contract=pairs.csv"];
     fs::write(dir.path().join("pairs.csv"), "1,2\n").unwrap();
     let told = stderr(&standfast(dir.path(), &hold).code(2));
-    assert!(told.contains("this controller takes no observations"), "{told}");
+    assert!(
+        told.contains("this controller takes no observations"),
+        "{told}"
+    );
 }
 
 /// The folder with the public policies and robots. It is None if the folder does not exist.
@@ -526,16 +874,30 @@ fn public() -> Option<PathBuf> {
 #[test]
 fn a_policy_is_written_from_what_its_training_left() {
     let dir = folder();
-    let zero = |observed: usize, actions: usize| linear(&vec![vec![0.0; actions]; observed], &vec![0.0; actions]);
+    let zero = |observed: usize, actions: usize| {
+        linear(&vec![vec![0.0; actions]; observed], &vec![0.0; actions])
+    };
     let write = |name: &str, network: Vec<u8>| fs::write(dir.path().join(name), network).unwrap();
     let init = |more: &[&str]| standfast(dir.path(), &[&["init", "--robot=ut-mu2"], more].concat());
-    let written = |name: &str| -> toml::Table { fs::read_to_string(dir.path().join(name)).unwrap().parse().unwrap() };
+    let written = |name: &str| -> toml::Table {
+        fs::read_to_string(dir.path().join(name))
+            .unwrap()
+            .parse()
+            .unwrap()
+    };
     let numbers = |table: &toml::Table, key: &str| -> Vec<f64> {
-        table[key].as_array().unwrap().iter().map(|number| number.as_float().unwrap()).collect()
+        table[key]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|number| number.as_float().unwrap())
+            .collect()
     };
     let terms = |table: &toml::Table| -> Vec<String> {
         let terms = table["observation"].as_array().unwrap().iter();
-        terms.map(|term| term["term"].as_str().unwrap().to_string()).collect()
+        terms
+            .map(|term| term["term"].as_str().unwrap().to_string())
+            .collect()
     };
 
     let metadata = [
@@ -543,25 +905,50 @@ fn a_policy_is_written_from_what_its_training_left() {
         ("joint_stiffness", "80.000,81.000"),
         ("joint_damping", "2.500,2.600"),
         ("default_joint_pos", "0.442,0.442"),
-        ("observation_names", "base_ang_vel,projected_gravity,joint_pos,actions,command"),
+        (
+            "observation_names",
+            "base_ang_vel,projected_gravity,joint_pos,actions,command",
+        ),
         ("action_scale", "0.500"),
     ];
     write("lab.onnx", with_metadata(zero(13, 2), &metadata));
     let told = stdout(&init(&["lab.onnx"]).success());
-    assert!(told.contains("drives 2 of the 20 joints of ut-mu2") && told.contains("period_s: mjlab's usual"), "{told}");
+    assert!(
+        told.contains("drives 2 of the 20 joints of ut-mu2")
+            && told.contains("period_s: mjlab's usual"),
+        "{told}"
+    );
     let lab = written("lab.toml");
-    assert_eq!((numbers(&lab, "stiffness"), numbers(&lab, "action_scale")), (vec![80.0, 81.0], vec![0.5; 2]));
-    let seen = ["base_angular_velocity", "projected_gravity", "joint_positions", "last_action", "command"];
+    assert_eq!(
+        (numbers(&lab, "stiffness"), numbers(&lab, "action_scale")),
+        (vec![80.0, 81.0], vec![0.5; 2])
+    );
+    let seen = [
+        "base_angular_velocity",
+        "projected_gravity",
+        "joint_positions",
+        "last_action",
+        "command",
+    ];
     assert_eq!(terms(&lab), seen);
     let check = stdout(&standfast(dir.path(), &["check", "lab.toml", "--horizon=1"]).success());
-    assert!(check.contains("projected_gravity") && check.contains("The first observation"), "{check}");
+    assert!(
+        check.contains("projected_gravity") && check.contains("The first observation"),
+        "{check}"
+    );
     // An existing file is kept.
     assert!(stderr(&init(&["lab.onnx"]).code(2)).contains("this file is there already"));
     init(&["lab.onnx", "--force"]).success();
 
     // Only stiffness and damping are in the order of the motors.
     let robot = standfast::robots::load("ut-mu2").unwrap();
-    let motor = |name: &str| robot.joints.iter().position(|joint| joint.name == name).unwrap();
+    let motor = |name: &str| {
+        robot
+            .joints
+            .iter()
+            .position(|joint| joint.name == name)
+            .unwrap()
+    };
     let [left, right] = ANKLES.map(motor);
     let each: Vec<String> = (0..20).map(|i| format!("{}.0", 50 + i)).collect();
     let each = each.join(", ");
@@ -579,14 +966,32 @@ fn a_policy_is_written_from_what_its_training_left() {
     let told = stdout(&init(&["policy.onnx"]).success());
     assert!(told.contains("by unitree_rl_lab, deploy.yaml"), "{told}");
     let lab = written("policy.toml");
-    let joints: Vec<&str> = lab["joints"].as_array().unwrap().iter().map(|joint| joint.as_str().unwrap()).collect();
+    let joints: Vec<&str> = lab["joints"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|joint| joint.as_str().unwrap())
+        .collect();
     assert_eq!(joints, [ANKLES[1], ANKLES[0]]);
-    assert_eq!(numbers(&lab, "damping"), [50.0 + right as f64, 50.0 + left as f64]);
-    assert_eq!((numbers(&lab, "default_rad"), numbers(&lab, "action_scale")), (vec![0.4, 0.5], vec![0.25, 0.3]));
+    assert_eq!(
+        numbers(&lab, "damping"),
+        [50.0 + right as f64, 50.0 + left as f64]
+    );
+    assert_eq!(
+        (numbers(&lab, "default_rad"), numbers(&lab, "action_scale")),
+        (vec![0.4, 0.5], vec![0.25, 0.3])
+    );
     let first = lab["observation"][0].as_table().unwrap();
-    assert_eq!((first["history"].as_integer(), first["clip"].as_float()), (Some(3), Some(1.0)), "clipped, then scaled");
+    assert_eq!(
+        (first["history"].as_integer(), first["clip"].as_float()),
+        (Some(3), Some(1.0)),
+        "clipped, then scaled"
+    );
     assert_eq!(lab["observation"][1]["scale"].as_array().unwrap().len(), 3);
-    assert_eq!((terms(&lab)[2].as_str(), lab["gait"]["hz"].as_float()), ("phase", Some(1.25)));
+    assert_eq!(
+        (terms(&lab)[2].as_str(), lab["gait"]["hz"].as_float()),
+        ("phase", Some(1.25))
+    );
 
     let gym = "simulation_dt: 0.002\ncontrol_decimation: 10\nkps: [100, 90]\nkds: [2, 1]\ndefault_angles: [0.0, 0.1]\n\
         ang_vel_scale: 0.25\ndof_pos_scale: 1.0\ndof_vel_scale: 0.05\naction_scale: 0.25\ncmd_scale: [2.0, 2.0, 0.25]\n\
@@ -597,31 +1002,102 @@ fn a_policy_is_written_from_what_its_training_left() {
     write("gym.onnx", zero(17, 2));
     let printed = stdout(&init(&["gym.onnx", "--from=g.yaml", "--print"]).success());
     let gym: toml::Table = printed.parse().unwrap();
-    assert_eq!((gym["period_s"].as_float(), gym["joints"][0].as_str()), (Some(0.02), Some(&*robot.joints[0].name)));
-    assert!(printed.contains("assumed: the first 2 joints of ut-mu2") && terms(&gym).len() == 7, "{printed}");
+    assert_eq!(
+        (gym["period_s"].as_float(), gym["joints"][0].as_str()),
+        (Some(0.02), Some(&*robot.joints[0].name))
+    );
+    assert!(
+        printed.contains("assumed: the first 2 joints of ut-mu2") && terms(&gym).len() == 7,
+        "{printed}"
+    );
 
     for (network, more, words) in [
-        (zero(3, 2), &["bad.onnx"][..], "says nothing of its joints and of what it observes"),
-        (zero(3, 2), &["bad.onnx", "--from=deploy.yaml"], "takes 3 numbers, but the terms of its observation are 14"),
-        (zero(3, 2), &["bad.onnx", "--from=odd.yaml"], "describes no policy that is known here"),
-        (zero(3, 2), &["bad.onnx", "--from=gone.yaml"], "gone.yaml: cannot read"),
-        (zero(3, 2), &["bad.onnx", "--from=term.yaml"], "observations.joint_effort = joint_effort: is no term"),
-        (zero(3, 2), &["bad.onnx", "--from=map.yaml"], "joint_ids_map = 33: is no joint of the robot"),
-        (zero(3, 2), &["bad.onnx", "--from=clip.yaml"], "is not the same on both sides"),
-        (zero(14, 2), &["bad.onnx", "--from=deploy.yaml", "--out=../x.toml"], "does not lie beside the policy"),
-        (zero(14, 2), &["bad.onnx", "--out=./bad.onnx", "--force"], "is a file of the policy or of its robot"),
-        (zero(14, 2), &["bad.onnx", "--from=deploy.yaml", "--out=deploy.yaml", "--force"], "is a file of the policy"),
-        (zero(14, 2), &["bad.onnx", "--from=offset.yaml", "--print"], "actions.offset = Some([0.4, 0.6]): is another"),
-        (zero(14, 2), &["bad.onnx", "--from=nan.yaml", "--print"], "stiffness = [NaN, "),
-        (zero(14, 2), &["bad.onnx", "--from=gait.yaml"], "gait (1/s) = inf: is not positive"),
-        (with_metadata(zero(3, 2), &metadata[4..]), &["bad.onnx"], "metadata.joint_names = (none): is missing"),
+        (
+            zero(3, 2),
+            &["bad.onnx"][..],
+            "says nothing of its joints and of what it observes",
+        ),
+        (
+            zero(3, 2),
+            &["bad.onnx", "--from=deploy.yaml"],
+            "takes 3 numbers, but the terms of its observation are 14",
+        ),
+        (
+            zero(3, 2),
+            &["bad.onnx", "--from=odd.yaml"],
+            "describes no policy that is known here",
+        ),
+        (
+            zero(3, 2),
+            &["bad.onnx", "--from=gone.yaml"],
+            "gone.yaml: cannot read",
+        ),
+        (
+            zero(3, 2),
+            &["bad.onnx", "--from=term.yaml"],
+            "observations.joint_effort = joint_effort: is no term",
+        ),
+        (
+            zero(3, 2),
+            &["bad.onnx", "--from=map.yaml"],
+            "joint_ids_map = 33: is no joint of the robot",
+        ),
+        (
+            zero(3, 2),
+            &["bad.onnx", "--from=clip.yaml"],
+            "is not the same on both sides",
+        ),
+        (
+            zero(14, 2),
+            &["bad.onnx", "--from=deploy.yaml", "--out=../x.toml"],
+            "does not lie beside the policy",
+        ),
+        (
+            zero(14, 2),
+            &["bad.onnx", "--out=./bad.onnx", "--force"],
+            "is a file of the policy or of its robot",
+        ),
+        (
+            zero(14, 2),
+            &[
+                "bad.onnx",
+                "--from=deploy.yaml",
+                "--out=deploy.yaml",
+                "--force",
+            ],
+            "is a file of the policy",
+        ),
+        (
+            zero(14, 2),
+            &["bad.onnx", "--from=offset.yaml", "--print"],
+            "actions.offset = Some([0.4, 0.6]): is another",
+        ),
+        (
+            zero(14, 2),
+            &["bad.onnx", "--from=nan.yaml", "--print"],
+            "stiffness = [NaN, ",
+        ),
+        (
+            zero(14, 2),
+            &["bad.onnx", "--from=gait.yaml"],
+            "gait (1/s) = inf: is not positive",
+        ),
+        (
+            with_metadata(zero(3, 2), &metadata[4..]),
+            &["bad.onnx"],
+            "metadata.joint_names = (none): is missing",
+        ),
         (b"no network".to_vec(), &["bad.onnx"], "cannot be read"),
         (
             zero(17, 2),
             &["bad.onnx", "--from=real.yaml"],
             "for the robot itself (deploy_real): does not state simulation_dt",
         ),
-        (zero(17, 2), &["bad.onnx", "--from=sar.yaml"], "a configuration of rl_sar: describes no policy that is known"),
+        (
+            zero(17, 2),
+            &["bad.onnx", "--from=sar.yaml"],
+            "a configuration of rl_sar: describes no policy that is known",
+        ),
         (
             zero(17, 2),
             &["motion.pt"],
@@ -636,23 +1112,47 @@ fn a_policy_is_written_from_what_its_training_left() {
         }
         for (name, text) in [
             ("odd.yaml", "a: 1\n".to_string()),
-            ("term.yaml", deploy.replace("velocity_commands", "joint_effort")),
+            (
+                "term.yaml",
+                deploy.replace("velocity_commands", "joint_effort"),
+            ),
             ("map.yaml", deploy.replace(&format!("[{right}, "), "[33, ")),
-            ("offset.yaml", deploy.replace("offset: [0.4, 0.5]", "offset: [0.4, 0.6]")),
-            ("nan.yaml", deploy.replace(&format!(" {}.0,", 50 + right), " .nan,")),
+            (
+                "offset.yaml",
+                deploy.replace("offset: [0.4, 0.5]", "offset: [0.4, 0.6]"),
+            ),
+            (
+                "nan.yaml",
+                deploy.replace(&format!(" {}.0,", 50 + right), " .nan,"),
+            ),
             ("gait.yaml", deploy.replace("period: 0.8", "period: 0.0")),
-            ("real.yaml", gym_text.replace("simulation_dt: 0.002\ncontrol_decimation: 10", "control_dt: 0.02")),
-            ("sar.yaml", "gr1t1/legged_gym:\n  rl_kp: [57.0]\n".to_string()),
+            (
+                "real.yaml",
+                gym_text.replace(
+                    "simulation_dt: 0.002\ncontrol_decimation: 10",
+                    "control_dt: 0.02",
+                ),
+            ),
+            (
+                "sar.yaml",
+                "gr1t1/legged_gym:\n  rl_kp: [57.0]\n".to_string(),
+            ),
             ("motion.pt", "PK\x03\x04".to_string()),
             ("clip.yaml", deploy.replace("[-2.0, 2.0]", "[-1.0, 2.0]")),
         ] {
             fs::write(dir.path().join(name), text).unwrap();
         }
         let told = stderr(&init(more).code(2));
-        assert!(told.contains(words) && !dir.path().join("bad.toml").exists(), "wanted: {words}\n{told}");
+        assert!(
+            told.contains(words) && !dir.path().join("bad.toml").exists(),
+            "wanted: {words}\n{told}"
+        );
     }
     let told = stderr(&standfast(dir.path(), &["init", "bad.onnx"]).code(2));
-    assert!(told.contains("--robot = (none): is needed with a policy"), "{told}");
+    assert!(
+        told.contains("--robot = (none): is needed with a policy"),
+        "{told}"
+    );
     let told = stderr(&standfast(dir.path(), &["init", "x.urdf", "--robot=ut-mu2"]).code(2));
     assert!(told.contains("is for the robot of a policy"), "{told}");
 }
@@ -666,26 +1166,69 @@ fn real_policies_stand_and_recover() {
     let urdf = fs::read_to_string(data.join("robots/g1/g1_29dof_rev_1_0.urdf")).unwrap();
     fs::write(dir.path().join("g1.urdf"), urdf).unwrap();
     fs::create_dir(dir.path().join("meshes")).unwrap();
-    for mesh in fs::read_dir(data.join("robots/g1/meshes")).unwrap().map(|mesh| mesh.unwrap()) {
-        fs::copy(mesh.path(), dir.path().join("meshes").join(mesh.file_name())).unwrap();
+    for mesh in fs::read_dir(data.join("robots/g1/meshes"))
+        .unwrap()
+        .map(|mesh| mesh.unwrap())
+    {
+        fs::copy(
+            mesh.path(),
+            dir.path().join("meshes").join(mesh.file_name()),
+        )
+        .unwrap();
     }
     standfast(dir.path(), &["init", "g1.urdf"]).success();
-    for file in ["holosoma-g1-ppo.onnx", "unitree-g1-velocity.onnx", "unitree-g1-velocity.deploy.yaml"] {
+    for file in [
+        "holosoma-g1-ppo.onnx",
+        "unitree-g1-velocity.onnx",
+        "unitree-g1-velocity.deploy.yaml",
+    ] {
         fs::copy(data.join("policies").join(file), dir.path().join(file)).unwrap();
     }
     let outcome = |controller: &str, heading: &str| {
-        let push = ["push", "--robot=g1.urdf", "--impulse=30", "--start=2", "--json", "--heading", heading];
-        let told = stdout(&standfast(dir.path(), &[&push[..], &["--controller", controller]].concat()).success());
-        serde_json::from_str::<Value>(&told).unwrap()["outcome"].as_str().unwrap().to_string()
+        let push = [
+            "push",
+            "--robot=g1.urdf",
+            "--impulse=30",
+            "--start=2",
+            "--json",
+            "--heading",
+            heading,
+        ];
+        let told = stdout(
+            &standfast(
+                dir.path(),
+                &[&push[..], &["--controller", controller]].concat(),
+            )
+            .success(),
+        );
+        serde_json::from_str::<Value>(&told).unwrap()["outcome"]
+            .as_str()
+            .unwrap()
+            .to_string()
     };
-    for (policy, recovers) in [("holosoma-g1-ppo", &["0", "90"][..]), ("unitree-g1-velocity", &["90"])] {
-        standfast(dir.path(), &["init", &format!("{policy}.onnx"), "--robot=g1.urdf"]).success();
+    for (policy, recovers) in [
+        ("holosoma-g1-ppo", &["0", "90"][..]),
+        ("unitree-g1-velocity", &["90"]),
+    ] {
+        standfast(
+            dir.path(),
+            &["init", &format!("{policy}.onnx"), "--robot=g1.urdf"],
+        )
+        .success();
         let policy = format!("{policy}.toml");
         let check = standfast(dir.path(), &["check", &policy, "--robot=g1.urdf"]).success();
-        assert!(stdout(&check).contains("it stands still after"), "{}", stdout(&check));
+        assert!(
+            stdout(&check).contains("it stands still after"),
+            "{}",
+            stdout(&check)
+        );
         for heading in recovers {
             let outcomes = [outcome("hold", heading), outcome(&policy, heading)];
-            assert_eq!(outcomes, ["Fell", "Recovered"], "{policy}: 30 N s towards {heading} degrees");
+            assert_eq!(
+                outcomes,
+                ["Fell", "Recovered"],
+                "{policy}: 30 N s towards {heading} degrees"
+            );
         }
     }
 }

@@ -18,8 +18,8 @@ const CHECKED: [&str; 5] = ["run", "push", "limit", "ceiling", "tune"];
 /// Commands that first try whether the robot stands. This is left out here, because it would take most of the time.
 const TRYING: [&str; 4] = ["run", "limit", "ceiling", "tune"];
 const COMMANDS: [&str; 15] = [
-    "ceiling", "run", "merge", "compare", "status", "push", "replay", "limit", "check", "cpi", "model", "view",
-    "slurm", "init", "tune",
+    "ceiling", "run", "merge", "compare", "status", "push", "replay", "limit", "check", "cpi",
+    "model", "view", "slurm", "init", "tune",
 ];
 
 fn root() -> PathBuf {
@@ -29,7 +29,10 @@ fn root() -> PathBuf {
 /// The commands of the examples in the help of a command.
 fn examples_of(command: &str) -> Vec<String> {
     let help = stdout(&standfast(Path::new("."), &[command, "--help"]).success());
-    help.lines().filter_map(|line| line.strip_prefix("  standfast ")).map(|rest| format!("standfast {rest}")).collect()
+    help.lines()
+        .filter_map(|line| line.strip_prefix("  standfast "))
+        .map(|rest| format!("standfast {rest}"))
+        .collect()
 }
 
 /// A folder with the files that a reader of these commands has.
@@ -37,8 +40,15 @@ fn reader() -> TempDir {
     let dir = folder();
     let put = |asset: &str, name: &str, file: &str| {
         let text = fs::read_to_string(root().join("assets").join(asset)).unwrap();
-        let old = text.lines().find(|line| line.starts_with("name = ")).unwrap();
-        fs::write(dir.path().join(file), text.replacen(old, &format!("name = '{name}'"), 1)).unwrap();
+        let old = text
+            .lines()
+            .find(|line| line.starts_with("name = "))
+            .unwrap();
+        fs::write(
+            dir.path().join(file),
+            text.replacen(old, &format!("name = '{name}'"), 1),
+        )
+        .unwrap();
     };
     put("campaigns/smoke.toml", "my", "my.toml");
     put("gains/switching.toml", "mine", "mine.toml");
@@ -59,9 +69,19 @@ fn reader() -> TempDir {
 
 /// Creates the earlier result with which a command compares, unless it exists.
 fn put_baseline(words: &[String], folder: &Path) {
-    let Some(at) = words.iter().position(|word| word == "--baseline") else { return };
+    let Some(at) = words.iter().position(|word| word == "--baseline") else {
+        return;
+    };
     if !folder.join(&words[at + 1]).exists() {
-        let few = ["run", "standard", "--trials=1", "--gains=hold", "--gains=catch", "--replays=0", "--out"];
+        let few = [
+            "run",
+            "standard",
+            "--trials=1",
+            "--gains=hold",
+            "--gains=catch",
+            "--replays=0",
+            "--out",
+        ];
         standfast(folder, &[&few[..], &[&words[at + 1]]].concat()).success();
     }
 }
@@ -69,13 +89,30 @@ fn put_baseline(words: &[String], folder: &Path) {
 /// The reason why a command is not valid. It is None if the command is valid.
 fn wrong(command: &str, folder: &Path) -> Option<String> {
     let words = words_of(&command.replace("${{ matrix.k }}", "1"));
-    let is_among = |names: &[&str]| words.get(1).is_some_and(|name| names.contains(&name.as_str()));
+    let is_among = |names: &[&str]| {
+        words
+            .get(1)
+            .is_some_and(|name| names.contains(&name.as_str()))
+    };
     // Arguments are parsed before help is printed, so an unknown one or an invalid value is an error.
-    let only = if is_among(&CHECKED) { "--check" } else { "--help" };
+    let only = if is_among(&CHECKED) {
+        "--check"
+    } else {
+        "--help"
+    };
     let untried = is_among(&TRYING).then_some("--untried");
     // In a program without MuJoCo the rest of the command can still be checked.
-    let there = |word| if cfg!(feature = "mujoco") || !["mujoco", "both"].contains(&word) { word } else { "rapier" };
-    let given = words[1..].iter().map(|word| there(word)).filter(|word| *word != only && Some(*word) != untried);
+    let there = |word| {
+        if cfg!(feature = "mujoco") || !["mujoco", "both"].contains(&word) {
+            word
+        } else {
+            "rapier"
+        }
+    };
+    let given = words[1..]
+        .iter()
+        .map(|word| there(word))
+        .filter(|word| *word != only && Some(*word) != untried);
     put_baseline(&words, folder);
     let args: Vec<&str> = given.chain([only]).chain(untried).collect();
     let run = standfast(folder, &args);
@@ -84,13 +121,25 @@ fn wrong(command: &str, folder: &Path) -> Option<String> {
 
 #[test]
 fn every_command_that_is_shown_is_good() {
-    let shown =
-        documents(&root()).into_iter().flat_map(|path| commands_of(&fs::read_to_string(path).unwrap(), "standfast"));
-    let (shown, examples): (Vec<_>, Vec<_>) = (shown.collect(), COMMANDS.into_iter().flat_map(examples_of).collect());
-    assert!(shown.len() > 40 && examples.len() > 30, "only {} and {} found", shown.len(), examples.len());
+    let shown = documents(&root())
+        .into_iter()
+        .flat_map(|path| commands_of(&fs::read_to_string(path).unwrap(), "standfast"));
+    let (shown, examples): (Vec<_>, Vec<_>) = (
+        shown.collect(),
+        COMMANDS.into_iter().flat_map(examples_of).collect(),
+    );
+    assert!(
+        shown.len() > 40 && examples.len() > 30,
+        "only {} and {} found",
+        shown.len(),
+        examples.len()
+    );
     let dir = reader();
     let all: Vec<String> = shown.into_iter().chain(examples).collect();
-    let wrong: Vec<String> = all.par_iter().filter_map(|command| wrong(command, dir.path())).collect();
+    let wrong: Vec<String> = all
+        .par_iter()
+        .filter_map(|command| wrong(command, dir.path()))
+        .collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
@@ -100,21 +149,47 @@ fn a_command_that_is_wrong_inside_is_not_good() {
     let dir = folder();
     for (command, words) in [
         ("standfast run --gate nonsense", "gate = nonsense"),
-        ("standfast run --set foo=bar", "--set: foo = bar: unknown key"),
+        (
+            "standfast run --set foo=bar",
+            "--set: foo = bar: unknown key",
+        ),
         ("standfast run --gate nonsense --set foo=bar", "foo"),
-        ("standfast run --gate 'best >= 0.8'", "no controller is named `best`"),
-        ("standfast run --controller hold --until-resolved", "nothing to decide"),
-        ("standfast run --vary paper:stepping.beta=2", "stepping.beta"),
+        (
+            "standfast run --gate 'best >= 0.8'",
+            "no controller is named `best`",
+        ),
+        (
+            "standfast run --controller hold --until-resolved",
+            "nothing to decide",
+        ),
+        (
+            "standfast run --vary paper:stepping.beta=2",
+            "stepping.beta",
+        ),
         ("standfast run missing.toml", "missing.toml: cannot read"),
-        ("standfast push --impulse 2 --controller best", "controller \"best\" not found"),
-        ("standfast push --impulse 2 --trace push.txt", "--trace = push.txt: unknown kind"),
-        ("standfast limit --headings 0", "'0' for '--headings <N>': out of range"),
+        (
+            "standfast push --impulse 2 --controller best",
+            "controller \"best\" not found",
+        ),
+        (
+            "standfast push --impulse 2 --trace push.txt",
+            "--trace = push.txt: unknown kind",
+        ),
+        (
+            "standfast limit --headings 0",
+            "'0' for '--headings <N>': out of range",
+        ),
     ] {
-        let told = wrong(command, dir.path()).unwrap_or_else(|| panic!("{command} is taken for good"));
+        let told =
+            wrong(command, dir.path()).unwrap_or_else(|| panic!("{command} is taken for good"));
         assert!(told.contains(words), "{told}");
         // Without the check it fails in the same way.
         let args = shlex::split(command).unwrap();
-        let run = standfast(dir.path(), &args[1..].iter().map(String::as_str).collect::<Vec<_>>()).code(2);
+        let run = standfast(
+            dir.path(),
+            &args[1..].iter().map(String::as_str).collect::<Vec<_>>(),
+        )
+        .code(2);
         assert_eq!(told, format!("{command}: {}", stderr(&run)));
     }
 }
@@ -123,16 +198,37 @@ fn a_command_that_is_wrong_inside_is_not_good() {
 #[test]
 fn what_a_push_tells_is_what_the_guide_shows() {
     let guide = fs::read_to_string(root().join("src/guide/commands.md")).unwrap();
-    let (command, shown) = guide.split_once("```console\n$ standfast ").unwrap().1.split_once('\n').unwrap();
+    let (command, shown) = guide
+        .split_once("```console\n$ standfast ")
+        .unwrap()
+        .1
+        .split_once('\n')
+        .unwrap();
     let args = shlex::split(command).unwrap();
-    let told = stdout(&standfast(&root(), &args.iter().map(String::as_str).collect::<Vec<_>>()).success());
-    let words = |text: &str| text.split_whitespace().map(str::to_string).collect::<Vec<_>>();
+    let told = stdout(
+        &standfast(
+            &root(),
+            &args.iter().map(String::as_str).collect::<Vec<_>>(),
+        )
+        .success(),
+    );
+    let words = |text: &str| {
+        text.split_whitespace()
+            .map(str::to_string)
+            .collect::<Vec<_>>()
+    };
     let (shown, told) = (words(shown.split("```").next().unwrap()), words(&told));
     assert_eq!(shown.len(), told.len(), "{told:?}");
-    let number = |word: &str| word.trim_matches(|letter| "(),;.".contains(letter)).parse::<f64>();
+    let number = |word: &str| {
+        word.trim_matches(|letter| "(),;.".contains(letter))
+            .parse::<f64>()
+    };
     for (shown, told) in shown.iter().zip(&told) {
         match (number(shown), number(told)) {
-            (Ok(a), Ok(b)) => assert!((a - b).abs() <= 0.05 * a.abs() + 0.005, "{shown} is {told} now"),
+            (Ok(a), Ok(b)) => assert!(
+                (a - b).abs() <= 0.05 * a.abs() + 0.005,
+                "{shown} is {told} now"
+            ),
             _ => assert_eq!(shown, told),
         }
     }
@@ -143,17 +239,35 @@ fn what_a_push_tells_is_what_the_guide_shows() {
 #[test]
 fn a_thing_has_one_name() {
     let mut texts = documents(&root());
-    texts.extend(["assets/python/README.md", "src/render/html/report.html.jinja"].map(|file| root().join(file)));
-    for folder in
-        ["assets/campaigns", "src/render/text", "src/render/tables", "src/render/figure", "src/campaign/verdict"]
-    {
-        texts.extend(fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path()));
+    texts.extend(
+        [
+            "assets/python/README.md",
+            "src/render/html/report.html.jinja",
+        ]
+        .map(|file| root().join(file)),
+    );
+    for folder in [
+        "assets/campaigns",
+        "src/render/text",
+        "src/render/tables",
+        "src/render/figure",
+        "src/campaign/verdict",
+    ] {
+        texts.extend(
+            fs::read_dir(root().join(folder))
+                .unwrap()
+                .map(|entry| entry.unwrap().path()),
+        );
     }
     assert!(texts.len() > 60, "{texts:?}");
     for path in texts {
         // A sentence may continue in the next line.
         let text = fs::read_to_string(&path).unwrap();
-        let words = text.split_whitespace().filter(|word| *word != "\\").collect::<Vec<_>>().join(" ");
+        let words = text
+            .split_whitespace()
+            .filter(|word| *word != "\\")
+            .collect::<Vec<_>>()
+            .join(" ");
         for wrong in [
             "m w d",
             "m&omega;d",
@@ -172,9 +286,21 @@ fn a_thing_has_one_name() {
             assert!(!words.contains(wrong), "{}: {wrong:?}", path.display());
         }
     }
-    for file in ["README.md", "src/guide/limits.md", "src/guide/measured.md", "assets/python/README.md"] {
-        let words = fs::read_to_string(root().join(file)).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(words.contains("pendulum bound") && words.to_lowercase().contains("a robot can pass"), "{file}");
+    for file in [
+        "README.md",
+        "src/guide/limits.md",
+        "src/guide/measured.md",
+        "assets/python/README.md",
+    ] {
+        let words = fs::read_to_string(root().join(file))
+            .unwrap()
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ");
+        assert!(
+            words.contains("pendulum bound") && words.to_lowercase().contains("a robot can pass"),
+            "{file}"
+        );
     }
 }
 
@@ -190,27 +316,49 @@ fn the_commands_of_the_readme_make_the_files_that_they_name() {
         .collect();
     let dir = folder();
     for words in &made {
-        standfast(dir.path(), &words[1..].iter().map(String::as_str).collect::<Vec<_>>()).success();
+        standfast(
+            dir.path(),
+            &words[1..].iter().map(String::as_str).collect::<Vec<_>>(),
+        )
+        .success();
     }
-    let own = commands.iter().flat_map(|command| words_of(command)).filter(|word| word.ends_with(".toml"));
+    let own = commands
+        .iter()
+        .flat_map(|command| words_of(command))
+        .filter(|word| word.ends_with(".toml"));
     let own: Vec<String> = own.filter(|word| !word.contains('/')).collect();
     assert!(own.len() >= 4 && made.len() >= 2, "{own:?} {made:?}");
     for file in own {
-        assert!(dir.path().join(&file).is_file(), "{file} is made by no command of the README");
+        assert!(
+            dir.path().join(&file).is_file(),
+            "{file} is made by no command of the README"
+        );
     }
     let run = commands
         .iter()
         .map(|command| words_of(command))
         .find(|words| words[1] == "run" && words[2] == "my.toml")
         .unwrap();
-    let args: Vec<&str> = run[1..].iter().map(String::as_str).chain(["--check", "--untried"]).collect();
+    let args: Vec<&str> = run[1..]
+        .iter()
+        .map(String::as_str)
+        .chain(["--check", "--untried"])
+        .collect();
     standfast(dir.path(), &args).success();
 }
 
 /// Targets of a document's links: the targets in its text, and the targets in the list at its end.
 fn targets_of(document: &str) -> impl Iterator<Item = &str> {
-    let inline = document.split("](").skip(1).filter_map(|rest| rest.split(')').next());
-    inline.chain(document.lines().filter_map(target_at_the_end).map(|(_, target)| target))
+    let inline = document
+        .split("](")
+        .skip(1)
+        .filter_map(|rest| rest.split(')').next());
+    inline.chain(
+        document
+            .lines()
+            .filter_map(target_at_the_end)
+            .map(|(_, target)| target),
+    )
 }
 
 /// A line `[name]: target` of the list of targets.
@@ -227,16 +375,32 @@ fn anchors_of(document: &str) -> Vec<String> {
     });
     let kept = |letter: &char| letter.is_alphanumeric() || [' ', '-', '_'].contains(letter);
     let name = |heading: &str| heading.trim_start_matches('#').trim().to_lowercase();
-    headings.map(|heading| name(heading).chars().filter(kept).collect::<String>().replace(' ', "-")).collect()
+    headings
+        .map(|heading| {
+            name(heading)
+                .chars()
+                .filter(kept)
+                .collect::<String>()
+                .replace(' ', "-")
+        })
+        .collect()
 }
 
 /// The reason why a link of a document is broken. It is None if the link is not broken.
 fn leads_nowhere(target: &str, path: &Path) -> Option<String> {
     let (file, anchor) = target.split_once('#').unwrap_or((target, ""));
-    let other = if file.is_empty() { path.to_path_buf() } else { path.parent().unwrap().join(file) };
+    let other = if file.is_empty() {
+        path.to_path_buf()
+    } else {
+        path.parent().unwrap().join(file)
+    };
     let problem = if !other.is_file() {
         "is not there"
-    } else if !anchor.is_empty() && !anchors_of(&fs::read_to_string(other).unwrap()).iter().any(|name| name == anchor) {
+    } else if !anchor.is_empty()
+        && !anchors_of(&fs::read_to_string(other).unwrap())
+            .iter()
+            .any(|name| name == anchor)
+    {
         "is no heading"
     } else {
         return None;
@@ -251,7 +415,9 @@ fn every_link_of_readme_and_guide_leads_somewhere() {
     for path in documents(&root()) {
         let document = fs::read_to_string(&path).unwrap();
         let targets = targets_of(&document).filter(|target| !target.starts_with("https://"));
-        let problems = targets.inspect(|_| count += 1).filter_map(|target| leads_nowhere(target, &path));
+        let problems = targets
+            .inspect(|_| count += 1)
+            .filter_map(|target| leads_nowhere(target, &path));
         wrong.extend(problems);
     }
     assert!(count > 40, "only {count} links");
@@ -263,22 +429,51 @@ fn every_link_of_readme_and_guide_leads_somewhere() {
 #[test]
 fn rustdoc_shows_every_chapter_with_its_links() {
     let shown = include_str!("../src/guide/mod.rs");
-    let list = shown.split_once("chapters! {").unwrap().1.split_once('}').unwrap().0;
-    let chapters: Vec<PathBuf> = documents(&root()).into_iter().filter(|path| !path.ends_with("README.md")).collect();
+    let list = shown
+        .split_once("chapters! {")
+        .unwrap()
+        .1
+        .split_once('}')
+        .unwrap()
+        .0;
+    let chapters: Vec<PathBuf> = documents(&root())
+        .into_iter()
+        .filter(|path| !path.ends_with("README.md"))
+        .collect();
     assert_eq!(chapters.len(), list.split_whitespace().count(), "{list}");
     for path in chapters {
         let name = path.file_stem().unwrap().to_str().unwrap();
-        assert!(list.split_whitespace().any(|word| word == name), "{name} is not among {list}");
+        assert!(
+            list.split_whitespace().any(|word| word == name),
+            "{name} is not among {list}"
+        );
         let document = fs::read_to_string(&path).unwrap();
-        let named: Vec<&str> = document.lines().filter_map(target_at_the_end).map(|(name, _)| name).collect();
-        for link in document.split("][").skip(1).filter_map(|rest| rest.split(']').next()) {
-            assert!(named.contains(&link), "{name}: [{link}] has no target at its end");
+        let named: Vec<&str> = document
+            .lines()
+            .filter_map(target_at_the_end)
+            .map(|(name, _)| name)
+            .collect();
+        for link in document
+            .split("][")
+            .skip(1)
+            .filter_map(|rest| rest.split(']').next())
+        {
+            assert!(
+                named.contains(&link),
+                "{name}: [{link}] has no target at its end"
+            );
         }
         for link in named {
-            assert!(shown.contains(&format!("\"[{link}]: ")), "{name}: src/guide/mod.rs has no [{link}]");
+            assert!(
+                shown.contains(&format!("\"[{link}]: ")),
+                "{name}: src/guide/mod.rs has no [{link}]"
+            );
         }
     }
-    for file in shown.lines().filter_map(|line| line.split_once("]: ../")?.1.strip_suffix("\"]")) {
+    for file in shown
+        .lines()
+        .filter_map(|line| line.split_once("]: ../")?.1.strip_suffix("\"]"))
+    {
         let file = file.trim_start_matches("../");
         assert!(root().join(file).is_file(), "{file} is not there");
     }

@@ -1,6 +1,8 @@
 //! Trials of a campaign, run again one by one: the report of `push` agrees with the campaign, to the bit.
 
-use crate::common::program::{FEW, SEVERAL_PARTS, files, folder, forge, short, standfast, stderr, stdout};
+use crate::common::program::{
+    FEW, SEVERAL_PARTS, files, folder, forge, short, standfast, stderr, stdout,
+};
 use std::{collections::BTreeMap, fs, path::Path};
 
 /// The columns of a trial that `push` reports too, as JSON values: outcome, times and peaks.
@@ -27,17 +29,36 @@ fn rows(part: &Path) -> Vec<BTreeMap<String, serde_json::Value>> {
     let names = reader.headers().unwrap().clone();
     let value = |text: &str| match text {
         "" => serde_json::Value::Null,
-        text => text.parse::<f64>().map_or(text.into(), serde_json::Value::from),
+        text => text
+            .parse::<f64>()
+            .map_or(text.into(), serde_json::Value::from),
     };
-    let row = |row: csv::StringRecord| names.iter().map(String::from).zip(row.iter().map(value)).collect();
-    reader.records().map(|record| row(record.unwrap())).collect()
+    let row = |row: csv::StringRecord| {
+        names
+            .iter()
+            .map(String::from)
+            .zip(row.iter().map(value))
+            .collect()
+    };
+    reader
+        .records()
+        .map(|record| row(record.unwrap()))
+        .collect()
 }
 
 #[test]
 fn a_trial_is_replayed_to_the_bit() {
     let dir = folder();
-    let gains = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gains/switching.toml")).unwrap();
-    fs::write(dir.path().join("file.toml"), gains.replace("name = \"switching\"", "name = \"mine\"")).unwrap();
+    let gains = fs::read_to_string(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/assets/gains/switching.toml"
+    ))
+    .unwrap();
+    fs::write(
+        dir.path().join("file.toml"),
+        gains.replace("name = \"switching\"", "name = \"mine\""),
+    )
+    .unwrap();
     let args = [
         "--trials=2",
         "--set=push.impulse_n_s={uniform=[0.2, 5]}",
@@ -57,18 +78,36 @@ fn a_trial_is_replayed_to_the_bit() {
         assert_eq!(rows.len(), 4);
         assert!(more[0] == "harsh" || rows.iter().any(|row| row["outcome"] == "Recovered"));
         for row in rows {
-            let (trial, set) = (row["trial"].as_f64().unwrap().to_string(), row["set"].as_str().unwrap());
+            let (trial, set) = (
+                row["trial"].as_f64().unwrap().to_string(),
+                row["set"].as_str().unwrap(),
+            );
             // A controller from a file can be given by its name, since the result has a copy.
             let campaign = format!("{out}/campaign.toml");
-            let args = ["push", "--json", "--campaign", &campaign, "--trial", &trial, "--gains", set];
+            let args = [
+                "push",
+                "--json",
+                "--campaign",
+                &campaign,
+                "--trial",
+                &trial,
+                "--gains",
+                set,
+            ];
             let replay: serde_json::Value =
                 serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
             for name in REPLAYED {
                 assert_eq!(row[name], replay[name], "{name} of trial {trial}, {set}");
             }
             let varied = replay["variation"].as_object().unwrap();
-            assert!(varied.len() >= 8 && varied.iter().all(|(name, value)| row[name] == *value), "{row:?} {varied:?}");
-            assert_eq!(row["second_impulse_n_s"], replay["second_push"]["impulse_n_s"]);
+            assert!(
+                varied.len() >= 8 && varied.iter().all(|(name, value)| row[name] == *value),
+                "{row:?} {varied:?}"
+            );
+            assert_eq!(
+                row["second_impulse_n_s"],
+                replay["second_push"]["impulse_n_s"]
+            );
             assert_eq!(row["second_impulse_n_s"].is_null(), more[0] == "standard");
         }
         // The ground of these trials is inclined and tilts first, and a second push follows the first.
@@ -87,12 +126,31 @@ fn a_trial_is_replayed_to_the_bit() {
 fn a_trial_ends_alike_however_it_is_looked_at() {
     let dir = folder();
     let gains = ["--gains=hold", "--gains=catch"];
-    let run = [&["run", "smoke", "--trials=1", "--seed=3", "--out=out", "--replays=0"][..], &gains].concat();
+    let run = [
+        &[
+            "run",
+            "smoke",
+            "--trials=1",
+            "--seed=3",
+            "--out=out",
+            "--replays=0",
+        ][..],
+        &gains,
+    ]
+    .concat();
     standfast(dir.path(), &run).success();
     let rows = rows(&dir.path().join("out/parts/part-000000.csv"));
-    assert_eq!(rows.iter().map(|row| &row["outcome"]).collect::<Vec<_>>(), ["Fell", "Recovered"]);
+    assert_eq!(
+        rows.iter().map(|row| &row["outcome"]).collect::<Vec<_>>(),
+        ["Fell", "Recovered"]
+    );
     for (row, frames) in rows.iter().zip(["--frames=a", "--frames=b"]) {
-        let set = ["--trial=0", "--json", "--gains", row["set"].as_str().unwrap()];
+        let set = [
+            "--trial=0",
+            "--json",
+            "--gains",
+            row["set"].as_str().unwrap(),
+        ];
         let push = ["push", "--campaign=out/campaign.toml"];
         let page = ["replay", "out", "--output=page.html"];
         let (both, with_frames) = (["--engine=both"], [frames]);
@@ -113,7 +171,11 @@ fn a_trial_ends_alike_however_it_is_looked_at() {
             for name in REPLAYED {
                 assert_eq!(row[name], seen[name], "{name} of {command:?} with {look:?}");
             }
-            assert!(!stderr(&looked).contains("is not as it was"), "{command:?}: {}", stderr(&looked));
+            assert!(
+                !stderr(&looked).contains("is not as it was"),
+                "{command:?}: {}",
+                stderr(&looked)
+            );
         }
     }
 }
@@ -128,37 +190,76 @@ fn two_controllers_are_shown_beside_each_other() {
         serde_json::from_str(&stdout(&run)).unwrap()
     };
     let shown = ["--json", "--frames=pictures", "--replay=page.html"];
-    let run = standfast(dir.path(), &[&["push", "--controller=hold", "--beside=catch"], &shown[..]].concat()).success();
+    let run = standfast(
+        dir.path(),
+        &[&["push", "--controller=hold", "--beside=catch"], &shown[..]].concat(),
+    )
+    .success();
     let both: serde_json::Value = serde_json::from_str(&stdout(&run)).unwrap();
-    assert_eq!(both["controllers"], serde_json::json!([alone("hold"), alone("catch")]));
-    assert_eq!([&both["controllers"][0]["outcome"], &both["controllers"][1]["outcome"]], ["Fell", "Recovered"]);
+    assert_eq!(
+        both["controllers"],
+        serde_json::json!([alone("hold"), alone("catch")])
+    );
+    assert_eq!(
+        [
+            &both["controllers"][0]["outcome"],
+            &both["controllers"][1]["outcome"]
+        ],
+        ["Fell", "Recovered"]
+    );
     let strip = image::open(dir.path().join("pictures/strip.png")).unwrap();
     let one = image::open(dir.path().join("pictures/frame-0001-0.476s.png")).unwrap();
-    assert_eq!(([one.width(), one.height()], strip.width()), ([2 * 480, 480], 8 * 2 * 180));
+    assert_eq!(
+        ([one.width(), one.height()], strip.width()),
+        ([2 * 480, 480], 8 * 2 * 180)
+    );
     let page = fs::read_to_string(dir.path().join("page.html")).unwrap();
-    for words in
-        ["<b>Solid:</b> hold: fell at", "<b>Ghost:</b> catch: recovered", "the robot with the other controller"]
-    {
+    for words in [
+        "<b>Solid:</b> hold: fell at",
+        "<b>Ghost:</b> catch: recovered",
+        "the robot with the other controller",
+    ] {
         assert!(page.contains(words), "{words}");
     }
     let same = stderr(&standfast(dir.path(), &["push", "--beside=catch"]).code(2));
-    assert!(same.contains("--beside") && same.contains("is the controller itself"), "{same}");
+    assert!(
+        same.contains("--beside") && same.contains("is the controller itself"),
+        "{same}"
+    );
 }
 
 #[test]
 fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     let dir = folder();
     let (mine, out) = (dir.path().join("mine.toml"), dir.path().join("out"));
-    let gains = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gains/switching.toml")).unwrap();
-    fs::write(&mine, gains.replace("name = \"switching\"", "name = \"mine\"")).unwrap();
-    let sweep =
-        ["--vary=mine.toml:zmp_margin=0.02,0.4", "--vary=fixed:gains.0.x=[0.8,1,5]", SEVERAL_PARTS, "--replays=0"];
+    let gains = fs::read_to_string(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/assets/gains/switching.toml"
+    ))
+    .unwrap();
+    fs::write(
+        &mine,
+        gains.replace("name = \"switching\"", "name = \"mine\""),
+    )
+    .unwrap();
+    let sweep = [
+        "--vary=mine.toml:zmp_margin=0.02,0.4",
+        "--vary=fixed:gains.0.x=[0.8,1,5]",
+        SEVERAL_PARTS,
+        "--replays=0",
+    ];
     standfast(dir.path(), &short(&sweep)).success();
     let whole = files(&out);
     let campaign = String::from_utf8(whole["campaign.toml"].clone()).unwrap();
     let listed = r#"gains = ["hold", "inputs/gains/mine.toml", "inputs/gains/mine.toml:zmp_margin=0.02", "inputs/gains/mine.toml:zmp_margin=0.4", "fixed", "fixed:gains.0.x=[0.8,1,5]"]"#;
     assert!(campaign.contains(listed), "{campaign}");
-    assert_eq!(whole.keys().filter(|name| name.starts_with("inputs/")).collect::<Vec<_>>(), ["inputs/gains/mine.toml"]);
+    assert_eq!(
+        whole
+            .keys()
+            .filter(|name| name.starts_with("inputs/"))
+            .collect::<Vec<_>>(),
+        ["inputs/gains/mine.toml"]
+    );
 
     for share in ["--shard=1/2", "--shard=2/2"] {
         let args = short(&[&sweep[..], &["--out=shards", share]].concat());
@@ -170,20 +271,58 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     // The result has its own copy of the controller.
     fs::remove_file(&mine).unwrap();
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();
-    let run = standfast(dir.path(), &["run", "out/campaign.toml", "--out", "out", "--replays=0"]).success();
-    assert!(stderr(&run).contains("goes on, 126 of 156 episodes are there"), "{}", stderr(&run));
+    let run = standfast(
+        dir.path(),
+        &["run", "out/campaign.toml", "--out", "out", "--replays=0"],
+    )
+    .success();
+    assert!(
+        stderr(&run).contains("goes on, 126 of 156 episodes are there"),
+        "{}",
+        stderr(&run)
+    );
     assert!(files(&out) == whole, "resumed");
 
     let rows = rows(&out.join("parts/part-000005.csv"));
-    let sets: Vec<&str> = rows.iter().map(|row| row["set"].as_str().unwrap()).collect();
-    assert_eq!(sets, ["hold", "mine", "mine zmp_margin=0.02", "mine zmp_margin=0.4", "fixed", "fixed x=[0.8,1,5]"]);
-    assert_ne!(rows[2]["promise_margin"], rows[3]["promise_margin"], "a variant is another set");
+    let sets: Vec<&str> = rows
+        .iter()
+        .map(|row| row["set"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        sets,
+        [
+            "hold",
+            "mine",
+            "mine zmp_margin=0.02",
+            "mine zmp_margin=0.4",
+            "fixed",
+            "fixed x=[0.8,1,5]"
+        ]
+    );
+    assert_ne!(
+        rows[2]["promise_margin"], rows[3]["promise_margin"],
+        "a variant is another set"
+    );
     // Controllers are given by the name in the results, and as in the list, where the file has the name of its
     // controller.
-    let asked = [sets[2], sets[3], sets[5], "mine:zmp_margin=0.4", "fixed:gains.0.x=[0.8,1,5]"];
+    let asked = [
+        sets[2],
+        sets[3],
+        sets[5],
+        "mine:zmp_margin=0.4",
+        "fixed:gains.0.x=[0.8,1,5]",
+    ];
     for (set, row) in asked.into_iter().zip([2, 3, 5, 3, 5].map(|i| &rows[i])) {
-        let args = ["push", "--json", "--campaign=out/campaign.toml", "--trial=25", "--gains", set];
-        let replay: serde_json::Value = serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
+        let args = [
+            "push",
+            "--json",
+            "--campaign=out/campaign.toml",
+            "--trial=25",
+            "--gains",
+            set,
+        ];
+        let replay: serde_json::Value =
+            serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
         for name in REPLAYED {
             assert_eq!(row[name], replay[name], "{name} of {set}");
         }
@@ -193,24 +332,43 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
 #[test]
 fn a_sweep_alone_replaces_the_gain_sets_begins_with_the_unchanged_one_and_keeps_its_names_whole() {
     let dir = folder();
-    let sweep = "--vary=switching:zmp_margin=0.02,0.04,0.06,0.08,0.1,0.12,0.14,0.16,0.18,0.2,0.22,0.24";
-    let args: Vec<&str> =
-        short(&[FEW, sweep, "--replays=0", "--full"]).into_iter().filter(|arg| *arg != "--gains=hold").collect();
+    let sweep =
+        "--vary=switching:zmp_margin=0.02,0.04,0.06,0.08,0.1,0.12,0.14,0.16,0.18,0.2,0.22,0.24";
+    let args: Vec<&str> = short(&[FEW, sweep, "--replays=0", "--full"])
+        .into_iter()
+        .filter(|arg| *arg != "--gains=hold")
+        .collect();
     let text = stdout(&standfast(dir.path(), &args).success());
     let (_, tables) = text.split_once("controller ").unwrap();
     let (tables, _) = tables.split_once("to replay a trial").unwrap();
     // A row with two such names takes 86 columns, since no name and no number is broken.
-    assert!(tables.lines().all(|line| line.chars().count() <= 86), "{tables}");
+    assert!(
+        tables.lines().all(|line| line.chars().count() <= 86),
+        "{tables}"
+    );
     assert!(!tables.contains("hold   "), "{tables}");
     // Most tables show the name as a whole, not cut into pieces.
     assert!(tables.matches("zmp_margin=0.24").count() >= 4, "{tables}");
     let summary: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(dir.path().join("out/summary.json")).unwrap()).unwrap();
+        serde_json::from_str(&fs::read_to_string(dir.path().join("out/summary.json")).unwrap())
+            .unwrap();
     assert_eq!(summary["sets"].as_array().unwrap().len(), 13);
-    assert_eq!((&summary["reference"], &summary["sets"][0]["name"]), (&"switching".into(), &"switching".into()));
-    let is_of_reference = |pair: &serde_json::Value| [&pair["a"], &pair["b"]].contains(&&summary["reference"]);
-    assert!(summary["pairs"].as_array().unwrap()[..12].iter().all(is_of_reference), "they come first");
-    assert!(text.contains(" headings ") && text.contains("than switching, over all"), "{text}");
+    assert_eq!(
+        (&summary["reference"], &summary["sets"][0]["name"]),
+        (&"switching".into(), &"switching".into())
+    );
+    let is_of_reference =
+        |pair: &serde_json::Value| [&pair["a"], &pair["b"]].contains(&&summary["reference"]);
+    assert!(
+        summary["pairs"].as_array().unwrap()[..12]
+            .iter()
+            .all(is_of_reference),
+        "they come first"
+    );
+    assert!(
+        text.contains(" headings ") && text.contains("than switching, over all"),
+        "{text}"
+    );
     let picture = fs::read_to_string(dir.path().join("out/success.svg")).unwrap();
     assert!(picture.contains("switching zmp_margin=0.24"), "{picture}");
 }
@@ -218,15 +376,31 @@ fn a_sweep_alone_replaces_the_gain_sets_begins_with_the_unchanged_one_and_keeps_
 #[test]
 fn without_a_terminal_the_table_fits_80_columns() {
     let dir = folder();
-    let args = ["--gains=switching", "--gains=fixed", "--set=episode.end_early=false"];
-    let text = stdout(&standfast(dir.path(), &short(&[&[FEW, "--full"][..], &args].concat())).success());
+    let args = [
+        "--gains=switching",
+        "--gains=fixed",
+        "--set=episode.end_early=false",
+    ];
+    let text =
+        stdout(&standfast(dir.path(), &short(&[&[FEW, "--full"][..], &args].concat())).success());
     let (_, tables) = text.split_once("controller ").unwrap();
     let (tables, _) = tables.split_once("to replay a trial").unwrap();
     // A row with two such names takes 86 columns, since no name and no number is broken.
-    assert!(tables.lines().all(|line| line.chars().count() <= 86), "{tables}");
-    assert!(text.contains("seed 1") && text.contains("fell:") && !text.contains("varied:"), "{text}");
-    let text =
-        stdout(&standfast(folder().path(), &short(&[FEW, "--full", "--set=variations.mass_scale=1.1"])).success());
+    assert!(
+        tables.lines().all(|line| line.chars().count() <= 86),
+        "{tables}"
+    );
+    assert!(
+        text.contains("seed 1") && text.contains("fell:") && !text.contains("varied:"),
+        "{text}"
+    );
+    let text = stdout(
+        &standfast(
+            folder().path(),
+            &short(&[FEW, "--full", "--set=variations.mass_scale=1.1"]),
+        )
+        .success(),
+    );
     assert!(text.contains("varied: mass_scale 1.1\n"), "{text}");
 }
 
@@ -234,7 +408,11 @@ fn without_a_terminal_the_table_fits_80_columns() {
 #[test]
 fn a_result_has_replays_of_telling_trials() {
     let dir = folder();
-    let args = short(&[SEVERAL_PARTS, "--gains=switching", "--set=push.impulse_n_s={uniform=[0, 6]}"]);
+    let args = short(&[
+        SEVERAL_PARTS,
+        "--gains=switching",
+        "--set=push.impulse_n_s={uniform=[0, 6]}",
+    ]);
     let asked = |replays: &'static str| [&args[..], &[replays]].concat();
     standfast(dir.path(), &asked("--replays=0")).success();
     let out = dir.path().join("out");
@@ -242,56 +420,126 @@ fn a_result_has_replays_of_telling_trials() {
     assert!(!out.join("replays").exists() && !report().contains("watch in 3D"));
 
     let said = stderr(&standfast(dir.path(), &asked("--replays=3")).success());
-    let (pages, pictures): (Vec<String>, Vec<String>) =
-        files(&out.join("replays")).into_keys().partition(|name| name.ends_with(".html"));
-    assert!(said.contains(&format!("{} replays of telling trials", pages.len())), "{said}");
+    let (pages, pictures): (Vec<String>, Vec<String>) = files(&out.join("replays"))
+        .into_keys()
+        .partition(|name| name.ends_with(".html"));
+    assert!(
+        said.contains(&format!("{} replays of telling trials", pages.len())),
+        "{said}"
+    );
     let summary: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
     for set in summary["sets"].as_array().unwrap() {
-        let (name, telling) = (set["name"].as_str().unwrap(), set["telling"].as_array().unwrap());
+        let (name, telling) = (
+            set["name"].as_str().unwrap(),
+            set["telling"].as_array().unwrap(),
+        );
         assert!(telling.len() > 3, "{telling:?}");
         // The easiest lost trial may also be the lost trial nearest to the limit.
-        let survived = telling.iter().position(|trial| trial["survived"] == true).unwrap();
+        let survived = telling
+            .iter()
+            .position(|trial| trial["survived"] == true)
+            .unwrap();
         assert!([1, 2].contains(&survived), "{telling:?}");
         for trial in &telling[..3] {
             let page = format!("trial-{}-{name}.html", trial["trial"]);
             assert!(pages.contains(&page), "{pages:?}");
-            assert!(report().contains(&format!("href=\"replays/{page}\"")), "{page} is not linked");
+            assert!(
+                report().contains(&format!("href=\"replays/{page}\"")),
+                "{page} is not linked"
+            );
         }
     }
-    assert_eq!((pages.len(), pictures.len()), (6, 6), "{pages:?} {pictures:?}");
-    assert_eq!(report().matches("<img src=\"data:image/png;base64,").count(), 6);
+    assert_eq!(
+        (pages.len(), pictures.len()),
+        (6, 6),
+        "{pages:?} {pictures:?}"
+    );
+    assert_eq!(
+        report()
+            .matches("<img src=\"data:image/png;base64,")
+            .count(),
+        6
+    );
 
     // The same page is made by hand, with the controller that lost the trial.
     let lost = summary["sets"][0]["telling"][0]["trial"].to_string();
-    let page =
-        |trial: &str, set: &str| fs::read_to_string(out.join(format!("replays/trial-{trial}-{set}.html"))).unwrap();
+    let page = |trial: &str, set: &str| {
+        fs::read_to_string(out.join(format!("replays/trial-{trial}-{set}.html"))).unwrap()
+    };
     let before = page(&lost, "hold");
-    let told = standfast(dir.path(), &["replay", "out", "--trial", &lost, "-o", "page.html"]).success();
-    assert!(stderr(&told).contains("written: page.html"), "{}", stderr(&told));
-    let pushed = ["push", "--campaign=out/campaign.toml", "--trial", &lost, "--gains=hold"];
-    assert_eq!(stdout(&told), stdout(&standfast(dir.path(), &pushed).success()));
+    let told = standfast(
+        dir.path(),
+        &["replay", "out", "--trial", &lost, "-o", "page.html"],
+    )
+    .success();
+    assert!(
+        stderr(&told).contains("written: page.html"),
+        "{}",
+        stderr(&told)
+    );
+    let pushed = [
+        "push",
+        "--campaign=out/campaign.toml",
+        "--trial",
+        &lost,
+        "--gains=hold",
+    ];
+    assert_eq!(
+        stdout(&told),
+        stdout(&standfast(dir.path(), &pushed).success())
+    );
     let by_hand = fs::read_to_string(dir.path().join("page.html")).unwrap();
-    let poses = |page: &str| page.split("<script").find(|part| part.contains("application/json")).map(str::to_string);
-    assert!(poses(&by_hand).is_some_and(|poses| poses.len() > 10_000), "a page without poses");
+    let poses = |page: &str| {
+        page.split("<script")
+            .find(|part| part.contains("application/json"))
+            .map(str::to_string)
+    };
+    assert!(
+        poses(&by_hand).is_some_and(|poses| poses.len() > 10_000),
+        "a page without poses"
+    );
     assert_eq!(poses(&by_hand), poses(&before));
 
     // The trial is the same if it is watched for longer.
-    let longer = ["replay", "out", "--trial", &lost, "--gains=hold", "-o=page.html", "--trace=trace.csv"];
+    let longer = [
+        "replay",
+        "out",
+        "--trial",
+        &lost,
+        "--gains=hold",
+        "-o=page.html",
+        "--trace=trace.csv",
+    ];
     let said = stderr(&standfast(dir.path(), &longer).success());
-    assert!(said.contains("written: page.html") && !said.contains("not as it was"), "{said}");
+    assert!(
+        said.contains("written: page.html") && !said.contains("not as it was"),
+        "{said}"
+    );
     let unfit = ["push", "--impulse=1", "--frames=.", "--plot=plot.svg"];
     let message = stderr(&standfast(&out.join("replays"), &unfit).code(2));
     assert!(message.contains("it holds \"trial-"), "{message}");
     fs::create_dir(dir.path().join("frames")).unwrap();
-    let unfit = ["push", "--impulse=1", "--frames=frames", "--plot=frames/plot.svg"];
+    let unfit = [
+        "push",
+        "--impulse=1",
+        "--frames=frames",
+        "--plot=frames/plot.svg",
+    ];
     let message = stderr(&standfast(dir.path(), &unfit).code(2));
-    assert!(message.contains("it is in the folder of --frames"), "{message}");
+    assert!(
+        message.contains("it is in the folder of --frames"),
+        "{message}"
+    );
 
     // With another build or other inputs the trial is another one, and the program says so.
     forge(&out, |manifest| manifest.campaign.seed += 1);
-    let refused = stderr(&standfast(dir.path(), &["replay", "out", "--trial=0", "--gains=hold"]).code(3));
-    assert!(refused.contains("trial 0 of hold: impulse_n_s = ") && refused.contains("is not what seed"), "{refused}");
+    let refused =
+        stderr(&standfast(dir.path(), &["replay", "out", "--trial=0", "--gains=hold"]).code(3));
+    assert!(
+        refused.contains("trial 0 of hold: impulse_n_s = ") && refused.contains("is not what seed"),
+        "{refused}"
+    );
     forge(&out, |manifest| manifest.campaign.seed -= 1);
     // The trial then ends at another time, whether the robot stands or not.
     let ends = |horizon_s: f64, standing_time_s: f64| {
@@ -302,26 +550,61 @@ fn a_result_has_replays_of_telling_trials() {
     };
     ends(0.6, 0.05);
     let telling = summary["sets"][0]["telling"].as_array().unwrap();
-    let won = telling.iter().find(|trial| trial["survived"] == true).unwrap()["trial"].to_string();
-    let warned = stderr(&standfast(dir.path(), &["replay", "out", "--trial", &won, "--gains=hold"]).success());
-    assert!(warned.contains(&format!("trial {won} of hold is not as it was: ")), "{warned}");
-    assert!(page(&won, "hold").contains("is not as it was"), "the page does not say so");
+    let won = telling
+        .iter()
+        .find(|trial| trial["survived"] == true)
+        .unwrap()["trial"]
+        .to_string();
+    let warned = stderr(
+        &standfast(
+            dir.path(),
+            &["replay", "out", "--trial", &won, "--gains=hold"],
+        )
+        .success(),
+    );
+    assert!(
+        warned.contains(&format!("trial {won} of hold is not as it was: ")),
+        "{warned}"
+    );
+    assert!(
+        page(&won, "hold").contains("is not as it was"),
+        "the page does not say so"
+    );
     ends(0.4, 0.1);
 
     // The trials are computed again, so other trials may be telling.
     fs::remove_file(out.join("parts/part-000001.json")).unwrap();
     standfast(dir.path(), &asked("--replays=0")).success();
-    assert!(!out.join("replays").join(&pages[0]).exists(), "a page of another result");
+    assert!(
+        !out.join("replays").join(&pages[0]).exists(),
+        "a page of another result"
+    );
     for (args, code, words) in [
-        (["replay", "out", "--trial=99"], 2, "--trial = 99: the campaign has no such trial; accepted: 0 to 25"),
-        (["replay", "nothing", "--trial=0"], 3, "nothing: there is no such folder"),
-        (["replay", "out/parts", "--trial=0"], 3, "is not the folder of a campaign"),
+        (
+            ["replay", "out", "--trial=99"],
+            2,
+            "--trial = 99: the campaign has no such trial; accepted: 0 to 25",
+        ),
+        (
+            ["replay", "nothing", "--trial=0"],
+            3,
+            "nothing: there is no such folder",
+        ),
+        (
+            ["replay", "out/parts", "--trial=0"],
+            3,
+            "is not the folder of a campaign",
+        ),
     ] {
         let message = stderr(&standfast(dir.path(), &args).code(code));
         assert!(message.contains(words), "{message}");
     }
-    let message = stderr(&standfast(dir.path(), &["replay", "out", "--trial=0", "--gains=other"]).code(2));
-    assert!(message.contains("controller \"other\" not found; accepted: hold, switching"), "{message}");
+    let message =
+        stderr(&standfast(dir.path(), &["replay", "out", "--trial=0", "--gains=other"]).code(2));
+    assert!(
+        message.contains("controller \"other\" not found; accepted: hold, switching"),
+        "{message}"
+    );
 }
 
 /// A result and its trial 1 in this folder.
@@ -336,12 +619,25 @@ fn the_engine_of_the_result_is_the_default() {
     let dir = with_result();
     let page = dir.path().join("out/replays/trial-1-hold.html");
     let replayed = |more: &[&str]| {
-        let run = standfast(dir.path(), &[&["replay", "out", "--trial=1"], more].concat()).success();
+        let run = standfast(
+            dir.path(),
+            &[&["replay", "out", "--trial=1"], more].concat(),
+        )
+        .success();
         assert!(!stderr(&run).contains("not compared"), "{}", stderr(&run));
         fs::read(&page).unwrap()
     };
-    assert!(replayed(&["--engine=rapier"]) == replayed(&[]), "another page");
-    let message = stderr(&standfast(dir.path(), &["replay", "out", "--trial=1", "--engine=bullet"]).code(2));
+    assert!(
+        replayed(&["--engine=rapier"]) == replayed(&[]),
+        "another page"
+    );
+    let message = stderr(
+        &standfast(
+            dir.path(),
+            &["replay", "out", "--trial=1", "--engine=bullet"],
+        )
+        .code(2),
+    );
     assert!(message.contains("rapier, mujoco, both"), "{message}");
 }
 
@@ -350,61 +646,129 @@ fn the_engine_of_the_result_is_the_default() {
 fn a_trial_is_replayed_in_another_engine_and_in_both() {
     let dir = with_result();
     let page = |name: &str| fs::read_to_string(dir.path().join("out/replays").join(name)).unwrap();
-    let replay = |more: &[&str]| standfast(dir.path(), &[&["replay", "out", "--trial=1"], more].concat()).success();
+    let replay = |more: &[&str]| {
+        standfast(
+            dir.path(),
+            &[&["replay", "out", "--trial=1"], more].concat(),
+        )
+        .success()
+    };
     let told = stderr(&replay(&["--engine=mujoco"]));
-    assert!(told.contains("The result is of Rapier, so this trial in MuJoCo is not compared with it."), "{told}");
     assert!(
-        page("trial-1-hold-mujoco.html").contains("standfast replay . --trial 1 --controller hold --engine mujoco")
+        told.contains("The result is of Rapier, so this trial in MuJoCo is not compared with it."),
+        "{told}"
+    );
+    assert!(
+        page("trial-1-hold-mujoco.html")
+            .contains("standfast replay . --trial 1 --controller hold --engine mujoco")
     );
     assert!(!page("trial-1-hold-mujoco.html").contains("id=\"engines\""));
 
     let run = replay(&["--engine=both"]);
     let (text, told) = (stdout(&run), stderr(&run));
-    assert!(text.starts_with("solid       Rapier ") && text.contains("\nghost       MuJoCo "), "{text}");
-    assert!(!told.contains("not as it was") && !told.contains("not compared"), "{told}");
+    assert!(
+        text.starts_with("solid       Rapier ") && text.contains("\nghost       MuJoCo "),
+        "{text}"
+    );
+    assert!(
+        !told.contains("not as it was") && !told.contains("not compared"),
+        "{told}"
+    );
     let both = page("trial-1-hold-both.html");
-    assert!(both.contains("--trial 1 --controller hold --engine both") && both.contains("<b>Ghost:</b> MuJoCo"));
+    assert!(
+        both.contains("--trial 1 --controller hold --engine both")
+            && both.contains("<b>Ghost:</b> MuJoCo")
+    );
     let json = |more: &[&str]| -> serde_json::Value {
         serde_json::from_str(&stdout(&replay(&[&["--json"], more].concat()))).unwrap()
     };
     let (both, alone) = (json(&["--engine=both"]), json(&["--engine=mujoco"]));
-    let [solid, ghost] = [&both["engine"], &both["ghost"]["engine"]].map(|engine| engine.as_str().unwrap());
-    assert!(solid.starts_with("Rapier ") && ghost.starts_with("MuJoCo "), "{solid}, {ghost}");
+    let [solid, ghost] =
+        [&both["engine"], &both["ghost"]["engine"]].map(|engine| engine.as_str().unwrap());
+    assert!(
+        solid.starts_with("Rapier ") && ghost.starts_with("MuJoCo "),
+        "{solid}, {ghost}"
+    );
     assert_eq!(json(&[])["outcome"], both["outcome"]);
-    assert_eq!((&both["ghost"]["end_s"], &both["ghost"]["outcome"]), (&alone["end_s"], &alone["outcome"]));
+    assert_eq!(
+        (&both["ghost"]["end_s"], &both["ghost"]["outcome"]),
+        (&alone["end_s"], &alone["outcome"])
+    );
 }
 
 /// `standfast columns` has every column of trials and of traces, and no other.
 #[test]
 fn every_column_is_explained() {
     let dir = folder();
-    standfast(dir.path(), &["run", "smoke", "--trials=1", "--gains=catch", "--out=out", "--replays=0"]).success();
-    standfast(dir.path(), &["push", "--impulse=5", "--trace=t.csv", "--horizon=1"]).success();
+    standfast(
+        dir.path(),
+        &[
+            "run",
+            "smoke",
+            "--trials=1",
+            "--gains=catch",
+            "--out=out",
+            "--replays=0",
+        ],
+    )
+    .success();
+    standfast(
+        dir.path(),
+        &["push", "--impulse=5", "--trace=t.csv", "--horizon=1"],
+    )
+    .success();
     let of_file = |path: &str| {
-        let names = csv::Reader::from_path(dir.path().join(path)).unwrap().headers().unwrap().clone();
-        names.iter().map(String::from).collect::<std::collections::BTreeSet<_>>()
+        let names = csv::Reader::from_path(dir.path().join(path))
+            .unwrap()
+            .headers()
+            .unwrap()
+            .clone();
+        names
+            .iter()
+            .map(String::from)
+            .collect::<std::collections::BTreeSet<_>>()
     };
     let mut trials = of_file("out/parts/part-000000.csv");
     assert!(trials.remove("totals"));
     trials.extend(["gain_switches", "left_sets_at_s"].map(String::from));
     let told = stdout(&standfast(dir.path(), &["columns"]).success());
-    assert!(told.lines().all(|line| line.chars().count() <= 80), "{told}");
+    assert!(
+        told.lines().all(|line| line.chars().count() <= 80),
+        "{told}"
+    );
     let (of_trials, of_traces) = told.split_once("Traces\n").unwrap();
     let robot = standfast::robots::load("ut-mu2").unwrap();
     // `com_[xyz]_m` stands for three columns, SIDE for two, and JOINT for one of each joint.
     let each = |name: &str| -> Vec<String> {
-        let joints = robot.joints.iter().map(|joint| name.replace("JOINT", &joint.name));
-        let names = if name.contains("JOINT") { joints.collect() } else { vec![name.to_string()] };
+        let joints = robot
+            .joints
+            .iter()
+            .map(|joint| name.replace("JOINT", &joint.name));
+        let names = if name.contains("JOINT") {
+            joints.collect()
+        } else {
+            vec![name.to_string()]
+        };
         let sides = |name: String| ["left", "right"].map(|side| name.replace("SIDE", side));
-        let axes = |name: String| match name.split_once('[').and_then(|(a, rest)| Some((a, rest.split_once(']')?))) {
-            Some((before, (axes, after))) => axes.chars().map(|axis| format!("{before}{axis}{after}")).collect(),
+        let axes = |name: String| match name
+            .split_once('[')
+            .and_then(|(a, rest)| Some((a, rest.split_once(']')?)))
+        {
+            Some((before, (axes, after))) => axes
+                .chars()
+                .map(|axis| format!("{before}{axis}{after}"))
+                .collect(),
             None => vec![name],
         };
         names.into_iter().flat_map(sides).flat_map(axes).collect()
     };
     let listed = |text: &str| {
-        let lines = text.lines().filter(|line| line.starts_with(' ') && !line.starts_with("  "));
-        lines.flat_map(|line| each(line.split_whitespace().next().unwrap())).collect::<std::collections::BTreeSet<_>>()
+        let lines = text
+            .lines()
+            .filter(|line| line.starts_with(' ') && !line.starts_with("  "));
+        lines
+            .flat_map(|line| each(line.split_whitespace().next().unwrap()))
+            .collect::<std::collections::BTreeSet<_>>()
     };
     assert_eq!(listed(of_trials), trials);
     assert_eq!(listed(of_traces), of_file("t.csv"));

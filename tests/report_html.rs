@@ -15,7 +15,13 @@ fn campaign(folder: &Path, out: &str, gains: &[&str], more: &[&str], code: i32) 
     let out_option = format!("--out={out}");
     let own = |arg: &&str| !["--out=out", "--gains=hold"].contains(arg);
     let mut args: Vec<&str> = short(&[AROUND]).into_iter().filter(own).collect();
-    args.extend(gains.iter().map(String::as_str).chain(more.iter().copied()).chain([out_option.as_str()]));
+    args.extend(
+        gains
+            .iter()
+            .map(String::as_str)
+            .chain(more.iter().copied())
+            .chain([out_option.as_str()]),
+    );
     standfast(folder, &args).code(code);
     folder.join(out).join("report.html")
 }
@@ -29,17 +35,35 @@ fn gated(folder: &Path) -> PathBuf {
         "--gate=switching >= hold",
         "--set=gates.unresolved=fail",
     ];
-    campaign(folder, "gated", &["hold", "switching"], &[&[TRIALS], &gates[..]].concat(), 100)
+    campaign(
+        folder,
+        "gated",
+        &["hold", "switching"],
+        &[&[TRIALS], &gates[..]].concat(),
+        100,
+    )
 }
 
 /// The page of three controllers, which are three pairs. More trials distinguish controllers than are shown.
 fn three(folder: &Path) -> PathBuf {
-    campaign(folder, "three", &["hold", "switching", "fixed"], &["--trials=80"], 0)
+    campaign(
+        folder,
+        "three",
+        &["hold", "switching", "fixed"],
+        &["--trials=80"],
+        0,
+    )
 }
 
 /// The page of a campaign that ends when decided.
 fn sequential(folder: &Path) -> PathBuf {
-    campaign(folder, "sequential", &["hold", "fixed"], &["--until-resolved", "--max-trials=50"], 0)
+    campaign(
+        folder,
+        "sequential",
+        &["hold", "fixed"],
+        &["--until-resolved", "--max-trials=50"],
+        0,
+    )
 }
 
 /// The page of a comparison of two results.
@@ -53,8 +77,15 @@ fn compared(folder: &Path) -> PathBuf {
 /// Asserts that the screenshot is neither blank nor of one colour, for any size and scheme.
 fn assert_shows_something(browser: &mut Browser, png: &str, what: &str) {
     let (colors, most) = browser.tab(100, 100, "light").colors(png);
-    eprintln!("{what}: {colors} colours, the most frequent on {:.1} % of the page", 100.0 * most);
-    assert!(colors > 300 && most < 0.97, "{what}: {colors} colours, one of them on {:.1} % of the page", 100.0 * most);
+    eprintln!(
+        "{what}: {colors} colours, the most frequent on {:.1} % of the page",
+        100.0 * most
+    );
+    assert!(
+        colors > 300 && most < 0.97,
+        "{what}: {colors} colours, one of them on {:.1} % of the page",
+        100.0 * most
+    );
 }
 
 fn assert_no_problems(page: &mut Page, file: &Path) {
@@ -64,13 +95,17 @@ fn assert_no_problems(page: &mut Page, file: &Path) {
 
 /// The texts of all elements for a selector, each on one line.
 fn texts(page: &mut Page, selector: &str) -> Vec<String> {
-    let script = format!("[...document.querySelectorAll('{selector}')].map((e) => e.innerText.replace(/\\s+/g, ' '))");
+    let script = format!(
+        "[...document.querySelectorAll('{selector}')].map((e) => e.innerText.replace(/\\s+/g, ' '))"
+    );
     serde_json::from_value(page.evaluate(&script)).unwrap()
 }
 
 /// The number of elements for a selector.
 fn count(page: &mut Page, selector: &str) -> u64 {
-    page.evaluate(&format!("document.querySelectorAll('{selector}').length")).as_u64().unwrap()
+    page.evaluate(&format!("document.querySelectorAll('{selector}').length"))
+        .as_u64()
+        .unwrap()
 }
 
 /// Links without a target in the page, and links to other files.
@@ -95,73 +130,130 @@ const BLIND_LINKS: &str = "(async () => {
 
 #[test]
 fn every_kind_of_result_shows_on_every_screen_and_asks_for_nothing() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let dir = folder();
     let machine = dir.path().display().to_string();
-    let (light, dark, phone) = ((1200, 900, "light"), (1200, 900, "dark"), (390, 800, "light"));
+    let (light, dark, phone) = (
+        (1200, 900, "light"),
+        (1200, 900, "dark"),
+        (390, 800, "light"),
+    );
     let gated = gated(dir.path());
     let mut tab = browser.tab(1200, 900, "light");
-    tab.call("Emulation.setScriptExecutionDisabled", json!({ "value": true }));
+    tab.call(
+        "Emulation.setScriptExecutionDisabled",
+        json!({ "value": true }),
+    );
     tab.open(&gated);
     let png = tab.screenshot();
     assert_shows_something(&mut browser, &png, "without JavaScript");
-    for (file, screens) in
-        [(gated, &[light, dark, phone][..]), (sequential(dir.path()), &[light]), (compared(dir.path()), &[phone])]
-    {
+    for (file, screens) in [
+        (gated, &[light, dark, phone][..]),
+        (sequential(dir.path()), &[light]),
+        (compared(dir.path()), &[phone]),
+    ] {
         let text = fs::read_to_string(&file).unwrap();
         assert!(!text.contains(&machine), "the page names {machine}");
         for &(width, height, scheme) in screens {
             let mut tab = browser.tab(width, height, scheme);
             tab.open(&file);
-            let wide = tab.evaluate("document.documentElement.scrollWidth").as_u64().unwrap();
+            let wide = tab
+                .evaluate("document.documentElement.scrollWidth")
+                .as_u64()
+                .unwrap();
             assert!(wide <= width.into(), "{wide} px on a screen of {width} px");
-            let dark = tab.evaluate("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)";
+            let dark = tab.evaluate("getComputedStyle(document.body).backgroundColor")
+                != "rgb(255, 255, 255)";
             assert_eq!(dark, scheme == "dark");
             assert_eq!(tab.evaluate(DEAD_LINKS), json!([]));
             let sections = tab.evaluate(SECTIONS);
-            assert!(sections[0] == sections[1] && sections[0].as_array().unwrap().len() > 6, "{sections}");
-            assert_eq!((&sections[0][0], &sections[0][2]), (&json!("maps"), &json!("watch")));
+            assert!(
+                sections[0] == sections[1] && sections[0].as_array().unwrap().len() > 6,
+                "{sections}"
+            );
+            assert_eq!(
+                (&sections[0][0], &sections[0][2]),
+                (&json!("maps"), &json!("watch"))
+            );
             assert_eq!(tab.evaluate(BLIND_LINKS), json!([]), "{width} px");
             assert!(count(&mut tab, "#watch .film") > 0);
             let linked = tab.evaluate(FILES);
-            assert!(!linked.as_array().unwrap().is_empty(), "no replay is linked");
-            for link in linked.as_array().unwrap().iter().map(|link| link.as_str().unwrap()) {
+            assert!(
+                !linked.as_array().unwrap().is_empty(),
+                "no replay is linked"
+            );
+            for link in linked
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|link| link.as_str().unwrap())
+            {
                 let target = file.parent().unwrap().join(link);
-                assert!(link.contains("replays/trial-") && target.is_file(), "{link} from {}", file.display());
+                assert!(
+                    link.contains("replays/trial-") && target.is_file(),
+                    "{link} from {}",
+                    file.display()
+                );
             }
             assert_no_problems(&mut tab, &file);
             let png = tab.screenshot();
-            assert_shows_something(&mut browser, &png, &format!("{}, {width} px, {scheme}", file.display()));
+            assert_shows_something(
+                &mut browser,
+                &png,
+                &format!("{}, {width} px, {scheme}", file.display()),
+            );
         }
     }
 }
 
 #[test]
 fn gates_are_told_in_their_unit_and_lead_to_a_lost_trial() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let dir = folder();
     let file = gated(dir.path());
     let mut tab = browser.tab(1200, 900, "light");
     tab.open(&file);
     let gates = texts(&mut tab, ".gates li");
     for (gate, parts) in gates.iter().zip([
-        &["passed hold >= 0 ", "the rate is ", " % at 95 % confidence), and 0.0 % are required."][..],
-        &["failed hold >= 1 ", " at 95 % confidence), and 100.0 % are required.", "a lost trial, "],
+        &[
+            "passed hold >= 0 ",
+            "the rate is ",
+            " % at 95 % confidence), and 0.0 % are required.",
+        ][..],
+        &[
+            "failed hold >= 1 ",
+            " at 95 % confidence), and 100.0 % are required.",
+            "a lost trial, ",
+        ],
         &[
             "passed switching >= hold - 0.9 ",
             "the difference is ",
             " confidence), and \u{2212}90.0 points are required.",
         ],
-        &["unresolved switching >= hold ", " and 0.0 points are required.", "an unresolved gate counts as failed"],
+        &[
+            "unresolved switching >= hold ",
+            " and 0.0 points are required.",
+            "an unresolved gate counts as failed",
+        ],
     ]) {
         let gate = gate.replace('\u{a0}', " ");
-        parts.iter().for_each(|part| assert!(gate.contains(part), "{part:?} is not in {gate:?}"));
+        parts
+            .iter()
+            .for_each(|part| assert!(gate.contains(part), "{part:?} is not in {gate:?}"));
     }
     // The link leads to the row with the reason. Its number leads to the maps and stays marked there.
     tab.evaluate("document.querySelector('.gates li:nth-child(2) a').click()");
     let row = texts(&mut tab, ".telling tr:target");
     assert!(row.len() == 1 && row[0].starts_with("hold "), "{row:?}");
-    assert_eq!(count(&mut tab, "details[open] .telling tr:target"), 1, "the row is folded");
+    assert_eq!(
+        count(&mut tab, "details[open] .telling tr:target"),
+        1,
+        "the row is folded"
+    );
     tab.evaluate("document.querySelector('.telling tr:target [data-trial]').click()");
     tab.evaluate("document.body.dispatchEvent(new PointerEvent('pointermove', { bubbles: true }))");
     assert_eq!(tab.evaluate("location.hash"), "#maps");
@@ -176,8 +268,16 @@ fn gates_are_told_in_their_unit_and_lead_to_a_lost_trial() {
     assert_eq!(tab.evaluate(&format!("{seen}.includes(false)")), false);
     // The command reproduces the same fall.
     let command = texts(&mut tab, ".gates .command").remove(0);
-    let words: Vec<&str> = command.strip_prefix("standfast push ").unwrap().split(' ').collect();
-    let push = standfast(file.parent().unwrap(), &[&["push", "--json"], &words[..]].concat()).success();
+    let words: Vec<&str> = command
+        .strip_prefix("standfast push ")
+        .unwrap()
+        .split(' ')
+        .collect();
+    let push = standfast(
+        file.parent().unwrap(),
+        &[&["push", "--json"], &words[..]].concat(),
+    )
+    .success();
     let replayed: Value = serde_json::from_str(&stdout(&push)).unwrap();
     assert_ne!(replayed["outcome"], "Recovered", "{replayed}");
     assert_no_problems(&mut tab, &file);
@@ -185,7 +285,9 @@ fn gates_are_told_in_their_unit_and_lead_to_a_lost_trial() {
 
 #[test]
 fn a_click_on_a_trial_copies_the_command_that_replays_it_and_a_pair_can_be_chosen() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let dir = folder();
     let file = three(dir.path());
     let mut tab = browser.tab(1200, 900, "light");
@@ -210,10 +312,14 @@ fn a_click_on_a_trial_copies_the_command_that_replays_it_and_a_pair_can_be_chose
     let told = "new Promise((done) => setTimeout(() => done(document.getElementById('toast').textContent), 300))";
     let toast = tab.evaluate(told).as_str().unwrap().to_string();
     let trial = &at[2];
-    let command = format!("standfast push --campaign campaign.toml --trial {trial} --controller switching");
+    let command =
+        format!("standfast push --campaign campaign.toml --trial {trial} --controller switching");
     assert!(toast.ends_with(&command), "{toast:?} is not {command:?}");
     let tip = texts(&mut tab, "#tip:not([hidden])");
-    assert!(tip.len() == 1 && tip[0].starts_with(&format!("trial {trial}: ")), "{tip:?}");
+    assert!(
+        tip.len() == 1 && tip[0].starts_with(&format!("trial {trial}: ")),
+        "{tip:?}"
+    );
     // Three controllers are three pairs.
     assert_eq!((count(&mut tab, ".here"), count(&mut tab, ".map")), (6, 6));
 
@@ -226,10 +332,14 @@ fn a_click_on_a_trial_copies_the_command_that_replays_it_and_a_pair_can_be_chose
         })()",
     );
     let (number, toast) = (apart[0].as_str().unwrap(), apart[1].as_str().unwrap());
-    assert!(toast.contains(&format!("--campaign campaign.toml --trial {number} --controller ")), "{toast}");
+    assert!(
+        toast.contains(&format!(
+            "--campaign campaign.toml --trial {number} --controller "
+        )),
+        "{toast}"
+    );
 
-    let shown =
-        "[...document.querySelectorAll('#maps [data-pair]')].filter((p) => !p.hidden).map((p) => p.dataset.pair)";
+    let shown = "[...document.querySelectorAll('#maps [data-pair]')].filter((p) => !p.hidden).map((p) => p.dataset.pair)";
     for (choice, expected) in [("2", json!(["2"])), ("all", json!(["0", "1", "2"]))] {
         let choose = format!(
             "(() => {{ const c = document.querySelector('.choose-pair'); c.value = '{choice}';

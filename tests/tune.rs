@@ -30,7 +30,9 @@ fn search<'a>(more: &[&'a str]) -> Vec<&'a str> {
 /// The files that a search leaves, without the parts of shards and of the final campaign, and without its replays.
 fn left(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut left = files(folder);
-    left.retain(|name, _| !name.contains("parts/") && !name.contains("replays/") && !name.contains("report.html"));
+    left.retain(|name, _| {
+        !name.contains("parts/") && !name.contains("replays/") && !name.contains("report.html")
+    });
     left
 }
 
@@ -47,59 +49,117 @@ fn a_search_is_the_same_for_any_number_of_threads_and_shards_and_goes_on_where_i
     let member = |shard: &str| {
         let args = search(&["--threads=1", "--out=team"]);
         let mut command = Command::new(PROGRAM);
-        command.current_dir(dir.path()).args(args).arg(format!("--shard={shard}"));
-        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+        command
+            .current_dir(dir.path())
+            .args(args)
+            .arg(format!("--shard={shard}"));
+        command
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
     };
     let members = ["1/2", "2/2"].map(member);
     let ends = members.map(|member| member.wait_with_output().unwrap());
     assert!(ends.iter().all(|end| end.status.success()), "{ends:?}");
     assert!(ends[1].stdout.is_empty() && String::from_utf8_lossy(&ends[0].stdout) == told);
-    assert!(one == left(&dir.path().join("team")), "shards change something");
+    assert!(
+        one == left(&dir.path().join("team")),
+        "shards change something"
+    );
 
     // The folder is as if the search had been stopped in its sixth generation, and is continued on one core.
     let two = dir.path().join("two");
     fs::create_dir(&two).unwrap();
-    for name in one.keys().filter(|name| name.ends_with(".json") && !name.contains('/') && *name != "tune.json") {
+    for name in one
+        .keys()
+        .filter(|name| name.ends_with(".json") && !name.contains('/') && *name != "tune.json")
+    {
         if !name.starts_with("generation") || name.as_str() < "generation-006.json" {
             fs::write(two.join(name), &one[name]).unwrap();
         }
     }
     let again = standfast(dir.path(), &search(&["--threads=1", "--out=two"])).success();
     assert!(stderr(&again).contains("two: goes on, ") && stdout(&again) == told);
-    assert!(one == left(&two), "an interruption, or threads, change something");
+    assert!(
+        one == left(&two),
+        "an interruption, or threads, change something"
+    );
 
     // The folder keeps to its search, and its verdict is the verdict of a campaign whose seed was written down before.
     let other = stderr(&standfast(dir.path(), &search(&["--out=two", "--seed=5"])).code(3));
     assert!(other.contains("two: holds another search"), "{other}");
-    let (task, tuned, summary) =
-        (json(&two.join("task.json")), json(&two.join("tune.json")), json(&two.join("final/summary.json")));
+    let (task, tuned, summary) = (
+        json(&two.join("task.json")),
+        json(&two.join("tune.json")),
+        json(&two.join("final/summary.json")),
+    );
     assert_eq!(task["final_seed"], summary["seed"]);
     assert_ne!(task["search_seed"], task["final_seed"]);
     let verdict = &tuned["verdicts"][0];
-    let rates: Vec<&Value> = summary["sets"].as_array().unwrap().iter().map(|set| &set["recovered"]).collect();
-    assert_eq!(rates, [&verdict["recovered"][0], &verdict["recovered"][1]], "{summary}");
-    assert_eq!((&verdict["trials"], &summary["trials"]), (&20.into(), &20.into()));
+    let rates: Vec<&Value> = summary["sets"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|set| &set["recovered"])
+        .collect();
+    assert_eq!(
+        rates,
+        [&verdict["recovered"][0], &verdict["recovered"][1]],
+        "{summary}"
+    );
+    assert_eq!(
+        (&verdict["trials"], &summary["trials"]),
+        (&20.into(), &20.into())
+    );
     let is_better = tuned["is_better"].as_bool().unwrap();
-    assert_eq!(is_better, verdict["difference"].as_f64() > Some(0.0) && verdict["p"].as_f64() < Some(0.05));
-    assert_eq!(is_better, two.join("fixed-tuned.toml").exists(), "only what is better is given away");
-    assert!(told.contains("points that") || told.contains("pushes that the search has not seen"), "{told}");
+    assert_eq!(
+        is_better,
+        verdict["difference"].as_f64() > Some(0.0) && verdict["p"].as_f64() < Some(0.05)
+    );
+    assert_eq!(
+        is_better,
+        two.join("fixed-tuned.toml").exists(),
+        "only what is better is given away"
+    );
+    assert!(
+        told.contains("points that") || told.contains("pushes that the search has not seen"),
+        "{told}"
+    );
     let page = String::from_utf8(one["tune.html"].clone()).unwrap();
-    assert!(page.matches("<svg").count() == 3 && page.contains("gains.0.x.0") && !page.contains("http://"), "{page}");
+    assert!(
+        page.matches("<svg").count() == 3
+            && page.contains("gains.0.x.0")
+            && !page.contains("http://"),
+        "{page}"
+    );
     // The page, the text and the JSON name the pushes by which the controller was judged.
     let seed = task["final_seed"].to_string();
     for told in [&told, &page] {
         let words = told.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(
-            words.contains(&format!("Seed {seed} of the pushes that judge follows from all of task.json")),
+            words.contains(&format!(
+                "Seed {seed} of the pushes that judge follows from all of task.json"
+            )),
             "{words}"
         );
-        assert!(words.contains(&format!("(trials 0 to 19 of seed {seed})")), "{words}");
+        assert!(
+            words.contains(&format!("(trials 0 to 19 of seed {seed})")),
+            "{words}"
+        );
     }
     assert_eq!(verdict["seed"], task["final_seed"]);
     // The written controller can be used, and names the seed for users who tune it again.
-    standfast(dir.path(), &["push", "--check", "--gains=two/proposed.toml"]).success();
+    standfast(
+        dir.path(),
+        &["push", "--check", "--gains=two/proposed.toml"],
+    )
+    .success();
     let proposed = fs::read_to_string(two.join("proposed.toml")).unwrap();
-    assert!(proposed.starts_with(&format!("# judged_by_seeds = [{seed}]\n")), "{proposed}");
+    assert!(
+        proposed.starts_with(&format!("# judged_by_seeds = [{seed}]\n")),
+        "{proposed}"
+    );
     files_that_no_search_has_written_are_refused(dir.path());
 }
 
@@ -108,26 +168,61 @@ fn files_that_no_search_has_written_are_refused(dir: &Path) {
     let two = dir.join("two");
     type Change = (&'static str, &'static str, fn(&mut Value));
     let changes: [Change; 10] = [
-        ("generation-003.json", "its task is another one", |file| file["task"] = "0".into()),
-        ("generation-002.json", "`candidates` are not as many", |file| {
-            file["found"]["candidates"] = Value::Array(vec![])
+        ("generation-003.json", "its task is another one", |file| {
+            file["task"] = "0".into()
         }),
-        ("generation-002.json", "`candidates` are not as many", |file| {
-            file["found"]["candidates"].as_array_mut().unwrap().truncate(1);
+        (
+            "generation-002.json",
+            "`candidates` are not as many",
+            |file| file["found"]["candidates"] = Value::Array(vec![]),
+        ),
+        (
+            "generation-002.json",
+            "`candidates` are not as many",
+            |file| {
+                file["found"]["candidates"]
+                    .as_array_mut()
+                    .unwrap()
+                    .truncate(1);
+            },
+        ),
+        (
+            "generation-001.json",
+            "`values` are not a finite number for each key",
+            |file| {
+                file["found"]["candidates"][2]["values"] = Value::Array(vec![]);
+            },
+        ),
+        (
+            "generation-001.json",
+            "`order` does not name each sample once",
+            |file| file["found"]["order"][0] = 99.into(),
+        ),
+        (
+            "generation-001.json",
+            "a candidate cannot have done so",
+            |file| {
+                file["found"]["candidates"][2]["advantage"] = 1e300.into();
+            },
+        ),
+        ("sample.json", "its task is another one", |file| {
+            file["task"] = "0".into()
         }),
-        ("generation-001.json", "`values` are not a finite number for each key", |file| {
-            file["found"]["candidates"][2]["values"] = Value::Array(vec![]);
+        (
+            "sample.json",
+            "it has not 200 outcomes for each case",
+            |file| file["found"] = Value::Array(vec![]),
+        ),
+        (
+            "sample.json",
+            "it has not 200 outcomes for each case",
+            |file| {
+                file["found"][0].as_array_mut().unwrap().truncate(7);
+            },
+        ),
+        ("sample.json", "missing field", |file| {
+            *file = Value::Object(Default::default())
         }),
-        ("generation-001.json", "`order` does not name each sample once", |file| file["found"]["order"][0] = 99.into()),
-        ("generation-001.json", "a candidate cannot have done so", |file| {
-            file["found"]["candidates"][2]["advantage"] = 1e300.into();
-        }),
-        ("sample.json", "its task is another one", |file| file["task"] = "0".into()),
-        ("sample.json", "it has not 200 outcomes for each case", |file| file["found"] = Value::Array(vec![])),
-        ("sample.json", "it has not 200 outcomes for each case", |file| {
-            file["found"][0].as_array_mut().unwrap().truncate(7);
-        }),
-        ("sample.json", "missing field", |file| *file = Value::Object(Default::default())),
     ];
     let refused = |words: &str| {
         let message = stderr(&standfast(dir, &search(&["--out=two"])).code(3));
@@ -149,9 +244,11 @@ fn files_that_no_search_has_written_are_refused(dir: &Path) {
 #[test]
 fn no_two_tasks_are_judged_by_the_same_pushes() {
     let dir = folder();
-    for (name, line) in
-        [("mine.toml", ""), ("judged.toml", "# judged_by_seeds = [5, 7]\n"), ("bad.toml", "# judged_by_seeds = x\n")]
-    {
+    for (name, line) in [
+        ("mine.toml", ""),
+        ("judged.toml", "# judged_by_seeds = [5, 7]\n"),
+        ("bad.toml", "# judged_by_seeds = x\n"),
+    ] {
         let fixed = "name = 'mine'\nzmp_margin = 0.1\n[[gains]]\nname = 'a'\nx = [1, 1, 5]\ny = [1, 1, 5]\n";
         fs::write(dir.path().join(name), format!("{line}{fixed}")).unwrap();
     }
@@ -163,12 +260,20 @@ fn no_two_tasks_are_judged_by_the_same_pushes() {
             BUDGET if !more.contains(&"--budget=2601") => "--budget=2600",
             other => other,
         };
-        let args: Vec<&str> = args.into_iter().map(of).filter(|arg| *arg != BUDGET).collect();
+        let args: Vec<&str> = args
+            .into_iter()
+            .map(of)
+            .filter(|arg| *arg != BUDGET)
+            .collect();
         standfast(dir.path(), &[&args[..], &["--check"]].concat())
     };
     let seed = |controller: &str, more: &[&str]| -> u64 {
         let told = stderr(&checked(controller, more).success());
-        let seed = told.split("by pushes of seed ").nth(1).and_then(|rest| rest.split(';').next()).unwrap_or_default();
+        let seed = told
+            .split("by pushes of seed ")
+            .nth(1)
+            .and_then(|rest| rest.split(';').next())
+            .unwrap_or_default();
         seed.parse().unwrap_or_else(|_| panic!("{told}"))
     };
     let mut seeds = vec![
@@ -187,35 +292,75 @@ fn no_two_tasks_are_judged_by_the_same_pushes() {
     seeds.dedup();
     assert_eq!(seeds.len(), 9, "{seeds:?}");
     let message = stderr(&checked("bad.toml", &[]).code(2));
-    assert!(message.contains("bad.toml: line 1: `x` is no list of seeds"), "{message}");
+    assert!(
+        message.contains("bad.toml: line 1: `x` is no list of seeds"),
+        "{message}"
+    );
 }
 
 #[test]
 fn bad_input_is_told_before_anything_runs() {
     let dir = folder();
     fs::write(dir.path().join("a-file"), "").unwrap();
-    let policy = "kind = 'process'\nname = 'mine'\ncommand = ['cat']\n[parameters]\ngain = 1\n[tunable]\n";
-    fs::write(dir.path().join("unknown.toml"), format!("{policy}gian = [0, 2]\n")).unwrap();
-    fs::write(dir.path().join("empty.toml"), format!("{policy}gain = [2, 2]\n")).unwrap();
-    fs::write(dir.path().join("endless.toml"), format!("{policy}gain = [0, inf]\n")).unwrap();
+    let policy =
+        "kind = 'process'\nname = 'mine'\ncommand = ['cat']\n[parameters]\ngain = 1\n[tunable]\n";
+    fs::write(
+        dir.path().join("unknown.toml"),
+        format!("{policy}gian = [0, 2]\n"),
+    )
+    .unwrap();
+    fs::write(
+        dir.path().join("empty.toml"),
+        format!("{policy}gain = [2, 2]\n"),
+    )
+    .unwrap();
+    fs::write(
+        dir.path().join("endless.toml"),
+        format!("{policy}gain = [0, inf]\n"),
+    )
+    .unwrap();
     for name in ["task.json", "Generation-001.json", "mine-tuned.toml"] {
         fs::write(dir.path().join(name), "").unwrap();
         let files = format!("files = ['{name}']\n{policy}gain = [0, 2]\n");
         fs::write(dir.path().join(format!("with-{name}.toml")), files).unwrap();
     }
     for (args, words) in [
-        (vec!["tune", "hold"], "hold: names no number to tune; accepted: --vary KEY=FROM..TO"),
-        (vec!["tune", "catch", "--vary=zmp_margn=0..1"], "zmp_margn: catch has no such number; accepted: zmp_margin"),
-        (vec!["tune", "catch", "--vary=name=0..1"], "name=0..1: is neither a number nor a list of numbers"),
-        (vec!["tune", "catch", "--vary=zmp_margin=1..0"], "zmp_margin=1..0: its range has no extent"),
-        (vec!["tune", "catch", "--vary=zmp_margin=0..wide"], "has no range of two numbers"),
-        (vec!["tune", "catch", "--vary=catching.late"], "has no range, and the controller names none for it"),
+        (
+            vec!["tune", "hold"],
+            "hold: names no number to tune; accepted: --vary KEY=FROM..TO",
+        ),
+        (
+            vec!["tune", "catch", "--vary=zmp_margn=0..1"],
+            "zmp_margn: catch has no such number; accepted: zmp_margin",
+        ),
+        (
+            vec!["tune", "catch", "--vary=name=0..1"],
+            "name=0..1: is neither a number nor a list of numbers",
+        ),
+        (
+            vec!["tune", "catch", "--vary=zmp_margin=1..0"],
+            "zmp_margin=1..0: its range has no extent",
+        ),
+        (
+            vec!["tune", "catch", "--vary=zmp_margin=0..wide"],
+            "has no range of two numbers",
+        ),
+        (
+            vec!["tune", "catch", "--vary=catching.late"],
+            "has no range, and the controller names none for it",
+        ),
         (
             vec!["tune", "catch", "--vary=zmp_margin=0..9"],
             "its end 9 cannot be used: catch: zmp_margin = 9.0000: leaves no",
         ),
-        (vec!["tune", "robust", "--vary=gains.0.x.0=0.01..2"], "its end 0.01 cannot be used: robust: zmp_disturbance"),
-        (vec!["tune", "catch", "--vary=zmp_margin", "--vary=zmp_margin"], "zmp_margin: is given twice"),
+        (
+            vec!["tune", "robust", "--vary=gains.0.x.0=0.01..2"],
+            "its end 0.01 cannot be used: robust: zmp_disturbance",
+        ),
+        (
+            vec!["tune", "catch", "--vary=zmp_margin", "--vary=zmp_margin"],
+            "zmp_margin: is given twice",
+        ),
         (
             vec!["tune", "catch", "--budget=500"],
             "500 episodes: is too small for 12 numbers and 1000 final trials; accepted: ",
@@ -224,27 +369,60 @@ fn bad_input_is_told_before_anything_runs() {
             vec!["tune", "catch", "--budget=soon"],
             "soon is no budget; accepted: a number of episodes up to 1000000000, or a time",
         ),
-        (vec!["tune", "catch", "--budget=1h", "--shard=1/2"], "each shard would measure another pace"),
-        (vec!["tune", "catch", "--robot=ut-mu2", "--robot=ut-mu2"], "ut-mu2: is given twice"),
-        (vec!["tune", "catch", "--out=a-file"], "a-file: it is a file"),
+        (
+            vec!["tune", "catch", "--budget=1h", "--shard=1/2"],
+            "each shard would measure another pace",
+        ),
+        (
+            vec!["tune", "catch", "--robot=ut-mu2", "--robot=ut-mu2"],
+            "ut-mu2: is given twice",
+        ),
+        (
+            vec!["tune", "catch", "--out=a-file"],
+            "a-file: it is a file",
+        ),
         (vec!["tune", "best"], "controller \"best\" not found"),
         (
             vec!["tune", "unknown.toml"],
             "tunable.gian = [0, 2]: is no number among the parameters; accepted: one of: gain",
         ),
-        (vec!["tune", "empty.toml"], "tunable.gain = [2, 2]: its range has no extent"),
-        (vec!["tune", "endless.toml"], "tunable.gain = [0, inf]: its ends are no finite numbers"),
-        (vec!["tune", "catch", "--vary=zmp_margin=-1e308..1e308"], "its range is too wide"),
-        (vec!["tune", "with-task.json.toml"], "file = task.json: the search writes what has this name; accepted: "),
-        (vec!["tune", "with-Generation-001.json.toml"], "file = Generation-001.json: the search writes"),
-        (vec!["tune", "with-mine-tuned.toml.toml"], "file = mine-tuned.toml: the search writes"),
+        (
+            vec!["tune", "empty.toml"],
+            "tunable.gain = [2, 2]: its range has no extent",
+        ),
+        (
+            vec!["tune", "endless.toml"],
+            "tunable.gain = [0, inf]: its ends are no finite numbers",
+        ),
+        (
+            vec!["tune", "catch", "--vary=zmp_margin=-1e308..1e308"],
+            "its range is too wide",
+        ),
+        (
+            vec!["tune", "with-task.json.toml"],
+            "file = task.json: the search writes what has this name; accepted: ",
+        ),
+        (
+            vec!["tune", "with-Generation-001.json.toml"],
+            "file = Generation-001.json: the search writes",
+        ),
+        (
+            vec!["tune", "with-mine-tuned.toml.toml"],
+            "file = mine-tuned.toml: the search writes",
+        ),
         (
             vec!["tune", "catch", "--budget=1e308h"],
             "1e308h is no budget; accepted: a number of episodes up to 1000000000",
         ),
         (vec!["tune", "catch", "--budget=infs"], "infs is no budget"),
-        (vec!["tune", "catch", "--budget=9000h"], "or a time such as 10min or 2h, up to 8760h"),
-        (vec!["tune", "catch", "--budget=18446744073709551615"], "is no budget"),
+        (
+            vec!["tune", "catch", "--budget=9000h"],
+            "or a time such as 10min or 2h, up to 8760h",
+        ),
+        (
+            vec!["tune", "catch", "--budget=18446744073709551615"],
+            "is no budget",
+        ),
     ] {
         let run: Run = standfast(dir.path(), &args).code(2);
         let message = stderr(&run);
@@ -252,5 +430,8 @@ fn bad_input_is_told_before_anything_runs() {
     }
     assert_eq!(files(dir.path()).len(), 10, "something was written");
     let ranges = stdout(&standfast(dir.path(), &["tune", "catch", "--check"]).success());
-    assert!(ranges.contains("catching.pause") && ranges.contains("0.03 to 0.8"), "{ranges}");
+    assert!(
+        ranges.contains("catching.pause") && ranges.contains("0.03 to 0.8"),
+        "{ranges}"
+    );
 }

@@ -13,7 +13,11 @@ fn no_window(environment: &[(&str, &str)]) -> Run {
     }
     let folder = TempDir::new().unwrap();
     command.env("XDG_RUNTIME_DIR", folder.path());
-    Run::of(command.envs(environment.iter().copied()).args(["view", "--gains=hold", "--seconds=5"]))
+    Run::of(
+        command
+            .envs(environment.iter().copied())
+            .args(["view", "--gains=hold", "--seconds=5"]),
+    )
 }
 
 /// Asserts one line with these words, exit code 2, and nothing on stdout.
@@ -32,10 +36,23 @@ fn is_told(view: Run, words: &[&str]) {
 fn a_build_without_the_window_says_how_to_get_one() {
     let view = no_window(&[]);
     let told = stderr(&view);
-    is_told(view, &["no window", "cargo build --release --features view", "twenty minutes"]);
+    is_told(
+        view,
+        &[
+            "no window",
+            "cargo build --release --features view",
+            "twenty minutes",
+        ],
+    );
     // Remedies that need no other build come first.
-    let at = |words: &str| told.find(words).unwrap_or_else(|| panic!("no {words:?} in {told}"));
-    assert!(at("standfast push --replay") < at("cargo build") && at("standfast replay DIR") < at("cargo build"));
+    let at = |words: &str| {
+        told.find(words)
+            .unwrap_or_else(|| panic!("no {words:?} in {told}"))
+    };
+    assert!(
+        at("standfast push --replay") < at("cargo build")
+            && at("standfast replay DIR") < at("cargo build")
+    );
 }
 
 #[cfg(feature = "view")]
@@ -56,31 +73,70 @@ mod window {
 
     #[test]
     fn without_a_display_one_line_says_so() {
-        is_told(no_window(&[]), &["no display", "neither DISPLAY nor WAYLAND_DISPLAY is set", "standfast replay"]);
-        is_told(no_window(&[("DISPLAY", ":4077")]), &["DISPLAY=:4077 does not answer", "xvfb"]);
-        is_told(no_window(&[("WAYLAND_DISPLAY", "wayland-77")]), &["wayland-77 does not answer"]);
+        is_told(
+            no_window(&[]),
+            &[
+                "no display",
+                "neither DISPLAY nor WAYLAND_DISPLAY is set",
+                "standfast replay",
+            ],
+        );
+        is_told(
+            no_window(&[("DISPLAY", ":4077")]),
+            &["DISPLAY=:4077 does not answer", "xvfb"],
+        );
+        is_told(
+            no_window(&[("WAYLAND_DISPLAY", "wayland-77")]),
+            &["wayland-77 does not answer"],
+        );
     }
 
     #[test]
     fn without_a_graphics_driver_one_line_says_so() {
-        let Some(display) = Display::start() else { return };
-        let missing = [("VK_DRIVER_FILES", "/nonexistent"), ("VK_ICD_FILENAMES", "/nonexistent")];
+        let Some(display) = Display::start() else {
+            return;
+        };
+        let missing = [
+            ("VK_DRIVER_FILES", "/nonexistent"),
+            ("VK_ICD_FILENAMES", "/nonexistent"),
+        ];
         let environment = [&missing[..], &[("DISPLAY", display.name.as_str())]].concat();
-        is_told(no_window(&environment), &["no graphics driver", "mesa-vulkan-drivers", "standfast replay"]);
+        is_told(
+            no_window(&environment),
+            &[
+                "no graphics driver",
+                "mesa-vulkan-drivers",
+                "standfast replay",
+            ],
+        );
     }
 
     #[test]
     fn the_robot_is_pushed_pulled_and_switched() {
-        let Some(display) = Display::start() else { return };
+        let Some(display) = Display::start() else {
+            return;
+        };
         let folder = folder();
-        let arguments = ["--gains=switching", "--gains=hold", "--impulse=2", "--heading=90", "--screenshot=last.png"];
+        let arguments = [
+            "--gains=switching",
+            "--gains=hold",
+            "--impulse=2",
+            "--heading=90",
+            "--screenshot=last.png",
+        ];
         // The COM is back within a quarter of a second, which is less than a frame on a busy machine without slow
         // motion.
-        let view = View::open(&display, folder.path(), &[&arguments[..], &["--speed=0.2"]].concat());
+        let view = View::open(
+            &display,
+            folder.path(),
+            &[&arguments[..], &["--speed=0.2"]].concat(),
+        );
         let before = view.frame();
         assert!(before.y_mm.abs() < 3.0, "{before:?}");
         view.press("Return");
-        view.once("the push moves the COM to the left", &before, |frame| frame.y_mm > before.y_mm + 3.0);
+        view.once("the push moves the COM to the left", &before, |frame| {
+            frame.y_mm > before.y_mm + 3.0
+        });
         view.press("2");
         view.press("1");
         view.press("minus");
@@ -101,24 +157,47 @@ mod window {
         view.until("it begins anew", |frame| frame.time_s == 0.0);
         let told = view.quit("q");
         assert!(told.starts_with("1 push, 1 drag (up to "), "{told}");
-        let force: f64 = told.split("up to ").nth(1).unwrap().split(" N").next().unwrap().parse().unwrap();
+        let force: f64 = told
+            .split("up to ")
+            .nth(1)
+            .unwrap()
+            .split(" N")
+            .next()
+            .unwrap()
+            .parse()
+            .unwrap();
         assert!((0.5..40.0).contains(&force), "{told}");
         assert!(told.contains("2 gain switches, 1 restart, "), "{told}");
         assert!(told.contains(" ticks (3 single)"), "{told}");
         assert!(number_before(&told, " ticks") > 50.0, "{told}");
-        assert!((3.0..500.0).contains(&number_before(&told, " mm from its start")), "{told}");
-        shows_the_robot(&image::open(folder.path().join("last.png")).unwrap().to_rgb8());
+        assert!(
+            (3.0..500.0).contains(&number_before(&told, " mm from its start")),
+            "{told}"
+        );
+        shows_the_robot(
+            &image::open(folder.path().join("last.png"))
+                .unwrap()
+                .to_rgb8(),
+        );
     }
 
     #[test]
     fn overlays_plots_and_another_side_are_to_be_seen() {
-        let Some(display) = Display::start() else { return };
+        let Some(display) = Display::start() else {
+            return;
+        };
         let folder = folder();
-        let view = View::open(&display, folder.path(), &["--gains=switching", "--impulse=1.5"]);
+        let view = View::open(
+            &display,
+            folder.path(),
+            &["--gains=switching", "--impulse=1.5"],
+        );
         // A push fills the plots, and another one begins, in which the marks are apart.
         view.press("Return");
         let pushed_s = view.frame().time_s;
-        view.until("the robot has come back", |frame| frame.time_s > pushed_s + 1.0);
+        view.until("the robot has come back", |frame| {
+            frame.time_s > pushed_s + 1.0
+        });
         view.press("space");
         view.press("Return");
         (0..15).for_each(|_| display.tell(&["key", "period"]));
@@ -131,20 +210,31 @@ mod window {
         shows_the_robot(&shown);
         for color in [COM, DCM, ZMP_WANTED] {
             // Thin lines never have quite their nominal colour.
-            assert!(count(&shown, [PANEL_X, 1200], [350, HEIGHT], color, 40) > 20, "{color:x?} in the plots");
+            assert!(
+                count(&shown, [PANEL_X, 1200], [350, HEIGHT], color, 40) > 20,
+                "{color:x?} in the plots"
+            );
         }
         for (key, color) in [("d", DCM), ("w", ZMP_WANTED)] {
             let of_it = |picture: &RgbImage| count(picture, [0, PANEL_X], [0, HEIGHT], color, 3);
             view.press(key);
             let without = screen();
             view.press(key);
-            assert!(of_it(&shown) > 20 && of_it(&without) == 0, "{key}: {} {}", of_it(&shown), of_it(&without));
+            assert!(
+                of_it(&shown) > 20 && of_it(&without) == 0,
+                "{key}: {} {}",
+                of_it(&shown),
+                of_it(&without)
+            );
             assert!(of_it(&screen()) > 20, "{key} does not come back");
         }
         for key in ["c", "z", "s", "i", "g", "p"] {
             view.press(key);
             let without = screen();
-            assert!(differing(&shown, &without) > 20, "{key} makes no difference");
+            assert!(
+                differing(&shown, &without) > 20,
+                "{key} makes no difference"
+            );
             view.press(key);
         }
         // The view is turned and turned back. The picture is then the same, except for edges, whose smoothing depends
@@ -164,25 +254,41 @@ mod window {
     fn a_trial_ends_in_the_window_as_it_does_elsewhere() {
         let folder = folder();
         let trial = ["--campaign=smoke", "--trial=3"];
-        for (controller, key, words) in
-            [("--gains=hold", "fell_at_s", "fell at"), ("--gains=catch", "settled_at_s", "has stood still since")]
-        {
+        for (controller, key, words) in [
+            ("--gains=hold", "fell_at_s", "fell at"),
+            ("--gains=catch", "settled_at_s", "has stood still since"),
+        ] {
             // Each program has a display of its own, since a display ends with its last window.
-            let Some(display) = Display::start() else { return };
-            let push = standfast(folder.path(), &[&["push", "--json", controller], &trial[..]].concat()).success();
+            let Some(display) = Display::start() else {
+                return;
+            };
+            let push = standfast(
+                folder.path(),
+                &[&["push", "--json", controller], &trial[..]].concat(),
+            )
+            .success();
             let push: serde_json::Value = serde_json::from_str(&stdout(&push)).unwrap();
             let (at_s, end_s) = (push[key].as_f64().unwrap(), push["end_s"].as_f64().unwrap());
-            let view = View::open(&display, folder.path(), &[&["--speed=1", controller], &trial[..]].concat());
+            let view = View::open(
+                &display,
+                folder.path(),
+                &[&["--speed=1", controller], &trial[..]].concat(),
+            );
             view.until("the verdict", |frame| frame.time_s > end_s + 0.1);
             let told = view.quit("q");
-            assert!(told.contains(&format!("\nrobot, in Rapier: {words} {at_s:.2} s")), "{push} {told}");
+            assert!(
+                told.contains(&format!("\nrobot, in Rapier: {words} {at_s:.2} s")),
+                "{push} {told}"
+            );
         }
     }
 
     #[test]
     fn a_window_that_is_lost_ends_the_program() {
         for destroys in [true, false] {
-            let Some(mut display) = Display::start() else { return };
+            let Some(mut display) = Display::start() else {
+                return;
+            };
             let folder = folder();
             let view = View::open(&display, folder.path(), &["--gains=hold"]);
             let (mut process, told) = view.leave();
@@ -196,7 +302,10 @@ mod window {
             let told = told.lock().unwrap();
             let is_told = |words: &str| told.iter().any(|line| line.contains(words));
             // Without a server, the X library itself may report this and end the program.
-            assert!(is_told("the window is lost") || is_told("X connection"), "{told:?}");
+            assert!(
+                is_told("the window is lost") || is_told("X connection"),
+                "{told:?}"
+            );
         }
     }
 
@@ -208,7 +317,10 @@ mod window {
             stderr(&view)
         };
         let words = refused(&["--trial=3"]);
-        assert!(words.contains("--trial") && words.contains("standfast replay"), "{words}");
+        assert!(
+            words.contains("--trial") && words.contains("standfast replay"),
+            "{words}"
+        );
         assert!(refused(&["out", "--trial=3"]).contains("campaign \"out\" not found"));
         assert!(refused(&["--speed=0"]).contains("--speed"));
         assert!(refused(&["--gains=no-such-set"]).contains("no-such-set"));
@@ -217,26 +329,40 @@ mod window {
 
     /// The number right before `words`.
     fn number_before(told: &str, words: &str) -> f64 {
-        told.split(words).next().unwrap().split_whitespace().last().unwrap().parse().unwrap()
+        told.split(words)
+            .next()
+            .unwrap()
+            .split_whitespace()
+            .last()
+            .unwrap()
+            .parse()
+            .unwrap()
     }
 
     /// Number of pixels of a part of a picture that have a colour, up to a difference `off`.
     fn count(picture: &RgbImage, x: [u32; 2], y: [u32; 2], color: [u8; 3], off: u8) -> usize {
         let is_near = |pixel: [u8; 3]| (0..3).all(|i| pixel[i].abs_diff(color[i]) <= off);
         let at = |y| (x[0]..x[1]).map(move |x| (x, y));
-        (y[0]..y[1]).flat_map(at).filter(|&(x, y)| is_near(picture.get_pixel(x, y).0)).count()
+        (y[0]..y[1])
+            .flat_map(at)
+            .filter(|&(x, y)| is_near(picture.get_pixel(x, y).0))
+            .count()
     }
 
     /// Number of pixels of the picture that differ, without the panel and the rest of the screen.
     fn differing(a: &RgbImage, b: &RgbImage) -> usize {
         let all = (0..HEIGHT).flat_map(|y| (0..PANEL_X).map(move |x| (x, y)));
-        all.filter(|&(x, y)| a.get_pixel(x, y) != b.get_pixel(x, y)).count()
+        all.filter(|&(x, y)| a.get_pixel(x, y) != b.get_pixel(x, y))
+            .count()
     }
 
     /// Asserts that the picture shows purple and white in many shades, on a floor, beside a panel.
     fn shows_the_robot(picture: &RgbImage) {
         let pixels: Vec<[u8; 3]> = picture.pixels().map(|pixel| pixel.0).collect();
-        let colors = pixels.iter().collect::<std::collections::HashSet<_>>().len();
+        let colors = pixels
+            .iter()
+            .collect::<std::collections::HashSet<_>>()
+            .len();
         assert!(colors > 300, "only {colors} colours");
         let share = |is: fn([f64; 3]) -> bool| {
             pixels.iter().filter(|rgb| is(rgb.map(f64::from))).count() as f64 / pixels.len() as f64
@@ -244,6 +370,9 @@ mod window {
         let purple = share(|[r, g, b]| b > 1.4 * r && r > 1.25 * g && b > 60.0);
         let cream = share(|[r, g, b]| r > 150.0 && r > g && g > b + 8.0 && b > 110.0);
         let panel = share(|rgb| rgb == [248.0, 249.0, 251.0]);
-        assert!(purple > 0.02 && cream > 0.005 && panel > 0.05, "purple {purple}, cream {cream}, panel {panel}");
+        assert!(
+            purple > 0.02 && cream > 0.005 && panel > 0.05,
+            "purple {purple}, cream {cream}, panel {panel}"
+        );
     }
 }

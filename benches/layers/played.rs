@@ -45,16 +45,27 @@ pub struct Played {
 /// The time steps of an episode with default settings.
 pub fn clock(engine: Engine) -> Clock {
     let robot = standfast::robots::load("ut-mu2").expect("built in");
-    EpisodeConfig { engine, ..EpisodeConfig::of(&Units::of(&robot)) }.clock()
+    EpisodeConfig {
+        engine,
+        ..EpisodeConfig::of(&Units::of(&robot))
+    }
+    .clock()
 }
 
 impl Played {
     /// Records an episode with ideal sensors, and with a push from behind after 0.2 s.
     pub fn new(gains: &str, impulse_n_s: f64, engine: Engine) -> Self {
-        let (robot, clock) = (standfast::robots::load("ut-mu2").expect("built in"), clock(engine));
+        let (robot, clock) = (
+            standfast::robots::load("ut-mu2").expect("built in"),
+            clock(engine),
+        );
         let gains = standfast::controllers::gain_set(gains).expect("built in");
         let design = Design::new(&robot, &gains, clock.control_period_s).expect("built in");
-        let push = Push { impulse_n_s, start_s: 0.2, ..Push::default() };
+        let push = Push {
+            impulse_n_s,
+            start_s: 0.2,
+            ..Push::default()
+        };
         let home = design.home_command();
         let mut plant = Plant::on(Ground::default(), robot.clone(), clock, None, home.clone());
         let mut controller = CpiController::new(design.clone());
@@ -70,14 +81,30 @@ impl Played {
                     true => Phase::Switching,
                 };
                 plant.advance(command.clone(), &[push]);
-                Tick { phase, sensed, command: command.clone() }
+                Tick {
+                    phase,
+                    sensed,
+                    command: command.clone(),
+                }
             })
             .collect();
-        Self { robot, design, clock, push, ticks }
+        Self {
+            robot,
+            design,
+            clock,
+            push,
+            ticks,
+        }
     }
 
     /// The robot at the beginning of the episode.
     pub fn plant(&self) -> Plant {
-        Plant::on(Ground::default(), self.robot.clone(), self.clock, None, self.design.home_command().clone())
+        Plant::on(
+            Ground::default(),
+            self.robot.clone(),
+            self.clock,
+            None,
+            self.design.home_command().clone(),
+        )
     }
 }

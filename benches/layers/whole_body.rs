@@ -11,10 +11,15 @@ use std::hint::black_box;
 
 pub fn whole_body(c: &mut Criterion) {
     let robot = standfast::robots::load("ut-mu2").expect("built in");
-    let (posture, velocity) = (robot.home_posture(), DVector::from_element(6 + robot.joints.len(), 0.1));
+    let (posture, velocity) = (
+        robot.home_posture(),
+        DVector::from_element(6 + robot.joints.len(), 0.1),
+    );
     let mut kinematics = Kinematics::new(&robot);
     let mut dynamics = Dynamics::new(&robot);
-    c.bench_function("body/kinematics", |b| b.iter(|| kinematics.update(&robot, black_box(&posture))));
+    c.bench_function("body/kinematics", |b| {
+        b.iter(|| kinematics.update(&robot, black_box(&posture)))
+    });
     c.bench_function("body/mass matrix and bias", |b| {
         b.iter(|| dynamics.update(&robot, &kinematics, black_box(&velocity)))
     });
@@ -38,12 +43,34 @@ pub fn whole_body(c: &mut Criterion) {
         })
     });
 
-    let mut body = InverseDynamics::new(&robot, ContactModel { friction: 0.6, sole_share: 0.95 });
-    let both = PerFoot { left: true, right: true };
+    let mut body = InverseDynamics::new(
+        &robot,
+        ContactModel {
+            friction: 0.6,
+            sole_share: 0.95,
+        },
+    );
+    let both = PerFoot {
+        left: true,
+        right: true,
+    };
     for (name, standing, com_acc, vary) in [
         ("both feet", both, Vector3::new(0.5, 0.0, 0.0), 0.001),
-        ("both feet, past the edge", both, Vector3::new(-4.0, 0.0, 0.0), 0.001),
-        ("one foot", PerFoot { left: true, right: false }, Vector3::new(0.0, -1.5, 0.0), 0.001),
+        (
+            "both feet, past the edge",
+            both,
+            Vector3::new(-4.0, 0.0, 0.0),
+            0.001,
+        ),
+        (
+            "one foot",
+            PerFoot {
+                left: true,
+                right: false,
+            },
+            Vector3::new(0.0, -1.5, 0.0),
+            0.001,
+        ),
         // The last solution does not help where the desired acceleration jumps from edge to edge.
         ("both feet, from edge to edge", both, Vector3::zeros(), 4.0),
     ] {

@@ -81,7 +81,10 @@ pub struct ControllerArgs {
 impl ControllerArgs {
     /// The controller; the command line has made sure that there is one.
     pub fn name(&self) -> &str {
-        self.controller.as_deref().or(self.first.as_deref()).unwrap_or_default()
+        self.controller
+            .as_deref()
+            .or(self.first.as_deref())
+            .unwrap_or_default()
     }
 }
 
@@ -143,15 +146,29 @@ impl SettingArgs {
 
     /// The options that change the campaign beside seed and engine, each after a space, as they are to be typed again.
     pub fn options(&self) -> String {
-        let judge = self.judge.map(|counts| format!(" --judge {}", JUDGES[usize::from(counts == Counts::Survived)]));
-        let set = self.set.iter().map(|assignment| format!(" --set {}", shell_word(assignment)));
+        let judge = self.judge.map(|counts| {
+            format!(
+                " --judge {}",
+                JUDGES[usize::from(counts == Counts::Survived)]
+            )
+        });
+        let set = self
+            .set
+            .iter()
+            .map(|assignment| format!(" --set {}", shell_word(assignment)));
         judge.into_iter().chain(set).collect()
     }
 
     /// As those of [`ChangeArgs`].
     pub fn overrides(&self) -> Overrides {
         let (set, engine) = (self.set.clone(), self.engines()[0]);
-        Overrides { set, seed: self.seed, engine, judge: self.judge, ..Overrides::default() }
+        Overrides {
+            set,
+            seed: self.seed,
+            engine,
+            judge: self.judge,
+            ..Overrides::default()
+        }
     }
 }
 
@@ -202,18 +219,36 @@ pub const MOST_EXTRAS: u64 = 1000;
 /// Reads a number whose unit is fixed. An error that such a unit causes says so.
 pub fn number(text: &str) -> Result<f64, String> {
     let is_unit = |c: char| c.is_alphabetic() || c.is_whitespace() || "°%".contains(c);
-    text.parse().map_err(|_| match text.split_once(is_unit).map(|(number, _)| number.parse::<f64>()) {
-        Some(Ok(number)) => format!("the unit is fixed, and only the number is accepted: {number}"),
-        _ => "is no number; accepted: a number without its unit, such as 2.5".into(),
+    text.parse().map_err(|_| {
+        match text
+            .split_once(is_unit)
+            .map(|(number, _)| number.parse::<f64>())
+        {
+            Some(Ok(number)) => {
+                format!("the unit is fixed, and only the number is accepted: {number}")
+            }
+            _ => "is no number; accepted: a number without its unit, such as 2.5".into(),
+        }
     })
 }
 
 /// Checks the number of threads that the environment asks for, before Rayon starts them.
 pub fn check_environment() -> Result<()> {
     const NAME: &str = "RAYON_NUM_THREADS";
-    let Ok(text) = std::env::var(NAME) else { return Ok(()) };
-    if text.parse().is_ok_and(|threads: u128| threads > MOST_THREADS.into()) {
-        return Err(Error::value("environment", NAME, text, "too many threads", format!("up to {MOST_THREADS}")));
+    let Ok(text) = std::env::var(NAME) else {
+        return Ok(());
+    };
+    if text
+        .parse()
+        .is_ok_and(|threads: u128| threads > MOST_THREADS.into())
+    {
+        return Err(Error::value(
+            "environment",
+            NAME,
+            text,
+            "too many threads",
+            format!("up to {MOST_THREADS}"),
+        ));
     }
     Ok(())
 }
@@ -230,7 +265,12 @@ where
     const EXACT: f64 = (1_u64 << f64::MANTISSA_DIGITS) as f64;
     move |text: &str| {
         let is_whole = |number: &f64| (0.0..=EXACT).contains(number) && number.fract() == 0.0;
-        let rounded = || text.parse().ok().filter(is_whole).map(|number| number as u64);
+        let rounded = || {
+            text.parse()
+                .ok()
+                .filter(is_whole)
+                .map(|number| number as u64)
+        };
         let number: Option<u64> = text.parse().ok().or_else(rounded);
         let accepted = match *range.end() {
             MOST_TRIAL => format!("a whole number of {} or more", range.start()),
@@ -259,31 +299,61 @@ where
 }
 
 /// Checks that `--out` is a folder, new or not, that holds none of these files.
-pub fn check_new_result<'a>(folder: &Path, files: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
-    let fail = |problem| Err(Error::option("--out", folder.display(), problem, "a new or empty folder"));
+pub fn check_new_result<'a>(
+    folder: &Path,
+    files: impl IntoIterator<Item = &'a PathBuf>,
+) -> Result<()> {
+    let fail = |problem| {
+        Err(Error::option(
+            "--out",
+            folder.display(),
+            problem,
+            "a new or empty folder",
+        ))
+    };
     if folder.exists() && !folder.is_dir() {
         return fail("it is a file");
     }
-    if files.into_iter().any(|file| file.exists()) { fail("it holds a result already") } else { Ok(()) }
+    if files.into_iter().any(|file| file.exists()) {
+        fail("it holds a result already")
+    } else {
+        Ok(())
+    }
 }
 
 /// Whether a path ends as files of this kind do.
 pub fn is_file_of(path: &str, extension: &str) -> bool {
-    Path::new(path).extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
+    Path::new(path)
+        .extension()
+        .is_some_and(|found| found.eq_ignore_ascii_case(extension))
 }
 
 /// Checks before any work that a file can be written. Fails if its extension is none of `kinds`, if its folder does not
 /// exist, or if `path` is a folder, pipe or device itself. Errors name `option`.
 pub fn check_output(option: &str, path: &Path, kinds: &[&str]) -> Result<()> {
-    let fail = |problem, accepted: &str| Err(Error::option(option, path.display(), problem, accepted));
-    if !path.extension().and_then(OsStr::to_str).is_some_and(|extension| kinds.contains(&extension)) {
-        return fail("unknown kind of file", &format!("a name that ends in .{}", kinds.join(" or .")));
+    let fail =
+        |problem, accepted: &str| Err(Error::option(option, path.display(), problem, accepted));
+    if !path
+        .extension()
+        .and_then(OsStr::to_str)
+        .is_some_and(|extension| kinds.contains(&extension))
+    {
+        return fail(
+            "unknown kind of file",
+            &format!("a name that ends in .{}", kinds.join(" or .")),
+        );
     }
     if !folder_of(path).is_dir() {
-        return fail("its folder does not exist", "a file in a folder that exists");
+        return fail(
+            "its folder does not exist",
+            "a file in a folder that exists",
+        );
     }
     if is_no_file(path) {
-        return fail("it is no file, but a folder, pipe or device", "the name of a file, which is made or replaced");
+        return fail(
+            "it is no file, but a folder, pipe or device",
+            "the name of a file, which is made or replaced",
+        );
     }
     Ok(())
 }

@@ -1,6 +1,8 @@
 //! `standfast ceiling`: tries again what a controller loses, with knowledge of the push, and tells what can be caught.
 
-use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, count, fine};
+use super::arguments::{
+    CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, count, fine,
+};
 use super::interrupt::{STOP, nothing_kept, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::terminal::{note, print};
@@ -65,12 +67,18 @@ const RESULT: &str = "ceiling.json";
 /// Tries the lost trials, prints what was found and writes it. Nothing of an interrupted search is kept.
 pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
     let name = args.campaign.or_standard();
-    let mut overrides = Overrides { trials: args.trials, ..args.change.overrides() };
+    let mut overrides = Overrides {
+        trials: args.trials,
+        ..args.change.overrides()
+    };
     if overrides.gains.is_empty() {
         overrides.gains = vec!["catch".into()];
     }
     if args.change.settings.engines().len() > 1 {
-        let (problem, accepted) = ("a recovery is of one engine", Engine::ALL.map(Engine::name).join(", "));
+        let (problem, accepted) = (
+            "a recovery is of one engine",
+            Engine::ALL.map(Engine::name).join(", "),
+        );
         return Err(Error::option("--engine", "both", problem, accepted));
     }
     let robot_files = Campaign::robot_files(name, &overrides)?;
@@ -79,11 +87,21 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
         check_new_result(folder, [&folder.join(RESULT)])?;
     }
     stop_on_ctrl_c();
-    let options = CeilingOptions { tries: args.tries, threads: args.threads, untried: args.untried };
+    let options = CeilingOptions {
+        tries: args.tries,
+        threads: args.threads,
+        untried: args.untried,
+    };
     let clairvoyant = CeilingSearch::new(&campaign, robot_files, options)?;
     if args.check.check {
-        let most = format!("up to {} tries for each of {} trials", args.tries, campaign.trials);
-        return fine(&format!("campaign {}: {most}, if it is lost", campaign.name));
+        let most = format!(
+            "up to {} tries for each of {} trials",
+            args.tries, campaign.trials
+        );
+        return fine(&format!(
+            "campaign {}: {most}, if it is lost",
+            campaign.name
+        ));
     }
     let progress = Progress::of(campaign.trials, "trials");
     let found = clairvoyant.run(&STOP, &|| progress.episode(), &|| progress.tick());
@@ -93,11 +111,18 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
     // The campaign's file may state fewer trials.
     let trials = args.trials.map(|trials| format!(" --set trials={trials}"));
     let changes = args.change.settings.options() + &trials.unwrap_or_default();
-    print(&if args.json { as_json.clone() } else { text::text(&found, args.out.as_deref(), &changes) })?;
+    print(&if args.json {
+        as_json.clone()
+    } else {
+        text::text(&found, args.out.as_deref(), &changes)
+    })?;
     if let Some(folder) = &args.out {
         for lost in &found.lost {
-            let Some(recovery) = &lost.found else { continue };
-            let gains = toml::to_string(&clairvoyant.gains(lost.trial, recovery)).expect("a gain set is a table");
+            let Some(recovery) = &lost.found else {
+                continue;
+            };
+            let gains = toml::to_string(&clairvoyant.gains(lost.trial, recovery))
+                .expect("a gain set is a table");
             write_atomic(&folder.join(text::file(lost.trial)), gains.as_bytes())?;
         }
         write_atomic(&folder.join(RESULT), as_json.as_bytes())?;

@@ -55,20 +55,51 @@ pub struct CheckControllerArgs {
 }
 
 pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
-    let overrides = Overrides { engine: args.engine, robot: args.robot.clone(), ..Overrides::default() };
-    let Setting { campaign, robot, config } = Setting::of(args.campaign.as_deref(), &overrides, args.horizon)?;
+    let overrides = Overrides {
+        engine: args.engine,
+        robot: args.robot.clone(),
+        ..Overrides::default()
+    };
+    let Setting {
+        campaign,
+        robot,
+        config,
+    } = Setting::of(args.campaign.as_deref(), &overrides, args.horizon)?;
 
     let settings = standfast_controllers::load(args.controller.name())?;
     let prepare = || settings.prepare(&robot, config.control_period_s);
     let factory = prepare()?;
-    factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
-    let quiet = || campaign.as_ref().map(trial::as_designed).unwrap_or_default();
-    let contract = args.contract.as_ref().map(|path| contract::repeated(path, &*factory.start(0))).transpose()?;
+    factory
+        .warning
+        .iter()
+        .for_each(|warning| log::warn!("{warning}"));
+    let quiet = || {
+        campaign
+            .as_ref()
+            .map(trial::as_designed)
+            .unwrap_or_default()
+    };
+    let contract = args
+        .contract
+        .as_ref()
+        .map(|path| contract::repeated(path, &*factory.start(0)))
+        .transpose()?;
     let alone = |factory: &_| UnpushedEpisode::run(&robot, factory, &config, quiet());
     let (first, second, third) = (alone(&factory)?, alone(&factory)?, alone(&prepare()?)?);
     let (again, anew) = (first.differs(&second), first.differs(&third));
-    let tried =
-        UnpushedCheck { robot: &robot, factory: &factory, config: &config, alone: &first, again, anew, contract };
-    print(&if args.json { standfast_report::json(&tried.json()) } else { tried.text() })?;
+    let tried = UnpushedCheck {
+        robot: &robot,
+        factory: &factory,
+        config: &config,
+        alone: &first,
+        again,
+        anew,
+        contract,
+    };
+    print(&if args.json {
+        standfast_report::json(&tried.json())
+    } else {
+        tried.text()
+    })?;
     Ok(exit_code_of_gates(tried.is_good()))
 }

@@ -15,7 +15,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Controllers of the same name are compared with each other, and called by their
+#[command(
+    after_help = "Controllers of the same name are compared with each other, and called by their
 folders, as in `catch (DIR_A)`. If the two results share no name, every
 controller of one is compared with every controller of the other. The exit code
 is 3 if the two folders do not hold the same trials.
@@ -26,7 +27,8 @@ verdicts hold in one engine only. Controllers are then called by the engine, as 
 `catch (mujoco)`. To find where, trials are simulated again: a controller that is
 a program is started out of the result's folder. If this machine has not made its
 files, you are asked first; where there is no terminal, --run-inputs allows it,
-and --traces 0 does without.")]
+and --traces 0 does without."
+)]
 pub struct CompareArgs {
     /// A result folder of `run`
     pub dir_a: PathBuf,
@@ -63,7 +65,10 @@ pub fn run(args: &CompareArgs) -> Result<ExitCode> {
     if let Some(out) = args.out.as_deref() {
         check_out(out)?;
     }
-    let [a, b] = [Folder::existing(&args.dir_a)?, Folder::existing(&args.dir_b)?];
+    let [a, b] = [
+        Folder::existing(&args.dir_a)?,
+        Folder::existing(&args.dir_b)?,
+    ];
     stop_on_ctrl_c();
     let comparison = compared([&a, &b], &args.gate, &args.traces)?;
     print(&args.printing.of(&comparison.summary, Path::new("")))?;
@@ -80,17 +85,23 @@ pub fn check_out(out: &Path) -> Result<()> {
         return Ok(());
     }
     let problem = "holds other files than those of a comparison; give a new or empty folder";
-    Err(Error::Parts { path: out.into(), problem: problem.into() })
+    Err(Error::Parts {
+        path: out.into(),
+        problem: problem.into(),
+    })
 }
 
 /// Sets two results beside each other; of two engines it also finds where their traces part.
 pub fn compared([a, b]: [&Folder; 2], gates: &[String], args: &TracesArgs) -> Result<Comparison> {
     let mut comparison = Comparison::new(a, b, gates)?;
-    let part = |agreement: &&mut Agreement| args.traces > 0 && agreement.sets.iter().any(|set| !set.parted.is_empty());
-    let Some(agreement) = comparison.summary.agreement.as_mut().filter(part) else { return Ok(comparison) };
+    let part = |agreement: &&mut Agreement| {
+        args.traces > 0 && agreement.sets.iter().any(|set| !set.parted.is_empty())
+    };
+    let Some(agreement) = comparison.summary.agreement.as_mut().filter(part) else {
+        return Ok(comparison);
+    };
     if a.is_of_another_build() || b.is_of_another_build() {
-        let told =
-            "A result was made by another build of standfast, with which its trials may have run otherwise than now.";
+        let told = "A result was made by another build of standfast, with which its trials may have run otherwise than now.";
         warn("", told);
     }
     match Partings::new([a, b], agreement, args.traces) {
@@ -101,7 +112,10 @@ pub fn compared([a, b]: [&Folder; 2], gates: &[String], args: &TracesArgs) -> Re
             run?;
         }
         // The comparison is complete without the times at which the traces part.
-        Err(error) => warn("", &format!("Where the traces of the two engines part was not looked for: {error}")),
+        Err(error) => warn(
+            "",
+            &format!("Where the traces of the two engines part was not looked for: {error}"),
+        ),
     }
     Ok(comparison)
 }

@@ -61,7 +61,9 @@ pub fn run(args: &CpiArgs) -> Result<ExitCode> {
 /// of UT-mu2 unless they are given. Nothing is written if an input is bad.
 fn answer(args: &CpiArgs) -> Result<String> {
     let robot = standfast_robots::load(DEFAULT_ROBOT)?;
-    args.plot.iter().try_for_each(|path| check_output("--plot", path, &["svg"]))?;
+    args.plot
+        .iter()
+        .try_for_each(|path| check_output("--plot", path, &["svg"]))?;
     let gains = args.gains.name();
     let set = standfast_controllers::gain_set(gains)?;
     let family = GainFamily::design(&set, pendulum(args, &robot)?, Units::of(&robot).half_sole_m)?;
@@ -76,20 +78,34 @@ fn answer(args: &CpiArgs) -> Result<String> {
         false => CpiSet::search_family(&family.undisturbed(), &support)?,
     };
     let (inclusion, support) = (Inclusion::of(&sets)?, &support);
-    let found = Sets { set: &set, family: &family, support, inclusion, sets: &sets, undisturbed: &undisturbed };
+    let found = Sets {
+        set: &set,
+        family: &family,
+        support,
+        inclusion,
+        sets: &sets,
+        undisturbed: &undisturbed,
+    };
     if let Some(folder) = &args.export {
         found.export(folder)?;
     }
     if let Some(file) = &args.plot {
         figure::cpi::write(file, &set.name, &sets, &undisturbed)?;
     }
-    Ok(if args.json { standfast_report::json(&found.as_json()) } else { found.text() })
+    Ok(if args.json {
+        standfast_report::json(&found.as_json())
+    } else {
+        found.text()
+    })
 }
 
 /// The pendulum of the options; where an option is missing, of `robot` at home.
 fn pendulum(args: &CpiArgs, robot: &Robot) -> Result<Pendulum> {
     let dt = args.dt.unwrap_or(CONTROL_PERIOD_S);
-    let pendulum = Pendulum { omega: args.omega.unwrap_or(robot.omega()), dt };
+    let pendulum = Pendulum {
+        omega: args.omega.unwrap_or(robot.omega()),
+        dt,
+    };
     in_range("command line", "--omega", pendulum.omega, OMEGAS_RAD_S)?;
     let [least, most] = PHASES.map(|phase| phase / pendulum.omega);
     in_range("command line", "--dt", pendulum.dt, [least, most])?;
@@ -104,20 +120,32 @@ fn parse_support(text: &str) -> Result<SupportPolygon, String> {
     let numbers: Vec<f64> = text
         .split(',')
         .map(|part| {
-            part.trim().parse().map_err(|_| format!("{part:?} is not a number; accepted: XMIN,XMAX,YMIN,YMAX (m)"))
+            part.trim()
+                .parse()
+                .map_err(|_| format!("{part:?} is not a number; accepted: XMIN,XMAX,YMIN,YMAX (m)"))
         })
         .collect::<Result<_, _>>()?;
-    if numbers.iter().any(|number| number.is_nan() || number.abs() > MOST_SUPPORT_M) {
-        return Err(format!("too large; accepted: four numbers from -{MOST_SUPPORT_M} to {MOST_SUPPORT_M} (m)"));
+    if numbers
+        .iter()
+        .any(|number| number.is_nan() || number.abs() > MOST_SUPPORT_M)
+    {
+        return Err(format!(
+            "too large; accepted: four numbers from -{MOST_SUPPORT_M} to {MOST_SUPPORT_M} (m)"
+        ));
     }
     match numbers[..] {
         [xmin, xmax, ymin, ymax] if xmin < 0.0 && xmax > 0.0 && ymin < 0.0 && ymax > 0.0 => {
-            SupportPolygon::rectangle(xmin, xmax, ymin, ymax).ok_or_else(|| "the rectangle has no area".into())
+            SupportPolygon::rectangle(xmin, xmax, ymin, ymax)
+                .ok_or_else(|| "the rectangle has no area".into())
         }
-        [_, _, _, _] => {
-            Err("the origin is not strictly inside; accepted: XMIN < 0 < XMAX and YMIN < 0 < YMAX (m)".into())
-        }
-        _ => Err(format!("{} numbers; accepted: four, XMIN,XMAX,YMIN,YMAX (m)", numbers.len())),
+        [_, _, _, _] => Err(
+            "the origin is not strictly inside; accepted: XMIN < 0 < XMAX and YMIN < 0 < YMAX (m)"
+                .into(),
+        ),
+        _ => Err(format!(
+            "{} numbers; accepted: four, XMIN,XMAX,YMIN,YMAX (m)",
+            numbers.len()
+        )),
     }
 }
 
@@ -136,8 +164,11 @@ mod tests {
     }
 
     fn run_with(args: &[&str]) -> Result<String> {
-        let cli = CpiLine::try_parse_from([&["cpi"], args].concat())
-            .map_err(|e| Error::Syntax { file: "command line".into(), message: e.to_string() })?;
+        let cli =
+            CpiLine::try_parse_from([&["cpi"], args].concat()).map_err(|e| Error::Syntax {
+                file: "command line".into(),
+                message: e.to_string(),
+            })?;
         answer(&cli.cpi)
     }
 
@@ -145,13 +176,27 @@ mod tests {
     fn the_exported_rows_make_the_set_and_the_exported_loop_keeps_it() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sets");
-        let pendulum = ["--omega", "5.63", "--dt", "0.002", "--support", "-0.03,0.06,-0.08,0.08"];
-        let args = [&["fixed", "--json", "--export", path.to_str().unwrap()], &pendulum[..]].concat();
+        let pendulum = [
+            "--omega",
+            "5.63",
+            "--dt",
+            "0.002",
+            "--support",
+            "-0.03,0.06,-0.08,0.08",
+        ];
+        let args = [
+            &["fixed", "--json", "--export", path.to_str().unwrap()],
+            &pendulum[..],
+        ]
+        .concat();
         let object: serde_json::Value = serde_json::from_str(&run_with(&args).unwrap()).unwrap();
         let read = |name: &str| -> Vec<Vec<f64>> {
             let text = std::fs::read_to_string(path.join(name)).unwrap();
             assert_eq!(text.lines().next(), Some(HEADER));
-            text.lines().skip(1).map(|l| l.split(',').map(|c| c.parse().unwrap()).collect()).collect()
+            text.lines()
+                .skip(1)
+                .map(|l| l.split(',').map(|c| c.parse().unwrap()).collect())
+                .collect()
         };
         let (rows, closed) = (read("gain-0-set.csv"), read("gain-0-closed-loop.csv"));
         let k = object["sets"][0]["horizon"].as_u64().unwrap() as usize;
@@ -164,7 +209,9 @@ mod tests {
                 assert!((product - next[c]).abs() < 1e-9);
             }
         }
-        let forward = object["sets"][0]["largest_impulse_over_m_omega_d"]["forward"].as_f64().unwrap();
+        let forward = object["sets"][0]["largest_impulse_over_m_omega_d"]["forward"]
+            .as_f64()
+            .unwrap();
         let largest = rows.iter().map(|r| r[1]).fold(0.0, f64::max);
         assert!((forward - 1.0 / (largest * 5.63 * 0.06)).abs() < 1e-12);
     }
@@ -183,17 +230,38 @@ mod tests {
             assert!(text.contains(words), "{words}: {text}");
         }
         let svg = std::fs::read_to_string(file).unwrap();
-        let gains = standfast_controllers::gain_set("robust").unwrap().gains.len();
+        let gains = standfast_controllers::gain_set("robust")
+            .unwrap()
+            .gains
+            .len();
         assert_eq!(svg.matches("slice undisturbed").count(), 2 * gains, "{svg}");
         assert!(svg.contains("dashed: without disturbances"), "{svg}");
 
-        let object: serde_json::Value = serde_json::from_str(&run_with(&["robust", "--json"]).unwrap()).unwrap();
+        let object: serde_json::Value =
+            serde_json::from_str(&run_with(&["robust", "--json"]).unwrap()).unwrap();
         let half_sole_m = Units::of(&standfast_robots::load(DEFAULT_ROBOT).unwrap()).half_sole_m;
-        let bounds = standfast_controllers::gain_set("robust").unwrap().zmp_disturbance.bounds() * half_sole_m;
-        assert_eq!(object["zmp_disturbance_m"], serde_json::json!([bounds.x, bounds.y]));
-        let size = |kind: &str| object[kind][0]["largest_impulse_over_m_omega_d"]["forward"].as_f64().unwrap();
-        assert!(size("sets") < 0.99 * size("sets_without_disturbances"), "{object}");
-        assert!(object["sets"][0]["zmp_spread_m"][0].as_f64().unwrap() > 0.008, "{object}");
+        let bounds = standfast_controllers::gain_set("robust")
+            .unwrap()
+            .zmp_disturbance
+            .bounds()
+            * half_sole_m;
+        assert_eq!(
+            object["zmp_disturbance_m"],
+            serde_json::json!([bounds.x, bounds.y])
+        );
+        let size = |kind: &str| {
+            object[kind][0]["largest_impulse_over_m_omega_d"]["forward"]
+                .as_f64()
+                .unwrap()
+        };
+        assert!(
+            size("sets") < 0.99 * size("sets_without_disturbances"),
+            "{object}"
+        );
+        assert!(
+            object["sets"][0]["zmp_spread_m"][0].as_f64().unwrap() > 0.008,
+            "{object}"
+        );
     }
 
     #[test]
@@ -201,15 +269,30 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sets");
         for (args, words) in [
-            (vec!["hold"], "gain set = hold: has no gains, so no CPI sets"),
+            (
+                vec!["hold"],
+                "gain set = hold: has no gains, so no CPI sets",
+            ),
             (vec!["nosuch"], "hold, fixed, switching"),
-            (vec!["robust:zmp_disturbance=[0.02,2.0]"], "no set at home; accepted: less than [0.00"),
-            (vec!["robust", "--support", "-0.005,0.05,-0.05,0.05"], "zmp_disturbance = [0.0850, 0.1050]: leaves gain"),
+            (
+                vec!["robust:zmp_disturbance=[0.02,2.0]"],
+                "no set at home; accepted: less than [0.00",
+            ),
+            (
+                vec!["robust", "--support", "-0.005,0.05,-0.05,0.05"],
+                "zmp_disturbance = [0.0850, 0.1050]: leaves gain",
+            ),
             (vec!["--omega", "-5"], "--omega = -5"),
             (vec!["--dt", "0"], "--dt = 0"),
             (vec!["--dt", "1"], "dt"),
-            (vec!["--support", "0.01,0.05,-0.05,0.05"], "origin is not strictly inside"),
-            (vec!["--support", "-1e308,1e308,-1e308,1e308"], "too large; accepted: four numbers from -100 to 100 (m)"),
+            (
+                vec!["--support", "0.01,0.05,-0.05,0.05"],
+                "origin is not strictly inside",
+            ),
+            (
+                vec!["--support", "-1e308,1e308,-1e308,1e308"],
+                "too large; accepted: four numbers from -100 to 100 (m)",
+            ),
             (vec!["--support", "-0.05,0.05,-0.05"], "3 numbers"),
             (vec!["--support", "-0.05,a,-0.05,0.05"], "not a number"),
         ] {

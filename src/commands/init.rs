@@ -7,7 +7,9 @@ use standfast_controllers::Written;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Robot, Units};
 use standfast_files::assets::{self, InputKind, Source};
-use standfast_files::{folder_of, is_no_file, is_same_file, is_same_folder, shell_word, write_atomic};
+use standfast_files::{
+    folder_of, is_no_file, is_same_file, is_same_folder, shell_word, write_atomic,
+};
 use standfast_report::{text::layout::entry, text::model};
 use standfast_robots::urdf;
 use standfast_sim::episode::unpushed::UnpushedEpisode;
@@ -70,8 +72,16 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     let usual = urdf::settings_path(&args.file);
     args.check_place(&urdf, &usual)?;
     // The stated soles alone are kept, and the other settings are inferred.
-    let kept = usual.is_file().then(|| assets::text(&usual).ok()).flatten().filter(urdf::states_soles_alone);
-    let path = if kept.is_some() && args.out.is_none() { usual } else { args.path(usual)? };
+    let kept = usual
+        .is_file()
+        .then(|| assets::text(&usual).ok())
+        .flatten()
+        .filter(urdf::states_soles_alone);
+    let path = if kept.is_some() && args.out.is_none() {
+        usual
+    } else {
+        args.path(usual)?
+    };
     let settings = urdf::completed(&urdf, args.range, kept.as_ref())?;
     let robot = standfast_robots::parse(&urdf, &settings)?;
     if args.print {
@@ -93,7 +103,10 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
         ),
         Err(problem) => log::warn!("{problem}"),
     }
-    if let Some((joint, share)) = robot.hardest_on_one_leg().filter(|(_, share)| *share > MOST_ON_ONE_LEG) {
+    if let Some((joint, share)) = robot
+        .hardest_on_one_leg()
+        .filter(|(_, share)| *share > MOST_ON_ONE_LEG)
+    {
         let (name, percent) = (&robot.joints[joint].name, 100.0 * share);
         log::warn!(
             "On one leg, {name} needs {percent:.0} % of its torque to carry the robot. What is left may be too little \
@@ -101,10 +114,23 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
              and at the torques of [[servos]]"
         );
     }
-    let soles = if kept.is_some() { " Its soles are those that were stated there." } else { "" };
-    tell("", &format!("Written: {}.{soles} Look at what is marked as assumed, and edit it.", path.display()));
+    let soles = if kept.is_some() {
+        " Its soles are those that were stated there."
+    } else {
+        ""
+    };
+    tell(
+        "",
+        &format!(
+            "Written: {}.{soles} Look at what is marked as assumed, and edit it.",
+            path.display()
+        ),
+    );
     if !is_same_folder(folder_of(&path), folder_of(Path::new(&args.file))) {
-        tell("", &format!("It is read once it lies beside {}.", args.file));
+        tell(
+            "",
+            &format!("It is read once it lies beside {}.", args.file),
+        );
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -119,53 +145,103 @@ fn stands(robot: &Robot) -> Result<Result<[f64; 2], String>> {
     /// Time that the robot has to stand, in units of the robot's time: about a second for UT-mu2.
     const MOMENT: f64 = 6.0;
     let units = Units::of(robot);
-    let config = EpisodeConfig { horizon_s: MOMENT * units.time_s(), ..EpisodeConfig::of(&units) };
+    let config = EpisodeConfig {
+        horizon_s: MOMENT * units.time_s(),
+        ..EpisodeConfig::of(&units)
+    };
     let stiff = standfast_controllers::load("hold")?.prepare(robot, config.control_period_s)?;
     let alone = UnpushedEpisode::run(robot, &stiff, &config, Disturbance::default())?;
     if !alone.is_lost() {
         return Ok(Ok(alone.carried.map(|share| 100.0 * share)));
     }
-    let touches = alone.record.fall_cause.as_deref().is_some_and(|cause| cause.ends_with("touched the ground"));
+    let touches = alone
+        .record
+        .fall_cause
+        .as_deref()
+        .is_some_and(|cause| cause.ends_with("touched the ground"));
     let cause = match touches && alone.record.end_s < units.time_s() {
-        true => "that link reaches below the soles as they were found: state [soles], or mend its collision geometry",
+        true => {
+            "that link reaches below the soles as they were found: state [soles], or mend its collision geometry"
+        }
         false => "look at the soles, at [home_rad], and at the stiffness and torques of [[servos]]",
     };
-    Ok(Err(format!("with stiff joints it {}. Likely {cause}", alone.how_lost(robot))))
+    Ok(Err(format!(
+        "with stiff joints it {}. Likely {cause}",
+        alone.how_lost(robot)
+    )))
 }
 
 /// Writes the file of a policy.
 fn policy(args: &InitArgs) -> Result<ExitCode> {
     let model = Path::new(&args.file);
     let Some(name) = args.robot.as_deref() else {
-        return Err(Error::option("--robot", "(none)", "is needed with a policy", "its robot, by name or URDF file"));
+        return Err(Error::option(
+            "--robot",
+            "(none)",
+            "is needed with a policy",
+            "its robot, by name or URDF file",
+        ));
     };
     let usual = model.with_extension("toml");
     // Nothing that is read here may be replaced, even with --force.
-    let taken = [model.to_path_buf(), PathBuf::from(name), urdf::settings_path(name)];
+    let taken = [
+        model.to_path_buf(),
+        PathBuf::from(name),
+        urdf::settings_path(name),
+    ];
     let out = args.out.as_ref().unwrap_or(&usual);
-    if taken.iter().chain(&args.from).any(|taken| is_same_file(taken, out)) {
+    if taken
+        .iter()
+        .chain(&args.from)
+        .any(|taken| is_same_file(taken, out))
+    {
         let accepted = "another file beside the policy";
-        return Err(Error::option("--out", out.display(), "is a file of the policy or of its robot", accepted));
+        return Err(Error::option(
+            "--out",
+            out.display(),
+            "is a file of the policy or of its robot",
+            accepted,
+        ));
     }
     let path = args.path(usual)?;
     if !is_same_folder(folder_of(&path), folder_of(model)) {
         let accepted = "a file in the folder of the policy";
-        return Err(Error::option("--out", path.display(), "does not lie beside the policy", accepted));
+        return Err(Error::option(
+            "--out",
+            path.display(),
+            "does not lie beside the policy",
+            accepted,
+        ));
     }
     let robot = standfast_robots::load(name)?;
-    let Written { text, by, assumed } = crate::leaves::policy_file(model, args.from.as_deref(), &robot)?;
+    let Written { text, by, assumed } =
+        crate::leaves::policy_file(model, args.from.as_deref(), &robot)?;
     // A network with other sizes, or joints that the robot lacks, are found here.
-    let settings = standfast_controllers::read(&Source { file: path.to_string_lossy().into(), text: text.clone() })?;
+    let settings = standfast_controllers::read(&Source {
+        file: path.to_string_lossy().into(),
+        text: text.clone(),
+    })?;
     settings.prepare(&robot, CONTROL_PERIOD_S)?;
     if args.print {
         return print(&text);
     }
     write_atomic(&path, text.as_bytes())?;
     let tree = settings.tree();
-    let list = |key: &str| tree.get(key).and_then(toml::Value::as_array).cloned().unwrap_or_default();
+    let list = |key: &str| {
+        tree.get(key)
+            .and_then(toml::Value::as_array)
+            .cloned()
+            .unwrap_or_default()
+    };
     let term = |term: &toml::Value| {
-        let history = term.get("history").and_then(toml::Value::as_integer).filter(|history| *history > 1);
-        let name = term.get("term").and_then(toml::Value::as_str).unwrap_or_default();
+        let history = term
+            .get("history")
+            .and_then(toml::Value::as_integer)
+            .filter(|history| *history > 1);
+        let name = term
+            .get("term")
+            .and_then(toml::Value::as_str)
+            .unwrap_or_default();
         history.map_or_else(|| name.to_string(), |history| format!("{name} x {history}"))
     };
     let observed: Vec<String> = list("observation").iter().map(term).collect();
@@ -183,7 +259,9 @@ fn policy(args: &InitArgs) -> Result<ExitCode> {
         ("trained", format!("by {by}")),
         ("observes", observed.join(", ")),
     ];
-    let told = told.into_iter().chain(assumed.into_iter().map(|assumed| ("assumed", assumed)));
+    let told = told
+        .into_iter()
+        .chain(assumed.into_iter().map(|assumed| ("assumed", assumed)));
     print(&match args.json {
         true => standfast_report::json(&tree),
         false => told.map(|(label, what)| entry(label, &what)).collect(),
@@ -199,19 +277,32 @@ impl InitArgs {
     /// Fails if the settings of a robot would be written where no command reads them.
     fn check_place(&self, urdf: &Source, usual: &Path) -> Result<()> {
         let out = self.out.as_deref().unwrap_or(usual);
-        let fail = |problem, accepted: &str| Err(Error::value("init", "--out", out.display(), problem, accepted));
+        let fail = |problem, accepted: &str| {
+            Err(Error::value(
+                "init",
+                "--out",
+                out.display(),
+                problem,
+                accepted,
+            ))
+        };
         if self.print {
             return Ok(());
         }
         if urdf.is_builtin() {
-            return fail("is read by no command, since this robot has its settings within it", "--print");
+            return fail(
+                "is read by no command, since this robot has its settings within it",
+                "--print",
+            );
         }
         if is_same_file(out, Path::new(&self.file)) {
-            return fail("it is the robot's URDF", "another file than that of the robot");
+            return fail(
+                "it is the robot's URDF",
+                "another file than that of the robot",
+            );
         }
         if out.file_name() != usual.file_name() {
-            let problem =
-                "is read by no command, since the settings of a robot lie beside its URDF and are called as it is";
+            let problem = "is read by no command, since the settings of a robot lie beside its URDF and are called as it is";
             return fail(problem, &format!("{}, or --print", usual.display()));
         }
         Ok(())
@@ -222,12 +313,24 @@ impl InitArgs {
         let path = self.out.clone().unwrap_or(usual);
         if !self.print && is_no_file(&path) {
             let problem = "it is no file, but a folder, pipe or device";
-            return Err(Error::value("init", "--out", path.display(), problem, "a file, or --print"));
+            return Err(Error::value(
+                "init",
+                "--out",
+                path.display(),
+                problem,
+                "a file, or --print",
+            ));
         }
         if self.print || self.force || !path.exists() {
             return Ok(path);
         }
         let accepted = "a file that is not there yet, --force to replace it, or --print";
-        Err(Error::value("init", "--out", path.display(), "this file is there already", accepted))
+        Err(Error::value(
+            "init",
+            "--out",
+            path.display(),
+            "this file is there already",
+            accepted,
+        ))
     }
 }

@@ -28,14 +28,20 @@ pub fn stop_on_ctrl_c() {
                 if STOP.swap(true, Ordering::Relaxed) {
                     std::process::exit(exit_code(&Error::Interrupted).into());
                 }
-                let again = if signal == SIGINT { "; press Ctrl-C again to end at once" } else { "" };
+                let again = if signal == SIGINT {
+                    "; press Ctrl-C again to end at once"
+                } else {
+                    ""
+                };
                 alert(&format!("stopping as soon as what is running ends{again}"));
             }
         };
         std::thread::Builder::new().spawn(handle)
     };
     if let Err(e) = Signals::new([SIGINT, SIGTERM].into_iter().chain(hangup)).and_then(handled) {
-        log::warn!("Ctrl-C cannot be caught ({e}): it ends the program at once, and the running episodes are lost");
+        log::warn!(
+            "Ctrl-C cannot be caught ({e}): it ends the program at once, and the running episodes are lost"
+        );
     }
 }
 
@@ -50,7 +56,9 @@ pub fn nothing_kept<T>(found: Result<T>) -> Result<T> {
 /// Whether the program was started to outlast its terminal, as by `nohup`. Where there is no `/proc`, it was not.
 fn is_hangup_ignored() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let ignored = status.lines().find_map(|line| u64::from_str_radix(line.strip_prefix("SigIgn:")?.trim(), 16).ok());
+    let ignored = status
+        .lines()
+        .find_map(|line| u64::from_str_radix(line.strip_prefix("SigIgn:")?.trim(), 16).ok());
     ignored.is_some_and(|signals| signals >> (SIGHUP - 1) & 1 == 1)
 }
 
@@ -65,5 +73,9 @@ pub fn survive_large_files() {
 /// The exit code of the program after an error.
 pub fn exit_code(error: &Error) -> u8 {
     let is_terminated = matches!(error, Error::Interrupted) && TERMINATED.load(Ordering::Relaxed);
-    if is_terminated { TRY_AGAIN } else { error.exit_code() }
+    if is_terminated {
+        TRY_AGAIN
+    } else {
+        error.exit_code()
+    }
 }

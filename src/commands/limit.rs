@@ -2,7 +2,8 @@
 //! the pendulum bounds or, with both physics engines, side by side.
 
 use super::arguments::{
-    CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, check_output, count, fine, number,
+    CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, check_output, count, fine,
+    number,
 };
 use super::episode::{EpisodeRun, Origin, OutputArgs, command_line, write_replay};
 use super::interrupt::{STOP, nothing_kept, stop_on_ctrl_c};
@@ -13,7 +14,9 @@ use standfast_core::error::Result;
 use standfast_files::write_atomic;
 use standfast_report::{figure, text};
 use standfast_sim::Engine;
-use standfast_study::limit::{LimitOptions, Limits, MOST_HEADINGS, MOST_REPLICAS, MOST_TRIALS, Searches, pushed};
+use standfast_study::limit::{
+    LimitOptions, Limits, MOST_HEADINGS, MOST_REPLICAS, MOST_TRIALS, Searches, pushed,
+};
 use standfast_study::{Campaign, Overrides};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -94,8 +97,23 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     let name = args.campaign.or_standard();
     let robot_files = Campaign::robot_files(name, &args.change.overrides())?;
     let robot = robot_files.robot()?;
-    let load = |engine| Campaign::load_for(&robot, name, &Overrides { engine, ..args.change.overrides() });
-    let campaigns = args.change.settings.engines().into_iter().map(load).collect::<Result<Vec<_>>>()?;
+    let load = |engine| {
+        Campaign::load_for(
+            &robot,
+            name,
+            &Overrides {
+                engine,
+                ..args.change.overrides()
+            },
+        )
+    };
+    let campaigns = args
+        .change
+        .settings
+        .engines()
+        .into_iter()
+        .map(load)
+        .collect::<Result<Vec<_>>>()?;
     let files = args.files(&campaigns)?;
     let options = LimitOptions {
         headings: args.headings,
@@ -112,14 +130,20 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     let count = searches.iter().map(Searches::count).sum();
     if args.check.check {
         let word = if count == 1 { "search" } else { "searches" };
-        let takes = duration(searches.iter().map(Searches::estimated_s).sum::<Result<f64>>()?);
+        let takes = duration(
+            searches
+                .iter()
+                .map(Searches::estimated_s)
+                .sum::<Result<f64>>()?,
+        );
         return fine(&format!(
             "campaign {}: {count} {word} to run; that takes some {takes} on this machine",
             campaigns[0].name
         ));
     }
     let progress = Progress::of(count, "searches");
-    let run = |searches: &Searches| searches.run(&STOP, &|| progress.episode(), &|| progress.tick());
+    let run =
+        |searches: &Searches| searches.run(&STOP, &|| progress.episode(), &|| progress.tick());
     let limits = searches.iter().map(run).collect::<Result<Vec<_>>>();
     progress.finish();
     let limits = nothing_kept(limits)?;
@@ -128,9 +152,16 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         [one] => standfast_report::json(one),
         both => standfast_report::json(&json!({ "engines": both })),
     };
-    print(&if args.json { as_json.clone() } else { text::limits(&limits, &args.change.settings.options()) })?;
+    print(&if args.json {
+        as_json.clone()
+    } else {
+        text::limits(&limits, &args.change.settings.options())
+    })?;
     for path in files {
-        match path.extension().is_some_and(|extension| extension == "json") {
+        match path
+            .extension()
+            .is_some_and(|extension| extension == "json")
+        {
             true => write_atomic(&path, as_json.as_bytes())?,
             false => figure::limit::write(&path, &limits)?,
         }
@@ -146,22 +177,42 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
 const MOST_REPLAYS: usize = 24;
 
 /// Writes the map and, beside it, replays of its holes.
-fn write_map(folder: &Path, campaigns: &[Campaign], searches: &[Searches], limits: &[Limits]) -> Result<()> {
+fn write_map(
+    folder: &Path,
+    campaigns: &[Campaign],
+    searches: &[Searches],
+    limits: &[Limits],
+) -> Result<()> {
     let of_engine = |i: usize| limits[i].holes().map(move |hole| (i, hole));
-    let holes: Vec<_> = (0..limits.len()).flat_map(of_engine).take(MOST_REPLAYS).collect();
+    let holes: Vec<_> = (0..limits.len())
+        .flat_map(of_engine)
+        .take(MOST_REPLAYS)
+        .collect();
     let file = |number: usize| format!("hole-{}.html", number + 1);
     for (number, &(i, (heading_deg, limit, hole))) in holes.iter().enumerate() {
-        let Some((robot, factory)) = searches[i].case(&limit.name) else { continue };
+        let Some((robot, factory)) = searches[i].case(&limit.name) else {
+            continue;
+        };
         let campaign = &campaigns[i];
         let disturbance = pushed(campaign, hole.trial, hole.impulse_n_s, heading_deg);
-        let shown =
-            EpisodeRun { robot, factory, config: &campaign.episode }.film(disturbance, &OutputArgs::default())?;
+        let shown = EpisodeRun {
+            robot,
+            factory,
+            config: &campaign.episode,
+        }
+        .film(disturbance, &OutputArgs::default())?;
         let title = Some(format!("Hole {} of {}", number + 1, limits[i].engine));
-        let origin = Origin { title, command: command_line("standfast"), ..Origin::default() };
+        let origin = Origin {
+            title,
+            command: command_line("standfast"),
+            ..Origin::default()
+        };
         write_replay(&shown, None, &folder.join(file(number)), origin)?;
     }
     let map = folder.join("map.svg");
-    figure::limit_map::write(&map, limits, |number| (number < holes.len()).then(|| file(number)))?;
+    figure::limit_map::write(&map, limits, |number| {
+        (number < holes.len()).then(|| file(number))
+    })?;
     let replays = match holes.len() {
         0 => "no hole".into(),
         1 => "a replay of its hole".into(),

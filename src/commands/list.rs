@@ -20,9 +20,17 @@ pub struct ListArgs {
 
 /// A feature of the build: its name, whether this program has it, and what it is for.
 const FEATURES: [(&str, bool, &str); 3] = [
-    ("onnx", cfg!(feature = "onnx"), "learned policies from ONNX files"),
+    (
+        "onnx",
+        cfg!(feature = "onnx"),
+        "learned policies from ONNX files",
+    ),
     ("view", cfg!(feature = "view"), "the window"),
-    ("mujoco", cfg!(feature = "mujoco"), "the second physics engine"),
+    (
+        "mujoco",
+        cfg!(feature = "mujoco"),
+        "the second physics engine",
+    ),
 ];
 
 pub fn run(args: &ListArgs) -> Result<ExitCode> {
@@ -34,8 +42,10 @@ pub fn run(args: &ListArgs) -> Result<ExitCode> {
         ("features", features()),
     ];
     if args.json {
-        let all: serde_json::Map<String, Value> =
-            tables.into_iter().map(|(kind, list)| (kind.into(), list.into())).collect();
+        let all: serde_json::Map<String, Value> = tables
+            .into_iter()
+            .map(|(kind, list)| (kind.into(), list.into()))
+            .collect();
         return print(&standfast_report::json(&Value::Object(all)));
     }
     let mut text = String::new();
@@ -43,8 +53,15 @@ pub fn run(args: &ListArgs) -> Result<ExitCode> {
         text += &format!("{kind}\n");
         for item in list {
             let word = |key: &str| item[key].as_str().unwrap_or_default();
-            let lacks = if item["is_there"] == false { "not in this program: " } else { "" };
-            text += &wrapped(&format!("  {:<10} ", word("name")), &format!("{lacks}{}", word("what")));
+            let lacks = if item["is_there"] == false {
+                "not in this program: "
+            } else {
+                ""
+            };
+            text += &wrapped(
+                &format!("  {:<10} ", word("name")),
+                &format!("{lacks}{}", word("what")),
+            );
         }
     }
     let files = "A file has the same place as a name: a URDF, or a TOML file, which `standfast new` writes.";
@@ -53,7 +70,11 @@ pub fn run(args: &ListArgs) -> Result<ExitCode> {
 
 fn robots() -> Vec<Value> {
     let what = "UT-mu2:magnum, the robot of the paper: 0.54 m, 8 kg, 20 joints";
-    InputKind::Robot.names().into_iter().map(|name| json!({ "name": name, "what": what })).collect()
+    InputKind::Robot
+        .names()
+        .into_iter()
+        .map(|name| json!({ "name": name, "what": what }))
+        .collect()
 }
 
 fn controllers() -> Result<Vec<Value>> {
@@ -61,14 +82,28 @@ fn controllers() -> Result<Vec<Value>> {
         let tree = standfast_controllers::load(name)?.tree();
         Ok(json!({ "name": name, "what": tree.get("description").and_then(toml::Value::as_str) }))
     };
-    InputKind::Controller.names().into_iter().map(told).collect()
+    InputKind::Controller
+        .names()
+        .into_iter()
+        .map(told)
+        .collect()
 }
 
 fn campaigns() -> Result<Vec<Value>> {
     let told = |name: &'static str| {
-        let Campaign { trials, robot, gains, .. } = Campaign::load(name, &Overrides::default())?;
-        let what = format!("{trials} trials, robot {robot}, controllers {}", gains.join(", "));
-        Ok(json!({ "name": name, "what": what, "trials": trials, "robot": robot, "controllers": gains }))
+        let Campaign {
+            trials,
+            robot,
+            gains,
+            ..
+        } = Campaign::load(name, &Overrides::default())?;
+        let what = format!(
+            "{trials} trials, robot {robot}, controllers {}",
+            gains.join(", ")
+        );
+        Ok(
+            json!({ "name": name, "what": what, "trials": trials, "robot": robot, "controllers": gains }),
+        )
     };
     InputKind::Campaign.names().into_iter().map(told).collect()
 }
@@ -78,7 +113,10 @@ fn engines() -> Vec<Value> {
         let is_within = engine != Engine::Mujoco || cfg!(feature = "mujoco");
         let what = match (is_within, mujoco::is_beside()) {
             (true, _) => engine.with_version(),
-            (false, true) => format!("{}, in the program standfast-mujoco beside this one", engine.title()),
+            (false, true) => format!(
+                "{}, in the program standfast-mujoco beside this one",
+                engine.title()
+            ),
             (false, false) => mujoco::HOW_TO_GET.into(),
         };
         json!({ "name": engine.name(), "what": what, "is_there": is_within || mujoco::is_beside() })

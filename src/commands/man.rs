@@ -13,9 +13,15 @@ pub struct ManArgs {
 
 /// Writes the pages. `program` holds all commands and their arguments.
 pub fn run(args: &ManArgs, program: clap::Command) -> Result<ExitCode> {
-    let failed = |source| Error::Write { path: args.dir.clone(), source };
+    let failed = |source| Error::Write {
+        path: args.dir.clone(),
+        source,
+    };
     std::fs::create_dir_all(&args.dir).map_err(failed)?;
     clap_mangen::generate_to(program, &args.dir).map_err(failed)?;
-    note(&format!("written: {}; to read it: man {0}/standfast.1", args.dir.display()));
+    note(&format!(
+        "written: {}; to read it: man {0}/standfast.1",
+        args.dir.display()
+    ));
     Ok(ExitCode::SUCCESS)
 }

@@ -12,12 +12,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
-#[command(after_help = "The exit code is 3 if parts are missing or cannot be, or if a trial that is
+#[command(
+    after_help = "The exit code is 3 if parts are missing or cannot be, or if a trial that is
 simulated again for its replay does not end as its part says.
 
 For its replays, a controller that is a program is started out of the result's
 folder. If this machine has not made its files, you are asked first; where there
-is no terminal, --run-inputs allows it, and --replays 0 does without.")]
+is no terminal, --run-inputs allows it, and --replays 0 does without."
+)]
 pub struct MergeArgs {
     /// Result folder of `run`, with the parts of all shards
     pub dir: PathBuf,
@@ -31,14 +33,23 @@ pub struct MergeArgs {
 
 pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     let mut folder = Folder::existing(&args.dir)?;
-    folder.manifest.campaign.gates.add(&args.gates.gate, args.gates.unresolved);
+    folder
+        .manifest
+        .campaign
+        .gates
+        .add(&args.gates.gate, args.gates.unresolved);
     let gates = gates_of(&folder, &args.gates)?;
     let _claim = Claim::of(&folder, Access::Exclusive, || Ok(()))?;
     stop_on_ctrl_c();
     let builds = folder.builds().len();
     if builds > 1 {
         let advice = "To have all from one, run the campaign with it and a new --out.";
-        warn("", &format!("The parts were made by {builds} builds of standfast, whose trials may differ. {advice}"));
+        warn(
+            "",
+            &format!(
+                "The parts were made by {builds} builds of standfast, whose trials may differ. {advice}"
+            ),
+        );
     }
     // The shards of a campaign that ends when decided may have left the looks to the merge; what the shards say is
     // looked at again.
@@ -61,5 +72,8 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
         "the result was written, but {} of the trials that were simulated again do not end as its parts say",
         differ.len()
     );
-    Err(Error::Parts { path: folder.path, problem })
+    Err(Error::Parts {
+        path: folder.path,
+        problem,
+    })
 }

@@ -141,7 +141,8 @@ takes minutes. Ctrl-C ends it; the same command then goes on where it ended.
 /// The program: runs the command with which it is called, and turns an error into an exit code.
 pub fn main() -> ExitCode {
     leaves::add();
-    let mut logger = env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn"));
+    let mut logger =
+        env_logger::Builder::from_env(env_logger::Env::default().default_filter_or("warn"));
     logger.format(|out, record| match record.level() {
         // Warnings have the form that they have in results.
         Level::Warn => writeln!(out, "warning: {}", record.args()),
@@ -150,7 +151,13 @@ pub fn main() -> ExitCode {
     let logger = logger.build();
     log::set_max_level(logger.filter());
     log::set_boxed_logger(Box::new(terminal::Once::new(logger))).expect("there is no logger yet");
-    let done = run().or_else(|error| if matches!(error, Error::NoMujoco) { mujoco::go_on() } else { Err(error) });
+    let done = run().or_else(|error| {
+        if matches!(error, Error::NoMujoco) {
+            mujoco::go_on()
+        } else {
+            Err(error)
+        }
+    });
     done.unwrap_or_else(|error| {
         // An interrupted command has already said what is left of its work.
         if !matches!(error, Error::Interrupted) {
@@ -165,7 +172,11 @@ pub fn main() -> ExitCode {
 fn run() -> Result<ExitCode> {
     let matches = command_line().try_get_matches();
     let chosen = matches.and_then(|matches| Cli::from_arg_matches(&matches));
-    let Cli { quiet, command: chosen, run_inputs } = chosen.unwrap_or_else(|error| suggesting(error).exit());
+    let Cli {
+        quiet,
+        command: chosen,
+        run_inputs,
+    } = chosen.unwrap_or_else(|error| suggesting(error).exit());
     if quiet {
         terminal::be_quiet();
     }
@@ -234,7 +245,13 @@ fn command_line() -> clap::Command {
     }
     all.mut_subcommands(|command| {
         let command = command.after_help("More options and examples: --help");
-        command.mut_args(|arg| if RARE.contains(&arg.get_id().as_str()) { arg.hide(true) } else { arg })
+        command.mut_args(|arg| {
+            if RARE.contains(&arg.get_id().as_str()) {
+                arg.hide(true)
+            } else {
+                arg
+            }
+        })
     })
 }
 

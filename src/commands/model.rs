@@ -38,7 +38,11 @@ fn answer(args: &ModelArgs) -> Result<String> {
     if args.json {
         return Ok(standfast_report::json(&model::kinematics_json(&robot, &q)));
     }
-    let links = if args.q.is_empty() { String::new() } else { model::links(&robot, &q) };
+    let links = if args.q.is_empty() {
+        String::new()
+    } else {
+        model::links(&robot, &q)
+    };
     Ok(model::description(&robot) + &links)
 }
 
@@ -46,23 +50,58 @@ fn answer(args: &ModelArgs) -> Result<String> {
 fn joint_angles(robot: &Robot, assignments: &[String]) -> Result<Vec<f64>> {
     let mut q: Vec<Option<f64>> = vec![None; robot.joints.len()];
     for assignment in assignments {
-        let Some((name, value)) = assignment.split_once('=').map(|(n, v)| (n.trim(), v.trim())) else {
-            return Err(Error::value("--q", "angle", assignment, "not an assignment", "JOINT=RAD,JOINT=RAD,..."));
+        let Some((name, value)) = assignment
+            .split_once('=')
+            .map(|(n, v)| (n.trim(), v.trim()))
+        else {
+            return Err(Error::value(
+                "--q",
+                "angle",
+                assignment,
+                "not an assignment",
+                "JOINT=RAD,JOINT=RAD,...",
+            ));
         };
         let Some(joint) = robot.joints.iter().position(|j| j.name == name) else {
-            return Err(Error::value("--q", name, value, "no such joint", model::joint_names(robot).join(", ")));
+            return Err(Error::value(
+                "--q",
+                name,
+                value,
+                "no such joint",
+                model::joint_names(robot).join(", "),
+            ));
         };
         let angle = value.parse::<f64>().ok().filter(|a| a.is_finite());
         let Some(angle) = angle else {
-            return Err(Error::value("--q", name, value, "not an angle", "a finite number (rad)"));
+            return Err(Error::value(
+                "--q",
+                name,
+                value,
+                "not an angle",
+                "a finite number (rad)",
+            ));
         };
         let (least, most) = (robot.joints[joint].lower_rad, robot.joints[joint].upper_rad);
         if !(least..=most).contains(&angle) {
-            let accepted = format!("{least:.4} to {most:.4} rad (the unit is fixed: 90 degrees are 1.5708 rad)");
-            return Err(Error::value("--q", name, format!("{value} rad"), "is beyond the joint's range", accepted));
+            let accepted = format!(
+                "{least:.4} to {most:.4} rad (the unit is fixed: 90 degrees are 1.5708 rad)"
+            );
+            return Err(Error::value(
+                "--q",
+                name,
+                format!("{value} rad"),
+                "is beyond the joint's range",
+                accepted,
+            ));
         }
         if q[joint].replace(angle).is_some() {
-            return Err(Error::value("--q", name, value, "given twice", "each joint once"));
+            return Err(Error::value(
+                "--q",
+                name,
+                value,
+                "given twice",
+                "each joint once",
+            ));
         }
     }
     Ok(q.into_iter().map(|angle| angle.unwrap_or(0.0)).collect())
@@ -74,12 +113,23 @@ mod tests {
     use serde_json::Value;
 
     fn args(q: &[&str], json: bool) -> ModelArgs {
-        ModelArgs { robot: "ut-mu2".into(), q: q.iter().map(|s| s.to_string()).collect(), json }
+        ModelArgs {
+            robot: "ut-mu2".into(),
+            q: q.iter().map(|s| s.to_string()).collect(),
+            json,
+        }
     }
 
     #[test]
     fn json_has_the_kinematics_at_the_given_angles() {
-        let text = answer(&args(&["left_knee_flexion=1.5707963267948966", "right_knee_flexion=0.1"], true)).unwrap();
+        let text = answer(&args(
+            &[
+                "left_knee_flexion=1.5707963267948966",
+                "right_knee_flexion=0.1",
+            ],
+            true,
+        ))
+        .unwrap();
         let json: Value = serde_json::from_str(&text).unwrap();
         assert!((json["mass_kg"].as_f64().unwrap() - 8.0).abs() < 1e-4);
         assert_eq!(json["joints"][7], "left_knee_flexion");
@@ -89,18 +139,33 @@ mod tests {
         // The shin points backwards: knee at (-0.046, 0.055, -0.233), ankle at (-0.008, 0, -0.113) in the shin.
         let ankle = &json["links"]["left_ankle_flexion"];
         let at = |k: usize| ankle["position_m"][k].as_f64().unwrap();
-        assert!((at(0) - (-0.046 - 0.113)).abs() < 1e-12 && (at(2) - (-0.233 + 0.008)).abs() < 1e-12, "{ankle}");
+        assert!(
+            (at(0) - (-0.046 - 0.113)).abs() < 1e-12 && (at(2) - (-0.233 + 0.008)).abs() < 1e-12,
+            "{ankle}"
+        );
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let turn = |k: usize| ankle["quaternion_wxyz"][k].as_f64().unwrap();
-        assert!((turn(0) - half).abs() < 1e-12 && (turn(2) - half).abs() < 1e-12, "{ankle}");
+        assert!(
+            (turn(0) - half).abs() < 1e-12 && (turn(2) - half).abs() < 1e-12,
+            "{ankle}"
+        );
     }
 
     #[test]
     fn bad_angles_are_refused() {
         for (q, expected) in [
-            ("left_knee=1", "--q: left_knee = 1: no such joint; accepted: left_shoulder_flexion, "),
-            ("left_knee_flexion=x", "--q: left_knee_flexion = x: not an angle"),
-            ("left_knee_flexion=nan", "--q: left_knee_flexion = nan: not an angle"),
+            (
+                "left_knee=1",
+                "--q: left_knee = 1: no such joint; accepted: left_shoulder_flexion, ",
+            ),
+            (
+                "left_knee_flexion=x",
+                "--q: left_knee_flexion = x: not an angle",
+            ),
+            (
+                "left_knee_flexion=nan",
+                "--q: left_knee_flexion = nan: not an angle",
+            ),
             (
                 "left_knee_flexion=40",
                 "--q: left_knee_flexion = 40 rad: is beyond the joint's range; accepted: 0.0000 to 1.9199 rad",
@@ -111,7 +176,13 @@ mod tests {
             assert!(error.to_string().contains(expected), "{error}");
             assert_eq!(error.exit_code(), 2);
         }
-        assert!(answer(&args(&["left_knee_flexion=1", "left_knee_flexion=1"], false)).is_err());
+        assert!(
+            answer(&args(
+                &["left_knee_flexion=1", "left_knee_flexion=1"],
+                false
+            ))
+            .is_err()
+        );
     }
 
     /// The text on one line.
@@ -137,7 +208,10 @@ mod tests {
         let mut robot = standfast_robots::load("ut-mu2").unwrap();
         robot.joints[7].lower_rad = 0.1;
         let text = model::links(&robot, &joint_angles(&robot, &[]).unwrap());
-        assert!(text.contains("left_knee_flexion = 0 rad is outside its limits (0.1000 to 1.9199 rad)"), "{text}");
+        assert!(
+            text.contains("left_knee_flexion = 0 rad is outside its limits (0.1000 to 1.9199 rad)"),
+            "{text}"
+        );
     }
 
     #[test]

@@ -18,29 +18,47 @@ const LOADER_PATH: &str = "LD_LIBRARY_PATH";
 
 /// Runs this command again in the program with MuJoCo, in the place of this one. Errors say what is missing.
 pub fn go_on() -> Result<ExitCode, Error> {
-    let lacks = |problem: String, remedy: &str| Error::value("engine", "--engine", "mujoco", problem, remedy);
-    let program = std::env::current_exe().map_err(|source| Error::Read { path: "standfast".into(), source })?;
+    let lacks = |problem: String, remedy: &str| {
+        Error::value("engine", "--engine", "mujoco", problem, remedy)
+    };
+    let program = std::env::current_exe().map_err(|source| Error::Read {
+        path: "standfast".into(),
+        source,
+    })?;
     let beside = program.with_file_name(MUJOCO_PROGRAM);
     if !beside.is_file() {
         return Err(lacks(
-            format!("this program was built without MuJoCo, and there is no {MUJOCO_PROGRAM} beside it"),
+            format!(
+                "this program was built without MuJoCo, and there is no {MUJOCO_PROGRAM} beside it"
+            ),
             &format!("rapier; for mujoco, {HOW_TO_GET}"),
         ));
     }
     let library = format!("libmujoco.so.{MUJOCO_VERSION}");
     let folders = folders(&program);
-    let Some(folder) = folders.iter().find(|folder| folder.join(&library).is_file()) else {
+    let Some(folder) = folders
+        .iter()
+        .find(|folder| folder.join(&library).is_file())
+    else {
         let others = folders.iter().flat_map(|folder| versions(folder)).next();
         let found = others.map_or(String::new(), |other| format!("; there is {other}"));
-        let packages = format!("rapier; for mujoco, `pip install mujoco=={MUJOCO_VERSION}` beside standfast");
-        return Err(lacks(format!("its library {library} is not installed{found}"), &packages));
+        let packages =
+            format!("rapier; for mujoco, `pip install mujoco=={MUJOCO_VERSION}` beside standfast");
+        return Err(lacks(
+            format!("its library {library} is not installed{found}"),
+            &packages,
+        ));
     };
     let mut path = OsString::from(folder);
     if let Some(before) = std::env::var_os(LOADER_PATH) {
         path.push(":");
         path.push(before);
     }
-    replace(Command::new(beside).args(std::env::args_os().skip(1)).env(LOADER_PATH, path))
+    replace(
+        Command::new(beside)
+            .args(std::env::args_os().skip(1))
+            .env(LOADER_PATH, path),
+    )
 }
 
 /// Whether the program with MuJoCo lies beside this one.
@@ -52,18 +70,31 @@ pub fn is_beside() -> bool {
 pub fn called() -> std::io::Result<PathBuf> {
     let program = std::env::current_exe()?;
     let plain = program.with_file_name("standfast");
-    Ok(if program.ends_with(MUJOCO_PROGRAM) && plain.is_file() { plain } else { program })
+    Ok(if program.ends_with(MUJOCO_PROGRAM) && plain.is_file() {
+        plain
+    } else {
+        program
+    })
 }
 
 /// Where the library may lie, seen from the program `PREFIX/bin/standfast`: in the Python package of the same
 /// environment; where the program was built, in `target/mujoco`; and where the system's loader looks.
 fn folders(program: &Path) -> Vec<PathBuf> {
-    let prefix = program.parent().and_then(Path::parent).unwrap_or(Path::new("/"));
-    let python = ["lib", "lib64"].into_iter().flat_map(|lib| std::fs::read_dir(prefix.join(lib)).into_iter().flatten());
-    let python = python.flatten().filter(|entry| entry.file_name().to_string_lossy().starts_with("python3"));
+    let prefix = program
+        .parent()
+        .and_then(Path::parent)
+        .unwrap_or(Path::new("/"));
+    let python = ["lib", "lib64"]
+        .into_iter()
+        .flat_map(|lib| std::fs::read_dir(prefix.join(lib)).into_iter().flatten());
+    let python = python
+        .flatten()
+        .filter(|entry| entry.file_name().to_string_lossy().starts_with("python3"));
     let mut python: Vec<PathBuf> = python.map(|entry| entry.path()).collect();
     python.sort();
-    let packages = python.iter().flat_map(|python| ["site-packages", "dist-packages"].map(|kind| python.join(kind)));
+    let packages = python
+        .iter()
+        .flat_map(|python| ["site-packages", "dist-packages"].map(|kind| python.join(kind)));
     let named = std::env::var_os(LOADER_PATH).unwrap_or_default();
     packages
         .map(|packages| packages.join("mujoco"))
@@ -76,7 +107,9 @@ fn folders(program: &Path) -> Vec<PathBuf> {
 fn versions(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
-    names.filter(|name| name.starts_with("libmujoco.so.")).collect()
+    names
+        .filter(|name| name.starts_with("libmujoco.so."))
+        .collect()
 }
 
 #[cfg(unix)]
@@ -84,12 +117,18 @@ fn replace(command: &mut Command) -> Result<ExitCode, Error> {
     use std::os::unix::process::CommandExt;
     // `exec` returns only if it fails.
     let source = command.arg0("standfast").exec();
-    Err(Error::Read { path: command.get_program().into(), source })
+    Err(Error::Read {
+        path: command.get_program().into(),
+        source,
+    })
 }
 
 #[cfg(not(unix))]
 fn replace(command: &mut Command) -> Result<ExitCode, Error> {
-    let source = |source| Error::Read { path: MUJOCO_PROGRAM.into(), source };
+    let source = |source| Error::Read {
+        path: MUJOCO_PROGRAM.into(),
+        source,
+    };
     let code = command.status().map_err(source)?.code().unwrap_or(1);
     Ok(ExitCode::from(u8::try_from(code).unwrap_or(1)))
 }

@@ -32,13 +32,24 @@ pub struct NewArgs {
 pub fn run(args: &NewArgs) -> Result<ExitCode> {
     let path = &args.file;
     if path.exists() {
-        let (problem, accepted) = ("this is there already", "a file or folder that is not there yet");
-        return Err(Error::option("FILE.toml|DIR", path.display(), problem, accepted));
+        let (problem, accepted) = (
+            "this is there already",
+            "a file or folder that is not there yet",
+        );
+        return Err(Error::option(
+            "FILE.toml|DIR",
+            path.display(),
+            problem,
+            accepted,
+        ));
     }
     let word = shell_word(&path.to_string_lossy());
     let of_language = match args.what.as_str() {
         "python" => Some((PYTHON, String::new())),
-        "cpp" => Some((CPP, format!("(cd {word} && g++ -O2 -std=c++17 -o ankles ankles.cpp) && "))),
+        "cpp" => Some((
+            CPP,
+            format!("(cd {word} && g++ -O2 -std=c++17 -o ankles ankles.cpp) && "),
+        )),
         _ => None,
     };
     if let Some((files, first)) = of_language {
@@ -46,7 +57,9 @@ pub fn run(args: &NewArgs) -> Result<ExitCode> {
             write_atomic(&path.join(name), text.as_bytes())?;
         }
         let then = format!("{first}standfast push --controller {word}/ankles.toml");
-        note(&format!("written: {word}, with two controllers; then: {then}"));
+        note(&format!(
+            "written: {word}, with two controllers; then: {then}"
+        ));
         return Ok(ExitCode::SUCCESS);
     }
     check_output("FILE.toml", path, &["toml"])?;
@@ -57,13 +70,17 @@ pub fn run(args: &NewArgs) -> Result<ExitCode> {
     // Results and tables name a controller or campaign by `name`, so the name is the file's.
     let name = |name: &str| format!("\nname = {}\n", toml::Value::String(name.into()));
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let text = assets::open(kind, from)?.text.replacen(&name(from), &name(&stem), 1);
+    let text = assets::open(kind, from)?
+        .text
+        .replacen(&name(from), &name(&stem), 1);
     let (text, how) = match kind {
         InputKind::Campaign => (in_round_numbers(&text), ", its numbers rounded,"),
         _ => (text, ""),
     };
     write_atomic(path, text.as_bytes())?;
-    note(&format!("written: {word}, a copy of `{from}`{how} to be edited; then: standfast {use_it} {word}"));
+    note(&format!(
+        "written: {word}, a copy of `{from}`{how} to be edited; then: standfast {use_it} {word}"
+    ));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -80,7 +97,10 @@ fn in_round_numbers(text: &str) -> String {
     };
     let of_line = |line: &str| {
         let (code, comment) = line.split_at(line.find('#').unwrap_or(line.len()));
-        code.split_inclusive(|c: char| !(c.is_ascii_digit() || c == '.')).map(rounded).collect::<String>() + comment
+        code.split_inclusive(|c: char| !(c.is_ascii_digit() || c == '.'))
+            .map(rounded)
+            .collect::<String>()
+            + comment
     };
     text.split_inclusive('\n').map(of_line).collect()
 }

@@ -34,16 +34,32 @@ pub fn run(args: &OpenArgs) -> Result<ExitCode> {
 
 /// The page of a result, with its whole path.
 fn page(result: &Path) -> Result<PathBuf> {
-    let is_page = |path: &Path| path.extension().is_some_and(|ending| ENDINGS.iter().any(|page| ending == *page));
+    let is_page = |path: &Path| {
+        path.extension()
+            .is_some_and(|ending| ENDINGS.iter().any(|page| ending == *page))
+    };
     let pages = PAGES.map(|page| result.join(page));
-    let found = if is_page(result) { result } else { pages.iter().find(|page| page.is_file()).unwrap_or(&pages[0]) };
+    let found = if is_page(result) {
+        result
+    } else {
+        pages
+            .iter()
+            .find(|page| page.is_file())
+            .unwrap_or(&pages[0])
+    };
     match std::fs::canonicalize(found) {
         Ok(page) => Ok(page),
         Err(_) if result.is_dir() => {
             let merge = "`standfast status` says what the result lacks, and `standfast merge` writes its report";
-            Err(Error::Parts { path: result.into(), problem: format!("there is no {}; {merge}", PAGES.join(", no ")) })
+            Err(Error::Parts {
+                path: result.into(),
+                problem: format!("there is no {}; {merge}", PAGES.join(", no ")),
+            })
         }
-        Err(source) => Err(Error::Read { path: found.into(), source }),
+        Err(source) => Err(Error::Read {
+            path: found.into(),
+            source,
+        }),
     }
 }
 

@@ -64,8 +64,19 @@ impl Progress {
         let bar = (std::io::stderr().is_terminal() && !is_quiet()).then(hidden);
         let (done, episodes, start, total_now) = (0.into(), 0.into(), Instant::now(), total.into());
         let (shown, found) = (Mutex::default(), Mutex::default());
-        let progress =
-            Self { bar, what, of_episodes, total: total_now, there, at_most, done, episodes, start, shown, found };
+        let progress = Self {
+            bar,
+            what,
+            of_episodes,
+            total: total_now,
+            there,
+            at_most,
+            done,
+            episodes,
+            start,
+            shown,
+            found,
+        };
         match &progress.bar {
             Some(bar) => {
                 bar.set_style(style("{wide_bar} {msg}"));
@@ -102,9 +113,14 @@ impl Progress {
 
     /// Counts one more, and returns whether a line was written to a log.
     fn count(&self) -> bool {
-        let (done, total) = (self.there + self.done.fetch_add(1, Ordering::Relaxed) + 1, self.total());
+        let (done, total) = (
+            self.there + self.done.fetch_add(1, Ordering::Relaxed) + 1,
+            self.total(),
+        );
         self.renew();
-        let has_line = self.bar.is_none() && done < total && done * LINES / total != (done - 1) * LINES / total;
+        let has_line = self.bar.is_none()
+            && done < total
+            && done * LINES / total != (done - 1) * LINES / total;
         if has_line {
             note(&self.line());
         }
@@ -113,7 +129,8 @@ impl Progress {
 
     /// Changes the total, which may become smaller while a campaign that ends when decided runs.
     pub fn set_total(&self, total: u64) {
-        self.total.store(total.max(self.there + self.done()), Ordering::Relaxed);
+        self.total
+            .store(total.max(self.there + self.done()), Ordering::Relaxed);
         self.bar.iter().for_each(|bar| bar.set_length(self.total()));
         self.renew();
     }
@@ -121,7 +138,8 @@ impl Progress {
     /// Whether it is time for a terminal to show again what was found, which takes some time to compute.
     pub fn is_due(&self) -> bool {
         let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_due = self.bar.is_some() && shown.is_none_or(|shown| shown.elapsed().as_secs_f64() > SHOWN_EVERY_S);
+        let is_due = self.bar.is_some()
+            && shown.is_none_or(|shown| shown.elapsed().as_secs_f64() > SHOWN_EVERY_S);
         if is_due {
             *shown = Some(Instant::now());
         }
@@ -133,7 +151,11 @@ impl Progress {
         let told = so_far::sentence(found);
         if let (Some(bar), false) = (&self.bar, told.is_empty()) {
             bar.set_style(style("{prefix}\n{wide_bar} {msg}"));
-            bar.set_prefix(wrapped_to(columns().min(80), "", &harmless(&told)).trim_end().to_string());
+            bar.set_prefix(
+                wrapped_to(columns().min(80), "", &harmless(&told))
+                    .trim_end()
+                    .to_string(),
+            );
             // The call draws at once; the changes of single episodes are not all drawn.
             return bar.suspend(|| {});
         }
@@ -176,7 +198,12 @@ impl Progress {
         }
         let (done, elapsed_s) = (self.done(), self.start.elapsed().as_secs_f64());
         let rate = self.rate().unwrap_or_default();
-        note(&format!("{done} {}{} in {}{rate}", self.what, self.of_many(), duration(elapsed_s)));
+        note(&format!(
+            "{done} {}{} in {}{rate}",
+            self.what,
+            self.of_many(),
+            duration(elapsed_s)
+        ));
     }
 
     /// The number of episodes so far, in words, where something else is counted.
@@ -190,7 +217,12 @@ impl Progress {
     fn renew(&self) {
         if let Some(bar) = &self.bar {
             bar.set_position(self.there + self.done());
-            bar.set_message(self.line().chars().take(columns().saturating_sub(BAR_COLUMNS)).collect::<String>());
+            bar.set_message(
+                self.line()
+                    .chars()
+                    .take(columns().saturating_sub(BAR_COLUMNS))
+                    .collect::<String>(),
+            );
         }
     }
 
@@ -198,7 +230,11 @@ impl Progress {
     fn line(&self) -> String {
         let (Self { there, what, .. }, total) = (self, self.total());
         let (done, at_most) = (self.done(), if self.at_most { "at most " } else { "" });
-        let mut line = format!("{} of {at_most}{total} {what}{}", there + done, self.of_many());
+        let mut line = format!(
+            "{} of {at_most}{total} {what}{}",
+            there + done,
+            self.of_many()
+        );
         let Some(rate) = self.rate() else { return line };
         line += &rate;
         if done > 0 && there + done < total {
@@ -210,8 +246,12 @@ impl Progress {
 
     /// The number of episodes in a second, in words; None as long as it is not known.
     fn rate(&self) -> Option<String> {
-        let (episodes, elapsed_s) = (self.episodes.load(Ordering::Relaxed), self.start.elapsed().as_secs_f64());
-        (episodes > 1 && elapsed_s > FIRST_S).then(|| format!(", {}/s", two_digits(episodes as f64 / elapsed_s)))
+        let (episodes, elapsed_s) = (
+            self.episodes.load(Ordering::Relaxed),
+            self.start.elapsed().as_secs_f64(),
+        );
+        (episodes > 1 && elapsed_s > FIRST_S)
+            .then(|| format!(", {}/s", two_digits(episodes as f64 / elapsed_s)))
     }
 }
 
@@ -258,7 +298,10 @@ mod tests {
         let told = [0.0123, 0.344, 0.999, 3.41, 9.96, 34.4, 1234.0].map(two_digits);
         assert_eq!(told, ["0.012", "0.34", "1.0", "3.4", "10", "34", "1200"]);
         let told = [0.0, 9.94, 45.4, 100.0, 780.0, 7500.0].map(duration);
-        assert_eq!(told, ["0.0 s", "9.9 s", "45 s", "2 min", "13 min", "2 h 5 min"]);
+        assert_eq!(
+            told,
+            ["0.0 s", "9.9 s", "45 s", "2 min", "13 min", "2 h 5 min"]
+        );
     }
 
     #[test]
@@ -279,15 +322,32 @@ mod tests {
         assert_eq!(progress(0, 0, 0, 100).line(), "0 of at most 4000 episodes");
         assert_eq!(progress(0, 2, 2, 0).line(), "2 of at most 4000 episodes");
         assert_eq!(progress(1100, 0, 0, 100).line(), "1100 of 4000 episodes");
-        assert_eq!(progress(1000, 100, 100, 25).line(), "1100 of 4000 episodes, 4.0/s, 12 min to go");
-        assert_eq!(progress(1000, 3000, 3000, 750).line(), "4000 of 4000 episodes, 4.0/s");
+        assert_eq!(
+            progress(1000, 100, 100, 25).line(),
+            "1100 of 4000 episodes, 4.0/s, 12 min to go"
+        );
+        assert_eq!(
+            progress(1000, 3000, 3000, 750).line(),
+            "4000 of 4000 episodes, 4.0/s"
+        );
         // A search takes many episodes, and has no time to go before the first search has ended.
         let searches = |done, episodes| {
-            let progress =
-                Progress { what: "searches", of_episodes: false, total: 8.into(), ..progress(0, done, episodes, 25) };
-            Progress { at_most: false, ..progress }.line()
+            let progress = Progress {
+                what: "searches",
+                of_episodes: false,
+                total: 8.into(),
+                ..progress(0, done, episodes, 25)
+            };
+            Progress {
+                at_most: false,
+                ..progress
+            }
+            .line()
         };
         assert_eq!(searches(0, 100), "0 of 8 searches, 100 episodes, 4.0/s");
-        assert_eq!(searches(2, 100), "2 of 8 searches, 100 episodes, 4.0/s, 75 s to go");
+        assert_eq!(
+            searches(2, 100),
+            "2 of 8 searches, 100 episodes, 4.0/s, 75 s to go"
+        );
     }
 }

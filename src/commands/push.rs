@@ -1,6 +1,8 @@
 //! `standfast push`: simulates one push, and tells what happened and why.
 
-use super::arguments::{CampaignArgs, CheckArgs, ENGINES, JUDGES, MOST_SEED, MOST_TRIAL, count, fine, number, one_of};
+use super::arguments::{
+    CampaignArgs, CheckArgs, ENGINES, JUDGES, MOST_SEED, MOST_TRIAL, count, fine, number, one_of,
+};
 use super::episode::{EpisodeRun, OutputArgs, Setting, command_line};
 use super::terminal::print;
 use nalgebra::Vector3;
@@ -51,7 +53,12 @@ pub struct PushArgs {
     #[arg(long, value_parser = one_of::<Profile, 2>(["rectangular", "half-sine"]))]
     pub profile: Option<Profile>,
     /// Controller by name or file
-    #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE", default_value = "catch")]
+    #[arg(
+        long = "controller",
+        visible_alias = "gains",
+        value_name = "NAME|FILE",
+        default_value = "catch"
+    )]
     pub gains: String,
     /// A second controller under the same push: beside the first in the pictures, a ghost in the replay
     #[arg(long, value_name = "NAME|FILE")]
@@ -101,40 +108,76 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
         robot: args.robot.clone(),
         ..Overrides::default()
     };
-    let Setting { campaign, robot, config } = Setting::of(args.campaign.name(), &overrides, args.horizon)?;
+    let Setting {
+        campaign,
+        robot,
+        config,
+    } = Setting::of(args.campaign.name(), &overrides, args.horizon)?;
     let pushes = the_pushes(args, campaign.as_ref(), &config, &robot)?;
     let prepare = |name: &String| {
-        let gains = campaign.as_ref().map_or_else(|| name.clone(), |c| c.gains_named(name));
-        let factory = standfast_controllers::load(&gains)?.prepare(&robot, config.control_period_s)?;
-        factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
+        let gains = campaign
+            .as_ref()
+            .map_or_else(|| name.clone(), |c| c.gains_named(name));
+        let factory =
+            standfast_controllers::load(&gains)?.prepare(&robot, config.control_period_s)?;
+        factory
+            .warning
+            .iter()
+            .for_each(|warning| log::warn!("{warning}"));
         Ok(factory)
     };
     let factory = prepare(&args.gains)?;
     let beside = args.beside.as_ref().map(prepare).transpose()?;
     if let Some(beside) = beside.as_ref().filter(|beside| beside.name == factory.name) {
-        return Err(Error::option("--beside", &beside.name, "is the controller itself", "another controller"));
+        return Err(Error::option(
+            "--beside",
+            &beside.name,
+            "is the controller itself",
+            "another controller",
+        ));
     }
     args.check_beside()?;
     args.outputs.check()?;
     args.outputs.check_length(&config)?;
     if args.check.check {
-        return fine(&format!("a push of {} N s, controller {}", pushes[0].impulse_n_s, factory.name));
+        return fine(&format!(
+            "a push of {} N s, controller {}",
+            pushes[0].impulse_n_s, factory.name
+        ));
     }
     let disturbance = || {
-        let of_trial =
-            campaign.as_ref().map(|c| trial::disturbance(c, args.any_trial().unwrap_or(0))).unwrap_or_default();
+        let of_trial = campaign
+            .as_ref()
+            .map(|c| trial::disturbance(c, args.any_trial().unwrap_or(0)))
+            .unwrap_or_default();
         // Robot and ground vary only if a trial is named, since they belong to the trial.
-        let variation = if args.any_trial().is_some() { of_trial.variation } else { Variation::default() };
-        Disturbance { pushes: pushes.clone(), variation, ..of_trial }
+        let variation = if args.any_trial().is_some() {
+            of_trial.variation
+        } else {
+            Variation::default()
+        };
+        Disturbance {
+            pushes: pushes.clone(),
+            variation,
+            ..of_trial
+        }
     };
-    let case = EpisodeRun { robot: &robot, factory: &factory, config: &config };
+    let case = EpisodeRun {
+        robot: &robot,
+        factory: &factory,
+        config: &config,
+    };
     let command = command_line("standfast");
     let (told, is_broken) = match &beside {
         Some(beside) => case.run_beside(beside, disturbance, &args.outputs, args.json, command)?,
         None => case.run(disturbance(), &args.outputs, args.json, command)?,
     };
     print(&told)?;
-    Ok(if is_broken { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+    Ok(if is_broken {
+        ExitCode::FAILURE
+    } else {
+        ExitCode::SUCCESS
+    })
 }
 
 /// Tables of a campaign of which an episode takes something only as drawn for a trial.
@@ -155,7 +198,12 @@ impl PushArgs {
                 return Err(Error::option("--seed", seed, problem, accepted));
             }
             if let Some(assignment) = self.set.first() {
-                return Err(Error::option("--set", assignment, "changes a campaign, and none is named", accepted));
+                return Err(Error::option(
+                    "--set",
+                    assignment,
+                    "changes a campaign, and none is named",
+                    accepted,
+                ));
             }
         }
         let of_trial = |assignment: &&String| {
@@ -163,8 +211,10 @@ impl PushArgs {
             self.any_trial().is_none() && OF_TRIAL.contains(&key.trim())
         };
         if let Some(assignment) = self.set.iter().find(of_trial) {
-            let (problem, accepted) =
-                ("changes nothing without a trial", "--trial beside it, or --impulse, --heading and the like");
+            let (problem, accepted) = (
+                "changes nothing without a trial",
+                "--trial beside it, or --impulse, --heading and the like",
+            );
             return Err(Error::option("--set", assignment, problem, accepted));
         }
         Ok(())
@@ -206,34 +256,66 @@ fn the_pushes(
     };
     let base = pushes[0];
     // The time, height and duration of the second push follow from the first push.
-    let moves_second =
-        args.start.is_some() || args.duration.is_some() || args.height.is_some() || args.profile.is_some();
+    let moves_second = args.start.is_some()
+        || args.duration.is_some()
+        || args.height.is_some()
+        || args.profile.is_some();
     if pushes.len() > 1 && moves_second {
         let accepted = "--impulse and --heading, or --set on the campaign in a file";
-        return Err(Error::option("--trial", args.any_trial().unwrap_or(0), "has a second push", accepted));
+        return Err(Error::option(
+            "--trial",
+            args.any_trial().unwrap_or(0),
+            "has a second push",
+            accepted,
+        ));
     }
     let bounds = PushBounds::new(config.horizon_s);
     // Where a trial has a slope, no push may start before the ground has tilted.
-    let earliest_s =
-        campaign.filter(|_| args.any_trial().is_some()).map_or(0.0, |campaign| campaign.push_bounds().start_s[0]);
+    let earliest_s = campaign
+        .filter(|_| args.any_trial().is_some())
+        .map_or(0.0, |campaign| campaign.push_bounds().start_s[0]);
     let within = |name: &str, value: f64, [least, most]: [f64; 2]| {
         in_range("command line", name, value, [least, most]).map(|()| value)
     };
     pushes[0] = Push {
-        impulse_n_s: within("--impulse", args.impulse.unwrap_or(base.impulse_n_s), bounds.impulse_n_s)?,
-        heading_deg: within("--heading", args.heading.unwrap_or(base.heading_deg), bounds.heading_deg)?,
+        impulse_n_s: within(
+            "--impulse",
+            args.impulse.unwrap_or(base.impulse_n_s),
+            bounds.impulse_n_s,
+        )?,
+        heading_deg: within(
+            "--heading",
+            args.heading.unwrap_or(base.heading_deg),
+            bounds.heading_deg,
+        )?,
         height_m: match args.height {
             Some(height_m) => at_robot(height_m, robot)?,
             None => base.height_m,
         },
-        duration_s: within("--duration", args.duration.unwrap_or(base.duration_s), [1e-3, config.horizon_s])?,
-        start_s: within("--start", args.start.unwrap_or(base.start_s), [earliest_s, config.horizon_s])?,
+        duration_s: within(
+            "--duration",
+            args.duration.unwrap_or(base.duration_s),
+            [1e-3, config.horizon_s],
+        )?,
+        start_s: within(
+            "--start",
+            args.start.unwrap_or(base.start_s),
+            [earliest_s, config.horizon_s],
+        )?,
         profile: args.profile.unwrap_or(base.profile),
     };
     let end_s = pushes.iter().map(Push::end_s).fold(0.0, f64::max);
     if end_s > config.horizon_s {
-        let (problem, accepted) = ("the push does not end in time", format!("more than {end_s}, the end of the push"));
-        return Err(Error::option("--horizon", config.horizon_s, problem, accepted));
+        let (problem, accepted) = (
+            "the push does not end in time",
+            format!("more than {end_s}, the end of the push"),
+        );
+        return Err(Error::option(
+            "--horizon",
+            config.horizon_s,
+            problem,
+            accepted,
+        ));
     }
     Ok(pushes)
 }
@@ -245,14 +327,31 @@ fn at_robot(height_m: f64, robot: &Robot) -> Result<f64> {
     let top_of = |(i, link): (usize, &Link)| {
         let pose = at_home.link_pose(i);
         let up = pose.rotation.inverse() * Vector3::z();
-        link.drawn().iter().map(|solid| pose.translation.z + solid.reach_m(&up)).fold(pose.translation.z, f64::max)
+        link.drawn()
+            .iter()
+            .map(|solid| pose.translation.z + solid.reach_m(&up))
+            .fold(pose.translation.z, f64::max)
     };
     let com_m = at_home.com().z;
-    let top_m = robot.links.iter().enumerate().map(top_of).fold(com_m, f64::max) - com_m;
-    let (least, most) = ((-robot.home_com_height() * 100.0).floor() / 100.0, (top_m * 100.0).ceil() / 100.0);
+    let top_m = robot
+        .links
+        .iter()
+        .enumerate()
+        .map(top_of)
+        .fold(com_m, f64::max)
+        - com_m;
+    let (least, most) = (
+        (-robot.home_com_height() * 100.0).floor() / 100.0,
+        (top_m * 100.0).ceil() / 100.0,
+    );
     if (least..=most).contains(&height_m) {
         return Ok(height_m);
     }
     let accepted = format!("{least} to {most} m, from its soles to its top");
-    Err(Error::option("--height", height_m, "is above or below the robot", accepted))
+    Err(Error::option(
+        "--height",
+        height_m,
+        "is above or below the robot",
+        accepted,
+    ))
 }

@@ -71,15 +71,25 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
         // The page has the option `--output` in this command, which is checked below.
         replay: None,
     };
-    args.output.iter().try_for_each(|path| check_output("--output", path, &["html"]))?;
+    args.output
+        .iter()
+        .try_for_each(|path| check_output("--output", path, &["html"]))?;
     outputs.check()?;
     let replayed = StoredTrial::open(&args.dir, args.trial, args.gains.as_deref())?;
     let own = replayed.engine();
     let engine = args.engine.and_then(EngineChoice::one).unwrap_or(own);
     let is_both = args.engine == Some(EngineChoice::Both);
     let config = replayed.config_in(engine)?;
-    let other = if is_both { Some(replayed.config_in(engine.other())?) } else { None };
-    let suffix = if is_both { Some("both") } else { (engine != own).then(|| engine.name()) };
+    let other = if is_both {
+        Some(replayed.config_in(engine.other())?)
+    } else {
+        None
+    };
+    let suffix = if is_both {
+        Some("both")
+    } else {
+        (engine != own).then(|| engine.name())
+    };
     let path = match args.output.clone() {
         Some(path) => path,
         None => page_in(&args.dir, args.trial, &replayed.set, suffix)?,
@@ -97,20 +107,37 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     }
     if engine != own {
         let [own, engine] = [own, engine].map(Engine::title);
-        tell("", &format!("The result is of {own}, so this trial in {engine} is not compared with it."));
+        tell(
+            "",
+            &format!("The result is of {own}, so this trial in {engine} is not compared with it."),
+        );
     } else if replayed.row.is_none() {
         note("This trial is not in the result yet, so there is nothing to compare it with.");
     }
-    let case = EpisodeRun { robot: &replayed.robot, factory: &replayed.factory, config: &config };
+    let case = EpisodeRun {
+        robot: &replayed.robot,
+        factory: &replayed.factory,
+        config: &config,
+    };
     let (shown, ghost) = match &other {
         Some(other) => {
-            let [shown, ghost] =
-                case.film_both(&EpisodeRun { config: other, ..case }, || replayed.disturbance(), &outputs)?;
+            let [shown, ghost] = case.film_both(
+                &EpisodeRun {
+                    config: other,
+                    ..case
+                },
+                || replayed.disturbance(),
+                &outputs,
+            )?;
             (shown, Some(ghost))
         }
         None => (case.film(replayed.disturbance(), &outputs)?, None),
     };
-    let page = Page { replayed: &replayed, suffix, folder: args.output.is_some().then_some(args.dir.as_path()) };
+    let page = Page {
+        replayed: &replayed,
+        suffix,
+        folder: args.output.is_some().then_some(args.dir.as_path()),
+    };
     page.write(&shown, ghost.as_ref(), &path)?;
     let (told, film) = &shown;
     outputs.draw_frames(film, ghost.as_ref().map(|(_, film)| film))?;
@@ -130,7 +157,11 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     } else {
         let beside = ghost.map(|(_, ghost)| {
             let [solid, other] = ended([film, &ghost]);
-            let lines = [("solid", solid), ("ghost", other), ("parting", parted(film, &ghost))];
+            let lines = [
+                ("solid", solid),
+                ("ghost", other),
+                ("parting", parted(film, &ghost)),
+            ];
             lines.map(|(label, what)| entry(label, &what)).concat() + "\n"
         });
         beside.unwrap_or_default() + &told.text()
@@ -149,15 +180,30 @@ struct Page<'a> {
 impl Page<'_> {
     /// Writes the page, with a ghost from another engine, and warns if the trial does not end as it did in the result.
     /// Returns that warning.
-    fn write(&self, shown: &FilmedEpisode, ghost: Option<&FilmedEpisode>, path: &Path) -> Result<Option<String>> {
-        let (Self { replayed, suffix, folder }, (told, film)) = (self, shown);
+    fn write(
+        &self,
+        shown: &FilmedEpisode,
+        ghost: Option<&FilmedEpisode>,
+        path: &Path,
+    ) -> Result<Option<String>> {
+        let (
+            Self {
+                replayed,
+                suffix,
+                folder,
+            },
+            (told, film),
+        ) = (self, shown);
         let is_same_engine = film.engine == replayed.engine();
         let warning = replayed.difference(&told.record).filter(|_| is_same_engine);
         warning.iter().for_each(|warning| log::warn!("{warning}"));
         let of_result = folder.is_none();
         let folder = folder.unwrap_or(Path::new(".")).display().to_string();
         let [folder, set] = [&folder, &replayed.set].map(|word| shell_word(word));
-        let mut command = format!("standfast replay {folder} --trial {} --controller {set}", replayed.trial);
+        let mut command = format!(
+            "standfast replay {folder} --trial {} --controller {set}",
+            replayed.trial
+        );
         let mut title = format!("Trial {} of {}", replayed.trial, replayed.campaign.name);
         if let Some(engine) = suffix {
             command += &format!(" --engine {engine}");
@@ -165,7 +211,12 @@ impl Page<'_> {
         if ghost.is_some() || !is_same_engine {
             title += &format!(" in {}", film.engine.title());
         }
-        let origin = Origin { title: Some(title), command, of_result, warning: warning.clone() };
+        let origin = Origin {
+            title: Some(title),
+            command,
+            of_result,
+            warning: warning.clone(),
+        };
         write_replay(shown, ghost, path, origin)?;
         Ok(warning)
     }
@@ -193,10 +244,22 @@ pub fn write_telling(
 ) -> Replays {
     let mut wanted: Vec<(u64, &str)> = Vec::new();
     for set in &summary.sets {
-        wanted.extend(set.telling.iter().take(for_each_set).map(|telling| (telling.trial, set.name.as_str())));
+        wanted.extend(
+            set.telling
+                .iter()
+                .take(for_each_set)
+                .map(|telling| (telling.trial, set.name.as_str())),
+        );
     }
-    wanted.retain(|(trial, set)| afresh || !folder.path.join(replay_file(*trial, set, None)).is_file());
-    let mut replays = Replays { wanted: wanted.len(), written: 0, differ: Vec::new(), refused: None };
+    wanted.retain(|(trial, set)| {
+        afresh || !folder.path.join(replay_file(*trial, set, None)).is_file()
+    });
+    let mut replays = Replays {
+        wanted: wanted.len(),
+        written: 0,
+        differ: Vec::new(),
+        refused: None,
+    };
     if wanted.is_empty() {
         return replays;
     }
@@ -227,13 +290,31 @@ pub fn write_telling(
 /// Simulates a trial of the result in `folder` again, and writes its page and a small picture into this folder. Returns
 /// how the trial differs if it does not end as it did in the result.
 fn write_page(folder: &Path, trial: u64, set: &str) -> Result<Option<String>> {
-    let (replayed, path) = (StoredTrial::open(folder, trial, Some(set))?, page_in(folder, trial, set, None)?);
+    let (replayed, path) = (
+        StoredTrial::open(folder, trial, Some(set))?,
+        page_in(folder, trial, set, None)?,
+    );
     let config = replayed.config_in(replayed.engine())?;
-    let case = EpisodeRun { robot: &replayed.robot, factory: &replayed.factory, config: &config };
-    let outputs = OutputArgs { replay: Some(path.clone()), ..OutputArgs::default() };
+    let case = EpisodeRun {
+        robot: &replayed.robot,
+        factory: &replayed.factory,
+        config: &config,
+    };
+    let outputs = OutputArgs {
+        replay: Some(path.clone()),
+        ..OutputArgs::default()
+    };
     let shown = case.film(replayed.disturbance(), &outputs)?;
-    let differs = Page { replayed: &replayed, suffix: None, folder: None }.write(&shown, None, &path)?;
-    write_atomic(&path.with_extension("png"), &standfast_pictures::thumbnail(&shown.1))?;
+    let differs = Page {
+        replayed: &replayed,
+        suffix: None,
+        folder: None,
+    }
+    .write(&shown, None, &path)?;
+    write_atomic(
+        &path.with_extension("png"),
+        &standfast_pictures::thumbnail(&shown.1),
+    )?;
     Ok(differs)
 }
 
@@ -241,6 +322,9 @@ fn write_page(folder: &Path, trial: u64, set: &str) -> Result<Option<String>> {
 fn page_in(result: &Path, trial: u64, set: &str, engine: Option<&str>) -> Result<PathBuf> {
     let path = result.join(replay_file(trial, set, engine));
     let folder = path.parent().unwrap_or(result);
-    std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
+    std::fs::create_dir_all(folder).map_err(|source| Error::Write {
+        path: folder.into(),
+        source,
+    })?;
     Ok(path)
 }

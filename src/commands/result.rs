@@ -28,7 +28,11 @@ pub struct Printing {
 impl Printing {
     /// The text to print of a result; `folder` is the one that holds it.
     pub fn of(self, summary: &Summary, folder: &Path) -> String {
-        if self.json { standfast_report::json(summary) } else { text::campaign(summary, folder, self.full) }
+        if self.json {
+            standfast_report::json(summary)
+        } else {
+            text::campaign(summary, folder, self.full)
+        }
     }
 }
 
@@ -37,10 +41,16 @@ const GATE_FAILED: u8 = 100;
 
 /// The gates of the campaign in a folder. It fails as [`Gates::new`] does, and if the baseline is the folder itself.
 pub fn gates_of(folder: &Folder, args: &GateArgs) -> Result<Gates> {
-    if let Some(baseline) = args.baseline.as_deref().filter(|baseline| is_same_folder(baseline, &folder.path)) {
-        let problem =
-            "is the result folder itself; name the folder of an earlier result, or give this one another --out";
-        return Err(Error::Parts { path: baseline.into(), problem: problem.into() });
+    if let Some(baseline) = args
+        .baseline
+        .as_deref()
+        .filter(|baseline| is_same_folder(baseline, &folder.path))
+    {
+        let problem = "is the result folder itself; name the folder of an earlier result, or give this one another --out";
+        return Err(Error::Parts {
+            path: baseline.into(),
+            problem: problem.into(),
+        });
     }
     Gates::new(&folder.manifest, args.baseline.as_deref())
 }
@@ -57,23 +67,41 @@ pub fn conclude(
 ) -> Result<(Summary, Vec<String>)> {
     let (summary, rows) = Summary::of_folder(folder, gates)?;
     result::write(&summary, &rows, &folder.path)?;
-    printing.map(|printing| print(&printing.of(&summary, &folder.path))).transpose()?;
-    note(&result::written(&folder.path, &["summary.json", "trials.parquet", "campaign.toml"]));
+    printing
+        .map(|printing| print(&printing.of(&summary, &folder.path)))
+        .transpose()?;
+    note(&result::written(
+        &folder.path,
+        &["summary.json", "trials.parquet", "campaign.toml"],
+    ));
     say_failed_gates(&summary, &folder.path);
     let stop = || STOP.load(Ordering::Relaxed);
-    let Replays { wanted, written: replays, differ, refused } =
-        write_telling(folder, &summary, args.replays, afresh, &stop);
+    let Replays {
+        wanted,
+        written: replays,
+        differ,
+        refused,
+    } = write_telling(folder, &summary, args.replays, afresh, &stop);
     if replays > 0 {
         // The page is written again, now with links to the replays.
         result::write(&summary, &rows, &folder.path)?;
-        let these = if replays == 1 { "replay of a telling trial" } else { "replays of telling trials" };
-        note(&format!("written: {}: {replays} {these}", folder.path.join("replays").display()));
+        let these = if replays == 1 {
+            "replay of a telling trial"
+        } else {
+            "replays of telling trials"
+        };
+        note(&format!(
+            "written: {}: {replays} {these}",
+            folder.path.join("replays").display()
+        ));
     }
     if let Some(refused) = refused {
         return Err(refused);
     }
     if stop() && replays < wanted {
-        alert("interrupted: the result is complete; the same command writes the replays that are missing");
+        alert(
+            "interrupted: the result is complete; the same command writes the replays that are missing",
+        );
         return Err(Error::Interrupted);
     }
     Ok((summary, differ))
@@ -81,15 +109,26 @@ pub fn conclude(
 
 /// Says which gates did not pass, each with the command that replays a trial that was lost.
 pub fn say_failed_gates(summary: &Summary, folder: &Path) {
-    text::failed_gates(summary, folder).iter().for_each(|line| alert(line));
+    text::failed_gates(summary, folder)
+        .iter()
+        .for_each(|line| alert(line));
 }
 
 /// Whether all gates of all results pass.
 pub fn exit_code(results: &[Summary]) -> ExitCode {
-    exit_code_of_gates(results.iter().flat_map(|result| &result.gates).all(|gate| gate.passes))
+    exit_code_of_gates(
+        results
+            .iter()
+            .flat_map(|result| &result.gates)
+            .all(|gate| gate.passes),
+    )
 }
 
 /// The exit code for gates all of which pass, or not.
 pub fn exit_code_of_gates(passes: bool) -> ExitCode {
-    if passes { ExitCode::SUCCESS } else { ExitCode::from(GATE_FAILED) }
+    if passes {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(GATE_FAILED)
+    }
 }

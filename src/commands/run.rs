@@ -1,7 +1,8 @@
 //! `standfast run`: a campaign, from its file to its verdict.
 
 use super::arguments::{
-    CampaignArgs, ChangeArgs, CheckArgs, EngineChoice, GateArgs, MOST_THREADS, ReplaysArgs, count, fine, number,
+    CampaignArgs, ChangeArgs, CheckArgs, EngineChoice, GateArgs, MOST_THREADS, ReplaysArgs, count,
+    fine, number,
 };
 use super::compare::{self, TracesArgs};
 use super::interrupt::{STOP, stop_on_ctrl_c};
@@ -103,31 +104,55 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         _ => gates_of(folder, &args.gates).map(Some),
     };
     let gates = folders.iter().map(gates).collect::<Result<Vec<_>>>()?;
-    let options = RunOptions { threads: args.threads, shard: args.shard, untried: args.untried };
+    let options = RunOptions {
+        threads: args.threads,
+        shard: args.shard,
+        untried: args.untried,
+    };
     // Two engines run the same controllers, so one folder tells about both.
-    folders[0].manifest.told_not_kept().iter().for_each(|told| tell("warning: ", told));
+    folders[0]
+        .manifest
+        .told_not_kept()
+        .iter()
+        .for_each(|told| tell("warning: ", told));
     stop_on_ctrl_c();
     let of_each = plans.iter().zip(&folders).zip(&gates);
-    let works = of_each.map(|((plan, folder), gates)| CampaignRun::new(plan, folder, options, gates.as_ref()));
+    let works = of_each
+        .map(|((plan, folder), gates)| CampaignRun::new(plan, folder, options, gates.as_ref()));
     let works = works.collect::<Result<Vec<_>>>()?;
     if args.check.check {
         let (name, sets) = (&campaign.name, folders[0].manifest.sets.join(", "));
         let engine = |work: &CampaignRun| {
-            if agreement.is_some() { format!(" in {}", work.folder.manifest.engine) } else { String::new() }
+            if agreement.is_some() {
+                format!(" in {}", work.folder.manifest.engine)
+            } else {
+                String::new()
+            }
         };
-        let to_run = works.iter().map(|work| format!("{} episodes to run{}", work.episodes(), engine(work)));
+        let to_run = works
+            .iter()
+            .map(|work| format!("{} episodes to run{}", work.episodes(), engine(work)));
         let to_run = to_run.collect::<Vec<_>>().join(", ");
         let takes = match time_s(&plans, &works)? {
             0.0 => String::new(),
-            time_s => format!("; that takes about {} on this machine as it is now", duration(time_s)),
+            time_s => format!(
+                "; that takes about {} on this machine as it is now",
+                duration(time_s)
+            ),
         };
-        return fine(&format!("campaign {name} with controllers {sets}: {to_run}{takes}"));
+        return fine(&format!(
+            "campaign {name} with controllers {sets}: {to_run}{takes}"
+        ));
     }
     let mut summaries = Vec::new();
     for (mut work, gates) in works.into_iter().zip(&gates) {
         let folder = work.folder;
         if agreement.is_some() {
-            note(&format!("{}, in {}:", folder.manifest.engine, folder.path.display()));
+            note(&format!(
+                "{}, in {}:",
+                folder.manifest.engine,
+                folder.path.display()
+            ));
         }
         let is_new = !say_what_is_there(folder, &work);
         if args.bare && is_new {
@@ -137,8 +162,14 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         match gates {
             Some(gates) if args.shard.is_none() => {
                 // With two engines there is one JSON object for both.
-                let printing = (agreement.is_none() || !args.printing.json).then_some(args.printing);
-                summaries.push(work.within_threads(|| conclude(folder, gates, &args.replays, printing, false))?.0);
+                let printing =
+                    (agreement.is_none() || !args.printing.json).then_some(args.printing);
+                summaries.push(
+                    work.within_threads(|| {
+                        conclude(folder, gates, &args.replays, printing, false)
+                    })?
+                    .0,
+                );
             }
             _ => print_status(folder, args.gates.baseline.as_deref(), args.printing).map(|_| ())?,
         }
@@ -146,7 +177,9 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     if let (Some(out), [in_first, in_second]) = (agreement, &folders[..]) {
         let comparison = compare::compared([in_first, in_second], &[], &TracesArgs::default())?;
         print(&match args.printing.json {
-            true => standfast_report::json(&json!({ "results": summaries, "comparison": comparison.summary })),
+            true => standfast_report::json(
+                &json!({ "results": summaries, "comparison": comparison.summary }),
+            ),
             false => text::agreement(&comparison.summary, args.printing.full),
         })?;
         compare::write(&comparison, &out)?;
@@ -168,25 +201,39 @@ fn time_s(plans: &[PreparedCampaign], works: &[CampaignRun]) -> Result<f64> {
 
 /// Runs the episodes that are missing, and shows how far the campaign is and what it has found. With `tells_time` it
 /// also says how long the campaign will take here, as soon as the pace of the first episodes is known.
-pub(super) fn simulate(work: &mut CampaignRun, gates: Option<&Gates>, tells_time: bool) -> Result<()> {
+pub(super) fn simulate(
+    work: &mut CampaignRun,
+    gates: Option<&Gates>,
+    tells_time: bool,
+) -> Result<()> {
     let (folder, all, missing) = (work.folder, work.all_episodes(), work.episodes());
     let stopping = folder.manifest.campaign.stopping;
-    let progress = (!work.is_done()).then(|| Progress::of_episodes(all, all - missing, stopping.until_resolved));
+    let progress = (!work.is_done())
+        .then(|| Progress::of_episodes(all, all - missing, stopping.until_resolved));
     let tally = Mutex::new(SuccessTally::new(&folder.manifest.sets));
     let finished = || tally.lock().unwrap_or_else(PoisonError::into_inner);
     let so_far = || SoFar::new(&finished(), stopping.margin);
     let on_part = |rows: &[TrialRow]| {
-        let Some(progress) = progress.as_ref().filter(|_| !rows.is_empty()) else { return };
+        let Some(progress) = progress.as_ref().filter(|_| !rows.is_empty()) else {
+            return;
+        };
         if tells_time && finished().is_empty() {
             let pace = format!("by the pace of its first {} episodes", progress.done());
-            note(&format!("It takes about {} here, {pace}.", duration(progress.whole_s())));
+            note(&format!(
+                "It takes about {} here, {pace}.",
+                duration(progress.whole_s())
+            ));
         }
         finished().add(rows);
         if progress.is_due() {
             progress.show(&so_far());
         }
     };
-    let on_episode = || progress.iter().for_each(|progress| progress.episode_and(|| progress.show(&so_far())));
+    let on_episode = || {
+        progress
+            .iter()
+            .for_each(|progress| progress.episode_and(|| progress.show(&so_far())))
+    };
     let on_look = |look: &InterimLook, all_episodes: u64| {
         let Some(progress) = &progress else { return };
         progress.set_total(all_episodes);
@@ -195,22 +242,40 @@ pub(super) fn simulate(work: &mut CampaignRun, gates: Option<&Gates>, tells_time
             note(&told(look, gates));
         }
     };
-    let run = work.run(&RunEvents { stop: &STOP, on_episode: &on_episode, on_part: &on_part, on_look: &on_look });
+    let run = work.run(&RunEvents {
+        stop: &STOP,
+        on_episode: &on_episode,
+        on_part: &on_part,
+        on_look: &on_look,
+    });
     progress.iter().for_each(Progress::finish);
     if let (Err(Error::Interrupted | Error::Machine(_)), Some(progress)) = (&run, &progress) {
         let (there, all, left) = (all - missing, work.all_episodes(), work.episodes());
-        let lost = progress.done().saturating_sub((all - left).saturating_sub(there));
+        let lost = progress
+            .done()
+            .saturating_sub((all - left).saturating_sub(there));
         let lost = match lost {
             0 => String::new(),
             _ => {
                 let again = duration(progress.time_of_s(lost));
-                format!(" {lost} more belong to parts that had not ended and will be run again (about {again}).")
+                format!(
+                    " {lost} more belong to parts that had not ended and will be run again (about {again})."
+                )
             }
         };
         let kept = format!("{} of {all} episodes are kept.{lost}", all - left);
-        let ended = if let Err(Error::Machine(_)) = run { "incomplete: " } else { "interrupted: " };
-        warn(ended, &format!("{kept} The same command goes on from there, and so does:"));
-        let shard = work.shard.map_or(String::new(), |shard| format!(" --shard {shard}"));
+        let ended = if let Err(Error::Machine(_)) = run {
+            "incomplete: "
+        } else {
+            "interrupted: "
+        };
+        warn(
+            ended,
+            &format!("{kept} The same command goes on from there, and so does:"),
+        );
+        let shard = work
+            .shard
+            .map_or(String::new(), |shard| format!(" --shard {shard}"));
         alert(&format!("  {}{shard}", folder.resume_command()));
     }
     run
@@ -219,7 +284,10 @@ pub(super) fn simulate(work: &mut CampaignRun, gates: Option<&Gates>, tells_time
 impl RunArgs {
     /// The arguments with which the program runs if it is called without any: the standard campaign, unchanged.
     pub fn standard() -> Self {
-        Self { bare: true, ..Self::default() }
+        Self {
+            bare: true,
+            ..Self::default()
+        }
     }
 
     /// The plan that these arguments ask for, in each engine, and the folder for its result. Nothing is written.
@@ -227,14 +295,25 @@ impl RunArgs {
         let files = Campaign::robot_files(self.campaign.or_standard(), &self.overrides())?;
         let robot = files.robot()?;
         let plan = |engine| {
-            let campaign =
-                Campaign::load_for(&robot, self.campaign.or_standard(), &Overrides { engine, ..self.overrides() })?;
+            let campaign = Campaign::load_for(
+                &robot,
+                self.campaign.or_standard(),
+                &Overrides {
+                    engine,
+                    ..self.overrides()
+                },
+            )?;
             self.check_against(&campaign)?;
             let plan = PreparedCampaign::with(&campaign, files.clone())?;
             let folder = self.folder(&plan)?;
             Ok((plan, folder))
         };
-        self.change.settings.engines().into_iter().map(plan).collect()
+        self.change
+            .settings
+            .engines()
+            .into_iter()
+            .map(plan)
+            .collect()
     }
 
     /// The changes of the campaign that these arguments ask for.
@@ -261,9 +340,15 @@ impl RunArgs {
 
     /// The folder for the comparison of two engines; the result of one engine is in `first`.
     fn agreement_folder(&self, first: &Folder) -> PathBuf {
-        let beside =
-            || first.path.with_file_name(format!("{}-agreement", first.path.file_name().unwrap_or_default().display()));
-        self.out.as_ref().map_or_else(beside, |out| out.join("agreement"))
+        let beside = || {
+            first.path.with_file_name(format!(
+                "{}-agreement",
+                first.path.file_name().unwrap_or_default().display()
+            ))
+        };
+        self.out
+            .as_ref()
+            .map_or_else(beside, |out| out.join("agreement"))
     }
 
     /// Fails if an option means nothing for this campaign, or contradicts another option.
@@ -278,16 +363,32 @@ impl RunArgs {
             ));
         }
         if let (Some(shard), Some(EngineChoice::Both)) = (self.shard, self.change.settings.engine) {
-            let (problem, accepted) =
-                ("engines are compared by whole results", "--engine rapier or mujoco, and `compare` after `merge`");
+            let (problem, accepted) = (
+                "engines are compared by whole results",
+                "--engine rapier or mujoco, and `compare` after `merge`",
+            );
             return Err(Error::option("--shard", shard, problem, accepted));
         }
-        let GateArgs { gate, unresolved, baseline } = &self.gates;
+        let GateArgs {
+            gate,
+            unresolved,
+            baseline,
+        } = &self.gates;
         let is_fixed = !campaign.stopping.until_resolved;
-        if is_fixed && self.shard.is_some() && !(gate.is_empty() && unresolved.is_none() && baseline.is_none()) {
-            let (options, problem) =
-                ("--gate, --unresolved, --baseline", "a shard has too few of the trials for a gate");
-            return Err(Error::option(options, "given", problem, "these options of `merge`"));
+        if is_fixed
+            && self.shard.is_some()
+            && !(gate.is_empty() && unresolved.is_none() && baseline.is_none())
+        {
+            let (options, problem) = (
+                "--gate, --unresolved, --baseline",
+                "a shard has too few of the trials for a gate",
+            );
+            return Err(Error::option(
+                options,
+                "given",
+                problem,
+                "these options of `merge`",
+            ));
         }
         Ok(())
     }
@@ -300,16 +401,26 @@ fn say_what_is_there(folder: &Folder, work: &CampaignRun) -> bool {
     if there == 0 {
         return false;
     }
-    let what = if work.shard.is_some() { "this shard" } else { "the campaign" };
+    let what = if work.shard.is_some() {
+        "this shard"
+    } else {
+        "the campaign"
+    };
     match work.is_done() {
-        true => note(&format!("{path}: {what} is complete; nothing is computed again")),
-        false => note(&format!("{path}: goes on, {there} of {all} episodes are there")),
+        true => note(&format!(
+            "{path}: {what} is complete; nothing is computed again"
+        )),
+        false => note(&format!(
+            "{path}: goes on, {there} of {all} episodes are there"
+        )),
     }
     if folder.is_of_another_build() {
         let advice = "To run all of them with this build, give another --out.";
         warn(
             "",
-            &format!("The episodes that are there were made by another build of standfast, and are kept. {advice}"),
+            &format!(
+                "The episodes that are there were made by another build of standfast, and are kept. {advice}"
+            ),
         );
     }
     true
@@ -319,15 +430,23 @@ fn say_what_is_there(folder: &Folder, work: &CampaignRun) -> bool {
 /// quicker.
 fn announce(campaign: &Campaign, work: &CampaignRun) {
     let program = std::env::args_os().next().unwrap_or("standfast".into());
-    let (program, sets, name) = (shell_word(&program.to_string_lossy()), campaign.gains.len(), &campaign.name);
-    let what =
-        format!("This runs the campaign `{name}`: {} pushes for each of {sets} controllers, on", campaign.trials);
+    let (program, sets, name) = (
+        shell_word(&program.to_string_lossy()),
+        campaign.gains.len(),
+        &campaign.name,
+    );
+    let what = format!(
+        "This runs the campaign `{name}`: {} pushes for each of {sets} controllers, on",
+        campaign.trials
+    );
     let keeps = "Ctrl-C keeps what is finished, and the same command goes on from there";
     let threads = match work.threads() {
         1 => "one thread".into(),
         threads => format!("{threads} threads"),
     };
-    let quick = format!("{program} push --replay push.html (one push, to watch in a browser), {program} run smoke");
+    let quick = format!(
+        "{program} push --replay push.html (one push, to watch in a browser), {program} run smoke"
+    );
     tell("", &format!("{what} {threads}. {keeps}."));
     tell("", &format!("For a quick look instead: {quick} (seconds)."));
 }

@@ -53,8 +53,13 @@ pub struct SlurmArgs {
 
 /// Options of `slurm` alone; `true` where a value follows. The second list has the options of `run` that only the merge
 /// gets.
-const OWN: [(&str, bool); 5] =
-    [("--shards", true), ("--minutes", true), ("--cpus", true), ("--sbatch", true), ("--submit", false)];
+const OWN: [(&str, bool); 5] = [
+    ("--shards", true),
+    ("--minutes", true),
+    ("--cpus", true),
+    ("--sbatch", true),
+    ("--submit", false),
+];
 const OF_MERGE: [(&str, bool); 7] = [
     ("--gate", true),
     ("--unresolved", true),
@@ -69,22 +74,43 @@ const OF_TASK: [(&str, bool); 2] = [("--threads", true), ("--out", true)];
 
 pub fn run(args: &SlurmArgs) -> Result<ExitCode> {
     if args.run.shard.is_some() || args.run.check.check {
-        return Err(Error::option("--shard, --check", "given", "each task has its own shard", "--shards"));
+        return Err(Error::option(
+            "--shard, --check",
+            "given",
+            "each task has its own shard",
+            "--shards",
+        ));
     }
     let (plans, folders) = args.run.plans()?;
     let ([plan], [folder]) = (&plans[..], &folders[..]) else {
-        return Err(Error::option("--engine", "both", "a shard has one engine", "rapier or mujoco"));
+        return Err(Error::option(
+            "--engine",
+            "both",
+            "a shard has one engine",
+            "rapier or mujoco",
+        ));
     };
     gates_of(folder, &args.run.gates)?;
-    let typed =
-        std::env::args_os().skip(1).skip_while(|arg| arg != "slurm").skip(1).map(line).collect::<Result<_>>()?;
+    let typed = std::env::args_os()
+        .skip(1)
+        .skip_while(|arg| arg != "slurm")
+        .skip(1)
+        .map(line)
+        .collect::<Result<_>>()?;
     let script = args.script(plan, &folder.path, typed)?;
     if !args.submit {
         print(&script)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let fail = |source| Error::Read { path: "sh".into(), source };
-    let submitted = Command::new("sh").arg("-c").arg(&script).output().map_err(fail)?;
+    let fail = |source| Error::Read {
+        path: "sh".into(),
+        source,
+    };
+    let submitted = Command::new("sh")
+        .arg("-c")
+        .arg(&script)
+        .output()
+        .map_err(fail)?;
     alert(String::from_utf8_lossy(&submitted.stderr).trim_end());
     print(&String::from_utf8_lossy(&submitted.stdout))?;
     match submitted.status.success() {
@@ -105,13 +131,31 @@ impl SlurmArgs {
         let shards = self.shards.unwrap_or_else(by_time).min(parts);
         let (of_merge, mut rest) = split(typed, &OF_MERGE);
         // Both the tasks and the merge may start commands of a result's folder.
-        rest.extend(of_merge.iter().filter(|word| *word == "--run-inputs").cloned());
+        rest.extend(
+            of_merge
+                .iter()
+                .filter(|word| *word == "--run-inputs")
+                .cloned(),
+        );
         let (_, rest) = split(rest, &[&OWN[..], &OF_TASK].concat());
         // Whether a campaign is decided depends on its gates, so its shards have to know them.
         let (gates, _) = split(of_merge.clone(), &OF_MERGE[..3]);
-        let asked = if campaign.stopping.until_resolved { [rest, gates].concat() } else { rest };
-        let program = mujoco::called().map_err(|source| Error::Read { path: "standfast".into(), source })?;
-        let words = |words: &[String]| words.iter().map(|word| shell_word(word)).collect::<Vec<_>>().join(" ");
+        let asked = if campaign.stopping.until_resolved {
+            [rest, gates].concat()
+        } else {
+            rest
+        };
+        let program = mujoco::called().map_err(|source| Error::Read {
+            path: "standfast".into(),
+            source,
+        })?;
+        let words = |words: &[String]| {
+            words
+                .iter()
+                .map(|word| shell_word(word))
+                .collect::<Vec<_>>()
+                .join(" ")
+        };
         let [program, out] = [&program, out].map(|path| shell_word(&path.display().to_string()));
         let (asked, of_merge, options) = (words(&asked), words(&of_merge), words(&self.sbatch));
         let (name, cpus) = (&campaign.name, self.cpus);
@@ -166,9 +210,17 @@ fn line(word: OsString) -> Result<String> {
     let is_line = |word: &String| !word.contains(['\n', '\r']);
     let refused = |word: &OsStr| {
         let (word, problem) = (word.to_string_lossy(), "cannot be a word of a script");
-        Error::option("slurm", format!("{word:?}"), problem, "text in UTF-8 without line breaks")
+        Error::option(
+            "slurm",
+            format!("{word:?}"),
+            problem,
+            "text in UTF-8 without line breaks",
+        )
     };
-    word.to_str().map(String::from).filter(is_line).ok_or_else(|| refused(&word))
+    word.to_str()
+        .map(String::from)
+        .filter(is_line)
+        .ok_or_else(|| refused(&word))
 }
 
 /// Takes the options with these names, and their values, out of a command line.
@@ -180,14 +232,22 @@ fn split(line: Vec<String>, names: &[(&str, bool)]) -> (Vec<String>, Vec<String>
             continue;
         }
         // Short options may stand together, such as -qo DIR, and their value may follow at once, as in -oDIR.
-        let short_out = word.strip_prefix('-').and_then(|flags| flags.trim_start_matches('q').strip_prefix('o'));
+        let short_out = word
+            .strip_prefix('-')
+            .and_then(|flags| flags.trim_start_matches('q').strip_prefix('o'));
         let (name, value) = match short_out {
             Some(value) => ("--out", (!value.is_empty()).then_some(value)),
-            None => word.split_once('=').map_or((word.as_str(), None), |(name, value)| (name, Some(value))),
+            None => word
+                .split_once('=')
+                .map_or((word.as_str(), None), |(name, value)| (name, Some(value))),
         };
         match names.iter().find(|(taken, _)| *taken == name) {
             Some(&(_, has_value)) => {
-                let value = if has_value && value.is_none() { words.next() } else { None };
+                let value = if has_value && value.is_none() {
+                    words.next()
+                } else {
+                    None
+                };
                 taken.extend(std::iter::once(word).chain(value));
             }
             None => rest.push(word),
@@ -207,8 +267,18 @@ mod tests {
         assert_eq!(own, ["--shards", "4", "--submit"]);
         let (of_merge, rest) = split(rest, &OF_MERGE);
         assert_eq!(of_merge, ["--gate=a>=0.5", "--gate", "b>=0.1"]);
-        assert_eq!(rest, ["standard", "--set", "push.height_m=0.1", "--trials", "9"]);
-        for out in ["-o DIR", "-oDIR", "-o=DIR", "-qo DIR", "--out DIR", "--out=DIR"] {
+        assert_eq!(
+            rest,
+            ["standard", "--set", "push.height_m=0.1", "--trials", "9"]
+        );
+        for out in [
+            "-o DIR",
+            "-oDIR",
+            "-o=DIR",
+            "-qo DIR",
+            "--out DIR",
+            "--out=DIR",
+        ] {
             let line = format!("standard {out} -q --trials 9");
             let (_, rest) = split(line.split(' ').map(String::from).collect(), &OF_TASK);
             assert_eq!(rest, ["standard", "-q", "--trials", "9"], "{out}");

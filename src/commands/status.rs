@@ -44,31 +44,48 @@ pub fn run(args: &StatusArgs) -> Result<ExitCode> {
     if let Some(shards) = args.shards {
         let missing = missing(&folder, baseline)?;
         print(&format!("{}\n", shards_of(&missing, shards)))?;
-        return Ok(if missing.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) });
+        return Ok(if missing.is_empty() {
+            ExitCode::SUCCESS
+        } else {
+            ExitCode::from(INCOMPLETE)
+        });
     }
     let complete = print_status(&folder, baseline, args.printing)?;
     if complete && args.printing.full && !args.printing.json {
         let (summary, _) = Summary::read(&folder, &Gates::new(&folder.manifest, baseline)?)?;
-        print(&format!("\n{}", text::campaign(&summary, &folder.path, true)))?;
+        print(&format!(
+            "\n{}",
+            text::campaign(&summary, &folder.path, true)
+        ))?;
     }
-    Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(INCOMPLETE) })
+    Ok(if complete {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(INCOMPLETE)
+    })
 }
 
 /// The blocks that a result still lacks. Of a campaign that ends when decided and has not ended, the looks that its
 /// parts allow are taken: what was decided by then lacks nothing.
 fn missing(folder: &Folder, baseline: Option<&Path>) -> Result<Vec<u64>> {
     let of = |set_trials: &[u64]| {
-        (0..folder.blocks()).filter(|&block| folder.lacks(block, set_trials).contains(&true)).collect()
+        (0..folder.blocks())
+            .filter(|&block| folder.lacks(block, set_trials).contains(&true))
+            .collect()
     };
     if folder.set_trials().is_some() {
         return Ok(folder.missing());
     }
     let gates = match Gates::new(&folder.manifest, baseline) {
         // What is decided can be known only with a baseline.
-        Err(_) if baseline.is_none() => return Ok(of(&vec![folder.trials(); folder.manifest.sets.len()])),
+        Err(_) if baseline.is_none() => {
+            return Ok(of(&vec![folder.trials(); folder.manifest.sets.len()]));
+        }
         gates => gates?,
     };
-    let Some(mut looks) = InterimLooks::new(folder, &gates) else { return Ok(folder.missing()) };
+    let Some(mut looks) = InterimLooks::new(folder, &gates) else {
+        return Ok(folder.missing());
+    };
     looks.go_on(&|_| {})?;
     Ok(of(&looks.set_trials))
 }
@@ -76,7 +93,13 @@ fn missing(folder: &Folder, baseline: Option<&Path>) -> Result<Vec<u64>> {
 /// The controllers that have fewer trials than the result, with their number.
 fn stopped_early(folder: &Folder) -> Vec<(&String, u64)> {
     let trials = folder.set_trials().unwrap_or_default();
-    folder.manifest.sets.iter().zip(trials).filter(|(_, trials)| *trials < folder.trials()).collect()
+    folder
+        .manifest
+        .sets
+        .iter()
+        .zip(trials)
+        .filter(|(_, trials)| *trials < folder.trials())
+        .collect()
 }
 
 /// Prints which parts are complete and what to run next. Returns whether all parts are.
@@ -84,7 +107,11 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
     let (missing, blocks) = (missing(folder, baseline)?, folder.blocks());
     let (complete, trials) = (missing.is_empty(), folder.trials_of(&missing));
     let there = blocks - missing.len() as u64;
-    let next = if complete { folder.merge_command() } else { folder.resume_command() };
+    let next = if complete {
+        folder.merge_command()
+    } else {
+        folder.resume_command()
+    };
     if printing.json {
         print(&standfast_report::json(&json!({
             "name": folder.manifest.campaign.name,
@@ -102,7 +129,9 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
     let (path, engine) = (folder.path.display(), &folder.manifest.engine);
     let mut head = format!("{path}: {there} of {blocks} parts are complete, simulated by {engine}");
     for (set, trials) in stopped_early(folder) {
-        head += &format!("\n{set} has {trials} trials: all that was to be decided about it was decided by then");
+        head += &format!(
+            "\n{set} has {trials} trials: all that was to be decided about it was decided by then"
+        );
     }
     let report = folder.path.join(FILES[0]);
     print(&if complete && report.is_file() {

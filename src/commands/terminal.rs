@@ -19,8 +19,14 @@ static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 /// that ends with that. It is no error if the reader has gone, as in `| head`.
 pub fn print(text: &str) -> Result<ExitCode> {
     let mut out = std::io::stdout().lock();
-    match out.write_all(harmless(text).as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::Write { path: "standard output".into(), source: e }),
+    match out
+        .write_all(harmless(text).as_bytes())
+        .and_then(|()| out.flush())
+    {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::Write {
+            path: "standard output".into(),
+            source: e,
+        }),
         _ => Ok(ExitCode::SUCCESS),
     }
 }
@@ -68,7 +74,10 @@ pub struct Once<L> {
 
 impl<L: Log> Once<L> {
     pub fn new(logger: L) -> Self {
-        Self { logger, told: Mutex::default() }
+        Self {
+            logger,
+            told: Mutex::default(),
+        }
     }
 }
 
@@ -79,14 +88,25 @@ impl<L: Log> Log for Once<L> {
 
     fn log(&self, record: &Record) {
         let text = record.args().to_string();
-        let is_new = || self.told.lock().unwrap_or_else(PoisonError::into_inner).insert(text.clone());
+        let is_new = || {
+            self.told
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .insert(text.clone())
+        };
         // A user who asks for more than warnings wants every message.
         if self.enabled(record.metadata()) && (record.level() > Level::Warn || is_new()) {
             let shown = harmless(&text);
             let (metadata, module) = (record.metadata().clone(), record.module_path());
             above_the_bar(|| {
                 let args = format_args!("{shown}");
-                self.logger.log(&Record::builder().metadata(metadata).module_path(module).args(args).build());
+                self.logger.log(
+                    &Record::builder()
+                        .metadata(metadata)
+                        .module_path(module)
+                        .args(args)
+                        .build(),
+                );
             });
         }
     }
@@ -104,7 +124,11 @@ pub fn tell(mark: &str, sentences: &str) {
 /// Whether a command that a result keeps may be started, and says which one. If this machine has not made the result,
 /// it asks, unless `is_allowed`; where there is no terminal, it may not.
 pub fn may_start(kept: &Kept, is_allowed: bool) -> bool {
-    let Kept { file, command, made } = kept;
+    let Kept {
+        file,
+        command,
+        made,
+    } = kept;
     if *made == Made::Now {
         return true;
     }
@@ -116,9 +140,12 @@ pub fn may_start(kept: &Kept, is_allowed: bool) -> bool {
     if !(stdin.is_terminal() && std::io::stderr().is_terminal()) {
         return false;
     }
-    alert("This machine has not made the files of this result, and a program may do anything. Start it? [y/N]");
+    alert(
+        "This machine has not made the files of this result, and a program may do anything. Start it? [y/N]",
+    );
     let mut answer = String::new();
-    stdin.read_line(&mut answer).is_ok() && ["y", "yes"].contains(&answer.trim().to_lowercase().as_str())
+    stdin.read_line(&mut answer).is_ok()
+        && ["y", "yes"].contains(&answer.trim().to_lowercase().as_str())
 }
 
 /// Prints sentences of a warning or an error as [`alert`] does, in lines that fit the terminal.
@@ -155,7 +182,12 @@ mod tests {
         let once = Once::new(Count(AtomicUsize::new(0)));
         let [mesh, joint, waits] = [("warn", "no mesh"), ("warn", "no joint"), ("info", "waits")];
         for (level, text) in [mesh, mesh, waits, joint, mesh, waits] {
-            once.log(&Record::builder().level(level.parse().unwrap()).args(format_args!("{text}")).build());
+            once.log(
+                &Record::builder()
+                    .level(level.parse().unwrap())
+                    .args(format_args!("{text}"))
+                    .build(),
+            );
         }
         assert_eq!(once.logger.0.into_inner(), 4);
     }

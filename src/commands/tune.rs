@@ -1,7 +1,9 @@
 //! `standfast tune`: searches better numbers for a controller, and judges what it finds by trials that the search has not
 //! seen.
 
-use super::arguments::{CheckArgs, ControllerArgs, MOST_THREADS, ReplaysArgs, SettingArgs, count, fine};
+use super::arguments::{
+    CheckArgs, ControllerArgs, MOST_THREADS, ReplaysArgs, SettingArgs, count, fine,
+};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::result::conclude;
@@ -13,7 +15,9 @@ use standfast_report::{text::tune as text, tune_page};
 use standfast_robots::urdf::Files;
 use standfast_study::run::{CampaignRun, RunOptions};
 use standfast_study::tune::search::Generation;
-use standfast_study::tune::{Budget, CaseVerdict, MOST_EPISODES, TuneEvents, TuneOptions, Tuned, Tuning};
+use standfast_study::tune::{
+    Budget, CaseVerdict, MOST_EPISODES, TuneEvents, TuneOptions, Tuned, Tuning,
+};
 use standfast_study::verdict::gates::Gates;
 use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Shard, Summary};
 use std::path::{Path, PathBuf};
@@ -90,7 +94,9 @@ const MOST_HOURS: f64 = 8760.0;
 /// Reads a number of episodes, or a time with its unit.
 fn budget(text: &str) -> Result<Budget, String> {
     let units = [("min", 60.0), ("h", 3600.0), ("s", 1.0)];
-    let time = units.iter().find_map(|(unit, s)| Some((text.strip_suffix(unit)?.trim(), s)));
+    let time = units
+        .iter()
+        .find_map(|(unit, s)| Some((text.strip_suffix(unit)?.trim(), s)));
     let refused = || {
         format!(
             "{text} is no budget; accepted: a number of episodes up to {MOST_EPISODES}, or a time such as 10min or 2h, up to \
@@ -103,7 +109,10 @@ fn budget(text: &str) -> Result<Budget, String> {
             _ => Err(refused()),
         },
         None => {
-            let episodes = text.parse().ok().filter(|episodes| *episodes <= MOST_EPISODES);
+            let episodes = text
+                .parse()
+                .ok()
+                .filter(|episodes| *episodes <= MOST_EPISODES);
             episodes.map(Budget::Episodes).ok_or_else(refused)
         }
     }
@@ -121,11 +130,19 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
         shard: args.shard,
     };
     stop_on_ctrl_c();
-    let name = Path::new(args.controller.name()).file_stem().unwrap_or_default().to_string_lossy();
+    let name = Path::new(args.controller.name())
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy();
     let of_name = || Path::new("standfast-results").join(format!("tune-{name}"));
     let folder = args.out.clone().unwrap_or_else(of_name);
     if folder.exists() && !folder.is_dir() {
-        return Err(Error::option("--out", folder.display(), "it is a file", "a folder, new or of this search"));
+        return Err(Error::option(
+            "--out",
+            folder.display(),
+            "it is a file",
+            "a folder, new or of this search",
+        ));
     }
     let tuning = Tuning::new(&cases, options, &folder)?;
     let numbers = tuning.task.tunables.len();
@@ -145,7 +162,10 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
     note(&told);
     if tuning.goes_on {
         let there = tuning.episodes_there()?;
-        note(&format!("{}: goes on, {there} episodes are there", folder.display()));
+        note(&format!(
+            "{}: goes on, {there} episodes are there",
+            folder.display()
+        ));
     }
     let mut tuned = search(&tuning)?;
     judge(args, &tuning, &cases, &mut tuned, &folder)?;
@@ -156,15 +176,23 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
 fn search(tuning: &Tuning) -> Result<Tuned> {
     let most = tuning.task.episodes - tuning.final_episodes();
     let progress = Progress::of_episodes(most, tuning.episodes_there()?, true);
-    let on_generation =
-        |generation: &Generation, spread: f64, spent: u64| note(&text::generation(generation, spread, spent));
+    let on_generation = |generation: &Generation, spread: f64, spent: u64| {
+        note(&text::generation(generation, spread, spent))
+    };
     let on_wait = |missing: Shard| log::info!("waits for shard {missing}");
     let on_episode = || progress.episode();
-    let watch = TuneEvents { stop: &STOP, on_episode: &on_episode, on_generation: &on_generation, on_wait: &on_wait };
+    let watch = TuneEvents {
+        stop: &STOP,
+        on_episode: &on_episode,
+        on_generation: &on_generation,
+        on_wait: &on_wait,
+    };
     let tuned = tuning.search(&watch);
     progress.finish();
     if let Err(Error::Interrupted) = tuned {
-        alert("interrupted: finished generations are kept, and the same command goes on from there");
+        alert(
+            "interrupted: finished generations are kept, and the same command goes on from there",
+        );
     }
     tuned
 }
@@ -177,15 +205,26 @@ fn judge(
     tuned: &mut Tuned,
     folder: &Path,
 ) -> Result<()> {
-    let is_same = tuned.proposed.iter().zip(&tuned.task.tunables).all(|(value, tunable)| *value == tunable.now);
+    let is_same = tuned
+        .proposed
+        .iter()
+        .zip(&tuned.task.tunables)
+        .all(|(value, tunable)| *value == tunable.now);
     if is_same {
         return Ok(());
     }
     let proposed = tuning.write_controller(tuned, "proposed.toml", &[])?;
     for (number, ((campaign, files), case)) in cases.iter().zip(&tuned.task.cases).enumerate() {
-        let name = if cases.len() == 1 { "final".into() } else { format!("final-{}", number + 1) };
-        let mut campaign =
-            Campaign { seed: tuned.task.final_seed, trials: tuned.task.final_trials, ..campaign.clone() };
+        let name = if cases.len() == 1 {
+            "final".into()
+        } else {
+            format!("final-{}", number + 1)
+        };
+        let mut campaign = Campaign {
+            seed: tuned.task.final_seed,
+            trials: tuned.task.final_trials,
+            ..campaign.clone()
+        };
         campaign.gains.push(proposed.display().to_string());
         let plan = PreparedCampaign::with(&campaign, files.clone())?;
         let result = plan.folder(Some(&folder.join(&name)))?;
@@ -196,17 +235,29 @@ fn judge(
             text::case(case),
             campaign.trials
         ));
-        let options = RunOptions { threads: args.threads, shard: args.shard, untried: true };
+        let options = RunOptions {
+            threads: args.threads,
+            shard: args.shard,
+            untried: true,
+        };
         let mut work = CampaignRun::new(&plan, &result, options, Some(&gates))?;
         simulate(&mut work, Some(&gates), false)?;
         wait_for_others(&result)?;
         let summary = match args.writes() {
-            true => work.within_threads(|| conclude(&result, &gates, &ReplaysArgs::default(), None, false))?.0,
+            true => {
+                work.within_threads(|| {
+                    conclude(&result, &gates, &ReplaysArgs::default(), None, false)
+                })?
+                .0
+            }
             false => Summary::read(&result, &gates)?.0,
         };
-        tuned.verdicts.extend(CaseVerdict::of(case, &name, &summary, &tuned.name));
+        tuned
+            .verdicts
+            .extend(CaseVerdict::of(case, &name, &summary, &tuned.name));
     }
-    tuned.is_better = !tuned.verdicts.is_empty() && tuned.verdicts.iter().all(CaseVerdict::is_better);
+    tuned.is_better =
+        !tuned.verdicts.is_empty() && tuned.verdicts.iter().all(CaseVerdict::is_better);
     Ok(())
 }
 
@@ -228,15 +279,25 @@ fn finish(args: &TuneArgs, tuning: &Tuning, tuned: &Tuned, folder: &Path) -> Res
         return Ok(ExitCode::SUCCESS);
     }
     let as_json = standfast_report::json(tuned);
-    print(&if args.json { as_json.clone() } else { text::text(tuned) })?;
+    print(&if args.json {
+        as_json.clone()
+    } else {
+        text::text(tuned)
+    })?;
     write_atomic(&folder.join("tune.json"), as_json.as_bytes())?;
-    write_atomic(&folder.join("tune.html"), tune_page::page(tuned)?.as_bytes())?;
+    write_atomic(
+        &folder.join("tune.html"),
+        tune_page::page(tuned)?.as_bytes(),
+    )?;
     if tuned.is_better {
         let file = format!("{}.toml", tuned.name);
         let path = tuning.write_controller(tuned, &file, &text::provenance(tuned))?;
         note(&format!("written: {}", path.display()));
     }
-    note(&format!("written: {}, tune.json", folder.join("tune.html").display()));
+    note(&format!(
+        "written: {}, tune.json",
+        folder.join("tune.html").display()
+    ));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -253,21 +314,43 @@ impl TuneArgs {
             some => some.iter().cloned().map(Some).collect(),
         };
         if let Some(twice) = (1..robots.len()).find(|&i| {
-            robots[..i].iter().flatten().any(|other| robots[i].as_ref().is_some_and(|robot| is_same(robot, other)))
+            robots[..i].iter().flatten().any(|other| {
+                robots[i]
+                    .as_ref()
+                    .is_some_and(|robot| is_same(robot, other))
+            })
         }) {
             let robot = robots[twice].clone().unwrap_or_default();
-            return Err(Error::option("--robot", robot, "is given twice", "each robot once"));
+            return Err(Error::option(
+                "--robot",
+                robot,
+                "is given twice",
+                "each robot once",
+            ));
         }
         let mut cases = Vec::new();
         for robot in robots {
             for engine in self.settings.engines() {
                 let (gains, robot) = (vec![self.controller.name().to_string()], robot.clone());
-                let overrides = Overrides { gains, robot, engine, ..self.settings.overrides() };
+                let overrides = Overrides {
+                    gains,
+                    robot,
+                    engine,
+                    ..self.settings.overrides()
+                };
                 let files = Campaign::robot_files(&self.campaign, &overrides)?;
                 let campaign = Campaign::load_for(&files.robot()?, &self.campaign, &overrides)?;
                 if campaign.stopping.until_resolved {
-                    let (problem, accepted) = ("ends when decided", "a campaign with a fixed number of trials");
-                    return Err(Error::option("--campaign", &self.campaign, problem, accepted));
+                    let (problem, accepted) = (
+                        "ends when decided",
+                        "a campaign with a fixed number of trials",
+                    );
+                    return Err(Error::option(
+                        "--campaign",
+                        &self.campaign,
+                        problem,
+                        accepted,
+                    ));
                 }
                 cases.push((campaign, files));
             }

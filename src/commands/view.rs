@@ -1,6 +1,8 @@
 //! `standfast view`: shows the robot in a 3D window, live.
 
-use super::arguments::{CampaignArgs, ENGINE_CHOICES, EngineChoice, MOST_TRIAL, check_output, count, number, one_of};
+use super::arguments::{
+    CampaignArgs, ENGINE_CHOICES, EngineChoice, MOST_TRIAL, check_output, count, number, one_of,
+};
 use super::terminal::print;
 use standfast_core::error::Result;
 use std::path::PathBuf;
@@ -68,9 +70,23 @@ pub fn run(args: ViewArgs) -> Result<ExitCode> {
 /// Shows the window until it is closed, and tells what came of it.
 #[cfg(feature = "view")]
 fn shown(args: ViewArgs) -> Result<String> {
-    let ViewArgs { trial, gains, engine, robot, campaign, impulse, heading, speed, seconds, screenshot } = args;
+    let ViewArgs {
+        trial,
+        gains,
+        engine,
+        robot,
+        campaign,
+        impulse,
+        heading,
+        speed,
+        seconds,
+        screenshot,
+    } = args;
     let campaign = campaign.name().map(String::from);
-    let (engine, ghost) = (engine.and_then(EngineChoice::one), engine == Some(EngineChoice::Both));
+    let (engine, ghost) = (
+        engine.and_then(EngineChoice::one),
+        engine == Some(EngineChoice::Both),
+    );
     standfast_window::run(&standfast_window::Options {
         trial,
         gains,

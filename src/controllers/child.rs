@@ -68,10 +68,15 @@ impl Talker {
     /// Starts a program.
     pub fn start(command: &mut Command) -> Result<Self, Trouble> {
         let fail = |e: io::Error| match shortage(&e) {
-            Some(remedy) => Trouble::OfMachine(format!("the program of a controller cannot be started: {e}; {remedy}")),
+            Some(remedy) => Trouble::OfMachine(format!(
+                "the program of a controller cannot be started: {e}; {remedy}"
+            )),
             None => Trouble::OfChild(format!("cannot be started: {e}")),
         };
-        let piped = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let piped = command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
         // Ctrl-C reaches this program alone, so that children do not die in the middle of their episodes.
         let mut child = piped.process_group(0).spawn().map_err(fail)?;
         GUARD.watch(&child).map_err(|e| {
@@ -80,26 +85,42 @@ impl Talker {
             fail(e)
         })?;
         let pipes = (child.stdin.take(), child.stdout.take(), child.stderr.take());
-        let (Some(stdin), Some(stdout), Some(stderr)) = pipes else { unreachable!("all three were asked for") };
-        let unblocked = ioctl_fionbio(&stdin, true).and(ioctl_fionbio(&stdout, true)).and(ioctl_fionbio(&stderr, true));
+        let (Some(stdin), Some(stdout), Some(stderr)) = pipes else {
+            unreachable!("all three were asked for")
+        };
+        let unblocked = ioctl_fionbio(&stdin, true)
+            .and(ioctl_fionbio(&stdout, true))
+            .and(ioctl_fionbio(&stderr, true));
         let (heard, words, [is_silent, is_speechless]) = (Vec::new(), VecDeque::new(), [false; 2]);
-        let talker = Self { child, stdin: Some(stdin), stdout, stderr, heard, is_silent, words, is_speechless };
+        let talker = Self {
+            child,
+            stdin: Some(stdin),
+            stdout,
+            stderr,
+            heard,
+            is_silent,
+            words,
+            is_speechless,
+        };
         unblocked.map_err(|e| fail(e.into())).map(|()| talker)
     }
 
     /// Sends a line, which ends with a line feed, and waits for the answer. Both together take at most `limit`. After
     /// an error the child is of no use.
     pub fn ask(&mut self, line: &str, limit: Duration) -> Result<String, Trouble> {
-        self.exchange(line.as_bytes(), limit).map_err(|trouble| match trouble {
-            Trouble::OfChild(problem) => self.failed(problem).into(),
-            other => other,
-        })
+        self.exchange(line.as_bytes(), limit)
+            .map_err(|trouble| match trouble {
+                Trouble::OfChild(problem) => self.failed(problem).into(),
+                other => other,
+            })
     }
 
     fn exchange(&mut self, mut unsent: &[u8], limit: Duration) -> Result<String, Trouble> {
         self.hear()?;
         match self.answer()? {
-            Some(answer) => return Err(format!("spoke without being asked: {}", in_short(&answer)).into()),
+            Some(answer) => {
+                return Err(format!("spoke without being asked: {}", in_short(&answer)).into());
+            }
             None if self.is_silent => return Err("has closed its output".to_string().into()),
             None => {}
         }
@@ -108,13 +129,20 @@ impl Talker {
         let mut is_deaf = false;
         loop {
             if !unsent.is_empty() && !is_deaf {
-                match self.stdin.as_mut().map_or(Ok(0), |stdin| stdin.write(unsent)) {
+                match self
+                    .stdin
+                    .as_mut()
+                    .map_or(Ok(0), |stdin| stdin.write(unsent))
+                {
                     Ok(sent) => unsent = &unsent[sent..],
                     Err(e) if is_for_later(&e) => {}
                     Err(_) => is_deaf = true,
                 }
             }
-            self.wait(!unsent.is_empty() && !is_deaf, GLANCE.min(limit.saturating_sub(began.elapsed())))?;
+            self.wait(
+                !unsent.is_empty() && !is_deaf,
+                GLANCE.min(limit.saturating_sub(began.elapsed())),
+            )?;
             self.hear()?;
             match self.answer()? {
                 Some(answer) if unsent.is_empty() => return Ok(answer),
@@ -128,7 +156,11 @@ impl Talker {
             }
             if waited >= limit {
                 let limit_s = limit.as_secs_f64();
-                let did_not = if unsent.is_empty() { "gave no answer" } else { "did not read what it was sent" };
+                let did_not = if unsent.is_empty() {
+                    "gave no answer"
+                } else {
+                    "did not read what it was sent"
+                };
                 return Err(format!("{did_not} within {limit_s} s").into());
             }
         }
@@ -144,7 +176,10 @@ impl Talker {
         if let Some(stdin) = self.stdin.as_ref().filter(|_| is_sending) {
             pipes.push(PollFd::new(stdin, PollFlags::OUT));
         }
-        let limit = Timespec { tv_sec: limit.as_secs() as i64, tv_nsec: limit.subsec_nanos().into() };
+        let limit = Timespec {
+            tv_sec: limit.as_secs() as i64,
+            tv_nsec: limit.subsec_nanos().into(),
+        };
         match poll(&mut pipes, Some(&limit)) {
             Err(e) if e != rustix::io::Errno::INTR => Err(format!("cannot be waited for: {e}")),
             _ => Ok(()),
@@ -179,10 +214,13 @@ impl Talker {
             None => 0,
         };
         if end > MOST_BYTES {
-            return Err(format!("answered with a line of more than {MOST_BYTES} bytes"));
+            return Err(format!(
+                "answered with a line of more than {MOST_BYTES} bytes"
+            ));
         }
         let line: Vec<u8> = self.heard.drain(..end).collect();
-        let line = String::from_utf8(line).map_err(|_| "answered with something that is not UTF-8")?;
+        let line =
+            String::from_utf8(line).map_err(|_| "answered with something that is not UTF-8")?;
         Ok(Some(line).filter(|line| !line.is_empty()))
     }
 
@@ -212,8 +250,14 @@ impl Talker {
             Some(status) if !status.success() => format!(" ({status})"),
             _ => String::new(),
         };
-        let words = String::from_utf8_lossy(self.words.make_contiguous()).trim().to_string();
-        let words = if words.is_empty() { String::new() } else { format!("; on stderr: {words}") };
+        let words = String::from_utf8_lossy(self.words.make_contiguous())
+            .trim()
+            .to_string();
+        let words = if words.is_empty() {
+            String::new()
+        } else {
+            format!("; on stderr: {words}")
+        };
         format!("{problem}{ended}{words}")
     }
 
@@ -266,7 +310,11 @@ pub(super) fn in_short(answer: &str) -> String {
 /// The first `most` characters of a text.
 pub(super) fn shortened(text: &str, most: usize) -> String {
     let start: String = text.chars().take(most).collect();
-    if text.chars().count() > most { format!("{start}...") } else { start }
+    if text.chars().count() > most {
+        format!("{start}...")
+    } else {
+        start
+    }
 }
 
 /// A shell that kills all children if this program is killed. It reads from a pipe that closes with this program, and
@@ -292,12 +340,20 @@ for group in $groups; do kill -s KILL -- \"-$group\"; done 2>/dev/null";
         let mut shell = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if shell.is_none() {
             let mut command = Command::new("/bin/sh");
-            command.args(["-c", Self::SCRIPT]).current_dir("/").process_group(0);
-            command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
+            command
+                .args(["-c", Self::SCRIPT])
+                .current_dir("/")
+                .process_group(0);
+            command
+                .stdin(Stdio::piped())
+                .stdout(Stdio::null())
+                .stderr(Stdio::null());
             match command.spawn() {
                 Ok(mut started) => *shell = started.stdin.take(),
                 Err(e) if shortage(&e).is_some() => return Err(e),
-                Err(e) => log::debug!("children outlive this program if it is killed: /bin/sh: {e}"),
+                Err(e) => {
+                    log::debug!("children outlive this program if it is killed: /bin/sh: {e}")
+                }
             }
         }
         Self::tell(&mut shell, '+', child);
@@ -306,12 +362,17 @@ for group in $groups; do kill -s KILL -- \"-$group\"; done 2>/dev/null";
 
     /// Removes a child's group from the guarded ones.
     fn forget(&self, child: &Child) {
-        Self::tell(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner), '-', child);
+        Self::tell(
+            &mut self.0.lock().unwrap_or_else(PoisonError::into_inner),
+            '-',
+            child,
+        );
     }
 
     fn tell(shell: &mut Option<ChildStdin>, change: char, child: &Child) {
-        let told =
-            shell.as_mut().map_or(Ok(()), |shell| shell.write_all(format!("{change} {}\n", child.id()).as_bytes()));
+        let told = shell.as_mut().map_or(Ok(()), |shell| {
+            shell.write_all(format!("{change} {}\n", child.id()).as_bytes())
+        });
         if told.is_err() {
             // The shell was killed from outside. The next child starts another one.
             *shell = None;
@@ -339,14 +400,42 @@ mod tests {
         let long = "x".repeat(200_000) + "\n";
         for (script, line, words) in [
             ("sleep 982", "hello\n", "gave no answer within 0.3 s"),
-            ("sleep 982", &long, "did not read what it was sent within 0.3 s"),
-            ("exec 0<&-; sleep 982", &long, "did not read what it was sent within 0.3 s"),
+            (
+                "sleep 982",
+                &long,
+                "did not read what it was sent within 0.3 s",
+            ),
+            (
+                "exec 0<&-; sleep 982",
+                &long,
+                "did not read what it was sent within 0.3 s",
+            ),
             ("sleep 1; echo early; sleep 982", &long, "did not read"),
-            ("tr '\\0' x </dev/zero", &long, "answered with a line of more than 1000000 bytes"),
-            ("tr '\\0' x </dev/zero >&2", &long, "did not read what it was sent within 0.3 s; on stderr: xxx"),
-            ("read line; exit 3", "hello\n", "has closed its output (exit status: 3)"),
-            ("read line; printf '\\377\\n'", "hello\n", "answered with something that is not UTF-8"),
-            ("read line; sleep 982 & exit 3", "hello\n", "gave no answer within 0.3 s (exit status: 3)"),
+            (
+                "tr '\\0' x </dev/zero",
+                &long,
+                "answered with a line of more than 1000000 bytes",
+            ),
+            (
+                "tr '\\0' x </dev/zero >&2",
+                &long,
+                "did not read what it was sent within 0.3 s; on stderr: xxx",
+            ),
+            (
+                "read line; exit 3",
+                "hello\n",
+                "has closed its output (exit status: 3)",
+            ),
+            (
+                "read line; printf '\\377\\n'",
+                "hello\n",
+                "answered with something that is not UTF-8",
+            ),
+            (
+                "read line; sleep 982 & exit 3",
+                "hello\n",
+                "gave no answer within 0.3 s (exit status: 3)",
+            ),
         ] {
             let told = problem(&mut started(script), line);
             assert!(told.starts_with(words), "{script}: {told}");
@@ -356,9 +445,15 @@ mod tests {
             assert_eq!(talker.ask(line, Duration::from_secs(100)).unwrap(), *line);
         }
         let mut talker = started("read line; echo one; echo two; sleep 982");
-        assert_eq!(talker.ask("hello\n", Duration::from_secs(100)).unwrap(), "one\n");
+        assert_eq!(
+            talker.ask("hello\n", Duration::from_secs(100)).unwrap(),
+            "one\n"
+        );
         thread::sleep(Duration::from_millis(50));
-        assert_eq!(problem(&mut talker, "hello\n"), "spoke without being asked: two");
+        assert_eq!(
+            problem(&mut talker, "hello\n"),
+            "spoke without being asked: two"
+        );
     }
 
     #[test]
@@ -367,8 +462,12 @@ mod tests {
         let grandchild = talker.ask("hello\n", Duration::from_secs(100)).unwrap();
         let grandchild = Pid::from_raw(grandchild.trim().parse().unwrap()).unwrap();
         let runs = || {
-            let stat = std::fs::read_to_string(format!("/proc/{}/stat", grandchild.as_raw_nonzero()));
-            stat.is_ok_and(|stat| stat.rsplit_once(") ").is_some_and(|(_, state)| !state.starts_with('Z')))
+            let stat =
+                std::fs::read_to_string(format!("/proc/{}/stat", grandchild.as_raw_nonzero()));
+            stat.is_ok_and(|stat| {
+                stat.rsplit_once(") ")
+                    .is_some_and(|(_, state)| !state.starts_with('Z'))
+            })
         };
         assert!(runs() || !cfg!(target_os = "linux"));
         drop(talker);
@@ -386,9 +485,15 @@ mod tests {
     /// guard's list.
     #[test]
     fn the_guard_forgets_only_what_it_knows() {
-        let mut shell = Command::new("/bin/sh").args(["-c", Guard::SCRIPT]).stdin(Stdio::piped()).spawn().unwrap();
+        let mut shell = Command::new("/bin/sh")
+            .args(["-c", Guard::SCRIPT])
+            .stdin(Stdio::piped())
+            .spawn()
+            .unwrap();
         let mut stdin = shell.stdin.take().unwrap();
-        stdin.write_all("- 999999999\n".repeat(64).as_bytes()).unwrap();
+        stdin
+            .write_all("- 999999999\n".repeat(64).as_bytes())
+            .unwrap();
         drop(stdin);
         let ended = (0..3000).find_map(|_| {
             thread::sleep(Duration::from_millis(10));

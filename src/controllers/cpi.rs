@@ -27,14 +27,36 @@ impl ControllerSpec for GainSet {
 
     fn tree(&self) -> Table {
         let mut tree = Table::try_from(self).expect("it was read from a table");
-        if let (Some(catching), Some(Value::Table(table))) = (&self.catching, tree.get_mut("catching")) {
+        if let (Some(catching), Some(Value::Table(table))) =
+            (&self.catching, tree.get_mut("catching"))
+        {
             // The file leaves out zeros, but a key that can be changed must be in the table.
-            let Departure { lift, left, crossed, place, zmp, slower, tilt, lower } = catching.every;
+            let Departure {
+                lift,
+                left,
+                crossed,
+                place,
+                zmp,
+                slower,
+                tilt,
+                lower,
+            } = catching.every;
             let [place, zmp, tilt] = [place, zmp, tilt].map(|pair| Value::from(pair.to_vec()));
-            let numbers = [("lift", lift), ("left", left), ("crossed", crossed), ("slower", slower), ("lower", lower)];
+            let numbers = [
+                ("lift", lift),
+                ("left", left),
+                ("crossed", crossed),
+                ("slower", slower),
+                ("lower", lower),
+            ];
             let numbers = numbers.map(|(name, number)| (name, Value::from(number)));
-            let every = numbers.into_iter().chain([("place", place), ("zmp", zmp), ("tilt", tilt)]);
-            table.insert("every".into(), Value::Table(every.map(|(name, value)| (name.into(), value)).collect()));
+            let every = numbers
+                .into_iter()
+                .chain([("place", place), ("zmp", zmp), ("tilt", tilt)]);
+            table.insert(
+                "every".into(),
+                Value::Table(every.map(|(name, value)| (name.into(), value)).collect()),
+            );
         }
         tree
     }
@@ -54,10 +76,21 @@ impl ControllerSpec for GainSet {
         let mut found = vec![Tunable::new("zmp_margin", self.zmp_margin, [0.0, 0.3])];
         for (i, gain) in self.gains.iter().enumerate() {
             for (axis, poles) in [("x", gain.x), ("y", gain.y)] {
-                found.push(Tunable::new(format!("gains.{i}.{axis}.0"), poles[0], about(poles[0], 2.5)));
+                found.push(Tunable::new(
+                    format!("gains.{i}.{axis}.0"),
+                    poles[0],
+                    about(poles[0], 2.5),
+                ));
             }
         }
-        if let Some(CatchingTable { pause, transfer, settle, every, .. }) = &self.catching {
+        if let Some(CatchingTable {
+            pause,
+            transfer,
+            settle,
+            every,
+            ..
+        }) = &self.catching
+        {
             let mut of = |key: &str, now: f64, range: [f64; 2]| {
                 found.push(Tunable::new(format!("catching.{key}"), now, range));
             };
@@ -71,7 +104,14 @@ impl ControllerSpec for GainSet {
             of("every.tilt.1", every.tilt[1], [-0.2, 0.2]);
             of("every.lower", every.lower, [-0.03, 0.06]);
         }
-        if let Some(SteppingTable { alpha, swing_time, lift, pause, .. }) = &self.stepping {
+        if let Some(SteppingTable {
+            alpha,
+            swing_time,
+            lift,
+            pause,
+            ..
+        }) = &self.stepping
+        {
             found.push(Tunable::new("stepping.alpha", *alpha, [1.0, 60.0]));
             found.push(Tunable::new("stepping.swing_time", *swing_time, [0.6, 3.0]));
             found.push(Tunable::new("stepping.lift", *lift, [0.03, 0.13]));

@@ -16,12 +16,28 @@ use toml::Table;
 static KINDS: [KindOf; 4] = [
     kind::<GainSet>("cpi"),
     kind::<HeldPosture>("posture"),
-    KindOf { parse: Process::read, ..kind::<Process>("process") },
+    KindOf {
+        parse: Process::read,
+        ..kind::<Process>("process")
+    },
     // A program with ONNX adds the kind that can be read.
     KindOf {
         name: "onnx",
-        parse: |source| Err(Error::value(&source.file, "kind", "\"onnx\"", NO_ONNX[0], NO_ONNX[1])),
-        of_tree: |_| Err(toml::de::Error::custom(format!("kind = \"onnx\": {}; accepted: {}", NO_ONNX[0], NO_ONNX[1]))),
+        parse: |source| {
+            Err(Error::value(
+                &source.file,
+                "kind",
+                "\"onnx\"",
+                NO_ONNX[0],
+                NO_ONNX[1],
+            ))
+        },
+        of_tree: |_| {
+            Err(toml::de::Error::custom(format!(
+                "kind = \"onnx\": {}; accepted: {}",
+                NO_ONNX[0], NO_ONNX[1]
+            )))
+        },
     },
 ];
 
@@ -64,7 +80,8 @@ pub const fn kind<S: ControllerSpec + DeserializeOwned + 'static>(name: &'static
 /// Reads the file of a controller of any kind.
 pub fn read(source: &Source) -> Result<Box<dyn ControllerSpec>> {
     let table: Table = parse_toml(source)?;
-    let settings = (kind_of(&table, &source.file)?.parse)(source).map_err(|error| of_all_missing(error, &table))?;
+    let settings = (kind_of(&table, &source.file)?.parse)(source)
+        .map_err(|error| of_all_missing(error, &table))?;
     settings.check(&source.file)?;
     Ok(settings)
 }
@@ -73,17 +90,46 @@ pub fn read(source: &Source) -> Result<Box<dyn ControllerSpec>> {
 /// footsteps.
 fn of_all_missing(error: Error, table: &Table) -> Error {
     fn lacks(table: Option<&toml::Value>, name: &str, keys: &[&str]) -> Vec<String> {
-        let Some(table) = table.and_then(toml::Value::as_table) else { return Vec::new() };
-        keys.iter().filter(|key| !table.contains_key(**key)).map(|key| format!("{name}.{key}")).collect()
+        let Some(table) = table.and_then(toml::Value::as_table) else {
+            return Vec::new();
+        };
+        keys.iter()
+            .filter(|key| !table.contains_key(**key))
+            .map(|key| format!("{name}.{key}"))
+            .collect()
     }
-    let mut missing: Vec<String> = if table.contains_key("name") { Vec::new() } else { vec!["name".into()] };
-    let gains = table.get("gains").and_then(toml::Value::as_array).into_iter().flatten().enumerate();
-    missing.extend(gains.flat_map(|(i, gain)| lacks(Some(gain), &format!("gains.{i}"), &["name", "x", "y"])));
-    missing.extend(lacks(table.get("catching"), "catching", &CatchingTable::KEYS));
-    missing.extend(lacks(table.get("stepping"), "stepping", &SteppingTable::KEYS));
+    let mut missing: Vec<String> = if table.contains_key("name") {
+        Vec::new()
+    } else {
+        vec!["name".into()]
+    };
+    let gains = table
+        .get("gains")
+        .and_then(toml::Value::as_array)
+        .into_iter()
+        .flatten()
+        .enumerate();
+    missing.extend(
+        gains.flat_map(|(i, gain)| lacks(Some(gain), &format!("gains.{i}"), &["name", "x", "y"])),
+    );
+    missing.extend(lacks(
+        table.get("catching"),
+        "catching",
+        &CatchingTable::KEYS,
+    ));
+    missing.extend(lacks(
+        table.get("stepping"),
+        "stepping",
+        &SteppingTable::KEYS,
+    ));
     match error {
-        Error::Syntax { file, message } if missing.len() > 1 && message.contains("missing field") => {
-            Error::Syntax { file, message: format!("missing fields: {}", missing.join(", ")) }
+        Error::Syntax { file, message }
+            if missing.len() > 1 && message.contains("missing field") =>
+        {
+            Error::Syntax {
+                file,
+                message: format!("missing fields: {}", missing.join(", ")),
+            }
         }
         other => other,
     }
@@ -91,11 +137,24 @@ fn of_all_missing(error: Error, table: &Table) -> Error {
 
 /// The kind that a file states.
 pub(super) fn kind_of(tree: &Table, file: &str) -> Result<KindOf> {
-    let Some(stated) = tree.get("kind") else { return Ok(KINDS[0]) };
+    let Some(stated) = tree.get("kind") else {
+        return Ok(KINDS[0]);
+    };
     let added = ADDED.read().unwrap_or_else(PoisonError::into_inner);
-    added.iter().chain(&KINDS).find(|kind| stated.as_str() == Some(kind.name)).copied().ok_or_else(|| {
-        let known: Vec<String> = KINDS.iter().map(|kind| format!("{:?}", kind.name)).collect();
-        let accepted = format!("{}; without a kind, the file is a gain set", known.join(", "));
-        Error::value(file, "kind", stated, "is no kind of controller", accepted)
-    })
+    added
+        .iter()
+        .chain(&KINDS)
+        .find(|kind| stated.as_str() == Some(kind.name))
+        .copied()
+        .ok_or_else(|| {
+            let known: Vec<String> = KINDS
+                .iter()
+                .map(|kind| format!("{:?}", kind.name))
+                .collect();
+            let accepted = format!(
+                "{}; without a kind, the file is a gain set",
+                known.join(", ")
+            );
+            Error::value(file, "kind", stated, "is no kind of controller", accepted)
+        })
 }

@@ -45,7 +45,10 @@ pub fn gain_set(entry: &str) -> Result<GainSet> {
     let any: Box<dyn Any> = load(entry)?;
     let gains = any.downcast::<GainSet>().map(|gains| *gains);
     gains.map_err(|_| {
-        let (problem, accepted) = ("has no gains, so no CPI sets", "a controller of kind \"cpi\", such as switching");
+        let (problem, accepted) = (
+            "has no gains, so no CPI sets",
+            "a controller of kind \"cpi\", such as switching",
+        );
         Error::value("command line", "gain set", entry, problem, accepted)
     })
 }
@@ -61,7 +64,10 @@ pub fn parse_gain_set(source: &Source) -> Result<GainSet> {
 /// one. Otherwise the new one starts as if the robot were at home and at rest.
 pub fn replace(controller: &mut Box<dyn Controller>, factory: &PreparedController, seed: u64) {
     let next = factory.start(seed);
-    let both = ((&mut **controller as &mut dyn Any).downcast_mut(), (&*next as &dyn Any).downcast_ref());
+    let both = (
+        (&mut **controller as &mut dyn Any).downcast_mut(),
+        (&*next as &dyn Any).downcast_ref(),
+    );
     match both {
         (Some(now), Some(next)) => cpi::switch(now, next),
         _ => *controller = next,
@@ -71,7 +77,9 @@ pub fn replace(controller: &mut Box<dyn Controller>, factory: &PreparedControlle
 /// Makes the first footsteps of a gain set's controller depart from its rule. It must be called before these footsteps.
 pub fn depart(controller: &mut Box<dyn Controller>, departures: &Departures) {
     let controller: Option<&mut CpiController> = (&mut **controller as &mut dyn Any).downcast_mut();
-    controller.expect("a gain set is driven by this controller").depart(departures);
+    controller
+        .expect("a gain set is driven by this controller")
+        .depart(departures);
 }
 
 #[cfg(test)]
@@ -80,13 +88,20 @@ mod tests {
     use standfast_files::assets::Source;
 
     fn read_text(text: &str) -> Result<Box<dyn ControllerSpec>> {
-        read(&Source { file: "c.toml".into(), text: text.into() })
+        read(&Source {
+            file: "c.toml".into(),
+            text: text.into(),
+        })
     }
 
     #[test]
     fn a_file_says_of_which_kind_it_is_and_is_a_gain_set_if_it_does_not() {
         let gain_set = "name = 'mine'\n[[gains]]\nname = 'one'\nx = [1, 1, 5]\ny = [1, 1, 5]\n";
-        for text in [gain_set, &format!("kind = 'cpi'\n{gain_set}"), "kind = 'posture'\nname = 'mine'\n"] {
+        for text in [
+            gain_set,
+            &format!("kind = 'cpi'\n{gain_set}"),
+            "kind = 'posture'\nname = 'mine'\n",
+        ] {
             assert_eq!(read_text(text).unwrap().name(), "mine");
         }
         for (text, words) in [
@@ -94,9 +109,18 @@ mod tests {
                 "kind = 'walk'\nname = 'mine'",
                 "c.toml: kind = \"walk\": is no kind of controller; accepted: \"cpi\", \"posture\", \"process\"",
             ),
-            ("kind = 3\nname = 'mine'", "c.toml: kind = 3: is no kind of controller"),
-            ("kind = 'posture'\nname = 'mine'\nstiff = 1", "unknown field `stiff`"),
-            ("kind = 'posture'\nname = ' '", "c.toml: name = \" \": is empty; accepted: a name"),
+            (
+                "kind = 3\nname = 'mine'",
+                "c.toml: kind = 3: is no kind of controller",
+            ),
+            (
+                "kind = 'posture'\nname = 'mine'\nstiff = 1",
+                "unknown field `stiff`",
+            ),
+            (
+                "kind = 'posture'\nname = ' '",
+                "c.toml: name = \" \": is empty; accepted: a name",
+            ),
         ] {
             let message = read_text(text).unwrap_err().to_string();
             assert!(message.contains(words), "{message}");
@@ -109,9 +133,18 @@ mod tests {
         for name in InputKind::Controller.names() {
             let settings = load(name).unwrap();
             let factory = settings.prepare(&robot, 0.002).unwrap();
-            assert_eq!((settings.name(), &factory.name[..], &factory.warning), (name, name, &None));
+            assert_eq!(
+                (settings.name(), &factory.name[..], &factory.warning),
+                (name, name, &None)
+            );
             let report = factory.start(0).report();
-            assert!(report.totals.iter().all(|(total, _)| settings.totals().contains(&&**total)), "{report:?}");
+            assert!(
+                report
+                    .totals
+                    .iter()
+                    .all(|(total, _)| settings.totals().contains(&&**total)),
+                "{report:?}"
+            );
         }
     }
 }

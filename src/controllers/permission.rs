@@ -49,14 +49,31 @@ pub fn ask_by(ask: impl Fn(&Kept) -> bool + Send + Sync + 'static) {
 
 /// Fails if `file` is the file of a controller in a result, and its command may not be started.
 pub(super) fn check(file: &str, command: &[String]) -> Result<()> {
-    let Some((path, gains)) = place(file) else { return Ok(()) };
+    let Some((path, gains)) = place(file) else {
+        return Ok(());
+    };
     let command = command.join(" ");
     let mut answers = ANSWERS.lock().unwrap_or_else(PoisonError::into_inner);
-    let answer = answers.get_or_insert_default().entry((path, command.clone())).or_insert_with(|| {
-        let kept = Kept { file, command: command.clone(), made: made(&gains) };
-        ASK.get().map_or(kept.made != Made::Elsewhere, |ask| ask(&kept))
-    });
-    if *answer { Ok(()) } else { Err(Error::NotStarted { file: file.into(), command }) }
+    let answer = answers
+        .get_or_insert_default()
+        .entry((path, command.clone()))
+        .or_insert_with(|| {
+            let kept = Kept {
+                file,
+                command: command.clone(),
+                made: made(&gains),
+            };
+            ASK.get()
+                .map_or(kept.made != Made::Elsewhere, |ask| ask(&kept))
+        });
+    if *answer {
+        Ok(())
+    } else {
+        Err(Error::NotStarted {
+            file: file.into(),
+            command,
+        })
+    }
 }
 
 /// The whole path of a file that a result keeps, and the folder in which it lies. It is None for any other file.
@@ -64,17 +81,30 @@ fn place(file: &str) -> Option<(PathBuf, PathBuf)> {
     let path = std::fs::canonicalize(file).ok()?;
     let gains = path.parent()?.to_path_buf();
     let result = gains.parent()?.parent()?;
-    let is_result = ["campaign.toml", "parts"].iter().any(|name| result.join(name).exists());
+    let is_result = ["campaign.toml", "parts"]
+        .iter()
+        .any(|name| result.join(name).exists());
     (gains.ends_with(GAINS) && is_result).then_some((path, gains))
 }
 
 fn made(gains: &Path) -> Made {
-    let Some(hash) = read(gains).and_then(|files| hash(&files)) else { return Made::Elsewhere };
-    if MADE.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default().contains(&hash) {
+    let Some(hash) = read(gains).and_then(|files| hash(&files)) else {
+        return Made::Elsewhere;
+    };
+    if MADE
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .get_or_insert_default()
+        .contains(&hash)
+    {
         return Made::Now;
     }
     let is_noted = state_folder().is_some_and(|folder| folder.join(hash).is_file());
-    if is_noted { Made::Earlier } else { Made::Elsewhere }
+    if is_noted {
+        Made::Earlier
+    } else {
+        Made::Elsewhere
+    }
 }
 
 /// Notes that this machine has made the inputs of a result, given by their paths in its folder. It has no effect if
@@ -87,14 +117,19 @@ pub fn note(result: &Path, inputs: &[(String, Vec<u8>)]) {
     });
     let mut ours: Vec<_> = of_controllers.collect();
     ours.sort();
-    let Some(hash) = hash(&ours).filter(|_| read(&result.join(GAINS)).is_some_and(|found| found == ours)) else {
+    let Some(hash) =
+        hash(&ours).filter(|_| read(&result.join(GAINS)).is_some_and(|found| found == ours))
+    else {
         return;
     };
     let noted = state_folder().map(|folder| write_atomic(&folder.join(&hash), b""));
     if let Some(Err(error)) = noted {
         log::debug!("{error}");
     }
-    MADE.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default().insert(hash);
+    MADE.lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .get_or_insert_default()
+        .insert(hash);
 }
 
 /// All files under a folder in the order of their paths, which are relative to it. It is None if an entry cannot be
@@ -117,14 +152,20 @@ fn read(folder: &Path) -> Option<Vec<(PathBuf, Vec<u8>)>> {
 }
 
 fn hash(files: &[(PathBuf, Vec<u8>)]) -> Option<String> {
-    let of_each: Vec<(&str, String)> =
-        files.iter().map(|(path, bytes)| Some((path.to_str()?, sha256_hex(bytes)))).collect::<Option<_>>()?;
+    let of_each: Vec<(&str, String)> = files
+        .iter()
+        .map(|(path, bytes)| Some((path.to_str()?, sha256_hex(bytes))))
+        .collect::<Option<_>>()?;
     Some(sha256_hex(json(&of_each).ok()?.as_bytes()))
 }
 
 /// The folder of the noted hashes. Each hash is the name of an empty file.
 fn state_folder() -> Option<PathBuf> {
-    let whole = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let whole = |name: &str| {
+        std::env::var_os(name)
+            .map(PathBuf::from)
+            .filter(|path| path.is_absolute())
+    };
     let state = whole("XDG_STATE_HOME").or_else(|| Some(whole("HOME")?.join(".local/state")));
     Some(state?.join("standfast/inputs"))
 }

@@ -4,7 +4,9 @@
 use super::spec::{ControllerSpec, check_name};
 use serde::{Deserialize, Serialize};
 use standfast_core::error::Result;
-use standfast_core::robot::{Command, Controller, PreparedController, Report, Robot, Sensed, TickError};
+use standfast_core::robot::{
+    Command, Controller, PreparedController, Report, Robot, Sensed, TickError,
+};
 use toml::Table;
 
 /// The content of the controller's file.

@@ -14,7 +14,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{
-    Command, Controller, Note, PerFoot, PreparedController, Report, Robot, Sensed, TickError, Wrench,
+    Command, Controller, Note, PerFoot, PreparedController, Report, Robot, Sensed, TickError,
+    Wrench,
 };
 use standfast_files::assets::{Source, number, parse_toml};
 use std::collections::{BTreeMap, BTreeSet};
@@ -72,38 +73,68 @@ fn one_second() -> f64 {
 impl Process {
     /// Reads a file, and keeps its path.
     pub fn read(source: &Source) -> Result<Box<dyn ControllerSpec>> {
-        companion_files::refuse_file(source, "`command`, `files`, `timeout_s`, `parameters`, `tunable`")?;
-        Ok(Box::new(Self { file: source.file.clone(), ..parse_toml(source)? }))
+        companion_files::refuse_file(
+            source,
+            "`command`, `files`, `timeout_s`, `parameters`, `tunable`",
+        )?;
+        Ok(Box::new(Self {
+            file: source.file.clone(),
+            ..parse_toml(source)?
+        }))
     }
 
     fn bad(&self, field: &str, value: impl ToString, problem: &str, accepted: &str) -> Error {
-        Error::value(&self.file, field, value.to_string(), problem.to_string(), accepted.to_string())
+        Error::value(
+            &self.file,
+            field,
+            value.to_string(),
+            problem.to_string(),
+            accepted.to_string(),
+        )
     }
 
     fn followed(&self) -> CommandFiles {
-        CommandFiles::of(&companion_files::folder(&self.file), &self.command, &self.files)
+        CommandFiles::of(
+            &companion_files::folder(&self.file),
+            &self.command,
+            &self.files,
+        )
     }
 
     /// Starts a child and greets it.
     fn start(&self, hello: &str) -> Result<Talker, Trouble> {
-        let (folder, [program, args @ ..]) = (companion_files::folder(&self.file), &self.command[..]) else {
+        let (folder, [program, args @ ..]) =
+            (companion_files::folder(&self.file), &self.command[..])
+        else {
             return Err("there is no command".to_string().into());
         };
         // A path is relative to the folder of the file; a plain name is searched for as usual.
         let program = match Path::new(program).components().count() {
             1 => PathBuf::from(program),
-            _ => folder.canonicalize().unwrap_or(folder.clone()).join(program),
+            _ => folder
+                .canonicalize()
+                .unwrap_or(folder.clone())
+                .join(program),
         };
         let mut command = process::Command::new(program);
         // Otherwise Python writes compiled scripts beside the scripts, even in the folder of a result.
-        command.args(args).current_dir(&folder).env("PYTHONDONTWRITEBYTECODE", "1");
+        command
+            .args(args)
+            .current_dir(&folder)
+            .env("PYTHONDONTWRITEBYTECODE", "1");
         let mut talker = Talker::start(&mut command)?;
         let answer = talker.ask(hello, START)?;
-        let hello: Hello = serde_json::from_str(&answer)
-            .map_err(|e| format!("does not answer the greeting as it should ({e}): {}", in_short(&answer)))?;
+        let hello: Hello = serde_json::from_str(&answer).map_err(|e| {
+            format!(
+                "does not answer the greeting as it should ({e}): {}",
+                in_short(&answer)
+            )
+        })?;
         match hello.protocol {
             PROTOCOL => Ok(talker),
-            other => Err(format!("speaks version {other} of the protocol; accepted: {PROTOCOL}").into()),
+            other => {
+                Err(format!("speaks version {other} of the protocol; accepted: {PROTOCOL}").into())
+            }
         }
     }
 }
@@ -117,18 +148,44 @@ impl ControllerSpec for Process {
         check_name(file, &self.name)?;
         if self.command.first().is_none_or(String::is_empty) {
             let accepted = "a program and its arguments, such as [\"python3\", \"mine.py\"]";
-            return Err(Error::value(file, "command", "[]", "names no program", accepted));
+            return Err(Error::value(
+                file,
+                "command",
+                "[]",
+                "names no program",
+                accepted,
+            ));
         }
         for (name, [from, to]) in &self.tunable {
             let (field, value) = (format!("tunable.{name}"), format!("[{from}, {to}]"));
-            if !self.parameters.get(name).and_then(number).is_some_and(f64::is_finite) {
-                let numbers = self.parameters.iter().filter(|(_, value)| number(value).is_some_and(f64::is_finite));
+            if !self
+                .parameters
+                .get(name)
+                .and_then(number)
+                .is_some_and(f64::is_finite)
+            {
+                let numbers = self
+                    .parameters
+                    .iter()
+                    .filter(|(_, value)| number(value).is_some_and(f64::is_finite));
                 let numbers: Vec<&str> = numbers.map(|(name, _)| name.as_str()).collect();
                 let problem = "is no number among the parameters";
-                return Err(Error::value(file, field, value, problem, format!("one of: {}", numbers.join(", "))));
+                return Err(Error::value(
+                    file,
+                    field,
+                    value,
+                    problem,
+                    format!("one of: {}", numbers.join(", ")),
+                ));
             }
             if let Some(problem) = Tunable::problem([*from, *to]) {
-                return Err(Error::value(file, field, value, problem, "[FROM, TO], two finite numbers"));
+                return Err(Error::value(
+                    file,
+                    field,
+                    value,
+                    problem,
+                    "[FROM, TO], two finite numbers",
+                ));
             }
         }
         let is_time = self.timeout_s > 0.0 && self.timeout_s <= MOST_TIMEOUT_S;
@@ -150,7 +207,11 @@ impl ControllerSpec for Process {
 
     /// The files in the folder of the controller's file that the command refers to, and the files that the file lists.
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
-        self.followed().kept.iter().map(|name| companion_files::read(&self.file, "files", name)).collect()
+        self.followed()
+            .kept
+            .iter()
+            .map(|name| companion_files::read(&self.file, "files", name))
+            .collect()
     }
 
     fn not_kept(&self) -> Vec<String> {
@@ -163,7 +224,11 @@ impl ControllerSpec for Process {
 
     fn tunables(&self) -> Vec<Tunable> {
         let of = |(name, range): (&String, &[f64; 2])| {
-            let now = self.parameters.get(name).and_then(number).unwrap_or_default();
+            let now = self
+                .parameters
+                .get(name)
+                .and_then(number)
+                .unwrap_or_default();
             Tunable::new(format!("parameters.{name}"), now, *range)
         };
         self.tunable.iter().map(of).collect()
@@ -174,13 +239,18 @@ impl ControllerSpec for Process {
         let hello = line(&hello(robot, period_s, &self.parameters));
         let first = self.start(&hello).map_err(|trouble| match trouble {
             Trouble::OfChild(problem) => {
-                let accepted = "a program that speaks the protocol of the guide's chapter process.md";
+                let accepted =
+                    "a program that speaks the protocol of the guide's chapter process.md";
                 self.bad("command", self.command.join(" "), &problem, accepted)
             }
             Trouble::OfMachine(problem) => Error::Machine(problem),
             Trouble::Stopped => Error::Interrupted,
         })?;
-        let shared = Arc::new(SharedProcess { settings: self.clone(), hello, idle: Mutex::new(vec![first]) });
+        let shared = Arc::new(SharedProcess {
+            settings: self.clone(),
+            hello,
+            idle: Mutex::new(vec![first]),
+        });
         let start = move |seed| Remote {
             shared: Arc::clone(&shared),
             seed,
@@ -190,7 +260,11 @@ impl ControllerSpec for Process {
             phases: BTreeSet::new(),
             names: BTreeSet::new(),
         };
-        Ok(PreparedController::new(&self.name, about(&self.description, &self.command.join(" ")), start))
+        Ok(PreparedController::new(
+            &self.name,
+            about(&self.description, &self.command.join(" ")),
+            start,
+        ))
     }
 }
 
@@ -227,12 +301,19 @@ impl Remote {
         let idle = self.shared.idle().pop();
         let mut talker = idle.map_or_else(|| self.shared.settings.start(&self.shared.hello), Ok)?;
         // The seed is sent as text, because every bit of it counts, and many languages have numbers of 53 bits.
-        let answer = talker.ask(&line(&json!({ "type": "reset", "seed": self.seed.to_string() })), limit)?;
+        let answer = talker.ask(
+            &line(&json!({ "type": "reset", "seed": self.seed.to_string() })),
+            limit,
+        )?;
         let said: Value = serde_json::from_str(&answer).map_err(|e| nonsense(&answer, &e))?;
         if said["type"] == "ready" {
             Ok(talker)
         } else {
-            Err(format!("does not answer `reset` with `ready`: {}", in_short(&answer)).into())
+            Err(format!(
+                "does not answer `reset` with `ready`: {}",
+                in_short(&answer)
+            )
+            .into())
         }
     }
 
@@ -240,16 +321,32 @@ impl Remote {
     fn check_told(&mut self, answer: &Answer) -> Result<(), String> {
         let count = answer.numbers.len();
         if count > MOST_NUMBERS {
-            return Err(format!("answered with {count} `numbers`; accepted: up to {MOST_NUMBERS}"));
+            return Err(format!(
+                "answered with {count} `numbers`; accepted: up to {MOST_NUMBERS}"
+            ));
         }
         let kinds = [
-            ("phase", "phases", &mut self.phases, MOST_PHASES, answer.phase.iter().collect::<Vec<_>>()),
-            ("name in `numbers`", "names in `numbers`", &mut self.names, MOST_NUMBERS, answer.numbers.keys().collect()),
+            (
+                "phase",
+                "phases",
+                &mut self.phases,
+                MOST_PHASES,
+                answer.phase.iter().collect::<Vec<_>>(),
+            ),
+            (
+                "name in `numbers`",
+                "names in `numbers`",
+                &mut self.names,
+                MOST_NUMBERS,
+                answer.numbers.keys().collect(),
+            ),
         ];
         for (one, many, told, most, new) in kinds {
             if let Some(long) = new.iter().find(|text| text.chars().count() > MOST_LETTERS) {
                 let length = long.chars().count();
-                return Err(format!("answered with a {one} of {length} characters; accepted: up to {MOST_LETTERS}"));
+                return Err(format!(
+                    "answered with a {one} of {length} characters; accepted: up to {MOST_LETTERS}"
+                ));
             }
             for text in new {
                 if !told.contains(text) {
@@ -276,7 +373,10 @@ impl Remote {
         self.check_told(&answer)?;
         command.q_ref = answer.q_ref;
         let zeros = || vec![0.0; command.q_ref.len()];
-        (command.dq_ref, command.tau_ff) = (answer.dq_ref.unwrap_or_else(zeros), answer.tau_ff.unwrap_or_else(zeros));
+        (command.dq_ref, command.tau_ff) = (
+            answer.dq_ref.unwrap_or_else(zeros),
+            answer.tau_ff.unwrap_or_else(zeros),
+        );
         command.gains = answer.gains;
         if let Some(phase) = answer.phase {
             self.phase = phase;
@@ -291,7 +391,9 @@ impl Remote {
 impl Controller for Remote {
     fn tick(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), TickError> {
         self.ask(sensed, command).map_err(|trouble| match trouble {
-            Trouble::OfChild(problem) => TickError::Failed(format!("{} {problem}", self.shared.settings.name)),
+            Trouble::OfChild(problem) => {
+                TickError::Failed(format!("{} {problem}", self.shared.settings.name))
+            }
             Trouble::OfMachine(problem) => TickError::Machine(problem),
             Trouble::Stopped => TickError::Interrupted,
         })
@@ -299,8 +401,13 @@ impl Controller for Remote {
 
     fn report(&self) -> Report {
         let mut report = Report::of_phase(self.phase.clone());
-        let numbers = self.numbers.iter().filter_map(|(name, value)| Some((name, value.as_f64()?)));
-        report.notes = numbers.map(|(name, number)| (name.clone().into(), Note::Number(number))).collect();
+        let numbers = self
+            .numbers
+            .iter()
+            .filter_map(|(name, value)| Some((name, value.as_f64()?)));
+        report.notes = numbers
+            .map(|(name, number)| (name.clone().into(), Note::Number(number)))
+            .collect();
         report
     }
 
@@ -318,7 +425,10 @@ impl Drop for Remote {
 
 fn nonsense(answer: &str, error: &serde_json::Error) -> String {
     let error = shortened(&error.to_string(), MOST_WORDS);
-    format!("answered with something else than a command ({error}): {}", in_short(answer))
+    format!(
+        "answered with something else than a command ({error}): {}",
+        in_short(answer)
+    )
 }
 
 /// A value as one line.
@@ -341,7 +451,8 @@ fn hello(robot: &Robot, period_s: f64, parameters: &Table) -> Value {
             "rotor_inertia_kg_m2": servo.rotor_inertia_kg_m2,
         })
     };
-    let link = |link: &standfast_core::robot::Link| json!({ "name": link.name, "mass_kg": link.mass_kg });
+    let link =
+        |link: &standfast_core::robot::Link| json!({ "name": link.name, "mass_kg": link.mass_kg });
     json!({
         "type": "hello",
         "protocol": PROTOCOL,
@@ -389,7 +500,10 @@ struct SoleLoad {
 impl<'a> Reading<'a> {
     fn of(sensed: &'a Sensed) -> Self {
         let (imu, turn) = (&sensed.imu, &sensed.imu.orientation);
-        let load = |Wrench { force, moment }: Wrench| SoleLoad { force: force.into(), moment: moment.into() };
+        let load = |Wrench { force, moment }: Wrench| SoleLoad {
+            force: force.into(),
+            moment: moment.into(),
+        };
         let PerFoot { left, right } = sensed.soles;
         Self {
             r#type: "tick",

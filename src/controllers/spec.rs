@@ -60,12 +60,20 @@ pub trait ControllerSpec: Any + Debug + Send + Sync {
 /// Checks the name that a file states.
 pub fn check_name(file: &str, name: &str) -> Result<()> {
     let stated = format!("{name:?}");
-    if name.trim().is_empty() { Err(Error::value(file, "name", stated, "is empty", "a name")) } else { Ok(()) }
+    if name.trim().is_empty() {
+        Err(Error::value(file, "name", stated, "is empty", "a name"))
+    } else {
+        Ok(())
+    }
 }
 
 /// The description that a file states. If it states none, it is the controller's maker.
 pub fn about(description: &str, made_by: &str) -> String {
-    if description.is_empty() { format!("by {made_by}") } else { description.into() }
+    if description.is_empty() {
+        format!("by {made_by}")
+    } else {
+        description.into()
+    }
 }
 
 /// A controller that a program of your own defines, and that has no file.
@@ -86,7 +94,11 @@ impl Own {
         tree: Table,
         prepare: impl Fn(&Robot, f64) -> Result<PreparedController> + Send + Sync + 'static,
     ) -> Box<Self> {
-        Box::new(Self { name: name.into(), tree, prepare: Box::new(prepare) })
+        Box::new(Self {
+            name: name.into(),
+            tree,
+            prepare: Box::new(prepare),
+        })
     }
 }
 

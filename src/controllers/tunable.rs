@@ -20,7 +20,11 @@ const DIGITS: i32 = 4;
 
 impl Tunable {
     pub fn new(key: impl Into<String>, now: f64, range: [f64; 2]) -> Self {
-        Self { key: key.into(), now, range }
+        Self {
+            key: key.into(),
+            now,
+            range,
+        }
     }
 
     /// The reason, in words, why a range cannot be searched. It is None if the range can.
@@ -44,7 +48,11 @@ impl Tunable {
     /// The value at a share of the range (0 to 1), rounded by [`rounded`].
     pub fn at(&self, share: f64) -> f64 {
         let [from, to] = self.range;
-        let value = if self.is_by_ratios() { from * (to / from).powf(share) } else { from + (to - from) * share };
+        let value = if self.is_by_ratios() {
+            from * (to / from).powf(share)
+        } else {
+            from + (to - from) * share
+        };
         rounded(value.clamp(from, to), to - from)
     }
 
@@ -88,17 +96,30 @@ mod tests {
             ([-1e308, 1e308], wide),
             ([1e-300, 1e300], wide),
         ] {
-            assert!(Tunable::problem(range).is_some_and(|problem| problem.contains(expected)), "{range:?}");
+            assert!(
+                Tunable::problem(range).is_some_and(|problem| problem.contains(expected)),
+                "{range:?}"
+            );
         }
-        assert!([[0.0, 1.0], [-1.0, 1.0], [1e-9, 1e9]].into_iter().all(|range| Tunable::problem(range).is_none()));
+        assert!(
+            [[0.0, 1.0], [-1.0, 1.0], [1e-9, 1e9]]
+                .into_iter()
+                .all(|range| Tunable::problem(range).is_none())
+        );
     }
 
     #[test]
     fn a_share_of_a_range_is_a_value_that_can_be_written_down() {
         let even = Tunable::new("k", 0.0, [-1.0, 1.0]);
-        assert_eq!([0.0, 0.5, 0.12345, 1.0].map(|share| even.at(share)), [-1.0, 0.0, -0.7531, 1.0]);
+        assert_eq!(
+            [0.0, 0.5, 0.12345, 1.0].map(|share| even.at(share)),
+            [-1.0, 0.0, -0.7531, 1.0]
+        );
         let by_ratios = Tunable::new("k", 1.0, [0.1, 10.0]);
-        assert_eq!([0.0, 0.25, 0.5, 1.0].map(|share| by_ratios.at(share)), [0.1, 0.3162, 1.0, 10.0]);
+        assert_eq!(
+            [0.0, 0.25, 0.5, 1.0].map(|share| by_ratios.at(share)),
+            [0.1, 0.3162, 1.0, 10.0]
+        );
         for tunable in [even, by_ratios] {
             for share in [0.0, 0.2, 0.7, 1.0] {
                 let value = tunable.at(share);

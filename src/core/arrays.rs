@@ -9,5 +9,6 @@ use serde::de::{Deserialize, Deserializer, Error as _};
 pub fn exactly<'de, D: Deserializer<'de>, const N: usize>(from: D) -> Result<[f64; N], D::Error> {
     let list = Vec::deserialize(from)?;
     let count = list.len();
-    list.try_into().map_err(|_| D::Error::invalid_length(count, &format!("an array of length {N}").as_str()))
+    list.try_into()
+        .map_err(|_| D::Error::invalid_length(count, &format!("an array of length {N}").as_str()))
 }

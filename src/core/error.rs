@@ -8,19 +8,35 @@ use std::path::PathBuf;
 pub enum Error {
     /// An input file cannot be read.
     #[error("{}: cannot read: {source}{}", path.display(), remedy(source))]
-    Read { path: PathBuf, source: std::io::Error },
+    Read {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     /// An output cannot be written.
     #[error("{}: cannot write: {source}{}", path.display(), remedy(source))]
-    Write { path: PathBuf, source: std::io::Error },
+    Write {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     /// An input is not valid XML or TOML, or has an unknown key or a value of the wrong type. `message` tells where.
     #[error("{file}: {message}")]
     Syntax { file: String, message: String },
     /// A value that is well-formed but not accepted.
     #[error("{file}: {field} = {value}: {problem}; accepted: {accepted}")]
-    Value { file: String, field: String, value: String, problem: String, accepted: String },
+    Value {
+        file: String,
+        field: String,
+        value: String,
+        problem: String,
+        accepted: String,
+    },
     /// An unknown name, for example of a gain set that is neither built in nor a file.
     #[error("{what} {name:?} not found; accepted: {accepted}")]
-    Unknown { what: &'static str, name: String, accepted: String },
+    Unknown {
+        what: &'static str,
+        name: String,
+        accepted: String,
+    },
     /// A command in a result that nobody has allowed to start.
     #[error(
         "{file}: command = {command}: was not started, because this machine has not made the files of this result, and a \
@@ -74,10 +90,18 @@ impl Error {
         match self {
             Error::Parts { .. } => 3,
             Error::Busy(_) | Error::Machine(_) => TRY_AGAIN,
-            Error::Write { source, .. } if is_full(source) || shortage(source).is_some() => TRY_AGAIN,
+            Error::Write { source, .. } if is_full(source) || shortage(source).is_some() => {
+                TRY_AGAIN
+            }
             Error::Read { source, .. } if shortage(source).is_some() => TRY_AGAIN,
-            Error::Read { .. } | Error::Syntax { .. } | Error::Value { .. } | Error::Unknown { .. } => 2,
-            Error::NoWindow { .. } | Error::NoMujoco | Error::Falls { .. } | Error::NotStarted { .. } => 2,
+            Error::Read { .. }
+            | Error::Syntax { .. }
+            | Error::Value { .. }
+            | Error::Unknown { .. } => 2,
+            Error::NoWindow { .. }
+            | Error::NoMujoco
+            | Error::Falls { .. }
+            | Error::NotStarted { .. } => 2,
             Error::Several(all) => all.iter().map(Error::exit_code).max().unwrap_or(2),
             Error::Interrupted => 130,
             Error::Write { .. } | Error::Numeric { .. } | Error::LostWindow { .. } => 1,
@@ -109,7 +133,12 @@ impl Error {
     }
 
     /// An [`Error::Value`] of an option of the command line.
-    pub fn option(option: &str, value: impl ToString, problem: impl Into<String>, accepted: impl Into<String>) -> Self {
+    pub fn option(
+        option: &str,
+        value: impl ToString,
+        problem: impl Into<String>,
+        accepted: impl Into<String>,
+    ) -> Self {
         Self::value("command line", option, value, problem, accepted)
     }
 
@@ -125,9 +154,16 @@ impl Error {
     /// Checks the numbers of a table in `file` (or, if it has no name, of the file itself), each given as name, value,
     /// smallest and largest accepted value.
     pub fn check_ranges(file: &str, table: &str, numbers: &[(&str, f64, f64, f64)]) -> Result<()> {
-        match numbers.iter().find(|(_, value, least, most)| !(least..=most).contains(&value)) {
+        match numbers
+            .iter()
+            .find(|(_, value, least, most)| !(least..=most).contains(&value))
+        {
             Some((name, value, least, most)) => {
-                let field = if table.is_empty() { name.to_string() } else { format!("{table}.{name}") };
+                let field = if table.is_empty() {
+                    name.to_string()
+                } else {
+                    format!("{table}.{name}")
+                };
                 let accepted = format!("{least} to {most}");
                 Err(Error::value(file, field, value, "out of range", accepted))
             }
@@ -143,8 +179,10 @@ pub const TRY_AGAIN: u8 = 75;
 fn is_full(error: &std::io::Error) -> bool {
     // The error of a library may have its cause within.
     let within = || std::error::Error::source(error)?.downcast_ref::<std::io::Error>();
-    matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge)
-        || within().is_some_and(is_full)
+    matches!(
+        error.kind(),
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge
+    ) || within().is_some_and(is_full)
 }
 
 /// The remedy if the machine lacks a resource, which is no fault of the file or the program. None for any other error.
@@ -154,7 +192,9 @@ pub fn shortage(error: &std::io::Error) -> Option<&'static str> {
     const EMFILE: i32 = 24;
     match (error.raw_os_error()?, error.kind()) {
         (EMFILE, _) => Some("raise the limit of open files (`ulimit -n`), or take fewer --threads"),
-        (ENFILE, _) => Some("the whole machine has too many open files: end something else, or take fewer --threads"),
+        (ENFILE, _) => Some(
+            "the whole machine has too many open files: end something else, or take fewer --threads",
+        ),
         (_, ErrorKind::OutOfMemory) => Some("free some memory, or take fewer --threads"),
         (_, ErrorKind::WouldBlock) => {
             Some("raise the limit of processes and threads (`ulimit -u`), or take fewer --threads")
@@ -174,7 +214,11 @@ const MOST_LISTED: usize = 20;
 
 /// Problems as a list with a line for each.
 fn listed(problems: &[Error]) -> String {
-    let lines: String = problems.iter().take(MOST_LISTED).map(|problem| format!("\n  {problem}")).collect();
+    let lines: String = problems
+        .iter()
+        .take(MOST_LISTED)
+        .map(|problem| format!("\n  {problem}"))
+        .collect();
     let more = match problems.len().saturating_sub(MOST_LISTED) {
         0 => String::new(),
         more => format!("\n  and {more} more"),

@@ -27,20 +27,44 @@ pub const DEFAULT_ROBOT: &str = "ut-mu2";
 
 /// Files of a new controller in Python: names and texts.
 pub const PYTHON: [(&str, &str); 5] = [
-    ("ankles.py", include_str!("assets/controllers/python/ankles.py")),
-    ("ankles.toml", include_str!("assets/controllers/python/ankles.toml")),
+    (
+        "ankles.py",
+        include_str!("assets/controllers/python/ankles.py"),
+    ),
+    (
+        "ankles.toml",
+        include_str!("assets/controllers/python/ankles.toml"),
+    ),
     ("hold.py", include_str!("assets/controllers/python/hold.py")),
-    ("hold.toml", include_str!("assets/controllers/python/hold.toml")),
-    ("standfast.py", include_str!("assets/controllers/python/standfast.py")),
+    (
+        "hold.toml",
+        include_str!("assets/controllers/python/hold.toml"),
+    ),
+    (
+        "standfast.py",
+        include_str!("assets/controllers/python/standfast.py"),
+    ),
 ];
 
 /// Files of a new controller in C++: names and texts.
 pub const CPP: [(&str, &str); 5] = [
-    ("ankles.cpp", include_str!("assets/controllers/cpp/ankles.cpp")),
-    ("ankles.toml", include_str!("assets/controllers/cpp/ankles.toml")),
+    (
+        "ankles.cpp",
+        include_str!("assets/controllers/cpp/ankles.cpp"),
+    ),
+    (
+        "ankles.toml",
+        include_str!("assets/controllers/cpp/ankles.toml"),
+    ),
     ("hold.cpp", include_str!("assets/controllers/cpp/hold.cpp")),
-    ("hold.toml", include_str!("assets/controllers/cpp/hold.toml")),
-    ("standfast.hpp", include_str!("assets/controllers/cpp/standfast.hpp")),
+    (
+        "hold.toml",
+        include_str!("assets/controllers/cpp/hold.toml"),
+    ),
+    (
+        "standfast.hpp",
+        include_str!("assets/controllers/cpp/standfast.hpp"),
+    ),
 ];
 
 /// Files of a folder under `assets`, by their names without the extension.
@@ -68,7 +92,10 @@ impl InputKind {
     fn what_and_where(self) -> [&'static str; 2] {
         match self {
             InputKind::Robot => ["robot", "--robot takes this file"],
-            InputKind::RobotSettings => ["robot settings", "this file is read beside its URDF, which --robot takes"],
+            InputKind::RobotSettings => [
+                "robot settings",
+                "this file is read beside its URDF, which --robot takes",
+            ],
             InputKind::Controller => ["controller", "--controller takes this file"],
             InputKind::Campaign => ["campaign", "`standfast run` and --campaign take this file"],
         }
@@ -85,7 +112,9 @@ impl InputKind {
         match () {
             () if is_there(&["push", "trials"]) => Some(InputKind::Campaign),
             () if is_there(&["soles", "servos"]) => Some(InputKind::RobotSettings),
-            () if is_there(&["kind"]) || gains.is_some_and(toml::Value::is_table) => Some(InputKind::Controller),
+            () if is_there(&["kind"]) || gains.is_some_and(toml::Value::is_table) => {
+                Some(InputKind::Controller)
+            }
             () => None,
         }
     }
@@ -98,7 +127,9 @@ impl InputKind {
             InputKind::Controller => {
                 texts!("gains", "toml": "hold" "fixed" "switching" "robust" "paper" "catch" "slow" "fast")
             }
-            InputKind::Campaign => texts!("campaigns", "toml": "smoke" "nominal" "standard" "harsh"),
+            InputKind::Campaign => {
+                texts!("campaigns", "toml": "smoke" "nominal" "standard" "harsh")
+            }
         }
     }
 
@@ -115,12 +146,19 @@ impl InputKind {
 /// There is no such input, or the file is surely of another kind.
 pub fn open(kind: InputKind, name: &str) -> Result<Source> {
     refuse_other_kind(kind, name)?;
-    let source = open_among(kind.what(), kind.builtin(), name).map_err(|error| of_another_kind(error, kind, name))?;
+    let source = open_among(kind.what(), kind.builtin(), name)
+        .map_err(|error| of_another_kind(error, kind, name))?;
     match InputKind::of(&source.text).filter(|found| *found != kind && !source.is_builtin()) {
         Some(found) => {
             let ([what, goes], asked) = (found.what_and_where(), kind.what());
             let (problem, accepted) = (format!("is no {asked}"), format!("a {asked} here; {goes}"));
-            Err(Error::value(&source.file, "kind of file", what, problem, accepted))
+            Err(Error::value(
+                &source.file,
+                "kind of file",
+                what,
+                problem,
+                accepted,
+            ))
         }
         None => Ok(source),
     }
@@ -128,9 +166,14 @@ pub fn open(kind: InputKind, name: &str) -> Result<Source> {
 
 /// Adds to an error about an unknown name the option that takes the name.
 fn of_another_kind(mut error: Error, asked: InputKind, name: &str) -> Error {
-    let options =
-        [(InputKind::Robot, "--robot"), (InputKind::Controller, "--controller"), (InputKind::Campaign, "--campaign")];
-    let takes = options.iter().find(|(kind, _)| *kind != asked && kind.names().contains(&name));
+    let options = [
+        (InputKind::Robot, "--robot"),
+        (InputKind::Controller, "--controller"),
+        (InputKind::Campaign, "--campaign"),
+    ];
+    let takes = options
+        .iter()
+        .find(|(kind, _)| *kind != asked && kind.names().contains(&name));
     if let (Error::Unknown { accepted, .. }, Some((_, option))) = (&mut error, takes) {
         *accepted += &format!("; did you mean {option} {name}?");
     }
@@ -141,26 +184,46 @@ fn of_another_kind(mut error: Error, asked: InputKind, name: &str) -> Error {
 /// their kind, and `builtin` has their names and texts in the order in which they are listed.
 pub fn open_among(what: &'static str, builtin: &[(&str, &str)], name: &str) -> Result<Source> {
     if let Some((_, text)) = builtin.iter().find(|(n, _)| *n == name) {
-        return Ok(Source { file: format!("builtin:{name}"), text: (*text).into() });
+        return Ok(Source {
+            file: format!("builtin:{name}"),
+            text: (*text).into(),
+        });
     }
     let path = Path::new(name);
     if !is_path(name) && !path.exists() {
         let names: Vec<&str> = builtin.iter().map(|(name, _)| *name).collect();
-        let beside = format!("{name}.{}", if what == InputKind::Robot.what() { "urdf" } else { "toml" });
+        let beside = format!(
+            "{name}.{}",
+            if what == InputKind::Robot.what() {
+                "urdf"
+            } else {
+                "toml"
+            }
+        );
         let beside = Path::new(&beside).exists().then_some(beside.as_str());
         let meant = beside.or_else(|| nearest(name, names.iter().copied()));
         let meant = meant.map_or(String::new(), |meant| format!("; did you mean {meant}?"));
         let accepted = format!("{} or the path of a file{meant}", names.join(", "));
-        return Err(Error::Unknown { what, name: name.into(), accepted });
+        return Err(Error::Unknown {
+            what,
+            name: name.into(),
+            accepted,
+        });
     }
-    Ok(Source { file: name.into(), ..text(path)? })
+    Ok(Source {
+        file: name.into(),
+        ..text(path)?
+    })
 }
 
 /// The name nearest to a misspelt one, if it is near enough.
 pub fn nearest<'a>(misspelt: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let away = |name: &str| strsim::damerau_levenshtein(misspelt, name);
     let most = (misspelt.chars().count() / 3).max(1);
-    names.into_iter().min_by_key(|name| away(name)).filter(|name| away(name) <= most)
+    names
+        .into_iter()
+        .min_by_key(|name| away(name))
+        .filter(|name| away(name) <= most)
 }
 
 /// Fails if `name` is a file that belongs to a policy or a program. The error names the file to be given instead.
@@ -172,7 +235,13 @@ pub fn refuse_other_kind(kind: InputKind, name: &str) -> Result<()> {
             if kind != InputKind::Controller {
                 accepted = format!("a {asked} here; as a controller, {accepted}");
             }
-            Err(Error::value(name, "kind of file", what, format!("is no {asked}"), accepted))
+            Err(Error::value(
+                name,
+                "kind of file",
+                what,
+                format!("is no {asked}"),
+                accepted,
+            ))
         }
         None => Ok(()),
     }
@@ -181,13 +250,21 @@ pub fn refuse_other_kind(kind: InputKind, name: &str) -> Result<()> {
 /// For a file that belongs to a policy or a program and is none of the inputs in [`InputKind`]: what it is, judged by its
 /// name, and what is to be given instead.
 fn other_kind(path: &Path) -> Option<(&'static str, String)> {
-    let (file, toml) = (shell_word(&path.to_string_lossy()), path.with_extension("toml"));
-    let beside = toml.is_file().then(|| format!("the file beside it, {}", toml.display()));
+    let (file, toml) = (
+        shell_word(&path.to_string_lossy()),
+        path.with_extension("toml"),
+    );
+    let beside = toml
+        .is_file()
+        .then(|| format!("the file beside it, {}", toml.display()));
     let extension = path.extension()?.to_str()?.to_lowercase();
     Some(match extension.as_str() {
         "onnx" => {
-            let written =
-                || format!("a TOML file that says what it observes: `standfast init {file} --robot ROBOT` writes it");
+            let written = || {
+                format!(
+                    "a TOML file that says what it observes: `standfast init {file} --robot ROBOT` writes it"
+                )
+            };
             ("a network", beside.unwrap_or_else(written))
         }
         "pt" | "pth" | "ckpt" | "jit" | "pkl" | "safetensors" => {
@@ -216,7 +293,10 @@ fn other_kind(path: &Path) -> Option<(&'static str, String)> {
 /// The kind of a file that is no text in UTF-8, judged by its first bytes.
 pub fn what_else(bytes: &[u8]) -> Option<&'static str> {
     const KNOWN: [(&[u8], &str); 9] = [
-        (b"version https://git-lfs", "a pointer of Git LFS, in whose place `git lfs pull` puts the file itself"),
+        (
+            b"version https://git-lfs",
+            "a pointer of Git LFS, in whose place `git lfs pull` puts the file itself",
+        ),
         (b"\xff\xfe", "text in UTF-16"),
         (b"\xfe\xff", "text in UTF-16"),
         (b"PK\x03\x04", "a ZIP archive, as PyTorch and NumPy write"),
@@ -226,23 +306,38 @@ pub fn what_else(bytes: &[u8]) -> Option<&'static str> {
         (b"\x93NUMPY", "an array of NumPy"),
         (b"\x7fELF", "a program"),
     ];
-    KNOWN.iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, what)| *what)
+    KNOWN
+        .iter()
+        .find(|(start, _)| bytes.starts_with(start))
+        .map(|(_, what)| *what)
 }
 
 /// The text of a file, without the byte order mark with which some editors begin. Fails as [`read`] does, and if the
 /// text is not UTF-8.
 pub fn text(path: &Path) -> Result<Source> {
     let text = String::from_utf8(read(path, MOST_TEXT_BYTES)?).map_err(|error| {
-        let what = what_else(error.as_bytes()).map_or(String::new(), |what| format!(", but {what}"));
-        let source = std::io::Error::new(std::io::ErrorKind::InvalidData, format!("it is no text in UTF-8{what}"));
-        Error::Read { path: path.into(), source }
+        let what =
+            what_else(error.as_bytes()).map_or(String::new(), |what| format!(", but {what}"));
+        let source = std::io::Error::new(
+            std::io::ErrorKind::InvalidData,
+            format!("it is no text in UTF-8{what}"),
+        );
+        Error::Read {
+            path: path.into(),
+            source,
+        }
     })?;
-    Ok(Source { file: path.display().to_string(), text: without_mark(text) })
+    Ok(Source {
+        file: path.display().to_string(),
+        text: without_mark(text),
+    })
 }
 
 /// A text without a byte order mark.
 pub fn without_mark(text: String) -> String {
-    text.strip_prefix('\u{feff}').map(String::from).unwrap_or(text)
+    text.strip_prefix('\u{feff}')
+        .map(String::from)
+        .unwrap_or(text)
 }
 
 const MOST_TEXT_BYTES: u64 = 20_000_000;
@@ -250,15 +345,31 @@ const MOST_TEXT_BYTES: u64 = 20_000_000;
 /// Reads a file of up to `most` bytes. Fails if it is larger, if it cannot be read, or if it is no regular file: a pipe
 /// or a device may never answer or never end, and inputs are read more than once.
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
-    let fail = |source| Error::Read { path: path.into(), source };
+    let fail = |source| Error::Read {
+        path: path.into(),
+        source,
+    };
     if !std::fs::metadata(path).map_err(fail)?.is_file() {
-        return Err(fail(std::io::Error::other("it is no file; accepted: a file, not a folder, pipe or device")));
+        return Err(fail(std::io::Error::other(
+            "it is no file; accepted: a file, not a folder, pipe or device",
+        )));
     }
     let mut bytes = Vec::new();
-    File::open(path).and_then(|file| file.take(most + 1).read_to_end(&mut bytes)).map_err(fail)?;
+    File::open(path)
+        .and_then(|file| file.take(most + 1).read_to_end(&mut bytes))
+        .map_err(fail)?;
     if bytes.len() as u64 > most {
-        let (file, accepted) = (path.display().to_string(), format!("up to {} MB", most / 1_000_000));
-        return Err(Error::value(&file, "size", format!("over {most} bytes"), "the file is too large", accepted));
+        let (file, accepted) = (
+            path.display().to_string(),
+            format!("up to {} MB", most / 1_000_000),
+        );
+        return Err(Error::value(
+            &file,
+            "size",
+            format!("over {most} bytes"),
+            "the file is too large",
+            accepted,
+        ));
     }
     Ok(bytes)
 }
@@ -280,7 +391,9 @@ pub fn toml_value(text: &str) -> toml::Value {
 
 /// The value as a number, if it is one.
 pub fn number(value: &toml::Value) -> Option<f64> {
-    value.as_float().or(value.as_integer().map(|whole| whole as f64))
+    value
+        .as_float()
+        .or(value.as_integer().map(|whole| whole as f64))
 }
 
 /// A part of a dotted key that does not exist.
@@ -298,7 +411,11 @@ pub fn place<'a>(root: &'a mut toml::Value, key: &str) -> Result<&'a mut toml::V
     for name in key.split('.').filter(|_| !key.is_empty()) {
         let inside = walked.trim_end_matches('.').to_string();
         let accepted = match &*at {
-            toml::Value::Table(t) => t.keys().map(|k| format!("{walked}{k}")).collect::<Vec<_>>().join(", "),
+            toml::Value::Table(t) => t
+                .keys()
+                .map(|k| format!("{walked}{k}"))
+                .collect::<Vec<_>>()
+                .join(", "),
             toml::Value::Array(a) if a.is_empty() => format!("nothing: `{inside}` is empty"),
             toml::Value::Array(a) => format!("{walked}0 to {walked}{}", a.len() - 1),
             _ => inside,
@@ -308,7 +425,10 @@ pub fn place<'a>(root: &'a mut toml::Value, key: &str) -> Result<&'a mut toml::V
             other => other.get_mut(name),
         };
         walked += name;
-        at = next.ok_or_else(|| Missing { name: walked.clone(), accepted })?;
+        at = next.ok_or_else(|| Missing {
+            name: walked.clone(),
+            accepted,
+        })?;
         walked.push('.');
     }
     Ok(at)
@@ -336,17 +456,27 @@ pub fn position(text: &str, key: &str) -> Option<(usize, usize)> {
     }
     let before = &text[..at.span().start];
     let line_start = before.rfind('\n').map_or(0, |end| end + 1);
-    Some((before.matches('\n').count() + 1, before[line_start..].chars().count() + 1))
+    Some((
+        before.matches('\n').count() + 1,
+        before[line_start..].chars().count() + 1,
+    ))
 }
 
 fn value_of<'a, 'i>(table: &'a DeTable<'i>, name: &str) -> Option<&'a Spanned<DeValue<'i>>> {
-    table.iter().find(|(key, _)| key.get_ref() == name).map(|(_, value)| value)
+    table
+        .iter()
+        .find(|(key, _)| key.get_ref() == name)
+        .map(|(_, value)| value)
 }
 
 /// Writes a number with a decimal point, so that TOML reads it as a float.
 pub fn decimal(figure: f64) -> String {
     let text = (figure + 0.0).to_string();
-    if text.contains('.') { text } else { text + ".0" }
+    if text.contains('.') {
+        text
+    } else {
+        text + ".0"
+    }
 }
 
 /// A text as a TOML string on one line.
@@ -356,13 +486,19 @@ pub fn quoted(text: &str) -> String {
 
 /// A text without control characters, such as a line break that would end a comment.
 pub fn one_line(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+    text.chars()
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .collect()
 }
 
 /// The text as one word for a shell, in quotes if it contains special characters.
 pub fn shell_word(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
-    if !text.is_empty() && text.chars().all(plain) { text.into() } else { format!("'{}'", text.replace('\'', "'\\''")) }
+    if !text.is_empty() && text.chars().all(plain) {
+        text.into()
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
 }
 
 #[cfg(test)]

@@ -20,7 +20,10 @@ const TEMPORARY: &str = ".tmp-";
 /// Writes `bytes` to `path` as an [`AtomicFile`].
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut file = AtomicFile::create(path)?;
-    file.write_all(bytes).map_err(|source| Error::Write { path: path.into(), source })?;
+    file.write_all(bytes).map_err(|source| Error::Write {
+        path: path.into(),
+        source,
+    })?;
     file.commit()
 }
 
@@ -35,9 +38,14 @@ impl AtomicFile {
     /// Creates the temporary file, and its folder if needed.
     pub fn create(path: &Path) -> Result<Self> {
         let folder = folder_of(path);
-        let fail = |source| Error::Write { path: path.into(), source };
+        let fail = |source| Error::Write {
+            path: path.into(),
+            source,
+        };
         if is_no_file(path) {
-            return Err(fail(io::Error::other("it is no file, but a folder, pipe or device")));
+            return Err(fail(io::Error::other(
+                "it is no file, but a folder, pipe or device",
+            )));
         }
         fs::create_dir_all(folder).map_err(fail)?;
         let mut builder = tempfile::Builder::new();
@@ -45,17 +53,25 @@ impl AtomicFile {
         // Temporary files are private to their owner, but a result must be as readable as any other file of the caller.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        Ok(Self { path: path.into(), temporary: builder.tempfile_in(folder).map_err(fail)? })
+        Ok(Self {
+            path: path.into(),
+            temporary: builder.tempfile_in(folder).map_err(fail)?,
+        })
     }
 
     /// Syncs the file, renames it, and syncs the folder.
     pub fn commit(self) -> Result<()> {
         let Self { path, temporary } = self;
-        let fail = |source| Error::Write { path: path.clone(), source };
+        let fail = |source| Error::Write {
+            path: path.clone(),
+            source,
+        };
         temporary.as_file().sync_all().map_err(fail)?;
         temporary.persist(&path).map_err(|e| fail(e.error))?;
         #[cfg(unix)]
-        fs::File::open(folder_of(&path)).and_then(|f| f.sync_all()).map_err(fail)?;
+        fs::File::open(folder_of(&path))
+            .and_then(|f| f.sync_all())
+            .map_err(fail)?;
         Ok(())
     }
 }
@@ -78,7 +94,10 @@ pub struct Hashing<W> {
 
 impl<W: Write> Hashing<W> {
     pub fn new(to: W) -> Self {
-        Self { to, sha256: Sha256::new() }
+        Self {
+            to,
+            sha256: Sha256::new(),
+        }
     }
 
     /// Returns the writer, and the SHA-256 of the written bytes in lower-case hexadecimal.
@@ -112,7 +131,9 @@ pub fn is_no_file(path: &Path) -> bool {
 
 /// The folder that a file is in.
 pub fn folder_of(file: &Path) -> &Path {
-    file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+    file.parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
 }
 
 /// Whether both paths lead to the same folder. It is false if one of them does not exist.
@@ -128,9 +149,17 @@ pub fn is_same_file(a: &Path, b: &Path) -> bool {
 /// Names of the files in a folder whose files may be replaced, or none if the folder does not exist. Fails if the path
 /// is a file, or if the folder holds a file whose name is not `own`. Errors name `option`, the command-line option that
 /// gave the folder.
-pub fn own_folder(option: &str, folder: &Path, own: impl Fn(&str) -> bool, accepted: &str) -> Result<Vec<String>> {
+pub fn own_folder(
+    option: &str,
+    folder: &Path,
+    own: impl Fn(&str) -> bool,
+    accepted: &str,
+) -> Result<Vec<String>> {
     let refuse = |problem: String| Err(Error::option(option, folder.display(), problem, accepted));
-    let fail = |source| Error::Read { path: folder.into(), source };
+    let fail = |source| Error::Read {
+        path: folder.into(),
+        source,
+    };
     let entries = match std::fs::read_dir(folder) {
         Ok(entries) => entries,
         Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
@@ -139,7 +168,11 @@ pub fn own_folder(option: &str, folder: &Path, own: impl Fn(&str) -> bool, accep
     };
     let mut names = Vec::new();
     for entry in entries {
-        let name = entry.map_err(fail)?.file_name().to_string_lossy().into_owned();
+        let name = entry
+            .map_err(fail)?
+            .file_name()
+            .to_string_lossy()
+            .into_owned();
         if !own(&name) {
             return refuse(format!("it holds {name:?}"));
         }
@@ -159,7 +192,10 @@ pub fn json_pretty(value: &impl Serialize) -> Result<String> {
 }
 
 fn json_error(e: serde_json::Error) -> Error {
-    Error::Syntax { file: "JSON".into(), message: e.to_string() }
+    Error::Syntax {
+        file: "JSON".into(),
+        message: e.to_string(),
+    }
 }
 
 /// Identifies this build of the program among others on the same machine. It is empty if the program's file cannot be
@@ -167,7 +203,9 @@ fn json_error(e: serde_json::Error) -> Error {
 pub fn build_id() -> &'static str {
     static ID: OnceLock<String> = OnceLock::new();
     ID.get_or_init(|| {
-        let Ok(program) = std::env::current_exe().and_then(fs::read) else { return String::new() };
+        let Ok(program) = std::env::current_exe().and_then(fs::read) else {
+            return String::new();
+        };
         let mut hasher = DefaultHasher::new();
         hasher.write(&program);
         format!("{:016x}", hasher.finish())

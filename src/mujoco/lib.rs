@@ -5,7 +5,9 @@ mod model;
 
 use model::{GROUND, body_name, mjcf, quaternion};
 use mujoco_rs::prelude::{MjData, MjModel, MjtObjBase};
-use nalgebra::{DVector, Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{
+    DVector, Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3,
+};
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Foot, Posture, Robot};
 use standfast_sim::Ground;
@@ -16,7 +18,11 @@ use standfast_sim::physics::Physics;
 use standfast_sim::servo::Drive;
 
 /// What the simulation takes of this crate.
-pub const PARTS: EngineParts = EngineParts { version, check, start };
+pub const PARTS: EngineParts = EngineParts {
+    version,
+    check,
+    start,
+};
 
 /// Version of the library that is loaded.
 pub fn version() -> &'static str {
@@ -25,34 +31,72 @@ pub fn version() -> &'static str {
 
 /// Checks that MuJoCo can simulate the robot.
 pub fn check(robot: &Robot) -> Result<()> {
-    let said = match MjModel::from_xml_string(&mjcf(robot, &Ground::default(), &Pairs::new(robot), 0.001)) {
-        Ok(_) => return Ok(()),
-        Err(error) => error.to_string(),
-    };
-    let problem = format!("MuJoCo does not take the robot {}: {}", robot.name, said.trim().replace('\n', ", "));
-    Err(Error::value("engine", "--engine", "mujoco", problem, "a robot that MuJoCo takes, or --engine rapier"))
+    let said =
+        match MjModel::from_xml_string(&mjcf(robot, &Ground::default(), &Pairs::new(robot), 0.001))
+        {
+            Ok(_) => return Ok(()),
+            Err(error) => error.to_string(),
+        };
+    let problem = format!(
+        "MuJoCo does not take the robot {}: {}",
+        robot.name,
+        said.trim().replace('\n', ", ")
+    );
+    Err(Error::value(
+        "engine",
+        "--engine",
+        "mujoco",
+        problem,
+        "a robot that MuJoCo takes, or --engine rapier",
+    ))
 }
 
 /// The robot at rest in `posture`, on ground that is still level. `pairs` states which of its links collide with each
 /// other.
-pub fn start(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, step_s: f64) -> Box<dyn Physics> {
-    let model = MjModel::from_xml_string(&mjcf(robot, ground, pairs, step_s)).expect("the robot was checked");
+pub fn start(
+    robot: &Robot,
+    ground: &Ground,
+    pairs: &Pairs,
+    posture: &Posture,
+    step_s: f64,
+) -> Box<dyn Physics> {
+    let model = MjModel::from_xml_string(&mjcf(robot, ground, pairs, step_s))
+        .expect("the robot was checked");
     let id = |kind, name: &str| model.name_to_id(kind, name).expect("it is in the model");
-    let bodies: Vec<usize> = robot.links.iter().map(|link| id(MjtObjBase::mjOBJ_BODY, &body_name(link))).collect();
+    let bodies: Vec<usize> = robot
+        .links
+        .iter()
+        .map(|link| id(MjtObjBase::mjOBJ_BODY, &body_name(link)))
+        .collect();
     let joints: Vec<Addresses> = robot
         .joints
         .iter()
         .map(|joint| id(MjtObjBase::mjOBJ_JOINT, &joint.name))
-        .map(|joint| Addresses { q: model.jnt_qposadr()[joint] as usize, dq: model.jnt_dofadr()[joint] as usize })
+        .map(|joint| Addresses {
+            q: model.jnt_qposadr()[joint] as usize,
+            dq: model.jnt_dofadr()[joint] as usize,
+        })
         .collect();
     let ground_body = id(MjtObjBase::mjOBJ_BODY, GROUND);
     // The solids of a body are in the model in the order in which they were written.
     let mut solids = vec![None; model.ngeom() as usize];
     for (link, &body) in bodies.iter().enumerate() {
-        let first = model.geom_bodyid().iter().position(|of| *of as usize == body);
-        let sole = Foot::BOTH.into_iter().find(|&foot| robot.soles[foot].link == link);
-        for (_, geom) in robot.links[link].collisions.iter().zip(first.into_iter().flat_map(|first| first..)) {
-            solids[geom] = Some((link, sole.map_or(ContactPart::Link(link), ContactPart::Sole)));
+        let first = model
+            .geom_bodyid()
+            .iter()
+            .position(|of| *of as usize == body);
+        let sole = Foot::BOTH
+            .into_iter()
+            .find(|&foot| robot.soles[foot].link == link);
+        for (_, geom) in robot.links[link]
+            .collisions
+            .iter()
+            .zip(first.into_iter().flat_map(|first| first..))
+        {
+            solids[geom] = Some((
+                link,
+                sole.map_or(ContactPart::Link(link), ContactPart::Sole),
+            ));
         }
     }
     let spare = Some(Box::new(model.clone()));
@@ -65,8 +109,21 @@ pub fn start(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
         data.qpos_mut()[joint.q] = *q;
     }
     data.kinematics();
-    let rotors = robot.servos.iter().map(|servo| servo.rotor_inertia_kg_m2).collect();
-    Box::new(Mujoco { data, spare, step_s, rotors, bodies, joints, solids, ground_body })
+    let rotors = robot
+        .servos
+        .iter()
+        .map(|servo| servo.rotor_inertia_kg_m2)
+        .collect();
+    Box::new(Mujoco {
+        data,
+        spare,
+        step_s,
+        rotors,
+        bodies,
+        joints,
+        solids,
+        ground_body,
+    })
 }
 
 /// Index of a joint in MuJoCo's positions and velocities.
@@ -103,7 +160,9 @@ impl Physics for Mujoco {
         posture.base = Isometry3::from_parts(Translation3::new(q[0], q[1], q[2]), rotation);
         // MuJoCo gives the angular velocity of a free body in the body's axes.
         velocity.fixed_rows_mut::<3>(0).copy_from_slice(&v[..3]);
-        velocity.fixed_rows_mut::<3>(3).copy_from(&(rotation * Vector3::new(v[3], v[4], v[5])));
+        velocity
+            .fixed_rows_mut::<3>(3)
+            .copy_from(&(rotation * Vector3::new(v[3], v[4], v[5])));
         for (i, joint) in self.joints.iter().enumerate() {
             posture.q[i] = q[joint.q];
             velocity[6 + i] = v[joint.dq];
@@ -111,7 +170,10 @@ impl Physics for Mujoco {
     }
 
     fn body(&self, link: usize) -> Isometry3<f64> {
-        let (position, q) = (self.data.xpos()[self.bodies[link]], self.data.xquat()[self.bodies[link]]);
+        let (position, q) = (
+            self.data.xpos()[self.bodies[link]],
+            self.data.xquat()[self.bodies[link]],
+        );
         let rotation = UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3]));
         Isometry3::from_parts(position.into(), rotation)
     }
@@ -124,7 +186,10 @@ impl Physics for Mujoco {
         let body = self.bodies[link];
         let lever = point - Point3::from(self.data.xipos()[body]);
         let moment = lever.cross(&force);
-        for (sum, part) in self.data.xfrc_applied_mut()[body].iter_mut().zip(force.iter().chain(moment.iter())) {
+        for (sum, part) in self.data.xfrc_applied_mut()[body]
+            .iter_mut()
+            .zip(force.iter().chain(moment.iter()))
+        {
             *sum += part;
         }
     }
@@ -141,7 +206,11 @@ impl Physics for Mujoco {
         }
         // Dampings change only when a motor reaches its limit or leaves it.
         let is_same = spare.dof_armature() == self.data.model().dof_armature();
-        self.spare = Some(if is_same { spare } else { self.data.swap_model(spare) });
+        self.spare = Some(if is_same {
+            spare
+        } else {
+            self.data.swap_model(spare)
+        });
     }
 
     fn tilt(&mut self, slope: &UnitQuaternion<f64>) {
@@ -152,7 +221,8 @@ impl Physics for Mujoco {
     fn step(&mut self) {
         // MuJoCo writes a file if it meets such numbers. The referee ends the episode.
         let forces = self.data.xfrc_applied().as_flattened();
-        let is_sane = self.data.qvel().iter().all(|v| v.abs() < 1e6) && forces.iter().all(|f| f.abs() < 1e8);
+        let is_sane =
+            self.data.qvel().iter().all(|v| v.abs() < 1e6) && forces.iter().all(|f| f.abs() < 1e8);
         if !is_sane {
             self.data.qvel_mut().fill(f64::NAN);
             return;
@@ -165,7 +235,10 @@ impl Physics for Mujoco {
     }
 
     fn speeds(&self, see: &mut dyn FnMut(usize, f64)) {
-        self.joints.iter().enumerate().for_each(|(i, joint)| see(i, self.data.qvel()[joint.dq]));
+        self.joints
+            .iter()
+            .enumerate()
+            .for_each(|(i, joint)| see(i, self.data.qvel()[joint.dq]));
     }
 
     fn touches(&self, _: &UnitQuaternion<f64>, see: &mut dyn FnMut(ContactPart, WorldWrench)) {
@@ -186,7 +259,9 @@ impl Physics for Mujoco {
     }
     fn meets(&self, see: &mut dyn FnMut([usize; 2], f64)) {
         for (i, contact) in self.data.contact().iter().enumerate() {
-            if let [Some((first, _)), Some((second, _))] = contact.geom.map(|geom| self.solids[geom as usize]) {
+            if let [Some((first, _)), Some((second, _))] =
+                contact.geom.map(|geom| self.solids[geom as usize])
+            {
                 let [x, y, z, ..] = self.data.contact_force(i);
                 let force_n = Vector3::new(x, y, z).norm();
                 if force_n > 0.0 {

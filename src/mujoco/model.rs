@@ -35,20 +35,42 @@ pub fn mjcf(robot: &Robot, ground: &Ground, pairs: &Pairs, step_s: f64) -> Strin
     );
     // The friction of the solid with the higher priority counts.
     let friction = format!(r#"friction="{} 0 0" priority="1""#, robot.friction);
-    _ = write!(xml, r#"<geom type="plane" size="0 0 1" {friction} {}/>"#, pose(&ground.half_space()));
+    _ = write!(
+        xml,
+        r#"<geom type="plane" size="0 0 1" {friction} {}/>"#,
+        pose(&ground.half_space())
+    );
     for (center, half) in ground.boxes() {
         let size = format!("{} {} {}", half.x, half.y, half.z);
-        _ = write!(xml, r#"<geom type="box" size="{size}" {friction} {}/>"#, pose(&center));
+        _ = write!(
+            xml,
+            r#"<geom type="box" size="{size}" {friction} {}/>"#,
+            pose(&center)
+        );
     }
     xml.push_str("</body>");
-    let meshes = Meshes::of(robot.links.iter().flat_map(|link| &link.collisions).map(|solid| &solid.shape));
+    let meshes = Meshes::of(
+        robot
+            .links
+            .iter()
+            .flat_map(|link| &link.collisions)
+            .map(|solid| &solid.shape),
+    );
     body(&mut xml, robot, &meshes, 0);
     xml.push_str("</worldbody>");
     assets(&mut xml, &meshes);
     xml.push_str("<contact>");
-    let names: Vec<String> = robot.links.iter().map(|link| escape(body_name(link)).into_owned()).collect();
+    let names: Vec<String> = robot
+        .links
+        .iter()
+        .map(|link| escape(body_name(link)).into_owned())
+        .collect();
     for (b, second) in names.iter().enumerate() {
-        for (_, first) in names[..b].iter().enumerate().filter(|(a, _)| !pairs.collide(*a, b)) {
+        for (_, first) in names[..b]
+            .iter()
+            .enumerate()
+            .filter(|(a, _)| !pairs.collide(*a, b))
+        {
             _ = write!(xml, r#"<exclude body1="{first}" body2="{second}"/>"#);
         }
     }
@@ -61,7 +83,9 @@ fn assets(xml: &mut String, meshes: &Meshes) {
     xml.push_str("<asset>");
     for (number, mesh) in meshes.0.iter().enumerate() {
         _ = write!(xml, r#"<mesh name="{number}" inertia="convex" vertex=""#);
-        mesh.hull.iter().for_each(|p| _ = write!(xml, "{} {} {} ", p.x, p.y, p.z));
+        mesh.hull
+            .iter()
+            .for_each(|p| _ = write!(xml, "{} {} {} ", p.x, p.y, p.z));
         xml.push_str("\"/>");
     }
     xml.push_str("</asset>");
@@ -70,9 +94,21 @@ fn assets(xml: &mut String, meshes: &Meshes) {
 /// Adds a link with all links that it carries.
 fn body(xml: &mut String, robot: &Robot, meshes: &Meshes, index: usize) {
     let link = &robot.links[index];
-    let origin = if index == 0 { Isometry3::identity() } else { robot.joints[index - 1].origin };
-    _ = write!(xml, r#"<body name="{}" {}>"#, escape(body_name(link)), pose(&origin));
-    match index.checked_sub(1).map(|joint| (&robot.joints[joint], &robot.servos[joint])) {
+    let origin = if index == 0 {
+        Isometry3::identity()
+    } else {
+        robot.joints[index - 1].origin
+    };
+    _ = write!(
+        xml,
+        r#"<body name="{}" {}>"#,
+        escape(body_name(link)),
+        pose(&origin)
+    );
+    match index
+        .checked_sub(1)
+        .map(|joint| (&robot.joints[joint], &robot.servos[joint]))
+    {
         None => xml.push_str("<freejoint/>"),
         Some((joint, servo)) => {
             let axis = joint.axis;
@@ -89,14 +125,24 @@ fn body(xml: &mut String, robot: &Robot, meshes: &Meshes, index: usize) {
         }
     }
     inertial(xml, link);
-    link.collisions.iter().for_each(|solid| geom(xml, solid, meshes));
-    let children = robot.joints.iter().enumerate().filter(|(_, joint)| joint.parent == index);
+    link.collisions
+        .iter()
+        .for_each(|solid| geom(xml, solid, meshes));
+    let children = robot
+        .joints
+        .iter()
+        .enumerate()
+        .filter(|(_, joint)| joint.parent == index);
     children.for_each(|(joint, _)| body(xml, robot, meshes, joint + 1));
     xml.push_str("</body>");
 }
 
 fn range(joint: &Joint) -> String {
-    let Joint { lower_rad, upper_rad, .. } = joint;
+    let Joint {
+        lower_rad,
+        upper_rad,
+        ..
+    } = joint;
     match lower_rad.is_finite() && upper_rad.is_finite() {
         true => format!(r#"limited="true" range="{lower_rad} {upper_rad}""#),
         false => r#"limited="false""#.into(),
@@ -120,7 +166,9 @@ fn geom(xml: &mut String, solid: &Solid, meshes: &Meshes) {
         Shape::Cylinder { radius, length } => ("cylinder", format!("{radius} {}", 0.5 * length)),
         Shape::Capsule { radius, length } => ("capsule", format!("{radius} {}", 0.5 * length)),
         Shape::Mesh(mesh) => {
-            let number = meshes.number(mesh).expect("all meshes that collide are listed");
+            let number = meshes
+                .number(mesh)
+                .expect("all meshes that collide are listed");
             _ = write!(xml, r#"<geom type="mesh" mesh="{number}" {place}/>"#);
             return;
         }

@@ -21,7 +21,9 @@ impl Camera {
     /// Where a point (m, world frame) is seen in a picture of `size` (px), to the right and down from the upper left
     /// corner. None if it is not in front of the camera.
     pub fn project(&self, point: Point3<f64>, size: [u32; 2]) -> Option<[f64; 2]> {
-        CameraView::new(self, size).project(point).map(|[x, y, _]| [x, y])
+        CameraView::new(self, size)
+            .project(point)
+            .map(|[x, y, _]| [x, y])
     }
 
     /// The view from the nearest place, in the same direction, that shows the balls (centre and radius, m) whole in a
@@ -47,12 +49,19 @@ impl Camera {
             return *self;
         }
         let back = ((right + left) / (2.0 * slope[0])).max((up + down) / (2.0 * slope[1]));
-        let eye = view.right * ((right - left) / 2.0) + view.up * ((up - down) / 2.0) + view.back * back;
+        let eye =
+            view.right * ((right - left) / 2.0) + view.up * ((up - down) / 2.0) + view.back * back;
         // The target is at the depth of the middle of the balls, so that the distance is the distance from the robot.
         let depths = balls.iter().map(|(at, _)| view.back.dot(&at.coords));
-        let (near, far) = depths.fold((f64::NEG_INFINITY, f64::INFINITY), |(n, f), d| (n.max(d), f.min(d)));
+        let (near, far) = depths.fold((f64::NEG_INFINITY, f64::INFINITY), |(n, f), d| {
+            (n.max(d), f.min(d))
+        });
         let distance_m = back - (near + far) / 2.0;
-        Self { target: Point3::from(eye - view.back * distance_m), distance_m, ..*self }
+        Self {
+            target: Point3::from(eye - view.back * distance_m),
+            distance_m,
+            ..*self
+        }
     }
 }
 
@@ -105,7 +114,11 @@ impl CameraView {
         }
         let scale = self.focal_px / depth;
         let [x, y] = self.middle;
-        Some([x + scale * self.right.dot(&from_eye), y - scale * self.up.dot(&from_eye), 1.0 / depth])
+        Some([
+            x + scale * self.right.dot(&from_eye),
+            y - scale * self.up.dot(&from_eye),
+            1.0 / depth,
+        ])
     }
 }
 
@@ -125,28 +138,62 @@ mod tests {
     /// right.
     #[test]
     fn a_point_is_seen_where_the_pinhole_formula_says() {
-        let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, elevation_deg: 0.0, ..CAMERA };
+        let camera = Camera {
+            target: Point3::origin(),
+            azimuth_deg: 0.0,
+            elevation_deg: 0.0,
+            ..CAMERA
+        };
         let f = 240.0 / 20.0_f64.to_radians().tan();
-        let [x, y] = camera.project(Point3::new(0.5, 0.3, 0.2), [640, 480]).unwrap();
-        assert!((x - (320.0 + f * 0.3 / 1.5)).abs() < 1e-9 && (y - (240.0 - f * 0.2 / 1.5)).abs() < 1e-9, "{x} {y}");
-        let seen_from_left = Camera { azimuth_deg: 90.0, ..camera };
-        let [x, _] = seen_from_left.project(Point3::new(0.3, 0.0, 0.0), [640, 480]).unwrap();
-        assert!((x - (320.0 - f * 0.3 / 2.0)).abs() < 1e-9, "from the left, forward is to the left: {x}");
-        assert_eq!(camera.project(Point3::new(2.5, 0.0, 0.0), [640, 480]), None, "behind the camera");
+        let [x, y] = camera
+            .project(Point3::new(0.5, 0.3, 0.2), [640, 480])
+            .unwrap();
+        assert!(
+            (x - (320.0 + f * 0.3 / 1.5)).abs() < 1e-9
+                && (y - (240.0 - f * 0.2 / 1.5)).abs() < 1e-9,
+            "{x} {y}"
+        );
+        let seen_from_left = Camera {
+            azimuth_deg: 90.0,
+            ..camera
+        };
+        let [x, _] = seen_from_left
+            .project(Point3::new(0.3, 0.0, 0.0), [640, 480])
+            .unwrap();
+        assert!(
+            (x - (320.0 - f * 0.3 / 2.0)).abs() < 1e-9,
+            "from the left, forward is to the left: {x}"
+        );
+        assert_eq!(
+            camera.project(Point3::new(2.5, 0.0, 0.0), [640, 480]),
+            None,
+            "behind the camera"
+        );
         let [x, y] = CAMERA.project(CAMERA.target, [640, 480]).unwrap();
-        assert!((x - 320.0).abs() < 1e-9 && (y - 240.0).abs() < 1e-9, "the target is in the middle: {x} {y}");
+        assert!(
+            (x - 320.0).abs() < 1e-9 && (y - 240.0).abs() < 1e-9,
+            "the target is in the middle: {x} {y}"
+        );
     }
 
     /// Some ball touches the inner frame, and no ball leaves it.
     #[test]
     fn a_framed_picture_shows_all_and_is_as_near_as_can_be() {
-        let balls = [(Point3::new(0.0, 0.0, 0.1), 0.1), (Point3::new(0.5, 0.2, 0.5), 0.05)];
+        let balls = [
+            (Point3::new(0.0, 0.0, 0.1), 0.1),
+            (Point3::new(0.5, 0.2, 0.5), 0.05),
+        ];
         for size in [[640, 480], [200, 500]] {
             let view = CameraView::new(&CAMERA.framing(&balls, size, 0.1), size);
             // Distance of each ball from the planes of the inner pyramid.
             let mut least = f64::INFINITY;
             for (at, radius) in balls {
-                for (axis, i) in [(view.right, 0), (-view.right, 0), (view.up, 1), (-view.up, 1)] {
+                for (axis, i) in [
+                    (view.right, 0),
+                    (-view.right, 0),
+                    (view.up, 1),
+                    (-view.up, 1),
+                ] {
                     let slope = 0.9 * view.middle[i] / view.focal_px;
                     let normal = -(axis + view.back * slope) / (1.0 + slope * slope).sqrt();
                     least = least.min(normal.dot(&(at - view.eye)) - radius);

@@ -30,7 +30,13 @@ impl Canvas {
         let level = view.right.cross(&Vector3::z());
         let lamp = (Vector3::z() * 1.5 + level * 0.75 - view.right * 0.8).normalize();
         let fill = (Vector3::z() * 0.35 + level * 0.6 + view.right * 0.9).normalize();
-        Self { view, lamp, fill, triangles: Vec::new(), opaque: Vec::new() }
+        Self {
+            view,
+            lamp,
+            fill,
+            triangles: Vec::new(),
+            opaque: Vec::new(),
+        }
     }
 
     /// Adds a ghost, which casts no shadow and shows only its nearest surface. It is drawn slightly farther away than
@@ -42,11 +48,20 @@ impl Canvas {
         self.opaque.truncate(opaque);
         let ghost = &mut self.triangles[first..];
         for triangle in &mut *ghost {
-            triangle.corners.iter_mut().for_each(|corner| corner.near *= BEHIND);
+            triangle
+                .corners
+                .iter_mut()
+                .for_each(|corner| corner.near *= BEHIND);
             (triangle.cover, triangle.hides) = (GHOST.opacity as f32, true);
         }
         // The nearest triangles come first, and hide the others.
-        let near = |triangle: &Triangle| triangle.corners.iter().map(|corner| corner.near).sum::<f64>();
+        let near = |triangle: &Triangle| {
+            triangle
+                .corners
+                .iter()
+                .map(|corner| corner.near)
+                .sum::<f64>()
+        };
         ghost.sort_by(|a, b| near(b).total_cmp(&near(a)));
     }
 
@@ -57,12 +72,23 @@ impl Canvas {
     /// Adds the solids of a robot in their own colours, or in `color`. Only faces that look at the camera are painted.
     fn solids(&mut self, stage: &Stage, kinematics: &Kinematics, color: Option<Light>) {
         for (solid, pose) in stage.solids(kinematics) {
-            let Surface { color: [r, g, b, alpha], mesh, .. } = solid;
+            let Surface {
+                color: [r, g, b, alpha],
+                mesh,
+                ..
+            } = solid;
             let (color, cover) = (color.unwrap_or(linear([*r, *g, *b])), *alpha as f32);
             let lit = |(point, normal): &(Point3<f64>, Vector3<f64>)| {
                 let at = pose * point;
                 let light = self.shaded(color, &at, &(pose.rotation * normal));
-                (at, self.view.project(at).map(|[x, y, near]| Vertex { at: [x, y], near, light }))
+                (
+                    at,
+                    self.view.project(at).map(|[x, y, near]| Vertex {
+                        at: [x, y],
+                        near,
+                        light,
+                    }),
+                )
             };
             let corners: Vec<_> = mesh.corners.iter().map(lit).collect();
             for face in &mesh.faces {
@@ -74,7 +100,11 @@ impl Canvas {
                     continue;
                 }
                 if let [Some(a), Some(b), Some(c)] = face.map(|i| corners[i].1) {
-                    self.triangles.push(Triangle { corners: [a, b, c], cover, hides: cover >= 1.0 });
+                    self.triangles.push(Triangle {
+                        corners: [a, b, c],
+                        cover,
+                        hides: cover >= 1.0,
+                    });
                 }
             }
         }
@@ -85,7 +115,8 @@ impl Canvas {
         let eye = (self.view.eye - at).normalize();
         let half = (self.lamp + eye).normalize();
         let sky = 0.30 + 0.14 * normal.z;
-        let diffuse = sky + 0.72 * normal.dot(&self.lamp).max(0.0) + 0.16 * normal.dot(&self.fill).max(0.0);
+        let diffuse =
+            sky + 0.72 * normal.dot(&self.lamp).max(0.0) + 0.16 * normal.dot(&self.fill).max(0.0);
         let gloss = normal.dot(&half).max(0.0).powi(32);
         light.map(|v| v * diffuse as f32 + 0.06 * gloss as f32 + 0.010)
     }

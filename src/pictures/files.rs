@@ -27,7 +27,12 @@ pub fn strip(images: &[RgbImage]) -> RgbImage {
         imageops::replace(&mut strip, picture, left, 0);
         if left > 0 {
             // The line is drawn over the edges, so that it adds no width.
-            imageops::replace(&mut strip, &RgbImage::from_pixel(2, height, image::Rgb([255; 3])), left - 1, 0);
+            imageops::replace(
+                &mut strip,
+                &RgbImage::from_pixel(2, height, image::Rgb([255; 3])),
+                left - 1,
+                0,
+            );
         }
         left += i64::from(picture.width());
     }
@@ -43,11 +48,20 @@ const EACH_MARK: usize = 200;
 /// The bytes of an endless GIF from pictures of one size, each with the time for which it is shown (1/100 s), in the
 /// colours of a palette. Pixels that do not change are stored as unchanged. Fails without a picture, or if a side is
 /// longer than 65535 px.
-pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, u16)>) -> Result<Vec<u8>> {
-    let fail = |problem: String| Error::Numeric { what: "GIF".into(), problem };
+pub(super) fn gif(
+    mut palette: Palette,
+    images: impl Iterator<Item = (RgbImage, u16)>,
+) -> Result<Vec<u8>> {
+    let fail = |problem: String| Error::Numeric {
+        what: "GIF".into(),
+        problem,
+    };
     let mut images = images.peekable();
-    let (first, _) = images.peek().ok_or_else(|| fail("there is no picture to show".into()))?;
-    let side = |px: u32| u16::try_from(px).map_err(|_| fail(format!("a picture of {px} px is too large")));
+    let (first, _) = images
+        .peek()
+        .ok_or_else(|| fail("there is no picture to show".into()))?;
+    let side =
+        |px: u32| u16::try_from(px).map_err(|_| fail(format!("a picture of {px} px is too large")));
     let (width, height) = (side(first.width())?, side(first.height())?);
     let mut bytes = Vec::new();
     let encode = || -> Result<(), gif::EncodingError> {
@@ -66,10 +80,20 @@ pub(super) fn gif(mut palette: Palette, images: impl Iterator<Item = (RgbImage, 
 }
 
 /// The frame of a picture, in which unchanged pixels have the index "unchanged", since runs of it take almost no space.
-fn changes(before: Option<&[u8]>, now: &[u8], (width, height): (u16, u16), delay: u16) -> Frame<'static> {
+fn changes(
+    before: Option<&[u8]>,
+    now: &[u8],
+    (width, height): (u16, u16),
+    delay: u16,
+) -> Frame<'static> {
     let as_before = |i: usize| before.is_some_and(|before| before[i] == now[i]);
-    let buffer: Vec<u8> = (0..now.len()).map(|i| if as_before(i) { AS_BEFORE } else { now[i] }).collect();
-    Frame { delay, ..Frame::from_indexed_pixels(width, height, buffer, before.map(|_| AS_BEFORE)) }
+    let buffer: Vec<u8> = (0..now.len())
+        .map(|i| if as_before(i) { AS_BEFORE } else { now[i] })
+        .collect();
+    Frame {
+        delay,
+        ..Frame::from_indexed_pixels(width, height, buffer, before.map(|_| AS_BEFORE))
+    }
 }
 
 /// The colours that suit some pictures best, learned by a neural network (Dekker 1994).
@@ -82,7 +106,9 @@ pub(super) struct Palette {
 
 /// Number of a colour. Colours that agree in their upper six bits have the same number.
 fn bucket(color: [u8; 3]) -> usize {
-    color.iter().fold(0, |sum, v| sum << 6 | usize::from(v >> 2))
+    color
+        .iter()
+        .fold(0, |sum, v| sum << 6 | usize::from(v >> 2))
 }
 
 /// The colour in the middle of a bucket, opaque.
@@ -99,19 +125,33 @@ impl Palette {
         }
         // A colour is learned as often as the square root of its number of pixels. Colours of marks are learned more
         // often, since marks are small and would lose their colours to the many greys of the floor.
-        let seen = counts.iter().enumerate().flat_map(|(bucket, count)| repeat_n(middle(bucket), count.isqrt()));
+        let seen = counts
+            .iter()
+            .enumerate()
+            .flat_map(|(bucket, count)| repeat_n(middle(bucket), count.isqrt()));
         let mut lesson: Vec<_> = seen.collect();
         let count = lesson.len() / EACH_MARK;
-        let marks = Overlay::ALL.into_iter().map(Overlay::color).chain([Color::WHITE]);
+        let marks = Overlay::ALL
+            .into_iter()
+            .map(Overlay::color)
+            .chain([Color::WHITE]);
         lesson.extend(marks.flat_map(|Color(r, g, b)| repeat_n([r, g, b, 255], count)));
         let network = NeuQuant::new(1, COLORS, lesson.as_flattened());
-        Self { colors: network.color_map_rgb(), network, nearest: vec![None; counts.len()] }
+        Self {
+            colors: network.color_map_rgb(),
+            network,
+            nearest: vec![None; counts.len()],
+        }
     }
 
     /// The index of the nearest colour for each pixel.
     fn indices(&mut self, image: &RgbImage) -> Vec<u8> {
-        let Self { network, nearest, .. } = self;
-        let mut index = |bucket: usize| *nearest[bucket].get_or_insert_with(|| network.index_of(&middle(bucket)) as u8);
+        let Self {
+            network, nearest, ..
+        } = self;
+        let mut index = |bucket: usize| {
+            *nearest[bucket].get_or_insert_with(|| network.index_of(&middle(bucket)) as u8)
+        };
         image.pixels().map(|pixel| index(bucket(pixel.0))).collect()
     }
 }
@@ -128,17 +168,26 @@ mod tests {
 
     #[test]
     fn a_strip_has_the_width_of_its_parts_and_shows_them_in_order() {
-        let strip = strip(&[plain(30, 20, [255, 0, 0]), plain(7, 25, [0, 255, 0]), plain(10, 20, [0, 0, 255])]);
+        let strip = strip(&[
+            plain(30, 20, [255, 0, 0]),
+            plain(7, 25, [0, 255, 0]),
+            plain(10, 20, [0, 0, 255]),
+        ]);
         assert_eq!(strip.dimensions(), (47, 25));
         let at = |x, y| strip.get_pixel(x, y).0;
-        assert_eq!([at(28, 19), at(31, 24), at(38, 0)], [[255, 0, 0], [0, 255, 0], [0, 0, 255]]);
+        assert_eq!(
+            [at(28, 19), at(31, 24), at(38, 0)],
+            [[255, 0, 0], [0, 255, 0], [0, 0, 255]]
+        );
         assert_eq!([at(0, 24), at(29, 3), at(30, 3)], [[255; 3]; 3]);
     }
 
     /// A small square moves over a gradient, and the last two pictures are equal.
     #[test]
     fn a_gif_shows_each_picture_for_its_time_with_its_colours() {
-        let gradient = RgbImage::from_fn(240, 160, |x, y| Rgb([150 + x as u8 / 4, 160 + y as u8 / 4, 200]));
+        let gradient = RgbImage::from_fn(240, 160, |x, y| {
+            Rgb([150 + x as u8 / 4, 160 + y as u8 / 4, 200])
+        });
         let pictures: Vec<RgbImage> = [16, 80, 160, 160]
             .iter()
             .map(|&left| {
@@ -149,10 +198,19 @@ mod tests {
             .collect();
         let delays = [4, 8, 4, 100];
         // The palette was learned from the first picture only.
-        let made = || gif(Palette::of(&pictures[..1]), pictures.iter().cloned().zip(delays));
+        let made = || {
+            gif(
+                Palette::of(&pictures[..1]),
+                pictures.iter().cloned().zip(delays),
+            )
+        };
         let bytes = made().unwrap();
         assert_eq!(bytes, made().unwrap());
-        let frames = GifDecoder::new(Cursor::new(&bytes)).unwrap().into_frames().collect_frames().unwrap();
+        let frames = GifDecoder::new(Cursor::new(&bytes))
+            .unwrap()
+            .into_frames()
+            .collect_frames()
+            .unwrap();
         assert_eq!(frames.len(), 4);
         for ((frame, picture), delay) in frames.iter().zip(&pictures).zip(delays) {
             assert_eq!(frame.delay().numer_denom_ms(), (10 * u32::from(delay), 1));

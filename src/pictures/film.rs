@@ -27,7 +27,13 @@ pub struct FramesOptions {
 
 impl Default for FramesOptions {
     fn default() -> Self {
-        Self { size: [640, 480], strip_size: [240, 320], gif_size: [480, 360], moments: 8, slow_motion: 0.25 }
+        Self {
+            size: [640, 480],
+            strip_size: [240, 320],
+            gif_size: [480, 360],
+            moments: 8,
+            slow_motion: 0.25,
+        }
     }
 }
 
@@ -50,7 +56,11 @@ pub(super) struct Cast<'a> {
 
 impl<'a> Cast<'a> {
     pub fn new(film: &'a Film, second: Option<&'a Film>) -> Self {
-        Self { film, second, stage: Stage::new(&film.robot, film.ground) }
+        Self {
+            film,
+            second,
+            stage: Stage::new(&film.robot, film.ground),
+        }
     }
 
     /// All films.
@@ -60,16 +70,26 @@ impl<'a> Cast<'a> {
 
     /// The size of a picture of one robot: narrower than `size` (px) if there are two.
     pub fn size_of_one(&self, [width, height]: [u32; 2]) -> [u32; 2] {
-        [if self.is_beside() { 3 * width / 4 } else { width }, height]
+        [
+            if self.is_beside() {
+                3 * width / 4
+            } else {
+                width
+            },
+            height,
+        ]
     }
 
     fn is_beside(&self) -> bool {
-        self.second.is_some_and(|second| !second.has_controller_of(self.film))
+        self.second
+            .is_some_and(|second| !second.has_controller_of(self.film))
     }
 
     /// The second robot at snapshot `k`, or at its last snapshot.
     fn second(&self, k: usize) -> Option<&'a Snapshot> {
-        let seen = self.second.map(|second| &second.snapshots[..second.near()])?;
+        let seen = self
+            .second
+            .map(|second| &second.snapshots[..second.near()])?;
         seen.get(k).or(seen.last())
     }
 
@@ -82,14 +102,21 @@ impl<'a> Cast<'a> {
         let draw = |snapshot: &Snapshot, ghost, title: &str| {
             let mut image = draw_on(&self.stage, snapshot, ghost, camera, size, &Overlay::ALL);
             label(&mut image, title.trim_end(), [10, 8]);
-            label(&mut image, &in_short(snapshot), [10, size[1].saturating_sub(28)]);
+            label(
+                &mut image,
+                &in_short(snapshot),
+                [10, size[1].saturating_sub(28)],
+            );
             image
         };
         if !self.is_beside() {
             return draw(snapshot, self.second(k), &time);
         }
-        let of_films = self.films().zip(std::iter::once(snapshot).chain(self.second(k)));
-        let images = of_films.map(|(film, snapshot)| draw(snapshot, None, &format!("{}: {time}", film.controller)));
+        let of_films = self
+            .films()
+            .zip(std::iter::once(snapshot).chain(self.second(k)));
+        let images = of_films
+            .map(|(film, snapshot)| draw(snapshot, None, &format!("{}: {time}", film.controller)));
         strip(&images.collect::<Vec<_>>())
     }
 
@@ -103,16 +130,34 @@ impl<'a> Cast<'a> {
             let off = (side - heading).rem_euclid(180.0);
             off.min(180.0 - off)
         };
-        let azimuth_deg = if along(SIDES_DEG[0]) >= 30.0 { SIDES_DEG[0] } else { SIDES_DEG[1] };
+        let azimuth_deg = if along(SIDES_DEG[0]) >= 30.0 {
+            SIDES_DEG[0]
+        } else {
+            SIDES_DEG[1]
+        };
         let target = Point3::origin();
-        let toward = Camera { target, azimuth_deg, elevation_deg: 17.0, distance_m: 2.0, fov_deg: 28.0 };
+        let toward = Camera {
+            target,
+            azimuth_deg,
+            elevation_deg: 17.0,
+            distance_m: 2.0,
+            fov_deg: 28.0,
+        };
         let arrow_m = ARROW_M * stage.scale.length();
         let mut balls = Vec::new();
         for k in moments {
             let snapshot = &film.snapshots[k];
             balls.extend(stage.extent(&snapshot.posture));
-            balls.extend(self.second(k).into_iter().flat_map(|second| stage.extent(&second.posture)));
-            balls.extend(snapshot.push.map(|push| (push.point - push.force.normalize() * arrow_m, 0.01)));
+            balls.extend(
+                self.second(k)
+                    .into_iter()
+                    .flat_map(|second| stage.extent(&second.posture)),
+            );
+            balls.extend(
+                snapshot
+                    .push
+                    .map(|push| (push.point - push.force.normalize() * arrow_m, 0.01)),
+            );
         }
         toward.framing(&balls, size, MARGIN)
     }
@@ -124,17 +169,34 @@ pub fn thumbnail(film: &Film) -> Vec<u8> {
     const SIZE: [u32; 2] = [200, 150];
     let record = &film.record;
     let landed_s = record.footsteps.taken.first().map(|step| step.land_s);
-    let k = index(film, record.fell_at_s.or(landed_s).unwrap_or(pushed_until_s(film)));
-    let Some(snapshot) = film.snapshots.get(k) else { return Vec::new() };
+    let k = index(
+        film,
+        record
+            .fell_at_s
+            .or(landed_s)
+            .unwrap_or(pushed_until_s(film)),
+    );
+    let Some(snapshot) = film.snapshots.get(k) else {
+        return Vec::new();
+    };
     let cast = Cast::new(film, None);
     let camera = cast.camera(std::iter::once(k), SIZE);
-    png(&draw_on(&cast.stage, snapshot, None, &camera, SIZE, &Overlay::ALL))
+    png(&draw_on(
+        &cast.stage,
+        snapshot,
+        None,
+        &camera,
+        SIZE,
+        &Overlay::ALL,
+    ))
 }
 
 /// Time after which nothing more happens (s), since the robots stand still or have flown off.
 pub(super) fn end_s(cast: &Cast) -> f64 {
     let end_s = |film: &Film| {
-        let last_s = film.snapshots[..film.near()].last().map_or(0.0, |snapshot| snapshot.time_s);
+        let last_s = film.snapshots[..film.near()]
+            .last()
+            .map_or(0.0, |snapshot| snapshot.time_s);
         match (film.record.fell_at_s, film.record.settled_at_s) {
             (None, Some(at)) => last_s.min(at.max(pushed_until_s(film)) + REST_S),
             _ => last_s,
@@ -145,7 +207,11 @@ pub(super) fn end_s(cast: &Cast) -> f64 {
 
 /// Start of the first push (s).
 pub(super) fn pushed_from_s(film: &Film) -> f64 {
-    film.pushes.iter().map(|push| push.start_s).reduce(f64::min).unwrap_or(0.0)
+    film.pushes
+        .iter()
+        .map(|push| push.start_s)
+        .reduce(f64::min)
+        .unwrap_or(0.0)
 }
 
 /// End of the last push (s).
@@ -155,8 +221,13 @@ pub(super) fn pushed_until_s(film: &Film) -> f64 {
 
 /// Index of the snapshot nearest to a time.
 pub(super) fn index(film: &Film, time_s: f64) -> usize {
-    let first_s = film.snapshots.first().map_or(0.0, |snapshot| snapshot.time_s);
-    let k = ((time_s - first_s) / film.control_period_s).round().max(0.0) as usize;
+    let first_s = film
+        .snapshots
+        .first()
+        .map_or(0.0, |snapshot| snapshot.time_s);
+    let k = ((time_s - first_s) / film.control_period_s)
+        .round()
+        .max(0.0) as usize;
     k.min(film.snapshots.len().saturating_sub(1))
 }
 
@@ -185,9 +256,12 @@ pub(super) fn moments(cast: &Cast, count: usize) -> Vec<usize> {
     }
     while times.len() < count {
         // The last gap counts less, since little happens while the robot comes to rest.
-        let gap = |i: &usize| (times[i + 1] - times[*i]) * if i + 2 == times.len() { 0.3 } else { 1.0 };
+        let gap =
+            |i: &usize| (times[i + 1] - times[*i]) * if i + 2 == times.len() { 0.3 } else { 1.0 };
         let widest = (0..times.len() - 1).max_by(|a, b| gap(a).total_cmp(&gap(b)));
-        let Some(i) = widest.filter(|i| gap(i) > APART_S) else { break };
+        let Some(i) = widest.filter(|i| gap(i) > APART_S) else {
+            break;
+        };
         // In the last gap the new moment is early, for the same reason.
         let share = if i + 2 == times.len() { 0.3 } else { 0.5 };
         times.insert(i + 1, times[i] + share * (times[i + 1] - times[i]));

@@ -41,9 +41,17 @@ pub(super) struct Floor {
 
 impl Floor {
     /// The ground with the shadow of `triangles` (m, world frame). `lamp` is the unit vector towards the lamp.
-    pub fn new(view: CameraView, ground: &Ground, lamp: Vector3<f64>, triangles: &[[Point3<f64>; 3]]) -> Self {
+    pub fn new(
+        view: CameraView,
+        ground: &Ground,
+        lamp: Vector3<f64>,
+        triangles: &[[Point3<f64>; 3]],
+    ) -> Self {
         let local = |world: Vector3<f64>| ground.slope.inverse() * world;
-        let faces: Vec<_> = triangles.iter().map(|corners| corners.map(|at| local(at.coords))).collect();
+        let faces: Vec<_> = triangles
+            .iter()
+            .map(|corners| corners.map(|at| local(at.coords)))
+            .collect();
         Self {
             view,
             ground: *ground,
@@ -58,7 +66,9 @@ impl Floor {
 
     /// The ray through a point of the picture (px), with a depth of 1.
     fn ray(&self, at: [f64; 2]) -> Vector3<f64> {
-        let CameraView { middle, focal_px, .. } = self.view;
+        let CameraView {
+            middle, focal_px, ..
+        } = self.view;
         let [x, y] = [0, 1].map(|i| (at[i] - middle[i]) / focal_px);
         self.right * x - self.up * y - self.back
     }
@@ -66,16 +76,30 @@ impl Floor {
     /// The part of the ground that a ray meets first, and its depth (m). A wall is met at the depth of the level below.
     fn met(&self, ray: &Vector3<f64>) -> Option<(GroundPart, f64)> {
         use GroundPart::{Around, Patch, Wall};
-        let (eye, Ground { step_m, patch: [least, most], .. }) = (self.eye, self.ground);
-        let is_in_patch =
-            |depth: f64| step_m != 0.0 && (0..2).all(|i| (least[i]..=most[i]).contains(&(eye[i] + depth * ray[i])));
+        let (
+            eye,
+            Ground {
+                step_m,
+                patch: [least, most],
+                ..
+            },
+        ) = (self.eye, self.ground);
+        let is_in_patch = |depth: f64| {
+            step_m != 0.0
+                && (0..2).all(|i| (least[i]..=most[i]).contains(&(eye[i] + depth * ray[i])))
+        };
         // Whether the ray meets the level of a part within the part, and the depth there. A level is not seen from
         // below.
         let level = |part: GroundPart| {
             let depth = (if part == Patch { 0.0 } else { step_m } - eye.z) / ray.z;
-            (ray.z < 0.0 && depth > NEAREST_M).then(|| (is_in_patch(depth) == (part == Patch), depth))
+            (ray.z < 0.0 && depth > NEAREST_M)
+                .then(|| (is_in_patch(depth) == (part == Patch), depth))
         };
-        let [high, low] = if step_m > 0.0 { [Around, Patch] } else { [Patch, Around] };
+        let [high, low] = if step_m > 0.0 {
+            [Around, Patch]
+        } else {
+            [Patch, Around]
+        };
         match level(high) {
             Some((true, depth)) => Some((high, depth)),
             _ => level(low).map(|(is_there, depth)| (if is_there { low } else { Wall }, depth)),
@@ -84,16 +108,24 @@ impl Floor {
 
     /// One over the depth of the ground at a point of the picture (1/m); 0 for the background.
     pub fn near(&self, at: [f64; 2]) -> f32 {
-        self.met(&self.ray(at)).map_or(0.0, |(_, depth)| depth.recip() as f32)
+        self.met(&self.ray(at))
+            .map_or(0.0, |(_, depth)| depth.recip() as f32)
     }
 
     /// The light at a point of the picture (px).
     pub fn light(&self, place: [f64; 2]) -> Light {
-        let CameraView { middle, distance_m, focal_px, .. } = self.view;
+        let CameraView {
+            middle,
+            distance_m,
+            focal_px,
+            ..
+        } = self.view;
         let upwards = (1.0 - place[1] / (2.0 * middle[1])).clamp(0.0, 1.0) as f32;
         let background = mix(HORIZON, ZENITH, upwards * upwards);
         let ray = self.ray(place);
-        let Some((part, depth)) = self.met(&ray) else { return background };
+        let Some((part, depth)) = self.met(&ray) else {
+            return background;
+        };
         let at = self.eye + ray * depth;
         let distance = (at - self.target).xy().norm() / (FADED * distance_m);
         if distance >= 1.0 {
@@ -112,7 +144,11 @@ impl Floor {
         let mut light = FLOOR;
         if part != GroundPart::Wall {
             light = mix(light, LINE, fade * lines(PERIOD_M, LINE_WIDTH_M));
-            light = mix(light, STRONG_LINE, fade * lines(STRONG_PERIOD_M, 1.5 * LINE_WIDTH_M));
+            light = mix(
+                light,
+                STRONG_LINE,
+                fade * lines(STRONG_PERIOD_M, 1.5 * LINE_WIDTH_M),
+            );
         }
         let given_back = match part {
             GroundPart::Around => 1.0,
@@ -164,24 +200,41 @@ struct Shadow {
 
 impl Shadow {
     fn new(lamp: Vector3<f64>, faces: &[[Vector3<f64>; 3]]) -> Self {
-        let mut shadow =
-            Self { corner: [0.0; 2], cells_per_m: 0.0, lamp: lamp / lamp.z, dark: ImageBuffer::new(CELLS, CELLS) };
-        let points: Vec<[f64; 2]> = faces.iter().flatten().map(|point| shadow.thrown(point)).collect();
+        let mut shadow = Self {
+            corner: [0.0; 2],
+            cells_per_m: 0.0,
+            lamp: lamp / lamp.z,
+            dark: ImageBuffer::new(CELLS, CELLS),
+        };
+        let points: Vec<[f64; 2]> = faces
+            .iter()
+            .flatten()
+            .map(|point| shadow.thrown(point))
+            .collect();
         let ends = |i: usize| {
-            points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, m], at| [l.min(at[i]), m.max(at[i])])
+            points
+                .iter()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, m], at| {
+                    [l.min(at[i]), m.max(at[i])]
+                })
         };
         let (x, y) = (ends(0), ends(1));
         let extent = (x[1] - x[0]).max(y[1] - y[0]);
         if extent.is_finite() && extent > 0.0 {
             let cell_m = CELL_M * (extent / (CELL_M * f64::from(CELLS - 2 * ROOM - 1))).ceil();
             shadow.cells_per_m = 1.0 / cell_m;
-            shadow.corner = [x[0], y[0]].map(|least| ((least / cell_m).floor() - f64::from(ROOM)) * cell_m);
+            shadow.corner =
+                [x[0], y[0]].map(|least| ((least / cell_m).floor() - f64::from(ROOM)) * cell_m);
             for face in faces {
                 let corners = face.map(|point| shadow.cell(&point));
                 let dark = &mut shadow.dark;
-                for_each_inside(corners, [0, 0, CELLS as usize, CELLS as usize], |x, y, _| {
-                    dark[(x as u32, y as u32)] = Luma([1.0]);
-                });
+                for_each_inside(
+                    corners,
+                    [0, 0, CELLS as usize, CELLS as usize],
+                    |x, y, _| {
+                        dark[(x as u32, y as u32)] = Luma([1.0]);
+                    },
+                );
             }
             shadow.dark = blur(&shadow.dark, BLUR_CELLS);
         }

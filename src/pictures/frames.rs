@@ -27,23 +27,35 @@ pub fn write_frames(
 ) -> Result<Vec<PathBuf>> {
     let before = check_folder(folder)?;
     if film.snapshots.is_empty() {
-        return Err(Error::Numeric { what: "frames".into(), problem: "the episode has no moment to draw".into() });
+        return Err(Error::Numeric {
+            what: "frames".into(),
+            problem: "the episode has no moment to draw".into(),
+        });
     }
     let cast = Cast::new(film, second);
     let moments = moments(&cast, options.moments);
     let pictures = |size: [u32; 2]| -> Vec<RgbImage> {
         let size = cast.size_of_one(size);
         let camera = cast.camera(moments.iter().copied(), size);
-        moments.par_iter().map(|&k| cast.picture(k, &camera, size, "")).collect()
+        moments
+            .par_iter()
+            .map(|&k| cast.picture(k, &camera, size, ""))
+            .collect()
     };
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     for (i, (&k, image)) in moments.iter().zip(pictures(options.size)).enumerate() {
-        files.push((format!("frame-{:04}-{:.3}s.png", i + 1, film.snapshots[k].time_s), png(&image)));
+        files.push((
+            format!("frame-{:04}-{:.3}s.png", i + 1, film.snapshots[k].time_s),
+            png(&image),
+        ));
     }
     files.push((STRIP.into(), png(&strip(&pictures(options.strip_size)))));
     files.push((GIF.into(), moving(&cast, options)?));
 
-    for old in before.iter().filter(|old| !files.iter().any(|(name, _)| name == *old)) {
+    for old in before
+        .iter()
+        .filter(|old| !files.iter().any(|(name, _)| name == *old))
+    {
         let path = folder.join(old);
         fs::remove_file(&path).map_err(|source| Error::Write { path, source })?;
     }
@@ -57,18 +69,27 @@ pub fn write_frames(
 /// Names of the frames that are already in a folder; none if the folder does not exist. Fails if the path is a file, or
 /// if the folder holds other files.
 pub fn check_folder(folder: &Path) -> Result<Vec<String>> {
-    let accepted = format!("a folder that is new, empty, or holds nothing but frames (frame-*.png, {STRIP}, {GIF})");
+    let accepted = format!(
+        "a folder that is new, empty, or holds nothing but frames (frame-*.png, {STRIP}, {GIF})"
+    );
     own_folder("--frames", folder, is_frame, &accepted)
 }
 
 /// Whether [`write_frames`] may have written a file of this name.
 fn is_frame(name: &str) -> bool {
-    let numbered = name.strip_prefix("frame-").and_then(|rest| rest.strip_suffix("s.png"));
+    let numbered = name
+        .strip_prefix("frame-")
+        .and_then(|rest| rest.strip_suffix("s.png"));
     let all_digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-    let is_time = |time: &str| time.split_once('.').is_some_and(|(s, ms)| all_digits(s) && all_digits(ms));
+    let is_time = |time: &str| {
+        time.split_once('.')
+            .is_some_and(|(s, ms)| all_digits(s) && all_digits(ms))
+    };
     name == STRIP
         || name == GIF
-        || numbered.and_then(|n| n.split_once('-')).is_some_and(|(n, time)| all_digits(n) && is_time(time))
+        || numbered
+            .and_then(|n| n.split_once('-'))
+            .is_some_and(|(n, time)| all_digits(n) && is_time(time))
 }
 
 #[cfg(test)]
@@ -85,11 +106,33 @@ mod tests {
     /// A film of one second, with a push at 0.3 s and a footstep in the record that never happened.
     fn film() -> Film {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let config = EpisodeConfig { horizon_s: 1.0, ..EpisodeConfig::of(&standfast_core::robot::Units::of(&robot)) };
-        let factory = standfast_controllers::load("hold").unwrap().prepare(&robot, config.control_period_s).unwrap();
-        let push = Push { impulse_n_s: 1.0, heading_deg: 180.0, start_s: 0.3, ..Push::default() };
-        let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-        let mut film = Film::take(&robot, &factory, &config, disturbance, (config.until(), 0.5), &mut |_| {}).unwrap();
+        let config = EpisodeConfig {
+            horizon_s: 1.0,
+            ..EpisodeConfig::of(&standfast_core::robot::Units::of(&robot))
+        };
+        let factory = standfast_controllers::load("hold")
+            .unwrap()
+            .prepare(&robot, config.control_period_s)
+            .unwrap();
+        let push = Push {
+            impulse_n_s: 1.0,
+            heading_deg: 180.0,
+            start_s: 0.3,
+            ..Push::default()
+        };
+        let disturbance = Disturbance {
+            pushes: vec![push],
+            ..Disturbance::default()
+        };
+        let mut film = Film::take(
+            &robot,
+            &factory,
+            &config,
+            disturbance,
+            (config.until(), 0.5),
+            &mut |_| {},
+        )
+        .unwrap();
         film.record.footsteps.taken = vec![Footstep {
             foot: Foot::Left,
             lift_s: 0.4,
@@ -105,7 +148,13 @@ mod tests {
 
     fn small() -> FramesOptions {
         let size = [48, 36];
-        FramesOptions { size, strip_size: [20, 36], gif_size: size, moments: 7, ..FramesOptions::default() }
+        FramesOptions {
+            size,
+            strip_size: [20, 36],
+            gif_size: size,
+            moments: 7,
+            ..FramesOptions::default()
+        }
     }
 
     #[test]
@@ -113,13 +162,19 @@ mod tests {
         let film = film();
         let times = |count: usize| -> Vec<f64> {
             let round = |k: usize| (film.snapshots[k].time_s * 1000.0).round() / 1000.0;
-            moments(&Cast::new(&film, None), count).into_iter().map(round).collect()
+            moments(&Cast::new(&film, None), count)
+                .into_iter()
+                .map(round)
+                .collect()
         };
         // The moments are: before the push, at its end, lift, mid swing, landing, and the end.
         assert_eq!(times(6), [0.276, 0.35, 0.4, 0.45, 0.5, 1.0]);
         let more = times(9);
         assert_eq!(more.len(), 9);
-        assert!(more.is_sorted() && times(6).iter().all(|time| more.contains(time)), "{more:?}");
+        assert!(
+            more.is_sorted() && times(6).iter().all(|time| more.contains(time)),
+            "{more:?}"
+        );
         let fewer = times(3);
         assert_eq!((fewer.len(), fewer[0], fewer[2]), (3, 0.276, 1.0));
         let fallen = {
@@ -135,12 +190,20 @@ mod tests {
     #[test]
     fn a_robot_that_has_flown_off_is_not_drawn() {
         let mut film = film();
-        film.snapshots[300..].iter_mut().for_each(|snapshot| snapshot.com.z = 6.0);
+        film.snapshots[300..]
+            .iter_mut()
+            .for_each(|snapshot| snapshot.com.z = 6.0);
         let (last, moments) = (
-            shots(&Cast::new(&film, None), 0.25).last().map(|shot| shot.snapshot),
+            shots(&Cast::new(&film, None), 0.25)
+                .last()
+                .map(|shot| shot.snapshot),
             moments(&Cast::new(&film, None), 4),
         );
-        assert_eq!((last, moments.last()), (Some(299), Some(&299)), "{moments:?}");
+        assert_eq!(
+            (last, moments.last()),
+            (Some(299), Some(&299)),
+            "{moments:?}"
+        );
     }
 
     #[test]
@@ -149,8 +212,14 @@ mod tests {
         let parent = tempfile::tempdir().unwrap();
         let folder = parent.path().join("new/frames");
         let files = write_frames(&film, None, &folder, &options).unwrap();
-        let names: Vec<_> = files.iter().map(|file| file.file_name().unwrap().to_str().unwrap()).collect();
-        assert_eq!((names.len(), names[0], names[1]), (9, "frame-0001-0.276s.png", "frame-0002-0.350s.png"));
+        let names: Vec<_> = files
+            .iter()
+            .map(|file| file.file_name().unwrap().to_str().unwrap())
+            .collect();
+        assert_eq!(
+            (names.len(), names[0], names[1]),
+            (9, "frame-0001-0.276s.png", "frame-0002-0.350s.png")
+        );
         assert_eq!(names[7..], [STRIP, GIF]);
         assert!(names.iter().all(|name| is_frame(name)));
         let still = image::open(&files[0]).unwrap();
@@ -158,29 +227,62 @@ mod tests {
         assert_eq!(image::open(folder.join(STRIP)).unwrap().width(), 7 * 20);
 
         let bytes = fs::read(folder.join(GIF)).unwrap();
-        let frames = GifDecoder::new(Cursor::new(&bytes)).unwrap().into_frames().collect_frames().unwrap();
-        assert_eq!(frames.len(), shots(&Cast::new(&film, None), options.slow_motion).len());
-        let shown_ms: u32 = frames.iter().map(|frame| frame.delay().numer_denom_ms().0).sum();
+        let frames = GifDecoder::new(Cursor::new(&bytes))
+            .unwrap()
+            .into_frames()
+            .collect_frames()
+            .unwrap();
+        assert_eq!(
+            frames.len(),
+            shots(&Cast::new(&film, None), options.slow_motion).len()
+        );
+        let shown_ms: u32 = frames
+            .iter()
+            .map(|frame| frame.delay().numer_denom_ms().0)
+            .sum();
         // The GIF begins at 0.1 s with 0.16 s in real time, is slow from 0.26 s until 0.1 s after the landing, and then
         // runs in real time again.
         let expected_s = 0.16 + 4.0 * 0.34 + 0.4 + f64::from(LAST_DELAY_CS) / 100.0;
-        assert!((f64::from(shown_ms) / 1000.0 - expected_s).abs() < 0.05, "{shown_ms} ms");
+        assert!(
+            (f64::from(shown_ms) / 1000.0 - expected_s).abs() < 0.05,
+            "{shown_ms} ms"
+        );
 
         // A film with a robot that sways for ten more seconds.
         let mut long = film.clone();
-        long.snapshots.extend((0..10).flat_map(|_| film.snapshots.iter().cloned()));
+        long.snapshots
+            .extend((0..10).flat_map(|_| film.snapshots.iter().cloned()));
         for (k, snapshot) in long.snapshots.iter_mut().enumerate() {
             snapshot.time_s = k as f64 * film.control_period_s;
         }
         let shots = shots(&Cast::new(&long, None), options.slow_motion);
         let last = shots.len() - 1;
-        assert!((150..=205).contains(&shots.len()), "{} pictures", shots.len());
-        assert_eq!((shots[0].speed, shots[30].speed, shots[last - 1].speed), (1.0, 0.25, 2.0));
+        assert!(
+            (150..=205).contains(&shots.len()),
+            "{} pictures",
+            shots.len()
+        );
+        assert_eq!(
+            (shots[0].speed, shots[30].speed, shots[last - 1].speed),
+            (1.0, 0.25, 2.0)
+        );
         assert_eq!(shots[last].snapshot, long.snapshots.len() - 1);
 
         // If the pictures are written again with fewer moments, the old frames are removed.
-        let files = write_frames(&film, None, &folder, &FramesOptions { moments: 4, ..options }).unwrap();
-        assert_eq!((files.len(), fs::read_dir(&folder).unwrap().count()), (6, 6));
+        let files = write_frames(
+            &film,
+            None,
+            &folder,
+            &FramesOptions {
+                moments: 4,
+                ..options
+            },
+        )
+        .unwrap();
+        assert_eq!(
+            (files.len(), fs::read_dir(&folder).unwrap().count()),
+            (6, 6)
+        );
     }
 
     /// Nothing is written before the folder is checked.
@@ -191,12 +293,25 @@ mod tests {
             fs::write(folder.path().join(own), own).unwrap();
         }
         check_folder(folder.path()).unwrap();
-        for foreign in ["frame-1.png", "frame-0001-0.5s.png.txt", "frame--1.5s.png", "notes.txt"] {
+        for foreign in [
+            "frame-1.png",
+            "frame-0001-0.5s.png.txt",
+            "frame--1.5s.png",
+            "notes.txt",
+        ] {
             fs::write(folder.path().join(foreign), foreign).unwrap();
             let refused = check_folder(folder.path()).unwrap_err().to_string();
-            assert!(refused.contains(foreign) && refused.contains("accepted: a folder that is new"), "{refused}");
+            assert!(
+                refused.contains(foreign) && refused.contains("accepted: a folder that is new"),
+                "{refused}"
+            );
             fs::remove_file(folder.path().join(foreign)).unwrap();
         }
-        assert!(check_folder(&folder.path().join(STRIP)).unwrap_err().to_string().contains("it is a file"));
+        assert!(
+            check_folder(&folder.path().join(STRIP))
+                .unwrap_err()
+                .to_string()
+                .contains("it is a file")
+        );
     }
 }

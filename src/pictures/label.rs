@@ -50,7 +50,10 @@ impl DrawTarget for Ink<'_> {
     type Color = BinaryColor;
     type Error = Infallible;
 
-    fn draw_iter<I: IntoIterator<Item = Pixel<BinaryColor>>>(&mut self, pixels: I) -> Result<(), Infallible> {
+    fn draw_iter<I: IntoIterator<Item = Pixel<BinaryColor>>>(
+        &mut self,
+        pixels: I,
+    ) -> Result<(), Infallible> {
         for Pixel(at, color) in pixels {
             if let (BinaryColor::On, Some(pixel)) = (color, pixel_at(self.0, at.x, at.y)) {
                 *pixel = Rgb(INK);
@@ -69,12 +72,29 @@ mod tests {
         let mut image = RgbImage::from_pixel(80, 40, Rgb([200; 3]));
         label(&mut image, "l.", [20, 10]);
         let inked = |image: &RgbImage| -> Vec<(u32, u32)> {
-            image.enumerate_pixels().filter(|(_, _, pixel)| pixel.0 == INK).map(|(x, y, _)| (x, y)).collect()
+            image
+                .enumerate_pixels()
+                .filter(|(_, _, pixel)| pixel.0 == INK)
+                .map(|(x, y, _)| (x, y))
+                .collect()
         };
         let ink = inked(&image);
-        assert!(ink.len() > 10 && ink.iter().all(|&(x, y)| (20..40).contains(&x) && (10..30).contains(&y)), "{ink:?}");
-        let columns = |from: u32| ink.iter().filter(|(x, _)| (from..from + 10).contains(x)).count();
-        assert!(columns(20) > 2 * columns(30), "an l has more ink than a stop");
+        assert!(
+            ink.len() > 10
+                && ink
+                    .iter()
+                    .all(|&(x, y)| (20..40).contains(&x) && (10..30).contains(&y)),
+            "{ink:?}"
+        );
+        let columns = |from: u32| {
+            ink.iter()
+                .filter(|(x, _)| (from..from + 10).contains(x))
+                .count()
+        };
+        assert!(
+            columns(20) > 2 * columns(30),
+            "an l has more ink than a stop"
+        );
         assert_eq!(image.get_pixel(70, 35).0, [200; 3], "the rest is as it was");
 
         let mut small = RgbImage::new(12, 12);

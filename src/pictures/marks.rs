@@ -12,30 +12,66 @@ const OVER_ALL: f64 = 1e6;
 /// The fillings of polygons, in the order in which they are drawn.
 pub(super) fn on_the_ground(view: &CameraView, marks: &[SceneMark]) -> Vec<Triangle> {
     let filling = |SceneMark { overlay, drawing }: &SceneMark| {
-        let Drawing::Polygon { corners, sheet } = drawing else { return None };
-        let path = corners.iter().map(|at| view.project(*at).map(|[x, y, _]| [x, y])).collect::<Option<_>>()?;
-        Some(Stroke { form: FlatShape::Area { path }, color: overlay.color(), opacity: sheet.fill })
+        let Drawing::Polygon { corners, sheet } = drawing else {
+            return None;
+        };
+        let path = corners
+            .iter()
+            .map(|at| view.project(*at).map(|[x, y, _]| [x, y]))
+            .collect::<Option<_>>()?;
+        Some(Stroke {
+            form: FlatShape::Area { path },
+            color: overlay.color(),
+            opacity: sheet.fill,
+        })
     };
-    marks.iter().filter_map(filling).flat_map(|stroke| triangles(&stroke, 1.0)).collect()
+    marks
+        .iter()
+        .filter_map(filling)
+        .flat_map(|stroke| triangles(&stroke, 1.0))
+        .collect()
 }
 
 /// The strokes over the picture, in the order in which they are drawn. `point_px` is the number of pixels for each
 /// point of a screen.
 pub(super) fn over_all(view: &CameraView, point_px: f64, marks: &[SceneMark]) -> Vec<Triangle> {
-    let project = |at: &_| view.project(*at).map(|[x, y, _]| [x / point_px, y / point_px]);
-    marks.iter().flat_map(|mark| strokes(mark, project)).flat_map(|stroke| triangles(&stroke, point_px)).collect()
+    let project = |at: &_| {
+        view.project(*at)
+            .map(|[x, y, _]| [x / point_px, y / point_px])
+    };
+    marks
+        .iter()
+        .flat_map(|mark| strokes(mark, project))
+        .flat_map(|stroke| triangles(&stroke, point_px))
+        .collect()
 }
 
 fn triangles(stroke: &Stroke, point_px: f64) -> Vec<Triangle> {
     let light = linear(stroke.color.parts());
-    let vertex = |[x, y]: ScreenPoint| Vertex { at: [x * point_px, y * point_px], near: OVER_ALL, light };
+    let vertex = |[x, y]: ScreenPoint| Vertex {
+        at: [x * point_px, y * point_px],
+        near: OVER_ALL,
+        light,
+    };
     let corners: Vec<[ScreenPoint; 3]> = match &stroke.form {
-        FlatShape::Area { path } => (2..path.len()).map(|i| [path[0], path[i - 1], path[i]]).collect(),
+        FlatShape::Area { path } => (2..path.len())
+            .map(|i| [path[0], path[i - 1], path[i]])
+            .collect(),
         FlatShape::Outline { path, width } => band(path, *width),
-        FlatShape::Line { path: [from, to], width } => line(*from, *to, *width),
+        FlatShape::Line {
+            path: [from, to],
+            width,
+        } => line(*from, *to, *width),
     };
     let cover = stroke.opacity as f32;
-    corners.into_iter().map(|corners| Triangle { corners: corners.map(vertex), cover, hides: false }).collect()
+    corners
+        .into_iter()
+        .map(|corners| Triangle {
+            corners: corners.map(vertex),
+            cover,
+            hides: false,
+        })
+        .collect()
 }
 
 /// A line as two triangles.
@@ -51,7 +87,11 @@ fn line(from: ScreenPoint, to: ScreenPoint, width: f64) -> Vec<[ScreenPoint; 3]>
 /// painted twice.
 fn band(path: &[ScreenPoint], width: f64) -> Vec<[ScreenPoint; 3]> {
     let (n, corner) = (path.len(), |i: usize| Point2::from(path[i % path.len()]));
-    let along = |i: usize| (corner(i + 1) - corner(i)).try_normalize(1e-9).unwrap_or_default();
+    let along = |i: usize| {
+        (corner(i + 1) - corner(i))
+            .try_normalize(1e-9)
+            .unwrap_or_default()
+    };
     let aside = |i: usize| Vector2::new(-along(i).y, along(i).x);
     let shifted = |i: usize, by: f64| -> ScreenPoint {
         let (a, b) = (aside(i + n - 1), aside(i));

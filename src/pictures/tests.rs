@@ -6,7 +6,9 @@ use crate::scene::Stage;
 use crate::scene::palette::Overlay;
 use image::RgbImage;
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector3};
-use standfast_core::robot::{Foot, Link, PerFoot, Pose, Posture, RecoveryRegion, Robot, Shape, Solid};
+use standfast_core::robot::{
+    Foot, Link, PerFoot, Pose, Posture, RecoveryRegion, Robot, Shape, Solid,
+};
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
 use standfast_sim::episode::snapshot::Arrow;
@@ -27,10 +29,17 @@ fn ut_mu2() -> Robot {
 /// UT-mu2 at rest, with a value for every mark.
 fn snapshot(robot: &Robot) -> Snapshot {
     let square = |x: f64, half: f64| {
-        [(half, half), (-half, half), (-half, -half), (half, -half)].map(|(dx, dy)| Point2::new(x + dx, dy))
+        [(half, half), (-half, half), (-half, -half), (half, -half)]
+            .map(|(dx, dy)| Point2::new(x + dx, dy))
     };
-    let region = |name: &str, corners: &[Point2<f64>]| RecoveryRegion { name: name.into(), corners: corners.to_vec() };
-    let arrow = |x: f64, y: f64, z: f64, force: Vector3<f64>| Arrow { point: Point3::new(x, y, z), force };
+    let region = |name: &str, corners: &[Point2<f64>]| RecoveryRegion {
+        name: name.into(),
+        corners: corners.to_vec(),
+    };
+    let arrow = |x: f64, y: f64, z: f64, force: Vector3<f64>| Arrow {
+        point: Point3::new(x, y, z),
+        force,
+    };
     Snapshot {
         time_s: 0.5,
         posture: robot.home_posture(),
@@ -41,13 +50,18 @@ fn snapshot(robot: &Robot) -> Snapshot {
         zmp_ref: Some(Point2::new(0.2, -0.05)),
         soles: PerFoot::default(),
         support: square(0.0, 0.15).to_vec(),
-        regions: [("slow", 0.13), ("fast", 0.1)].map(|(name, half)| region(name, &square(0.0, half))).into(),
+        regions: [("slow", 0.13), ("fast", 0.1)]
+            .map(|(name, half)| region(name, &square(0.0, half)))
+            .into(),
         gain: Some("fast".into()),
         margin: None,
         phase: "swing-left".into(),
         in_air: Some(Foot::Left),
         footstep: Some(square(0.25, 0.03).map(|at| Point3::new(at.x, at.y, 0.0))),
-        contacts: PerFoot { left: Some(arrow(0.1, 0.1, 0.0, Vector3::z() * 60.0)), right: None },
+        contacts: PerFoot {
+            left: Some(arrow(0.1, 0.1, 0.0, Vector3::z() * 60.0)),
+            right: None,
+        },
         push: Some(arrow(0.0, 0.0, 0.3, Vector3::x() * -70.0)),
         slope: UnitQuaternion::identity(),
     }
@@ -56,7 +70,12 @@ fn snapshot(robot: &Robot) -> Snapshot {
 /// A robot that consists of boxes (centre, half size, colour), and its posture.
 fn boxes(boxes: &[([f64; 3], [f64; 3], [f64; 4])]) -> (Robot, Posture) {
     let mut robot = ut_mu2();
-    for Link { visuals, collisions, .. } in &mut robot.links {
+    for Link {
+        visuals,
+        collisions,
+        ..
+    } in &mut robot.links
+    {
         visuals.clear();
         collisions.clear();
     }
@@ -69,7 +88,10 @@ fn boxes(boxes: &[([f64; 3], [f64; 3], [f64; 4])]) -> (Robot, Posture) {
             color,
         })
         .collect();
-    let posture = Posture { base: Pose::identity(), ..robot.zero_posture() };
+    let posture = Posture {
+        base: Pose::identity(),
+        ..robot.zero_posture()
+    };
     (robot, posture)
 }
 
@@ -94,25 +116,54 @@ fn is_red([r, g, b]: [u8; 3]) -> bool {
 #[test]
 fn a_ghost_is_seen_beside_the_robot_and_not_over_it() {
     let (robot, posture) = boxes(&[([0.0, 0.0, 0.3], [0.05; 3], RED)]);
-    let (stage, moment) = (Stage::new(&robot, Ground::default()), Snapshot { posture, ..snapshot(&robot) });
-    let camera = Camera { azimuth_deg: 0.0, elevation_deg: 0.0, ..FRONT };
+    let (stage, moment) = (
+        Stage::new(&robot, Ground::default()),
+        Snapshot {
+            posture,
+            ..snapshot(&robot)
+        },
+    );
+    let camera = Camera {
+        azimuth_deg: 0.0,
+        elevation_deg: 0.0,
+        ..FRONT
+    };
     let moved = |x: f64, y: f64| {
         let base = Pose::translation(x, y, 0.0);
-        Snapshot { posture: Posture { base, ..moment.posture.clone() }, ..moment.clone() }
+        Snapshot {
+            posture: Posture {
+                base,
+                ..moment.posture.clone()
+            },
+            ..moment.clone()
+        }
     };
     let with = |ghost: &Snapshot| draw_on(&stage, &moment, Some(ghost), &camera, SIZE, &[]);
     let without = draw_on(&stage, &moment, None, &camera, SIZE, &[]);
-    assert!(with(&moved(0.0, 0.0)) == without, "at the place of the robot");
+    assert!(
+        with(&moved(0.0, 0.0)) == without,
+        "at the place of the robot"
+    );
     assert!(with(&moved(-0.2, 0.0)) == without, "behind it");
     let beside = with(&moved(0.0, 0.15));
     let middle = Point3::new(0.05, 0.15, 0.3);
     let [before, after] = [&without, &beside].map(|image| at(image, &camera, middle));
-    assert!(after[0] + 20 < before[0] && after[2] > after[0] + 20, "{before:?} {after:?}");
+    assert!(
+        after[0] + 20 < before[0] && after[2] > after[0] + 20,
+        "{before:?} {after:?}"
+    );
     let under = Point3::new(0.0, 0.15, 0.0);
     let [before, after] = [&without, &beside].map(|image| at(image, &camera, under));
     assert_eq!(before, after, "its shadow");
-    let before = at(&with(&moved(0.2, 0.0)), &camera, Point3::new(0.25, 0.0, 0.3));
-    assert!(is_red(at(&without, &camera, Point3::new(0.05, 0.0, 0.3))) && !is_red(before), "{before:?}");
+    let before = at(
+        &with(&moved(0.2, 0.0)),
+        &camera,
+        Point3::new(0.25, 0.0, 0.3),
+    );
+    assert!(
+        is_red(at(&without, &camera, Point3::new(0.05, 0.0, 0.3))) && !is_red(before),
+        "{before:?}"
+    );
 }
 
 #[test]
@@ -121,7 +172,10 @@ fn pictures_have_the_same_bytes_with_any_number_of_threads() {
     let picture = || draw(&robot, &snapshot(&robot), &FRONT, SIZE, &Overlay::ALL);
     let first = picture();
     for threads in [1, 3] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         assert!(pool.install(picture) == first, "{threads} threads");
     }
     assert_eq!(first.dimensions(), (SIZE[0], SIZE[1]));
@@ -129,23 +183,47 @@ fn pictures_have_the_same_bytes_with_any_number_of_threads() {
 
 #[test]
 fn near_solids_hide_far_ones_in_any_order() {
-    let (near, far) = (([0.2, 0.0, 0.26], [0.05; 3], RED), ([-0.2, 0.0, 0.26], [0.06; 3], GREEN));
+    let (near, far) = (
+        ([0.2, 0.0, 0.26], [0.05; 3], RED),
+        ([-0.2, 0.0, 0.26], [0.06; 3], GREEN),
+    );
     let pictures = [[near, far], [far, near]].map(|order| {
         let (robot, posture) = boxes(&order);
-        draw_posture(&robot, &posture, &Camera { azimuth_deg: 0.0, elevation_deg: 0.0, ..FRONT }, SIZE)
+        draw_posture(
+            &robot,
+            &posture,
+            &Camera {
+                azimuth_deg: 0.0,
+                elevation_deg: 0.0,
+                ..FRONT
+            },
+            SIZE,
+        )
     });
     assert!(pictures[0] == pictures[1]);
     assert!(is_red(pictures[0].get_pixel(160, 120).0));
     // The floor hides what is below it.
     let (robot, posture) = boxes(&[([0.0, 0.0, -0.3], [0.1; 3], RED)]);
-    let image = draw_posture(&robot, &posture, &Camera { target: Point3::origin(), ..FRONT }, SIZE);
+    let image = draw_posture(
+        &robot,
+        &posture,
+        &Camera {
+            target: Point3::origin(),
+            ..FRONT
+        },
+        SIZE,
+    );
     assert!(!image.pixels().any(|pixel| is_red(pixel.0)));
 }
 
 #[test]
 fn a_shadow_lies_on_the_floor_away_from_the_lamp() {
     let (robot, posture) = boxes(&[([0.0, 0.0, 0.3], [0.05; 3], RED)]);
-    let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, ..FRONT };
+    let camera = Camera {
+        target: Point3::origin(),
+        azimuth_deg: 0.0,
+        ..FRONT
+    };
     let image = draw_posture(&robot, &posture, &camera, SIZE);
     // The lamp stands 1.5 high, 0.75 towards the camera (+x) and 0.8 to its left (-y) for a shadow at the origin.
     let floor_at = |x: f64, y: f64| u32::from(at(&image, &camera, Point3::new(x, y, 0.0))[1]);
@@ -183,7 +261,10 @@ fn each_mark_is_seen_in_its_colour() {
         assert!(now[channel] == now[strongest], "{mark:?}: {now:?}");
     }
     // A mark below the sole is not hidden by the foot.
-    let beneath = Snapshot { zmp: Some(Point2::new(-0.03, 0.05)), ..moment };
+    let beneath = Snapshot {
+        zmp: Some(Point2::new(-0.03, 0.05)),
+        ..moment
+    };
     let image = draw(&robot, &beneath, &FRONT, SIZE, &[Overlay::Zmp]);
     let [r, g, b] = at(&image, &FRONT, on_floor(-0.03, 0.05));
     assert!(r > g.max(b) + 60, "{r} {g} {b}");
@@ -194,7 +275,10 @@ fn a_slope_tilts_the_floor_and_the_marks_on_it() {
     let robot = ut_mu2();
     let level = snapshot(&robot);
     let slope = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.2);
-    let tilted = Snapshot { slope, ..level.clone() };
+    let tilted = Snapshot {
+        slope,
+        ..level.clone()
+    };
     let marks = [Overlay::Dcm];
     let image = draw(&robot, &tilted, &FRONT, SIZE, &marks);
     // The DCM is at x = 0.15 m, where the floor is lower since it falls forward.
@@ -206,19 +290,50 @@ fn a_slope_tilts_the_floor_and_the_marks_on_it() {
 #[test]
 fn a_step_in_the_ground_is_seen_and_marks_lie_on_it() {
     let robot = boxes(&[]).0;
-    let moment = Snapshot { zmp: Some(Point2::new(0.15, 0.0)), ..snapshot(&robot) };
+    let moment = Snapshot {
+        zmp: Some(Point2::new(0.15, 0.0)),
+        ..snapshot(&robot)
+    };
     let marks = [Overlay::Zmp];
     let patch = [Point2::new(-0.07, -0.1), Point2::new(0.07, 0.1)];
-    let camera = Camera { target: Point3::origin(), azimuth_deg: 0.0, distance_m: 0.8, ..FRONT };
+    let camera = Camera {
+        target: Point3::origin(),
+        azimuth_deg: 0.0,
+        distance_m: 0.8,
+        ..FRONT
+    };
     let flat = draw(&robot, &moment, &camera, SIZE, &marks);
-    let on = |ground: Ground| draw_on(&Stage::new(&robot, ground), &moment, None, &camera, SIZE, &marks);
-    assert!(flat == on(Ground { patch, ..Ground::default() }));
+    let on = |ground: Ground| {
+        draw_on(
+            &Stage::new(&robot, ground),
+            &moment,
+            None,
+            &camera,
+            SIZE,
+            &marks,
+        )
+    };
+    assert!(
+        flat == on(Ground {
+            patch,
+            ..Ground::default()
+        })
+    );
     for step_m in [0.02, -0.02] {
-        let image = on(Ground { step_m, patch, ..Ground::default() });
+        let image = on(Ground {
+            step_m,
+            patch,
+            ..Ground::default()
+        });
         for (x, is_dot) in [(0.15, true), (0.12, false), (0.18, false)] {
-            assert_eq!(is_red(at(&image, &camera, Point3::new(x, 0.0, step_m))), is_dot, "{step_m} m: {x}");
+            assert_eq!(
+                is_red(at(&image, &camera, Point3::new(x, 0.0, step_m))),
+                is_dot,
+                "{step_m} m: {x}"
+            );
         }
-        let light = |x: f64, y: f64, z: f64| u16::from(at(&image, &camera, Point3::new(x, y, z))[1]);
+        let light =
+            |x: f64, y: f64, z: f64| u16::from(at(&image, &camera, Point3::new(x, y, z))[1]);
         // Between lines of the grid.
         let (around, patch) = (light(-0.03, 0.15, step_m), light(-0.03, 0.05, 0.0));
         assert!(around > patch + 8, "{step_m} m: {around}, {patch}");
@@ -236,13 +351,25 @@ fn nothing_breaks_at_odd_cameras_and_sizes() {
     let robot = ut_mu2();
     let moment = snapshot(&robot);
     for size in [[0, 0], [1, 1], [7, 200]] {
-        assert_eq!(draw(&robot, &moment, &FRONT, size, &Overlay::ALL).dimensions(), (size[0], size[1]));
+        assert_eq!(
+            draw(&robot, &moment, &FRONT, size, &Overlay::ALL).dimensions(),
+            (size[0], size[1])
+        );
     }
     // The cameras are inside of the robot, below the floor, and straight above.
     for camera in [
-        Camera { distance_m: 0.01, ..FRONT },
-        Camera { elevation_deg: -40.0, ..FRONT },
-        Camera { elevation_deg: 90.0, ..FRONT },
+        Camera {
+            distance_m: 0.01,
+            ..FRONT
+        },
+        Camera {
+            elevation_deg: -40.0,
+            ..FRONT
+        },
+        Camera {
+            elevation_deg: 90.0,
+            ..FRONT
+        },
     ] {
         draw(&robot, &moment, &camera, [40, 30], &Overlay::ALL);
     }

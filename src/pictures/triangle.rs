@@ -42,8 +42,9 @@ pub(super) fn for_each_inside(
 ) {
     /// Share by which a middle may be outside, so that no cell is missed between two triangles.
     const SLACK: f64 = -1e-9;
-    let area =
-        |[ax, ay]: [f64; 2], [bx, by]: [f64; 2], [cx, cy]: [f64; 2]| (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+    let area = |[ax, ay]: [f64; 2], [bx, by]: [f64; 2], [cx, cy]: [f64; 2]| {
+        (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    };
     let all = area(a, b, c);
     if all == 0.0 || !all.is_finite() {
         return;
@@ -69,14 +70,29 @@ mod tests {
     /// A fan of triangles about a point in a rectangle, in both orientations.
     #[test]
     fn triangles_that_share_edges_leave_no_gap_and_reach_no_farther() {
-        let rim = [[2.0, 3.0], [20.5, 3.0], [33.3, 3.0], [33.3, 28.3], [11.25, 28.3], [2.0, 9.1]];
+        let rim = [
+            [2.0, 3.0],
+            [20.5, 3.0],
+            [33.3, 3.0],
+            [33.3, 28.3],
+            [11.25, 28.3],
+            [2.0, 9.1],
+        ];
         let mut times = [[0; 40]; 32];
         for (i, &a) in rim.iter().enumerate() {
             let (b, center) = (rim[(i + 1) % rim.len()], [20.123, 9.871]);
-            let corners = if i % 2 == 0 { [a, b, center] } else { [a, center, b] };
+            let corners = if i % 2 == 0 {
+                [a, b, center]
+            } else {
+                [a, center, b]
+            };
             for_each_inside(corners, [0, 0, 40, 32], |x, y, weights| {
                 times[y][x] += 1;
-                let at: f64 = weights.iter().zip(corners).map(|(w, corner)| w * corner[0]).sum();
+                let at: f64 = weights
+                    .iter()
+                    .zip(corners)
+                    .map(|(w, corner)| w * corner[0])
+                    .sum();
                 assert!((at - x as f64 - 0.5).abs() < 1e-6, "{at} {x}");
             });
         }

@@ -22,13 +22,18 @@ use standfast_controllers::kinds::{KindOf, kind};
 use standfast_controllers::spec::{ControllerSpec, about, check_name};
 use standfast_controllers::tunable::Tunable;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Command, Controller, PreparedController, Report, Robot, Sensed, TickError};
+use standfast_core::robot::{
+    Command, Controller, PreparedController, Report, Robot, Sensed, TickError,
+};
 use standfast_files::assets::{Source, parse_toml};
 use std::sync::Arc;
 use toml::Table;
 
 /// The kind of controllers that this crate adds ([`standfast_controllers::kinds::add`]).
-pub const KIND: KindOf = KindOf { parse: Policy::read, ..kind::<Policy>("onnx") };
+pub const KIND: KindOf = KindOf {
+    parse: Policy::read,
+    ..kind::<Policy>("onnx")
+};
 
 /// Smallest and largest number of a servo, as in a robot's settings.
 const LEAST: f64 = 1e-12;
@@ -74,20 +79,45 @@ impl Policy {
     /// Reads a file, and keeps its path.
     pub fn read(source: &Source) -> Result<Box<dyn ControllerSpec>> {
         companion_files::refuse_file(source, "`model`")?;
-        Ok(Box::new(Self { file: source.file.clone(), ..parse_toml(source)? }))
+        Ok(Box::new(Self {
+            file: source.file.clone(),
+            ..parse_toml(source)?
+        }))
     }
 
-    fn bad(&self, field: &str, value: impl ToString, problem: &str, accepted: impl Into<String>) -> Error {
-        Error::value(&self.file, field, value.to_string(), problem.to_string(), accepted.into())
+    fn bad(
+        &self,
+        field: &str,
+        value: impl ToString,
+        problem: &str,
+        accepted: impl Into<String>,
+    ) -> Error {
+        Error::value(
+            &self.file,
+            field,
+            value.to_string(),
+            problem.to_string(),
+            accepted.into(),
+        )
     }
 
     /// The index in the robot of each joint of the policy.
     fn joints_of(&self, robot: &Robot) -> Result<Vec<usize>> {
-        let names: Vec<&str> = robot.joints.iter().map(|joint| joint.name.as_str()).collect();
+        let names: Vec<&str> = robot
+            .joints
+            .iter()
+            .map(|joint| joint.name.as_str())
+            .collect();
         let find = |name: &String| {
             let found = names.iter().position(|known| known == name);
-            found
-                .ok_or_else(|| self.bad("joints", name, &format!("{} has no such joint", robot.name), names.join(", ")))
+            found.ok_or_else(|| {
+                self.bad(
+                    "joints",
+                    name,
+                    &format!("{} has no such joint", robot.name),
+                    names.join(", "),
+                )
+            })
         };
         self.joints.iter().map(find).collect()
     }
@@ -99,7 +129,12 @@ impl Policy {
             return Ok(ticks as u64);
         }
         let accepted = format!("a multiple of the control period, {period_s} s");
-        Err(self.bad("period_s", self.period_s, "does not fit the campaign", accepted))
+        Err(self.bad(
+            "period_s",
+            self.period_s,
+            "does not fit the campaign",
+            accepted,
+        ))
     }
 }
 
@@ -110,41 +145,108 @@ impl ControllerSpec for Policy {
 
     fn check(&self, file: &str) -> Result<()> {
         let fail = |field: &str, value: String, problem: &str, accepted: &str| {
-            Err(Error::value(file, field, value, problem.to_string(), accepted.to_string()))
+            Err(Error::value(
+                file,
+                field,
+                value,
+                problem.to_string(),
+                accepted.to_string(),
+            ))
         };
         check_name(file, &self.name)?;
         if !(self.period_s > 0.0 && self.period_s <= 1.0) {
-            return fail("period_s", self.period_s.to_string(), "out of range", "more than 0, at most 1");
+            return fail(
+                "period_s",
+                self.period_s.to_string(),
+                "out of range",
+                "more than 0, at most 1",
+            );
         }
-        if let Some(name) = self.joints.iter().enumerate().find(|(i, name)| self.joints[..*i].contains(name)) {
-            return fail("joints", name.1.clone(), "is there twice", "each joint once");
+        if let Some(name) = self
+            .joints
+            .iter()
+            .enumerate()
+            .find(|(i, name)| self.joints[..*i].contains(name))
+        {
+            return fail(
+                "joints",
+                name.1.clone(),
+                "is there twice",
+                "each joint once",
+            );
         }
         let any = f64::NEG_INFINITY..=f64::INFINITY;
         let lists = [
-            ("default_rad", Some(&self.default_rad), any.clone(), "a finite number"),
-            ("action_scale", Some(&self.action_scale), any, "a finite number"),
+            (
+                "default_rad",
+                Some(&self.default_rad),
+                any.clone(),
+                "a finite number",
+            ),
+            (
+                "action_scale",
+                Some(&self.action_scale),
+                any,
+                "a finite number",
+            ),
             ("stiffness", Some(&self.stiffness), 0.0..=MOST, "0 to 1e12"),
             ("damping", Some(&self.damping), 0.0..=MOST, "0 to 1e12"),
-            ("torque_n_m", self.torque_n_m.as_ref(), LEAST..=MOST, "1e-12 to 1e12"),
-            ("rotor_inertia_kg_m2", self.rotor_inertia_kg_m2.as_ref(), LEAST..=MOST, "1e-12 to 1e12"),
+            (
+                "torque_n_m",
+                self.torque_n_m.as_ref(),
+                LEAST..=MOST,
+                "1e-12 to 1e12",
+            ),
+            (
+                "rotor_inertia_kg_m2",
+                self.rotor_inertia_kg_m2.as_ref(),
+                LEAST..=MOST,
+                "1e-12 to 1e12",
+            ),
         ];
         for (field, list, range, accepted) in lists {
             let Some(list) = list else { continue };
             if list.len() != self.joints.len() {
                 let accepted = format!("one for each of its {} joints", self.joints.len());
-                return fail(field, format!("{} numbers", list.len()), "has another length than joints", &accepted);
+                return fail(
+                    field,
+                    format!("{} numbers", list.len()),
+                    "has another length than joints",
+                    &accepted,
+                );
             }
-            if let Some(value) = list.iter().find(|value| !value.is_finite() || !range.contains(value)) {
+            if let Some(value) = list
+                .iter()
+                .find(|value| !value.is_finite() || !range.contains(value))
+            {
                 return fail(field, value.to_string(), "out of range", accepted);
             }
         }
-        if let Some(clip) = self.action_clip.filter(|clip| clip.is_nan() || *clip <= 0.0) {
-            return fail("action_clip", clip.to_string(), "out of range", "more than 0");
+        if let Some(clip) = self
+            .action_clip
+            .filter(|clip| clip.is_nan() || *clip <= 0.0)
+        {
+            return fail(
+                "action_clip",
+                clip.to_string(),
+                "out of range",
+                "more than 0",
+            );
         }
         if self.command.iter().any(|velocity| !velocity.is_finite()) {
-            return fail("command", format!("{:?}", self.command), "is not finite", "three finite numbers");
+            return fail(
+                "command",
+                format!("{:?}", self.command),
+                "is not finite",
+                "three finite numbers",
+            );
         }
-        observation::check(file, &self.observation, self.joints.len(), self.gait.as_ref())
+        observation::check(
+            file,
+            &self.observation,
+            self.joints.len(),
+            self.gait.as_ref(),
+        )
     }
 
     fn tree(&self) -> Table {
@@ -153,17 +255,26 @@ impl ControllerSpec for Policy {
 
     /// Factors on the numbers of the servos. The numbers of the network are not tuned.
     fn tunables(&self) -> Vec<Tunable> {
-        ["action_scale", "stiffness", "damping"].map(|key| Tunable::new(key, 1.0, [0.5, 2.0])).into()
+        ["action_scale", "stiffness", "damping"]
+            .map(|key| Tunable::new(key, 1.0, [0.5, 2.0]))
+            .into()
     }
 
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
-        Ok(vec![companion_files::read(&self.file, "model", &self.model)?])
+        Ok(vec![companion_files::read(
+            &self.file,
+            "model",
+            &self.model,
+        )?])
     }
 
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<PreparedController> {
         let (joints, ticks_per_action) = (self.joints_of(robot)?, self.ticks_per_action(period_s)?);
         let (_, bytes) = companion_files::read(&self.file, "model", &self.model)?;
-        let sizes = [observation::length(&self.observation, joints.len()), joints.len()];
+        let sizes = [
+            observation::length(&self.observation, joints.len()),
+            joints.len(),
+        ];
         let net = Net::of(&bytes, sizes).map_err(|problem| {
             let accepted = "an ONNX file with one input and one output of these sizes, and no memory of its own";
             self.bad("model", &self.model, &problem, accepted)
@@ -173,8 +284,14 @@ impl ControllerSpec for Policy {
         for (i, &joint) in joints.iter().enumerate() {
             let servo = &mut servos[joint];
             (servo.kp, servo.kd) = (self.stiffness[i], self.damping[i]);
-            servo.torque_n_m = self.torque_n_m.as_ref().map_or(servo.torque_n_m, |limits| limits[i]);
-            let rotor_inertia = self.rotor_inertia_kg_m2.as_ref().map(|inertias| inertias[i]);
+            servo.torque_n_m = self
+                .torque_n_m
+                .as_ref()
+                .map_or(servo.torque_n_m, |limits| limits[i]);
+            let rotor_inertia = self
+                .rotor_inertia_kg_m2
+                .as_ref()
+                .map(|inertias| inertias[i]);
             servo.rotor_inertia_kg_m2 = rotor_inertia.unwrap_or(servo.rotor_inertia_kg_m2);
             (home.q_ref[joint], home.tau_ff[joint]) = (self.default_rad[i], 0.0);
         }
@@ -187,12 +304,22 @@ impl ControllerSpec for Policy {
             net,
             home,
         });
-        let stated = [(&self.torque_n_m, "torque limits"), (&self.rotor_inertia_kg_m2, "rotor inertias")];
-        let stated = stated.iter().filter(|(list, _)| list.is_some()).map(|(_, what)| *what);
+        let stated = [
+            (&self.torque_n_m, "torque limits"),
+            (&self.rotor_inertia_kg_m2, "rotor inertias"),
+        ];
+        let stated = stated
+            .iter()
+            .filter(|(list, _)| list.is_some())
+            .map(|(_, what)| *what);
         let of_training: Vec<&str> = ["stiffness", "damping"].into_iter().chain(stated).collect();
-        let about =
-            format!("{}, with {} of its training", about(&self.description, &self.model), of_training.join(", "));
-        let mut factory = PreparedController::new(&self.name, about, move |_seed| Actor::new(&shared));
+        let about = format!(
+            "{}, with {} of its training",
+            about(&self.description, &self.model),
+            of_training.join(", ")
+        );
+        let mut factory =
+            PreparedController::new(&self.name, about, move |_seed| Actor::new(&shared));
         factory.servos = Some(servos);
         Ok(factory)
     }
@@ -228,7 +355,12 @@ impl Actor {
         Self {
             shared: Arc::clone(shared),
             base: Base::new(&shared.robot),
-            memory: Memory::new(&settings.observation, settings.gait.as_ref(), settings.command, shared.joints.len()),
+            memory: Memory::new(
+                &settings.observation,
+                settings.gait.as_ref(),
+                settings.command,
+                shared.joints.len(),
+            ),
             ticks: 0,
             acting: shared.home.clone(),
             observed: vec![0.0; observation::length(&settings.observation, shared.joints.len())],
@@ -237,25 +369,51 @@ impl Actor {
 
     /// Makes an observation, runs the network, and sets the targets.
     fn act(&mut self, sensed: &Sensed) -> Result<(), TickError> {
-        let SharedPolicy { settings, robot, joints, net, .. } = &*self.shared;
+        let SharedPolicy {
+            settings,
+            robot,
+            joints,
+            net,
+            ..
+        } = &*self.shared;
         self.base.update(robot, sensed);
         let of_joints = |all: &[f64]| joints.iter().map(|&joint| all[joint]).collect::<Vec<_>>();
         let (q, joint_velocities) = (of_joints(&sensed.q), of_joints(&sensed.dq));
-        let joint_positions = q.iter().zip(&settings.default_rad).map(|(q, default)| q - default).collect();
-        let seen = Observation { base: &self.base, command: settings.command, joint_positions, joint_velocities };
+        let joint_positions = q
+            .iter()
+            .zip(&settings.default_rad)
+            .map(|(q, default)| q - default)
+            .collect();
+        let seen = Observation {
+            base: &self.base,
+            command: settings.command,
+            joint_positions,
+            joint_velocities,
+        };
         self.observed = self.memory.observe(&settings.observation, &seen);
         let mut action = net.run(self.observed.clone()).map_err(TickError::Failed)?;
         if let Some(i) = action.iter().position(|value| !value.is_finite()) {
-            let problem = format!("{}: action {i} of {} is not finite", settings.name, settings.model);
+            let problem = format!(
+                "{}: action {i} of {} is not finite",
+                settings.name, settings.model
+            );
             return Err(TickError::Failed(problem));
         }
         if let Some(clip) = settings.action_clip {
-            action.iter_mut().for_each(|value| *value = value.clamp(-clip as f32, clip as f32));
+            action
+                .iter_mut()
+                .for_each(|value| *value = value.clamp(-clip as f32, clip as f32));
         }
         for (i, &joint) in joints.iter().enumerate() {
-            self.acting.q_ref[joint] = settings.default_rad[i] + settings.action_scale[i] * f64::from(action[i]);
+            self.acting.q_ref[joint] =
+                settings.default_rad[i] + settings.action_scale[i] * f64::from(action[i]);
         }
-        self.memory.remember(action, settings.gait.as_ref(), settings.command, settings.period_s);
+        self.memory.remember(
+            action,
+            settings.gait.as_ref(),
+            settings.command,
+            settings.period_s,
+        );
         Ok(())
     }
 }
@@ -280,14 +438,24 @@ impl Controller for Actor {
     }
 
     fn answer(&self, observed: &[f64]) -> Option<Result<Vec<f64>, String>> {
-        let action = self.shared.net.run(observed.iter().map(|&number| number as f32).collect());
+        let action = self
+            .shared
+            .net
+            .run(observed.iter().map(|&number| number as f32).collect());
         Some(action.map(|action| action.into_iter().map(f64::from).collect()))
     }
 
     fn observed(&self) -> Vec<(String, Vec<f64>)> {
         let mut numbers = self.observed.iter().map(|&number| f64::from(number));
-        let SharedPolicy { settings, joints, .. } = &*self.shared;
-        let of_term = |term: &Term| (term.name(), numbers.by_ref().take(term.length(joints.len())).collect());
+        let SharedPolicy {
+            settings, joints, ..
+        } = &*self.shared;
+        let of_term = |term: &Term| {
+            (
+                term.name(),
+                numbers.by_ref().take(term.length(joints.len())).collect(),
+            )
+        };
         settings.observation.iter().map(of_term).collect()
     }
 }

@@ -20,7 +20,9 @@ const NAME: &str = "network";
 
 /// The result of `work`. Fails, in words, if the work panics or takes too much. Work that is given up goes on until the
 /// program ends, since a thread cannot be stopped.
-pub fn limited<T: Send + 'static>(work: impl FnOnce() -> Result<T, String> + Send + 'static) -> Result<T, String> {
+pub fn limited<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, String> + Send + 'static,
+) -> Result<T, String> {
     within(MOST, MOST_BYTES, work)
 }
 
@@ -37,17 +39,30 @@ fn within<T: Send + 'static>(
         // If the work was given up, nobody receives the answer.
         let _ = done.send(answer.unwrap_or_else(|panic| Err(in_words(&*panic))));
     };
-    let thread = Builder::new().name(NAME.into()).stack_size(STACK_BYTES).spawn(caught);
+    let thread = Builder::new()
+        .name(NAME.into())
+        .stack_size(STACK_BYTES)
+        .spawn(caught);
     thread.map_err(|e| format!("cannot be read: no thread can be started for it: {e}"))?;
     loop {
         match result.recv_timeout(LOOKS_EVERY) {
             Ok(answer) => return answer,
-            Err(RecvTimeoutError::Disconnected) => return Err("cannot be read: its thread ended".into()),
-            Err(RecvTimeoutError::Timeout) if since.elapsed() > most => {
-                return Err(format!("takes more than {} s to prepare", most.as_secs_f64()));
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err("cannot be read: its thread ended".into());
             }
-            Err(RecvTimeoutError::Timeout) if memory_bytes().saturating_sub(before) > most_bytes => {
-                return Err(format!("takes more than {} MB of memory to prepare", most_bytes / 1_000_000));
+            Err(RecvTimeoutError::Timeout) if since.elapsed() > most => {
+                return Err(format!(
+                    "takes more than {} s to prepare",
+                    most.as_secs_f64()
+                ));
+            }
+            Err(RecvTimeoutError::Timeout)
+                if memory_bytes().saturating_sub(before) > most_bytes =>
+            {
+                return Err(format!(
+                    "takes more than {} MB of memory to prepare",
+                    most_bytes / 1_000_000
+                ));
             }
             Err(RecvTimeoutError::Timeout) => {}
         }
@@ -56,8 +71,13 @@ fn within<T: Send + 'static>(
 
 /// The first line of a panic's message.
 fn in_words(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-    let line = text.and_then(|text| text.lines().next()).unwrap_or("without a message");
+    let text = panic
+        .downcast_ref::<&str>()
+        .copied()
+        .or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    let line = text
+        .and_then(|text| text.lines().next())
+        .unwrap_or("without a message");
     format!("cannot be prepared: the library that reads networks panics: {line:.200}")
 }
 
@@ -76,8 +96,13 @@ fn leave_panics_to_the_caller() {
 /// Memory in use by the program (bytes). It is 0 on systems where it is not known.
 fn memory_bytes() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let kilobytes =
-        status.lines().find_map(|line| line.strip_prefix("VmRSS:")?.trim().strip_suffix(" kB")?.parse().ok());
+    let kilobytes = status.lines().find_map(|line| {
+        line.strip_prefix("VmRSS:")?
+            .trim()
+            .strip_suffix(" kB")?
+            .parse()
+            .ok()
+    });
     kilobytes.map_or(0, |kilobytes: u64| 1024 * kilobytes)
 }
 
@@ -91,7 +116,10 @@ mod tests {
         assert_eq!(limited(|| Ok(7)), Ok(7));
         assert_eq!(limited::<()>(|| Err("so".into())), Err("so".into()));
         let told = limited::<()>(|| panic!("no entry\nfound")).unwrap_err();
-        assert_eq!(told, "cannot be prepared: the library that reads networks panics: no entry");
+        assert_eq!(
+            told,
+            "cannot be prepared: the library that reads networks panics: no entry"
+        );
         let slow = || {
             sleep(Duration::from_secs(2));
             Ok(())

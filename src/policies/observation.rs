@@ -42,7 +42,10 @@ impl Term {
     /// The quantity of the term, in the word of a file.
     pub fn name(&self) -> String {
         let word = toml::Value::try_from(self.term).ok();
-        word.as_ref().and_then(toml::Value::as_str).unwrap_or_default().into()
+        word.as_ref()
+            .and_then(toml::Value::as_str)
+            .unwrap_or_default()
+            .into()
     }
 }
 
@@ -71,7 +74,9 @@ impl Scale {
     /// Fails, in words, if the scale does not fit a term of `numbers` numbers.
     fn check(&self, numbers: usize) -> Result<(), String> {
         match self {
-            Self::Each(each) if each.len() != numbers => Err(format!("{} factors for {numbers} numbers", each.len())),
+            Self::Each(each) if each.len() != numbers => {
+                Err(format!("{} factors for {numbers} numbers", each.len()))
+            }
             _ if (0..numbers).any(|i| !self.at(i).is_finite()) => Err("is not finite".into()),
             _ => Ok(()),
         }
@@ -111,7 +116,10 @@ pub enum Quantity {
 impl Quantity {
     fn length(self, joints: usize) -> usize {
         match self {
-            Self::BaseLinearVelocity | Self::BaseAngularVelocity | Self::ProjectedGravity | Self::Command => 3,
+            Self::BaseLinearVelocity
+            | Self::BaseAngularVelocity
+            | Self::ProjectedGravity
+            | Self::Command => 3,
             Self::CommandWalk | Self::PhaseSin | Self::PhaseCos | Self::Phase => 2,
             Self::CommandTurn => 1,
             Self::JointPositions | Self::JointVelocities | Self::LastAction => joints,
@@ -150,29 +158,61 @@ impl Gait {
 /// Checks the values, for a policy with `joints` joints. Errors name `file`.
 pub fn check(file: &str, terms: &[Term], joints: usize, gait: Option<&Gait>) -> Result<()> {
     if terms.is_empty() {
-        return Err(Error::value(file, "observation", "[]", "is empty", "the terms that the network sees"));
+        return Err(Error::value(
+            file,
+            "observation",
+            "[]",
+            "is empty",
+            "the terms that the network sees",
+        ));
     }
     for (i, term) in terms.iter().enumerate() {
         let field = |key: &str| format!("observation.{i}.{key}");
         if let Err(problem) = term.check_scale(joints) {
-            let (value, accepted) =
-                (format!("{:?}", term.scale), "a finite number, or one for each number of the term");
+            let (value, accepted) = (
+                format!("{:?}", term.scale),
+                "a finite number, or one for each number of the term",
+            );
             return Err(Error::value(file, field("scale"), value, problem, accepted));
         }
         if let Some(clip) = term.clip.filter(|clip| clip.is_nan() || *clip <= 0.0) {
-            return Err(Error::value(file, field("clip"), clip, "out of range", "more than 0"));
+            return Err(Error::value(
+                file,
+                field("clip"),
+                clip,
+                "out of range",
+                "more than 0",
+            ));
         }
         if !(1..=MOST_HISTORY).contains(&term.history) {
             let accepted = format!("1 to {MOST_HISTORY}");
-            return Err(Error::value(file, field("history"), term.history, "out of range", accepted));
+            return Err(Error::value(
+                file,
+                field("history"),
+                term.history,
+                "out of range",
+                accepted,
+            ));
         }
         if term.term.needs_gait() && gait.is_none() {
             let accepted = "a table `[gait]` with `hz`";
-            return Err(Error::value(file, field("term"), "a phase", "needs the clock of a gait", accepted));
+            return Err(Error::value(
+                file,
+                field("term"),
+                "a phase",
+                "needs the clock of a gait",
+                accepted,
+            ));
         }
     }
     match gait.filter(|gait| !(gait.hz > 0.0 && gait.hz <= 100.0)) {
-        Some(gait) => Err(Error::value(file, "gait.hz", gait.hz, "out of range", "more than 0, at most 100")),
+        Some(gait) => Err(Error::value(
+            file,
+            "gait.hz",
+            gait.hz,
+            "out of range",
+            "more than 0, at most 100",
+        )),
         None => Ok(()),
     }
 }
@@ -218,10 +258,19 @@ impl Base {
         self.gravity = to_world.inverse() * -Vector3::z();
         self.angular = trunk * sensed.imu.gyro - between;
         let load = PerFoot::from_fn(|foot| sensed.soles[foot].force.norm());
-        let stance = if load[Foot::Left] >= load[Foot::Right] { Foot::Left } else { Foot::Right };
+        let stance = if load[Foot::Left] >= load[Foot::Right] {
+            Foot::Left
+        } else {
+            Foot::Right
+        };
         let sole = self.kinematics.sole_pose(robot, stance);
         let Translation3 { vector } = sole.translation;
-        self.kinematics.point_jacobian(robot, robot.soles[stance].link, &vector.into(), &mut self.jacobian);
+        self.kinematics.point_jacobian(
+            robot,
+            robot.soles[stance].link,
+            &vector.into(),
+            &mut self.jacobian,
+        );
         // The sole rests: 0 = v + omega x r + J dq.
         let mut moves = self.angular.cross(&vector);
         for (joint, dq) in sensed.dq.iter().enumerate() {
@@ -257,7 +306,10 @@ impl Memory {
             last_action: vec![0.0; joints],
             phase_rad,
             seen_rad: gait.map_or(phase_rad, |gait| gait.seen(phase_rad, command)),
-            past: terms.iter().map(|term| VecDeque::with_capacity(term.history)).collect(),
+            past: terms
+                .iter()
+                .map(|term| VecDeque::with_capacity(term.history))
+                .collect(),
         }
     }
 
@@ -297,15 +349,24 @@ impl Memory {
             Quantity::Phase => vec![self.seen_rad[0].sin(), self.seen_rad[0].cos()],
         };
         let clip = term.clip.unwrap_or(f64::INFINITY);
-        let scaled = |(i, number): (usize, f64)| (term.scale.at(i) * number).clamp(-clip, clip) as f32;
+        let scaled =
+            |(i, number): (usize, f64)| (term.scale.at(i) * number).clamp(-clip, clip) as f32;
         numbers.into_iter().enumerate().map(scaled).collect()
     }
 
     /// Keeps an action, and advances the clock of the gait by `period_s`.
-    pub fn remember(&mut self, action: Vec<f32>, gait: Option<&Gait>, command: [f64; 3], period_s: f64) {
+    pub fn remember(
+        &mut self,
+        action: Vec<f32>,
+        gait: Option<&Gait>,
+        command: [f64; 3],
+        period_s: f64,
+    ) {
         self.last_action = action;
         if let Some(gait) = gait {
-            self.phase_rad = self.phase_rad.map(|phase_rad| (phase_rad + TAU * gait.hz * period_s) % TAU);
+            self.phase_rad = self
+                .phase_rad
+                .map(|phase_rad| (phase_rad + TAU * gait.hz * period_s) % TAU);
             self.seen_rad = gait.seen(self.phase_rad, command);
         }
     }

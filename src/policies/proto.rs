@@ -4,7 +4,9 @@
 use standfast_files::assets::what_else;
 use std::collections::HashSet;
 use tract_onnx::pb::tensor_proto::{DataLocation, DataType};
-use tract_onnx::pb::{AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto, ValueInfoProto};
+use tract_onnx::pb::{
+    AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto, ValueInfoProto,
+};
 use tract_onnx::pb::{tensor_shape_proto::dimension, type_proto};
 use tract_onnx::prelude::*;
 
@@ -26,22 +28,33 @@ pub fn read(bytes: &[u8]) -> Result<ModelProto, String> {
 /// and reads only tensors that are made before it. Sizes that the file states beyond those of tensors and inputs are
 /// removed. Errors are in words.
 pub fn check(model: &mut ModelProto) -> Result<&GraphProto, String> {
-    let graph = model.graph.as_mut().ok_or("cannot be read: it has no graph")?;
+    let graph = model
+        .graph
+        .as_mut()
+        .ok_or("cannot be read: it has no graph")?;
     let known = tract_onnx::onnx().op_register.0;
     if graph.node.len() > MOST_NODES {
-        return Err(format!("has {} operations, more than {MOST_NODES}", graph.node.len()));
+        return Err(format!(
+            "has {} operations, more than {MOST_NODES}",
+            graph.node.len()
+        ));
     }
     if let Some(sparse) = graph.sparse_initializer.first() {
         let name = sparse.values.as_ref().map_or("", |tensor| &tensor.name);
         return Err(format!("its tensor {name:?} is sparse, which is not taken"));
     }
-    graph.initializer.iter().try_for_each(|tensor| check_tensor(tensor, &format!("tensor {:?}", tensor.name)))?;
+    graph
+        .initializer
+        .iter()
+        .try_for_each(|tensor| check_tensor(tensor, &format!("tensor {:?}", tensor.name)))?;
     for node in &graph.node {
         let its = shown(node);
         if !known.contains_key(&node.op_type) {
             return Err(format!("its {its} is none that this program can run"));
         }
-        node.attribute.iter().try_for_each(|attribute| check_attribute(attribute, &its))?;
+        node.attribute
+            .iter()
+            .try_for_each(|attribute| check_attribute(attribute, &its))?;
     }
     check_wires(graph)?;
     graph.value_info.clear();
@@ -50,43 +63,88 @@ pub fn check(model: &mut ModelProto) -> Result<&GraphProto, String> {
 }
 
 fn shown(node: &NodeProto) -> String {
-    let name = [&node.name].into_iter().chain(&node.output).find(|name| !name.is_empty());
-    format!("operation {:?} ({:?})", name.map_or("", String::as_str), node.op_type)
+    let name = [&node.name]
+        .into_iter()
+        .chain(&node.output)
+        .find(|name| !name.is_empty());
+    format!(
+        "operation {:?} ({:?})",
+        name.map_or("", String::as_str),
+        node.op_type
+    )
 }
 
 /// The inputs of a graph that are not stored tensors.
 pub fn inputs(graph: &GraphProto) -> Vec<&ValueInfoProto> {
-    let stored: HashSet<&str> = graph.initializer.iter().map(|tensor| tensor.name.as_str()).collect();
-    graph.input.iter().filter(|input| !stored.contains(input.name.as_str())).collect()
+    let stored: HashSet<&str> = graph
+        .initializer
+        .iter()
+        .map(|tensor| tensor.name.as_str())
+        .collect();
+    graph
+        .input
+        .iter()
+        .filter(|input| !stored.contains(input.name.as_str()))
+        .collect()
 }
 
 /// Checks that each operation reads only tensors that are made before it, and that no tensor is made twice.
 fn check_wires(graph: &GraphProto) -> Result<(), String> {
     let stored = graph.initializer.iter().map(|tensor| &tensor.name);
-    let mut made: HashSet<&str> =
-        stored.chain(graph.input.iter().map(|input| &input.name)).map(String::as_str).collect();
+    let mut made: HashSet<&str> = stored
+        .chain(graph.input.iter().map(|input| &input.name))
+        .map(String::as_str)
+        .collect();
     for node in &graph.node {
-        if let Some(lost) = node.input.iter().find(|name| !name.is_empty() && !made.contains(name.as_str())) {
-            return Err(format!("its {} reads {lost:?}, which nothing before it makes", shown(node)));
+        if let Some(lost) = node
+            .input
+            .iter()
+            .find(|name| !name.is_empty() && !made.contains(name.as_str()))
+        {
+            return Err(format!(
+                "its {} reads {lost:?}, which nothing before it makes",
+                shown(node)
+            ));
         }
         for name in node.output.iter().filter(|name| !name.is_empty()) {
             if !made.insert(name) {
-                return Err(format!("its {} makes {name:?}, which is there already", shown(node)));
+                return Err(format!(
+                    "its {} makes {name:?}, which is there already",
+                    shown(node)
+                ));
             }
         }
     }
-    let lost = graph.output.iter().find(|output| !made.contains(output.name.as_str()));
-    lost.map_or(Ok(()), |output| Err(format!("its output {:?} is made by no operation", output.name)))
+    let lost = graph
+        .output
+        .iter()
+        .find(|output| !made.contains(output.name.as_str()));
+    lost.map_or(Ok(()), |output| {
+        Err(format!(
+            "its output {:?} is made by no operation",
+            output.name
+        ))
+    })
 }
 
 /// Checks an attribute of an operation.
 fn check_attribute(attribute: &AttributeProto, of: &str) -> Result<(), String> {
     if attribute.g.is_some() || !attribute.graphs.is_empty() {
-        return Err(format!("its {of} has networks within it, which are not taken: conditions and loops"));
+        return Err(format!(
+            "its {of} has networks within it, which are not taken: conditions and loops"
+        ));
     }
-    attribute.ints.iter().try_for_each(|number| check_whole(*number, of))?;
+    attribute
+        .ints
+        .iter()
+        .try_for_each(|number| check_whole(*number, of))?;
     let mut tensors = attribute.t.iter().chain(&attribute.tensors);
-    tensors.try_for_each(|tensor| check_tensor(tensor, &format!("{of} has a tensor {:?}, which", attribute.name)))
+    tensors.try_for_each(|tensor| {
+        check_tensor(
+            tensor,
+            &format!("{of} has a tensor {:?}, which", attribute.name),
+        )
+    })
 }
 
 /// Checks a whole number, which may be a size: the library would misread a size above the limit. The largest and the
@@ -96,13 +154,19 @@ pub fn check_whole(number: i64, its: &str) -> Result<(), String> {
     if number.unsigned_abs() <= MOST || number.unsigned_abs() >= i64::MAX as u64 {
         return Ok(());
     }
-    Err(format!("its {its} has the number {number}; up to {MOST} are taken"))
+    Err(format!(
+        "its {its} has the number {number}; up to {MOST} are taken"
+    ))
 }
 
 /// Checks that a tensor has the number of values that it states.
 fn check_tensor(tensor: &TensorProto, its: &str) -> Result<(), String> {
     if tensor.data_location == Some(DataLocation::External as i32) {
-        let place = tensor.external_data.iter().find(|entry| entry.key == "location").map_or("", |entry| &entry.value);
+        let place = tensor
+            .external_data
+            .iter()
+            .find(|entry| entry.key == "location")
+            .map_or("", |entry| &entry.value);
         return Err(format!(
             "its {its} is kept in another file, {place:?}, and only networks in one file are taken, such as \
              `onnx.save(onnx.load(\"FILE.onnx\"), \"WHOLE.onnx\")` writes in Python"
@@ -117,23 +181,41 @@ fn check_tensor(tensor: &TensorProto, its: &str) -> Result<(), String> {
         DataType::Float16 | DataType::Int16 | DataType::Uint16 => (2, tensor.int32_data.len()),
         DataType::Bool | DataType::Int8 | DataType::Uint8 => (1, tensor.int32_data.len()),
         DataType::String if tensor.raw_data.is_empty() => (1, tensor.string_data.len()),
-        _ => return Err(format!("its {its} has numbers of a kind that is not taken: {}", kind.as_str_name())),
+        _ => {
+            return Err(format!(
+                "its {its} has numbers of a kind that is not taken: {}",
+                kind.as_str_name()
+            ));
+        }
     };
     let dims = &tensor.dims;
-    let stated = dims.iter().try_fold(1_u64, |product, &dim| product.checked_mul(u64::try_from(dim).ok()?));
+    let stated = dims.iter().try_fold(1_u64, |product, &dim| {
+        product.checked_mul(u64::try_from(dim).ok()?)
+    });
     let Some(stated) = stated.filter(|stated| *stated <= MOST_NUMBERS) else {
-        return Err(format!("its {its} has the sizes {dims:?}; up to {MOST_NUMBERS} numbers are taken"));
+        return Err(format!(
+            "its {its} has the sizes {dims:?}; up to {MOST_NUMBERS} numbers are taken"
+        ));
     };
-    let there = if tensor.raw_data.is_empty() { bytes * numbers } else { tensor.raw_data.len() };
+    let there = if tensor.raw_data.is_empty() {
+        bytes * numbers
+    } else {
+        tensor.raw_data.len()
+    };
     if stated * bytes as u64 == there as u64 {
         return Ok(());
     }
-    Err(format!("its {its} has the sizes {dims:?}, but {there} bytes of numbers instead of {}", stated * bytes as u64))
+    Err(format!(
+        "its {its} has the sizes {dims:?}, but {there} bytes of numbers instead of {}",
+        stated * bytes as u64
+    ))
 }
 
 /// Removes named sizes of an input: they stand for the batch size.
 fn leave_sizes_open(input: &mut ValueInfoProto) {
-    let Some(type_proto::Value::TensorType(tensor)) = input.r#type.as_mut().and_then(|kind| kind.value.as_mut()) else {
+    let Some(type_proto::Value::TensorType(tensor)) =
+        input.r#type.as_mut().and_then(|kind| kind.value.as_mut())
+    else {
         return;
     };
     for dim in tensor.shape.iter_mut().flat_map(|shape| &mut shape.dim) {

@@ -34,9 +34,18 @@ fn is_harmful(c: char) -> bool {
 
 /// The text with its long numbers shortened; None if there are none.
 fn shortened(text: &str) -> Option<String> {
-    let digits = |from: usize| text.as_bytes()[from..].iter().take_while(|byte| byte.is_ascii_digit()).count();
+    let digits = |from: usize| {
+        text.as_bytes()[from..]
+            .iter()
+            .take_while(|byte| byte.is_ascii_digit())
+            .count()
+    };
     let (mut short, mut kept, mut at) = (None, 0, 0);
-    while let Some(from) = text.as_bytes()[at..].iter().position(u8::is_ascii_digit).map(|ahead| at + ahead) {
+    while let Some(from) = text.as_bytes()[at..]
+        .iter()
+        .position(u8::is_ascii_digit)
+        .map(|ahead| at + ahead)
+    {
         at = from + digits(from);
         if text[at..].starts_with('.') {
             at += 1 + digits(at + 1);
@@ -57,18 +66,31 @@ mod tests {
 
     #[test]
     fn what_is_printed_is_a_picture_of_the_text() {
-        for plain in ["", "catch recovers\n\tin 96.4 % of 1000 trials: é, µ, 日本", "0.0001 and 1234567890.5", "1.2.3."]
-        {
-            assert!(matches!(harmless(plain), Cow::Borrowed(same) if same == plain), "{plain}");
+        for plain in [
+            "",
+            "catch recovers\n\tin 96.4 % of 1000 trials: é, µ, 日本",
+            "0.0001 and 1234567890.5",
+            "1.2.3.",
+        ] {
+            assert!(
+                matches!(harmless(plain), Cow::Borrowed(same) if same == plain),
+                "{plain}"
+            );
         }
         for (text, shown) in [
             ("a\u{1b}]0;pwned\u{7}b", r"a\u001b]0;pwned\u0007b"),
-            ("100 %\rfell \u{9b}2J \u{7f} \0", r"100 %\u000dfell \u009b2J \u007f \u0000"),
+            (
+                "100 %\rfell \u{9b}2J \u{7f} \0",
+                r"100 %\u000dfell \u009b2J \u007f \u0000",
+            ),
             ("gnp\u{202e}txt \u{ffff}", r"gnp\u202etxt \uffff"),
         ] {
             assert_eq!(harmless(text), shown);
         }
-        let (large, small) = (format!("{} and {}", 1e308, -2.5e307), format!("[{}]", 1e-300));
+        let (large, small) = (
+            format!("{} and {}", 1e308, -2.5e307),
+            format!("[{}]", 1e-300),
+        );
         assert!(large.len() > 600 && small.len() > 300);
         assert_eq!(harmless(&large), "1e308 and -2.5e307");
         assert_eq!(harmless(&small), "[1e-300]");

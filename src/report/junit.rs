@@ -29,9 +29,20 @@ pub fn xml(summary: &Summary) -> Result<String> {
         })
     };
     let failures = summary.gates.iter().filter(|gate| !gate.passes).count();
-    let unresolved = summary.gates.iter().filter(|gate| gate.passes && gate.judged.status == Status::Unresolved);
+    let unresolved = summary
+        .gates
+        .iter()
+        .filter(|gate| gate.passes && gate.judged.status == Status::Unresolved);
     let counts = [summary.gates.len(), unresolved.count(), failures];
     let cases: Vec<_> = summary.gates.iter().map(case).collect();
-    let context = json!({ "name": summary.name, "engine": summary.engine, "counts": counts, "gates": cases });
-    html_page::render("junit.xml", TEMPLATE, UndefinedBehavior::Strict, |_| (), &context).map(|xml| xml + "\n")
+    let context =
+        json!({ "name": summary.name, "engine": summary.engine, "counts": counts, "gates": cases });
+    html_page::render(
+        "junit.xml",
+        TEMPLATE,
+        UndefinedBehavior::Strict,
+        |_| (),
+        &context,
+    )
+    .map(|xml| xml + "\n")
 }

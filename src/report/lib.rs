@@ -35,7 +35,11 @@ pub fn json(value: &impl serde::Serialize) -> String {
 
 /// The command that simulates a trial of the result in `folder` again with a controller.
 pub fn replay_command(summary: &Summary, set: &str, trial: u64, folder: &Path) -> String {
-    let found = summary.sets.iter().find(|found| found.name == set).map(|found| found.origin.clone());
+    let found = summary
+        .sets
+        .iter()
+        .find(|found| found.name == set)
+        .map(|found| found.origin.clone());
     replay_parts(&found.unwrap_or_else(|| SetOrigin::own(set)), folder).join(&trial.to_string())
 }
 
@@ -43,11 +47,17 @@ pub fn replay_command(summary: &Summary, set: &str, trial: u64, folder: &Path) -
 fn replay_parts(origin: &SetOrigin, folder: &Path) -> [String; 2] {
     let campaign = folder.join(&origin.campaign).display().to_string();
     let [campaign, gains] = [&campaign, &origin.gains].map(|word| shell_word(word));
-    [format!("standfast push --campaign {campaign} --trial "), format!(" --controller {gains}")]
+    [
+        format!("standfast push --campaign {campaign} --trial "),
+        format!(" --controller {gains}"),
+    ]
 }
 
 /// The JSON object with the fields of `record` added to its own.
-pub fn with_fields_of(mut object: serde_json::Value, record: &impl serde::Serialize) -> serde_json::Value {
+pub fn with_fields_of(
+    mut object: serde_json::Value,
+    record: &impl serde::Serialize,
+) -> serde_json::Value {
     use serde_json::Value::Object;
     if let (Object(all), Ok(Object(more))) = (&mut object, serde_json::to_value(record)) {
         all.extend(more);

@@ -17,7 +17,11 @@ pub fn text(summary: &Summary) -> String {
     let failed: Vec<_> = summary.gates.iter().filter(|gate| !gate.passes).collect();
     if !failed.is_empty() {
         let (count, all) = (failed.len(), summary.gates.len());
-        let names: Vec<_> = failed.iter().take(MOST_ROWS).map(|gate| escaped(&gate.judged.name)).collect();
+        let names: Vec<_> = failed
+            .iter()
+            .take(MOST_ROWS)
+            .map(|gate| escaped(&gate.judged.name))
+            .collect();
         // Writing to a String cannot fail.
         _ = writeln!(
             text,
@@ -26,7 +30,10 @@ pub fn text(summary: &Summary) -> String {
             names.join(", "),
             left_out(count, "`junit.xml`")
         );
-        failed.into_iter().take(MOST_ROWS).for_each(|gate| tell_gate(&mut text, summary, gate));
+        failed
+            .into_iter()
+            .take(MOST_ROWS)
+            .for_each(|gate| tell_gate(&mut text, summary, gate));
     }
     _ = writeln!(text, "{}", escaped(&summary.headline));
     for warning in summary.warnings.iter().take(MOST_ROWS) {
@@ -37,24 +44,38 @@ pub fn text(summary: &Summary) -> String {
         _ = writeln!(text, "- {}", escaped(&pair.words));
     }
     _ = writeln!(text, "{}", left_out(summary.pairs.len(), "pairs"));
-    let unresolved = summary.gates.iter().filter(|gate| gate.passes && gate.judged.status != Status::Passed);
-    unresolved.take(MOST_ROWS).for_each(|gate| tell_gate(&mut text, summary, gate));
+    let unresolved = summary
+        .gates
+        .iter()
+        .filter(|gate| gate.passes && gate.judged.status != Status::Passed);
+    unresolved
+        .take(MOST_ROWS)
+        .for_each(|gate| tell_gate(&mut text, summary, gate));
     let (short, full): (Vec<_>, Vec<_>) = tables::of(summary)
         .into_iter()
         .filter(|told| told.detail <= Detail::Full)
         .partition(|told| told.detail == Detail::Short);
-    short.iter().for_each(|told| text += &(told.table.markdown() + "\n"));
+    short
+        .iter()
+        .for_each(|told| text += &(told.table.markdown() + "\n"));
     if let Some(stopped) = &summary.stopped {
         _ = writeln!(text, "{}\n", escaped(stopped));
     }
     for told in full {
         let (title, table) = (escaped(&told.table.title), told.table.markdown());
-        _ = writeln!(text, "<details><summary>{title}</summary>\n\n{table}\n</details>\n");
+        _ = writeln!(
+            text,
+            "<details><summary>{title}</summary>\n\n{table}\n</details>\n"
+        );
     }
     for (name, words) in settings(summary, true) {
         _ = writeln!(text, "- {} {}", name.trim(), escaped(&words));
     }
-    _ = writeln!(text, "\n{} `report.html` has pictures, and trials to replay.", summary.interval);
+    _ = writeln!(
+        text,
+        "\n{} `report.html` has pictures, and trials to replay.",
+        summary.interval
+    );
     text
 }
 
@@ -63,7 +84,10 @@ fn tell_gate(text: &mut String, summary: &Summary, gate: &GateResult) {
     _ = writeln!(text, "{}\n", escaped(&gate_words(gate)));
     if let Some(trial) = gate.lost_trial {
         let command = replay_command(summary, &gate.set, trial, Path::new(""));
-        _ = writeln!(text, "To replay a trial that it lost, run this in the result folder:\n\n```sh\n{command}\n```\n");
+        _ = writeln!(
+            text,
+            "To replay a trial that it lost, run this in the result folder:\n\n```sh\n{command}\n```\n"
+        );
     }
 }
 
@@ -75,18 +99,26 @@ mod tests {
 
     #[test]
     fn failed_gates_come_first_then_verdicts_and_names_are_text() {
-        let outcomes: Vec<_> = (0..100).map(|i| [Recovered, if i < 50 { Recovered } else { Fell }]).collect();
+        let outcomes: Vec<_> = (0..100)
+            .map(|i| [Recovered, if i < 50 { Recovered } else { Fell }])
+            .collect();
         let mut summary = summary(&outcomes, &[], &["b >= 0.8", "a >= 0.9"]);
         summary.name = "<b>|x|`_".into();
         let text = text(&summary);
-        let place = |part: &str| text.find(part).unwrap_or_else(|| panic!("{part} not in {text}"));
+        let place = |part: &str| {
+            text.find(part)
+                .unwrap_or_else(|| panic!("{part} not in {text}"))
+        };
         let begins = "## standfast: &lt;b&gt;\\|x\\|\\`\\_\n\n**1 of 2 gates failed: b &gt;= 0.8.**\n\nb &gt;= 0.8: the rate is 50.0 %";
         assert!(text.starts_with(begins), "{text}");
         assert!(place("--trial 50 --controller b") < place("a recovers most often: "));
         assert!(place("a recovers most often: ") < place("- a is better than b by 50.0 points"));
         assert!(place("- a is better than b by 50.0 points") < place("| b &gt;= 0.8 | FAILED |"));
         assert!(place("| b &gt;= 0.8 | FAILED |") < place("| a | b | 50 | 50 | 0 | 0 | +50.0 |"));
-        assert!(text.contains(" The intervals hold at 95 %; p is that of the exact McNemar test.\n"), "{text}");
+        assert!(
+            text.contains(" The intervals hold at 95 %; p is that of the exact McNemar test.\n"),
+            "{text}"
+        );
     }
 
     #[test]
@@ -94,7 +126,13 @@ mod tests {
         let mut summary = summary(&[[Recovered, Fell]], &[], &["b >= 0.8"]);
         summary.pairs = vec![summary.pairs[0].clone(); 10_000];
         summary.sets = vec![summary.sets[0].clone(); 200];
-        summary.gates = vec![GateResult { passes: false, ..summary.gates[0].clone() }; 10_000];
+        summary.gates = vec![
+            GateResult {
+                passes: false,
+                ..summary.gates[0].clone()
+            };
+            10_000
+        ];
         summary.warnings = vec!["a design that does not support a claim".repeat(5); 10_000];
         let text = text(&summary);
         assert!(text.len() < 200_000, "{} bytes", text.len());

@@ -71,8 +71,10 @@ pub struct McapTrace<'a> {
 impl<'a> McapTrace<'a> {
     /// A new file with the robot's shapes and URDF.
     pub fn create(path: &Path, robot: &'a Robot) -> Result<Self> {
-        let file =
-            tempfile::tempfile_in(folder_of(path)).map_err(|source| Error::Write { path: path.into(), source })?;
+        let file = tempfile::tempfile_in(folder_of(path)).map_err(|source| Error::Write {
+            path: path.into(),
+            source,
+        })?;
         let failed = |error| not_written(path, error);
         let options = WriteOptions::new()
             .library(concat!("standfast ", env!("CARGO_PKG_VERSION")))
@@ -83,13 +85,21 @@ impl<'a> McapTrace<'a> {
         let mut channels = [0; TOPICS.len()];
         for (channel, (topic, schema)) in channels.iter_mut().zip(TOPICS) {
             let of_schema = schema_of(schema).to_string();
-            let id = writer.add_schema(schema, "jsonschema", of_schema.as_bytes()).map_err(failed)?;
-            *channel = writer.add_channel(id, topic, "json", &BTreeMap::new()).map_err(failed)?;
+            let id = writer
+                .add_schema(schema, "jsonschema", of_schema.as_bytes())
+                .map_err(failed)?;
+            *channel = writer
+                .add_channel(id, topic, "json", &BTreeMap::new())
+                .map_err(failed)?;
         }
         let urdf = match &robot.urdf {
-            Some(path) => assets::text(path).ok().map(|source| source.text.into_bytes()),
+            Some(path) => assets::text(path)
+                .ok()
+                .map(|source| source.text.into_bytes()),
             None => {
-                let builtin = assets::open(InputKind::Robot, &robot.name).ok().filter(|source| source.is_builtin());
+                let builtin = assets::open(InputKind::Robot, &robot.name)
+                    .ok()
+                    .filter(|source| source.is_builtin());
                 builtin.map(|source| source.text.into_bytes())
             }
         };
@@ -103,11 +113,31 @@ impl<'a> McapTrace<'a> {
             };
             writer.attach(&attachment).map_err(failed)?;
         }
-        let facts = [("robot", robot.name.clone()), ("mass_kg", robot.mass().to_string())];
-        let metadata = facts.into_iter().map(|(key, value)| (key.to_string(), value)).collect();
-        writer.write_metadata(&Metadata { name: "standfast".into(), metadata }).map_err(failed)?;
+        let facts = [
+            ("robot", robot.name.clone()),
+            ("mass_kg", robot.mass().to_string()),
+        ];
+        let metadata = facts
+            .into_iter()
+            .map(|(key, value)| (key.to_string(), value))
+            .collect();
+        writer
+            .write_metadata(&Metadata {
+                name: "standfast".into(),
+                metadata,
+            })
+            .map_err(failed)?;
         let (path, rows) = (path.into(), Trace::new(robot));
-        let mut made = Self { path, writer, channels, robot, rows, written: 0, next_picture_s: 0.0, failure: None };
+        let mut made = Self {
+            path,
+            writer,
+            channels,
+            robot,
+            rows,
+            written: 0,
+            next_picture_s: 0.0,
+            failure: None,
+        };
         made.write("/robot", 0, &shapes(robot))?;
         Ok(made)
     }
@@ -135,7 +165,9 @@ impl<'a> McapTrace<'a> {
         let states = joints(
             &|j| json!({ "position": truth.posture.q[j], "velocity": truth.velocity[6 + j], "effort": truth.tau[j] }),
         );
-        let commands = joints(&|j| json!({ "position": tick.command.q_ref[j], "velocity": tick.command.dq_ref[j] }));
+        let commands = joints(
+            &|j| json!({ "position": tick.command.q_ref[j], "velocity": tick.command.dq_ref[j] }),
+        );
         let mut row = self.rows.last_row();
         row.insert("timestamp".into(), at.clone());
         if truth.time_s >= self.next_picture_s {
@@ -154,21 +186,38 @@ impl<'a> McapTrace<'a> {
         if let Some(failure) = self.failure {
             return Err(failure);
         }
-        self.writer.finish().map_err(|error| not_written(&self.path, error))?;
+        self.writer
+            .finish()
+            .map_err(|error| not_written(&self.path, error))?;
         let mut written = self.writer.into_inner();
         let mut named = AtomicFile::create(&self.path)?;
-        let copied = written.rewind().and_then(|()| io::copy(&mut written, &mut named));
-        copied.map_err(|source| Error::Write { path: self.path, source })?;
+        let copied = written
+            .rewind()
+            .and_then(|()| io::copy(&mut written, &mut named));
+        copied.map_err(|source| Error::Write {
+            path: self.path,
+            source,
+        })?;
         named.commit()
     }
 
     /// Writes a message on one of [`TOPICS`], with a time in nanoseconds.
     fn write(&mut self, topic: &str, log_time: u64, message: &Value) -> Result<()> {
-        let number = TOPICS.iter().position(|(name, _)| *name == topic).expect("it is one of the topics");
+        let number = TOPICS
+            .iter()
+            .position(|(name, _)| *name == topic)
+            .expect("it is one of the topics");
         let (channel_id, sequence) = (self.channels[number], self.written);
-        let header = MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
+        let header = MessageHeader {
+            channel_id,
+            sequence,
+            log_time,
+            publish_time: log_time,
+        };
         self.written += 1;
-        let written = self.writer.write_to_known_channel(&header, message.to_string().as_bytes());
+        let written = self
+            .writer
+            .write_to_known_channel(&header, message.to_string().as_bytes());
         written.map_err(|error| not_written(&self.path, error))
     }
 }
@@ -178,7 +227,10 @@ fn not_written(path: &Path, error: McapError) -> Error {
         McapError::Io(source) => source,
         other => io::Error::other(other),
     };
-    Error::Write { path: path.into(), source }
+    Error::Write {
+        path: path.into(),
+        source,
+    }
 }
 
 fn timestamp(nanoseconds: u64) -> Value {
@@ -243,7 +295,10 @@ fn shapes(robot: &Robot) -> Value {
 fn shape(solid: &Solid) -> (usize, Value) {
     let (at, paint) = (pose(&solid.pose), color(solid.color));
     let sized = |kind: usize, x: f64, y: f64, z: f64| {
-        (kind, json!({ "pose": at, "size": xyz(Vector3::new(x, y, z)), "color": paint }))
+        (
+            kind,
+            json!({ "pose": at, "size": xyz(Vector3::new(x, y, z)), "color": paint }),
+        )
     };
     match &solid.shape {
         Shape::Box { half } => sized(0, 2.0 * half.x, 2.0 * half.y, 2.0 * half.z),
@@ -254,11 +309,16 @@ fn shape(solid: &Solid) -> (usize, Value) {
             (kind, cylinder)
         }
         // Foxglove has no capsule; a stretched ball is similar.
-        Shape::Capsule { radius, length } => sized(1, 2.0 * radius, 2.0 * radius, length + 2.0 * radius),
+        Shape::Capsule { radius, length } => {
+            sized(1, 2.0 * radius, 2.0 * radius, length + 2.0 * radius)
+        }
         Shape::Mesh(mesh) => {
             let points: Vec<Value> = mesh.points.iter().map(|point| xyz(point.coords)).collect();
             let indices: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
-            (3, json!({ "pose": at, "points": points, "color": paint, "colors": [], "indices": indices }))
+            (
+                3,
+                json!({ "pose": at, "points": points, "color": paint, "colors": [], "indices": indices }),
+            )
         }
     }
 }
@@ -271,9 +331,15 @@ fn forces(robot: &Robot, tick: &Tick, at: &Value) -> Value {
         json!({ "pose": pose(&Pose::translation(place.x, place.y, place.z)), "size": size, "color": color(paint) })
     };
     let on_ground = |x: f64, y: f64| Point3::new(x, y, truth.ground.height_m([x, y].into()));
-    let mut balls =
-        vec![ball(truth.com, [0.9, 0.9, 0.9, 1.0]), ball(on_ground(tick.dcm.x, tick.dcm.y), [0.9, 0.2, 0.2, 1.0])];
-    balls.extend(truth.zmp.map(|[x, y]| ball(on_ground(x, y), [0.2, 0.4, 0.9, 1.0])));
+    let mut balls = vec![
+        ball(truth.com, [0.9, 0.9, 0.9, 1.0]),
+        ball(on_ground(tick.dcm.x, tick.dcm.y), [0.9, 0.2, 0.2, 1.0]),
+    ];
+    balls.extend(
+        truth
+            .zmp
+            .map(|[x, y]| ball(on_ground(x, y), [0.2, 0.4, 0.9, 1.0])),
+    );
     let arrow = |from: Point3<f64>, force_n: Vector3<f64>, paint: [f64; 4]| {
         let along = UnitQuaternion::rotation_between(&Vector3::x(), &force_n);
         let turned = Pose::from_parts(from.into(), along.unwrap_or_default());
@@ -287,11 +353,19 @@ fn forces(robot: &Robot, tick: &Tick, at: &Value) -> Value {
     for foot in Foot::BOTH {
         let force = truth.sole_wrenches[foot].force;
         if force.norm() > 1e-3 * weight_n {
-            arrows.push(arrow(truth.soles[foot].translation.vector.into(), force, [0.2, 0.7, 0.3, 1.0]));
+            arrows.push(arrow(
+                truth.soles[foot].translation.vector.into(),
+                force,
+                [0.2, 0.7, 0.3, 1.0],
+            ));
         }
     }
     if truth.push_force.norm() > 0.0 {
-        arrows.push(arrow(truth.push_point, truth.push_force, [0.9, 0.5, 0.1, 1.0]));
+        arrows.push(arrow(
+            truth.push_point,
+            truth.push_force,
+            [0.9, 0.5, 0.1, 1.0],
+        ));
     }
     json!({ "deletions": [], "entities": [entity("forces", WORLD, at, &[("spheres", balls), ("arrows", arrows)])] })
 }
@@ -308,14 +382,23 @@ fn schema_of(name: &str) -> Value {
         "foxglove.FrameTransforms" => json!({ "transforms": list(object(json!({
             "timestamp": time, "parent_frame_id": text, "child_frame_id": text, "translation": vector, "rotation": turn,
         }))) }),
-        "foxglove.SceneUpdate" => json!({ "deletions": list(object(json!({}))), "entities": list(object(json!({}))) }),
+        "foxglove.SceneUpdate" => {
+            json!({ "deletions": list(object(json!({}))), "entities": list(object(json!({}))) })
+        }
         "foxglove.JointStates" => json!({ "timestamp": time, "joints": list(object(json!({
             "name": text, "position": number, "velocity": number, "effort": number,
         }))) }),
         _ => {
             let column = |name: &str| {
-                let kind = if name == "phase" || name == "links_met" { "string" } else { "number" };
-                (name.to_string(), json!({ "type": [kind, "null"], "description": meaning(name) }))
+                let kind = if name == "phase" || name == "links_met" {
+                    "string"
+                } else {
+                    "number"
+                };
+                (
+                    name.to_string(),
+                    json!({ "type": [kind, "null"], "description": meaning(name) }),
+                )
             };
             let mut properties: Map<String, Value> = Trace::names_of_body().map(column).collect();
             properties.insert("timestamp".into(), time);

@@ -24,12 +24,19 @@ pub fn write(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Result<()
 pub fn written(folder: &Path, others: &[&str]) -> String {
     let [report, more @ ..] = FILES;
     let (report, more) = (folder.join(report), [&more[..], others].concat().join(", "));
-    wrapped("written: ", &format!("{} (for a browser), {more}", report.display())).trim_end().into()
+    wrapped(
+        "written: ",
+        &format!("{} (for a browser), {more}", report.display()),
+    )
+    .trim_end()
+    .into()
 }
 
 /// Whether a comparison may be written to a folder. The folder must be new, be empty, or hold an earlier comparison.
 pub fn may_be_written_to(folder: &Path) -> bool {
-    let Ok(mut entries) = std::fs::read_dir(folder) else { return !folder.exists() };
+    let Ok(mut entries) = std::fs::read_dir(folder) else {
+        return !folder.exists();
+    };
     let is_comparison = || folder.join("summary.json").is_file() && !folder.join("parts").exists();
     entries.next().is_none() || is_comparison()
 }

@@ -42,20 +42,40 @@ impl Trace {
             for part in ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"] {
                 names.push(format!("{side}_sole_{part}"));
             }
-            for part in ["force_x_n", "force_y_n", "force_z_n", "moment_x_n_m", "moment_y_n_m", "moment_z_n_m"] {
+            for part in [
+                "force_x_n",
+                "force_y_n",
+                "force_z_n",
+                "moment_x_n_m",
+                "moment_y_n_m",
+                "moment_z_n_m",
+            ] {
                 names.push(format!("{side}_sole_{part}"));
             }
         }
-        let base =
-            "x_m y_m z_m qw qx qy qz vel_x_m_s vel_y_m_s vel_z_m_s ang_vel_x_rad_s ang_vel_y_rad_s ang_vel_z_rad_s";
+        let base = "x_m y_m z_m qw qx qy qz vel_x_m_s vel_y_m_s vel_z_m_s ang_vel_x_rad_s ang_vel_y_rad_s ang_vel_z_rad_s";
         names.extend(base.split(' ').map(|part| format!("base_{part}")));
         for prefix in ["q", "dq", "q_ref", "tau"] {
-            names.extend(robot.joints.iter().map(|joint| format!("{prefix}_{}", joint.name)));
+            names.extend(
+                robot
+                    .joints
+                    .iter()
+                    .map(|joint| format!("{prefix}_{}", joint.name)),
+            );
         }
         let values = vec![Vec::new(); names.len()];
         let links = robot.links.iter().map(|link| link.name.clone()).collect();
-        let (phase, notes, after_verdict, links_met) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { names, values, phase, notes, after_verdict, links_met, links }
+        let (phase, notes, after_verdict, links_met) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self {
+            names,
+            values,
+            phase,
+            notes,
+            after_verdict,
+            links_met,
+            links,
+        }
     }
 
     /// Adds the row of a tick.
@@ -73,7 +93,14 @@ impl Trace {
         maybe::<3>(&mut row, report.com_vel.map(Into::into));
         maybe(&mut row, truth.zmp);
         maybe::<2>(&mut row, report.zmp_ref.map(Into::into));
-        add(&mut row, tick.dcm.coords.iter().chain(&truth.contact_force).chain(&truth.push_force));
+        add(
+            &mut row,
+            tick.dcm
+                .coords
+                .iter()
+                .chain(&truth.contact_force)
+                .chain(&truth.push_force),
+        );
         maybe::<2>(&mut row, report.zmp.map(Into::into));
         row.push(Some(truth.tilt_rad().to_degrees()));
         row.push(Some(tick.dcm_outside_m).filter(|distance_m| distance_m.is_finite()));
@@ -97,23 +124,32 @@ impl Trace {
         }
         for (name, note) in &report.notes {
             let ticks = self.phase.len();
-            let place = self.notes.iter().position(|(known, _)| known == name).unwrap_or_else(|| {
-                self.notes.push((name.to_string(), vec![None; ticks]));
-                self.notes.len() - 1
-            });
+            let place = self
+                .notes
+                .iter()
+                .position(|(known, _)| known == name)
+                .unwrap_or_else(|| {
+                    self.notes.push((name.to_string(), vec![None; ticks]));
+                    self.notes.len() - 1
+                });
             self.notes[place].1.push(Some(note.clone()));
         }
         self.phase.push(report.phase.to_string());
         let ticks = self.phase.len();
-        self.notes.iter_mut().for_each(|(_, notes)| notes.resize(ticks, None));
+        self.notes
+            .iter_mut()
+            .for_each(|(_, notes)| notes.resize(ticks, None));
         self.after_verdict.push(i64::from(tick.is_after));
         let names = |[a, b]: [usize; 2]| format!("{} and {}", self.links[a], self.links[b]);
-        self.links_met.push(truth.meeting.map(|meeting| names(meeting.links)));
+        self.links_met
+            .push(truth.meeting.map(|meeting| names(meeting.links)));
     }
 
     /// The numbers and words of the last tick, by name, without those of joints, feet and base.
     pub fn last_row(&self) -> Map<String, Value> {
-        let numbers = Self::names_of_body().zip(&self.values).map(|(name, of_tick)| (name, json!(of_tick.last())));
+        let numbers = Self::names_of_body()
+            .zip(&self.values)
+            .map(|(name, of_tick)| (name, json!(of_tick.last())));
         let notes = self.notes.iter().map(|(name, notes)| {
             let note = match notes.last() {
                 Some(Some(Note::Number(number))) => json!(number),
@@ -122,9 +158,17 @@ impl Trace {
             };
             (name.as_str(), note)
         });
-        let words = [("phase", json!(self.phase.last())), ("links_met", json!(self.links_met.last()))];
+        let words = [
+            ("phase", json!(self.phase.last())),
+            ("links_met", json!(self.links_met.last())),
+        ];
         let after = ("after_verdict", json!(self.after_verdict.last()));
-        numbers.chain(notes).chain(words).chain([after]).map(|(name, value)| (name.to_string(), value)).collect()
+        numbers
+            .chain(notes)
+            .chain(words)
+            .chain([after])
+            .map(|(name, value)| (name.to_string(), value))
+            .collect()
     }
 
     /// The names of the numbers that every robot has and every controller may have.
@@ -143,7 +187,9 @@ impl Trace {
         let phase = DataColumn::new("phase", Data::Text(self.phase));
         let after_verdict = DataColumn::new("after_verdict", Data::I64(self.after_verdict));
         let links_met = DataColumn::new("links_met", Data::OptText(self.links_met));
-        let noted = std::iter::once(phase).chain(self.notes.into_iter().map(noted)).chain([after_verdict, links_met]);
+        let noted = std::iter::once(phase)
+            .chain(self.notes.into_iter().map(noted))
+            .chain([after_verdict, links_met]);
         let place = BODY.split_whitespace().count();
         columns.splice(place..place, noted);
         columns
@@ -166,12 +212,20 @@ fn noted((name, notes): (String, Vec<Option<Note>>)) -> DataColumn {
         Note::Number(number) => Some(*number).filter(|number| number.is_finite()),
         Note::Word(_) => None,
     };
-    let has_words = notes.iter().flatten().any(|note| matches!(note, Note::Word(_)));
+    let has_words = notes
+        .iter()
+        .flatten()
+        .any(|note| matches!(note, Note::Word(_)));
     DataColumn::new(
         name,
         match has_words {
             true => Data::OptText(notes.iter().map(|note| note.as_ref().map(word)).collect()),
-            false => Data::OptF64(notes.iter().map(|note| note.as_ref().and_then(number)).collect()),
+            false => Data::OptF64(
+                notes
+                    .iter()
+                    .map(|note| note.as_ref().and_then(number))
+                    .collect(),
+            ),
         },
     )
 }

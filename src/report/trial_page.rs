@@ -15,24 +15,37 @@ const MOST_BYTES: u64 = 10_000_000;
 /// refuse; they are replaced, and a hash keeps the names apart.
 pub fn replay_file(trial: u64, set: &str, engine: Option<&str>) -> PathBuf {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.=".contains(c);
-    let mut name: String = set.chars().map(|c| if is_plain(c) { c } else { '-' }).collect();
+    let mut name: String = set
+        .chars()
+        .map(|c| if is_plain(c) { c } else { '-' })
+        .collect();
     if name != set {
         name += &format!("-{}", &sha256_hex(set.as_bytes())[..8]);
     }
-    let engine = engine.map(|engine| format!("-{engine}")).unwrap_or_default();
+    let engine = engine
+        .map(|engine| format!("-{engine}"))
+        .unwrap_or_default();
     Path::new(REPLAYS).join(format!("trial-{trial}-{name}{engine}.html"))
 }
 
 /// Path of the page of a trial of a controller, relative to a report in `folder`. None if there is no such page.
 pub fn replay_found(folder: &Path, origin: &SetOrigin, trial: u64) -> Option<String> {
-    let path = Path::new(&origin.campaign).with_file_name("").join(replay_file(trial, &origin.gains, None));
-    folder.join(&path).is_file().then(|| path.display().to_string())
+    let path = Path::new(&origin.campaign)
+        .with_file_name("")
+        .join(replay_file(trial, &origin.gains, None));
+    folder
+        .join(&path)
+        .is_file()
+        .then(|| path.display().to_string())
 }
 
 /// The small picture beside a page that was [found](replay_found), for a report in `folder`.
 pub fn picture_found(folder: &Path, page: &str) -> Option<String> {
     let png = read(&folder.join(page).with_extension("png"), MOST_BYTES).ok()?;
-    Some(format!("data:image/png;base64,{}", BASE64_STANDARD.encode(png)))
+    Some(format!(
+        "data:image/png;base64,{}",
+        BASE64_STANDARD.encode(png)
+    ))
 }
 
 #[cfg(test)]
@@ -41,14 +54,24 @@ mod tests {
 
     #[test]
     fn every_set_has_its_own_file_with_a_name_that_all_systems_accept() {
-        let names = ["catch", "paper:stepping.alpha=2", "paper-stepping.alpha=2", "a b", "a/b"].map(|set| {
+        let names = [
+            "catch",
+            "paper:stepping.alpha=2",
+            "paper-stepping.alpha=2",
+            "a b",
+            "a/b",
+        ]
+        .map(|set| {
             let path = replay_file(7, set, None);
             assert_eq!(path.parent(), Some(Path::new(REPLAYS)));
             path.file_name().unwrap().to_str().unwrap().to_string()
         });
         assert_eq!(names[0], "trial-7-catch.html");
         for (i, name) in names.iter().enumerate() {
-            assert!(!name.contains([':', ' ', '/', '\\', '"', '<', '>', '|', '*', '?']), "{name}");
+            assert!(
+                !name.contains([':', ' ', '/', '\\', '"', '<', '>', '|', '*', '?']),
+                "{name}"
+            );
             assert!(!names[..i].contains(name), "{name} twice");
         }
     }

@@ -25,9 +25,11 @@ pub fn page(tuned: &Tuned) -> Result<String> {
     let task = &tuned.task;
     let row = |(i, tunable): (usize, &Tunable)| {
         let [from, to] = tunable.range;
-        let [now, proposed, from, to] =
-            [tunable.now, tuned.proposed[i], from, to].map(|x| x.to_string().replace('-', "\u{2212}"));
-        let alone = text::alone(tuned, i).replace("+-", "\u{b1}").replace('-', "\u{2212}");
+        let [now, proposed, from, to] = [tunable.now, tuned.proposed[i], from, to]
+            .map(|x| x.to_string().replace('-', "\u{2212}"));
+        let alone = text::alone(tuned, i)
+            .replace("+-", "\u{b1}")
+            .replace('-', "\u{2212}");
         json!({ "key": tunable.key, "now": now, "proposed": proposed, "alone": alone, "from": from, "to": to })
     };
     let picture = |i: usize| values(tuned, i).svg("role=\"img\"");
@@ -46,12 +48,20 @@ pub fn page(tuned: &Tuned) -> Result<String> {
         "rows": task.tunables.iter().enumerate().map(row).collect::<Vec<_>>(),
         "pictures": (0..task.tunables.len()).map(picture).collect::<Vec<_>>(),
     });
-    html_page::render("tune.html", TEMPLATE, UndefinedBehavior::SemiStrict, |_| {}, &context)
+    html_page::render(
+        "tune.html",
+        TEMPLATE,
+        UndefinedBehavior::SemiStrict,
+        |_| {},
+        &context,
+    )
 }
 
 /// The ends of an axis that holds zero and all these points.
 fn ends(points: impl Iterator<Item = f64>) -> [f64; 2] {
-    points.fold([-LEAST_POINTS, LEAST_POINTS], |[from, to], x| [from.min(x), to.max(x)])
+    points.fold([-LEAST_POINTS, LEAST_POINTS], |[from, to], x| {
+        [from.min(x), to.max(x)]
+    })
 }
 
 /// The advantage of the middle and of the best candidate, by generation.
@@ -60,23 +70,41 @@ fn progress(tuned: &Tuned) -> Panel {
     let middle = |i: usize| &tuned.generations[i].candidates[1].standing;
     let best = |i: usize| {
         let generation = &tuned.generations[i];
-        100.0 * generation.candidates[generation.order[0]].standing.advantage
+        100.0
+            * generation.candidates[generation.order[0]]
+                .standing
+                .advantage
     };
     let count = tuned.generations.len();
-    let bar = |i: usize| [-1.0, 1.0].map(|side| 100.0 * (middle(i).advantage + side * 2.0 * middle(i).error));
+    let bar = |i: usize| {
+        [-1.0, 1.0].map(|side| 100.0 * (middle(i).advantage + side * 2.0 * middle(i).error))
+    };
     let points = ends((0..count).flat_map(bar).chain((0..count).map(best)));
     let across = [0.5, count.max(1) as f64 + 0.5];
-    panel.axes([64.0, 14.0, 736.0, 266.0], &Axis::new("generation", across), &Axis::new("points", points));
+    panel.axes(
+        [64.0, 14.0, 736.0, 266.0],
+        &Axis::new("generation", across),
+        &Axis::new("points", points),
+    );
     panel.line("level", [across[0], 0.0], [across[1], 0.0]);
     panel.group("class=\"s1\"", |panel| {
         (0..count).for_each(|i| panel.circle("hollow", [i as f64 + 1.0, best(i)], 3.5));
     });
     panel.group("class=\"s0\"", |panel| {
-        panel.polyline("", (0..count).map(|i| [i as f64 + 1.0, 100.0 * middle(i).advantage]));
+        panel.polyline(
+            "",
+            (0..count).map(|i| [i as f64 + 1.0, 100.0 * middle(i).advantage]),
+        );
         for i in 0..count {
-            let words = format!("generation {}: {:+.1} points", i + 1, 100.0 * middle(i).advantage);
+            let words = format!(
+                "generation {}: {:+.1} points",
+                i + 1,
+                100.0 * middle(i).advantage
+            );
             panel.error_bar("interval", i as f64 + 1.0, bar(i));
-            panel.told(&words, |panel| panel.circle("dot", [i as f64 + 1.0, 100.0 * middle(i).advantage], 4.0));
+            panel.told(&words, |panel| {
+                panel.circle("dot", [i as f64 + 1.0, 100.0 * middle(i).advantage], 4.0)
+            });
         }
     });
     panel
@@ -88,20 +116,38 @@ fn values(tuned: &Tuned, number: usize) -> Panel {
     let tunable = &tuned.task.tunables[number];
     let shown = |generation: &Generation| {
         let all = generation.trials;
-        let whole = generation.candidates.iter().skip(1).filter(move |one| one.standing.trials == all);
-        whole.map(|one| [one.values[number], 100.0 * one.standing.advantage]).collect::<Vec<_>>()
+        let whole = generation
+            .candidates
+            .iter()
+            .skip(1)
+            .filter(move |one| one.standing.trials == all);
+        whole
+            .map(|one| [one.values[number], 100.0 * one.standing.advantage])
+            .collect::<Vec<_>>()
     };
     let points = ends(tuned.generations.iter().flat_map(shown).map(|[_, y]| y));
-    panel.axes([58.0, 10.0, 320.0, 186.0], &Axis::new(&tunable.key, tunable.range), &Axis::new("points", points));
+    panel.axes(
+        [58.0, 10.0, 320.0, 186.0],
+        &Axis::new(&tunable.key, tunable.range),
+        &Axis::new("points", points),
+    );
     for (i, generation) in tuned.generations.iter().enumerate() {
         let shade = SHADES[i * SHADES.len() / tuned.generations.len()];
         panel.group(&format!("class=\"s0\" opacity=\"{shade}\""), |panel| {
-            shown(generation).into_iter().for_each(|at| panel.circle("dot", at, 3.0));
+            shown(generation)
+                .into_iter()
+                .for_each(|at| panel.circle("dot", at, 3.0));
         });
     }
     let (effect, start) = (&tuned.effects[number], tunable.share_of(tunable.now));
-    let tried = tuned.generations.iter().flat_map(|generation| &generation.candidates).map(|one| one.values[number]);
-    let [least, most] = tried.fold([tunable.now; 2], |[least, most], value| [least.min(value), most.max(value)]);
+    let tried = tuned
+        .generations
+        .iter()
+        .flat_map(|generation| &generation.candidates)
+        .map(|one| one.values[number]);
+    let [least, most] = tried.fold([tunable.now; 2], |[least, most], value| {
+        [least.min(value), most.max(value)]
+    });
     let fitted = (0..=CURVE).map(|i| {
         let share = i as f64 / CURVE as f64;
         let (value, y) = (tunable.at(share), 100.0 * effect.gain(share - start));
@@ -109,10 +155,13 @@ fn values(tuned: &Tuned, number: usize) -> Panel {
         is_known.then_some([value, y])
     });
     panel.group("class=\"s0\"", |panel| panel.curve("", fitted));
-    let upright =
-        |panel: &mut Panel, class: &str, value: f64| panel.line(class, [value, points[0]], [value, points[1]]);
+    let upright = |panel: &mut Panel, class: &str, value: f64| {
+        panel.line(class, [value, points[0]], [value, points[1]])
+    };
     if (tunable.range[0]..=tunable.range[1]).contains(&tunable.now) {
-        panel.group("stroke-dasharray=\"5 4\"", |panel| upright(panel, "s1", tunable.now));
+        panel.group("stroke-dasharray=\"5 4\"", |panel| {
+            upright(panel, "s1", tunable.now)
+        });
     }
     upright(&mut panel, "s1", tuned.proposed[number]);
     panel

@@ -76,11 +76,17 @@ impl<'de> Deserialize<'de> for SoleFace {
                 )
             }
 
-            fn visit_str<E: serde::de::Error>(self, name: &str) -> std::result::Result<Self::Value, E> {
+            fn visit_str<E: serde::de::Error>(
+                self,
+                name: &str,
+            ) -> std::result::Result<Self::Value, E> {
                 Ok(SoleFace::Box(name.into()))
             }
 
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<Self::Value, A::Error> {
+            fn visit_map<A: MapAccess<'de>>(
+                self,
+                map: A,
+            ) -> std::result::Result<Self::Value, A::Error> {
                 StatedFace::deserialize(MapAccessDeserializer::new(map)).map(SoleFace::Stated)
             }
         }
@@ -102,7 +108,11 @@ struct ServoGroup {
 
 /// Checks a range for joints without one (rad).
 pub(super) fn check_range(file: &str, range_rad: f64) -> Result<()> {
-    Error::check_ranges(file, "", &[("range_rad", range_rad, 1e-3, std::f64::consts::PI)])
+    Error::check_ranges(
+        file,
+        "",
+        &[("range_rad", range_rad, 1e-3, std::f64::consts::PI)],
+    )
 }
 
 /// A file that states the soles alone.
@@ -132,8 +142,14 @@ impl SolesAlone {
 /// Where the settings of a URDF file are: `robot.toml` for `robot.urdf`, `robot.xacro` and `robot.urdf.xacro`.
 pub fn settings_path(urdf: &str) -> PathBuf {
     let path = Path::new(urdf).with_extension("");
-    let is_urdf = path.extension().is_some_and(|extension| extension == "urdf");
-    if is_urdf { path.with_extension("toml") } else { Path::new(urdf).with_extension("toml") }
+    let is_urdf = path
+        .extension()
+        .is_some_and(|extension| extension == "urdf");
+    if is_urdf {
+        path.with_extension("toml")
+    } else {
+        Path::new(urdf).with_extension("toml")
+    }
 }
 
 /// Whether a file states the soles and nothing else.
@@ -144,15 +160,26 @@ pub fn states_soles_alone(source: &Source) -> bool {
 /// Parses the file, and checks all that does not need the tree of links.
 pub(super) fn parse(source: &Source) -> Result<RobotSettings> {
     if states_soles_alone(source) {
-        let (problem, accepted) =
-            ("are all that it states", "a whole file: `standfast init` with the URDF adds the rest");
-        return Err(Error::value(&source.file, "keys", "soles", problem, accepted));
+        let (problem, accepted) = (
+            "are all that it states",
+            "a whole file: `standfast init` with the URDF adds the rest",
+        );
+        return Err(Error::value(
+            &source.file,
+            "keys",
+            "soles",
+            problem,
+            accepted,
+        ));
     }
     let settings: RobotSettings = assets::parse_toml(source)?;
     let (file, noise) = (source.file.as_str(), &settings.noise);
     // The ranges are generous: from a robot of a millimetre and a milligram to one of a hundred metres and a thousand
     // tonnes.
-    let own = [("friction", settings.friction, 0.0, 100.0), ("delay_s", settings.delay_s, 0.0, 1.0)];
+    let own = [
+        ("friction", settings.friction, 0.0, 100.0),
+        ("delay_s", settings.delay_s, 0.0, 1.0),
+    ];
     Error::check_ranges(file, "", &own)?;
     let noises = [
         ("joint_angle_rad", noise.joint_angle_rad, 0.0, 10.0),
@@ -171,12 +198,19 @@ pub(super) fn parse(source: &Source) -> Result<RobotSettings> {
             ("kd_n_m_s_rad", group.kd_n_m_s_rad, 0.0, 1e12),
             ("torque_n_m", group.torque_n_m, 1e-12, 1e12),
             ("full_torque_speed_rad_s", full, 0.0, 1e6),
-            ("no_torque_speed_rad_s", group.no_torque_speed_rad_s, full + 1e-6, 1e7),
+            (
+                "no_torque_speed_rad_s",
+                group.no_torque_speed_rad_s,
+                full + 1e-6,
+                1e7,
+            ),
             ("rotor_inertia_kg_m2", group.rotor_inertia_kg_m2, 0.0, 1e10),
         ];
         Error::check_ranges(file, &format!("servos[{i}]"), &ranges)?;
     }
-    settings.range_rad.map_or(Ok(()), |range_rad| check_range(file, range_rad))?;
+    settings
+        .range_rad
+        .map_or(Ok(()), |range_rad| check_range(file, range_rad))?;
     check_reach(file, &settings.reach)?;
     Ok(settings)
 }
@@ -196,8 +230,17 @@ fn check_reach(file: &str, regions: &[LandingRegion]) -> Result<()> {
         ];
         Error::check_ranges(file, &format!("reach[{i}]"), &ranges)?;
         if region.name.is_empty() || !names.insert(&region.name) {
-            let (field, accepted) = (format!("reach[{i}].name"), "a name of its own for each region");
-            return Err(Error::value(file, field, &region.name, "is empty or taken", accepted));
+            let (field, accepted) = (
+                format!("reach[{i}].name"),
+                "a name of its own for each region",
+            );
+            return Err(Error::value(
+                file,
+                field,
+                &region.name,
+                "is empty or taken",
+                accepted,
+            ));
         }
     }
     Ok(())
@@ -217,7 +260,13 @@ impl RobotSettings {
             for name in &group.joints {
                 let slot = &mut servos[joint_index(file, &field, name, joints)?];
                 if slot.is_some() {
-                    return Err(Error::value(file, field, name, "this joint already has a servo", "each joint once"));
+                    return Err(Error::value(
+                        file,
+                        field,
+                        name,
+                        "this joint already has a servo",
+                        "each joint once",
+                    ));
                 }
                 *slot = Some(Servo {
                     kp: group.kp_n_m_rad,
@@ -230,9 +279,19 @@ impl RobotSettings {
             }
         }
         let missing = |joint: &Joint| {
-            Error::value(file, "servos", &joint.name, "this joint has no servo", "each joint in one group's `joints`")
+            Error::value(
+                file,
+                "servos",
+                &joint.name,
+                "this joint has no servo",
+                "each joint in one group's `joints`",
+            )
         };
-        servos.into_iter().zip(joints).map(|(servo, joint)| servo.ok_or_else(|| missing(joint))).collect()
+        servos
+            .into_iter()
+            .zip(joints)
+            .map(|(servo, joint)| servo.ok_or_else(|| missing(joint)))
+            .collect()
     }
 
     /// Home posture (rad), one angle per joint, checked against the joint limits.
@@ -245,7 +304,13 @@ impl RobotSettings {
             if !(joint.lower_rad..=joint.upper_rad).contains(&angle) {
                 let accepted = format!("{} to {}", joint.lower_rad, joint.upper_rad);
                 let field = format!("home_rad.{}", joint.name);
-                return Err(Error::value(file, field, angle, "is outside of the joint's limits", accepted));
+                return Err(Error::value(
+                    file,
+                    field,
+                    angle,
+                    "is outside of the joint's limits",
+                    accepted,
+                ));
             }
         }
         Ok(home)
@@ -265,7 +330,13 @@ fn soles(faces: &PerFoot<SoleFace>, file: &str, tree: &mut Tree) -> Result<PerFo
     if left.link == right.link {
         let problem = "is carried by the same body as the left sole";
         let name = &tree.frames[right.frame].name;
-        return Err(Error::value(file, "soles.right", name, problem, "soles on two bodies"));
+        return Err(Error::value(
+            file,
+            "soles.right",
+            name,
+            problem,
+            "soles on two bodies",
+        ));
     }
     Ok(PerFoot { left, right })
 }
@@ -276,8 +347,12 @@ const PLATE: f64 = 0.1;
 /// Gives a plate above the stated sole to each foot that has no shape of its own with which to stand on the ground.
 fn plates(faces: &PerFoot<SoleFace>, tree: &mut Tree) {
     for face in Foot::BOTH.map(|foot| &faces[foot]) {
-        let SoleFace::Stated(face) = face else { continue };
-        let Some(frame) = tree.frames.iter().position(|frame| frame.name == face.link) else { continue };
+        let SoleFace::Stated(face) = face else {
+            continue;
+        };
+        let Some(frame) = tree.frames.iter().position(|frame| frame.name == face.link) else {
+            continue;
+        };
         let link = tree.frames[frame].link;
         if !tree.links[link].collisions.is_empty() {
             continue;
@@ -285,7 +360,10 @@ fn plates(faces: &PerFoot<SoleFace>, tree: &mut Tree) {
         let [length, width] = face.size_m;
         let thickness = PLATE * length.min(width);
         let up = Translation3::new(0.0, 0.0, 0.5 * thickness);
-        let (pose, half) = (tree.frames[frame].pose * face.pose() * up, Vector3::new(length, width, thickness) * 0.5);
+        let (pose, half) = (
+            tree.frames[frame].pose * face.pose() * up,
+            Vector3::new(length, width, thickness) * 0.5,
+        );
         tree.links[link].collisions.push(Solid {
             frame,
             pose,
@@ -304,7 +382,10 @@ impl StatedFace {
     /// The pose of the face's centre in the frame of the link.
     fn pose(&self) -> Isometry3<f64> {
         let ([x, y, z], [roll, pitch, yaw]) = (self.center_m, self.rpy_rad);
-        Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
+        Isometry3::from_parts(
+            Translation3::new(x, y, z),
+            UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+        )
     }
 }
 
@@ -319,7 +400,8 @@ fn stated_sole(file: &str, field: &str, face: &StatedFace, tree: &Tree) -> Resul
     let Tree { links, frames, .. } = tree;
     let frame = frame_index(file, &format!("{field}.link"), &face.link, frames)?;
     let link = frames[frame].link;
-    let ([x, y, z], [roll, pitch, yaw], [length, width]) = (face.center_m, face.rpy_rad, face.size_m);
+    let ([x, y, z], [roll, pitch, yaw], [length, width]) =
+        (face.center_m, face.rpy_rad, face.size_m);
     let ranges = [
         ("size_m[0]", length, LEAST_SOLE_M, MOST_SOLE_M),
         ("size_m[1]", width, LEAST_SOLE_M, MOST_SOLE_M),
@@ -334,7 +416,11 @@ fn stated_sole(file: &str, field: &str, face: &StatedFace, tree: &Tree) -> Resul
     let center = frames[frame].pose * face.pose();
     let up = center.rotation * Vector3::z();
     // There is at least one collision, since a link without a shape has a plate.
-    let top = links[link].collisions.iter().map(|solid| solid.reach_m(&up)).fold(f64::NEG_INFINITY, f64::max);
+    let top = links[link]
+        .collisions
+        .iter()
+        .map(|solid| solid.reach_m(&up))
+        .fold(f64::NEG_INFINITY, f64::max);
     Ok(Sole {
         frame,
         link,
@@ -350,7 +436,13 @@ fn check_mesh(file: &str, field: &str, frame: usize, tree: &Tree) -> Result<()> 
     let missing = tree.missing.iter().find(|(of, _)| *of == frame);
     missing.map_or(Ok(()), |(_, mesh)| {
         let problem = format!("the mesh of its collision is left out: {mesh}");
-        Err(Error::value(file, field, &tree.frames[frame].name, problem, "a file that can be read"))
+        Err(Error::value(
+            file,
+            field,
+            &tree.frames[frame].name,
+            problem,
+            "a file that can be read",
+        ))
     })
 }
 
@@ -377,7 +469,8 @@ fn sole_of_box(file: &str, field: &str, name: &str, tree: &Tree) -> Result<Sole>
         return Err(bad("its box is not parallel to the link's axes"));
     }
     let half: Vector3<f64> = turn.map(f64::round) * half;
-    let sizes = [("length", 2.0 * half.x), ("width", 2.0 * half.y)].map(|(of, m)| (of, m, LEAST_SOLE_M, MOST_SOLE_M));
+    let sizes = [("length", 2.0 * half.x), ("width", 2.0 * half.y)]
+        .map(|(of, m)| (of, m, LEAST_SOLE_M, MOST_SOLE_M));
     Error::check_ranges(file, field, &sizes)?;
     let face = in_frame.translation.vector - Vector3::z() * half.z;
     Ok(Sole {
@@ -391,11 +484,23 @@ fn sole_of_box(file: &str, field: &str, name: &str, tree: &Tree) -> Result<Sole>
 }
 
 fn frame_index(file: &str, field: &str, name: &str, frames: &[Frame]) -> Result<usize> {
-    index(file, field, name, "no such link", frames.iter().map(|f| f.name.as_str()))
+    index(
+        file,
+        field,
+        name,
+        "no such link",
+        frames.iter().map(|f| f.name.as_str()),
+    )
 }
 
 fn joint_index(file: &str, field: &str, name: &str, joints: &[Joint]) -> Result<usize> {
-    index(file, field, name, "no such joint", joints.iter().map(|j| j.name.as_str()))
+    index(
+        file,
+        field,
+        name,
+        "no such joint",
+        joints.iter().map(|j| j.name.as_str()),
+    )
 }
 
 fn index<'a>(
@@ -406,5 +511,8 @@ fn index<'a>(
     names: impl Iterator<Item = &'a str> + Clone,
 ) -> Result<usize> {
     let accepted = || names.clone().collect::<Vec<_>>().join(", ");
-    names.clone().position(|n| n == name).ok_or_else(|| Error::value(file, field, name, problem, accepted()))
+    names
+        .clone()
+        .position(|n| n == name)
+        .ok_or_else(|| Error::value(file, field, name, problem, accepted()))
 }

@@ -16,20 +16,32 @@ const SHORT: f64 = 0.02;
 
 /// The robot with bones for the links that have nothing to draw, if these are at least half of all, and with a note of it.
 pub fn with_bones(mut robot: Robot) -> Robot {
-    let bare = robot.links.iter().filter(|link| link.drawn().is_empty()).count();
+    let bare = robot
+        .links
+        .iter()
+        .filter(|link| link.drawn().is_empty())
+        .count();
     if 2 * bare < robot.links.len() {
         return robot;
     }
     let shortest_m = SHORT * robot.home_com_height();
-    for i in (0..robot.links.len()).filter(|&i| robot.links[i].drawn().is_empty()).collect::<Vec<_>>() {
+    for i in (0..robot.links.len())
+        .filter(|&i| robot.links[i].drawn().is_empty())
+        .collect::<Vec<_>>()
+    {
         let joints = robot.joints.iter().filter(|joint| joint.parent == i);
-        let mut ends: Vec<Point3<f64>> = joints.map(|joint| joint.origin.translation.vector.into()).collect();
+        let mut ends: Vec<Point3<f64>> = joints
+            .map(|joint| joint.origin.translation.vector.into())
+            .collect();
         let link = &robot.links[i];
         if ends.is_empty() {
             ends.push(link.com_m);
         }
         ends.retain(|end| end.coords.norm() > shortest_m);
-        let bones = ends.iter().map(|end| bone(link, i, *end, ends.len())).collect();
+        let bones = ends
+            .iter()
+            .map(|end| bone(link, i, *end, ends.len()))
+            .collect();
         robot.links[i].visuals = bones;
     }
     robot.notes.push(format!(
@@ -43,11 +55,18 @@ pub fn with_bones(mut robot: Robot) -> Robot {
 fn bone(link: &Link, frame: usize, end: Point3<f64>, count: usize) -> Solid {
     let length = end.coords.norm();
     let area_m2 = link.mass_kg / count as f64 / (DENSITY_KG_M3 * length);
-    let radius = (area_m2 / PI).sqrt().clamp(THICKNESS[0] * length, THICKNESS[1] * length);
+    let radius = (area_m2 / PI)
+        .sqrt()
+        .clamp(THICKNESS[0] * length, THICKNESS[1] * length);
     let along = UnitQuaternion::rotation_between(&Vector3::z(), &end.coords)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI));
     let pose = Isometry3::from_parts(Translation3::from(end.coords / 2.0), along);
-    Solid { frame, pose, shape: Shape::Capsule { radius, length }, color: COLOR }
+    Solid {
+        frame,
+        pose,
+        shape: Shape::Capsule { radius, length },
+        color: COLOR,
+    }
 }
 
 #[cfg(test)]
@@ -60,20 +79,43 @@ mod tests {
         let whole = with_bones(robot.clone());
         assert!(
             whole.notes == robot.notes
-                && whole.links.iter().zip(&robot.links).all(|(a, b)| a.visuals.len() == b.visuals.len())
+                && whole
+                    .links
+                    .iter()
+                    .zip(&robot.links)
+                    .all(|(a, b)| a.visuals.len() == b.visuals.len())
         );
         let mut bare = robot.clone();
-        bare.links.iter_mut().for_each(|link| (link.visuals, link.collisions) = (Vec::new(), Vec::new()));
+        bare.links
+            .iter_mut()
+            .for_each(|link| (link.visuals, link.collisions) = (Vec::new(), Vec::new()));
         let drawn = with_bones(bare);
-        assert!(drawn.notes.last().unwrap().contains("drawn as bones"), "{:?}", drawn.notes);
-        for joint in drawn.joints.iter().filter(|joint| joint.origin.translation.vector.norm() > 0.01) {
+        assert!(
+            drawn.notes.last().unwrap().contains("drawn as bones"),
+            "{:?}",
+            drawn.notes
+        );
+        for joint in drawn
+            .joints
+            .iter()
+            .filter(|joint| joint.origin.translation.vector.norm() > 0.01)
+        {
             let is_end = |bone: &Solid| {
-                let Shape::Capsule { length, .. } = bone.shape else { panic!("{bone:?}") };
+                let Shape::Capsule { length, .. } = bone.shape else {
+                    panic!("{bone:?}")
+                };
                 let end = bone.pose * Point3::new(0.0, 0.0, length / 2.0);
                 (end.coords - joint.origin.translation.vector).norm() < 1e-12
             };
-            assert!(drawn.links[joint.parent].visuals.iter().any(is_end), "{}", joint.name);
+            assert!(
+                drawn.links[joint.parent].visuals.iter().any(is_end),
+                "{}",
+                joint.name
+            );
         }
-        assert!(drawn.links.iter().all(|link| link.collisions.is_empty()), "bones do not collide");
+        assert!(
+            drawn.links.iter().all(|link| link.collisions.is_empty()),
+            "bones do not collide"
+        );
     }
 }

@@ -60,11 +60,22 @@ impl Files {
             None if beside.exists() => Some(assets::text(&beside)?),
             None => None,
         };
-        let range_rad = found.as_ref().map_or(Ok(None), |found| settings::parse(found).map(|found| found.range_rad))?;
+        let range_rad = found.as_ref().map_or(Ok(None), |found| {
+            settings::parse(found).map(|found| found.range_rad)
+        })?;
         let (tree, are_inferred) = (Tree::parse(&urdf, range_rad)?, found.is_none());
         let settings = found.map_or_else(|| inferred_from(&urdf, tree.clone(), None, None), Ok)?;
-        let meshes = tree.kept_meshes.clone().map(|text| Source { file: format!("meshes of {}", urdf.file), text });
-        Ok(Files { urdf, meshes, settings, are_inferred, tree })
+        let meshes = tree.kept_meshes.clone().map(|text| Source {
+            file: format!("meshes of {}", urdf.file),
+            text,
+        });
+        Ok(Files {
+            urdf,
+            meshes,
+            settings,
+            are_inferred,
+            tree,
+        })
     }
 
     /// The robot that they describe. It fails as [`load`] does.
@@ -109,9 +120,17 @@ pub fn completed(urdf: &Source, range_rad: Option<f64>, stated: Option<&Source>)
     inferred_from(urdf, Tree::parse(urdf, range_rad)?, range_rad, stated)
 }
 
-fn inferred_from(urdf: &Source, tree: Tree, range_rad: Option<f64>, stated: Option<&Source>) -> Result<Source> {
+fn inferred_from(
+    urdf: &Source,
+    tree: Tree,
+    range_rad: Option<f64>,
+    stated: Option<&Source>,
+) -> Result<Source> {
     let text = infer::settings(urdf, tree, range_rad, stated)?;
-    Ok(Source { file: format!("settings inferred from {}", urdf.file), text })
+    Ok(Source {
+        file: format!("settings inferred from {}", urdf.file),
+        text,
+    })
 }
 
 /// Loads a built-in robot by its name, or a URDF file with its settings: those beside it (same name, `.toml`), or else those
@@ -125,7 +144,10 @@ pub fn load(name_or_path: &str) -> Result<Robot> {
 
 /// Builds a robot from the text of its two files. It fails as [`load`] does.
 pub fn parse(urdf: &Source, settings: &Source) -> Result<Robot> {
-    of_tree(Tree::parse(urdf, settings::parse(settings)?.range_rad)?, settings)
+    of_tree(
+        Tree::parse(urdf, settings::parse(settings)?.range_rad)?,
+        settings,
+    )
 }
 
 fn of_tree(mut tree: Tree, settings: &Source) -> Result<Robot> {
@@ -161,19 +183,42 @@ fn of_tree(mut tree: Tree, settings: &Source) -> Result<Robot> {
 /// Checks that no link is too light or too heavy to be simulated.
 fn check_masses(file: &str, robot: &Robot) -> Result<()> {
     let [least, most] = LINKS_KG;
-    let Some(link) = robot.links.iter().find(|link| !(least..=most).contains(&link.mass_kg)) else { return Ok(()) };
-    let (field, accepted) = (format!("link {}: mass", link.name), format!("{least:e} to {most:e} kg"));
-    Err(Error::value(file, field, format!("{:e}", link.mass_kg), "out of range", accepted))
+    let Some(link) = robot
+        .links
+        .iter()
+        .find(|link| !(least..=most).contains(&link.mass_kg))
+    else {
+        return Ok(());
+    };
+    let (field, accepted) = (
+        format!("link {}: mass", link.name),
+        format!("{least:e} to {most:e} kg"),
+    );
+    Err(Error::value(
+        file,
+        field,
+        format!("{:e}", link.mass_kg),
+        "out of range",
+        accepted,
+    ))
 }
 
 /// Checks that no link has so small an inertia that its angular acceleration is lost in rounding.
 fn check_inertias(file: &str, robot: &Robot) -> Result<()> {
     let least_kg_m2 = LEAST_INERTIA_SHARE * robot.mass() * robot.home_com_height().powi(2);
     let moment = |link: &Link| link.inertia_kg_m2.symmetric_eigenvalues().min();
-    let Some(link) = robot.links.iter().find(|link| moment(link) < least_kg_m2) else { return Ok(()) };
+    let Some(link) = robot.links.iter().find(|link| moment(link) < least_kg_m2) else {
+        return Ok(());
+    };
     let field = format!("link {}: least moment of inertia", link.name);
     let accepted = format!("at least {least_kg_m2:.1e} kg m^2, or a fixed joint");
-    Err(Error::value(file, field, format!("{:.1e}", moment(link)), "too small to be simulated", accepted))
+    Err(Error::value(
+        file,
+        field,
+        format!("{:.1e}", moment(link)),
+        "too small to be simulated",
+        accepted,
+    ))
 }
 
 /// Checks that the soles have a size that fits the robot, that they do not overlap, and that the parts of them on which
@@ -181,56 +226,103 @@ fn check_inertias(file: &str, robot: &Robot) -> Result<()> {
 fn check_support(file: &str, robot: &Robot) -> Result<()> {
     let height_m = robot.home_com_height();
     for foot in Foot::BOTH {
-        let (sole, [least, most]) = (&robot.soles[foot], SOLE_SHARES.map(|share| share * height_m));
+        let (sole, [least, most]) = (
+            &robot.soles[foot],
+            SOLE_SHARES.map(|share| share * height_m),
+        );
         for (of, half_m) in ["length", "width"].into_iter().zip(sole.half_m) {
             if !(least..=most).contains(&(2.0 * half_m)) {
                 let field = format!("sole of {}: {of}", robot.frames[sole.frame].name);
                 let problem = format!("does not fit a robot whose COM is {height_m:.3} m high");
                 let value = format!("{:.4} m", 2.0 * half_m);
-                return Err(Error::value(file, field, value, problem, format!("{least:.4} to {most:.3} m")));
+                return Err(Error::value(
+                    file,
+                    field,
+                    value,
+                    problem,
+                    format!("{least:.4} to {most:.3} m"),
+                ));
             }
         }
     }
     let soles = Kinematics::at_home(robot).sole_poses(robot);
     let pressed = |foot: Foot| {
-        robot.soles[foot].pressable_corners(0.5 * robot.mass() * GRAVITY).map(|at| (soles[foot] * at).xy())
+        robot.soles[foot]
+            .pressable_corners(0.5 * robot.mass() * GRAVITY)
+            .map(|at| (soles[foot] * at).xy())
     };
     let corners: Vec<_> = Foot::BOTH.into_iter().flat_map(pressed).collect();
     // Soles that only touch do not overlap.
-    let inner = Foot::BOTH.map(|foot| robot.soles[foot].corners().map(|at| (soles[foot] * (at * 0.99)).xy()));
+    let inner = Foot::BOTH.map(|foot| {
+        robot.soles[foot]
+            .corners()
+            .map(|at| (soles[foot] * (at * 0.99)).xy())
+    });
     let [left, right] = inner.map(|corners| corners.map(|at| Point3::new(at.x, at.y, 0.0)));
     let (problem, accepted) = if SupportPolygon::hull(&corners).is_none() {
-        ("the soles span no area on which the ankles can hold the weight", "a robot that can stand")
+        (
+            "the soles span no area on which the ankles can hold the weight",
+            "a robot that can stand",
+        )
     } else if gap_m(&left, &right) == 0.0 {
         ("the soles overlap at home", "soles beside each other")
     } else {
         return Ok(());
     };
-    Err(Error::value(file, "soles", "left, right", problem, accepted))
+    Err(Error::value(
+        file,
+        "soles",
+        "left, right",
+        problem,
+        accepted,
+    ))
 }
 
 /// Checks that the soles are flat and level with each other at home, without which no standing posture is defined.
 fn check_home(file: &str, robot: &Robot) -> Result<()> {
     let (kinematics, height_m) = (Kinematics::at_home(robot), robot.home_com_height());
     if !(height_m.is_finite() && LEAST_COM_M < height_m) {
-        let (value, problem) =
-            (format!("the COM {height_m:.4} m above the soles"), "the robot does not stand on its feet");
-        return Err(Error::value(file, "home_rad", value, problem, format!("more than {LEAST_COM_M} m")));
+        let (value, problem) = (
+            format!("the COM {height_m:.4} m above the soles"),
+            "the robot does not stand on its feet",
+        );
+        return Err(Error::value(
+            file,
+            "home_rad",
+            value,
+            problem,
+            format!("more than {LEAST_COM_M} m"),
+        ));
     }
     let soles = kinematics.sole_poses(robot);
     for foot in Foot::BOTH {
         let tilt = (soles[foot].rotation * Vector3::z()).angle(&Vector3::z());
         if tilt > FLAT_RAD {
-            let value = format!("{} tilted by {tilt:.4} rad", robot.frames[robot.soles[foot].frame].name);
+            let value = format!(
+                "{} tilted by {tilt:.4} rad",
+                robot.frames[robot.soles[foot].frame].name
+            );
             let accepted = format!("up to {FLAT_RAD} rad with the base unrotated");
-            return Err(Error::value(file, "home_rad", value, "soles must be flat at home", accepted));
+            return Err(Error::value(
+                file,
+                "home_rad",
+                value,
+                "soles must be flat at home",
+                accepted,
+            ));
         }
     }
     let step = soles.left.translation.z - soles.right.translation.z;
     if step.abs() > LEVEL_M {
         let value = format!("left sole {step:+.5} m above the right one");
         let accepted = format!("up to {LEVEL_M} m");
-        return Err(Error::value(file, "home_rad", value, "soles must be level with each other at home", accepted));
+        return Err(Error::value(
+            file,
+            "home_rad",
+            value,
+            "soles must be level with each other at home",
+            accepted,
+        ));
     }
     Ok(())
 }

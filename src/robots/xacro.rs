@@ -16,12 +16,18 @@ pub fn expanded(source: Source) -> Result<Source> {
     if source.is_builtin() || !has_macros(&source) {
         return Ok(source);
     }
-    let fail = |message: String| Error::Syntax { file: source.file.clone(), message };
+    let fail = |message: String| Error::Syntax {
+        file: source.file.clone(),
+        message,
+    };
     let by_hand = || {
         let [from, to] = [&source.file, &expanded_file(&source.file)].map(|name| shell_word(name));
         format!("to do it where that program is: `xacro {from} > {to}`, then use that file")
     };
-    let ran = Command::new("xacro").arg(&source.file).stdin(Stdio::null()).output();
+    let ran = Command::new("xacro")
+        .arg(&source.file)
+        .stdin(Stdio::null())
+        .output();
     let output = ran.map_err(|e| match e.kind() {
         ErrorKind::NotFound => fail(format!(
             "it has macros of xacro, and there is no program `xacro` to expand them; install it (`pip install xacro`), or, \
@@ -32,9 +38,13 @@ pub fn expanded(source: Source) -> Result<Source> {
     })?;
     if !output.status.success() {
         let said = String::from_utf8_lossy(&output.stderr);
-        return Err(fail(format!("`xacro` cannot expand it:\n  {}", said.trim().replace('\n', "\n  "))));
+        return Err(fail(format!(
+            "`xacro` cannot expand it:\n  {}",
+            said.trim().replace('\n', "\n  ")
+        )));
     }
-    let text = String::from_utf8(output.stdout).map_err(|_| fail("`xacro` wrote what is not UTF-8".into()))?;
+    let text = String::from_utf8(output.stdout)
+        .map_err(|_| fail("`xacro` wrote what is not UTF-8".into()))?;
     Ok(Source { text, ..source })
 }
 
@@ -42,7 +52,11 @@ pub fn expanded(source: Source) -> Result<Source> {
 fn expanded_file(file: &str) -> String {
     let stem = file.trim_end_matches(".xacro").trim_end_matches(".urdf");
     let urdf = format!("{stem}.urdf");
-    if urdf == file { format!("{stem}-expanded.urdf") } else { urdf }
+    if urdf == file {
+        format!("{stem}-expanded.urdf")
+    } else {
+        urdf
+    }
 }
 
 /// Whether a file is to be expanded: by its name, or if it uses a macro outside of comments.

@@ -16,7 +16,9 @@ pub fn document(text: &str) -> Result<Document<'_>, String> {
         return Err(format!("elements are nested more than {MOST_LEVELS} deep"));
     }
     if longest > MOST_TAG_BYTES {
-        return Err(format!("a tag has {longest} bytes; accepted: up to {MOST_TAG_BYTES}"));
+        return Err(format!(
+            "a tag has {longest} bytes; accepted: up to {MOST_TAG_BYTES}"
+        ));
     }
     Document::parse(text).map_err(|e| e.to_string())
 }
@@ -36,14 +38,21 @@ fn extent(text: &str) -> [usize; 2] {
     let (mut level, mut most, mut longest, mut rest): (usize, usize, usize, &str) = (0, 0, 0, text);
     while let Some(at) = rest.find('<') {
         rest = &rest[at..];
-        let end =
-            [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")].iter().find(|(start, _)| rest.starts_with(start));
+        let end = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")]
+            .iter()
+            .find(|(start, _)| rest.starts_with(start));
         let length = match end {
-            Some((start, end)) => rest[start.len()..].find(end).map(|at| start.len() + at + end.len()),
+            Some((start, end)) => rest[start.len()..]
+                .find(end)
+                .map(|at| start.len() + at + end.len()),
             None => tag_length(rest),
         };
         let tag = &rest[..length.unwrap_or(rest.len())];
-        longest = if end.is_none() { longest.max(tag.len()) } else { longest };
+        longest = if end.is_none() {
+            longest.max(tag.len())
+        } else {
+            longest
+        };
         if tag.starts_with("</") {
             level = level.saturating_sub(1);
         } else if end.is_none() && !tag.ends_with("/>") && !tag.starts_with("<!") {
@@ -77,7 +86,10 @@ mod tests {
     fn levels_are_those_of_elements() {
         for (text, expected) in [
             ("<a/>", 0),
-            ("<?xml version='1'?><!-- <b><c> --><a><b x='>' y=\"<\"/><![CDATA[<d><e>]]><b></b></a>", 2),
+            (
+                "<?xml version='1'?><!-- <b><c> --><a><b x='>' y=\"<\"/><![CDATA[<d><e>]]><b></b></a>",
+                2,
+            ),
             ("<a><b><c/></b><b></b></a>", 2),
             ("<a", 1),
             ("", 0),
@@ -85,6 +97,10 @@ mod tests {
             assert_eq!(extent(text)[0], expected, "{text}");
         }
         let many = format!("<a {}/>", "b='c' ".repeat(MOST_TAG_BYTES));
-        assert!(document(&many).unwrap_err().starts_with("a tag has 60005 bytes; accepted: up to 10000"));
+        assert!(
+            document(&many)
+                .unwrap_err()
+                .starts_with("a tag has 60005 bytes; accepted: up to 10000")
+        );
     }
 }

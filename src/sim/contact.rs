@@ -21,7 +21,10 @@ pub struct WorldWrench {
 impl WorldWrench {
     /// The same wrench, with its moment taken about `point`.
     pub fn about(&self, point: &Point3<f64>) -> Wrench {
-        Wrench { force: self.force, moment: self.moment - point.coords.cross(&self.force) }
+        Wrench {
+            force: self.force,
+            moment: self.moment - point.coords.cross(&self.force),
+        }
     }
 
     /// Zero moment point (m) on the plane z = 0. It is None if no force acts upward.
@@ -40,6 +43,9 @@ impl std::ops::AddAssign for WorldWrench {
 impl std::ops::Mul<f64> for WorldWrench {
     type Output = Self;
     fn mul(self, factor: f64) -> Self {
-        Self { force: self.force * factor, moment: self.moment * factor }
+        Self {
+            force: self.force * factor,
+            moment: self.moment * factor,
+        }
     }
 }

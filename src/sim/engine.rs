@@ -70,7 +70,9 @@ impl Engine {
     pub fn with_version(self) -> String {
         let version = match self {
             Engine::Rapier => rapier::VERSION,
-            Engine::Mujoco => MUJOCO.get().map_or("(not in this program)", |mujoco| (mujoco.version)()),
+            Engine::Mujoco => MUJOCO
+                .get()
+                .map_or("(not in this program)", |mujoco| (mujoco.version)()),
         };
         format!("{} {version}", self.title())
     }
@@ -113,7 +115,11 @@ pub struct PhysicsStep {
 
 /// The forms in which a file may state the physics step.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, untagged, expecting = "a number, or { rapier = ..., mujoco = ... }")]
+#[serde(
+    deny_unknown_fields,
+    untagged,
+    expecting = "a number, or { rapier = ..., mujoco = ... }"
+)]
 enum StatedStep {
     All(f64),
     Each {
@@ -136,7 +142,10 @@ impl StatedStep {
 
 impl Default for PhysicsStep {
     fn default() -> Self {
-        Self { rapier: 0.002, mujoco: 0.0005 }
+        Self {
+            rapier: 0.002,
+            mujoco: 0.0005,
+        }
     }
 }
 
@@ -152,7 +161,10 @@ impl From<StatedStep> for PhysicsStep {
 impl PhysicsStep {
     /// The same step for every engine.
     pub fn all(step_s: f64) -> Self {
-        Self { rapier: step_s, mujoco: step_s }
+        Self {
+            rapier: step_s,
+            mujoco: step_s,
+        }
     }
 
     /// The step of an engine (s).
@@ -175,12 +187,21 @@ mod tests {
             table.unwrap()["step"].clone().try_into::<PhysicsStep>()
         };
         assert_eq!(read("0.0005").unwrap(), PhysicsStep::all(0.0005));
-        let steps = PhysicsStep { rapier: PhysicsStep::default().rapier, mujoco: 0.001 };
+        let steps = PhysicsStep {
+            rapier: PhysicsStep::default().rapier,
+            mujoco: 0.001,
+        };
         assert_eq!(read("{ mujoco = 0.001 }").unwrap(), steps);
-        assert_eq!((steps.of(Engine::Rapier), steps.of(Engine::Mujoco)), (0.002, 0.001));
+        assert_eq!(
+            (steps.of(Engine::Rapier), steps.of(Engine::Mujoco)),
+            (0.002, 0.001)
+        );
         for bad in ["'small'", "{ bullet = 0.001 }"] {
             let message = read(bad).unwrap_err().to_string();
-            assert!(message.contains("a number, or { rapier = ..., mujoco = ... }"), "{message}");
+            assert!(
+                message.contains("a number, or { rapier = ..., mujoco = ... }"),
+                "{message}"
+            );
         }
     }
 }

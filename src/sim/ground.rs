@@ -43,7 +43,12 @@ pub struct Ground {
 impl Default for Ground {
     /// Level ground without a step.
     fn default() -> Self {
-        Self { slope: UnitQuaternion::identity(), step_m: 0.0, patch: [Point2::origin(); 2], tilting_s: 0.0 }
+        Self {
+            slope: UnitQuaternion::identity(),
+            step_m: 0.0,
+            patch: [Point2::origin(); 2],
+            tilting_s: 0.0,
+        }
     }
 }
 
@@ -52,15 +57,25 @@ impl Ground {
     pub fn new(robot: &Robot, variation: &Variation) -> Self {
         let angle_deg = variation.slope_deg.filter(|angle_deg| *angle_deg != 0.0);
         let slope = angle_deg.map_or(UnitQuaternion::identity(), |angle_deg| {
-            let (sin, cos) = variation.slope_heading_deg.unwrap_or(0.0).to_radians().sin_cos();
+            let (sin, cos) = variation
+                .slope_heading_deg
+                .unwrap_or(0.0)
+                .to_radians()
+                .sin_cos();
             // The rotation is about the horizontal axis to the right of the heading, which raises the ground ahead.
             let axis = UnitVector3::new_normalize(Vector3::new(sin, -cos, 0.0));
             UnitQuaternion::from_axis_angle(&axis, angle_deg.to_radians())
         });
         let kinematics = Kinematics::at_home(robot);
-        let mut patch = [Point2::new(f64::INFINITY, f64::INFINITY), Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY)];
+        let mut patch = [
+            Point2::new(f64::INFINITY, f64::INFINITY),
+            Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
+        ];
         for foot in Foot::BOTH {
-            for corner in robot.soles[foot].corners().map(|corner| kinematics.sole_pose(robot, foot) * corner) {
+            for corner in robot.soles[foot]
+                .corners()
+                .map(|corner| kinematics.sole_pose(robot, foot) * corner)
+            {
                 patch[0] = patch[0].inf(&corner.xy());
                 patch[1] = patch[1].sup(&corner.xy());
             }
@@ -94,15 +109,26 @@ impl Ground {
         }
         let local = self.slope.inverse() * Point3::new(at.x, at.y, plane);
         let inside = (0..2).all(|i| (self.patch[0][i]..=self.patch[1][i]).contains(&local[i]));
-        if inside { plane } else { plane + self.step_m / normal.z }
+        if inside {
+            plane
+        } else {
+            plane + self.step_m / normal.z
+        }
     }
 
     /// The ground at a time after the start, while it tilts from level to this slope.
     pub fn at(&self, time_s: f64) -> Self {
-        let passed = if time_s < self.tilting_s { (time_s / self.tilting_s).max(0.0) } else { 1.0 };
+        let passed = if time_s < self.tilting_s {
+            (time_s / self.tilting_s).max(0.0)
+        } else {
+            1.0
+        };
         // The tilting starts and ends smoothly.
         let share = passed * passed * (3.0 - 2.0 * passed);
-        Self { slope: UnitQuaternion::identity().slerp(&self.slope, share), ..*self }
+        Self {
+            slope: UnitQuaternion::identity().slerp(&self.slope, share),
+            ..*self
+        }
     }
 
     /// Whether the ground never tilts.
@@ -155,12 +181,21 @@ mod tests {
     #[test]
     fn a_step_is_where_the_feet_do_not_stand_at_the_start() {
         for step_m in [0.01, -0.01] {
-            let ground = ground(Variation { ground_step_m: Some(step_m), ..Variation::default() });
+            let ground = ground(Variation {
+                ground_step_m: Some(step_m),
+                ..Variation::default()
+            });
             let [low, high] = ground.patch;
             let margin_m = MARGIN * standfast_robots::load("ut-mu2").unwrap().home_com_height();
-            assert!((high.x - low.x - 2.0 * margin_m - 0.1).abs() < 0.02, "{low} {high}");
+            assert!(
+                (high.x - low.x - 2.0 * margin_m - 0.1).abs() < 0.02,
+                "{low} {high}"
+            );
             assert_eq!(ground.height_m(Point2::origin()), 0.0);
-            for outside in [Point2::new(high.x + 1e-6, 0.0), Point2::new(0.0, low.y - 1e-6)] {
+            for outside in [
+                Point2::new(high.x + 1e-6, 0.0),
+                Point2::new(0.0, low.y - 1e-6),
+            ] {
                 assert_eq!(ground.height_m(outside), step_m);
             }
             // The boxes' tops are at the height that the ground states.

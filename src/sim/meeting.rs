@@ -43,7 +43,10 @@ const LEGS: PerFoot<usize> = PerFoot { left: 1, right: 2 };
 
 impl Pairs {
     pub fn new(robot: &Robot) -> Self {
-        let in_heights = &robot.scaled(SizeRatio { length: 1.0 / robot.home_com_height(), mass: 1.0 });
+        let in_heights = &robot.scaled(SizeRatio {
+            length: 1.0 / robot.home_com_height(),
+            mass: 1.0,
+        });
         let kinematics = Kinematics::at_home(in_heights);
         let limbs = limbs(robot);
         let count = robot.links.len();
@@ -51,14 +54,23 @@ impl Pairs {
         let at_home: Vec<Vec<_>> = (0..count)
             .map(|link| {
                 let pose = kinematics.link_pose(link);
-                in_heights.links[link].collisions.iter().map(|solid| placed(&solid.shape, pose * solid.pose)).collect()
+                in_heights.links[link]
+                    .collisions
+                    .iter()
+                    .map(|solid| placed(&solid.shape, pose * solid.pose))
+                    .collect()
             })
             .collect();
         let mut collide = vec![vec![false; count]; count];
         let mut touching_at_home = Vec::new();
         for b in 0..count {
-            for a in (0..b).filter(|&a| carrier(robot, b) != Some(a) && can_meet(limbs[a], limbs[b])) {
-                if at_home[a].iter().any(|one| at_home[b].iter().any(|other| gap_m(one, other) < TOUCHING)) {
+            for a in
+                (0..b).filter(|&a| carrier(robot, b) != Some(a) && can_meet(limbs[a], limbs[b]))
+            {
+                if at_home[a]
+                    .iter()
+                    .any(|one| at_home[b].iter().any(|other| gap_m(one, other) < TOUCHING))
+                {
                     touching_at_home.push([a, b]);
                 } else {
                     collide[a][b] = true;
@@ -66,7 +78,11 @@ impl Pairs {
                 }
             }
         }
-        Self { limbs, collide, touching_at_home }
+        Self {
+            limbs,
+            collide,
+            touching_at_home,
+        }
     }
 
     /// Whether two links collide with each other.
@@ -86,7 +102,12 @@ impl Pairs {
 
     /// The number of pairs that collide.
     pub fn count(&self) -> usize {
-        self.collide.iter().flatten().filter(|collides| **collides).count() / 2
+        self.collide
+            .iter()
+            .flatten()
+            .filter(|collides| **collides)
+            .count()
+            / 2
     }
 }
 
@@ -101,7 +122,9 @@ fn carrier(robot: &Robot, link: usize) -> Option<usize> {
 }
 
 fn limbs(robot: &Robot) -> Vec<usize> {
-    let carriers = |link: usize| std::iter::successors(Some(link), |&link| carrier(robot, link)).collect::<Vec<_>>();
+    let carriers = |link: usize| {
+        std::iter::successors(Some(link), |&link| carrier(robot, link)).collect::<Vec<_>>()
+    };
     let [left, right] = Foot::BOTH.map(|foot| carriers(robot.soles[foot].link));
     let trunk = carriers(robot.trunk);
     let mut limbs = Vec::with_capacity(robot.links.len());
@@ -135,28 +158,62 @@ mod tests {
         let mut robot = standfast_robots::load("ut-mu2").unwrap();
         let link = |name: &str| {
             let robot = standfast_robots::load("ut-mu2").unwrap();
-            robot.links.iter().position(|link| link.name == name).unwrap()
+            robot
+                .links
+                .iter()
+                .position(|link| link.name == name)
+                .unwrap()
         };
         let [left_foot, right_foot] = ["left_ankle_abduction", "right_ankle_abduction"].map(link);
         let [hip, knee, trunk] = ["left_hip_abduction", "left_knee_flexion", "body"].map(link);
-        let [shoulder, hand, other_hand] =
-            ["left_shoulder_flexion", "left_elbow_flexion", "right_elbow_flexion"].map(link);
+        let [shoulder, hand, other_hand] = [
+            "left_shoulder_flexion",
+            "left_elbow_flexion",
+            "right_elbow_flexion",
+        ]
+        .map(link);
         let pairs = Pairs::new(&robot);
-        for (a, b) in [(left_foot, right_foot), (hip, right_foot), (hand, trunk), (hand, hip), (hand, other_hand)] {
+        for (a, b) in [
+            (left_foot, right_foot),
+            (hip, right_foot),
+            (hand, trunk),
+            (hand, hip),
+            (hand, other_hand),
+        ] {
             assert!(pairs.collide(a, b) && pairs.collide(b, a), "{a} {b}");
         }
-        for (a, b) in [(left_foot, knee), (knee, trunk), (shoulder, trunk), (shoulder, hand), (hip, hip)] {
+        for (a, b) in [
+            (left_foot, knee),
+            (knee, trunk),
+            (shoulder, trunk),
+            (shoulder, hand),
+            (hip, hip),
+        ] {
             assert!(!pairs.collide(a, b) && !pairs.collide(b, a), "{a} {b}");
         }
-        assert!(pairs.are_legs([right_foot, hip]) && !pairs.are_legs([hand, hip]) && !pairs.are_legs([hip, knee]));
+        assert!(
+            pairs.are_legs([right_foot, hip])
+                && !pairs.are_legs([hand, hip])
+                && !pairs.are_legs([hip, knee])
+        );
         // 36 pairs are links of the two legs, 16 of the two arms, 96 of an arm and a leg, and 6 of an arm and the
         // trunk, whose shoulders do not count since the trunk carries them.
-        assert_eq!((pairs.count(), pairs.touching_at_home.len()), (36 + 16 + 96 + 6, 0));
+        assert_eq!(
+            (pairs.count(), pairs.touching_at_home.len()),
+            (36 + 16 + 96 + 6, 0)
+        );
         // A hand of this size overlaps all links, so it collides with none.
         robot.links[hand].collisions[0].shape = Shape::Sphere { radius: 2.0 };
         let pairs = Pairs::new(&robot);
         assert!(!pairs.collide(hand, trunk) && pairs.collide(other_hand, trunk));
-        assert!(pairs.touching_at_home.contains(&[trunk, hand]), "{:?}", pairs.touching_at_home);
-        assert_eq!(pairs.count() + pairs.touching_at_home.len(), 36 + 16 + 96 + 6);
+        assert!(
+            pairs.touching_at_home.contains(&[trunk, hand]),
+            "{:?}",
+            pairs.touching_at_home
+        );
+        assert_eq!(
+            pairs.count() + pairs.touching_at_home.len(),
+            36 + 16 + 96 + 6
+        );
     }
 }

@@ -8,8 +8,12 @@ use super::sensors::Sensors;
 use super::servo::{self, Target};
 use super::similar;
 use super::{Engine, Ground, SensorErrors};
-use nalgebra::{DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6};
-use standfast_core::robot::{Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench};
+use nalgebra::{
+    DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6,
+};
+use standfast_core::robot::{
+    Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench,
+};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -130,7 +134,12 @@ impl Truth {
     /// body whose numbers overflow, so such a robot would otherwise seem to stand still, perhaps upright.
     pub fn is_finite(&self) -> bool {
         const LARGEST: f64 = 1e6;
-        let numbers = self.com.coords.iter().chain(self.com_vel.iter()).chain(self.velocity.iter());
+        let numbers = self
+            .com
+            .coords
+            .iter()
+            .chain(self.com_vel.iter())
+            .chain(self.velocity.iter());
         numbers.into_iter().all(|v| v.abs() < LARGEST)
     }
 
@@ -142,7 +151,12 @@ impl Truth {
 
 impl Plant {
     /// The robot at rest in its home posture on level ground, with servos that hold `initial`.
-    pub fn new(robot: impl Into<Arc<Robot>>, clock: Clock, errors: Option<SensorErrors>, initial: Command) -> Self {
+    pub fn new(
+        robot: impl Into<Arc<Robot>>,
+        clock: Clock,
+        errors: Option<SensorErrors>,
+        initial: Command,
+    ) -> Self {
         Self::on(Ground::default(), robot, clock, errors, initial)
     }
 
@@ -158,7 +172,14 @@ impl Plant {
         let robot = &robot.into();
         let posture = robot.home_posture();
         let pairs = Pairs::new(robot);
-        let physics = similar::start(clock.engine, robot, &ground, &pairs, &posture, clock.physics_step_s);
+        let physics = similar::start(
+            clock.engine,
+            robot,
+            &ground,
+            &pairs,
+            &posture,
+            clock.physics_step_s,
+        );
         let joints = robot.joints.len();
         let kinematics = Kinematics::at(robot, &posture);
         let com = kinematics.com();
@@ -174,13 +195,20 @@ impl Plant {
             kinematics,
             in_flight: VecDeque::new(),
             acting: initial,
-            drives: vec![servo::Drive { constant: 0.0, damping: 0.0 }; joints],
+            drives: vec![
+                servo::Drive {
+                    constant: 0.0,
+                    damping: 0.0
+                };
+                joints
+            ],
             owed: vec![0.0; joints],
             steps: 0,
             // The delay is rounded to whole physics steps.
             delay_steps: (robot.delay_s / clock.physics_step_s).round() as u64,
             pull: None,
-            push_origin: trunk_body.inverse() * Isometry3::from_parts(com.coords.into(), UnitQuaternion::identity()),
+            push_origin: trunk_body.inverse()
+                * Isometry3::from_parts(com.coords.into(), UnitQuaternion::identity()),
             com_jacobian: Matrix3xX::zeros(6 + joints),
             trunk_jacobian: Matrix6xX::zeros(6 + joints),
             trunk_vel_before: Vector3::zeros(),
@@ -204,20 +232,30 @@ impl Plant {
     /// The readings of the sensors now.
     pub fn sense(&mut self) -> Sensed {
         let truth = &self.truth;
-        let [linear, angular] = [0, 3].map(|first| truth.trunk_velocity.fixed_rows::<3>(first).into_owned());
+        let [linear, angular] =
+            [0, 3].map(|first| truth.trunk_velocity.fixed_rows::<3>(first).into_owned());
         let velocities = [self.trunk_vel_before, linear];
         let mut sensed = Sensed {
             time_s: truth.time_s,
             q: truth.posture.q.clone(),
             dq: truth.velocity.rows_range(6..).iter().copied().collect(),
-            imu: Imu::over(self.clock.control_period_s, truth.trunk.rotation, velocities, angular),
+            imu: Imu::over(
+                self.clock.control_period_s,
+                truth.trunk.rotation,
+                velocities,
+                angular,
+            ),
             soles: PerFoot::from_fn(|foot| {
                 let to_sole = truth.soles[foot].rotation.inverse();
                 let wrench = truth.sole_wrenches[foot];
-                Wrench { force: to_sole * wrench.force, moment: to_sole * wrench.moment }
+                Wrench {
+                    force: to_sole * wrench.force,
+                    moment: to_sole * wrench.moment,
+                }
             }),
         };
-        self.sensors.corrupt(&mut sensed, self.steps / self.substeps());
+        self.sensors
+            .corrupt(&mut sensed, self.steps / self.substeps());
         sensed
     }
 
@@ -228,7 +266,8 @@ impl Plant {
 
     /// Simulates one control period with `pushes` and with `command`, which reaches the servos after the robot's delay.
     pub fn advance(&mut self, command: Command, pushes: &[Push]) {
-        self.in_flight.push_back((self.steps + self.delay_steps, command));
+        self.in_flight
+            .push_back((self.steps + self.delay_steps, command));
         self.trunk_vel_before = self.truth.trunk_velocity.fixed_rows::<3>(0).into();
         self.truth.tau.fill(0.0);
         self.truth.touching = None;
@@ -239,7 +278,11 @@ impl Plant {
         let mut total = WorldWrench::default();
         let mut push_force = Vector3::zeros();
         for _ in 0..substeps {
-            while self.in_flight.front().is_some_and(|(due, _)| *due <= self.steps) {
+            while self
+                .in_flight
+                .front()
+                .is_some_and(|(due, _)| *due <= self.steps)
+            {
                 self.acting = self.in_flight.pop_front().expect("front exists").1;
             }
             push_force += self.apply_pushes(pushes) * share;
@@ -256,7 +299,8 @@ impl Plant {
         truth.contact_force = total.force;
         truth.zmp = total.zmp();
         for foot in Foot::BOTH {
-            truth.sole_wrenches[foot] = soles[foot].about(&truth.soles[foot].translation.vector.into());
+            truth.sole_wrenches[foot] =
+                soles[foot].about(&truth.soles[foot].translation.vector.into());
         }
     }
 
@@ -299,13 +343,25 @@ impl Plant {
 
     /// Sets the servo of every joint for the next physics step.
     fn drive_joints(&mut self) {
-        let Self { physics, robot, clock, acting, drives, owed, .. } = self;
+        let Self {
+            physics,
+            robot,
+            clock,
+            acting,
+            drives,
+            owed,
+            ..
+        } = self;
         physics.set_drives(&mut |i, q, dq| {
             let mut servo = robot.servos[i];
             if let Some(gains) = &acting.gains {
                 [servo.kp, servo.kd] = gains[i];
             }
-            let target = Target { q_ref: acting.q_ref[i], dq_ref: acting.dq_ref[i], tau_ff: acting.tau_ff[i] };
+            let target = Target {
+                q_ref: acting.q_ref[i],
+                dq_ref: acting.dq_ref[i],
+                tau_ff: acting.tau_ff[i],
+            };
             drives[i] = servo::drive(&servo, clock.physics_step_s, q, dq, target, owed[i]);
             drives[i]
         });
@@ -313,7 +369,14 @@ impl Plant {
 
     /// Adds the torques of the past physics step to the averages of the tick.
     fn add_torques(&mut self, share: f64) {
-        let Self { physics, robot, truth, drives, owed, .. } = self;
+        let Self {
+            physics,
+            robot,
+            truth,
+            drives,
+            owed,
+            ..
+        } = self;
         physics.speeds(&mut |i, dq| {
             let tau = drives[i].constant - drives[i].damping * dq;
             owed[i] = servo::owed(&robot.servos[i], owed[i], tau);
@@ -323,21 +386,34 @@ impl Plant {
 
     /// Adds the ground's wrenches of the past physics step to the averages of the tick. Notes the link that touches the
     /// ground with other parts than a sole, and the links that touch each other.
-    fn add_contacts(&mut self, share: f64, soles: &mut PerFoot<WorldWrench>, total: &mut WorldWrench) {
+    fn add_contacts(
+        &mut self,
+        share: f64,
+        soles: &mut PerFoot<WorldWrench>,
+        total: &mut WorldWrench,
+    ) {
         let (slope, touching) = (self.truth.ground.slope, &mut self.truth.touching);
         self.physics.touches(&slope, &mut |part, wrench| {
             let wrench = wrench * share;
             *total += wrench;
             match part {
                 ContactPart::Sole(foot) => soles[foot] += wrench,
-                ContactPart::Link(link) if wrench.force.z > 0.0 && touching.is_none() => *touching = Some(link),
+                ContactPart::Link(link) if wrench.force.z > 0.0 && touching.is_none() => {
+                    *touching = Some(link)
+                }
                 ContactPart::Link(_) => {}
             }
         });
         let meeting = &mut self.truth.meeting;
         self.physics.meets(&mut |links, force_n| {
-            let met = Meeting { links, of_legs: self.pairs.are_legs(links), force_n };
-            if meeting.is_none_or(|known| (met.of_legs, met.force_n) > (known.of_legs, known.force_n)) {
+            let met = Meeting {
+                links,
+                of_legs: self.pairs.are_legs(links),
+                force_n,
+            };
+            if meeting
+                .is_none_or(|known| (met.of_legs, met.force_n) > (known.of_legs, known.force_n))
+            {
                 *meeting = Some(met);
             }
         });
@@ -351,7 +427,10 @@ impl Plant {
         truth.zmp = Some([truth.com.x, truth.com.y]);
         for foot in Foot::BOTH {
             let lever = Vector3::new(truth.com.x - truth.soles[foot].translation.x, 0.0, 0.0);
-            truth.sole_wrenches[foot] = Wrench { force: half_weight, moment: lever.cross(&half_weight) };
+            truth.sole_wrenches[foot] = Wrench {
+                force: half_weight,
+                moment: lever.cross(&half_weight),
+            };
         }
     }
 

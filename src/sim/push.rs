@@ -68,9 +68,19 @@ impl Push {
 
     /// The default push in round numbers. The command line and the window use it if nothing is given.
     pub fn first(units: &Units) -> Self {
-        let Self { impulse_n_s, duration_s, start_s, .. } = Self::of(units);
+        let Self {
+            impulse_n_s,
+            duration_s,
+            start_s,
+            ..
+        } = Self::of(units);
         let [duration_s, start_s] = [duration_s, start_s].map(three_digits);
-        Self { impulse_n_s: round(impulse_n_s), duration_s, start_s, ..Self::default() }
+        Self {
+            impulse_n_s: round(impulse_n_s),
+            duration_s,
+            start_s,
+            ..Self::default()
+        }
     }
 
     /// Direction of the force, a unit vector in the world frame.
@@ -104,7 +114,10 @@ impl Push {
 pub fn round(value: f64) -> f64 {
     let power = 10_f64.powi(value.log10().floor() as i32);
     let off = |factor: f64| (value / (factor * power)).ln().abs();
-    [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().min_by(|a, b| off(*a).total_cmp(&off(*b))).map_or(value, |best| best * power)
+    [1.0, 2.0, 2.5, 5.0, 10.0]
+        .into_iter()
+        .min_by(|a, b| off(*a).total_cmp(&off(*b)))
+        .map_or(value, |best| best * power)
 }
 
 /// A number with three significant digits.
@@ -120,32 +133,71 @@ mod tests {
     fn the_default_push_is_scaled_to_the_robot_and_is_that_of_its_campaigns() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
         let first = Push::first(&Units::of(&robot));
-        assert_eq!(first, Push { impulse_n_s: 5.0, duration_s: 0.05, start_s: 0.5, ..Push::default() });
-        let large = Units::of(&robot.scaled(standfast_core::robot::SizeRatio { length: 3.0, mass: 27.0 }));
+        assert_eq!(
+            first,
+            Push {
+                impulse_n_s: 5.0,
+                duration_s: 0.05,
+                start_s: 0.5,
+                ..Push::default()
+            }
+        );
+        let large = Units::of(&robot.scaled(standfast_core::robot::SizeRatio {
+            length: 3.0,
+            mass: 27.0,
+        }));
         let (exact, first) = (Push::of(&large), Push::first(&large));
-        assert!((exact.duration_s - 0.05 * 3_f64.sqrt()).abs() < 1e-5, "{exact:?}");
-        assert_eq!((first.impulse_n_s, first.duration_s, first.start_s), (250.0, 0.0866, 0.866));
-        assert!((first.duration_s / exact.duration_s - 1.0).abs() < 5e-3, "{first:?} {exact:?}");
+        assert!(
+            (exact.duration_s - 0.05 * 3_f64.sqrt()).abs() < 1e-5,
+            "{exact:?}"
+        );
+        assert_eq!(
+            (first.impulse_n_s, first.duration_s, first.start_s),
+            (250.0, 0.0866, 0.866)
+        );
+        assert!(
+            (first.duration_s / exact.duration_s - 1.0).abs() < 5e-3,
+            "{first:?} {exact:?}"
+        );
     }
 
     #[test]
     fn numbers_are_rounded_to_those_that_people_choose() {
-        for (value, expected) in
-            [(0.0999, 0.1), (0.1004, 0.1), (0.29, 0.25), (4.7, 5.0), (8.0, 10.0), (935.0, 1000.0), (19.8, 20.0)]
-        {
-            assert!((round(value) / expected - 1.0).abs() < 1e-12, "{value}: {}", round(value));
+        for (value, expected) in [
+            (0.0999, 0.1),
+            (0.1004, 0.1),
+            (0.29, 0.25),
+            (4.7, 5.0),
+            (8.0, 10.0),
+            (935.0, 1000.0),
+            (19.8, 20.0),
+        ] {
+            assert!(
+                (round(value) / expected - 1.0).abs() < 1e-12,
+                "{value}: {}",
+                round(value)
+            );
         }
     }
 
     #[test]
     fn the_impulse_is_delivered_whole_whatever_the_step_and_profile() {
         for profile in [Profile::Rectangular, Profile::HalfSine] {
-            let push = Push { impulse_n_s: 2.0, heading_deg: 90.0, duration_s: 0.0335, profile, ..Push::default() };
+            let push = Push {
+                impulse_n_s: 2.0,
+                heading_deg: 90.0,
+                duration_s: 0.0335,
+                profile,
+                ..Push::default()
+            };
             for step in [0.0005, 0.001, 0.004] {
                 let sum: f64 = (0..(2.0 / step) as usize)
                     .map(|i| push.mean_force(i as f64 * step, (i + 1) as f64 * step).y * step)
                     .sum();
-                assert!((sum - 2.0).abs() < 1e-9, "{profile:?} in steps of {step} s delivers {sum} N s");
+                assert!(
+                    (sum - 2.0).abs() < 1e-9,
+                    "{profile:?} in steps of {step} s delivers {sum} N s"
+                );
             }
         }
     }

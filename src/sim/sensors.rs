@@ -79,14 +79,24 @@ impl Sensors {
         if let Some(errors) = &errors {
             bias.draw(&noise, errors.bias_scale, &*errors.normal, NoiseDraw::Bias);
         }
-        Self { noise, errors, now: bias.clone(), bias }
+        Self {
+            noise,
+            errors,
+            now: bias.clone(),
+            bias,
+        }
     }
 
     /// Turns true values into the readings of a control tick.
     pub fn corrupt(&mut self, truth: &mut Sensed, tick: u64) {
         let Some(errors) = &self.errors else { return };
         self.bias.add_to(truth);
-        self.now.draw(&self.noise, errors.noise_scale, &*errors.normal, NoiseDraw::Tick(tick));
+        self.now.draw(
+            &self.noise,
+            errors.noise_scale,
+            &*errors.normal,
+            NoiseDraw::Tick(tick),
+        );
         self.now.add_to(truth);
     }
 }
@@ -95,25 +105,60 @@ impl Errors {
     fn draw(&mut self, sd: &SensorNoise, scale: f64, normal: &dyn Normal, when: NoiseDraw) {
         let draw = |sensor: Sensor, sd: f64, channels: &mut [f64]| {
             normal.draw(when, sensor, channels);
-            channels.iter_mut().for_each(|channel| *channel *= scale * sd);
+            channels
+                .iter_mut()
+                .for_each(|channel| *channel *= scale * sd);
         };
         draw(Sensor::JointAngles, sd.joint_angle_rad, &mut self.q);
         draw(Sensor::JointSpeeds, sd.joint_speed_rad_s, &mut self.dq);
-        draw(Sensor::Orientation, sd.orientation_rad, self.orientation.as_mut_slice());
+        draw(
+            Sensor::Orientation,
+            sd.orientation_rad,
+            self.orientation.as_mut_slice(),
+        );
         draw(Sensor::Gyro, sd.gyro_rad_s, self.gyro.as_mut_slice());
-        draw(Sensor::Accelerometer, sd.accelerometer_m_s2, self.accelerometer.as_mut_slice());
+        draw(
+            Sensor::Accelerometer,
+            sd.accelerometer_m_s2,
+            self.accelerometer.as_mut_slice(),
+        );
         let PerFoot { left, right } = &mut self.soles;
-        draw(Sensor::LeftSoleForce, sd.sole_force_n, left.force.as_mut_slice());
-        draw(Sensor::LeftSoleMoment, sd.sole_moment_n_m, left.moment.as_mut_slice());
-        draw(Sensor::RightSoleForce, sd.sole_force_n, right.force.as_mut_slice());
-        draw(Sensor::RightSoleMoment, sd.sole_moment_n_m, right.moment.as_mut_slice());
+        draw(
+            Sensor::LeftSoleForce,
+            sd.sole_force_n,
+            left.force.as_mut_slice(),
+        );
+        draw(
+            Sensor::LeftSoleMoment,
+            sd.sole_moment_n_m,
+            left.moment.as_mut_slice(),
+        );
+        draw(
+            Sensor::RightSoleForce,
+            sd.sole_force_n,
+            right.force.as_mut_slice(),
+        );
+        draw(
+            Sensor::RightSoleMoment,
+            sd.sole_moment_n_m,
+            right.moment.as_mut_slice(),
+        );
     }
 
     fn add_to(&self, sensed: &mut Sensed) {
-        for (reading, error) in sensed.q.iter_mut().zip(&self.q).chain(sensed.dq.iter_mut().zip(&self.dq)) {
+        for (reading, error) in sensed
+            .q
+            .iter_mut()
+            .zip(&self.q)
+            .chain(sensed.dq.iter_mut().zip(&self.dq))
+        {
             *reading += error;
         }
-        let Imu { orientation, gyro, accelerometer } = &mut sensed.imu;
+        let Imu {
+            orientation,
+            gyro,
+            accelerometer,
+        } = &mut sensed.imu;
         *orientation *= UnitQuaternion::from_scaled_axis(self.orientation);
         *gyro += self.gyro;
         *accelerometer += self.accelerometer;

@@ -35,20 +35,40 @@ pub struct Target {
 /// next steps.
 pub fn drive(servo: &Servo, step_s: f64, q: f64, dq: f64, target: Target, owed: f64) -> Drive {
     let wanted = servo.kp * (target.q_ref - q) + servo.kd * (target.dq_ref - dq) + target.tau_ff;
-    let (most, least) = ((servo.torque_n_m - owed.max(0.0)).max(0.0), (-servo.torque_n_m - owed.min(0.0)).min(0.0));
+    let (most, least) = (
+        (servo.torque_n_m - owed.max(0.0)).max(0.0),
+        (-servo.torque_n_m - owed.min(0.0)).min(0.0),
+    );
     // A motor can brake with its full torque; only the driving torque decreases with speed.
-    let forward = if dq > 0.0 { most.min(servo.available_torque(dq)) } else { most };
-    let backward = if dq < 0.0 { (-least).min(servo.available_torque(dq)) } else { -least };
+    let forward = if dq > 0.0 {
+        most.min(servo.available_torque(dq))
+    } else {
+        most
+    };
+    let backward = if dq < 0.0 {
+        (-least).min(servo.available_torque(dq))
+    } else {
+        -least
+    };
     if wanted > forward || wanted < -backward {
-        return Drive { constant: wanted.clamp(-backward, forward), damping: 0.0 };
+        return Drive {
+            constant: wanted.clamp(-backward, forward),
+            damping: 0.0,
+        };
     }
     // Distances to the smallest and the largest speed at the end of the step.
-    let (down, up) = (dq.max(0.0) + servo.full_torque_speed_rad_s, servo.full_torque_speed_rad_s - dq.min(0.0));
+    let (down, up) = (
+        dq.max(0.0) + servo.full_torque_speed_rad_s,
+        servo.full_torque_speed_rad_s - dq.min(0.0),
+    );
     let within_limit = ((most - wanted) / down).min((wanted - least) / up);
     // Explicit damping of more than the rotor's inertia per step would reverse the joint's motion.
     let stable = (servo.kd - servo.rotor_inertia_kg_m2 / step_s).max(0.0);
     let damping = within_limit.max(stable).min(servo.kd);
-    Drive { constant: wanted + damping * dq, damping }
+    Drive {
+        constant: wanted + damping * dq,
+        damping,
+    }
 }
 
 /// The excess of a servo's torque over its limit (N m, with the sign of the torque) after a step with torque `tau`, if
@@ -74,20 +94,56 @@ mod tests {
 
     /// The drive at 0 rad, without feed-forward.
     fn drive(dq: f64, q_ref: f64) -> Drive {
-        super::drive(&SERVO, 0.002, 0.0, dq, Target { q_ref, dq_ref: 0.0, tau_ff: 0.0 }, 0.0)
+        super::drive(
+            &SERVO,
+            0.002,
+            0.0,
+            dq,
+            Target {
+                q_ref,
+                dq_ref: 0.0,
+                tau_ff: 0.0,
+            },
+            0.0,
+        )
     }
 
     #[test]
     fn torque_stays_within_the_motor_whatever_is_asked() {
-        for (dq, expected) in [(0.0, 8.0), (10.0, 8.0), (15.0, 4.0), (20.0, 0.0), (30.0, 0.0), (-30.0, 8.0)] {
-            assert_eq!(drive(dq, 10.0), Drive { constant: expected, damping: 0.0 }, "at {dq} rad/s");
+        for (dq, expected) in [
+            (0.0, 8.0),
+            (10.0, 8.0),
+            (15.0, 4.0),
+            (20.0, 0.0),
+            (30.0, 0.0),
+            (-30.0, 8.0),
+        ] {
+            assert_eq!(
+                drive(dq, 10.0),
+                Drive {
+                    constant: expected,
+                    damping: 0.0
+                },
+                "at {dq} rad/s"
+            );
         }
         assert_eq!(drive(-15.0, -10.0).constant, -4.0);
     }
 
     #[test]
     fn within_the_limits_it_is_a_damped_spring_with_feed_forward() {
-        let drive = super::drive(&SERVO, 0.002, 0.1, 0.3, Target { q_ref: 0.12, dq_ref: 0.2, tau_ff: 0.5 }, 0.0);
+        let drive = super::drive(
+            &SERVO,
+            0.002,
+            0.1,
+            0.3,
+            Target {
+                q_ref: 0.12,
+                dq_ref: 0.2,
+                tau_ff: 0.5,
+            },
+            0.0,
+        );
         let torque = drive.constant - drive.damping * 0.3;
         assert!((torque - (80.0 * 0.02 + 2.5 * (0.2 - 0.3) + 0.5)).abs() < 1e-12);
         // The change of torque within a step with steady acceleration is damped.
@@ -101,7 +157,10 @@ mod tests {
                 let drive = drive(dq, q_ref);
                 for after in [dq, 0.0, dq.max(0.0) + 10.0, dq.min(0.0) - 10.0] {
                     let torque = drive.constant - drive.damping * after;
-                    assert!(torque.abs() <= 8.0 + 1e-12, "{torque} N m, {dq} to {after} rad/s, {q_ref} rad");
+                    assert!(
+                        torque.abs() <= 8.0 + 1e-12,
+                        "{torque} N m, {dq} to {after} rad/s, {q_ref} rad"
+                    );
                 }
             }
         }
@@ -110,16 +169,38 @@ mod tests {
     #[test]
     fn a_light_rotor_keeps_the_damping_that_it_needs() {
         // 2.5 N m s/rad for 2 ms would reverse the motion of any joint with less than 0.005 kg m^2.
-        let light = Servo { rotor_inertia_kg_m2: 0.002, ..SERVO };
-        let drive = super::drive(&light, 0.002, 0.0, 0.0, Target { q_ref: 0.09, dq_ref: 0.0, tau_ff: 0.0 }, 0.0);
+        let light = Servo {
+            rotor_inertia_kg_m2: 0.002,
+            ..SERVO
+        };
+        let drive = super::drive(
+            &light,
+            0.002,
+            0.0,
+            0.0,
+            Target {
+                q_ref: 0.09,
+                dq_ref: 0.0,
+                tau_ff: 0.0,
+            },
+            0.0,
+        );
         assert!((drive.damping - 1.5).abs() < 1e-12, "{drive:?}");
     }
     #[test]
     fn what_an_impact_adds_to_the_torque_is_taken_from_the_next_steps() {
-        let light = Servo { kd: 40.0, rotor_inertia_kg_m2: 1e-4, ..SERVO };
+        let light = Servo {
+            kd: 40.0,
+            rotor_inertia_kg_m2: 1e-4,
+            ..SERVO
+        };
         for (servo, impact) in [(SERVO, 300.0), (light, 0.5)] {
             for sign in [1.0, -1.0] {
-                let target = Target { q_ref: 0.09 * sign, dq_ref: 0.0, tau_ff: 0.0 };
+                let target = Target {
+                    q_ref: 0.09 * sign,
+                    dq_ref: 0.0,
+                    tau_ff: 0.0,
+                };
                 let (mut ahead, mut sum, mut highest, mut steps) = (0.0, 0.0, 0.0_f64, 0.0);
                 // The impact is within the first step. After it the joint is at rest, and its target asks for a large
                 // torque.
@@ -128,9 +209,13 @@ mod tests {
                     let after = if steps == 0.0 { -impact * sign } else { 0.0 };
                     let tau = drive.constant - drive.damping * after;
                     ahead = owed(&servo, ahead, tau);
-                    (sum, highest, steps) = (sum + tau * sign, highest.max(tau * sign), steps + 1.0);
+                    (sum, highest, steps) =
+                        (sum + tau * sign, highest.max(tau * sign), steps + 1.0);
                 }
-                assert!(highest > 16.0 && steps > 1.0 && sum <= 8.0 * steps + 1e-9, "{highest}, {sum} in {steps}");
+                assert!(
+                    highest > 16.0 && steps > 1.0 && sum <= 8.0 * steps + 1e-9,
+                    "{highest}, {sum} in {steps}"
+                );
             }
         }
     }

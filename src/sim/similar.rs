@@ -15,8 +15,13 @@ const MASS_KG: f64 = 1.0;
 
 /// The ratios of the robot that an engine sees to the robot itself.
 pub fn scale(robot: &Robot) -> SizeRatio {
-    let Units { mass_kg, length_m, .. } = Units::of(robot);
-    SizeRatio { length: COM_HEIGHT_M / length_m, mass: MASS_KG / mass_kg }
+    let Units {
+        mass_kg, length_m, ..
+    } = Units::of(robot);
+    SizeRatio {
+        length: COM_HEIGHT_M / length_m,
+        mass: MASS_KG / mass_kg,
+    }
 }
 
 /// The robot at rest in `posture`, on ground that is still level. `pairs` states which of its links collide with each
@@ -30,8 +35,15 @@ pub fn start(
     step_s: f64,
 ) -> Box<dyn Physics> {
     let scale = scale(robot);
-    let (robot, ground, posture) = (robot.scaled(scale), ground.scaled(scale), scale.posture(posture));
-    Box::new(Similar { physics: engine.start(&robot, &ground, pairs, &posture, step_s * scale.time()), scale })
+    let (robot, ground, posture) = (
+        robot.scaled(scale),
+        ground.scaled(scale),
+        scale.posture(posture),
+    );
+    Box::new(Similar {
+        physics: engine.start(&robot, &ground, pairs, &posture, step_s * scale.time()),
+        scale,
+    })
 }
 
 /// A robot in an engine that simulates a similar one.
@@ -65,14 +77,18 @@ impl Physics for Similar {
     }
 
     fn add_force(&mut self, link: usize, force: Vector3<f64>, point: Point3<f64>) {
-        self.physics.add_force(link, force * self.scale.force(), point * self.scale.length);
+        self.physics
+            .add_force(link, force * self.scale.force(), point * self.scale.length);
     }
 
     fn set_drives(&mut self, drive: &mut dyn FnMut(usize, f64, f64) -> Drive) {
         let (moment, time) = (self.scale.moment(), self.scale.time());
         self.physics.set_drives(&mut |i, q, dq| {
             let Drive { constant, damping } = drive(i, q, dq * time);
-            Drive { constant: constant * moment, damping: damping * moment * time }
+            Drive {
+                constant: constant * moment,
+                damping: damping * moment * time,
+            }
         });
     }
 
@@ -85,17 +101,25 @@ impl Physics for Similar {
     }
 
     fn speeds(&self, see: &mut dyn FnMut(usize, f64)) {
-        self.physics.speeds(&mut |i, dq| see(i, dq * self.scale.time()));
+        self.physics
+            .speeds(&mut |i, dq| see(i, dq * self.scale.time()));
     }
 
     fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(ContactPart, WorldWrench)) {
         let (force, moment) = (self.scale.force(), self.scale.moment());
         self.physics.touches(slope, &mut |part, wrench| {
-            see(part, WorldWrench { force: wrench.force / force, moment: wrench.moment / moment });
+            see(
+                part,
+                WorldWrench {
+                    force: wrench.force / force,
+                    moment: wrench.moment / moment,
+                },
+            );
         });
     }
 
     fn meets(&self, see: &mut dyn FnMut([usize; 2], f64)) {
-        self.physics.meets(&mut |links, force_n| see(links, force_n / self.scale.force()));
+        self.physics
+            .meets(&mut |links, force_n| see(links, force_n / self.scale.force()));
     }
 }

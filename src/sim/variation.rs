@@ -6,7 +6,11 @@ use standfast_core::robot::Robot;
 
 /// One `T` for each quantity that may vary. By default it is the value of the quantity, and None means as designed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default, bound(deserialize = "T: Deserialize<'de> + Default"))]
+#[serde(
+    deny_unknown_fields,
+    default,
+    bound(deserialize = "T: Deserialize<'de> + Default")
+)]
 pub struct Variation<T = Option<f64>> {
     /// Factor on mass and inertia of every link, without the rotors.
     pub mass_scale: T,
@@ -93,6 +97,9 @@ impl Variation {
 
     /// Names and values of the quantities that differ from the design.
     pub fn varied(self) -> Vec<(&'static str, f64)> {
-        self.list().into_iter().filter_map(|(name, value)| Some((name, value?))).collect()
+        self.list()
+            .into_iter()
+            .filter_map(|(name, value)| Some((name, value?)))
+            .collect()
     }
 }

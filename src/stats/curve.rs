@@ -93,7 +93,11 @@ pub struct SuccessCurve {
 impl SuccessCurve {
     /// Probability to recover at the impulse `x`.
     pub fn chance(&self, x: f64) -> f64 {
-        if x == self.x50 { 0.5 } else { 1.0 / (1.0 + ((x - self.x50) / self.s).exp()) }
+        if x == self.x50 {
+            0.5
+        } else {
+            1.0 / (1.0 + ((x - self.x50) / self.s).exp())
+        }
     }
 }
 
@@ -131,14 +135,25 @@ impl Pushes {
     pub fn new(trials: &[(f64, bool)]) -> Self {
         let mut sorted = trials.to_vec();
         sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let [least, most] = [sorted.first(), sorted.last()].map(|trial| trial.map_or(0.0, |trial| trial.0));
+        let [least, most] =
+            [sorted.first(), sorted.last()].map(|trial| trial.map_or(0.0, |trial| trial.0));
         let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
         let count = |same: &[(f64, bool)]| {
             let recovered = same.iter().filter(|trial| trial.1).count();
-            ((same[0].0 - middle) / half, recovered as f64, (same.len() - recovered) as f64)
+            (
+                (same[0].0 - middle) / half,
+                recovered as f64,
+                (same.len() - recovered) as f64,
+            )
         };
         let places: Vec<_> = sorted.chunk_by(|a, b| a.0 == b.0).map(count).collect();
-        Self { middle, half, range: [least, most], best: likeliest(&places), places }
+        Self {
+            middle,
+            half,
+            range: [least, most],
+            best: likeliest(&places),
+            places,
+        }
     }
 
     /// The likeliest curve, with the impulses at which it falls to 90 % and to 50 %.
@@ -162,12 +177,15 @@ impl Pushes {
     /// 95 % interval of the probability to recover at the impulse `x`, for this x alone; 0 to 1 if there is no curve.
     /// Beyond the range of impulses it is an extrapolation. It takes some tens of passes over the trials.
     pub fn band(&self, x: f64) -> [f64; 2] {
-        let Ok(best) = self.best else { return [0.0, 1.0] };
+        let Ok(best) = self.best else {
+            return [0.0, 1.0];
+        };
         let place = (x - self.middle) / self.half;
         let logit = best.logit(place);
         [-CERTAIN, CERTAIN].map(|certain| {
             let unlikely = |logit: f64| self.unlikeliness(&best, place, logit);
-            let end = crossing(unlikely, logit, certain, best.deviation(place)).unwrap_or(certain * f64::INFINITY);
+            let end = crossing(unlikely, logit, certain, best.deviation(place))
+                .unwrap_or(certain * f64::INFINITY);
             chance(end)
         })
     }
@@ -186,16 +204,28 @@ impl Pushes {
         }
         let unlikely = |place: f64| self.unlikeliness(best, place, logit);
         let deviation = best.deviation(place) / best.slope;
-        let end = |range| crossing(unlikely, place, range, deviation).map(|place| self.impulse(place));
+        let end =
+            |range| crossing(unlikely, place, range, deviation).map(|place| self.impulse(place));
         // A step is put at its centre, but its search starts beside it.
-        let at = if best.slope.is_finite() { place } else { best.centre };
-        Ok(Level { at: self.impulse(at), ci95: [-1.0, 1.0].map(end) })
+        let at = if best.slope.is_finite() {
+            place
+        } else {
+            best.centre
+        };
+        Ok(Level {
+            at: self.impulse(at),
+            ci95: [-1.0, 1.0].map(end),
+        })
     }
 
     /// How much less likely the likeliest falling curve through (place, logit) is than the best curve. It is positive
     /// outside of the 95 % interval. It is a root of twice the logarithm of the ratio, about linear in the place.
     fn unlikeliness(&self, best: &Best, place: f64, logit: f64) -> f64 {
-        let start = if best.slope.is_finite() { best.slope } else { 0.0 };
+        let start = if best.slope.is_finite() {
+            best.slope
+        } else {
+            0.0
+        };
         let less = best.ln_likelihood - likeliest_through(&self.places, place, logit, start);
         (2.0 * less.max(0.0)).sqrt() - best.chi2_95.sqrt()
     }
@@ -213,18 +243,27 @@ impl Best {
     /// Places the values of a step, other than the centre's, just beside the centre, on one side or the other.
     fn place(&self, logit: f64) -> f64 {
         let beside = if logit > self.at_centre { HAIR } else { -HAIR };
-        self.centre - if self.slope.is_finite() { logit / self.slope } else { beside }
+        self.centre
+            - if self.slope.is_finite() {
+                logit / self.slope
+            } else {
+                beside
+            }
     }
 
     /// Standard deviation of the logit.
     fn deviation(&self, place: f64) -> f64 {
         let [intercept, slope, both] = self.covariance;
-        (intercept + place * place * slope - 2.0 * place * both).max(0.0).sqrt()
+        (intercept + place * place * slope - 2.0 * place * both)
+            .max(0.0)
+            .sqrt()
     }
 }
 
 fn counts(places: &[(f64, f64, f64)]) -> [f64; 2] {
-    places.iter().fold([0.0; 2], |[recovered, fell], place| [recovered + place.1, fell + place.2])
+    places.iter().fold([0.0; 2], |[recovered, fell], place| {
+        [recovered + place.1, fell + place.2]
+    })
 }
 
 fn likeliest(places: &[(f64, f64, f64)]) -> Result<Best, NoCurve> {
@@ -238,17 +277,40 @@ fn likeliest(places: &[(f64, f64, f64)]) -> Result<Best, NoCurve> {
     } else if places.len() == 1 {
         return Err(NoCurve::OneImpulse);
     }
-    let hardest = places.iter().rfind(|place| place.1 > 0.0).unwrap_or(&places[0]);
-    let weakest = places.iter().find(|place| place.2 > 0.0).unwrap_or(&places[0]);
-    let overlapping = places.iter().filter(|place| weakest.0 <= place.0 && place.0 <= hardest.0);
+    let hardest = places
+        .iter()
+        .rfind(|place| place.1 > 0.0)
+        .unwrap_or(&places[0]);
+    let weakest = places
+        .iter()
+        .find(|place| place.2 > 0.0)
+        .unwrap_or(&places[0]);
+    let overlapping = places
+        .iter()
+        .filter(|place| weakest.0 <= place.0 && place.0 <= hardest.0);
     let few = overlapping.map(|place| place.1 + place.2).sum::<f64>() < FEW;
     let chi2_95 = CHI2_95[usize::from(few)];
     if hardest.0 <= weakest.0 {
         let mixed = hardest.0 == weakest.0;
-        let at_centre = if mixed { (weakest.1 / weakest.2).ln() } else { 0.0 };
-        let ln_likelihood = if mixed { ln_likelihood(&[*weakest], |_| at_centre) } else { 0.0 };
+        let at_centre = if mixed {
+            (weakest.1 / weakest.2).ln()
+        } else {
+            0.0
+        };
+        let ln_likelihood = if mixed {
+            ln_likelihood(&[*weakest], |_| at_centre)
+        } else {
+            0.0
+        };
         let centre = 0.5 * (hardest.0 + weakest.0);
-        return Ok(Best { centre, slope: f64::INFINITY, at_centre, ln_likelihood, chi2_95, covariance: [0.0; 3] });
+        return Ok(Best {
+            centre,
+            slope: f64::INFINITY,
+            at_centre,
+            ln_likelihood,
+            chi2_95,
+            covariance: [0.0; 3],
+        });
     }
     // Outcomes overlap, so the likelihood has one maximum (Albert and Anderson 1984), which is at infinity only if
     // success rises in a step. Newton's steps lead towards it; they are halved as long as they lead down.
@@ -260,7 +322,10 @@ fn likeliest(places: &[(f64, f64, f64)]) -> Result<Best, NoCurve> {
         let (mut ga, mut gb, mut haa, mut hab, mut hbb) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for &(x, recovered, fell) in places {
             let p = chance(a - b * x);
-            let (residual, weight) = (recovered * (1.0 - p) - fell * p, (recovered + fell) * p * (1.0 - p));
+            let (residual, weight) = (
+                recovered * (1.0 - p) - fell * p,
+                (recovered + fell) * p * (1.0 - p),
+            );
             ga += residual;
             gb -= x * residual;
             haa += weight;
@@ -268,7 +333,10 @@ fn likeliest(places: &[(f64, f64, f64)]) -> Result<Best, NoCurve> {
             hbb += x * x * weight;
         }
         let determinant = haa * hbb - hab * hab;
-        let step = [(hbb * ga - hab * gb) / determinant, (haa * gb - hab * ga) / determinant];
+        let step = [
+            (hbb * ga - hab * gb) / determinant,
+            (haa * gb - hab * ga) / determinant,
+        ];
         let mut share = 1.0;
         let next = loop {
             let next = likelihood(a + share * step[0], b + share * step[1]);
@@ -286,7 +354,14 @@ fn likeliest(places: &[(f64, f64, f64)]) -> Result<Best, NoCurve> {
     if b <= 0.0 {
         return Err(NoCurve::NotFalling);
     }
-    Ok(Best { centre: a / b, slope: b, at_centre: 0.0, ln_likelihood: value, chi2_95, covariance })
+    Ok(Best {
+        centre: a / b,
+        slope: b,
+        at_centre: 0.0,
+        ln_likelihood: value,
+        chi2_95,
+        covariance,
+    })
 }
 
 /// Log-likelihood of the likeliest curve among those through (place, logit) that do not rise. It is concave in the
@@ -317,7 +392,11 @@ fn likeliest_through(places: &[(f64, f64, f64)], place: f64, logit: f64, start: 
         }
         // Newton's step, limited to not far beyond the last slope. If it leaves the bracket, the bracket is bisected.
         let newton = (slope + step).max(0.0).min(2.0 * slope + 8.0);
-        slope = if newton > low && newton < high { newton } else { 0.5 * (low.max(0.0) + high) };
+        slope = if newton > low && newton < high {
+            newton
+        } else {
+            0.5 * (low.max(0.0) + high)
+        };
         if slope == low || slope == high {
             return value;
         }
@@ -331,7 +410,9 @@ fn chance(logit: f64) -> f64 {
 fn ln_likelihood(places: &[(f64, f64, f64)], logit: impl Fn(f64) -> f64) -> f64 {
     // ln(1 + e^x) without overflow.
     let softplus = |x: f64| x.max(0.0) + (-x.abs()).exp().ln_1p();
-    let term = |&(x, recovered, fell): &(f64, f64, f64)| recovered * softplus(-logit(x)) + fell * softplus(logit(x));
+    let term = |&(x, recovered, fell): &(f64, f64, f64)| {
+        recovered * softplus(-logit(x)) + fell * softplus(logit(x))
+    };
     -places.iter().map(term).sum::<f64>()
 }
 
@@ -343,7 +424,11 @@ fn crossing(f: impl Fn(f64) -> f64, inside: f64, outside: f64, deviation: f64) -
     // The search goes outwards from a guess, because far outside the search for the likeliest slope takes long.
     let mut high = loop {
         let guess = inside + reach;
-        let x = if (guess - inside) * (guess - outside) < 0.0 { guess } else { outside };
+        let x = if (guess - inside) * (guess - outside) < 0.0 {
+            guess
+        } else {
+            outside
+        };
         let y = f(x);
         if y > 0.0 {
             break (x, y);

@@ -75,21 +75,41 @@ impl Decision {
     pub fn once(counts: &PairedCounts, pairs: usize, margin: f64) -> Self {
         let interval = counts.interval(each_of(pairs, 1.0 - ALPHA), false);
         let p = (pairs as f64 * counts.mcnemar_p().max(counts.score_p())).min(1.0);
-        let ci95 = if p < ALPHA { interval } else { with_0(interval) };
-        Self { ci95, p: Some(p), verdict: verdict(ci95, margin) }
+        let ci95 = if p < ALPHA {
+            interval
+        } else {
+            with_0(interval)
+        };
+        Self {
+            ci95,
+            p: Some(p),
+            verdict: verdict(ci95, margin),
+        }
     }
 
     /// The decision at any time, by the betting interval alone.
     pub fn by_interval(betting: [f64; 2], margin: f64) -> Self {
-        Self { ci95: betting, p: None, verdict: verdict(betting, margin) }
+        Self {
+            ci95: betting,
+            p: None,
+            verdict: verdict(betting, margin),
+        }
     }
 
     /// The decision if the campaign may end when decided, from the betting interval. `a_is_better` states whether the
     /// exact test has said so by now.
     pub fn at_looks(betting: [f64; 2], a_is_better: bool, margin: f64) -> Self {
         match a_is_better {
-            true => Self { ci95: betting.map(|end| end.max(0.0)), p: None, verdict: PairVerdict::Better },
-            false => Self { ci95: with_0(betting), p: None, verdict: verdict(with_0(betting), margin) },
+            true => Self {
+                ci95: betting.map(|end| end.max(0.0)),
+                p: None,
+                verdict: PairVerdict::Better,
+            },
+            false => Self {
+                ci95: with_0(betting),
+                p: None,
+                verdict: verdict(with_0(betting), margin),
+            },
         }
     }
 }
@@ -130,7 +150,12 @@ mod tests {
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     fn table(trials: u64, only_a: u64, only_b: u64) -> PairedCounts {
-        PairedCounts { both: trials - only_a - only_b, only_a, only_b, neither: 0 }
+        PairedCounts {
+            both: trials - only_a - only_b,
+            only_a,
+            only_b,
+            neither: 0,
+        }
     }
 
     #[test]
@@ -156,39 +181,82 @@ mod tests {
     #[test]
     fn verdict_p_and_interval_never_contradict_each_other() {
         let few = (0..=60).flat_map(|both: u64| (0..=both / 2).map(move |b| (both - b, b)));
-        let many = [80, 200, 700].into_iter().flat_map(|k: u64| (0..=k / 2).step_by(3).map(move |b| (k - b, b)));
+        let many = [80, 200, 700]
+            .into_iter()
+            .flat_map(|k: u64| (0..=k / 2).step_by(3).map(move |b| (k - b, b)));
         let (mut claimed, mut widened, mut by_score) = (0, 0, 0);
         for (only_a, only_b) in few.chain(many) {
-            for (pairs, trials) in [1, 3, 6, 45, 190].into_iter().flat_map(|n| [(n, only_a + only_b), (n, 1000)]) {
+            for (pairs, trials) in [1, 3, 6, 45, 190]
+                .into_iter()
+                .flat_map(|n| [(n, only_a + only_b), (n, 1000)])
+            {
                 let counts = table(trials, only_a, only_b);
                 let told = format!("{only_a} and {only_b} of {trials}, {pairs} pairs");
-                let Decision { ci95: [least, most], p, verdict } = Decision::once(&counts, pairs, 0.02);
+                let Decision {
+                    ci95: [least, most],
+                    p,
+                    verdict,
+                } = Decision::once(&counts, pairs, 0.02);
                 let p = p.unwrap();
-                assert!(least <= counts.difference() && counts.difference() <= most, "{told}: {least} to {most}");
+                assert!(
+                    least <= counts.difference() && counts.difference() <= most,
+                    "{told}: {least} to {most}"
+                );
                 assert_eq!(p < ALPHA, least > 0.0, "{told}: p = {p}, {least} to {most}");
-                assert_eq!(p < ALPHA, verdict == PairVerdict::Better, "{told}: p = {p}, {verdict:?}");
-                assert!(verdict != PairVerdict::Same || (least > -0.02 && most < 0.02), "{told}");
+                assert_eq!(
+                    p < ALPHA,
+                    verdict == PairVerdict::Better,
+                    "{told}: p = {p}, {verdict:?}"
+                );
+                assert!(
+                    verdict != PairVerdict::Same || (least > -0.02 && most < 0.02),
+                    "{told}"
+                );
                 // The interval is never narrower than Tango's, and p is never less than the exact p times the number of
                 // pairs.
                 let [tango, _] = counts.difference_interval(each_of(pairs, 0.95));
-                assert!(least <= tango && p >= (pairs as f64 * counts.mcnemar_p()).min(1.0), "{told}");
+                assert!(
+                    least <= tango && p >= (pairs as f64 * counts.mcnemar_p()).min(1.0),
+                    "{told}"
+                );
                 let mirrored = Decision::once(&table(trials, only_b, only_a), pairs, 0.02);
-                assert_eq!(mirrored, Decision { ci95: [0.0 - most, 0.0 - least], p: Some(p), verdict }, "{told}");
+                assert_eq!(
+                    mirrored,
+                    Decision {
+                        ci95: [0.0 - most, 0.0 - least],
+                        p: Some(p),
+                        verdict
+                    },
+                    "{told}"
+                );
                 claimed += u32::from(p < ALPHA);
                 widened += u32::from(least == 0.0 && only_a > only_b);
                 by_score += u32::from(pairs as f64 * counts.mcnemar_p() < ALPHA && p >= ALPHA);
             }
         }
         // Each kind of case is met.
-        assert!(claimed > 1000 && widened > 50 && by_score > 0, "{claimed} {widened} {by_score}");
+        assert!(
+            claimed > 1000 && widened > 50 && by_score > 0,
+            "{claimed} {widened} {by_score}"
+        );
     }
 
     /// The two also agree if betting alone says otherwise, on either side.
     #[test]
     fn where_a_campaign_may_end_when_decided_the_interval_agrees_with_the_exact_test() {
-        for (only_a, only_b) in [(0, 0), (5, 0), (18, 2), (40, 20), (300, 200), (501, 499), (2, 90), (0, 2000)] {
+        for (only_a, only_b) in [
+            (0, 0),
+            (5, 0),
+            (18, 2),
+            (40, 20),
+            (300, 200),
+            (501, 499),
+            (2, 90),
+            (0, 2000),
+        ] {
             let betting = table(2000, only_a, only_b).interval(0.99, true);
-            let [better, open] = [true, false].map(|is_better| Decision::at_looks(betting, is_better, 0.02));
+            let [better, open] =
+                [true, false].map(|is_better| Decision::at_looks(betting, is_better, 0.02));
             assert_eq!(better.ci95, betting.map(|end| end.max(0.0)));
             assert_eq!((better.verdict, better.p), (PairVerdict::Better, None));
             assert_eq!(open.ci95, [betting[0].min(0.0), betting[1].max(0.0)]);
@@ -200,40 +268,81 @@ mod tests {
     /// except in a share of the trials, where each controller has luck of its own. Returns in how many campaigns an
     /// interval misses the truth at the end, and in how many a controller is ever called better that is not. With
     /// `looks` a campaign ends when decided.
-    fn errors(rates: &[f64], share_of_own: f64, trials: u64, looks: Option<Looks>, campaigns: u32) -> [u32; 2] {
+    fn errors(
+        rates: &[f64],
+        share_of_own: f64,
+        trials: u64,
+        looks: Option<Looks>,
+        campaigns: u32,
+    ) -> [u32; 2] {
         let mut rng = ChaCha8Rng::seed_from_u64(11);
-        let pairs: Vec<_> = (0..rates.len()).flat_map(|a| (a + 1..rates.len()).map(move |b| (a, b))).collect();
+        let pairs: Vec<_> = (0..rates.len())
+            .flat_map(|a| (a + 1..rates.len()).map(move |b| (a, b)))
+            .collect();
         let mut errors = [0; 2];
         for _ in 0..campaigns {
             let mut trial = || {
                 let shared: f64 = rng.random();
-                let mut luck = || if rng.random::<f64>() < share_of_own { rng.random() } else { shared };
+                let mut luck = || {
+                    if rng.random::<f64>() < share_of_own {
+                        rng.random()
+                    } else {
+                        shared
+                    }
+                };
                 rates.iter().map(|rate| luck() < *rate).collect()
             };
             let recovered: Vec<Vec<bool>> = (0..trials).map(|_| trial()).collect();
             let counts = |trials: u64, (a, b): (usize, usize)| {
-                PairedCounts::of(recovered[..trials as usize].iter().map(|trial| (trial[a], trial[b])))
+                PairedCounts::of(
+                    recovered[..trials as usize]
+                        .iter()
+                        .map(|trial| (trial[a], trial[b])),
+                )
             };
             let winner = |&pair: &(usize, usize)| {
-                let at_looks: Vec<_> = looks?.until(trials).map(|look| counts(look, pair)).collect();
+                let at_looks: Vec<_> = looks?
+                    .until(trials)
+                    .map(|look| counts(look, pair))
+                    .collect();
                 first_decision(&at_looks, looks?, alpha_of_each(pairs.len()))
             };
             let winners: Vec<Option<Winner>> = pairs.iter().map(winner).collect();
-            let end = winners.iter().map(|found| found.map_or(trials, |winner| winner.trials)).max().unwrap();
+            let end = winners
+                .iter()
+                .map(|found| found.map_or(trials, |winner| winner.trials))
+                .max()
+                .unwrap();
             let error_of = |(&(a, b), found): (&(usize, usize), &Option<Winner>)| {
-                let (a, b) = if found.is_some_and(|winner| !winner.is_a) { (b, a) } else { (a, b) };
+                let (a, b) = if found.is_some_and(|winner| !winner.is_a) {
+                    (b, a)
+                } else {
+                    (a, b)
+                };
                 let (counts, truth) = (counts(end, (a, b)), rates[a] - rates[b]);
                 let betting = || counts.interval(each_of(pairs.len(), 1.0 - ALPHA), true);
-                let Decision { ci95: [least, most], verdict, .. } = match looks {
+                let Decision {
+                    ci95: [least, most],
+                    verdict,
+                    ..
+                } = match looks {
                     Some(_) => Decision::at_looks(betting(), found.is_some(), 0.02),
                     None => Decision::once(&counts, pairs.len(), 0.02),
                 };
-                let better_by = if found.is_some() { truth } else { truth * counts.difference().signum() };
+                let better_by = if found.is_some() {
+                    truth
+                } else {
+                    truth * counts.difference().signum()
+                };
                 let is_wrong = verdict == PairVerdict::Better && better_by <= 0.0;
-                [truth < least || most < truth || (found.is_some() && truth == 0.0), is_wrong]
+                [
+                    truth < least || most < truth || (found.is_some() && truth == 0.0),
+                    is_wrong,
+                ]
             };
             let found: Vec<[bool; 2]> = pairs.iter().zip(&winners).map(error_of).collect();
-            errors = [0, 1].map(|kind| errors[kind] + u32::from(found.iter().any(|error| error[kind])));
+            errors =
+                [0, 1].map(|kind| errors[kind] + u32::from(found.iter().any(|error| error[kind])));
         }
         errors
     }
@@ -254,11 +363,28 @@ mod tests {
             (&[0.5, 0.5, 0.5, 0.5], 0.2, 400, Some(400)),
             (&[0.86, 0.55, 0.52, 0.5], 0.3, 400, Some(400)),
         ] {
-            let (campaigns, most) = if planned.is_some() { (400, 33) } else { (1000, 71) };
-            let [missed, wrong] = errors(rates, share_of_own, trials, planned.map(Looks::up_to), campaigns);
+            let (campaigns, most) = if planned.is_some() {
+                (400, 33)
+            } else {
+                (1000, 71)
+            };
+            let [missed, wrong] = errors(
+                rates,
+                share_of_own,
+                trials,
+                planned.map(Looks::up_to),
+                campaigns,
+            );
             let told = format!("{rates:?}, {planned:?}: {missed} missed, {wrong} wrong");
             assert!(missed < most && wrong < most, "{told}");
-            assert!(if planned.is_none() { wrong <= missed } else { wrong >= 2 || rates[0] != rates[1] }, "{told}");
+            assert!(
+                if planned.is_none() {
+                    wrong <= missed
+                } else {
+                    wrong >= 2 || rates[0] != rates[1]
+                },
+                "{told}"
+            );
         }
     }
 }

@@ -25,7 +25,12 @@ pub struct Agreed {
 
 impl Agreed {
     pub fn of(counts: &PairedCounts) -> Self {
-        let PairedCounts { both, only_a, only_b, neither } = *counts;
+        let PairedCounts {
+            both,
+            only_a,
+            only_b,
+            neither,
+        } = *counts;
         let count = SuccessCount::new(both + neither, counts.trials());
         let share = |part: u64| part as f64 / counts.trials().max(1) as f64;
         let (a, b) = (share(both + only_a), share(both + only_b));
@@ -64,21 +69,47 @@ mod tests {
             (0, 0, 0, 9, 1.0, None),
             (0, 0, 0, 0, 0.0, None),
         ] {
-            let found = Agreed::of(&PairedCounts { both, only_a, only_b, neither });
+            let found = Agreed::of(&PairedCounts {
+                both,
+                only_a,
+                only_b,
+                neither,
+            });
             assert!((found.agree - agree).abs() < 1e-15, "{found:?}");
-            assert_eq!((found.kappa.is_some(), found.kappa_ci95.is_some()), (kappa.is_some(), kappa.is_some()));
-            assert!((found.kappa.unwrap_or_default() - kappa.unwrap_or_default()).abs() < 1e-12, "{found:?}");
+            assert_eq!(
+                (found.kappa.is_some(), found.kappa_ci95.is_some()),
+                (kappa.is_some(), kappa.is_some())
+            );
+            assert!(
+                (found.kappa.unwrap_or_default() - kappa.unwrap_or_default()).abs() < 1e-12,
+                "{found:?}"
+            );
         }
     }
 
     /// Of 35 in 50, Wilson's interval is 0.5625 to 0.8090; kappa's is twice that, less 1.
     #[test]
     fn its_interval_is_that_of_the_agreement_with_chance_as_known() {
-        for (both, only_a, only_b, neither, expected) in
-            [(20, 5, 10, 15, [0.1250, 0.6180]), (60, 0, 0, 40, [0.9245, 1.0]), (14, 1, 0, 0, [-1.0, 0.9747])]
-        {
-            let found = Agreed::of(&PairedCounts { both, only_a, only_b, neither }).kappa_ci95.unwrap();
-            assert!(found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-3), "{found:?}");
+        for (both, only_a, only_b, neither, expected) in [
+            (20, 5, 10, 15, [0.1250, 0.6180]),
+            (60, 0, 0, 40, [0.9245, 1.0]),
+            (14, 1, 0, 0, [-1.0, 0.9747]),
+        ] {
+            let found = Agreed::of(&PairedCounts {
+                both,
+                only_a,
+                only_b,
+                neither,
+            })
+            .kappa_ci95
+            .unwrap();
+            assert!(
+                found
+                    .iter()
+                    .zip(expected)
+                    .all(|(found, expected)| (found - expected).abs() < 1e-3),
+                "{found:?}"
+            );
         }
     }
 }

@@ -23,14 +23,20 @@ pub struct Looks {
 impl Looks {
     /// The looks of a campaign for which `planned` trials were planned first, at least one.
     pub fn up_to(planned: u64) -> Self {
-        Self { planned: planned.max(1) }
+        Self {
+            planned: planned.max(1),
+        }
     }
 
     /// Number of trials at the first look after `trials`: about a quarter more, at least [`LOOK_TRIALS`] more, and a
     /// multiple of [`LOOK_TRIALS`]. The planned number is a look, too.
     pub fn after(self, trials: u64) -> u64 {
         let next = (trials + (trials / 4).max(LOOK_TRIALS)).next_multiple_of(LOOK_TRIALS);
-        if trials < self.planned { next.min(self.planned) } else { next }
+        if trials < self.planned {
+            next.min(self.planned)
+        } else {
+            next
+        }
     }
 
     /// The looks up to `trials` trials, in order.
@@ -60,15 +66,30 @@ mod tests {
     #[test]
     fn looks_are_a_quarter_apart_and_the_planned_count_is_one() {
         let found = up_to(Looks::up_to(1010), 2000);
-        assert_eq!(found, [0, 25, 50, 75, 100, 125, 175, 225, 300, 375, 475, 600, 750, 950, 1010, 1275, 1600, 2000]);
+        assert_eq!(
+            found,
+            [
+                0, 25, 50, 75, 100, 125, 175, 225, 300, 375, 475, 600, 750, 950, 1010, 1275, 1600,
+                2000
+            ]
+        );
         assert_eq!(up_to(Looks::up_to(30), 100), [0, 25, 30, 55 + 20, 100]);
     }
 
     #[test]
     fn nine_tenths_of_the_error_are_spent_as_planned_and_never_all_of_it() {
         let looks = Looks::up_to(1600);
-        assert_eq!([0, 100, 1600, 3200].map(|trials| looks.spent(trials)), [0.0, 0.1125, 0.9, 0.95]);
-        let spent: Vec<f64> = up_to(looks, 1_000_000_000).into_iter().map(|trials| looks.spent(trials)).collect();
-        assert!(spent.is_sorted() && spent.last().is_some_and(|&last| last < 1.0), "{spent:?}");
+        assert_eq!(
+            [0, 100, 1600, 3200].map(|trials| looks.spent(trials)),
+            [0.0, 0.1125, 0.9, 0.95]
+        );
+        let spent: Vec<f64> = up_to(looks, 1_000_000_000)
+            .into_iter()
+            .map(|trials| looks.spent(trials))
+            .collect();
+        assert!(
+            spent.is_sorted() && spent.last().is_some_and(|&last| last < 1.0),
+            "{spent:?}"
+        );
     }
 }

@@ -64,7 +64,11 @@ impl PairedCounts {
 
     /// The counts with a and b exchanged.
     pub fn swapped(&self) -> Self {
-        Self { only_a: self.only_b, only_b: self.only_a, ..*self }
+        Self {
+            only_a: self.only_b,
+            only_b: self.only_a,
+            ..*self
+        }
     }
 
     pub fn trials(&self) -> u64 {
@@ -97,7 +101,10 @@ impl PairedCounts {
             return [-1.0, 1.0];
         }
         let z = Normal::standard().inverse_cdf(0.5 + level / 2.0);
-        [self.least_difference(z), -self.swapped().least_difference(z)]
+        [
+            self.least_difference(z),
+            -self.swapped().least_difference(z),
+        ]
     }
 
     /// Total number of trials after which the score test at the two-sided level `alpha` tells the difference from
@@ -138,11 +145,20 @@ impl PairedCounts {
     /// Variance of one trial's difference (-1, 0 or 1) at the likeliest rates whose difference is `d`.
     fn variance_at(&self, d: f64) -> f64 {
         // Mirrored for d < 0, so that nothing below cancels.
-        let (a, b) = if d < 0.0 { (self.only_b, self.only_a) } else { (self.only_a, self.only_b) };
+        let (a, b) = if d < 0.0 {
+            (self.only_b, self.only_a)
+        } else {
+            (self.only_a, self.only_b)
+        };
         let (n, a, b, d) = (self.trials() as f64, a as f64, b as f64, d.abs());
-        let (quadratic, linear, constant) = (2.0 * n, (2.0 * n - a + b) * d - a - b, b * d * (1.0 - d));
+        let (quadratic, linear, constant) =
+            (2.0 * n, (2.0 * n - a + b) * d - a - b, b * d * (1.0 - d));
         let root = (linear * linear + 4.0 * quadratic * constant).sqrt();
-        let only_b = if linear > 0.0 { 2.0 * constant / (root + linear) } else { (root - linear) / (2.0 * quadratic) };
+        let only_b = if linear > 0.0 {
+            2.0 * constant / (root + linear)
+        } else {
+            (root - linear) / (2.0 * quadratic)
+        };
         2.0 * only_b + d * (1.0 - d)
     }
 }
@@ -174,7 +190,12 @@ mod tests {
     use super::*;
 
     fn table(both: u64, only_a: u64, only_b: u64, neither: u64) -> PairedCounts {
-        PairedCounts { both, only_a, only_b, neither }
+        PairedCounts {
+            both,
+            only_a,
+            only_b,
+            neither,
+        }
     }
 
     // Expected values: scipy 1.17.1 `binomtest(only_a, only_a + only_b).pvalue`, and the same of statsmodels 0.15.0
@@ -200,13 +221,22 @@ mod tests {
     #[test]
     fn p_and_interval_are_those_of_others() {
         for ([both, only_a, only_b, neither], p, at95, at90) in TABLES {
-            let (counts, swapped) = (table(both, only_a, only_b, neither), table(both, only_b, only_a, neither));
-            assert!((counts.mcnemar_p() - p).abs() <= 1e-10 * p, "{counts:?}: {}", counts.mcnemar_p());
+            let (counts, swapped) = (
+                table(both, only_a, only_b, neither),
+                table(both, only_b, only_a, neither),
+            );
+            assert!(
+                (counts.mcnemar_p() - p).abs() <= 1e-10 * p,
+                "{counts:?}: {}",
+                counts.mcnemar_p()
+            );
             assert_eq!(counts.mcnemar_p(), swapped.mcnemar_p());
             for (level, expected) in [(0.95, at95), (0.9, at90)] {
                 let found = counts.difference_interval(level);
                 // 1e-10; for the million, what is left of 16 digits after brentq.
-                let wrong = (found[0] - expected[0]).abs().max((found[1] - expected[1]).abs());
+                let wrong = (found[0] - expected[0])
+                    .abs()
+                    .max((found[1] - expected[1]).abs());
                 assert!(wrong < 1e-10, "{counts:?}: {found:?} is not {expected:?}");
                 let mirrored = swapped.difference_interval(level);
                 assert_eq!([-mirrored[1], -mirrored[0]], found);
@@ -246,7 +276,10 @@ mod tests {
             ([5, 3, 3, 5], 0.8, 0.05, None),
             ([0; 4], 0.8, 0.05, None),
         ] {
-            assert_eq!(table(both, only_a, only_b, neither).trials_to_resolve(0.0, power, alpha), expected);
+            assert_eq!(
+                table(both, only_a, only_b, neither).trials_to_resolve(0.0, power, alpha),
+                expected
+            );
         }
     }
 }

@@ -81,9 +81,14 @@ pub struct Posterior {
 impl Posterior {
     /// The state before the first trial.
     pub fn new(rule: Rule) -> Self {
-        let count = (rule.most_n_s / rule.precision_n_s * STEPS_IN_PRECISION).clamp(THRESHOLDS[0], THRESHOLDS[1]);
+        let count = (rule.most_n_s / rule.precision_n_s * STEPS_IN_PRECISION)
+            .clamp(THRESHOLDS[0], THRESHOLDS[1]);
         let (step, count) = (rule.most_n_s / count.round(), count.round() as usize + 1);
-        let widest = if rule.random { SPREAD_SHARE * rule.most_n_s } else { SPREAD_OF_NONE * step };
+        let widest = if rule.random {
+            SPREAD_SHARE * rule.most_n_s
+        } else {
+            SPREAD_OF_NONE * step
+        };
         let wider = |spread: &f64| Some(spread * SPREAD_RATIO).filter(|s| *s <= widest);
         let spreads: Vec<f64> = std::iter::successors(Some(step / 2.0), wider).collect();
         let mut chance = Vec::new();
@@ -95,7 +100,15 @@ impl Posterior {
         }
         let pairs = count * spreads.len();
         let probability = vec![1.0 / pairs as f64; pairs];
-        Self { rule, step, count, spreads, chance, probability, tried: Vec::new() }
+        Self {
+            rule,
+            step,
+            count,
+            spreads,
+            chance,
+            probability,
+            tried: Vec::new(),
+        }
     }
 
     /// The impulse (N s) to try next. None if enough is known, or if nothing more can be learnt.
@@ -104,8 +117,12 @@ impl Posterior {
             return None;
         }
         let marginal = self.thresholds();
-        let spread: f64 =
-            self.probability.chunks(self.count).zip(&self.spreads).map(|(p, s)| s * p.iter().sum::<f64>()).sum();
+        let spread: f64 = self
+            .probability
+            .chunks(self.count)
+            .zip(&self.spreads)
+            .map(|(p, s)| s * p.iter().sum::<f64>())
+            .sum();
         let [low, high] = WORTH_A_TRIAL.map(|share| self.quantile(&marginal, share));
         let place = |impulse: f64| ((impulse / self.step).max(0.0) as usize).min(self.count - 1);
         let (first, last) = (place(low - 1.5 * spread), place(high + 1.5 * spread) + 1);
@@ -113,8 +130,12 @@ impl Posterior {
         let fresh = |j: &usize| self.rule.random || !self.tried.contains(j);
         // If every candidate has been tried, the impulses between them are candidates.
         let next = [stride, 1].into_iter().find_map(|stride| {
-            let candidates = (first..=last.min(self.count - 1)).step_by(stride).filter(fresh);
-            candidates.map(|j| (j, self.learnt(j, &marginal))).reduce(|a, b| if b.1 > a.1 { b } else { a })
+            let candidates = (first..=last.min(self.count - 1))
+                .step_by(stride)
+                .filter(fresh);
+            candidates
+                .map(|j| (j, self.learnt(j, &marginal)))
+                .reduce(|a, b| if b.1 > a.1 { b } else { a })
         });
         next.map(|(j, _)| j as f64 * self.step)
     }
@@ -123,7 +144,10 @@ impl Posterior {
     pub fn observe(&mut self, impulse_n_s: f64, recovered: bool) {
         let j = (impulse_n_s / self.step).round() as usize;
         self.tried.push(j);
-        let rows = self.probability.chunks_mut(self.count).zip(self.chance.chunks(2 * self.count));
+        let rows = self
+            .probability
+            .chunks_mut(self.count)
+            .zip(self.chance.chunks(2 * self.count));
         for (row, chance) in rows {
             for (i, p) in row.iter_mut().enumerate() {
                 let recovers = chance[self.count + j - i];
@@ -138,14 +162,21 @@ impl Posterior {
     pub fn impulse50(&self) -> ImpulseEstimate {
         let marginal = self.thresholds();
         let [low, high] = INTERVAL.map(|share| self.quantile(&marginal, share));
-        ImpulseEstimate { at_n_s: self.quantile(&marginal, 0.5), ci95: [low, high] }
+        ImpulseEstimate {
+            at_n_s: self.quantile(&marginal, 0.5),
+            ci95: [low, high],
+        }
     }
 
     /// The impulse with 90 % recovery apart from lapses; not below 0.
     pub fn impulse90(&self) -> ImpulseEstimate {
         let mut at: Vec<(f64, f64)> = Vec::new();
         for (row, spread) in self.probability.chunks(self.count).zip(&self.spreads) {
-            at.extend(row.iter().enumerate().map(|(i, p)| ((i as f64 * self.step - Z90 * spread).max(0.0), *p)));
+            at.extend(
+                row.iter()
+                    .enumerate()
+                    .map(|(i, p)| ((i as f64 * self.step - Z90 * spread).max(0.0), *p)),
+            );
         }
         at.sort_by(|a, b| a.0.total_cmp(&b.0));
         let quantile = |share: f64| {
@@ -158,7 +189,10 @@ impl Posterior {
                 .map_or(self.rule.most_n_s, |(at, _)| *at)
         };
         let [low, high] = INTERVAL.map(quantile);
-        ImpulseEstimate { at_n_s: quantile(0.5), ci95: [low, high] }
+        ImpulseEstimate {
+            at_n_s: quantile(0.5),
+            ci95: [low, high],
+        }
     }
 
     /// Whether the interval is as narrow as requested and inside of the range.
@@ -177,13 +211,19 @@ impl Posterior {
     fn learnt(&self, j: usize, marginal: &[f64]) -> f64 {
         // Joint probability of recovery and threshold i.
         let mut joint = vec![0.0; self.count];
-        let rows = self.probability.chunks(self.count).zip(self.chance.chunks(2 * self.count));
+        let rows = self
+            .probability
+            .chunks(self.count)
+            .zip(self.chance.chunks(2 * self.count));
         for (row, chance) in rows {
             for (i, p) in row.iter().enumerate() {
                 joint[i] += p * chance[self.count + j - i];
             }
         }
-        let known = marginal.iter().zip(&joint).filter(|(p, _)| **p > NEGLIGIBLE);
+        let known = marginal
+            .iter()
+            .zip(&joint)
+            .filter(|(p, _)| **p > NEGLIGIBLE);
         entropy(joint.iter().sum()) - known.map(|(p, joint)| p * entropy(joint / p)).sum::<f64>()
     }
 
@@ -219,7 +259,12 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
-    const RULE: Rule = Rule { most_n_s: 16.0, precision_n_s: 0.1, max_trials: 400, random: true };
+    const RULE: Rule = Rule {
+        most_n_s: 16.0,
+        precision_n_s: 0.1,
+        max_trials: 400,
+        random: true,
+    };
 
     fn search(rule: Rule, mut recovers: impl FnMut(f64) -> bool) -> Posterior {
         let mut posterior = Posterior::new(rule);
@@ -241,9 +286,17 @@ mod tests {
             let scale = [0.02, 0.08, 0.2][i as usize % 3];
             let chance = |impulse: f64| 0.99 / (1.0 + ((impulse - threshold) / scale).exp());
             let found = search(RULE, |impulse| rng.random::<f64>() < chance(impulse));
-            assert!(found.is_resolved(), "threshold {threshold}, scale {scale}: {:?}", found.impulse50());
+            assert!(
+                found.is_resolved(),
+                "threshold {threshold}, scale {scale}: {:?}",
+                found.impulse50()
+            );
             let truths = [threshold, threshold - scale * 9.0_f64.ln()];
-            for ((held, found), truth) in held.iter_mut().zip([found.impulse50(), found.impulse90()]).zip(truths) {
+            for ((held, found), truth) in held
+                .iter_mut()
+                .zip([found.impulse50(), found.impulse90()])
+                .zip(truths)
+            {
                 *held += u32::from(found.ci95[0] <= truth && truth <= found.ci95[1]);
             }
             trials += found.trials();
@@ -257,16 +310,32 @@ mod tests {
     fn without_noise_no_impulse_is_tried_twice_and_the_threshold_is_found() {
         for threshold in [0.0, 0.33, 2.49, 5.555, 12.3] {
             let mut tried = Vec::new();
-            let found = search(Rule { random: false, ..RULE }, |impulse| {
-                tried.push(impulse);
-                impulse < threshold
-            });
+            let found = search(
+                Rule {
+                    random: false,
+                    ..RULE
+                },
+                |impulse| {
+                    tried.push(impulse);
+                    impulse < threshold
+                },
+            );
             let (trials, estimate) = (found.trials(), found.impulse50());
-            assert!(found.is_resolved() && trials <= 12, "{threshold}: {trials} trials, {estimate:?}");
-            assert!((estimate.at_n_s - threshold).abs() < 0.1, "{threshold}: {estimate:?}");
+            assert!(
+                found.is_resolved() && trials <= 12,
+                "{threshold}: {trials} trials, {estimate:?}"
+            );
+            assert!(
+                (estimate.at_n_s - threshold).abs() < 0.1,
+                "{threshold}: {estimate:?}"
+            );
             // The threshold is approached from both sides.
-            let near = |from: f64, to: f64| tried.iter().any(|impulse| (from..to).contains(impulse));
-            assert!(threshold == 0.0 || near(threshold - 0.3, threshold), "{tried:?}");
+            let near =
+                |from: f64, to: f64| tried.iter().any(|impulse| (from..to).contains(impulse));
+            assert!(
+                threshold == 0.0 || near(threshold - 0.3, threshold),
+                "{tried:?}"
+            );
             assert!(near(threshold, threshold + 0.3), "{tried:?}");
             tried.sort_by(f64::total_cmp);
             tried.dedup();
@@ -276,19 +345,48 @@ mod tests {
 
     #[test]
     fn an_island_of_falls_is_seen_and_the_search_ends() {
-        let island = |impulse: f64| impulse < 3.0 && !(2.6..2.8).contains(&impulse) || (3.3..3.4).contains(&impulse);
-        let found = search(Rule { random: false, max_trials: 60, ..RULE }, island);
-        let ImpulseEstimate { at_n_s, ci95: [least, most] } = found.impulse50();
-        assert!((2.5..=3.4).contains(&at_n_s) && least < 3.0 && most > 2.6, "{least} {at_n_s} {most}");
+        let island = |impulse: f64| {
+            impulse < 3.0 && !(2.6..2.8).contains(&impulse) || (3.3..3.4).contains(&impulse)
+        };
+        let found = search(
+            Rule {
+                random: false,
+                max_trials: 60,
+                ..RULE
+            },
+            island,
+        );
+        let ImpulseEstimate {
+            at_n_s,
+            ci95: [least, most],
+        } = found.impulse50();
+        assert!(
+            (2.5..=3.4).contains(&at_n_s) && least < 3.0 && most > 2.6,
+            "{least} {at_n_s} {most}"
+        );
         assert!(found.trials() <= 60);
     }
 
     #[test]
     fn a_threshold_beyond_the_range_or_too_few_trials_is_not_resolved() {
         for random in [false, true] {
-            let never_falls = search(Rule { random, max_trials: 50, ..RULE }, |_| true);
+            let never_falls = search(
+                Rule {
+                    random,
+                    max_trials: 50,
+                    ..RULE
+                },
+                |_| true,
+            );
             assert!(!never_falls.is_resolved() && never_falls.impulse50().ci95[1] > 15.0);
-            let few = search(Rule { random, max_trials: 4, ..RULE }, |impulse| impulse < 3.0);
+            let few = search(
+                Rule {
+                    random,
+                    max_trials: 4,
+                    ..RULE
+                },
+                |impulse| impulse < 3.0,
+            );
             assert!(!few.is_resolved() && few.trials() == 4);
         }
     }

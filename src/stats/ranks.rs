@@ -56,18 +56,30 @@ pub fn signed_rank(differences: &[f64]) -> Option<Shift> {
     let averages = n as u64 * (n as u64 + 1) / 2;
     let (p, nonzero) = p_value(&sorted);
     // The median is one of the averages, or the mean of two averages.
-    let median = 0.5 * kth_average(&sorted, averages.div_ceil(2)) + 0.5 * kth_average(&sorted, averages / 2 + 1) + 0.0;
+    let median = 0.5 * kth_average(&sorted, averages.div_ceil(2))
+        + 0.5 * kth_average(&sorted, averages / 2 + 1)
+        + 0.0;
     // Adding 0 turns -0 into 0.
     let outer = lowest_kept(n);
-    let ci95 = (outer > 0).then(|| [outer, averages + 1 - outer].map(|k| kth_average(&sorted, k) + 0.0));
+    let ci95 =
+        (outer > 0).then(|| [outer, averages + 1 - outer].map(|k| kth_average(&sorted, k) + 0.0));
     let mean = differences.iter().sum::<f64>() / n as f64;
     let mean_ci95 = (nonzero >= ENOUGH_FOR_A_MEAN).then(|| {
         let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n - 1) as f64;
-        let t = StudentsT::new(0.0, 1.0, (n - 1) as f64).map_or(f64::NAN, |law| law.inverse_cdf(0.975));
+        let t =
+            StudentsT::new(0.0, 1.0, (n - 1) as f64).map_or(f64::NAN, |law| law.inverse_cdf(0.975));
         let half = t * (variance / n as f64).sqrt();
         [mean - half, mean + half]
     });
-    Some(Shift { pairs: n as u64, nonzero, p, median, mean, ci95, mean_ci95 })
+    Some(Shift {
+        pairs: n as u64,
+        nonzero,
+        p,
+        median,
+        mean,
+        ci95,
+        mean_ci95,
+    })
 }
 
 /// Two-sided p-value of the signed ranks, and the number of differences that are not zero.
@@ -81,8 +93,12 @@ fn p_value(sorted: &[f64]) -> (f64, u64) {
     }
     let (mut positive, mut ties, mut first) = (0.0, 0.0, 0);
     while first < n {
-        let tied = nonzero[first..].iter().take_while(|d| d.abs() - nonzero[first].abs() <= tie);
-        let (count, ups) = tied.fold((0, 0), |(count, ups), d| (count + 1, ups + u64::from(*d > 0.0)));
+        let tied = nonzero[first..]
+            .iter()
+            .take_while(|d| d.abs() - nonzero[first].abs() <= tie);
+        let (count, ups) = tied.fold((0, 0), |(count, ups), d| {
+            (count + 1, ups + u64::from(*d > 0.0))
+        });
         let t = count as f64;
         positive += ups as f64 * (first as f64 + (t + 1.0) / 2.0);
         ties += t * (t * t - 1.0);
@@ -164,12 +180,20 @@ fn averages_up_to(sorted: &[f64], bound: f64) -> u64 {
 /// Integers in the order of the finite floats, with -0 just before 0.
 fn place(x: f64) -> u64 {
     let bits = x.to_bits();
-    if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
+    if bits >> 63 == 1 {
+        !bits
+    } else {
+        bits | 1 << 63
+    }
 }
 
 /// The float with this [`place`].
 fn at(place: u64) -> f64 {
-    f64::from_bits(if place >> 63 == 1 { place & !(1 << 63) } else { !place })
+    f64::from_bits(if place >> 63 == 1 {
+        place & !(1 << 63)
+    } else {
+        !place
+    })
 }
 
 #[cfg(test)]
@@ -179,45 +203,86 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     const DEPRESSION: [f64; 9] = [0.952, -0.147, 1.022, 0.43, 0.62, 0.59, 0.49, -0.08, 0.01];
-    const TIED: [f64; 13] = [1.0, 2.0, 2.0, -1.0, 3.0, -2.0, 4.0, 4.0, -3.0, 5.0, 0.0, 0.0, 6.0];
+    const TIED: [f64; 13] = [
+        1.0, 2.0, 2.0, -1.0, 3.0, -2.0, 4.0, 4.0, -3.0, 5.0, 0.0, 0.0, 6.0,
+    ];
 
     fn integers(n: i64, factor: i64, modulus: i64, less: i64, unit: f64) -> Vec<f64> {
-        (0..n).map(|i| ((i * factor) % modulus - less) as f64 / unit).collect()
+        (0..n)
+            .map(|i| ((i * factor) % modulus - less) as f64 / unit)
+            .collect()
     }
 
     // Expected values: scipy 1.17.1, `wilcoxon(d, zero_method="wilcox", method="exact")`; of tied differences and of
     // more than 50, `method="approx", correction=True`.
     #[test]
     fn p_is_that_of_scipy() {
-        let twelve = [0.12, -0.03, 0.44, 0.08, -0.21, 0.35, 0.52, -0.11, 0.27, 0.61, 0.05, -0.36];
+        let twelve = [
+            0.12, -0.03, 0.44, 0.08, -0.21, 0.35, 0.52, -0.11, 0.27, 0.61, 0.05, -0.36,
+        ];
         for (differences, expected) in [
             (DEPRESSION.to_vec(), 0.0390625),
             (twelve.to_vec(), 0.1513671875),
             (vec![1.0, 2.0, 3.0, 4.0, 5.0], 0.0625),
             (vec![0.0, 0.0, 0.5, -1.5, 2.5, 3.5, 4.25, -0.25], 0.21875),
-            (integers(50, 104_729, 5003, 2300, 1000.0), 0.02898427633581413),
+            (
+                integers(50, 104_729, 5003, 2300, 1000.0),
+                0.02898427633581413,
+            ),
             (TIED.to_vec(), 0.06739827188482482),
-            (integers(60, 104_729, 5003, 2300, 1000.0), 0.09690610880588489),
-            (integers(51, 104_729, 5003, 2300, 1000.0), 0.024176120604875274),
-            (integers(3000, 7919, 1009, 470, 100.0), 6.001050676751962e-10),
+            (
+                integers(60, 104_729, 5003, 2300, 1000.0),
+                0.09690610880588489,
+            ),
+            (
+                integers(51, 104_729, 5003, 2300, 1000.0),
+                0.024176120604875274,
+            ),
+            (
+                integers(3000, 7919, 1009, 470, 100.0),
+                6.001050676751962e-10,
+            ),
         ] {
             let found = signed_rank(&differences).unwrap().p;
-            assert!((found - expected).abs() < 1e-10 * expected, "{found} is not {expected}");
+            assert!(
+                (found - expected).abs() < 1e-10 * expected,
+                "{found} is not {expected}"
+            );
         }
     }
 
     #[test]
     fn zeros_are_no_evidence_and_five_pairs_give_no_interval() {
         let shift = signed_rank(&[0.0; 9]).unwrap();
-        assert_eq!((shift.pairs, shift.nonzero, shift.p, shift.median, shift.ci95), (9, 0, 1.0, 0.0, Some([0.0; 2])));
+        assert_eq!(
+            (
+                shift.pairs,
+                shift.nonzero,
+                shift.p,
+                shift.median,
+                shift.ci95
+            ),
+            (9, 0, 1.0, 0.0, Some([0.0; 2]))
+        );
         let shift = signed_rank(&TIED).unwrap();
         assert_eq!((shift.pairs, shift.nonzero), (13, 11));
-        assert_eq!((signed_rank(&[]), signed_rank(&[1.0, f64::NAN])), (None, None));
+        assert_eq!(
+            (signed_rank(&[]), signed_rank(&[1.0, f64::NAN])),
+            (None, None)
+        );
         // Ties up to rounding are ties.
         let ticks = [1.1 - 1.0, 0.4 - 0.3, 0.1, -(2.1 - 2.0), 0.7 - 0.6, 0.2, 0.3];
-        assert_eq!(signed_rank(&ticks).unwrap().p, signed_rank(&[0.1, 0.1, 0.1, -0.1, 0.1, 0.2, 0.3]).unwrap().p);
+        assert_eq!(
+            signed_rank(&ticks).unwrap().p,
+            signed_rank(&[0.1, 0.1, 0.1, -0.1, 0.1, 0.2, 0.3])
+                .unwrap()
+                .p
+        );
         assert_eq!(signed_rank(&[1.0, 2.0, 3.0, 4.0, 5.0]).unwrap().ci95, None);
-        assert_eq!(signed_rank(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).unwrap().ci95, Some([1.0, 6.0]));
+        assert_eq!(
+            signed_rank(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]).unwrap().ci95,
+            Some([1.0, 6.0])
+        );
     }
 
     // Expected values: Python 3 `statistics.fmean` and `stdev`, with 2.000995378088259 as the 97.5 % quantile of
@@ -226,7 +291,10 @@ mod tests {
     fn the_interval_of_the_mean_is_that_of_student() {
         let differences = integers(60, 104_729, 5003, 2300, 1000.0);
         let [low, high] = signed_rank(&differences).unwrap().mean_ci95.unwrap();
-        assert!((low + 0.10648452628821).abs() < 1e-9 && (high - 0.6487178596215435).abs() < 1e-9, "{low} {high}");
+        assert!(
+            (low + 0.10648452628821).abs() < 1e-9 && (high - 0.6487178596215435).abs() < 1e-9,
+            "{low} {high}"
+        );
         assert_eq!(signed_rank(&differences[..19]).unwrap().mean_ci95, None);
     }
 
@@ -243,10 +311,20 @@ mod tests {
                 u if u < 0.17 => 4.0,
                 _ => 0.0,
             };
-            let mut interval = || signed_rank(&(0..n).map(|_| one()).collect::<Vec<_>>()).unwrap().mean_ci95;
+            let mut interval = || {
+                signed_rank(&(0..n).map(|_| one()).collect::<Vec<_>>())
+                    .unwrap()
+                    .mean_ci95
+            };
             let intervals: Vec<[f64; 2]> = (0..3000).filter_map(|_| interval()).collect();
-            let held = intervals.iter().filter(|[low, high]| (*low..=*high).contains(&truth)).count();
-            assert!(intervals.len() > 500 && held as f64 > 0.93 * intervals.len() as f64, "{n} {rare}: {held}");
+            let held = intervals
+                .iter()
+                .filter(|[low, high]| (*low..=*high).contains(&truth))
+                .count();
+            assert!(
+                intervals.len() > 500 && held as f64 > 0.93 * intervals.len() as f64,
+                "{n} {rare}: {held}"
+            );
         }
     }
 
@@ -260,12 +338,21 @@ mod tests {
             (integers(50, 104_729, 5003, 2300, 1000.0), 435),
             (integers(200, 7919, 1009, 430, 100.0), 8443),
         ] {
-            let with_later = |i: usize| differences[i..].iter().map(move |b| 0.5 * b).zip(std::iter::repeat(i));
+            let with_later = |i: usize| {
+                differences[i..]
+                    .iter()
+                    .map(move |b| 0.5 * b)
+                    .zip(std::iter::repeat(i))
+            };
             let pairs = (0..differences.len()).flat_map(with_later);
-            let mut averages: Vec<f64> = pairs.map(|(half, i)| 0.5 * differences[i] + half).collect();
+            let mut averages: Vec<f64> =
+                pairs.map(|(half, i)| 0.5 * differences[i] + half).collect();
             averages.sort_by(f64::total_cmp);
             let (n, shift) = (averages.len(), signed_rank(&differences).unwrap());
-            assert_eq!(shift.median, 0.5 * averages[(n - 1) / 2] + 0.5 * averages[n / 2]);
+            assert_eq!(
+                shift.median,
+                0.5 * averages[(n - 1) / 2] + 0.5 * averages[n / 2]
+            );
             assert_eq!(shift.ci95, Some([averages[kept - 1], averages[n - kept]]));
         }
     }

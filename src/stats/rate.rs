@@ -14,8 +14,17 @@ pub struct SuccessCount {
 
 impl SuccessCount {
     pub fn new(recovered: u64, trials: u64) -> Self {
-        let success_rate = if trials == 0 { 0.0 } else { recovered as f64 / trials as f64 };
-        Self { trials, recovered, success_rate, ci95: interval95(recovered, trials) }
+        let success_rate = if trials == 0 {
+            0.0
+        } else {
+            recovered as f64 / trials as f64
+        };
+        Self {
+            trials,
+            recovered,
+            success_rate,
+            ci95: interval95(recovered, trials),
+        }
     }
 }
 
@@ -43,14 +52,21 @@ pub fn clopper_pearson(successes: u64, trials: u64, level: f64) -> [f64; 2] {
     let (k, n, tail) = (successes as f64, trials as f64, (1.0 - level) / 2.0);
     let quantile = |a: f64, b: f64, p: f64| Beta::new(a, b).map(|beta| beta.inverse_cdf(p));
     // The beta distribution is undefined without successes or failures, where the interval ends at 0 or 1.
-    [quantile(k, n - k + 1.0, tail).unwrap_or(0.0), quantile(k + 1.0, n - k, 1.0 - tail).unwrap_or(1.0)]
+    [
+        quantile(k, n - k + 1.0, tail).unwrap_or(0.0),
+        quantile(k + 1.0, n - k, 1.0 - tail).unwrap_or(1.0),
+    ]
 }
 
 /// The middle one of the sorted values, or the mean of the two in the middle.
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let n = values.len();
-    if n == 0 { None } else { Some((values[(n - 1) / 2] + values[n / 2]) / 2.0) }
+    if n == 0 {
+        None
+    } else {
+        Some((values[(n - 1) / 2] + values[n / 2]) / 2.0)
+    }
 }
 
 #[cfg(test)]
@@ -68,24 +84,42 @@ mod tests {
             (wilson(5, 12), [0.1932603136587565, 0.6804886874504502]),
             (clopper_pearson(0, 50, 0.95), [0.0, 0.07112173646419767]),
             (clopper_pearson(50, 50, 0.95), [0.9288782635358024, 1.0]),
-            (clopper_pearson(1, 48, 0.95), [0.0005273152534231199, 0.11069616059315224]),
-            (clopper_pearson(997, 1000, 0.95), [0.9912579767615217, 0.9993809000683505]),
-            (clopper_pearson(80, 100, 0.9), [0.7227997503290862, 0.8633386747541327]),
-            (clopper_pearson(997, 1000, 0.8), [0.9933315046629319, 0.9988974393004678]),
+            (
+                clopper_pearson(1, 48, 0.95),
+                [0.0005273152534231199, 0.11069616059315224],
+            ),
+            (
+                clopper_pearson(997, 1000, 0.95),
+                [0.9912579767615217, 0.9993809000683505],
+            ),
+            (
+                clopper_pearson(80, 100, 0.9),
+                [0.7227997503290862, 0.8633386747541327],
+            ),
+            (
+                clopper_pearson(997, 1000, 0.8),
+                [0.9933315046629319, 0.9988974393004678],
+            ),
             (clopper_pearson(0, 0, 0.9), [0.0, 1.0]),
             // The exact interval serves near 0 and 1.
             (interval95(4, 100), clopper_pearson(4, 100, 0.95)),
             (interval95(5, 100), wilson(5, 100)),
             (interval95(96, 100), clopper_pearson(96, 100, 0.95)),
         ] {
-            let wrong = (found[0] - expected[0]).abs().max((found[1] - expected[1]).abs());
+            let wrong = (found[0] - expected[0])
+                .abs()
+                .max((found[1] - expected[1]).abs());
             assert!(wrong < 1e-9, "{found:?} is not {expected:?}");
         }
     }
 
     #[test]
     fn medians() {
-        for (values, expected) in [(&[][..], None), (&[3.0, 1.0, 2.0], Some(2.0)), (&[4.0, 1.0, 2.0, 3.0], Some(2.5))] {
+        for (values, expected) in [
+            (&[][..], None),
+            (&[3.0, 1.0, 2.0], Some(2.0)),
+            (&[4.0, 1.0, 2.0, 3.0], Some(2.5)),
+        ] {
             assert_eq!(median(values.to_vec()), expected);
         }
     }

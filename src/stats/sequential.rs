@@ -41,9 +41,14 @@ const HALVINGS: usize = 45;
 /// # Panics
 /// Panics if there are fewer trials than `only_a + only_b`, or if `level` is not between 0 and 1.
 pub fn difference_interval(only_a: u64, only_b: u64, trials: u64, level: f64) -> [f64; 2] {
-    assert!(only_a + only_b <= trials, "{only_a} and {only_b} of {trials} trials");
+    assert!(
+        only_a + only_b <= trials,
+        "{only_a} and {only_b} of {trials} trials"
+    );
     let counts = BetCapital::of_differences(only_a, only_b, trials);
-    counts.interval(&bets(LEAST_BET_DIFFERENCE), level).map(|mean| 2.0 * mean - 1.0)
+    counts
+        .interval(&bets(LEAST_BET_DIFFERENCE), level)
+        .map(|mean| 2.0 * mean - 1.0)
 }
 
 /// Interval of a rate (a share) that contains the truth at all looks together with a probability of at least `level`.
@@ -52,7 +57,12 @@ pub fn difference_interval(only_a: u64, only_b: u64, trials: u64, level: f64) ->
 /// Panics if `recovered` exceeds `trials`, or if `level` is not between 0 and 1.
 pub fn rate_interval(recovered: u64, trials: u64, level: f64) -> [f64; 2] {
     assert!(recovered <= trials, "{recovered} of {trials} trials");
-    BetCapital { low: trials - recovered, middle: 0, high: recovered }.interval(&bets(LEAST_BET_RATE), level)
+    BetCapital {
+        low: trials - recovered,
+        middle: 0,
+        high: recovered,
+    }
+    .interval(&bets(LEAST_BET_RATE), level)
 }
 
 /// The bets, from 1 down to the smallest one, evenly spaced in the logarithm.
@@ -71,11 +81,19 @@ struct BetCapital {
 impl BetCapital {
     /// Maps the differences -1, 0 and 1 to 0, 1/2 and 1.
     fn of_differences(only_a: u64, only_b: u64, trials: u64) -> Self {
-        Self { low: only_b, middle: trials - only_a - only_b, high: only_a }
+        Self {
+            low: only_b,
+            middle: trials - only_a - only_b,
+            high: only_a,
+        }
     }
 
     fn mirrored(self) -> Self {
-        Self { low: self.high, middle: self.middle, high: self.low }
+        Self {
+            low: self.high,
+            middle: self.middle,
+            high: self.low,
+        }
     }
 
     /// Mean of x; None without trials.
@@ -101,14 +119,17 @@ impl BetCapital {
             bet => mirrored.ln_gain(bet, 1.0 - mean),
         });
         let largest = gains.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let average = gains.iter().map(|gain| (gain - largest).exp()).sum::<f64>() / gains.len() as f64;
+        let average =
+            gains.iter().map(|gain| (gain - largest).exp()).sum::<f64>() / gains.len() as f64;
         largest + average.ln()
     }
 
     /// All means for which the capital is below 1 / (1 - level).
     fn interval(self, bets: &[f64; BETS], level: f64) -> [f64; 2] {
         assert!(0.0 < level && level < 1.0, "a level of {level}");
-        let Some(mean) = self.mean() else { return [0.0, 1.0] };
+        let Some(mean) = self.mean() else {
+            return [0.0, 1.0];
+        };
         let enough = -(1.0 - level).ln();
         let end = |mut outside: f64| {
             let mut inside = mean;
@@ -117,7 +138,11 @@ impl BetCapital {
                 if middle == outside || middle == inside {
                     break; // also where the mean itself is the end
                 }
-                *(if self.ln_capital(bets, middle) < enough { &mut inside } else { &mut outside }) = middle;
+                *(if self.ln_capital(bets, middle) < enough {
+                    &mut inside
+                } else {
+                    &mut outside
+                }) = middle;
             }
             outside
         };
@@ -130,23 +155,53 @@ mod tests {
     use super::*;
 
     fn close(a: [f64; 2], b: [f64; 2]) {
-        assert!((a[0] - b[0]).abs() < 1e-10 && (a[1] - b[1]).abs() < 1e-10, "{a:?} is not {b:?}");
+        assert!(
+            (a[0] - b[0]).abs() < 1e-10 && (a[1] - b[1]).abs() < 1e-10,
+            "{a:?} is not {b:?}"
+        );
     }
 
     // Expected values: another implementation, on -1, 0, 1, in numpy 2.4.6, with ends by scipy 1.17.1 `brentq`.
     #[test]
     fn intervals_are_those_of_another_implementation() {
-        close(difference_interval(30, 10, 400, 0.95), [-0.0004196085001367801, 0.10567665983888216]);
-        close(difference_interval(0, 0, 25, 0.95), [-0.2221226296549209, 0.2221226296549209]);
-        close(difference_interval(87, 61, 870, 0.95), [-0.015440509072651543, 0.07588987644173235]);
-        close(difference_interval(3, 0, 100, 0.99), [-0.05869216485089408, 0.1451950372589813]);
-        close(difference_interval(450, 430, 4000, 0.95), [-0.019026825053550852, 0.02904209621189564]);
-        close(difference_interval(25, 0, 25, 0.95), [0.555135772944212, 1.0]);
-        close(rate_interval(80, 100, 0.95), [0.642005650503046, 0.909693131781211]);
+        close(
+            difference_interval(30, 10, 400, 0.95),
+            [-0.0004196085001367801, 0.10567665983888216],
+        );
+        close(
+            difference_interval(0, 0, 25, 0.95),
+            [-0.2221226296549209, 0.2221226296549209],
+        );
+        close(
+            difference_interval(87, 61, 870, 0.95),
+            [-0.015440509072651543, 0.07588987644173235],
+        );
+        close(
+            difference_interval(3, 0, 100, 0.99),
+            [-0.05869216485089408, 0.1451950372589813],
+        );
+        close(
+            difference_interval(450, 430, 4000, 0.95),
+            [-0.019026825053550852, 0.02904209621189564],
+        );
+        close(
+            difference_interval(25, 0, 25, 0.95),
+            [0.555135772944212, 1.0],
+        );
+        close(
+            rate_interval(80, 100, 0.95),
+            [0.642005650503046, 0.909693131781211],
+        );
         close(rate_interval(0, 50, 0.95), [0.0, 0.1254651029974172]);
         close(rate_interval(50, 50, 0.95), [0.8745348970025828, 1.0]);
-        close(rate_interval(997, 1000, 0.99), [0.9837227373804259, 0.9998849029934349]);
-        close(rate_interval(7, 25, 0.95), [0.06534012382025212, 0.619230258524056]);
+        close(
+            rate_interval(997, 1000, 0.99),
+            [0.9837227373804259, 0.9998849029934349],
+        );
+        close(
+            rate_interval(7, 25, 0.95),
+            [0.06534012382025212, 0.619230258524056],
+        );
         assert_eq!(rate_interval(0, 0, 0.95), [0.0, 1.0]);
         assert_eq!(difference_interval(0, 0, 0, 0.95), [-1.0, 1.0]);
     }
@@ -154,13 +209,25 @@ mod tests {
     #[test]
     fn an_interval_holds_every_mean_that_is_not_refused_and_no_other() {
         let bets = bets(LEAST_BET_DIFFERENCE);
-        for (a, b, trials) in [(0, 0, 25), (1, 0, 50), (40, 2, 300), (300, 310, 3000), (25, 0, 25), (0, 700, 900)] {
+        for (a, b, trials) in [
+            (0, 0, 25),
+            (1, 0, 50),
+            (40, 2, 300),
+            (300, 310, 3000),
+            (25, 0, 25),
+            (0, 700, 900),
+        ] {
             let [least, most] = difference_interval(a, b, trials, 0.95);
             for i in 1..2000 {
                 let mean = f64::from(i) / 2000.0;
-                let held = BetCapital::of_differences(a, b, trials).ln_capital(&bets, mean) < 20.0_f64.ln();
+                let held = BetCapital::of_differences(a, b, trials).ln_capital(&bets, mean)
+                    < 20.0_f64.ln();
                 let difference = 2.0 * mean - 1.0;
-                assert_eq!(held, least <= difference && difference <= most, "{a}, {b} of {trials} at {difference}");
+                assert_eq!(
+                    held,
+                    least <= difference && difference <= most,
+                    "{a}, {b} of {trials} at {difference}"
+                );
             }
             close(difference_interval(b, a, trials, 0.95), [-most, -least]);
         }

@@ -50,7 +50,10 @@ pub fn first_decision(counts: &[PairedCounts], looks: Looks, error: f64) -> Opti
     let mut test = SignTest::default();
     counts.iter().find_map(|look| {
         let is_a = test.look(look.only_a, look.only_b, error * looks.spent(look.trials()))?;
-        Some(Winner { is_a, trials: look.trials() })
+        Some(Winner {
+            is_a,
+            trials: look.trials(),
+        })
     })
 }
 
@@ -67,7 +70,12 @@ struct SignTest {
 
 impl Default for SignTest {
     fn default() -> Self {
-        Self { discordant: 0, chances: vec![1.0], first: 0, spent: 0.0 }
+        Self {
+            discordant: 0,
+            chances: vec![1.0],
+            first: 0,
+            spent: 0.0,
+        }
     }
 }
 
@@ -104,7 +112,8 @@ impl SignTest {
     /// the sum of the spent error and the chance of both counts.
     fn cut(&mut self, such: impl Fn(f64, f64) -> bool) {
         let mut count = 0;
-        while 2 * (count + 1) < self.chances.len() && such(self.chances[count], self.spent + 2.0 * self.chances[count])
+        while 2 * (count + 1) < self.chances.len()
+            && such(self.chances[count], self.spent + 2.0 * self.chances[count])
         {
             self.spent += 2.0 * self.chances[count];
             count += 1;
@@ -139,12 +148,26 @@ mod tests {
     fn limits_are_those_of_another_implementation() {
         for (planned, error, discordant, expected, spent) in LIMITS {
             let (looks, mut test) = (Looks::up_to(planned), SignTest::default());
-            for ((trials, discordant), expected) in looks.until(u64::MAX).zip(discordant).zip(expected) {
+            for ((trials, discordant), expected) in
+                looks.until(u64::MAX).zip(discordant).zip(expected)
+            {
                 // The counts are as even as can be, so that nothing is decided.
-                let found = test.look(discordant / 2, discordant - discordant / 2, error * looks.spent(trials));
-                assert_eq!((found, discordant + 2 - 2 * test.first), (None, *expected), "{planned}: {trials}");
+                let found = test.look(
+                    discordant / 2,
+                    discordant - discordant / 2,
+                    error * looks.spent(trials),
+                );
+                assert_eq!(
+                    (found, discordant + 2 - 2 * test.first),
+                    (None, *expected),
+                    "{planned}: {trials}"
+                );
             }
-            assert!((test.spent - spent).abs() < 1e-14, "{planned}: {}", test.spent);
+            assert!(
+                (test.spent - spent).abs() < 1e-14,
+                "{planned}: {}",
+                test.spent
+            );
         }
     }
 
@@ -153,10 +176,20 @@ mod tests {
     fn what_is_not_followed_is_negligible() {
         let (looks, mut test) = (Looks::up_to(40_000), SignTest::default());
         for trials in looks.until(40_000) {
-            assert_eq!(test.look(trials / 5, trials * 2 / 5 - trials / 5, 0.05 * looks.spent(trials)), None);
+            assert_eq!(
+                test.look(
+                    trials / 5,
+                    trials * 2 / 5 - trials / 5,
+                    0.05 * looks.spent(trials)
+                ),
+                None
+            );
         }
         let all: f64 = test.chances.iter().sum::<f64>() + test.spent;
-        assert!((all - 1.0).abs() < 1e-11 && test.chances.len() < 1000, "{all}");
+        assert!(
+            (all - 1.0).abs() < 1e-11 && test.chances.len() < 1000,
+            "{all}"
+        );
         assert!((0.044..=0.045).contains(&test.spent), "{}", test.spent);
     }
 }

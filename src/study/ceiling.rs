@@ -31,7 +31,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Number of search variables: all numbers of all departures.
 const NUMBERS: usize = DEPARTURES * Departure::NUMBERS;
 /// First spread of each number of a departure, in the order of [`Departure::numbers`].
-const SPREAD: [f64; Departure::NUMBERS] = [0.02, 0.03, 0.03, 0.06, 0.06, 0.03, 0.03, 0.15, 0.1, 0.1, 0.03];
+const SPREAD: [f64; Departure::NUMBERS] = [
+    0.02, 0.03, 0.03, 0.06, 0.06, 0.03, 0.03, 0.15, 0.1, 0.1, 0.03,
+];
 /// Number of tries in one generation of CMA-ES.
 const GENERATION: usize = 24;
 /// First step size of CMA-ES, in spreads. A search that has converged starts again with this step size.
@@ -112,29 +114,61 @@ impl<'a> CeilingSearch<'a> {
     /// Reads the controller, which must be a gain set with footsteps by the rule `[catching]`, and runs nothing but an
     /// episode without a push.
     pub fn new(campaign: &'a Campaign, files: Files, options: CeilingOptions) -> Result<Self> {
-        in_range("command line", "--tries", options.tries as f64, [1.0, MOST_TRIES as f64])?;
+        in_range(
+            "command line",
+            "--tries",
+            options.tries as f64,
+            [1.0, MOST_TRIES as f64],
+        )?;
         let [entry] = &campaign.gains[..] else {
-            let (count, accepted) = (format!("{} controllers", campaign.gains.len()), "one, such as catch");
-            return Err(Error::value("command line", "--controller", count, "too many", accepted));
+            let (count, accepted) = (
+                format!("{} controllers", campaign.gains.len()),
+                "one, such as catch",
+            );
+            return Err(Error::value(
+                "command line",
+                "--controller",
+                count,
+                "too many",
+                accepted,
+            ));
         };
         let gains = gain_set(entry)?;
         if gains.catching.is_none() {
             let accepted = "a gain set with the table [catching], such as catch";
-            return Err(Error::value("command line", "--controller", entry, "has no table [catching]", accepted));
+            return Err(Error::value(
+                "command line",
+                "--controller",
+                entry,
+                "has no table [catching]",
+                accepted,
+            ));
         }
         let plan = PreparedCampaign::with(campaign, files)?;
         let yardstick = PendulumBounds::new(&plan.robot, campaign)?;
         let factory = plan.tried_factories(options.untried)?.remove(0);
-        Ok(Self { campaign, options, plan, gains, factory, yardstick })
+        Ok(Self {
+            campaign,
+            options,
+            plan,
+            gains,
+            factory,
+            yardstick,
+        })
     }
 
     /// The gain set with the clairvoyant's departures, which recovers from the push of this trial.
     pub fn gains(&self, trial: u64, recovery: &Recovery) -> GainSet {
         let (mut gains, departures) = (self.gains.clone(), recovery.departures.clone());
         gains.name = format!("trial-{trial}");
-        gains.description =
-            format!("Trial {trial} of campaign {}, caught with knowledge of the push", self.campaign.name);
-        gains.catching.iter_mut().for_each(|catching| catching.departures = departures.clone());
+        gains.description = format!(
+            "Trial {trial} of campaign {}, caught with knowledge of the push",
+            self.campaign.name
+        );
+        gains
+            .catching
+            .iter_mut()
+            .for_each(|catching| catching.departures = departures.clone());
         gains
     }
 
@@ -146,15 +180,31 @@ impl<'a> CeilingSearch<'a> {
         on_episode: &(dyn Fn() + Sync),
         on_trial: &(dyn Fn() + Sync),
     ) -> Result<Ceiling> {
-        let Self { campaign, options, plan, factory, .. } = self;
+        let Self {
+            campaign,
+            options,
+            plan,
+            factory,
+            ..
+        } = self;
         let run = |trial: u64| {
             let lost = self.lost(trial, stop, on_episode)?;
             on_trial();
             Ok(lost)
         };
         let numbers: Vec<u64> = (0..campaign.trials).collect();
-        let all = || numbers.into_par_iter().with_max_len(1).map(run).collect::<Result<Vec<_>>>();
-        let lost: Vec<LostTrial> = pool(options.threads)?.install(all)?.into_iter().flatten().collect();
+        let all = || {
+            numbers
+                .into_par_iter()
+                .with_max_len(1)
+                .map(run)
+                .collect::<Result<Vec<_>>>()
+        };
+        let lost: Vec<LostTrial> = pool(options.threads)?
+            .install(all)?
+            .into_iter()
+            .flatten()
+            .collect();
         let recovered = campaign.trials - lost.len() as u64;
         let found = lost.iter().filter(|lost| lost.found.is_some()).count() as u64;
         Ok(Ceiling {
@@ -173,18 +223,38 @@ impl<'a> CeilingSearch<'a> {
     }
 
     /// Runs a trial, and searches a recovery if the controller loses it. Returns None if the controller recovers.
-    fn lost(&self, number: u64, stop: &AtomicBool, on_episode: &(dyn Fn() + Sync)) -> Result<Option<LostTrial>> {
-        let Self { campaign, plan, factory, yardstick, .. } = self;
+    fn lost(
+        &self,
+        number: u64,
+        stop: &AtomicBool,
+        on_episode: &(dyn Fn() + Sync),
+    ) -> Result<Option<LostTrial>> {
+        let Self {
+            campaign,
+            plan,
+            factory,
+            yardstick,
+            ..
+        } = self;
         let disturbance = trial::disturbance(campaign, number);
         let pushes = disturbance.pushes.clone();
-        let begun = ClosedLoop::new(&plan.robot, [factory], &campaign.episode, disturbance).before(pushes[0].start_s);
-        let again = RepeatedTrial { begun, pushes, on_episode };
+        let begun = ClosedLoop::new(&plan.robot, [factory], &campaign.episode, disturbance)
+            .before(pushes[0].start_s);
+        let again = RepeatedTrial {
+            begun,
+            pushes,
+            on_episode,
+        };
         let record = again.record(&Departures::default());
         if record.outcome.is_success() {
             return Ok(None);
         }
         let (tries, found) = self.search(number, &again, stop)?;
-        let Push { impulse_n_s, heading_deg, .. } = again.pushes[0];
+        let Push {
+            impulse_n_s,
+            heading_deg,
+            ..
+        } = again.pushes[0];
         let bounds = yardstick.heading(heading_deg);
         Ok(Some(LostTrial {
             trial: number,
@@ -201,13 +271,21 @@ impl<'a> CeilingSearch<'a> {
 
     /// Searches departures with which the robot recovers. Returns the number of tries and the recovery, if one was
     /// found.
-    fn search(&self, number: u64, again: &RepeatedTrial, stop: &AtomicBool) -> Result<(u64, Option<Recovery>)> {
-        let cost = |numbers: &DVector<f64>| self.cost(&again.record(&departures(numbers.as_slice())));
+    fn search(
+        &self,
+        number: u64,
+        again: &RepeatedTrial,
+        stop: &AtomicBool,
+    ) -> Result<(u64, Option<Recovery>)> {
+        let cost =
+            |numbers: &DVector<f64>| self.cost(&again.record(&departures(numbers.as_slice())));
         let begin = |round: u64| {
             let options = CMAESOptions::new(vec![0.0; NUMBERS], STEP)
                 .population_size(GENERATION)
                 .seed(self.campaign.seed ^ number.rotate_left(20) ^ round.rotate_left(50));
-            options.build(&cost).expect("the options are within their ranges")
+            options
+                .build(&cost)
+                .expect("the options are within their ranges")
         };
         let (mut tries, mut round) = (0, 0);
         let mut search = begin(round);
@@ -217,7 +295,10 @@ impl<'a> CeilingSearch<'a> {
             }
             let has_converged = search.next_parallel().is_some();
             tries += GENERATION as u64;
-            if let Some(best) = search.overall_best_individual().filter(|best| best.value <= 0.0) {
+            if let Some(best) = search
+                .overall_best_individual()
+                .filter(|best| best.value <= 0.0)
+            {
                 return Ok((tries, Some(again.simplest(best.point.as_slice()))));
             }
             // A search that has converged starts again with other random numbers.
@@ -233,7 +314,9 @@ impl<'a> CeilingSearch<'a> {
     fn cost(&self, record: &Record) -> f64 {
         match record.outcome {
             outcome if outcome.is_success() => 0.0,
-            Outcome::Fell => 1.0 + self.campaign.episode.horizon_s - record.fell_at_s.unwrap_or(record.end_s),
+            Outcome::Fell => {
+                1.0 + self.campaign.episode.horizon_s - record.fell_at_s.unwrap_or(record.end_s)
+            }
             Outcome::Diverged | Outcome::Failed => 2.0 + self.campaign.episode.horizon_s,
             _ => 1.0,
         }
@@ -250,8 +333,13 @@ struct RepeatedTrial<'a> {
 
 impl RepeatedTrial<'_> {
     fn record(&self, departures: &Departures) -> Record {
-        let mut again = self.begun.with(&[0], self.pushes.clone()).expect("a gain set's controller can be copied");
-        again.controllers().for_each(|controller| depart(controller, departures));
+        let mut again = self
+            .begun
+            .with(&[0], self.pushes.clone())
+            .expect("a gain set's controller can be copied");
+        again
+            .controllers()
+            .for_each(|controller| depart(controller, departures));
         let record = again.finish().expect("a gain set has no process").remove(0);
         (self.on_episode)();
         record
@@ -272,8 +360,14 @@ impl RepeatedTrial<'_> {
             }
         }
         let mut departures = departures(&found).to_vec();
-        while departures.pop_if(|last| *last == Departure::default()).is_some() {}
-        Recovery { departures, footsteps: record.footsteps.taken }
+        while departures
+            .pop_if(|last| *last == Departure::default())
+            .is_some()
+        {}
+        Recovery {
+            departures,
+            footsteps: record.footsteps.taken,
+        }
     }
 }
 

@@ -17,7 +17,14 @@ use standfast_study::verdict::trial_columns::TrialColumns;
 /// A built-in campaign with these values set.
 pub fn campaign(name: &str, set: &[&str]) -> Campaign {
     let set = set.iter().map(|s| s.to_string()).collect();
-    Campaign::load(name, &Overrides { set, ..Overrides::default() }).unwrap()
+    Campaign::load(
+        name,
+        &Overrides {
+            set,
+            ..Overrides::default()
+        },
+    )
+    .unwrap()
 }
 
 /// Manifest of the campaign `smoke` with these changes.
@@ -78,13 +85,28 @@ impl Changed for TrialRow {
 
 /// A trial with one push.
 pub fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> TrialRow {
-    let push = Push { impulse_n_s, ..Push::default() };
-    TrialRow::new(trial, set, &[push], Some(2.0), Variation::default(), record(outcome))
+    let push = Push {
+        impulse_n_s,
+        ..Push::default()
+    };
+    TrialRow::new(
+        trial,
+        set,
+        &[push],
+        Some(2.0),
+        Variation::default(),
+        record(outcome),
+    )
 }
 
 /// A trial for each pair of outcomes of the sets "a" and "b".
 pub fn rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
-    let trial = |(i, of): (usize, &[Outcome; 2])| [row(i as u64, "a", 1.0, of[0]), row(i as u64, "b", 1.0, of[1])];
+    let trial = |(i, of): (usize, &[Outcome; 2])| {
+        [
+            row(i as u64, "a", 1.0, of[0]),
+            row(i as u64, "b", 1.0, of[1]),
+        ]
+    };
     outcomes.iter().enumerate().flat_map(trial).collect()
 }
 
@@ -125,7 +147,10 @@ pub fn summary_columns(outcomes: &[[Outcome; 2]]) -> TrialColumns {
 fn impulse_rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
     let impulse = |i: usize| 1.0 + i as f64 / outcomes.len() as f64;
     let trial = |(i, of): (usize, &[Outcome; 2])| {
-        [row(i as u64, "a", impulse(i), of[0]), row(i as u64, "b", impulse(i), of[1])]
+        [
+            row(i as u64, "a", impulse(i), of[0]),
+            row(i as u64, "b", impulse(i), of[1]),
+        ]
     };
     outcomes.iter().enumerate().flat_map(trial).collect()
 }
@@ -141,38 +166,83 @@ pub fn ragged(gates: &[&str]) -> (Summary, TrialColumns) {
     };
     let manifest = manifest(&["a", "b", "c"], overrides);
     let of_trial = |trial: u64| {
-        let saved = [("a", trial % 10 != 3), ("b", trial.is_multiple_of(5)), ("c", trial % 10 != 7)];
+        let saved = [
+            ("a", trial % 10 != 3),
+            ("b", trial.is_multiple_of(5)),
+            ("c", trial % 10 != 7),
+        ];
         let row = move |(set, saved): (&str, bool)| {
-            let outcome = if saved { Outcome::Recovered } else { Outcome::Fell };
+            let outcome = if saved {
+                Outcome::Recovered
+            } else {
+                Outcome::Fell
+            };
             row(trial, set, 1.0 + trial as f64 / 50.0, outcome)
         };
-        saved.into_iter().filter(move |(set, _)| *set != "b" || trial < 25).map(row)
+        saved
+            .into_iter()
+            .filter(move |(set, _)| *set != "b" || trial < 25)
+            .map(row)
     };
-    let rows = columns_of_rows(&(0..100).flat_map(of_trial).collect::<Vec<_>>(), &manifest.sets);
+    let rows = columns_of_rows(
+        &(0..100).flat_map(of_trial).collect::<Vec<_>>(),
+        &manifest.sets,
+    );
     let gates = Gates::new(&manifest, None).unwrap();
-    (Summary::new(&manifest, &rows, String::new(), &every_pair(3), &gates), rows)
+    (
+        Summary::new(&manifest, &rows, String::new(), &every_pair(3), &gates),
+        rows,
+    )
 }
 
 /// The result of a comparison, and its rows, of the sets "hold" and "catch" in two engines. Of each trial it is given
 /// whether the robot recovered: with "hold" and "catch" in Rapier, then in MuJoCo. Headings turn from trial to trial.
 pub fn compared(recovered: &[[bool; 4]]) -> (Summary, TrialColumns) {
     let sets = ["hold", "catch"];
-    let names: Vec<String> = Engine::ALL.iter().flat_map(|e| sets.map(|set| format!("{set} ({})", e.name()))).collect();
+    let names: Vec<String> = Engine::ALL
+        .iter()
+        .flat_map(|e| sets.map(|set| format!("{set} ({})", e.name())))
+        .collect();
     let row = |trial: usize, set: &str, has_recovered: bool| {
-        let row = row(trial as u64, set, 2.0, if has_recovered { Recovered } else { Fell });
+        let row = row(
+            trial as u64,
+            set,
+            2.0,
+            if has_recovered { Recovered } else { Fell },
+        );
         row.with(|row| row.push.heading_deg = 45.0 * (trial % 8) as f64)
     };
     let rows = |sets: &[String], first: usize| {
         let of_trial = |(i, of): (usize, &[bool; 4])| {
-            sets.iter().zip(&of[first..]).map(|(set, of)| row(i, set, *of)).collect::<Vec<_>>()
+            sets.iter()
+                .zip(&of[first..])
+                .map(|(set, of)| row(i, set, *of))
+                .collect::<Vec<_>>()
         };
-        columns_of_rows(&recovered.iter().enumerate().flat_map(of_trial).collect::<Vec<_>>(), sets)
+        columns_of_rows(
+            &recovered
+                .iter()
+                .enumerate()
+                .flat_map(of_trial)
+                .collect::<Vec<_>>(),
+            sets,
+        )
     };
-    let manifests =
-        Engine::ALL.map(|engine| manifest(&sets, Overrides { engine: Some(engine), ..Overrides::default() }));
+    let manifests = Engine::ALL.map(|engine| {
+        manifest(
+            &sets,
+            Overrides {
+                engine: Some(engine),
+                ..Overrides::default()
+            },
+        )
+    });
     let own = [0, 2].map(|first| rows(&sets.map(String::from), first));
     let rows = rows(&names, 0);
-    let joined = Manifest { sets: names, ..manifests[0].clone() };
+    let joined = Manifest {
+        sets: names,
+        ..manifests[0].clone()
+    };
     let gates = Gates::new(&joined, None).unwrap();
     let mut summary = Summary::new(&joined, &rows, String::new(), &[(0, 2), (1, 3)], &gates);
     let of = [(&manifests[0], &own[0]), (&manifests[1], &own[1])];
@@ -183,9 +253,17 @@ pub fn compared(recovered: &[[bool; 4]]) -> (Summary, TrialColumns) {
 /// The state after so many trials with so many sets. Set i recovers from all trials but every (i + 2)nd.
 pub fn so_far(sets: usize, trials: u64, name: impl Fn(usize) -> String) -> SoFar {
     let names: Vec<String> = (0..sets).map(name).collect();
-    let outcome = |trial: u64, set: usize| if trial.is_multiple_of(set as u64 + 2) { Fell } else { Recovered };
+    let outcome = |trial: u64, set: usize| {
+        if trial.is_multiple_of(set as u64 + 2) {
+            Fell
+        } else {
+            Recovered
+        }
+    };
     let of_trial = |trial: u64| (0..sets).map(move |set| (trial, set));
-    let rows = (0..trials).flat_map(of_trial).map(|(trial, set)| row(trial, &names[set], 1.0, outcome(trial, set)));
+    let rows = (0..trials)
+        .flat_map(of_trial)
+        .map(|(trial, set)| row(trial, &names[set], 1.0, outcome(trial, set)));
     let mut tally = SuccessTally::new(&names);
     tally.add(&rows.collect::<Vec<_>>());
     SoFar::new(&tally, 0.02)

@@ -46,31 +46,54 @@ impl<'a> InterimLooks<'a> {
         let set_trials = vec![most; folder.manifest.sets.len()];
         let next = planned.after(0).min(most);
         let rows = TrialColumns::new(&folder.manifest.sets, &folder.manifest.campaign.episode);
-        Some(Self { folder, gates, planned, last: 0, next, rows, set_trials, is_over: false })
+        Some(Self {
+            folder,
+            gates,
+            planned,
+            last: 0,
+            next,
+            rows,
+            set_trials,
+            is_over: false,
+        })
     }
 
     /// Takes all looks for which there are enough trials.
     pub fn go_on(&mut self, on_look: &dyn Fn(&InterimLook)) -> Result<()> {
-        let (most, sets) = (self.folder.manifest.campaign.trials, &self.folder.manifest.sets);
+        let (most, sets) = (
+            self.folder.manifest.campaign.trials,
+            &self.folder.manifest.sets,
+        );
         while !self.is_over {
             let blocks = self.blocks(self.last..self.next);
             if blocks.clone().any(|block| self.lacks(block)) {
                 return Ok(());
             }
             for block in blocks {
-                self.rows.push(&self.folder.rows_of(block..block + 1, &self.set_trials)?);
+                self.rows
+                    .push(&self.folder.rows_of(block..block + 1, &self.set_trials)?);
             }
             self.last = self.next;
             let open = self.gates.open(&self.rows);
             self.is_over = open.is_empty() || self.last == most;
             let mut stopping = Vec::new();
-            for (set, trials) in self.set_trials.iter_mut().enumerate().filter(|(_, trials)| **trials > self.last) {
+            for (set, trials) in self
+                .set_trials
+                .iter_mut()
+                .enumerate()
+                .filter(|(_, trials)| **trials > self.last)
+            {
                 if self.is_over || open.iter().all(|open| !open.sets.contains(&set)) {
                     *trials = self.last;
                     stopping.extend((!self.is_over).then_some(sets[set].as_str()));
                 }
             }
-            on_look(&InterimLook { rows: &self.rows, open: &open, stopping, set_trials: &self.set_trials });
+            on_look(&InterimLook {
+                rows: &self.rows,
+                open: &open,
+                stopping,
+                set_trials: &self.set_trials,
+            });
             self.next = self.planned.after(self.last).min(most);
         }
         Ok(())
@@ -82,12 +105,19 @@ impl<'a> InterimLooks<'a> {
     pub fn lacking(&self, is_own: impl Fn(u64) -> bool) -> Vec<u64> {
         let (mut from, mut to) = (self.last, self.next);
         while !self.is_over && from < to {
-            let own = self.blocks(from..to).filter(|&block| is_own(block) && self.lacks(block));
+            let own = self
+                .blocks(from..to)
+                .filter(|&block| is_own(block) && self.lacks(block));
             let own: Vec<u64> = own.collect();
             if !own.is_empty() {
                 return own;
             }
-            (from, to) = (to, self.planned.after(to).min(self.folder.manifest.campaign.trials));
+            (from, to) = (
+                to,
+                self.planned
+                    .after(to)
+                    .min(self.folder.manifest.campaign.trials),
+            );
         }
         Vec::new()
     }

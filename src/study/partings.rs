@@ -33,11 +33,25 @@ impl<'a> Partings<'a> {
         let plans = [plan(folders[0])?, plan(folders[1])?];
         let limit_m = half_sole_width_m(&plans[0].robot);
         agreement.part_beyond_m = Some(limit_m);
-        let of_set =
-            |(set, of): (usize, &'a mut SetAgreement)| of.parted.iter_mut().take(most).map(move |trial| (set, trial));
-        let trials: Vec<_> = agreement.sets.iter_mut().enumerate().flat_map(of_set).collect();
+        let of_set = |(set, of): (usize, &'a mut SetAgreement)| {
+            of.parted
+                .iter_mut()
+                .take(most)
+                .map(move |trial| (set, trial))
+        };
+        let trials: Vec<_> = agreement
+            .sets
+            .iter_mut()
+            .enumerate()
+            .flat_map(of_set)
+            .collect();
         let factories = plans[0].factories()?;
-        Ok(Self { plans, factories, limit_m, trials })
+        Ok(Self {
+            plans,
+            factories,
+            limit_m,
+            trials,
+        })
     }
 
     /// Number of trials.
@@ -48,7 +62,12 @@ impl<'a> Partings<'a> {
     /// Simulates the trials on all cores, and notes where their traces part. Calls `on_trial` after each trial, from
     /// any thread. Fails if `stop` is set meanwhile.
     pub fn run(self, stop: &AtomicBool, on_trial: &(dyn Fn() + Sync)) -> Result<()> {
-        let Self { plans, factories, limit_m, trials } = self;
+        let Self {
+            plans,
+            factories,
+            limit_m,
+            trials,
+        } = self;
         let [in_a, in_b] = plans.each_ref().map(|plan| &plan.manifest.campaign);
         let robot = &plans[0].robot;
         trials.into_par_iter().try_for_each(|(set, of)| {
@@ -56,7 +75,13 @@ impl<'a> Partings<'a> {
                 return Err(Error::Interrupted);
             }
             let disturbance = || trial::disturbance(in_a, of.trial);
-            of.parting = parting(robot, &factories[set], [&in_a.episode, &in_b.episode], disturbance, limit_m)?;
+            of.parting = parting(
+                robot,
+                &factories[set],
+                [&in_a.episode, &in_b.episode],
+                disturbance,
+                limit_m,
+            )?;
             of.traced = true;
             on_trial();
             Ok(())

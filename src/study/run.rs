@@ -86,7 +86,9 @@ impl<'a> CampaignRun<'a> {
             None => work.blocks().filter(|&block| work.lacks(block)).collect(),
         };
         if !work.is_done() {
-            work.factories = work.pool.install(|| plan.tried_factories(options.untried))?;
+            work.factories = work
+                .pool
+                .install(|| plan.tried_factories(options.untried))?;
         }
         Ok(work)
     }
@@ -107,7 +109,11 @@ impl<'a> CampaignRun<'a> {
 
     /// Number of episodes still to run, as the folder is now. It is an upper bound if the campaign ends when decided.
     pub fn episodes(&self) -> u64 {
-        if self.is_done() { 0 } else { self.episodes_of(|block| self.folder.lacks(block, self.set_trials())) }
+        if self.is_done() {
+            0
+        } else {
+            self.episodes_of(|block| self.folder.lacks(block, self.set_trials()))
+        }
     }
 
     /// Number of episodes of the campaign, including finished ones. It is an upper bound if the campaign ends when
@@ -117,7 +123,11 @@ impl<'a> CampaignRun<'a> {
     }
 
     fn all_episodes_with(&self, set_trials: &[u64]) -> u64 {
-        let has_trials = |block: u64| set_trials.iter().map(move |trials| self.folder.range(block).0 < *trials);
+        let has_trials = |block: u64| {
+            set_trials
+                .iter()
+                .map(move |trials| self.folder.range(block).0 < *trials)
+        };
         self.episodes_of(|block| has_trials(block).collect())
     }
 
@@ -132,14 +142,20 @@ impl<'a> CampaignRun<'a> {
 
     /// The blocks of the campaign, or of the shard.
     fn blocks(&self) -> impl Iterator<Item = u64> + use<> {
-        let Manifest { campaign, part_trials, .. } = &self.folder.manifest;
+        let Manifest {
+            campaign,
+            part_trials,
+            ..
+        } = &self.folder.manifest;
         let shard = self.shard;
         (0..campaign.trials.div_ceil(part_trials.get())).filter(move |&block| takes(shard, block))
     }
 
     /// Number of trials of each controller: the final one if it is decided, else the largest possible one.
     fn set_trials(&self) -> &[u64] {
-        self.looks.as_ref().map_or(&self.all_trials, |looks| &looks.set_trials)
+        self.looks
+            .as_ref()
+            .map_or(&self.all_trials, |looks| &looks.set_trials)
     }
 
     fn lacks(&self, block: u64) -> bool {
@@ -154,7 +170,9 @@ impl<'a> CampaignRun<'a> {
     /// Takes the next looks at a campaign that ends when decided, as far as there are trials. Returns the blocks to run
     /// next. It returns none if all is decided, or if there are no more trials.
     fn look_on(&mut self, on_look: &dyn Fn(&InterimLook, u64)) -> Result<Vec<u64>> {
-        let Some(mut looks) = self.looks.take() else { return Ok(Vec::new()) };
+        let Some(mut looks) = self.looks.take() else {
+            return Ok(Vec::new());
+        };
         looks.go_on(&|look| on_look(look, self.all_episodes_with(look.set_trials)))?;
         let missing = looks.lacking(|block| takes(self.shard, block));
         self.looks = Some(looks);
@@ -165,16 +183,26 @@ impl<'a> CampaignRun<'a> {
     ///
     /// From then on nobody else may change the folder, as long as this lives.
     pub fn run(&mut self, watch: &RunEvents) -> Result<()> {
-        let access = if self.shard.is_some() { Access::SharedByShards } else { Access::Exclusive };
+        let access = if self.shard.is_some() {
+            Access::SharedByShards
+        } else {
+            Access::Exclusive
+        };
         // No report may stand beside another decision; where there are no shards, it is written again in any case.
         let asks_anew = self.shard.is_some() && self.folder.asks_anew();
-        self.claim = Some(Claim::of(self.folder, access, || self.plan.identify(self.folder))?);
+        self.claim = Some(Claim::of(self.folder, access, || {
+            self.plan.identify(self.folder)
+        })?);
         if asks_anew || !self.is_done() {
             self.folder.remove_result()?;
         }
         if !self.is_done() {
             let there = (0..self.folder.blocks()).filter(|&block| !self.lacks(block));
-            let rows = there.filter_map(|block| self.folder.rows_of(block..block + 1, self.set_trials()).ok());
+            let rows = there.filter_map(|block| {
+                self.folder
+                    .rows_of(block..block + 1, self.set_trials())
+                    .ok()
+            });
             rows.for_each(|rows| (watch.on_part)(&rows));
         }
         // Taken out of `self`, because the opening borrows the factories during all looks.
@@ -182,7 +210,8 @@ impl<'a> CampaignRun<'a> {
         let opening = plan.opening(&factories);
         // Another shard may have decided the campaign, perhaps by parts that are not seen here.
         while !self.is_done() && !self.is_decided() {
-            self.pool.install(|| self.run_blocks(&factories, opening.as_ref(), watch))?;
+            self.pool
+                .install(|| self.run_blocks(&factories, opening.as_ref(), watch))?;
             self.missing = self.look_on(watch.on_look)?;
         }
         match &self.looks {
@@ -203,14 +232,21 @@ impl<'a> CampaignRun<'a> {
         // the campaign.
         let due = self.missing.iter().take_while(|_| !self.is_decided());
         let blocks = due.map(|&block| Arc::new(Block::new(self.folder, block, self.set_trials())));
-        let jobs = blocks.flat_map(|block| block.trials.clone().map(move |trial| (Arc::clone(&block), trial)));
+        let jobs = blocks.flat_map(|block| {
+            block
+                .trials
+                .clone()
+                .map(move |trial| (Arc::clone(&block), trial))
+        });
         jobs.par_bridge().try_for_each(|(block, trial)| {
             if watch.stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
             let rows = self.plan.rows(factories, opening, trial, &block.sets)?;
             rows.iter().for_each(|_| (watch.on_episode)());
-            let Some(rows) = block.put(trial, rows) else { return Ok(()) };
+            let Some(rows) = block.put(trial, rows) else {
+                return Ok(());
+            };
             self.folder.check_owner()?;
             self.folder.part(block.index).write(&rows)?;
             (watch.on_part)(&rows);
@@ -223,7 +259,12 @@ impl<'a> CampaignRun<'a> {
 pub fn run_all(plan: &PreparedCampaign, out: &Path) -> Result<Summary> {
     let folder = plan.folder(Some(out))?;
     let gates = Gates::new(&folder.manifest, None)?;
-    let watch = RunEvents { stop: &AtomicBool::new(false), on_episode: &|| {}, on_part: &|_| {}, on_look: &|_, _| {} };
+    let watch = RunEvents {
+        stop: &AtomicBool::new(false),
+        on_episode: &|| {},
+        on_part: &|_| {},
+        on_look: &|_, _| {},
+    };
     CampaignRun::new(plan, &folder, RunOptions::default(), Some(&gates))?.run(&watch)?;
     Ok(Summary::of_folder(&folder, &gates)?.0)
 }
@@ -253,19 +294,34 @@ impl Block {
         // A part that cannot be read is run again.
         let there = folder.part(index).rows().unwrap_or_default();
         let names = &folder.manifest.sets;
-        let lacks = |set: &usize| first < set_trials[*set] && !there.iter().any(|row| row.set == names[*set]);
+        let lacks = |set: &usize| {
+            first < set_trials[*set] && !there.iter().any(|row| row.set == names[*set])
+        };
         let sets: Vec<usize> = (0..names.len()).filter(lacks).collect();
         let number = |row: &TrialRow| names.iter().position(|set| *set == row.set);
-        let rows: BTreeMap<_, _> =
-            there.into_iter().filter_map(|row| Some(((row.trial, number(&row)?), row))).collect();
+        let rows: BTreeMap<_, _> = there
+            .into_iter()
+            .filter_map(|row| Some(((row.trial, number(&row)?), row)))
+            .collect();
         let all = (end - first) as usize * sets.len() + rows.len();
-        Self { index, trials: first..end, sets, all, rows: Mutex::new(rows) }
+        Self {
+            index,
+            trials: first..end,
+            sets,
+            all,
+            rows: Mutex::new(rows),
+        }
     }
 
     /// Puts the rows of a trial in their places. Returns all rows in order if these were the last ones.
     fn put(&self, trial: u64, of_trial: Vec<TrialRow>) -> Option<Vec<TrialRow>> {
         let mut rows = self.rows.lock().unwrap_or_else(PoisonError::into_inner);
-        rows.extend(self.sets.iter().zip(of_trial).map(|(&set, row)| ((trial, set), row)));
+        rows.extend(
+            self.sets
+                .iter()
+                .zip(of_trial)
+                .map(|(&set, row)| ((trial, set), row)),
+        );
         (rows.len() == self.all).then(|| std::mem::take(&mut *rows).into_values().collect())
     }
 }
@@ -285,8 +341,21 @@ mod tests {
                 stop.store(true, Ordering::Relaxed);
             }
         };
-        let mut work = CampaignRun::new(plan, folder, RunOptions { threads: 1, ..RunOptions::default() }, None)?;
-        work.run(&RunEvents { stop: &stop, on_episode: &on_episode, on_part: &|_| {}, on_look: &|_, _| {} })?;
+        let mut work = CampaignRun::new(
+            plan,
+            folder,
+            RunOptions {
+                threads: 1,
+                ..RunOptions::default()
+            },
+            None,
+        )?;
+        work.run(&RunEvents {
+            stop: &stop,
+            on_episode: &on_episode,
+            on_part: &|_| {},
+            on_look: &|_, _| {},
+        })?;
         Ok(count.into_inner())
     }
 
@@ -298,17 +367,26 @@ mod tests {
         let result = |part_trials: u64| {
             let mut plan = planned(&[]);
             plan.manifest.part_trials = part_trials.try_into().unwrap();
-            let folder = plan.folder(Some(&dir.path().join(part_trials.to_string()))).unwrap();
+            let folder = plan
+                .folder(Some(&dir.path().join(part_trials.to_string())))
+                .unwrap();
             assert_eq!(run(&plan, &folder, usize::MAX).unwrap(), 30);
             let again = planned(&[]).folder(Some(&folder.path)).unwrap();
-            assert_eq!((again.manifest.part_trials.get(), again.missing()), (part_trials, vec![]));
+            assert_eq!(
+                (again.manifest.part_trials.get(), again.missing()),
+                (part_trials, vec![])
+            );
             let gates = Gates::new(&plan.manifest, None).unwrap();
             Summary::of_folder(&folder, &gates).unwrap();
             ["trials.parquet", "summary.json", "campaign.toml"]
                 .map(|name| std::fs::read(folder.path.join(name)).unwrap())
         };
         let usual = result(5);
-        assert!([1, 7, 25, 100].into_iter().all(|part_trials| result(part_trials) == usual));
+        assert!(
+            [1, 7, 25, 100]
+                .into_iter()
+                .all(|part_trials| result(part_trials) == usual)
+        );
     }
 
     /// Even if the parts by which it was decided are not seen here.
@@ -317,18 +395,34 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let gains = vec!["hold".into(), "fixed".into()];
         let trials = Some(100);
-        let overrides = Overrides { gains, trials, until_resolved: true, synthetic: true, ..Default::default() };
+        let overrides = Overrides {
+            gains,
+            trials,
+            until_resolved: true,
+            synthetic: true,
+            ..Default::default()
+        };
         let plan = PreparedCampaign::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();
         let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
         let gates = Gates::new(&plan.manifest, None).unwrap();
-        let options = RunOptions { threads: 1, shard: "1/2".parse().ok(), ..RunOptions::default() };
+        let options = RunOptions {
+            threads: 1,
+            shard: "1/2".parse().ok(),
+            ..RunOptions::default()
+        };
         let mut work = CampaignRun::new(&plan, &folder, options, Some(&gates)).unwrap();
         let (stop, parts) = (AtomicBool::new(false), AtomicUsize::new(0));
         let on_part = |_: &[TrialRow]| {
             parts.fetch_add(1, Ordering::Relaxed);
             folder.stop_at(&[25, 25]).unwrap();
         };
-        work.run(&RunEvents { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_, _| {} }).unwrap();
+        work.run(&RunEvents {
+            stop: &stop,
+            on_episode: &|| {},
+            on_part: &on_part,
+            on_look: &|_, _| {},
+        })
+        .unwrap();
         assert!((1..=2).contains(&parts.into_inner()) && folder.has_stopped() && !work.is_done());
     }
 
@@ -340,13 +434,30 @@ mod tests {
         let folder = plan.folder(Some(&dir.path().join("a"))).unwrap();
         assert!(run(&plan, &folder, 12).is_err());
         let seen = Mutex::new(Vec::new());
-        let on_part =
-            |rows: &[TrialRow]| seen.lock().unwrap().push(rows.iter().map(|row| row.trial).collect::<Vec<_>>());
-        let mut work =
-            CampaignRun::new(&plan, &folder, RunOptions { threads: 1, ..RunOptions::default() }, None).unwrap();
+        let on_part = |rows: &[TrialRow]| {
+            seen.lock()
+                .unwrap()
+                .push(rows.iter().map(|row| row.trial).collect::<Vec<_>>())
+        };
+        let mut work = CampaignRun::new(
+            &plan,
+            &folder,
+            RunOptions {
+                threads: 1,
+                ..RunOptions::default()
+            },
+            None,
+        )
+        .unwrap();
         assert_eq!((work.episodes(), work.all_episodes()), (20, 30));
         let stop = AtomicBool::new(false);
-        work.run(&RunEvents { stop: &stop, on_episode: &|| {}, on_part: &on_part, on_look: &|_, _| {} }).unwrap();
+        work.run(&RunEvents {
+            stop: &stop,
+            on_episode: &|| {},
+            on_part: &on_part,
+            on_look: &|_, _| {},
+        })
+        .unwrap();
         assert_eq!((work.episodes(), work.all_episodes()), (0, 30));
         let seen = seen.into_inner().unwrap();
         assert_eq!(seen[..2].concat(), (0..10).collect::<Vec<_>>());

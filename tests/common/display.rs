@@ -31,8 +31,14 @@ impl Display {
     /// Starts a display. It is None, with a message on stderr, if there can be no display and the environment does not
     /// require one. It waits until no other test has a display.
     pub fn start() -> Option<Self> {
-        if let Some(program) = PROGRAMS.into_iter().find(|program| in_path(program).is_none()) {
-            assert!(std::env::var_os(NEED).is_none(), "{NEED} is set, but {program} is not in PATH");
+        if let Some(program) = PROGRAMS
+            .into_iter()
+            .find(|program| in_path(program).is_none())
+        {
+            assert!(
+                std::env::var_os(NEED).is_none(),
+                "{NEED} is set, but {program} is not in PATH"
+            );
             eprintln!(
                 "skipped: {program} is not in PATH (apt-get install xvfb xdotool); {NEED}=1 makes this a failure"
             );
@@ -43,7 +49,17 @@ impl Display {
         let folder = tempfile::tempdir().unwrap();
         // The server finds a free number and reports it.
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp", "-terminate", "-fbdir"])
+            .args([
+                "-displayfd",
+                "1",
+                "-screen",
+                "0",
+                "1280x800x24",
+                "-nolisten",
+                "tcp",
+                "-terminate",
+                "-fbdir",
+            ])
             .arg(folder.path())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -51,14 +67,21 @@ impl Display {
             .unwrap();
         let told = server.stdout.take().unwrap();
         // From here on the server ends with the display.
-        let mut display = Self { server, name: String::new(), folder, _turn: turn };
+        let mut display = Self {
+            server,
+            name: String::new(),
+            folder,
+            _turn: turn,
+        };
         let (tell, number) = channel();
         spawn(move || {
             let mut line = String::new();
             _ = BufReader::new(told).read_line(&mut line);
             _ = tell.send(line);
         });
-        let number = number.recv_timeout(PATIENCE).expect("Xvfb does not tell its number");
+        let number = number
+            .recv_timeout(PATIENCE)
+            .expect("Xvfb does not tell its number");
         assert!(!number.trim().is_empty(), "Xvfb did not start");
         display.name = format!(":{}", number.trim());
         Some(display)
@@ -73,8 +96,15 @@ impl Display {
 
     /// The output of `xdotool`; None if it fails.
     pub fn ask(&self, args: &[&str]) -> Option<String> {
-        let output = Command::new("xdotool").env("DISPLAY", &self.name).args(args).output().unwrap();
-        output.status.success().then(|| String::from_utf8(output.stdout).unwrap().trim().to_string())
+        let output = Command::new("xdotool")
+            .env("DISPLAY", &self.name)
+            .args(args)
+            .output()
+            .unwrap();
+        output
+            .status
+            .success()
+            .then(|| String::from_utf8(output.stdout).unwrap().trim().to_string())
     }
 
     pub fn tell(&self, args: &[&str]) {
@@ -101,13 +131,18 @@ impl Display {
     pub fn screen(&self) -> RgbImage {
         let file = std::fs::read(self.folder.path().join("Xvfb_screen0")).unwrap();
         let word = |i: usize| u32::from_be_bytes(file[4 * i..4 * i + 4].try_into().unwrap());
-        let [header, width, height, is_big_endian, bits, stride, colors] = [0, 4, 5, 7, 11, 12, 19].map(word);
+        let [header, width, height, is_big_endian, bits, stride, colors] =
+            [0, 4, 5, 7, 11, 12, 19].map(word);
         assert_eq!((word(1), bits), (7, 32), "an unknown format");
         let pixels = &file[(header + 12 * colors) as usize..];
         RgbImage::from_fn(width, height, |x, y| {
             let at = (y * stride + 4 * x) as usize;
             let pixel = pixels[at..at + 4].try_into().unwrap();
-            let pixel = if is_big_endian == 1 { u32::from_be_bytes(pixel) } else { u32::from_le_bytes(pixel) };
+            let pixel = if is_big_endian == 1 {
+                u32::from_be_bytes(pixel)
+            } else {
+                u32::from_le_bytes(pixel)
+            };
             let [_, r, g, b] = pixel.to_be_bytes();
             Rgb([r, g, b])
         })
@@ -122,5 +157,7 @@ impl Drop for Display {
 
 fn in_path(name: &str) -> Option<PathBuf> {
     let folders = std::env::var_os("PATH")?;
-    std::env::split_paths(&folders).map(|folder| folder.join(name)).find(|path| path.is_file())
+    std::env::split_paths(&folders)
+        .map(|folder| folder.join(name))
+        .find(|path| path.is_file())
 }

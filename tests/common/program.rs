@@ -36,7 +36,14 @@ impl Run {
     /// Asserts this exit code.
     #[track_caller]
     pub fn code(self, code: i32) -> Self {
-        assert_eq!(self.0.status.code(), Some(code), "{:?} {}{}", self.0.status, stdout(&self), stderr(&self));
+        assert_eq!(
+            self.0.status.code(),
+            Some(code),
+            "{:?} {}{}",
+            self.0.status,
+            stdout(&self),
+            stderr(&self)
+        );
         self
     }
 
@@ -51,12 +58,23 @@ impl Run {
 }
 
 pub fn standfast(folder: &Path, args: &[&str]) -> Run {
-    Run::of(Command::new(PROGRAM).current_dir(folder).args(args).env("XDG_STATE_HOME", STATE))
+    Run::of(
+        Command::new(PROGRAM)
+            .current_dir(folder)
+            .args(args)
+            .env("XDG_STATE_HOME", STATE),
+    )
 }
 
 /// Sends a signal, by its name, to a program that runs.
 pub fn send(signal: &str, to: &Child) {
-    assert!(Command::new("kill").args(["-s", signal, &to.id().to_string()]).status().unwrap().success());
+    assert!(
+        Command::new("kill")
+            .args(["-s", signal, &to.id().to_string()])
+            .status()
+            .unwrap()
+            .success()
+    );
 }
 
 /// The arguments of the short campaign with further ones.
@@ -74,7 +92,11 @@ pub fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
         let name = entry.file_name().into_string().unwrap();
         if entry.path().is_dir() {
-            found.extend(files(&entry.path()).into_iter().map(|(k, v)| (format!("{name}/{k}"), v)));
+            found.extend(
+                files(&entry.path())
+                    .into_iter()
+                    .map(|(k, v)| (format!("{name}/{k}"), v)),
+            );
         } else if name != ".lock" {
             found.insert(name, fs::read(entry.path()).unwrap());
         }
@@ -98,10 +120,20 @@ pub fn forge(folder: &Path, change: impl FnOnce(&mut Manifest)) {
     change(&mut manifest);
     manifest.config_hash = manifest.hash().unwrap();
     manifest.write(folder).unwrap();
-    for marker in fs::read_dir(folder.join("parts")).unwrap().map(|entry| entry.unwrap().path()) {
-        let is_marker = marker.extension().is_some_and(|e| e == "json") && !marker.ends_with("campaign.json");
+    for marker in fs::read_dir(folder.join("parts"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+    {
+        let is_marker =
+            marker.extension().is_some_and(|e| e == "json") && !marker.ends_with("campaign.json");
         if is_marker {
-            fs::write(&marker, fs::read_to_string(&marker).unwrap().replace(&old, &manifest.config_hash)).unwrap();
+            fs::write(
+                &marker,
+                fs::read_to_string(&marker)
+                    .unwrap()
+                    .replace(&old, &manifest.config_hash),
+            )
+            .unwrap();
         }
     }
 }

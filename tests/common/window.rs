@@ -29,10 +29,26 @@ pub struct Frame {
 
 impl Frame {
     fn told(line: &str) -> Option<Self> {
-        let words: Vec<&str> = line.split("] frame ").nth(1)?.split([' ', ':', ',']).collect();
-        let number = |at: usize| words.iter().filter(|word| !word.is_empty()).nth(at)?.parse::<f64>().ok();
+        let words: Vec<&str> = line
+            .split("] frame ")
+            .nth(1)?
+            .split([' ', ':', ','])
+            .collect();
+        let number = |at: usize| {
+            words
+                .iter()
+                .filter(|word| !word.is_empty())
+                .nth(at)?
+                .parse::<f64>()
+                .ok()
+        };
         // "12: 1.234 s, speed 1, COM 0.1 -0.2 mm"
-        Some(Self { number: number(0)? as u64, time_s: number(1)?, speed: number(4)?, y_mm: number(7)? })
+        Some(Self {
+            number: number(0)? as u64,
+            time_s: number(1)?,
+            speed: number(4)?,
+            y_mm: number(7)?,
+        })
     }
 }
 
@@ -55,9 +71,16 @@ impl<'a> View<'a> {
         let (told, stderr) = (Told::default(), process.stderr.take().unwrap());
         let lines = told.clone();
         spawn(move || {
-            BufReader::new(stderr).lines().map_while(Result::ok).for_each(|line| lines.lock().unwrap().push(line));
+            BufReader::new(stderr)
+                .lines()
+                .map_while(Result::ok)
+                .for_each(|line| lines.lock().unwrap().push(line));
         });
-        let view = Self { process: Some(process), display, told };
+        let view = Self {
+            process: Some(process),
+            display,
+            told,
+        };
         // The server ends with its last client, which is the window, so the window must come first.
         view.wait("a frame", || view.last().is_some());
         display.window("standfast");
@@ -69,14 +92,23 @@ impl<'a> View<'a> {
         let end = Instant::now() + PATIENCE;
         while !is_so() {
             let told = self.told.lock().unwrap();
-            assert!(Instant::now() < end, "in vain: {what}; {:?}", &told[told.len().saturating_sub(5)..]);
+            assert!(
+                Instant::now() < end,
+                "in vain: {what}; {:?}",
+                &told[told.len().saturating_sub(5)..]
+            );
             drop(told);
             sleep(Duration::from_millis(20));
         }
     }
 
     fn last(&self) -> Option<Frame> {
-        self.told.lock().unwrap().iter().rev().find_map(|line| Frame::told(line))
+        self.told
+            .lock()
+            .unwrap()
+            .iter()
+            .rev()
+            .find_map(|line| Frame::told(line))
     }
 
     pub fn frame(&self) -> Frame {
@@ -96,7 +128,9 @@ impl<'a> View<'a> {
     /// Waits until some frame after `before` satisfied `is_so`, even if the last frame does not: a slow machine draws
     /// few frames.
     pub fn once(&self, what: &str, before: &Frame, is_so: impl Fn(&Frame) -> bool) {
-        let is_later = |line: &String| Frame::told(line).is_some_and(|f| f.number > before.number && is_so(&f));
+        let is_later = |line: &String| {
+            Frame::told(line).is_some_and(|f| f.number > before.number && is_so(&f))
+        };
         self.wait(what, || self.told.lock().unwrap().iter().any(is_later));
     }
 
@@ -117,10 +151,17 @@ impl<'a> View<'a> {
 
     /// Drags with the left button.
     pub fn drag(&self, from: [u32; 2], to: [u32; 2]) {
-        let steps = [[from[0], from[1], 0], [from[0], from[1], 1], [to[0], to[1], 0], [to[0], to[1], 2]];
+        let steps = [
+            [from[0], from[1], 0],
+            [from[0], from[1], 1],
+            [to[0], to[1], 0],
+            [to[0], to[1], 2],
+        ];
         for [x, y, button] in steps {
             match button {
-                0 => self.display.tell(&["mousemove", &x.to_string(), &y.to_string()]),
+                0 => self
+                    .display
+                    .tell(&["mousemove", &x.to_string(), &y.to_string()]),
                 1 => self.display.tell(&["mousedown", "1"]),
                 _ => self.display.tell(&["mouseup", "1"]),
             }
@@ -134,7 +175,12 @@ impl<'a> View<'a> {
         let (mut process, _) = self.leave();
         assert_eq!(ended(&mut process).code(), Some(0));
         let mut told = String::new();
-        process.stdout.take().unwrap().read_to_string(&mut told).unwrap();
+        process
+            .stdout
+            .take()
+            .unwrap()
+            .read_to_string(&mut told)
+            .unwrap();
         told
     }
 

@@ -69,16 +69,16 @@ const NUMBERS: [&str; 34] = [
     "",
 ];
 const WORDS: [&str; 24] = [
-    "[", "]", "{", "}", "\"", "'", "=", ",", ".", "#", "<", ">", "/>", "&", "\0", "\u{7f}", "\u{2028}", "ä", "../",
-    "%", "true", "NaN", "<!--", "\n\n",
+    "[", "]", "{", "}", "\"", "'", "=", ",", ".", "#", "<", ">", "/>", "&", "\0", "\u{7f}",
+    "\u{2028}", "ä", "../", "%", "true", "NaN", "<!--", "\n\n",
 ];
 
 /// Ranges of the numbers in a text.
 fn numbers(text: &str) -> Vec<(usize, usize)> {
     let (bytes, mut found, mut at) = (text.as_bytes(), Vec::new(), 0);
     while at < bytes.len() {
-        let starts =
-            bytes[at].is_ascii_digit() || bytes[at] == b'-' && bytes.get(at + 1).is_some_and(u8::is_ascii_digit);
+        let starts = bytes[at].is_ascii_digit()
+            || bytes[at] == b'-' && bytes.get(at + 1).is_some_and(u8::is_ascii_digit);
         let in_word = at > 0 && (bytes[at - 1].is_ascii_alphanumeric() || bytes[at - 1] == b'_');
         if !starts || in_word {
             at += 1;
@@ -95,16 +95,26 @@ fn numbers(text: &str) -> Vec<(usize, usize)> {
 /// The text with all values of one key, or of one attribute, times the same factor: consistent values are accepted.
 fn scaled(text: &str, random: &mut Random) -> String {
     let found = numbers(text);
-    let Some(&(start, _)) = found.get(random.below(found.len())) else { return text.into() };
+    let Some(&(start, _)) = found.get(random.below(found.len())) else {
+        return text.into();
+    };
     let key_of = |at: usize| {
         let line = &text[text[..at].rfind('\n').map_or(0, |end| end + 1)..at];
         let key = line.rsplit_once('=').map_or(line, |(before, _)| before);
-        key.trim_end().rsplit([' ', '\t', '<', '{', ',']).next().unwrap_or(key)
+        key.trim_end()
+            .rsplit([' ', '\t', '<', '{', ','])
+            .next()
+            .unwrap_or(key)
     };
-    let (key, factor) = (key_of(start), random.of(&[0.0, 1e-9, 1e-6, 1e-3, 0.1, 0.5, 2.0, 10.0, 1e3, 1e6, 1e9]));
+    let (key, factor) = (
+        key_of(start),
+        random.of(&[0.0, 1e-9, 1e-6, 1e-3, 0.1, 0.5, 2.0, 10.0, 1e3, 1e6, 1e9]),
+    );
     let (mut out, mut from) = (String::new(), 0);
     for (start, end) in found.into_iter().filter(|&(start, _)| key_of(start) == key) {
-        let Ok(number) = text[start..end].parse::<f64>() else { continue };
+        let Ok(number) = text[start..end].parse::<f64>() else {
+            continue;
+        };
         out += &text[from..start];
         out += &(number * factor).to_string();
         from = end;
@@ -114,7 +124,9 @@ fn scaled(text: &str, random: &mut Random) -> String {
 
 /// The next position at which a text can be cut.
 fn boundary(text: &str, at: usize) -> usize {
-    (at..).find(|&at| text.is_char_boundary(at)).unwrap_or(text.len())
+    (at..)
+        .find(|&at| text.is_char_boundary(at))
+        .unwrap_or(text.len())
 }
 
 /// A text with one change.
@@ -126,9 +138,13 @@ fn changed(text: &str, random: &mut Random, others: &[String]) -> String {
         // Most inputs are numbers, and most of their faults are numbers that nobody considered.
         0..=5 => {
             let found = numbers(text);
-            let Some(&(start, end)) = found.get(random.below(found.len())) else { return text.into() };
+            let Some(&(start, end)) = found.get(random.below(found.len())) else {
+                return text.into();
+            };
             let number = match (random.below(2), text[start..end].parse::<f64>()) {
-                (0, Ok(number)) => (number * random.of(&[-1.0, 0.1, 0.5, 2.0, 10.0, 100.0, 1e-3, 1.0001])).to_string(),
+                (0, Ok(number)) => (number
+                    * random.of(&[-1.0, 0.1, 0.5, 2.0, 10.0, 100.0, 1e-3, 1.0001]))
+                .to_string(),
                 _ => random.of::<&str>(&NUMBERS).to_string(),
             };
             return text[..start].to_string() + &number + &text[end..];
@@ -137,16 +153,24 @@ fn changed(text: &str, random: &mut Random, others: &[String]) -> String {
         6 => drop(lines.drain(line.min(end)..end)),
         7 => {
             let copy = lines[line.min(end)..end].to_vec();
-            (0..=random.below(3)).for_each(|_| drop(lines.splice(line..line, copy.iter().copied())));
+            (0..=random.below(3))
+                .for_each(|_| drop(lines.splice(line..line, copy.iter().copied())));
         }
         8 if end > line => {
             let other = random.below(lines.len());
             lines.swap(line, other);
         }
         9 => {
-            let (open, close) = *random.of(&[("[", "]"), ("{a=", "}"), ("<link>", "</link>"), ("(", ")")]);
-            let (at, depth) = (boundary(text, random.below(text.len() + 1)), *random.of(&[2, 100, 20_000]));
-            return text[..at].to_string() + &open.repeat(depth) + &close.repeat(depth) + &text[at..];
+            let (open, close) =
+                *random.of(&[("[", "]"), ("{a=", "}"), ("<link>", "</link>"), ("(", ")")]);
+            let (at, depth) = (
+                boundary(text, random.below(text.len() + 1)),
+                *random.of(&[2, 100, 20_000]),
+            );
+            return text[..at].to_string()
+                + &open.repeat(depth)
+                + &close.repeat(depth)
+                + &text[at..];
         }
         10 => {
             let start = boundary(text, random.below(text.len() + 1));
@@ -167,7 +191,9 @@ fn changed(text: &str, random: &mut Random, others: &[String]) -> String {
 /// Runs the cases of one kind: the cases that once failed, the valid ones, and mutations of both. Each must be accepted
 /// or refused in words.
 pub fn fuzz(kind: &str, valid: &[String], check: impl Fn(&str) -> Result<()>) {
-    let running = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fuzz").join(kind);
+    let running = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("fuzz")
+        .join(kind);
     fs::create_dir_all(running.parent().unwrap()).unwrap();
     let run = |text: &str| {
         fs::write(&running, text).unwrap();
@@ -181,21 +207,32 @@ pub fn fuzz(kind: &str, valid: &[String], check: impl Fn(&str) -> Result<()>) {
                 );
                 false
             }
-            Err(_) => panic!("{kind}: a panic; cp {} tests/data/fuzz/{kind}/NAME", running.display()),
+            Err(_) => panic!(
+                "{kind}: a panic; cp {} tests/data/fuzz/{kind}/NAME",
+                running.display()
+            ),
         }
     };
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/fuzz").join(kind);
-    let corpus =
-        fs::read_dir(folder).map_or(Vec::new(), |entries| entries.map(|entry| entry.unwrap().path()).collect());
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data/fuzz")
+        .join(kind);
+    let corpus = fs::read_dir(folder).map_or(Vec::new(), |entries| {
+        entries.map(|entry| entry.unwrap().path()).collect()
+    });
     let mut corpus: Vec<PathBuf> = corpus;
     corpus.sort();
     for path in corpus {
         run(&fs::read_to_string(path).unwrap());
     }
     for text in valid {
-        assert!(run(text), "{kind}: a valid input is refused: {}", check(text).unwrap_err());
+        assert!(
+            run(text),
+            "{kind}: a valid input is refused: {}",
+            check(text).unwrap_err()
+        );
     }
-    let cases = std::env::var("STANDFAST_FUZZ_CASES").map_or(USUAL_CASES, |cases| cases.parse().unwrap());
+    let cases =
+        std::env::var("STANDFAST_FUZZ_CASES").map_or(USUAL_CASES, |cases| cases.parse().unwrap());
     let accepted = (0..cases).filter(|&case| {
         let mut random = Random(case);
         let text = random.of(valid).clone();
@@ -206,15 +243,34 @@ pub fn fuzz(kind: &str, valid: &[String], check: impl Fn(&str) -> Result<()>) {
 }
 
 /// A few ticks of an episode.
-pub fn simulated(robot: &Robot, gains: &GainSet, config: &EpisodeConfig, disturbance: Disturbance) -> Result<()> {
+pub fn simulated(
+    robot: &Robot,
+    gains: &GainSet,
+    config: &EpisodeConfig,
+    disturbance: Disturbance,
+) -> Result<()> {
     // More gains take more time, and are read in the same way.
-    let gains = GainSet { gains: gains.gains.iter().take(1).cloned().collect(), ..gains.clone() };
+    let gains = GainSet {
+        gains: gains.gains.iter().take(1).cloned().collect(),
+        ..gains.clone()
+    };
     let factory = Design::new(robot, &gains, config.control_period_s)?.into();
     let horizon_s = 12.0 * config.control_period_s;
     let steps = horizon_s / config.clock().physics_step_s;
     if steps < 1000.0 {
-        let config = EpisodeConfig { horizon_s, ..*config };
-        episode::run(robot, &factory, &config, disturbance, Until::Horizon, &mut |_| {}).unwrap();
+        let config = EpisodeConfig {
+            horizon_s,
+            ..*config
+        };
+        episode::run(
+            robot,
+            &factory,
+            &config,
+            disturbance,
+            Until::Horizon,
+            &mut |_| {},
+        )
+        .unwrap();
     }
     Ok(())
 }

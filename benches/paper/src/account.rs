@@ -8,5 +8,7 @@ use std::any::Any;
 /// What the controller did at a tick, and why; None if the controller is not of the kind `cpi`.
 pub fn account<'a>(tick: &Tick<'a>) -> Option<Account<'a>> {
     let controller = tick.controller? as &dyn Any;
-    controller.downcast_ref::<CpiController>().map(CpiController::account)
+    controller
+        .downcast_ref::<CpiController>()
+        .map(CpiController::account)
 }

@@ -74,7 +74,11 @@ pub fn run(
     };
     let mut ideal = Ideal::new(robot, &design, State::new(com, com_vel, com));
     if start == Start::AtRest && !ideal.balance.lift_for(&mut ideal.estimate, zmp_error) {
-        return Err(refused(&design, zmp_error, "leads to no footstep with this gain set"));
+        return Err(refused(
+            &design,
+            zmp_error,
+            "leads to no footstep with this gain set",
+        ));
     }
     let mut log = FootstepLog::default();
     let mut kinematics = Kinematics::new(robot);
@@ -88,13 +92,26 @@ pub fn run(
     for _ in 0..=(config.horizon_s / config.control_period_s).round() as u64 {
         let tick = ideal.tick();
         observe(&tick);
-        let Truth { time_s, com, soles, posture, .. } = tick.truth;
+        let Truth {
+            time_s,
+            com,
+            soles,
+            posture,
+            ..
+        } = tick.truth;
         log.watch(*time_s, soles, &tick.report);
         kinematics.update(robot, posture);
         record.lowest_com_m = record.lowest_com_m.min(kinematics.com().z);
-        record.worst_com_error_m = record.worst_com_error_m.max((kinematics.com().xy() - com.xy()).norm());
-        let away = tick.report.footstep.is_some() || home_distance(com.xy(), soles) > config.judge.home_radius_m;
-        record.home_at_s = if away { None } else { record.home_at_s.or(Some(*time_s)) };
+        record.worst_com_error_m = record
+            .worst_com_error_m
+            .max((kinematics.com().xy() - com.xy()).norm());
+        let away = tick.report.footstep.is_some()
+            || home_distance(com.xy(), soles) > config.judge.home_radius_m;
+        record.home_at_s = if away {
+            None
+        } else {
+            record.home_at_s.or(Some(*time_s))
+        };
         let is_lost = home_distance(tick.dcm, soles) > LOST_HEIGHTS * robot.home_com_height();
         record.lost_at_s = is_lost.then_some(*time_s);
         if is_lost {
@@ -103,7 +120,10 @@ pub fn run(
         ideal.advance();
     }
     if let Some(error) = ideal.failed {
-        return Err(Error::Numeric { what: design.family.name, problem: error.to_string() });
+        return Err(Error::Numeric {
+            what: design.family.name,
+            problem: error.to_string(),
+        });
     }
     record.footsteps = log.taken;
     record.unfinished_footstep = log.lifted;
@@ -144,7 +164,11 @@ impl<'a> Ideal<'a> {
 
     /// Sets the estimate of an ideal robot: the pendulum's state, with a foot loaded once its path has ended.
     fn sense(&mut self) {
-        let in_air = self.balance.swing().filter(|swing| !swing.is_due()).map(|swing| swing.footstep.foot);
+        let in_air = self
+            .balance
+            .swing()
+            .filter(|swing| !swing.is_due())
+            .map(|swing| swing.footstep.foot);
         let (state, estimate) = (&self.state, &mut self.estimate);
         (estimate.com.x, estimate.com.y) = (state.com().x, state.com().y);
         estimate.com_vel = Vector3::new(state.com_vel().x, state.com_vel().y, 0.0);
@@ -162,7 +186,14 @@ impl Ideal<'_> {
         if let Err(error) = self.balance.tick(&mut self.estimate, &mut self.command) {
             self.failed = Some(error);
         }
-        let Self { robot, balance, estimate, truth, state, .. } = self;
+        let Self {
+            robot,
+            balance,
+            estimate,
+            truth,
+            state,
+            ..
+        } = self;
         let account = balance.account(estimate);
         let zmp = account.zmp_ref;
         truth.posture.clone_from(account.posture_ref);
@@ -171,14 +202,23 @@ impl Ideal<'_> {
         (truth.com.x, truth.com.y) = (state.com().x, state.com().y);
         truth.com_vel = estimate.com_vel;
         (truth.zmp, truth.soles) = (Some(zmp.into()), estimate.soles);
-        Tick::new(robot, self.pendulum.omega, truth, balance.account(estimate).report(), &self.command)
+        Tick::new(
+            robot,
+            self.pendulum.omega,
+            truth,
+            balance.account(estimate).report(),
+            &self.command,
+        )
     }
 
     /// Moves the pendulum, with its ZMP equal to the desired one.
     fn advance(&mut self) {
         let zmp = self.balance.account(&self.estimate).zmp_ref;
         let held = State::new(self.state.com(), self.state.com_vel(), zmp);
-        self.state = State { x: self.pendulum.step(&held.x, 0.0), y: self.pendulum.step(&held.y, 0.0) };
+        self.state = State {
+            x: self.pendulum.step(&held.x, 0.0),
+            y: self.pendulum.step(&held.y, 0.0),
+        };
         self.ticks += 1;
     }
 }
@@ -193,7 +233,12 @@ fn without_patience(design: &Design) -> Design {
 }
 
 /// The velocity (m/s) of a COM at `com` (world and control frame) for which the slowest gain produces `zmp_error`.
-fn velocity_for(robot: &Robot, design: &Design, com: Point2<f64>, zmp_error: Vector2<f64>) -> Result<Vector2<f64>> {
+fn velocity_for(
+    robot: &Robot,
+    design: &Design,
+    com: Point2<f64>,
+    zmp_error: Vector2<f64>,
+) -> Result<Vector2<f64>> {
     let family = &design.family;
     if family.gains.is_empty() {
         return Err(refused(design, zmp_error, "the gain set has no gains"));
@@ -236,11 +281,19 @@ mod tests {
     const EXAMPLE: Stepping = Stepping {
         patience_s: 0.0,
         alpha: 4.0,
-        range: LandingRange { forward_m: 0.15, outward_m: 0.18, least_m: 0.075 },
+        range: LandingRange {
+            forward_m: 0.15,
+            outward_m: 0.18,
+            least_m: 0.075,
+        },
         swing_time_s: 0.2,
         lift_m: 0.025,
         lambda: 5.0,
-        weights: RelaxationWeights { dcm: 1.0, com: 0.1, zmp: 0.01 },
+        weights: RelaxationWeights {
+            dcm: 1.0,
+            com: 0.1,
+            zmp: 0.01,
+        },
         late_s: 0.12,
         pause_s: 0.03,
         same_foot_pause_s: 0.3,
@@ -249,17 +302,36 @@ mod tests {
     /// The gain set `paper`, with its own stepping rules or with those given.
     fn bench(stepping: Option<Stepping>) -> (Robot, Design) {
         let robot = standfast::robots::load("ut-mu2").unwrap();
-        let mut design = Design::new(&robot, &standfast::controllers::gain_set("paper").unwrap(), 0.002).unwrap();
+        let mut design = Design::new(
+            &robot,
+            &standfast::controllers::gain_set("paper").unwrap(),
+            0.002,
+        )
+        .unwrap();
         design.footwork = stepping.map(FootworkRules::Stepping).or(design.footwork);
         (robot, design)
     }
 
     fn config(robot: &Robot) -> EpisodeConfig {
-        EpisodeConfig { horizon_s: 3.0, ..EpisodeConfig::of(&standfast::core::robot::Units::of(robot)) }
+        EpisodeConfig {
+            horizon_s: 3.0,
+            ..EpisodeConfig::of(&standfast::core::robot::Units::of(robot))
+        }
     }
 
-    fn impose((robot, design): &(Robot, Design), error: [f64; 2], start: Start) -> Result<ImposedRecord> {
-        run(robot, design, &config(robot), error.into(), start, &mut |_| {})
+    fn impose(
+        (robot, design): &(Robot, Design),
+        error: [f64; 2],
+        start: Start,
+    ) -> Result<ImposedRecord> {
+        run(
+            robot,
+            design,
+            &config(robot),
+            error.into(),
+            start,
+            &mut |_| {},
+        )
     }
 
     /// The errors of Fig. 8 (a) and (b) in Sect. V.C.
@@ -269,10 +341,15 @@ mod tests {
             let bench = bench(rules);
             for error in [[-0.03, 0.0], [-0.03, -0.0685]] {
                 let record = impose(&bench, error, Start::AtRest).unwrap();
-                let [footstep] = record.footsteps[..] else { panic!("{record:?}") };
+                let [footstep] = record.footsteps[..] else {
+                    panic!("{record:?}")
+                };
                 assert_eq!(footstep.foot, Foot::Right);
                 assert_eq!(footstep.zmp_error_m, Some(error));
-                assert!(footstep.in_set_at_landing.unwrap() && record.home_at_s.is_some(), "{record:?}");
+                assert!(
+                    footstep.in_set_at_landing.unwrap() && record.home_at_s.is_some(),
+                    "{record:?}"
+                );
                 assert_eq!(record.lost_at_s, None);
                 assert_eq!(record.com_vel_m_s, [0.0, 0.0]);
                 // The foot moves along the error.
@@ -287,11 +364,16 @@ mod tests {
     #[test]
     fn a_mirrored_error_moves_the_other_foot() {
         let bench = bench(Some(EXAMPLE));
-        let [one, other] = [-0.0685, 0.0685].map(|y| impose(&bench, [-0.03, y], Start::AtRest).unwrap());
+        let [one, other] =
+            [-0.0685, 0.0685].map(|y| impose(&bench, [-0.03, y], Start::AtRest).unwrap());
         assert_eq!(other.footsteps[0].foot, Foot::Left);
-        let ([x, y, _], [mirrored_x, mirrored_y, _]) = (one.footsteps[0].to_m, other.footsteps[0].to_m);
+        let ([x, y, _], [mirrored_x, mirrored_y, _]) =
+            (one.footsteps[0].to_m, other.footsteps[0].to_m);
         // In the robot's model the two legs differ by some micrometres.
-        assert!((x - mirrored_x).abs() < 1e-4 && (y + mirrored_y).abs() < 1e-4, "{one:?} {other:?}");
+        assert!(
+            (x - mirrored_x).abs() < 1e-4 && (y + mirrored_y).abs() < 1e-4,
+            "{one:?} {other:?}"
+        );
     }
 
     /// The footstep follows from the CPI sets and the motion of the COM; the caller imposes none.
@@ -300,7 +382,10 @@ mod tests {
         for error in [[-0.03, 0.0], [0.03, 0.0], [0.0, -0.02], [-0.02, -0.02]] {
             let record = impose(&bench(Some(EXAMPLE)), error, Start::Moving).unwrap();
             let seen = record.footsteps[0].zmp_error_m.unwrap();
-            assert!((0..2).all(|i| (seen[i] - error[i]).abs() < 1e-4), "{seen:?} for {error:?}");
+            assert!(
+                (0..2).all(|i| (seen[i] - error[i]).abs() < 1e-4),
+                "{seen:?} for {error:?}"
+            );
             assert_eq!(record.footsteps[0].lift_s, 0.0);
             let [vx, vy] = record.com_vel_m_s;
             assert!(vx * error[0] + vy * error[1] > 0.0, "{record:?}");
@@ -308,7 +393,10 @@ mod tests {
             assert!((record.impulse_n_s - robot.mass() * vx.hypot(vy)).abs() < 1e-12);
         }
         let record = impose(&bench(None), [-0.03, 0.0], Start::Moving).unwrap();
-        assert!(record.footsteps[0].in_set_at_landing.unwrap() && record.home_at_s.is_some(), "{record:?}");
+        assert!(
+            record.footsteps[0].in_set_at_landing.unwrap() && record.home_at_s.is_some(),
+            "{record:?}"
+        );
         assert!(record.worst_com_error_m < 2e-3, "{record:?}");
     }
 
@@ -318,17 +406,29 @@ mod tests {
         let (robot, design) = bench(Some(EXAMPLE));
         let omega = design.family.pendulum.omega;
         let mut ticks = Vec::new();
-        run(&robot, &design, &config(&robot), [-0.03, -0.0685].into(), Start::AtRest, &mut |tick| {
-            let zmp = Point2::from(tick.truth.zmp.unwrap());
-            ticks.push((tick.truth.com.xy(), tick.truth.com_vel.xy(), zmp));
-        })
+        run(
+            &robot,
+            &design,
+            &config(&robot),
+            [-0.03, -0.0685].into(),
+            Start::AtRest,
+            &mut |tick| {
+                let zmp = Point2::from(tick.truth.zmp.unwrap());
+                ticks.push((tick.truth.com.xy(), tick.truth.com_vel.xy(), zmp));
+            },
+        )
         .unwrap();
         assert_eq!(ticks.len(), 1501);
         for (k, pair) in ticks.windows(2).enumerate() {
-            let [(com, vel, zmp), (_, next_vel, _)] = pair else { unreachable!() };
+            let [(com, vel, zmp), (_, next_vel, _)] = pair else {
+                unreachable!()
+            };
             let acceleration = (next_vel - vel) / 0.002;
             let wanted = (com + vel * 0.001 - zmp) * (omega * omega);
-            assert!((acceleration - wanted).norm() < 1e-3, "tick {k}: {acceleration} {wanted}");
+            assert!(
+                (acceleration - wanted).norm() < 1e-3,
+                "tick {k}: {acceleration} {wanted}"
+            );
         }
     }
 
@@ -341,15 +441,31 @@ mod tests {
                 Start::AtRest,
                 "paper: zmp_error_m = [0, 0]: leads to no footstep with this gain set; accepted: a ZMP error",
             ),
-            ([f64::NAN, 0.0], Start::Moving, "paper: zmp_error_m = [NaN, 0]: no COM velocity produces it"),
+            (
+                [f64::NAN, 0.0],
+                Start::Moving,
+                "paper: zmp_error_m = [NaN, 0]: no COM velocity produces it",
+            ),
         ] {
             let message = impose(&with, error, start).unwrap_err().to_string();
             assert!(message.starts_with(words), "{message}");
         }
         let robot = standfast::robots::load("ut-mu2").unwrap();
         for (gains, start) in [("switching", Start::AtRest), ("fixed", Start::AtRest)] {
-            let design = Design::new(&robot, &standfast::controllers::gain_set(gains).unwrap(), 0.002).unwrap();
-            let refused = run(&robot, &design, &config(&robot), [-0.03, 0.0].into(), start, &mut |_| {});
+            let design = Design::new(
+                &robot,
+                &standfast::controllers::gain_set(gains).unwrap(),
+                0.002,
+            )
+            .unwrap();
+            let refused = run(
+                &robot,
+                &design,
+                &config(&robot),
+                [-0.03, 0.0].into(),
+                start,
+                &mut |_| {},
+            );
             assert!(refused.is_err(), "{gains}");
         }
     }

@@ -98,13 +98,22 @@ pub fn log_spaced(from: f64, to: f64, count: usize) -> Vec<f64> {
 ///
 /// It fails if under the sine the robot loses its stance
 /// or its state leaves all CPI sets.
-pub fn measure(robot: &Robot, design: &Design, what: &Experiment, frequencies_hz: &[f64]) -> Result<Vec<Point>> {
+pub fn measure(
+    robot: &Robot,
+    design: &Design,
+    what: &Experiment,
+    frequencies_hz: &[f64],
+) -> Result<Vec<Point>> {
     let point = |&frequency_hz: &f64| measure_at(robot, design, what, frequency_hz);
-    let mut points = frequencies_hz.par_iter().map(point).collect::<Result<Vec<_>>>()?;
+    let mut points = frequencies_hz
+        .par_iter()
+        .map(point)
+        .collect::<Result<Vec<_>>>()?;
     for i in 1..points.len() {
         let before = points[i - 1];
         points[i].phase_deg = nearest_turn(points[i].phase_deg, before.phase_deg);
-        points[i].estimate_phase_deg = nearest_turn(points[i].estimate_phase_deg, before.estimate_phase_deg);
+        points[i].estimate_phase_deg =
+            nearest_turn(points[i].estimate_phase_deg, before.estimate_phase_deg);
     }
     Ok(points)
 }
@@ -114,7 +123,12 @@ fn nearest_turn(angle: f64, to: f64) -> f64 {
     angle + 360.0 * ((to - angle) / 360.0).round()
 }
 
-fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f64) -> Result<Point> {
+fn measure_at(
+    robot: &Robot,
+    design: &Design,
+    what: &Experiment,
+    frequency_hz: f64,
+) -> Result<Point> {
     let dt = what.config.control_period_s;
     let periods = (what.measure_s * frequency_hz).ceil().max(2.0);
     let measured = (periods / frequency_hz / dt).round() as u64;
@@ -135,15 +149,30 @@ fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f
     for k in 0..=settle + measured {
         let angle = TAU * frequency_hz * dt * k as f64;
         let probe = direction * (what.amplitude_m * angle.sin());
-        let controllers = closed_loop.controllers().map(|controller| &mut **controller as &mut dyn Any);
-        controllers.filter_map(|any| any.downcast_mut::<CpiController>()).for_each(|cpi| cpi.probe_zmp(probe));
+        let controllers = closed_loop
+            .controllers()
+            .map(|controller| &mut **controller as &mut dyn Any);
+        controllers
+            .filter_map(|any| any.downcast_mut::<CpiController>())
+            .for_each(|cpi| cpi.probe_zmp(probe));
         let mut seen = None;
         closed_loop.decide(&mut |_, tick| seen = Some((tick.truth.zmp, tick.report.clone())));
-        let Some((zmp, Report { phase, zmp_ref: Some(zmp_ref), zmp: Some(zmp_est), .. })) = seen else {
+        let Some((
+            zmp,
+            Report {
+                phase,
+                zmp_ref: Some(zmp_ref),
+                zmp: Some(zmp_est),
+                ..
+            },
+        )) = seen
+        else {
             return Err(lost(what, frequency_hz));
         };
         if k > 0 {
-            let Some(zmp) = zmp.filter(|_| stood) else { return Err(lost(what, frequency_hz)) };
+            let Some(zmp) = zmp.filter(|_| stood) else {
+                return Err(lost(what, frequency_hz));
+            };
             if k > settle {
                 wanted += turn_at(k - 1) * wanted_before[axis];
                 truth += turn_at(k - 1) * zmp[axis];
@@ -166,8 +195,14 @@ fn measure_at(robot: &Robot, design: &Design, what: &Experiment, frequency_hz: f
 }
 
 fn lost(what: &Experiment, frequency_hz: f64) -> Error {
-    let problem = format!("the robot loses its balance under a sine of {} m", what.amplitude_m);
-    Error::Numeric { what: format!("response at {frequency_hz:.2} Hz"), problem }
+    let problem = format!(
+        "the robot loses its balance under a sine of {} m",
+        what.amplitude_m
+    );
+    Error::Numeric {
+        what: format!("response at {frequency_hz:.2} Hz"),
+        problem,
+    }
 }
 
 /// The bandwidth: the first frequencies (rad/s) at which gain and phase fall below their limits. None if they do not
@@ -203,12 +238,25 @@ mod tests {
     use super::*;
 
     fn experiment() -> Experiment {
-        let config = EpisodeConfig::of(&standfast::core::robot::Units::of(&standfast::robots::load("ut-mu2").unwrap()));
-        Experiment { axis: Axis::X, amplitude_m: 0.005, config, settle_s: 1.0, measure_s: 2.0 }
+        let config = EpisodeConfig::of(&standfast::core::robot::Units::of(
+            &standfast::robots::load("ut-mu2").unwrap(),
+        ));
+        Experiment {
+            axis: Axis::X,
+            amplitude_m: 0.005,
+            config,
+            settle_s: 1.0,
+            measure_s: 2.0,
+        }
     }
 
     fn design(robot: &Robot, gains: &str) -> Design {
-        Design::new(robot, &standfast::controllers::gain_set(gains).unwrap(), 0.002).unwrap()
+        Design::new(
+            robot,
+            &standfast::controllers::gain_set(gains).unwrap(),
+            0.002,
+        )
+        .unwrap()
     }
 
     #[test]
@@ -216,13 +264,31 @@ mod tests {
         let robot = standfast::robots::load("ut-mu2").unwrap();
         let design = design(&robot, "switching");
         for axis in [Axis::X, Axis::Y] {
-            let points = measure(&robot, &design, &Experiment { axis, ..experiment() }, &[0.5, 1.0]).unwrap();
+            let points = measure(
+                &robot,
+                &design,
+                &Experiment {
+                    axis,
+                    ..experiment()
+                },
+                &[0.5, 1.0],
+            )
+            .unwrap();
             for p in &points {
                 assert!((p.gain - 1.0).abs() < 0.1, "{axis:?}: {p:?}");
                 assert!(p.phase_deg.abs() < 10.0, "{axis:?}: {p:?}");
                 assert!((p.estimate_gain - p.gain).abs() < 0.05, "{axis:?}: {p:?}");
             }
-            let alone = measure(&robot, &design, &Experiment { axis, ..experiment() }, &[1.0]).unwrap();
+            let alone = measure(
+                &robot,
+                &design,
+                &Experiment {
+                    axis,
+                    ..experiment()
+                },
+                &[1.0],
+            )
+            .unwrap();
             assert_eq!(alone[0], points[1]);
         }
     }
@@ -230,9 +296,17 @@ mod tests {
     #[test]
     fn a_set_that_wants_no_zmp_and_a_sine_that_topples_are_errors() {
         let robot = standfast::robots::load("ut-mu2").unwrap();
-        let wild = Experiment { amplitude_m: 0.2, ..experiment() };
+        let wild = Experiment {
+            amplitude_m: 0.2,
+            ..experiment()
+        };
         let error = measure(&robot, &design(&robot, "switching"), &wild, &[1.0]).unwrap_err();
-        assert!(error.to_string().contains("loses its balance under a sine of 0.2 m"), "{error}");
+        assert!(
+            error
+                .to_string()
+                .contains("loses its balance under a sine of 0.2 m"),
+            "{error}"
+        );
     }
 
     /// A first-order lag with a bandwidth of 10 rad/s and a delay of 5 ms.
@@ -257,8 +331,17 @@ mod tests {
         let found = bandwidth(&points);
         assert!((found.gain_rad_s.unwrap() - 10.0).abs() < 0.1, "{found:?}");
         // atan(w / 10) + 0.005 w = pi / 4
-        assert!((found.phase_rad_s.unwrap() - 9.077).abs() < 0.1, "{found:?}");
-        assert_eq!(bandwidth(&points[..5]), Bandwidth { gain_rad_s: None, phase_rad_s: None });
+        assert!(
+            (found.phase_rad_s.unwrap() - 9.077).abs() < 0.1,
+            "{found:?}"
+        );
+        assert_eq!(
+            bandwidth(&points[..5]),
+            Bandwidth {
+                gain_rad_s: None,
+                phase_rad_s: None
+            }
+        );
         assert_eq!(log_spaced(0.5, 20.0, 40).len(), 40);
     }
 

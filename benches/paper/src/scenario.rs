@@ -88,15 +88,32 @@ impl Scenario {
     /// Reads a scenario. Errors name the file, the field, its value and what is accepted.
     pub fn parse(source: &Source) -> Result<Self> {
         let scenario: Self = parse_toml(source)?;
-        positive(&source.file, "horizon_s", scenario.horizon_s, MOST_HORIZON_S)?;
-        check_episode(&source.file, &scenario.episode(&standfast::robots::load(&scenario.robot)?))?;
+        positive(
+            &source.file,
+            "horizon_s",
+            scenario.horizon_s,
+            MOST_HORIZON_S,
+        )?;
+        check_episode(
+            &source.file,
+            &scenario.episode(&standfast::robots::load(&scenario.robot)?),
+        )?;
         match scenario.cause_in(&source.file)? {
             Cause::Push(push) => PushBounds::new(scenario.horizon_s).check(&source.file, &push)?,
-            Cause::Imposed(Imposed { zmp_error_m: [x, y], .. }) => {
+            Cause::Imposed(Imposed {
+                zmp_error_m: [x, y],
+                ..
+            }) => {
                 if !(x.hypot(y) > 0.0 && x.hypot(y) <= MOST_ERROR_M) {
                     let accepted = format!("a non-zero error of at most {MOST_ERROR_M} m");
                     let value = format!("[{x}, {y}]");
-                    return Err(Error::value(&source.file, "imposed.zmp_error_m", value, "out of range", accepted));
+                    return Err(Error::value(
+                        &source.file,
+                        "imposed.zmp_error_m",
+                        value,
+                        "out of range",
+                        accepted,
+                    ));
                 }
             }
         }
@@ -105,7 +122,10 @@ impl Scenario {
 
     /// Settings of the episode, with its horizon and the judge of `robot`.
     pub fn episode(&self, robot: &Robot) -> EpisodeConfig {
-        EpisodeConfig { horizon_s: self.horizon_s, ..EpisodeConfig::of(&Units::of(robot)) }
+        EpisodeConfig {
+            horizon_s: self.horizon_s,
+            ..EpisodeConfig::of(&Units::of(robot))
+        }
     }
 
     /// The disturbance. It fails unless the scenario has exactly one.
@@ -120,7 +140,13 @@ impl Scenario {
             (push, _) => {
                 let value = if push.is_some() { "both" } else { "neither" };
                 let accepted = "one of the tables [push] and [imposed]";
-                Err(Error::value(file, "push, imposed", value, "there must be exactly one disturbance", accepted))
+                Err(Error::value(
+                    file,
+                    "push, imposed",
+                    value,
+                    "there must be exactly one disturbance",
+                    accepted,
+                ))
             }
         }
     }

@@ -8,17 +8,44 @@ use common::program::{files, folder, standfast as program, stderr, stdout};
 fn bad_input_is_one_clear_error_and_nothing_is_written() {
     let dir = folder();
     for (args, expected) in [
-        (vec!["response", "--gains", "hold"], ["kind = posture", "is not a gain set"]),
-        (vec!["response", "--amplitude", "-1"], ["--amplitude = -1", "to 0.05"]),
-        (vec!["scenario", "error-backward", "--engine=rapier", "--check"], ["--engine = rapier", "has no physics"]),
-        (vec!["scenario", "error-backward", "--trace=t.csv"], ["--trace = t.csv", "has no physics"]),
-        (vec!["scenario", "nothing-like-it"], ["\"nothing-like-it\" not found", "error-backward, error-diagonal"]),
-        (vec!["scenario", "--plot=p.svg"], ["SCENARIO = none", "`standfast-paper scenario` lists"]),
+        (
+            vec!["response", "--gains", "hold"],
+            ["kind = posture", "is not a gain set"],
+        ),
+        (
+            vec!["response", "--amplitude", "-1"],
+            ["--amplitude = -1", "to 0.05"],
+        ),
+        (
+            vec!["scenario", "error-backward", "--engine=rapier", "--check"],
+            ["--engine = rapier", "has no physics"],
+        ),
+        (
+            vec!["scenario", "error-backward", "--trace=t.csv"],
+            ["--trace = t.csv", "has no physics"],
+        ),
+        (
+            vec!["scenario", "nothing-like-it"],
+            [
+                "\"nothing-like-it\" not found",
+                "error-backward, error-diagonal",
+            ],
+        ),
+        (
+            vec!["scenario", "--plot=p.svg"],
+            ["SCENARIO = none", "`standfast-paper scenario` lists"],
+        ),
     ] {
         let run = program(dir.path(), &args).code(2);
         let message = stderr(&run);
-        assert!(message.starts_with("error: ") && stdout(&run).is_empty(), "{args:?}: {message}");
-        assert!(expected.iter().all(|part| message.contains(part)), "{args:?}: {message}");
+        assert!(
+            message.starts_with("error: ") && stdout(&run).is_empty(),
+            "{args:?}: {message}"
+        );
+        assert!(
+            expected.iter().all(|part| message.contains(part)),
+            "{args:?}: {message}"
+        );
     }
     assert_eq!(files(dir.path()).len(), 0);
 }
@@ -29,7 +56,12 @@ fn without_a_command_that_it_knows_it_lists_them() {
     let dir = folder();
     for args in [&[][..], &["walk"]] {
         let help = stderr(&program(dir.path(), args).code(2));
-        assert!(["page", "scenario", "response"].iter().all(|name| help.contains(&format!("\n  {name} "))), "{help}");
+        assert!(
+            ["page", "scenario", "response"]
+                .iter()
+                .all(|name| help.contains(&format!("\n  {name} "))),
+            "{help}"
+        );
         assert_eq!(help.contains("'walk'"), args.contains(&"walk"), "{help}");
     }
 }
@@ -45,7 +77,10 @@ fn a_check_says_that_all_is_fine_and_writes_nothing() {
         let run = program(dir.path(), &[args, &["--check"]].concat()).success();
         assert_eq!(stdout(&run), "", "{args:?}");
         let told = stderr(&run);
-        assert!(told.starts_with("fine: ") && told.lines().count() == 1, "{args:?}: {told}");
+        assert!(
+            told.starts_with("fine: ") && told.lines().count() == 1,
+            "{args:?}: {told}"
+        );
     }
     assert_eq!(files(dir.path()).len(), 0);
 }
@@ -57,15 +92,21 @@ fn the_physics_engine_is_chosen_by_its_name() {
     for command in ["scenario", "response"] {
         let message = stderr(&program(dir.path(), &[command, "--engine=bullet"]).code(2));
         assert!(
-            message.contains("'bullet' for '--engine <ENGINE>'") && message.contains("rapier, mujoco"),
+            message.contains("'bullet' for '--engine <ENGINE>'")
+                && message.contains("rapier, mujoco"),
             "{message}"
         );
     }
-    let run = program(dir.path(), &["scenario", "push-behind", "--engine=mujoco", "--check"]);
+    let run = program(
+        dir.path(),
+        &["scenario", "push-behind", "--engine=mujoco", "--check"],
+    );
     if cfg!(feature = "mujoco") {
         run.success();
     } else {
-        assert!(stderr(&run.code(2)).contains("engine = mujoco: this program was built without MuJoCo"));
+        assert!(
+            stderr(&run.code(2)).contains("engine = mujoco: this program was built without MuJoCo")
+        );
     }
 }
 
@@ -74,7 +115,17 @@ fn the_physics_engine_is_chosen_by_its_name() {
 #[test]
 fn what_is_no_file_is_refused() {
     let dir = folder();
-    assert!(std::process::Command::new("mkfifo").arg(dir.path().join("pipe.toml")).status().unwrap().success());
+    assert!(
+        std::process::Command::new("mkfifo")
+            .arg(dir.path().join("pipe.toml"))
+            .status()
+            .unwrap()
+            .success()
+    );
     let refused = program(dir.path(), &["scenario", "pipe.toml"]).code(2);
-    assert!(stderr(&refused).contains("pipe.toml: cannot read: it is no file"), "{}", stderr(&refused));
+    assert!(
+        stderr(&refused).contains("pipe.toml: cannot read: it is no file"),
+        "{}",
+        stderr(&refused)
+    );
 }

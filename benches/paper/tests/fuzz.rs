@@ -15,18 +15,43 @@ use standfast_paper::scenario::{BUILTIN, Cause, Scenario};
 fn scenarios() {
     let valid = BUILTIN.map(|(_, text)| text.to_string());
     fuzz("scenario", &valid, |text| {
-        let scenario = Scenario::parse(&Source { file: "mine.toml".into(), text: text.into() })?;
-        let (robot, gains) =
-            (standfast::robots::load(&scenario.robot)?, standfast::controllers::gain_set(&scenario.gains)?);
-        let config = EpisodeConfig { horizon_s: scenario.horizon_s.min(0.05), ..scenario.episode(&robot) };
+        let scenario = Scenario::parse(&Source {
+            file: "mine.toml".into(),
+            text: text.into(),
+        })?;
+        let (robot, gains) = (
+            standfast::robots::load(&scenario.robot)?,
+            standfast::controllers::gain_set(&scenario.gains)?,
+        );
+        let config = EpisodeConfig {
+            horizon_s: scenario.horizon_s.min(0.05),
+            ..scenario.episode(&robot)
+        };
         match scenario.cause()? {
-            Cause::Push(push) => {
-                simulated(&robot, &gains, &config, Disturbance { pushes: vec![push], ..Disturbance::default() })
-            }
+            Cause::Push(push) => simulated(
+                &robot,
+                &gains,
+                &config,
+                Disturbance {
+                    pushes: vec![push],
+                    ..Disturbance::default()
+                },
+            ),
             Cause::Imposed(error) => {
-                let gains = GainSet { gains: gains.gains.iter().take(1).cloned().collect(), ..gains };
+                let gains = GainSet {
+                    gains: gains.gains.iter().take(1).cloned().collect(),
+                    ..gains
+                };
                 let design = Design::new(&robot, &gains, config.control_period_s)?;
-                imposed::run(&robot, &design, &config, error.zmp_error_m.into(), error.start, &mut |_| {}).map(|_| ())
+                imposed::run(
+                    &robot,
+                    &design,
+                    &config,
+                    error.zmp_error_m.into(),
+                    error.start,
+                    &mut |_| {},
+                )
+                .map(|_| ())
             }
         }
     });

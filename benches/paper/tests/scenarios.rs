@@ -20,7 +20,11 @@ fn first(result: &Value) -> (&str, [f64; 2], bool) {
     let footstep = &result["footsteps"][0];
     let at = |key: &str, axis: usize| footstep[key][axis].as_f64().unwrap();
     let way = [0, 1].map(|axis| at("to_m", axis) - at("from_m", axis));
-    (footstep["foot"].as_str().unwrap(), way, footstep["in_set_at_landing"].as_bool().unwrap())
+    (
+        footstep["foot"].as_str().unwrap(),
+        way,
+        footstep["in_set_at_landing"].as_bool().unwrap(),
+    )
 }
 
 /// Sect. V.C: for both imposed errors the right foot steps and lands inside a CPI set, and the COM comes home.
@@ -28,17 +32,29 @@ fn first(result: &Value) -> (&str, [f64; 2], bool) {
 fn the_imposed_errors_are_made_good() {
     let behind = json(&["scenario", "error-backward"]);
     let (foot, [x, y], inside) = first(&behind);
-    assert!(foot == "right" && x < -0.1 && y.abs() < 1e-3 && inside, "{behind:#}");
+    assert!(
+        foot == "right" && x < -0.1 && y.abs() < 1e-3 && inside,
+        "{behind:#}"
+    );
     let diagonal = json(&["scenario", "error-diagonal"]);
     let (foot, [x, y], inside) = first(&diagonal);
-    assert!(foot == "right" && x < -0.02 && y < -0.05 && inside, "{diagonal:#}");
+    assert!(
+        foot == "right" && x < -0.02 && y < -0.05 && inside,
+        "{diagonal:#}"
+    );
     for result in [&behind, &diagonal] {
         assert!(result["home_at_s"].as_f64().unwrap() < 1.0, "{result:#}");
-        assert!(result["worst_com_error_m"].as_f64().unwrap() < 0.002, "{result:#}");
+        assert!(
+            result["worst_com_error_m"].as_f64().unwrap() < 0.002,
+            "{result:#}"
+        );
     }
     // One footstep cannot recover from a state that produces the second error.
     let moving = json(&["scenario", "moving-diagonal"]);
-    assert!(moving["lost_at_s"].is_number() && !first(&moving).2, "{moving:#}");
+    assert!(
+        moving["lost_at_s"].is_number() && !first(&moving).2,
+        "{moving:#}"
+    );
 }
 
 /// Sect. VI: pushed from behind, the robot steps forward. Pushed from diagonally forward left, its right foot goes back
@@ -50,19 +66,31 @@ fn the_pushes_of_the_experiment_are_caught_by_a_footstep() {
     assert!(behind["outcome"] == "Recovered" && x > 0.1, "{behind:#}");
     let diagonal = json(&["scenario", "push-diagonal"]);
     let (foot, [x, y], _) = first(&diagonal);
-    assert!(diagonal["outcome"] == "Recovered" && foot == "right" && x < -0.05 && y < -0.04, "{diagonal:#}");
+    assert!(
+        diagonal["outcome"] == "Recovered" && foot == "right" && x < -0.05 && y < -0.04,
+        "{diagonal:#}"
+    );
     for name in ["push-behind", "push-diagonal"] {
-        assert_eq!(json(&["scenario", name, "--gains=switching"])["outcome"], "Fell", "{name} without a footstep");
+        assert_eq!(
+            json(&["scenario", name, "--gains=switching"])["outcome"],
+            "Fell",
+            "{name} without a footstep"
+        );
     }
 }
 
 /// The pushes in physics produce errors close to the two that the paper imposes (m).
 #[test]
 fn pushes_make_the_errors_of_the_paper() {
-    for (name, wanted) in [("push-error-backward", [-0.03, 0.0]), ("push-error-diagonal", [-0.03, -0.0685])] {
+    for (name, wanted) in [
+        ("push-error-backward", [-0.03, 0.0]),
+        ("push-error-diagonal", [-0.03, -0.0685]),
+    ] {
         let result = json(&["scenario", name]);
         // The first footstep may be unfinished at the fall.
-        let step = result["footsteps"].get(0).unwrap_or(&result["unfinished_footstep"]);
+        let step = result["footsteps"]
+            .get(0)
+            .unwrap_or(&result["unfinished_footstep"]);
         let error = [0, 1].map(|axis| step["zmp_error_m"][axis].as_f64().unwrap());
         let off = (error[0] - wanted[0]).hypot(error[1] - wanted[1]);
         assert!(off < 0.008, "{name}: {error:?} for {wanted:?}");
@@ -81,9 +109,16 @@ fn scenarios_are_listed_drawn_and_told() {
         let path = dir.path().join(format!("{name}.svg"));
         let told = program(&["scenario", name, "--plot", path.to_str().unwrap()]).success();
         let told = String::from_utf8_lossy(&told.get_output().stdout).into_owned();
-        assert!(told.contains("footstep    right") && told.contains("for a ZMP error of ("), "{told}");
+        assert!(
+            told.contains("footstep    right") && told.contains("for a ZMP error of ("),
+            "{told}"
+        );
         let svg = fs::read_to_string(path).unwrap();
-        assert!(svg.starts_with("<svg") && svg.contains("right foot") && svg.contains("controller paper"));
+        assert!(
+            svg.starts_with("<svg")
+                && svg.contains("right foot")
+                && svg.contains("controller paper")
+        );
     }
 }
 
@@ -96,16 +131,37 @@ fn bad_scenarios_are_refused_by_name() {
     for (text, words) in [
         (head.to_string(), "push, imposed = neither"),
         (format!("{head}{imposed}start = 'soon'\n"), "at-rest"),
-        (format!("{head}[imposed]\nzmp_error_m = [0.0, 0.0]\n"), "zmp_error_m = [0, 0]"),
-        (format!("{head}{imposed}").replace("paper", "switching"), "zmp_error_m = [0.03, 0]"),
-        (format!("{head}{imposed}").replace("1.0", "-1.0"), "horizon_s = -1"),
-        (format!("{head}[imposed]\nzmp_error_m = [-3.0, 0.0]\n"), "imposed.zmp_error_m = [-3, 0]"),
-        (format!("{head}[push]\nimpulse_n_s = -2.0\n"), "push.impulse_n_s = -2"),
-        (format!("{head}[push]\nimpulse_n_s = 2.0\nstart_s = 5.0\n"), "push.start_s = 5"),
+        (
+            format!("{head}[imposed]\nzmp_error_m = [0.0, 0.0]\n"),
+            "zmp_error_m = [0, 0]",
+        ),
+        (
+            format!("{head}{imposed}").replace("paper", "switching"),
+            "zmp_error_m = [0.03, 0]",
+        ),
+        (
+            format!("{head}{imposed}").replace("1.0", "-1.0"),
+            "horizon_s = -1",
+        ),
+        (
+            format!("{head}[imposed]\nzmp_error_m = [-3.0, 0.0]\n"),
+            "imposed.zmp_error_m = [-3, 0]",
+        ),
+        (
+            format!("{head}[push]\nimpulse_n_s = -2.0\n"),
+            "push.impulse_n_s = -2",
+        ),
+        (
+            format!("{head}[push]\nimpulse_n_s = 2.0\nstart_s = 5.0\n"),
+            "push.start_s = 5",
+        ),
     ] {
         fs::write(&path, &text).unwrap();
         let refused = program(&["scenario", path.to_str().unwrap()]).code(2);
         let message = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
-        assert!(message.contains(words), "{message}\nwanted {words} for\n{text}");
+        assert!(
+            message.contains(words),
+            "{message}\nwanted {words} for\n{text}"
+        );
     }
 }

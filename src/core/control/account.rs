@@ -55,11 +55,17 @@ impl<'a> Account<'a> {
     /// The account for readers that know no CPI sets.
     pub fn report(&self) -> Report {
         let number = |name: &'static str, value: f64| (name.into(), Note::Number(value));
-        let mut notes = vec![("gain".into(), Note::Word(self.gain_name().to_string().into()))];
+        let mut notes = vec![(
+            "gain".into(),
+            Note::Word(self.gain_name().to_string().into()),
+        )];
         // The CPI sets are not evaluated while a foot is in the air.
         if self.stands() {
             notes.push(number("cpi_margin", self.margin));
-            notes.push(number("in_cpi_set", f64::from(u8::from(self.phase == Phase::Switching))));
+            notes.push(number(
+                "in_cpi_set",
+                f64::from(u8::from(self.phase == Phase::Switching)),
+            ));
         }
         if let Some(Swing { footstep, .. }) = self.swing {
             notes.push(number("zmp_error_x_m", footstep.zmp_error.x));
@@ -73,7 +79,10 @@ impl<'a> Account<'a> {
             com_vel: Some(estimate.com_vel),
             zmp: Some(estimate.zmp),
             zmp_ref: Some(self.zmp_ref),
-            footstep: self.swing.map(|swing| Airborne { foot: swing.footstep.foot, landing: swing.to }),
+            footstep: self.swing.map(|swing| Airborne {
+                foot: swing.footstep.foot,
+                landing: swing.to,
+            }),
             notes,
             totals: vec![("gain_switches".into(), f64::from(self.switches))],
         }

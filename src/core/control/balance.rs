@@ -69,7 +69,9 @@ impl Balance {
 
     /// Makes the first footsteps depart from the footwork rule.
     pub fn depart(&mut self, departures: &Departures) {
-        self.footwork.iter_mut().for_each(|footwork| footwork.depart(departures));
+        self.footwork
+            .iter_mut()
+            .for_each(|footwork| footwork.depart(departures));
     }
 
     pub fn in_air(&self) -> Option<Foot> {
@@ -88,7 +90,11 @@ impl Balance {
 
     /// Runs one tick: writes `command`, and notes in `estimate` which foot has been lifted or has landed. It does not
     /// allocate. If the equations of motion have no solution it returns an error, and `command` may be half written.
-    pub fn tick(&mut self, estimate: &mut Estimate, command: &mut Command) -> Result<(), TickError> {
+    pub fn tick(
+        &mut self,
+        estimate: &mut Estimate,
+        command: &mut Command,
+    ) -> Result<(), TickError> {
         if let (Some(swing), Some(footwork)) = (&self.swing, &self.footwork) {
             match footwork.landing(estimate, swing) {
                 Some(landing) => self.land(landing, estimate),
@@ -125,10 +131,20 @@ impl Balance {
         let Design { family, robot, .. } = &*self.design;
         let (com, dt) = (estimate.com_xy(), family.pendulum.dt);
         let (design, last_landing) = (&self.design, self.last_landing);
-        let now = StepState { design, estimate, zmp_error: Vector2::zeros(), out_of_sets_s: 0.0, last_landing };
-        let lean = self.footwork.as_mut().map_or(Vector2::zeros(), |rule| rule.lean(&now, self.supervisor.margin));
+        let now = StepState {
+            design,
+            estimate,
+            zmp_error: Vector2::zeros(),
+            out_of_sets_s: 0.0,
+            last_landing,
+        };
+        let lean = self.footwork.as_mut().map_or(Vector2::zeros(), |rule| {
+            rule.lean(&now, self.supervisor.margin)
+        });
         let support = Support::of_leaning(robot, estimate, lean);
-        let decision = self.supervisor.update(family, &support, com, estimate.com_vel_xy());
+        let decision = self
+            .supervisor
+            .update(family, &support, com, estimate.com_vel_xy());
         self.zmp_ref = decision.zmp.unwrap_or(self.zmp_ref);
         self.out_of_sets_s = (!decision.held).then(|| self.out_of_sets_s.map_or(0.0, |s| s + dt));
         let lifts = match self.out_of_sets_s {
@@ -153,27 +169,41 @@ impl Balance {
         }
         let mut acceleration = body.com.advance(&family.pendulum, estimate, self.zmp_ref);
         if decision.held {
-            body.com.make_up_for_sag(&family.pendulum, design.units.length_m, com);
+            body.com
+                .make_up_for_sag(&family.pendulum, design.units.length_m, com);
         }
         // A reference that cannot be followed is not set: the legs keep the COM above the middle of the feet, and the
         // ZMP follows.
         if design.is_rigid_sideways && estimate.in_contact.left && estimate.in_contact.right {
             let sideways = support.frame.rotation * Vector2::y();
             let across = |v: Vector2<f64>| sideways * v.dot(&sideways);
-            body.com.place -= across(body.com.place - Point2::from(support.frame.translation.vector));
+            body.com.place -=
+                across(body.com.place - Point2::from(support.frame.translation.vector));
             body.com.vel -= across(body.com.vel);
             acceleration -= across(acceleration);
             self.zmp_ref += across(estimate.zmp - self.zmp_ref);
         }
-        let soles = SoleReference { poses: estimate.footholds, velocities: PerFoot::default() };
+        let soles = SoleReference {
+            poses: estimate.footholds,
+            velocities: PerFoot::default(),
+        };
         body.follow(robot, &family.pendulum, estimate, soles, command);
-        carry(robot, estimate, &estimate.in_contact, self.zmp_ref, acceleration, &mut command.tau_ff);
+        carry(
+            robot,
+            estimate,
+            &estimate.in_contact,
+            self.zmp_ref,
+            acceleration,
+            &mut command.tau_ff,
+        );
         Ok(())
     }
 
     /// Whether the impact of the last landing is not over yet.
     fn is_landing(&self) -> bool {
-        let (Some(landing), Some(footwork)) = (self.last_landing, &self.footwork) else { return false };
+        let (Some(landing), Some(footwork)) = (self.last_landing, &self.footwork) else {
+            return false;
+        };
         landing.ago_s < footwork.impact_s(&self.design)
     }
 
@@ -183,12 +213,21 @@ impl Balance {
         self.lift(estimate, zmp_error, f64::INFINITY)
     }
 
-    fn lift(&mut self, estimate: &mut Estimate, zmp_error: Vector2<f64>, out_of_sets_s: f64) -> bool {
-        self.begin(estimate, zmp_error, out_of_sets_s, |rule, now, body| rule.lift(now, body))
+    fn lift(
+        &mut self,
+        estimate: &mut Estimate,
+        zmp_error: Vector2<f64>,
+        out_of_sets_s: f64,
+    ) -> bool {
+        self.begin(estimate, zmp_error, out_of_sets_s, |rule, now, body| {
+            rule.lift(now, body)
+        })
     }
 
     fn lift_at_ease(&mut self, estimate: &mut Estimate) -> bool {
-        self.begin(estimate, Vector2::zeros(), 0.0, |rule, now, body| rule.lift_at_ease(now, body))
+        self.begin(estimate, Vector2::zeros(), 0.0, |rule, now, body| {
+            rule.lift_at_ease(now, body)
+        })
     }
 
     /// Begins the footstep, if any, that the footwork rule returns. Returns whether there is one.
@@ -199,21 +238,43 @@ impl Balance {
         out_of_sets_s: f64,
         footstep: impl FnOnce(&mut dyn Footwork, &StepState, &mut Body) -> Option<Swing>,
     ) -> bool {
-        let Some(footwork) = &mut self.footwork else { return false };
+        let Some(footwork) = &mut self.footwork else {
+            return false;
+        };
         let (design, last_landing) = (&self.design, self.last_landing);
-        let now = StepState { design, estimate, zmp_error, out_of_sets_s, last_landing };
+        let now = StepState {
+            design,
+            estimate,
+            zmp_error,
+            out_of_sets_s,
+            last_landing,
+        };
         self.swing = footstep(&mut **footwork, &now, &mut self.body);
-        self.swing.iter().for_each(|swing| estimate.lift(swing.footstep.foot));
+        self.swing
+            .iter()
+            .for_each(|swing| estimate.lift(swing.footstep.foot));
         self.swing.is_some()
     }
 
     /// Runs a tick with a foot in the air.
     fn swing_on(&mut self, estimate: &Estimate, command: &mut Command) -> Result<(), TickError> {
-        let (Some(swing), Some(footwork)) = (&mut self.swing, &mut self.footwork) else { return Ok(()) };
-        let Self { design, last_landing, .. } = self;
+        let (Some(swing), Some(footwork)) = (&mut self.swing, &mut self.footwork) else {
+            return Ok(());
+        };
+        let Self {
+            design,
+            last_landing,
+            ..
+        } = self;
         swing.time_s += design.family.pendulum.dt;
         let (zmp_error, last_landing) = (swing.footstep.zmp_error, *last_landing);
-        let now = StepState { design, estimate, zmp_error, out_of_sets_s: 0.0, last_landing };
+        let now = StepState {
+            design,
+            estimate,
+            zmp_error,
+            out_of_sets_s: 0.0,
+            last_landing,
+        };
         self.zmp_ref = footwork.swing(&now, swing, &mut self.body, command)?;
         Ok(())
     }

@@ -49,19 +49,41 @@ impl Design {
     /// Designs the feedback gains, and computes their CPI sets on the home support to check that they nest.
     pub fn new(robot: &Robot, gains: &GainSet, control_period_s: f64) -> Result<Self> {
         let units = Units::of(robot);
-        let pendulum = Pendulum { omega: units.omega(), dt: control_period_s };
+        let pendulum = Pendulum {
+            omega: units.omega(),
+            dt: control_period_s,
+        };
         let family = GainFamily::design(gains, pendulum, units.half_sole_m)?;
         let polygon = family.allowed_support(&home_polygon(robot), &gains.name)?;
         family.check_disturbance(&polygon, &gains.name)?;
-        let warning = if family.gains.len() > 1 { nesting(gains, &family, &polygon)? } else { None };
+        let warning = if family.gains.len() > 1 {
+            nesting(gains, &family, &polygon)?
+        } else {
+            None
+        };
         let footholds = Kinematics::at_home(robot).sole_poses(robot);
         let stance = (footholds.left.translation.vector - footholds.right.translation.vector).xy();
         let footwork = footwork_rules(gains, robot, &units, stance.y)?;
-        let departures = gains.catching.as_ref().map_or_else(Departures::default, |table| first(&table.departures));
+        let departures = gains
+            .catching
+            .as_ref()
+            .map_or_else(Departures::default, |table| first(&table.departures));
         check_swing_times(footwork, robot, control_period_s, &gains.name)?;
-        let is_rigid_sideways = Foot::BOTH.into_iter().all(|foot| !robot.soles[foot].ankle.rolls());
+        let is_rigid_sideways = Foot::BOTH
+            .into_iter()
+            .all(|foot| !robot.soles[foot].ankle.rolls());
         let (robot, home) = (Arc::new(robot.clone()), robot.home_command());
-        Ok(Self { robot, family, footwork, departures, warning, home, units, stance, is_rigid_sideways })
+        Ok(Self {
+            robot,
+            family,
+            footwork,
+            departures,
+            warning,
+            home,
+            units,
+            stance,
+            is_rigid_sideways,
+        })
     }
 
     /// The paper's stepping rules, if the gain set uses them.
@@ -83,19 +105,34 @@ impl Design {
 const LEAST_PHASE: f64 = 0.005;
 
 /// Names the gains of a gain set whose CPI sets do not nest on `support`.
-fn nesting(gains: &GainSet, family: &GainFamily, support: &SupportPolygon) -> Result<Option<String>> {
+fn nesting(
+    gains: &GainSet,
+    family: &GainFamily,
+    support: &SupportPolygon,
+) -> Result<Option<String>> {
     let pendulum = family.pendulum;
     if pendulum.phase() >= LEAST_PHASE {
         return nesting_warning(family, support);
     }
-    let slower = Pendulum { dt: LEAST_PHASE / pendulum.omega, ..pendulum };
-    nesting_warning(&GainFamily::design(gains, slower, family.half_sole_m)?, support)
+    let slower = Pendulum {
+        dt: LEAST_PHASE / pendulum.omega,
+        ..pendulum
+    };
+    nesting_warning(
+        &GainFamily::design(gains, slower, family.half_sole_m)?,
+        support,
+    )
 }
 
 /// The footwork rules of a gain set for a robot whose feet stand `stance_m` (m) apart at home. It is None if the robot
 /// only stands. Fails if the robot does not say where its feet can land, or if its feet at home are not in such a
 /// region.
-fn footwork_rules(gains: &GainSet, robot: &Robot, units: &Units, stance_m: f64) -> Result<Option<FootworkRules>> {
+fn footwork_rules(
+    gains: &GainSet,
+    robot: &Robot,
+    units: &Units,
+    stance_m: f64,
+) -> Result<Option<FootworkRules>> {
     let table = match (&gains.stepping, &gains.catching) {
         (Some(_), _) => "stepping",
         (None, Some(_)) => "catching",
@@ -105,31 +142,66 @@ fn footwork_rules(gains: &GainSet, robot: &Robot, units: &Units, stance_m: f64) 
         let problem = format!("requires the reach of the feet of {}", robot.name);
         let accepted = "a robot whose .toml has regions [[reach]] with name, x_m, y_m and swing_time_s; or another gain \
             set, for example switching";
-        return Err(Error::value(&gains.name, table, "a table", problem, accepted));
+        return Err(Error::value(
+            &gains.name,
+            table,
+            "a table",
+            problem,
+            accepted,
+        ));
     };
     let ([backward, forward], [inward, outward]) = (beside.x_m, beside.y_m);
     if !(inward..=outward).contains(&stance_m) || backward >= 0.0 || forward <= 0.0 {
-        let value = format!("{backward} to {forward} m forward and {inward} to {outward} m to the side");
-        let accepted =
-            format!("x_m on both sides of 0, and y_m on both sides of the distance between its soles, {stance_m:.4} m");
-        return Err(Error::value(&robot.name, "reach[0]", value, "does not contain the stance at home", accepted));
+        let value =
+            format!("{backward} to {forward} m forward and {inward} to {outward} m to the side");
+        let accepted = format!(
+            "x_m on both sides of 0, and y_m on both sides of the distance between its soles, {stance_m:.4} m"
+        );
+        return Err(Error::value(
+            &robot.name,
+            "reach[0]",
+            value,
+            "does not contain the stance at home",
+            accepted,
+        ));
     }
     let (length_m, time_s) = (units.length_m, units.time_s());
-    let quickest_s = robot.reach.iter().map(|region| region.swing_time_s).fold(f64::INFINITY, f64::min);
-    let beside = SwingRegion { x_m: beside.x_m, y_m: beside.y_m, swing_time_s: beside.swing_time_s };
-    let stepping =
-        gains.stepping.map(|table| FootworkRules::Stepping(table.rules(length_m, time_s, &beside, stance_m)));
-    let catching =
-        gains.catching.as_ref().map(|table| FootworkRules::Catching(table.rules(length_m, time_s, quickest_s)));
+    let quickest_s = robot
+        .reach
+        .iter()
+        .map(|region| region.swing_time_s)
+        .fold(f64::INFINITY, f64::min);
+    let beside = SwingRegion {
+        x_m: beside.x_m,
+        y_m: beside.y_m,
+        swing_time_s: beside.swing_time_s,
+    };
+    let stepping = gains
+        .stepping
+        .map(|table| FootworkRules::Stepping(table.rules(length_m, time_s, &beside, stance_m)));
+    let catching = gains
+        .catching
+        .as_ref()
+        .map(|table| FootworkRules::Catching(table.rules(length_m, time_s, quickest_s)));
     Ok(stepping.or(catching))
 }
 
 /// Checks that swings last long enough for the control period.
-fn check_swing_times(rules: Option<FootworkRules>, robot: &Robot, control_period_s: f64, file: &str) -> Result<()> {
+fn check_swing_times(
+    rules: Option<FootworkRules>,
+    robot: &Robot,
+    control_period_s: f64,
+    file: &str,
+) -> Result<()> {
     match rules {
         None => return Ok(()),
         Some(FootworkRules::Stepping(rules)) => {
-            return check_swing_time(file, "stepping.swing_time", rules.swing_time_s, control_period_s);
+            return check_swing_time(
+                file,
+                "stepping.swing_time",
+                rules.swing_time_s,
+                control_period_s,
+            );
         }
         Some(FootworkRules::Catching(_)) => {}
     }
@@ -140,20 +212,30 @@ fn check_swing_times(rules: Option<FootworkRules>, robot: &Robot, control_period
     Ok(())
 }
 
-fn check_swing_time(file: &str, field: &str, swing_time_s: f64, control_period_s: f64) -> Result<()> {
+fn check_swing_time(
+    file: &str,
+    field: &str,
+    swing_time_s: f64,
+    control_period_s: f64,
+) -> Result<()> {
     let least = SHORTEST_SWING_TICKS * control_period_s;
     if swing_time_s >= least {
         return Ok(());
     }
-    let (value, accepted) =
-        (format!("{swing_time_s} s"), format!("{least} s ({SHORTEST_SWING_TICKS} control periods) or more"));
+    let (value, accepted) = (
+        format!("{swing_time_s} s"),
+        format!("{least} s ({SHORTEST_SWING_TICKS} control periods) or more"),
+    );
     Err(Error::value(file, field, value, "is too short", accepted))
 }
 
 /// The shortest planned swing of a foot, in control ticks.
 const SHORTEST_SWING_TICKS: f64 = 10.0;
 
-const BOTH_FEET: PerFoot<bool> = PerFoot { left: true, right: true };
+const BOTH_FEET: PerFoot<bool> = PerFoot {
+    left: true,
+    right: true,
+};
 
 /// Support polygon of both soles at home, control frame.
 pub fn home_polygon(robot: &Robot) -> SupportPolygon {

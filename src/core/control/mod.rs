@@ -18,7 +18,9 @@ pub mod stand;
 pub mod step;
 
 use crate::lipm::catching::Departures;
-use crate::robot::{Command, Controller, PreparedController, Promise, RecoveryRegion, Report, Sensed, TickError};
+use crate::robot::{
+    Command, Controller, PreparedController, Promise, RecoveryRegion, Report, Sensed, TickError,
+};
 pub use account::{Account, Phase};
 pub use balance::Balance;
 pub use design::{Design, FootworkRules, home_polygon};
@@ -56,7 +58,10 @@ impl CpiController {
     }
 
     /// Starts with the robot at rest in the sensed posture. It fails as [`restart`](Self::restart) does.
-    pub fn starting_from(design: impl Into<Arc<Design>>, sensed: &Sensed) -> Result<Self, TickError> {
+    pub fn starting_from(
+        design: impl Into<Arc<Design>>,
+        sensed: &Sensed,
+    ) -> Result<Self, TickError> {
         let mut controller = Self::new(design);
         controller.restart(sensed)?;
         Ok(controller)
@@ -114,8 +119,11 @@ impl Controller for CpiController {
             self.estimator.update(robot, sensed, self.balance.in_air());
         }
         self.is_lost = true;
-        self.balance.tick(&mut self.estimator.now, &mut self.command)?;
-        self.command.check(self.design.robot.joints.len()).map_err(|_| TickError::Unsolvable)?;
+        self.balance
+            .tick(&mut self.estimator.now, &mut self.command)?;
+        self.command
+            .check(self.design.robot.joints.len())
+            .map_err(|_| TickError::Unsolvable)?;
         self.is_lost = false;
         if self.left_sets_at_s.is_none() && self.balance.has_left_sets() {
             self.left_sets_at_s = Some(sensed.time_s);
@@ -126,7 +134,10 @@ impl Controller for CpiController {
 
     fn report(&self) -> Report {
         let mut report = self.account().report();
-        report.totals.extend(self.left_sets_at_s.map(|at_s| ("left_sets_at_s".into(), at_s)));
+        report.totals.extend(
+            self.left_sets_at_s
+                .map(|at_s| ("left_sets_at_s".into(), at_s)),
+        );
         report
     }
 
@@ -147,9 +158,21 @@ impl Promise for CpiController {
 
     fn regions(&self) -> Vec<RecoveryRegion> {
         let account = self.account();
-        let slices = if account.stands() { account.slices() } else { Vec::new() };
-        let gains = self.design.family.gains.iter().map(|gain| gain.name.clone());
-        gains.zip(slices).map(|(name, corners)| RecoveryRegion { name, corners }).collect()
+        let slices = if account.stands() {
+            account.slices()
+        } else {
+            Vec::new()
+        };
+        let gains = self
+            .design
+            .family
+            .gains
+            .iter()
+            .map(|gain| gain.name.clone());
+        gains
+            .zip(slices)
+            .map(|(name, corners)| RecoveryRegion { name, corners })
+            .collect()
     }
 }
 
@@ -160,7 +183,11 @@ impl From<Design> for PreparedController {
             1 => "one gain".into(),
             count => format!("{count} gains"),
         };
-        let footsteps = if design.footwork.is_some() { "footsteps" } else { "no footsteps" };
+        let footsteps = if design.footwork.is_some() {
+            "footsteps"
+        } else {
+            "no footsteps"
+        };
         let about = format!("with {gains} and {footsteps}");
         let shared = Arc::new(design.clone());
         let start = move |_seed| CpiController::new(Arc::clone(&shared));

@@ -9,12 +9,20 @@ const ACCURACY: f64 = 1e-6;
 
 /// The distance between the convex hulls of two sets of points (m); 0 if they overlap, infinite if one set is empty.
 pub fn gap_m(a: &[Point3<f64>], b: &[Point3<f64>]) -> f64 {
-    let (Some(first), Some(second)) = (a.first(), b.first()) else { return f64::INFINITY };
+    let (Some(first), Some(second)) = (a.first(), b.first()) else {
+        return f64::INFINITY;
+    };
     // The point of `a - b` that lies farthest against a direction.
     let support = |direction: &Vector3<f64>| {
         let along = |p: &&Point3<f64>| p.coords.dot(direction);
-        let least = a.iter().min_by(|p, q| along(p).total_cmp(&along(q))).unwrap_or(first);
-        let most = b.iter().max_by(|p, q| along(p).total_cmp(&along(q))).unwrap_or(second);
+        let least = a
+            .iter()
+            .min_by(|p, q| along(p).total_cmp(&along(q)))
+            .unwrap_or(first);
+        let most = b
+            .iter()
+            .max_by(|p, q| along(p).total_cmp(&along(q)))
+            .unwrap_or(second);
         least - most
     };
     let mut nearest = first - second;
@@ -38,12 +46,18 @@ pub fn gap_m(a: &[Point3<f64>], b: &[Point3<f64>]) -> f64 {
 fn nearest_of(simplex: &[Vector3<f64>]) -> (Vector3<f64>, Vec<Vector3<f64>>) {
     let parts = 1_usize..1 << simplex.len();
     let corners = |part: usize| -> Vec<Vector3<f64>> {
-        (0..simplex.len()).filter(|i| part >> i & 1 == 1).map(|i| simplex[i]).collect()
+        (0..simplex.len())
+            .filter(|i| part >> i & 1 == 1)
+            .map(|i| simplex[i])
+            .collect()
     };
     let candidates = parts.filter_map(|part| {
         let corners = corners(part);
         // At most four corners are kept: either four enclose the origin, or one of them is not needed.
-        (corners.len() <= 4).then(|| nearest_between(&corners)).flatten().map(|point| (point, corners))
+        (corners.len() <= 4)
+            .then(|| nearest_between(&corners))
+            .flatten()
+            .map(|point| (point, corners))
     });
     let best = candidates.min_by(|a, b| a.0.norm_squared().total_cmp(&b.0.norm_squared()));
     best.unwrap_or_else(|| (simplex[0], vec![simplex[0]]))
@@ -51,7 +65,10 @@ fn nearest_of(simplex: &[Vector3<f64>]) -> (Vector3<f64>, Vec<Vector3<f64>>) {
 
 /// The point nearest to the origin on the plane through up to four corners; None if it does not lie between them.
 fn nearest_between(corners: &[Vector3<f64>]) -> Option<Vector3<f64>> {
-    let edges: Vec<Vector3<f64>> = corners[1..].iter().map(|corner| corner - corners[0]).collect();
+    let edges: Vec<Vector3<f64>> = corners[1..]
+        .iter()
+        .map(|corner| corner - corners[0])
+        .collect();
     let mut gram = Matrix3::identity();
     let mut right = Vector3::zeros();
     for (i, edge) in edges.iter().enumerate() {
@@ -61,8 +78,14 @@ fn nearest_between(corners: &[Vector3<f64>]) -> Option<Vector3<f64>> {
         }
     }
     let shares = gram.try_inverse()? * right;
-    let is_between = shares.iter().take(edges.len()).all(|share| *share >= 0.0) && shares.sum() <= 1.0;
-    is_between.then(|| edges.iter().zip(shares.iter()).fold(corners[0], |point, (edge, share)| point + edge * *share))
+    let is_between =
+        shares.iter().take(edges.len()).all(|share| *share >= 0.0) && shares.sum() <= 1.0;
+    is_between.then(|| {
+        edges
+            .iter()
+            .zip(shares.iter())
+            .fold(corners[0], |point, (edge, share)| point + edge * *share)
+    })
 }
 
 #[cfg(test)]
@@ -72,21 +95,29 @@ mod tests {
 
     fn cube(at: &Isometry3<f64>, half: f64) -> Vec<Point3<f64>> {
         let sign = |k: usize, axis: usize| if k >> axis & 1 == 1 { half } else { -half };
-        (0..8).map(|k| at * Point3::new(sign(k, 0), sign(k, 1), sign(k, 2))).collect()
+        (0..8)
+            .map(|k| at * Point3::new(sign(k, 0), sign(k, 1), sign(k, 2)))
+            .collect()
     }
 
     #[test]
     fn gaps_of_cubes_by_face_edge_and_corner() {
         let still = cube(&Isometry3::identity(), 0.5);
         let turned = |x: f64, y: f64, z: f64, turn: Vector3<f64>| {
-            cube(&Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::new(turn)), 0.5)
+            cube(
+                &Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::new(turn)),
+                0.5,
+            )
         };
         let quarter = std::f64::consts::FRAC_PI_4;
         for (other, expected) in [
             (turned(1.5, 0.3, -0.2, Vector3::zeros()), 0.5),
             (turned(1.3, 1.4, 0.0, Vector3::zeros()), 0.5),
             (turned(1.2, 1.3, 1.6, Vector3::zeros()), 0.7),
-            (turned(2.0, 0.0, 0.0, Vector3::z() * quarter), 1.5 - 0.5_f64.sqrt()),
+            (
+                turned(2.0, 0.0, 0.0, Vector3::z() * quarter),
+                1.5 - 0.5_f64.sqrt(),
+            ),
             (turned(0.9, 0.9, 0.9, Vector3::zeros()), 0.0),
             (turned(0.1, 0.0, 0.0, Vector3::x()), 0.0),
         ] {

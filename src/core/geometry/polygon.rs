@@ -59,7 +59,11 @@ impl SupportPolygon {
         for upper in [false, true] {
             let start = len;
             for i in 0..sorted.len() {
-                let p = if upper { sorted[sorted.len() - 1 - i] } else { sorted[i] };
+                let p = if upper {
+                    sorted[sorted.len() - 1 - i]
+                } else {
+                    sorted[i]
+                };
                 while len >= start + 2 && turn(chain[len - 2], chain[len - 1], p) <= 0.0 {
                     len -= 1;
                 }
@@ -74,13 +78,20 @@ impl SupportPolygon {
 
     /// Removes the flattest vertices until the polygon fits and has no flat vertex left.
     fn simplified(vertices: &mut [Point2<f64>], mut len: usize) -> Option<Self> {
-        let size = vertices[..len].iter().map(|v| (v - vertices[0]).norm()).fold(0.0, f64::max);
+        let size = vertices[..len]
+            .iter()
+            .map(|v| (v - vertices[0]).norm())
+            .fold(0.0, f64::max);
         loop {
             if len < 3 {
                 return None;
             }
             let corner = |i: usize| {
-                let (a, b, c) = (vertices[(i + len - 1) % len], vertices[i], vertices[(i + 1) % len]);
+                let (a, b, c) = (
+                    vertices[(i + len - 1) % len],
+                    vertices[i],
+                    vertices[(i + 1) % len],
+                );
                 (turn(a, b, c), (c - a).norm())
             };
             let flattest = (0..len).min_by(|&i, &j| corner(i).0.total_cmp(&corner(j).0))?;
@@ -95,7 +106,10 @@ impl SupportPolygon {
         }
         let mut kept = [Point2::origin(); Self::MAX];
         kept[..len].copy_from_slice(&vertices[..len]);
-        Some(Self { vertices: kept, len })
+        Some(Self {
+            vertices: kept,
+            len,
+        })
     }
 
     /// The axis-parallel rectangle of eq. 16; None unless `xmin < xmax` and `ymin < ymax`.
@@ -103,7 +117,10 @@ impl SupportPolygon {
         if !(xmin < xmax && ymin < ymax) {
             return None;
         }
-        Self::hull(&[(xmin, ymin), (xmax, ymin), (xmax, ymax), (xmin, ymax)].map(|(x, y)| Point2::new(x, y)))
+        Self::hull(
+            &[(xmin, ymin), (xmax, ymin), (xmax, ymax), (xmin, ymax)]
+                .map(|(x, y)| Point2::new(x, y)),
+        )
     }
 
     /// Vertices, counter-clockwise.
@@ -121,7 +138,10 @@ impl SupportPolygon {
         self.edges().map(|(a, b)| {
             let along = b - a;
             let normal = Vector2::new(along.y, -along.x).normalize();
-            HalfPlane { normal, distance: normal.dot(&a.coords) }
+            HalfPlane {
+                normal,
+                distance: normal.dot(&a.coords),
+            }
         })
     }
 
@@ -132,13 +152,24 @@ impl SupportPolygon {
 
     /// Distance to the boundary (m): positive outside, negative inside.
     pub fn signed_distance(&self, point: Point2<f64>) -> f64 {
-        let deepest = self.half_planes().map(|h| h.excess(point)).fold(f64::NEG_INFINITY, f64::max);
-        if deepest <= 0.0 { deepest } else { (point - self.nearest_on_boundary(point)).norm() }
+        let deepest = self
+            .half_planes()
+            .map(|h| h.excess(point))
+            .fold(f64::NEG_INFINITY, f64::max);
+        if deepest <= 0.0 {
+            deepest
+        } else {
+            (point - self.nearest_on_boundary(point)).norm()
+        }
     }
 
     /// The point of the polygon nearest to `point`, which is `point` itself if it lies inside.
     pub fn nearest(&self, point: Point2<f64>) -> Point2<f64> {
-        if self.contains(point) { point } else { self.nearest_on_boundary(point) }
+        if self.contains(point) {
+            point
+        } else {
+            self.nearest_on_boundary(point)
+        }
     }
 
     fn nearest_on_boundary(&self, point: Point2<f64>) -> Point2<f64> {
@@ -160,7 +191,10 @@ impl SupportPolygon {
         kept[..self.len].copy_from_slice(self.vertices());
         let mut len = self.len;
         for h in self.half_planes() {
-            let inner = HalfPlane { distance: h.distance - margin, ..h };
+            let inner = HalfPlane {
+                distance: h.distance - margin,
+                ..h
+            };
             let mut cut = [Point2::origin(); SCRATCH];
             let mut cut_len = 0;
             let mut push = |p: Point2<f64>| {
@@ -188,7 +222,9 @@ impl SupportPolygon {
     /// Area (m^2).
     pub fn area(&self) -> f64 {
         let origin = self.vertices[0];
-        self.edges().map(|(a, b)| (a - origin).perp(&(b - origin)) / 2.0).sum()
+        self.edges()
+            .map(|(a, b)| (a - origin).perp(&(b - origin)) / 2.0)
+            .sum()
     }
 
     /// Distance (m) from `origin` along `direction` (of any length) to where this ray leaves the polygon; None if it
@@ -228,10 +264,18 @@ mod tests {
     use proptest::prelude::*;
 
     fn soles(stride: f64, yaw: f64) -> Vec<Point2<f64>> {
-        let corners = [(-0.0481, -0.0346), (0.0481, -0.0346), (0.0481, 0.0346), (-0.0481, 0.0346)];
+        let corners = [
+            (-0.0481, -0.0346),
+            (0.0481, -0.0346),
+            (0.0481, 0.0346),
+            (-0.0481, 0.0346),
+        ];
         let left = Isometry2::new(Vector2::new(stride, 0.0485), yaw);
         let right = Isometry2::new(Vector2::new(-stride, -0.0485), -yaw);
-        [left, right].iter().flat_map(|pose| corners.map(|(x, y)| pose * Point2::new(x, y))).collect()
+        [left, right]
+            .iter()
+            .flat_map(|pose| corners.map(|(x, y)| pose * Point2::new(x, y)))
+            .collect()
     }
 
     #[test]
@@ -239,19 +283,39 @@ mod tests {
         let home = SupportPolygon::hull(&soles(0.0, 0.0)).unwrap();
         assert_eq!(home.vertices().len(), 4);
         assert!((home.area() - 4.0 * 0.0481 * 0.0831).abs() < 1e-12);
-        assert!(home.vertices().iter().map(|v| v.coords).sum::<Vector2<f64>>().norm() < 1e-12);
-        assert_eq!(SupportPolygon::hull(&soles(0.05, 0.0)).unwrap().vertices().len(), 6);
+        assert!(
+            home.vertices()
+                .iter()
+                .map(|v| v.coords)
+                .sum::<Vector2<f64>>()
+                .norm()
+                < 1e-12
+        );
+        assert_eq!(
+            SupportPolygon::hull(&soles(0.05, 0.0))
+                .unwrap()
+                .vertices()
+                .len(),
+            6
+        );
     }
 
     #[test]
     fn what_spans_no_area_is_no_polygon() {
-        let line: Vec<_> = (0..8).map(|i| Point2::new(0.1 * i as f64, 0.05 * i as f64)).collect();
+        let line: Vec<_> = (0..8)
+            .map(|i| Point2::new(0.1 * i as f64, 0.05 * i as f64))
+            .collect();
         assert!(SupportPolygon::hull(&line).is_none());
         assert!(SupportPolygon::hull(&[]).is_none());
         assert!(SupportPolygon::hull(&[Point2::origin(); 4]).is_none());
         assert!(SupportPolygon::hull(&[Point2::new(f64::NAN, 0.0); 4]).is_none());
         assert!(SupportPolygon::rectangle(0.1, -0.1, -0.1, 0.1).is_none());
-        assert!(SupportPolygon::rectangle(-0.05, 0.05, -0.08, 0.08).unwrap().inset(0.051).is_none());
+        assert!(
+            SupportPolygon::rectangle(-0.05, 0.05, -0.08, 0.08)
+                .unwrap()
+                .inset(0.051)
+                .is_none()
+        );
     }
 
     #[test]
@@ -261,7 +325,8 @@ mod tests {
         assert!((r.signed_distance(Point2::new(0.13, 0.12)) - 0.05).abs() < 1e-12);
         assert!((r.nearest(Point2::new(0.13, 0.12)) - Point2::new(0.10, 0.08)).norm() < 1e-12);
         assert_eq!(r.nearest(Point2::new(0.01, 0.02)), Point2::new(0.01, 0.02));
-        let along = |x: f64, dx: f64, dy: f64| r.distance_along(Point2::new(x, 0.0), Vector2::new(dx, dy));
+        let along =
+            |x: f64, dx: f64, dy: f64| r.distance_along(Point2::new(x, 0.0), Vector2::new(dx, dy));
         assert!((along(0.0, 3.0, 0.0).unwrap() - 0.10).abs() < 1e-12);
         assert!((along(-0.2, 1.0, 0.0).unwrap() - 0.30).abs() < 1e-12);
         assert_eq!(along(0.2, 1.0, 0.0), None);

@@ -2,7 +2,9 @@
 
 use crate::error::{Error, Result};
 use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
+use clarabel::solver::{
+    DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus,
+};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// A convex set with the origin inside: `{x | S x <= 1}`, with one row of S for each half space. It may be unbounded.
@@ -34,7 +36,10 @@ impl Polytope {
 
     /// `max(0, max over rows of row . x)`: the factor by which the set must be scaled for x to lie on its boundary.
     pub fn gauge(&self, x: &[f64]) -> f64 {
-        self.rows.row_iter().map(|row| row.iter().zip(x).map(|(r, x)| r * x).sum()).fold(0.0, f64::max)
+        self.rows
+            .row_iter()
+            .map(|row| row.iter().zip(x).map(|(r, x)| r * x).sum())
+            .fold(0.0, f64::max)
     }
 
     /// Whether x lies in the set.
@@ -45,8 +50,12 @@ impl Polytope {
     /// Prepares linear programs on this set. It fails if the solver refuses the problem.
     pub fn programs(&self) -> Result<Programs> {
         let (count, n) = self.rows.shape();
-        let column =
-            DVector::from_iterator(n, self.rows.column_iter().map(|c| if c.amax() > 0.0 { c.amax() } else { 1.0 }));
+        let column = DVector::from_iterator(
+            n,
+            self.rows
+                .column_iter()
+                .map(|c| if c.amax() > 0.0 { c.amax() } else { 1.0 }),
+        );
         let mut scaled = self.rows.clone();
         for (mut c, s) in scaled.column_iter_mut().zip(column.iter()) {
             c /= *s;
@@ -54,8 +63,9 @@ impl Polytope {
         let svd = scaled.clone().svd(false, true);
         let v_t = svd.v_t.ok_or_else(|| failure("no singular vectors"))?;
         let largest = svd.singular_values.max();
-        let kept: Vec<usize> =
-            (0..svd.singular_values.len()).filter(|&i| svd.singular_values[i] > 1e-11 * largest).collect();
+        let kept: Vec<usize> = (0..svd.singular_values.len())
+            .filter(|&i| svd.singular_values[i] > 1e-11 * largest)
+            .collect();
         let rank = kept.len();
         let size = (count as f64).sqrt();
         let sigma = |k: usize| svd.singular_values[kept[k]] / size;
@@ -63,7 +73,12 @@ impl Polytope {
         let basis = DMatrix::from_fn(n, rank, |i, k| v_t[(kept[k], i)] * sigma(k));
 
         let solver = solver(&(scaled * &dual))?;
-        Ok(Programs { basis, dual, column, solver })
+        Ok(Programs {
+            basis,
+            dual,
+            column,
+            solver,
+        })
     }
 
     /// Whether this set is a subset of `other`, up to `tolerance` on the right-hand sides of `other`. It solves one
@@ -98,8 +113,14 @@ pub struct Programs {
 impl Programs {
     /// Maximises `row . x` over the set. It fails if the solver gives up.
     pub fn maximise(&mut self, row: &RowDVector<f64>) -> Result<Maximum> {
-        let unbounded = || Maximum { value: f64::INFINITY, at: DVector::zeros(self.column.len()) };
-        let scaled = RowDVector::from_iterator(row.len(), row.iter().zip(self.column.iter()).map(|(r, c)| r / c));
+        let unbounded = || Maximum {
+            value: f64::INFINITY,
+            at: DVector::zeros(self.column.len()),
+        };
+        let scaled = RowDVector::from_iterator(
+            row.len(),
+            row.iter().zip(self.column.iter()).map(|(r, c)| r / c),
+        );
         let reduced = &scaled * &self.dual;
         let unseen = &scaled - &reduced * self.basis.transpose();
         if unseen.norm() > SPAN_TOLERANCE * scaled.norm() {
@@ -108,7 +129,10 @@ impl Programs {
         // Equilibration was done for another cost, and remains meaningful with a cost of unit size.
         let size = reduced.norm();
         if size == 0.0 {
-            return Ok(Maximum { value: 0.0, at: DVector::zeros(self.column.len()) });
+            return Ok(Maximum {
+                value: 0.0,
+                at: DVector::zeros(self.column.len()),
+            });
         }
         let cost: Vec<f64> = reduced.iter().map(|c| -c / size).collect();
         self.solver.update_q(&cost).map_err(failure)?;
@@ -118,7 +142,10 @@ impl Programs {
             SolverStatus::Solved | SolverStatus::AlmostSolved => {
                 let reduced_at = DVector::from_column_slice(&solution.x);
                 let at = (&self.dual * reduced_at).component_div(&self.column);
-                Ok(Maximum { value: -solution.obj_val * size, at })
+                Ok(Maximum {
+                    value: -solution.obj_val * size,
+                    at,
+                })
             }
             SolverStatus::DualInfeasible | SolverStatus::AlmostDualInfeasible => Ok(unbounded()),
             status => Err(failure(format!("{status:?}"))),
@@ -142,11 +169,22 @@ fn solver(a: &DMatrix<f64>) -> Result<DefaultSolver<f64>> {
         .build()
         .map_err(failure)?;
     let (cost, one) = (vec![0.0; n], vec![1.0; rows]);
-    DefaultSolver::new(&CscMatrix::zeros((n, n)), &cost, &a, &one, &[NonnegativeConeT(rows)], settings).map_err(failure)
+    DefaultSolver::new(
+        &CscMatrix::zeros((n, n)),
+        &cost,
+        &a,
+        &one,
+        &[NonnegativeConeT(rows)],
+        settings,
+    )
+    .map_err(failure)
 }
 
 fn failure(problem: impl ToString) -> Error {
-    Error::Numeric { what: "linear program".into(), problem: problem.to_string() }
+    Error::Numeric {
+        what: "linear program".into(),
+        problem: problem.to_string(),
+    }
 }
 
 #[cfg(test)]
@@ -156,24 +194,50 @@ mod tests {
 
     /// The set |x| <= 2, |y| <= 4, with z free.
     fn slab() -> Polytope {
-        Polytope { rows: dmatrix![0.5, 0.0, 0.0; -0.5, 0.0, 0.0; 0.0, 0.25, 0.0; 0.0, -0.25, 0.0] }
+        Polytope {
+            rows: dmatrix![0.5, 0.0, 0.0; -0.5, 0.0, 0.0; 0.0, 0.25, 0.0; 0.0, -0.25, 0.0],
+        }
     }
 
     #[test]
     fn a_linear_function_is_largest_at_a_corner_or_unbounded() {
         let mut programs = slab().programs().unwrap();
-        let corner = programs.maximise(&RowDVector::from_row_slice(&[1.0, -3.0, 0.0])).unwrap();
+        let corner = programs
+            .maximise(&RowDVector::from_row_slice(&[1.0, -3.0, 0.0]))
+            .unwrap();
         assert!((corner.value - 14.0).abs() < 1e-7);
         assert!((corner.at[0] - 2.0).abs() < 1e-7 && (corner.at[1] + 4.0).abs() < 1e-7);
-        assert_eq!(programs.maximise(&RowDVector::from_row_slice(&[0.0, 0.0, 1e-3])).unwrap().value, f64::INFINITY);
+        assert_eq!(
+            programs
+                .maximise(&RowDVector::from_row_slice(&[0.0, 0.0, 1e-3]))
+                .unwrap()
+                .value,
+            f64::INFINITY
+        );
         assert_eq!(programs.maximise(&RowDVector::zeros(3)).unwrap().value, 0.0);
     }
 
     #[test]
     fn a_cone_is_unbounded_within_the_span_of_its_rows() {
-        let quadrant = Polytope { rows: dmatrix![1.0, 0.0; 0.0, 1.0] };
+        let quadrant = Polytope {
+            rows: dmatrix![1.0, 0.0; 0.0, 1.0],
+        };
         let mut programs = quadrant.programs().unwrap();
-        assert_eq!(programs.maximise(&RowDVector::from_row_slice(&[-1.0, 0.0])).unwrap().value, f64::INFINITY);
-        assert!((programs.maximise(&RowDVector::from_row_slice(&[1.0, 1.0])).unwrap().value - 2.0).abs() < 1e-7);
+        assert_eq!(
+            programs
+                .maximise(&RowDVector::from_row_slice(&[-1.0, 0.0]))
+                .unwrap()
+                .value,
+            f64::INFINITY
+        );
+        assert!(
+            (programs
+                .maximise(&RowDVector::from_row_slice(&[1.0, 1.0]))
+                .unwrap()
+                .value
+                - 2.0)
+                .abs()
+                < 1e-7
+        );
     }
 }

@@ -18,7 +18,11 @@ impl AxisLoop {
     /// Places the poles, which must be positive.
     pub fn design(pendulum: &Pendulum, poles: [f64; 3]) -> Self {
         let feedback = pendulum.feedback(poles);
-        Self { poles, feedback, closed: pendulum.closed(&feedback) }
+        Self {
+            poles,
+            feedback,
+            closed: pendulum.closed(&feedback),
+        }
     }
 
     /// The poles that affect the ZMP. If a pole is exactly at -omega, the feedback does not read the convergent mode.
@@ -34,7 +38,11 @@ impl AxisLoop {
     /// include the loop's own observable poles. For each lag it gives the discrete pole l and the row that maps [com,
     /// com_vel, zmp] to the output of the lag. The output of the last lag is the ZMP. Lags before the first of the
     /// loop's own poles have the output 0.
-    pub(super) fn cascade(&self, pendulum: &Pendulum, through: &[f64]) -> Vec<(f64, RowVector3<f64>)> {
+    pub(super) fn cascade(
+        &self,
+        pendulum: &Pendulum,
+        through: &[f64],
+    ) -> Vec<(f64, RowVector3<f64>)> {
         let mut own = self.observable_poles();
         let mut row = RowVector3::new(0.0, 0.0, 1.0);
         let mut cascade: Vec<_> = through

@@ -83,23 +83,36 @@ struct Span {
 
 impl Span {
     fn new([x0, x1]: [f64; 2], [y0, y1]: [f64; 2]) -> Self {
-        Self { low: Vector2::new(x0, y0), high: Vector2::new(x1, y1) }
+        Self {
+            low: Vector2::new(x0, y0),
+            high: Vector2::new(x1, y1),
+        }
     }
 
     /// The box of all sums of a point of this box and `weight` times a point of the other.
     fn plus(self, other: Self, weight: f64) -> Self {
-        Self { low: self.low + other.low * weight, high: self.high + other.high * weight }
+        Self {
+            low: self.low + other.low * weight,
+            high: self.high + other.high * weight,
+        }
     }
 
     fn corners(&self) -> [Point2<f64>; 4] {
         let (low, high) = (self.low, self.high);
-        [low, Vector2::new(high.x, low.y), high, Vector2::new(low.x, high.y)].map(Point2::from)
+        [
+            low,
+            Vector2::new(high.x, low.y),
+            high,
+            Vector2::new(low.x, high.y),
+        ]
+        .map(Point2::from)
     }
 
     /// How far a ray from the origin goes until it leaves the hull of this box and another one (m); 0 if it misses.
     fn farthest(&self, along: Vector2<f64>, other: &Self) -> f64 {
         let hull = SupportPolygon::hull([self.corners(), other.corners()].as_flattened());
-        hull.and_then(|hull| hull.distance_along(Point2::origin(), along)).unwrap_or(0.0)
+        hull.and_then(|hull| hull.distance_along(Point2::origin(), along))
+            .unwrap_or(0.0)
     }
 }
 
@@ -126,7 +139,10 @@ impl SteppingPendulum {
         let along = direction(heading_deg);
         let mut best = self.both_soles().farthest(along, &self.both_soles());
         for stance in [1.0, -1.0] {
-            let start = Start { set: self.sole(stance), weight: 1.0 };
+            let start = Start {
+                set: self.sole(stance),
+                weight: 1.0,
+            };
             self.step(along, &start, -stance, [0, steps], &self.regions, &mut best);
         }
         self.mass_kg * self.omega * best
@@ -150,10 +166,18 @@ impl SteppingPendulum {
             let weight = start.weight * (-self.omega * region.swing_time_s).exp();
             let [y0, y1] = region.y_m.map(|y| side * y);
             let places = Span::new(region.x_m, [y0.min(y1), y0.max(y1)]);
-            let next = Start { set: start.set.plus(places, weight), weight };
-            let [stays, steps] = [&start.set, &next.set].map(|set| set.plus(self.gain_of_both(), weight));
+            let next = Start {
+                set: start.set.plus(places, weight),
+                weight,
+            };
+            let [stays, steps] =
+                [&start.set, &next.set].map(|set| set.plus(self.gain_of_both(), weight));
             *best = best.max(stays.farthest(along, &steps));
-            let regions = if done + 1 < FREE_STEPS { &self.regions[..] } else { std::slice::from_ref(region) };
+            let regions = if done + 1 < FREE_STEPS {
+                &self.regions[..]
+            } else {
+                std::slice::from_ref(region)
+            };
             self.step(along, &next, -side, [done + 1, most], regions, best);
         }
     }
@@ -161,18 +185,28 @@ impl SteppingPendulum {
     /// The sole of the left foot (1) or the right one (-1), seen from the COM.
     fn sole(&self, foot: f64) -> Span {
         let at = Vector2::new(0.0, 0.5 * foot * self.stance_width_m) - self.com.coords;
-        Span::new(self.sole_x_m.map(|x| x + at.x), self.sole_y_m.map(|y| y + at.y))
+        Span::new(
+            self.sole_x_m.map(|x| x + at.x),
+            self.sole_y_m.map(|y| y + at.y),
+        )
     }
 
     /// The hull of both soles, as far as both ankles hold it, seen from the COM.
     fn both_soles(&self) -> Span {
-        Span { low: self.sole(-1.0).low, high: self.sole(1.0).high }.plus(self.gain_of_both(), 1.0)
+        Span {
+            low: self.sole(-1.0).low,
+            high: self.sole(1.0).high,
+        }
+        .plus(self.gain_of_both(), 1.0)
     }
 
     /// How much farther two ankles hold the ZMP than one: D - B.
     fn gain_of_both(&self) -> Span {
         let gain = |[both, one]: [[f64; 2]; 2]| [both[0] - one[0], both[1] - one[1]];
-        Span::new(gain([self.both_x_m, self.sole_x_m]), gain([self.both_y_m, self.sole_y_m]))
+        Span::new(
+            gain([self.both_x_m, self.sole_x_m]),
+            gain([self.both_y_m, self.sole_y_m]),
+        )
     }
 }
 
@@ -180,7 +214,11 @@ impl SteppingPendulum {
 /// effect. The effect of a force f(t) is the integral of f e^(-omega t).
 pub fn rectangular_push_factor(omega: f64, duration_s: f64) -> f64 {
     let angle = omega * duration_s;
-    if angle < 1e-9 { 1.0 } else { angle / -(-angle).exp_m1() }
+    if angle < 1e-9 {
+        1.0
+    } else {
+        angle / -(-angle).exp_m1()
+    }
 }
 
 /// The ratio of [`rectangular_push_factor`] for a force that is half a period of a sine.

@@ -95,9 +95,19 @@ impl Departure {
 
     /// The numbers of the departure, in the order of the fields.
     pub fn numbers(&self) -> [f64; Self::NUMBERS] {
-        let Self { lift, left, crossed, place: [x, y], zmp: [zmp_x, zmp_y], slower, tilt: [roll, pitch], lower } =
-            *self;
-        [lift, left, crossed, x, y, zmp_x, zmp_y, slower, roll, pitch, lower]
+        let Self {
+            lift,
+            left,
+            crossed,
+            place: [x, y],
+            zmp: [zmp_x, zmp_y],
+            slower,
+            tilt: [roll, pitch],
+            lower,
+        } = *self;
+        [
+            lift, left, crossed, x, y, zmp_x, zmp_y, slower, roll, pitch, lower,
+        ]
     }
 
     fn is_none(&self) -> bool {
@@ -107,15 +117,42 @@ impl Departure {
     /// The sum of two departures, number by number.
     pub fn and(&self, other: &Self) -> Self {
         let mut numbers = self.numbers();
-        numbers.iter_mut().zip(other.numbers()).for_each(|(number, more)| *number += more);
+        numbers
+            .iter_mut()
+            .zip(other.numbers())
+            .for_each(|(number, more)| *number += more);
         Self::of_numbers(numbers)
     }
 
     /// The departure with these numbers, each clamped to its largest magnitude.
     pub fn of_numbers(mut numbers: [f64; Self::NUMBERS]) -> Self {
-        numbers.iter_mut().zip(Self::MOST).for_each(|(number, most)| *number = number.clamp(-most, most));
-        let [lift, left, crossed, x, y, zmp_x, zmp_y, slower, roll, pitch, lower] = numbers;
-        Self { lift, left, crossed, place: [x, y], zmp: [zmp_x, zmp_y], slower, tilt: [roll, pitch], lower }
+        numbers
+            .iter_mut()
+            .zip(Self::MOST)
+            .for_each(|(number, most)| *number = number.clamp(-most, most));
+        let [
+            lift,
+            left,
+            crossed,
+            x,
+            y,
+            zmp_x,
+            zmp_y,
+            slower,
+            roll,
+            pitch,
+            lower,
+        ] = numbers;
+        Self {
+            lift,
+            left,
+            crossed,
+            place: [x, y],
+            zmp: [zmp_x, zmp_y],
+            slower,
+            tilt: [roll, pitch],
+            lower,
+        }
     }
 }
 
@@ -134,15 +171,36 @@ impl CatchingTable {
         ];
         Error::check_ranges(file, "catching", &ranges)?;
         if self.departures.len() > DEPARTURES {
-            let (count, accepted) = (self.departures.len(), format!("up to {DEPARTURES} footsteps"));
-            return Err(Error::value(file, "catching.departures", count, "too many", accepted));
+            let (count, accepted) = (
+                self.departures.len(),
+                format!("up to {DEPARTURES} footsteps"),
+            );
+            return Err(Error::value(
+                file,
+                "catching.departures",
+                count,
+                "too many",
+                accepted,
+            ));
         }
-        let named = self.departures.iter().enumerate().map(|(i, departure)| (format!("departures[{i}]"), departure));
+        let named = self
+            .departures
+            .iter()
+            .enumerate()
+            .map(|(i, departure)| (format!("departures[{i}]"), departure));
         for (name, departure) in named.chain([("every".into(), &self.every)]) {
             if *departure != Departure::of_numbers(departure.numbers()) {
-                let (value, accepted) =
-                    (format!("{:?}", departure.numbers()), format!("numbers up to {:?}", Departure::MOST));
-                return Err(Error::value(file, format!("catching.{name}"), value, "out of range", accepted));
+                let (value, accepted) = (
+                    format!("{:?}", departure.numbers()),
+                    format!("numbers up to {:?}", Departure::MOST),
+                );
+                return Err(Error::value(
+                    file,
+                    format!("catching.{name}"),
+                    value,
+                    "out of range",
+                    accepted,
+                ));
             }
         }
         Ok(())
@@ -210,7 +268,10 @@ pub struct CatchProblem {
 impl CatchProblem {
     /// The problem with the landing place fixed.
     pub fn landing_at(self, place: Vector2<f64>) -> Self {
-        Self { reach: [[place.x; 2], [place.y; 2]], ..self }
+        Self {
+            reach: [[place.x; 2], [place.y; 2]],
+            ..self
+        }
     }
 
     /// The share of a `miss` (m) in [`CatchPlan::cost`].
@@ -258,13 +319,20 @@ pub fn plan(problem: &CatchProblem, dcm: Vector2<f64>, time_s: f64) -> CatchPlan
 /// The best footstep for one share s.
 fn landing(problem: &CatchProblem, dcm: Vector2<f64>, time_s: f64, share: f64) -> CatchPlan {
     let growth = (problem.omega * time_s).exp();
-    let mut catch = CatchPlan { zmp: Vector2::zeros(), place: Vector2::zeros(), dcm, miss: 0.0, cost: 0.0 };
+    let mut catch = CatchPlan {
+        zmp: Vector2::zeros(),
+        place: Vector2::zeros(),
+        dcm,
+        miss: 0.0,
+        cost: 0.0,
+    };
     let mut outside = Vector2::zeros();
     for k in 0..2 {
         let row = Vector2::new(1.0 - growth, -share);
         let hessian = row * row.transpose() + Matrix2::identity() * TIE;
         let linear = Vector2::new(0.0, TIE * problem.home[k]) - row * (growth * dcm[k]);
-        let [zmp, place]: [f64; 2] = in_box(&hessian, &linear, [problem.zmp[k], problem.reach[k]]).into();
+        let [zmp, place]: [f64; 2] =
+            in_box(&hessian, &linear, [problem.zmp[k], problem.reach[k]]).into();
         (catch.zmp[k], catch.place[k]) = (zmp, place);
         catch.dcm[k] = growth * (dcm[k] - zmp) + zmp;
         let off = catch.dcm[k] - share * place;
@@ -303,23 +371,38 @@ mod tests {
         let far = plan(&PROBLEM, pushed(0.0, -0.065), TIME_S);
         // By hand: with the ZMP 32 mm to that side, the DCM ends at e^(omega T) (113.5 - 32) + 32 = 221.6 mm.
         let dcm = 0.032 + (PROBLEM.omega * TIME_S).exp() * (0.1135 - 0.032);
-        assert!((near.miss - (dcm - 0.18 - 0.035)).abs() < 1e-12 && near.miss > 0.006, "{near:?}");
+        assert!(
+            (near.miss - (dcm - 0.18 - 0.035)).abs() < 1e-12 && near.miss > 0.006,
+            "{near:?}"
+        );
         assert_eq!(near.place.y, 0.18);
         assert!(far.miss == 0.0 && far.cost < near.cost, "{far:?}");
-        assert!((far.zmp.y + 0.032).abs() < 1e-12, "the ZMP at the outer edge of the sole that stands: {far:?}");
+        assert!(
+            (far.zmp.y + 0.032).abs() < 1e-12,
+            "the ZMP at the outer edge of the sole that stands: {far:?}"
+        );
     }
 
     #[test]
     fn what_is_decided_stays() {
         let place = Vector2::new(0.05, 0.1);
-        assert_eq!(plan(&PROBLEM.landing_at(place), pushed(0.06, 0.0), 0.05).place, place);
+        assert_eq!(
+            plan(&PROBLEM.landing_at(place), pushed(0.06, 0.0), 0.05).place,
+            place
+        );
     }
 
     /// A robot with quick legs has less time before a landing than the gain set asks for.
     #[test]
     fn times_of_the_swing_are_at_most_the_swing() {
-        let table =
-            CatchingTable { lift: 0.03, late: 0.6, pause: 0.2, transfer: 0.3, settle: 0.5, ..CatchingTable::default() };
+        let table = CatchingTable {
+            lift: 0.03,
+            late: 0.6,
+            pause: 0.2,
+            transfer: 0.3,
+            settle: 0.5,
+            ..CatchingTable::default()
+        };
         let [slow, quick] = [0.5, 0.08].map(|quickest_s| table.rules(0.9, 0.3, quickest_s));
         assert_eq!([slow.transfer_s, slow.settle_s], [0.09, 0.15]);
         assert_eq!([quick.transfer_s, quick.settle_s], [0.04, 0.08]);

@@ -46,17 +46,29 @@ impl CpiSet {
     /// empty, or if the search does not end within [`MAX_HORIZON`].
     pub fn search(gain: &Gain, pendulum: Pendulum, polygon: &SupportPolygon) -> Result<Self> {
         let (horizon, set) = smallest_horizon(Stack::of(gain, polygon)?).map_err(|e| match e {
-            Error::Numeric { what, problem } => {
-                Error::Numeric { what: format!("gain {:?}: {what}", gain.name), problem }
-            }
+            Error::Numeric { what, problem } => Error::Numeric {
+                what: format!("gain {:?}: {what}", gain.name),
+                problem,
+            },
             other => other,
         })?;
-        Ok(Self { gain: gain.name.clone(), pendulum, polygon: *polygon, horizon, spread_m: gain.spread.limit(), set })
+        Ok(Self {
+            gain: gain.name.clone(),
+            pendulum,
+            polygon: *polygon,
+            horizon,
+            spread_m: gain.spread.limit(),
+            set,
+        })
     }
 
     /// The sets of all gains of a family, slow to fast. It fails as [`Self::search`] does.
     pub fn search_family(family: &GainFamily, polygon: &SupportPolygon) -> Result<Vec<Self>> {
-        family.gains.iter().map(|gain| Self::search(gain, family.pendulum, polygon)).collect()
+        family
+            .gains
+            .iter()
+            .map(|gain| Self::search(gain, family.pendulum, polygon))
+            .collect()
     }
 
     /// The rows of eq. 22 and 25 for a given k, which need not be large enough.
@@ -74,7 +86,10 @@ impl CpiSet {
     /// Largest impulse J from rest along `direction`, divided by `m omega d`, with d from the origin to the polygon's
     /// edge. The value 1 would be the largest impulse without a footstep.
     pub fn largest_impulse_from_rest(&self, direction: Vector2<f64>) -> f64 {
-        let d = self.polygon.distance_along(nalgebra::Point2::origin(), direction).unwrap_or(f64::NAN);
+        let d = self
+            .polygon
+            .distance_along(nalgebra::Point2::origin(), direction)
+            .unwrap_or(f64::NAN);
         self.largest_com_vel_from_rest(direction) / (self.pendulum.omega * d)
     }
 
@@ -101,7 +116,11 @@ impl Inclusion {
         // Neighbours come first: inclusion is transitive, and proving it costs far more than a counter-example.
         for distance in 0..n {
             for i in 0..n {
-                for j in [i.checked_sub(distance), Some(i + distance)].into_iter().flatten().filter(|j| *j < n) {
+                for j in [i.checked_sub(distance), Some(i + distance)]
+                    .into_iter()
+                    .flatten()
+                    .filter(|j| *j < n)
+                {
                     let between = i.min(j) + 1..i.max(j);
                     inside[i][j] = i == j
                         || between.clone().any(|b| inside[i][b] && inside[b][j])
@@ -109,12 +128,18 @@ impl Inclusion {
                 }
             }
         }
-        Ok(Self { names: sets.iter().map(|s| s.gain.clone()).collect(), inside })
+        Ok(Self {
+            names: sets.iter().map(|s| s.gain.clone()).collect(),
+            inside,
+        })
     }
 
     /// Pairs (slow, fast) of neighbouring gains whose sets do not nest.
     pub fn failures(&self) -> Vec<(usize, usize)> {
-        (1..self.names.len()).filter(|&fast| !self.inside[fast][fast - 1]).map(|fast| (fast - 1, fast)).collect()
+        (1..self.names.len())
+            .filter(|&fast| !self.inside[fast][fast - 1])
+            .map(|fast| (fast - 1, fast))
+            .collect()
     }
 
     /// A warning if the sets of the family do not nest; None if they do.
@@ -132,9 +157,11 @@ pub fn nesting_warning(family: &GainFamily, support: &SupportPolygon) -> Result<
     static FOUND: Mutex<Vec<(GainFamily, SupportPolygon, Option<String>)>> = Mutex::new(Vec::new());
     // The lock is held during the search, so that threads with the same question wait for one answer.
     let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
-    let is_same = |other: &GainFamily| (&other.pendulum, &other.gains) == (&family.pendulum, &family.gains);
-    if let Some((_, _, warning)) =
-        found.iter().find(|(other, polygon, _)| is_same(other) && polygon.vertices() == support.vertices())
+    let is_same =
+        |other: &GainFamily| (&other.pendulum, &other.gains) == (&family.pendulum, &family.gains);
+    if let Some((_, _, warning)) = found
+        .iter()
+        .find(|(other, polygon, _)| is_same(other) && polygon.vertices() == support.vertices())
     {
         return Ok(warning.clone());
     }
@@ -155,8 +182,10 @@ fn warning(names: &[String], failures: &[(usize, usize)]) -> Option<String> {
     if failures.is_empty() {
         return None;
     }
-    let pairs: Vec<String> =
-        failures.iter().map(|&(slow, fast)| format!("{:?} is not inside {:?}", names[fast], names[slow])).collect();
+    let pairs: Vec<String> = failures
+        .iter()
+        .map(|&(slow, fast)| format!("{:?} is not inside {:?}", names[fast], names[slow]))
+        .collect();
     Some(format!(
         "the CPI sets of the gains do not nest: {}; after a switch to a faster gain, the slower set may not contain the state",
         pairs.join(", ")
@@ -168,7 +197,11 @@ fn warning(names: &[String], failures: &[(usize, usize)]) -> Option<String> {
 /// It fails if there is no k up to [`MAX_HORIZON`], with a pole at or near the stability limit, or if the solver gives
 /// up.
 pub fn maximal_cpi(a: &DMatrix<f64>, s0: &DMatrix<f64>) -> Result<(usize, Polytope)> {
-    smallest_horizon(Stack { a: a.clone(), blocks: vec![s0.clone()], spread: Spread::default() })
+    smallest_horizon(Stack {
+        a: a.clone(),
+        blocks: vec![s0.clone()],
+        spread: Spread::default(),
+    })
 }
 
 /// The smallest k of a stack that has all rows of the set, with these rows.
@@ -212,12 +245,25 @@ struct Stack {
 impl Stack {
     /// The stack of a gain on a polygon. It fails if the CPI set is empty.
     fn of(gain: &Gain, polygon: &SupportPolygon) -> Result<Self> {
-        let stack = Self { a: closed_loop(gain), blocks: vec![constraint_rows(polygon)?], spread: gain.spread.clone() };
-        if (0..stack.blocks[0].nrows()).any(|edge| stack.distance(edge, gain.spread.limit()) <= 0.0) {
+        let stack = Self {
+            a: closed_loop(gain),
+            blocks: vec![constraint_rows(polygon)?],
+            spread: gain.spread.clone(),
+        };
+        if (0..stack.blocks[0].nrows()).any(|edge| stack.distance(edge, gain.spread.limit()) <= 0.0)
+        {
             let [x, y] = gain.spread.limit();
             let (gain, value) = (&gain.name, format!("{x:.4} m in x and {y:.4} m in y"));
-            let problem = format!("moves the ZMP of gain {gain:?} out of the support, so no set contains any state");
-            return Err(Error::value("support", "spread", value, problem, "a smaller zmp_disturbance"));
+            let problem = format!(
+                "moves the ZMP of gain {gain:?} out of the support, so no set contains any state"
+            );
+            return Err(Error::value(
+                "support",
+                "spread",
+                value,
+                problem,
+                "a smaller zmp_disturbance",
+            ));
         }
         Ok(stack)
     }
@@ -275,10 +321,22 @@ fn constraint_rows(polygon: &SupportPolygon) -> Result<DMatrix<f64>> {
     let mut rows = DMatrix::zeros(polygon.vertices().len(), 6);
     for (i, h) in polygon.half_planes().enumerate() {
         if h.distance <= 0.0 {
-            let vertices: Vec<String> = polygon.vertices().iter().map(|v| format!("({}, {})", v.x, v.y)).collect();
-            let (problem, accepted) =
-                ("the origin is not inside, so no set contains any state", "a polygon with the origin strictly inside");
-            return Err(Error::value("support", "polygon", vertices.join(" "), problem, accepted));
+            let vertices: Vec<String> = polygon
+                .vertices()
+                .iter()
+                .map(|v| format!("({}, {})", v.x, v.y))
+                .collect();
+            let (problem, accepted) = (
+                "the origin is not inside, so no set contains any state",
+                "a polygon with the origin strictly inside",
+            );
+            return Err(Error::value(
+                "support",
+                "polygon",
+                vertices.join(" "),
+                problem,
+                accepted,
+            ));
         }
         (rows[(i, 2)], rows[(i, 5)]) = (h.normal.x / h.distance, h.normal.y / h.distance);
     }

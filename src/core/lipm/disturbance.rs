@@ -73,7 +73,9 @@ impl Spread {
         }
         let [x, y] = [x, y].map(|axis| per_metre(pendulum, axis));
         let at = |sums: &[f64], periods: usize| sums[periods.min(sums.len() - 1)];
-        let after = (0..x.len().max(y.len())).map(|j| [bounds.x * at(&x, j), bounds.y * at(&y, j)]).collect();
+        let after = (0..x.len().max(y.len()))
+            .map(|j| [bounds.x * at(&x, j), bounds.y * at(&y, j)])
+            .collect();
         Self { after }
     }
 
@@ -84,7 +86,10 @@ impl Spread {
 
     /// Largest distance by which the ZMP can have moved after this number of periods, in x and y (m).
     pub fn after(&self, periods: usize) -> [f64; 2] {
-        self.after.get(periods).copied().unwrap_or_else(|| self.limit())
+        self.after
+            .get(periods)
+            .copied()
+            .unwrap_or_else(|| self.limit())
     }
 
     /// Largest distance by which disturbances can ever have moved the ZMP, in x and y (m).
@@ -102,7 +107,10 @@ fn per_metre(pendulum: &Pendulum, axis: &AxisLoop) -> Vec<f64> {
     loop {
         // The loop is a cascade of lags (see `online`), and the sum over the output of a lag is at most its present
         // value / (1 - l) plus the sum over its input.
-        let rest: f64 = lags.iter().map(|(lag, output)| (output * state)[0].abs() / (1.0 - lag)).sum();
+        let rest: f64 = lags
+            .iter()
+            .map(|(lag, output)| (output * state)[0].abs() / (1.0 - lag))
+            .sum();
         if rest < NEGLIGIBLE || sums.len() > MAX_PERIODS {
             sums.push(sum + rest);
             return sums;
@@ -120,7 +128,14 @@ mod tests {
     use super::*;
 
     fn spread(poles: [f64; 3], bounds: [f64; 2]) -> (Gain, Spread) {
-        let gain = Gain::design(&PENDULUM, &GainPoles { name: "g".into(), x: poles, y: poles });
+        let gain = Gain::design(
+            &PENDULUM,
+            &GainPoles {
+                name: "g".into(),
+                x: poles,
+                y: poles,
+            },
+        );
         let spread = Spread::new(&PENDULUM, &gain.x, &gain.y, bounds.into());
         (gain, spread)
     }
@@ -136,7 +151,11 @@ mod tests {
                 state = gain.x.closed * state + PENDULUM.disturbance() * bound;
             }
             let factor = (1.0 + p) * (1.0 + q) / (p * q);
-            assert!((spread.limit()[0] / bound - factor).abs() < 0.02 * factor, "{p} {q}: {:?}", spread.limit());
+            assert!(
+                (spread.limit()[0] / bound - factor).abs() < 0.02 * factor,
+                "{p} {q}: {:?}",
+                spread.limit()
+            );
             assert!((spread.limit()[1] - 0.5 * spread.limit()[0]).abs() < 1e-15);
         }
     }
@@ -144,7 +163,11 @@ mod tests {
     #[test]
     fn a_very_slow_pole_is_bounded_and_no_disturbance_is_none() {
         let (_, slow) = spread([1e-5, 1.0, 5.0], [0.001; 2]);
-        assert!(slow.limit()[0] >= 0.0012 / 1e-5 * 0.99, "{:?}", slow.limit());
+        assert!(
+            slow.limit()[0] >= 0.0012 / 1e-5 * 0.99,
+            "{:?}",
+            slow.limit()
+        );
         let (_, none) = spread([1.2, 1.0, 5.0], [0.0; 2]);
         assert!(none.is_none() && none.limit() == [0.0; 2] && none.after(7) == [0.0; 2]);
     }

@@ -94,28 +94,64 @@ impl GainSet {
     /// Checks the values. Errors name the gain set `file`.
     pub fn validate(&self, file: &str) -> Result<()> {
         if self.name.trim().is_empty() {
-            return Err(Error::value(file, "name", format!("{:?}", self.name), "is empty", "a name"));
+            return Err(Error::value(
+                file,
+                "name",
+                format!("{:?}", self.name),
+                "is empty",
+                "a name",
+            ));
         }
         if let Some(kind) = self.kind.as_ref().filter(|kind| *kind != "cpi") {
-            let (problem, accepted) = ("is not a gain set", "a controller of kind \"cpi\", such as switching");
+            let (problem, accepted) = (
+                "is not a gain set",
+                "a controller of kind \"cpi\", such as switching",
+            );
             return Err(Error::value(file, "kind", kind, problem, accepted));
         }
         let is_share = |value: &f64| (0.0..=MOST_OF_SOLE).contains(value);
-        let (problem, accepted) = ("out of range", format!("0 to {MOST_OF_SOLE}, in half sole lengths"));
+        let (problem, accepted) = (
+            "out of range",
+            format!("0 to {MOST_OF_SOLE}, in half sole lengths"),
+        );
         if !is_share(&self.zmp_margin) {
-            return Err(Error::value(file, "zmp_margin", self.zmp_margin, problem, accepted));
+            return Err(Error::value(
+                file,
+                "zmp_margin",
+                self.zmp_margin,
+                problem,
+                accepted,
+            ));
         }
         if !self.zmp_disturbance.bounds().iter().all(is_share) {
-            let (value, accepted) = (self.zmp_disturbance.text(1.0), format!("{accepted}, or [x, y]"));
-            return Err(Error::value(file, "zmp_disturbance", value, problem, accepted));
+            let (value, accepted) = (
+                self.zmp_disturbance.text(1.0),
+                format!("{accepted}, or [x, y]"),
+            );
+            return Err(Error::value(
+                file,
+                "zmp_disturbance",
+                value,
+                problem,
+                accepted,
+            ));
         }
         let count = self.gains.len();
         if count > MOST_GAINS {
             let accepted = format!("up to {MOST_GAINS} gains");
-            return Err(Error::value(file, "gains", format!("{count} gains"), "too many", accepted));
+            return Err(Error::value(
+                file,
+                "gains",
+                format!("{count} gains"),
+                "too many",
+                accepted,
+            ));
         }
         if count == 0 {
-            let (problem, accepted) = ("a gain set needs gains", "one or more [[gains]], slow to fast");
+            let (problem, accepted) = (
+                "a gain set needs gains",
+                "one or more [[gains]], slow to fast",
+            );
             return Err(Error::value(file, "gains", "none", problem, accepted));
         }
         if let Some(stepping) = &self.stepping {
@@ -124,25 +160,44 @@ impl GainSet {
         if let Some(catching) = &self.catching {
             if self.stepping.is_some() {
                 let problem = "excludes [stepping]";
-                return Err(Error::value(file, "catching", "a table", problem, "one of the two tables"));
+                return Err(Error::value(
+                    file,
+                    "catching",
+                    "a table",
+                    problem,
+                    "one of the two tables",
+                ));
             }
             catching.validate(file)?;
         }
         for (i, gain) in self.gains.iter().enumerate() {
-            if self.gains[..i].iter().any(|earlier| earlier.name == gain.name) {
+            if self.gains[..i]
+                .iter()
+                .any(|earlier| earlier.name == gain.name)
+            {
                 let field = format!("gains[{i}].name");
-                return Err(Error::value(file, field, format!("{:?}", gain.name), "is used twice", "distinct names"));
+                return Err(Error::value(
+                    file,
+                    field,
+                    format!("{:?}", gain.name),
+                    "is used twice",
+                    "distinct names",
+                ));
             }
             for (axis, poles) in [("x", gain.x), ("y", gain.y)] {
                 let [slowest, fastest] = POLES;
-                if let Some(k) = poles.iter().position(|pole| !(slowest..=fastest).contains(pole)) {
+                if let Some(k) = poles
+                    .iter()
+                    .position(|pole| !(slowest..=fastest).contains(pole))
+                {
                     let problem = match poles[k] {
                         pole if pole > fastest => "is too fast".into(),
                         pole if pole > 0.0 => "is too slow".into(),
                         _ => format!("gain {:?} would be unstable", gain.name),
                     };
                     let field = format!("gains[{i}].{axis}[{k}]");
-                    let accepted = format!("positive numbers: multiples of -omega, {slowest} to {fastest}");
+                    let accepted =
+                        format!("positive numbers: multiples of -omega, {slowest} to {fastest}");
                     return Err(Error::value(file, field, poles[k], problem, accepted));
                 }
             }
@@ -164,13 +219,24 @@ pub struct Gain {
 impl Gain {
     /// Places the poles. The CPI sets of this gain hold without disturbances.
     pub fn design(pendulum: &Pendulum, poles: &GainPoles) -> Self {
-        let (x, y) = (AxisLoop::design(pendulum, poles.x), AxisLoop::design(pendulum, poles.y));
-        Self { name: poles.name.clone(), x, y, spread: Spread::default() }
+        let (x, y) = (
+            AxisLoop::design(pendulum, poles.x),
+            AxisLoop::design(pendulum, poles.y),
+        );
+        Self {
+            name: poles.name.clone(),
+            x,
+            y,
+            spread: Spread::default(),
+        }
     }
 
     /// The gain with CPI sets that hold for all disturbances of the ZMP of at most `bounds` (m).
     pub fn under(self, pendulum: &Pendulum, bounds: Vector2<f64>) -> Self {
-        Self { spread: Spread::new(pendulum, &self.x, &self.y, bounds), ..self }
+        Self {
+            spread: Spread::new(pendulum, &self.x, &self.y, bounds),
+            ..self
+        }
     }
 
     /// Velocity of the ZMP u = -F x (m/s) (eq. 11).
@@ -180,20 +246,31 @@ impl Gain {
 
     /// The ZMP at which `zmp_rate` would be zero with the present COM and COM velocity.
     pub fn resting_zmp(&self, state: &State) -> Point2<f64> {
-        let rest = |f: &Vector3<f64>, axis: &Vector3<f64>| -(f[0] * axis[0] + f[1] * axis[1]) / f[2];
-        Point2::new(rest(&self.x.feedback, &state.x), rest(&self.y.feedback, &state.y))
+        let rest =
+            |f: &Vector3<f64>, axis: &Vector3<f64>| -(f[0] * axis[0] + f[1] * axis[1]) / f[2];
+        Point2::new(
+            rest(&self.x.feedback, &state.x),
+            rest(&self.y.feedback, &state.y),
+        )
     }
 
     /// The state one period later, in closed loop (eq. 13).
     pub fn successor(&self, state: &State) -> State {
-        State { x: self.x.closed * state.x, y: self.y.closed * state.y }
+        State {
+            x: self.x.closed * state.x,
+            y: self.y.closed * state.y,
+        }
     }
 
     /// The closed-loop matrix of eq. 13, which acts on the state of eq. 5.
     pub fn closed_loop(&self) -> Matrix6<f64> {
         let mut closed = Matrix6::zeros();
-        closed.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.x.closed);
-        closed.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.y.closed);
+        closed
+            .fixed_view_mut::<3, 3>(0, 0)
+            .copy_from(&self.x.closed);
+        closed
+            .fixed_view_mut::<3, 3>(3, 3)
+            .copy_from(&self.y.closed);
         closed
     }
 }
@@ -222,7 +299,13 @@ impl GainFamily {
         support.inset(self.zmp_margin).ok_or_else(|| {
             let value = format!("{:.4}", self.zmp_margin / self.half_sole_m);
             let accepted = "less than half the width of the support, in half sole lengths";
-            Error::value(file, "zmp_margin", value, "leaves no support at home", accepted)
+            Error::value(
+                file,
+                "zmp_margin",
+                value,
+                "leaves no support at home",
+                accepted,
+            )
         })
     }
 
@@ -244,7 +327,13 @@ impl GainFamily {
         }
         let problem = format!("leaves gain {gain:?} no set at home");
         let accepted = format!("less than {}", self.zmp_disturbance.text(1.0 / worst));
-        Err(Error::value(file, "zmp_disturbance", self.zmp_disturbance.text(1.0), problem, accepted))
+        Err(Error::value(
+            file,
+            "zmp_disturbance",
+            self.zmp_disturbance.text(1.0),
+            problem,
+            accepted,
+        ))
     }
 
     /// Bound of the disturbance of the ZMP on each axis (m).
@@ -254,8 +343,19 @@ impl GainFamily {
 
     /// The family without disturbances, with the CPI sets of the paper.
     pub fn undisturbed(&self) -> Self {
-        let gains = self.gains.iter().map(|gain| Gain { spread: Spread::default(), ..gain.clone() }).collect();
-        Self { zmp_disturbance: ZmpDisturbance::default(), gains, ..self.clone() }
+        let gains = self
+            .gains
+            .iter()
+            .map(|gain| Gain {
+                spread: Spread::default(),
+                ..gain.clone()
+            })
+            .collect();
+        Self {
+            zmp_disturbance: ZmpDisturbance::default(),
+            gains,
+            ..self.clone()
+        }
     }
 
     /// Places the poles of every gain, for a robot whose soles have half the length `half_sole_m` (m). It fails if the
@@ -264,12 +364,24 @@ impl GainFamily {
         set.validate(&set.name)?;
         for (field, value) in [("omega", pendulum.omega), ("dt", pendulum.dt)] {
             if !(value.is_finite() && value > 0.0) {
-                return Err(Error::value("pendulum", field, value, "is not positive", "a positive number"));
+                return Err(Error::value(
+                    "pendulum",
+                    field,
+                    value,
+                    "is not positive",
+                    "a positive number",
+                ));
             }
         }
         if pendulum.omega * pendulum.dt > 1.0 {
             let accepted = format!("at most 1/omega = {} s", 1.0 / pendulum.omega);
-            return Err(Error::value("pendulum", "dt", pendulum.dt, "the pendulum falls within a period", accepted));
+            return Err(Error::value(
+                "pendulum",
+                "dt",
+                pendulum.dt,
+                "the pendulum falls within a period",
+                accepted,
+            ));
         }
         let bounds = set.zmp_disturbance.bounds() * half_sole_m;
         Ok(Self {
@@ -279,7 +391,11 @@ impl GainFamily {
             zmp_disturbance: set.zmp_disturbance,
             out_of_sets: set.out_of_sets,
             pendulum,
-            gains: set.gains.iter().map(|g| Gain::design(&pendulum, g).under(&pendulum, bounds)).collect(),
+            gains: set
+                .gains
+                .iter()
+                .map(|g| Gain::design(&pendulum, g).under(&pendulum, bounds))
+                .collect(),
         })
     }
 }
@@ -291,9 +407,16 @@ mod tests {
 
     #[test]
     fn the_feedback_is_the_closed_loop() {
-        let poles = GainPoles { name: "g".into(), x: [0.2, 1.0, 5.0], y: [1.0, 2.0, 3.0] };
+        let poles = GainPoles {
+            name: "g".into(),
+            x: [0.2, 1.0, 5.0],
+            y: [1.0, 2.0, 3.0],
+        };
         let gain = Gain::design(&PENDULUM, &poles);
-        let state = State { x: [0.01, -0.1, 0.02].into(), y: [-0.02, 0.3, 0.01].into() };
+        let state = State {
+            x: [0.01, -0.1, 0.02].into(),
+            y: [-0.02, 0.3, 0.01].into(),
+        };
         let (rate, next) = (gain.zmp_rate(&state), gain.successor(&state));
         assert!((PENDULUM.step(&state.x, rate.x) - next.x).norm() < 1e-14);
         assert!((PENDULUM.step(&state.y, rate.y) - next.y).norm() < 1e-14);
@@ -306,30 +429,53 @@ mod tests {
         const STEPPING: &str = "[stepping]\nalpha = 4\nswing_time = 1.2\nlift = 0.06\nlate = 0.6\npause = 0\n\
                                 same_foot_pause = 0\nrange = { forward = 0.9, outward = 1.0, least = 0.5 }\n\
                                 weights = { dcm = 1, com = 0.1, zmp = 0.01 }\n";
-        const CATCHING: &str = "[catching]\nlift = 0.03\nlate = 0.6\npause = 0\ntransfer = 0\nsettle = 0.05\n";
-        const TWO_RULES: &str = "catching = a table: excludes [stepping]; accepted: one of the two tables";
+        const CATCHING: &str =
+            "[catching]\nlift = 0.03\nlate = 0.6\npause = 0\ntransfer = 0\nsettle = 0.05\n";
+        const TWO_RULES: &str =
+            "catching = a table: excludes [stepping]; accepted: one of the two tables";
         let good = format!("name = \"g\"\n{GAIN}");
         let with = |before: &str, after: &str| format!("{before}\n{good}{after}");
         let x = |x: &str| good.replacen("[0.2, 1, 5]", x, 1);
         assert!(parse(&with("", CATCHING)).is_ok());
         for (text, words) in [
-            (x("[0.2, -1.0, 5.0]"), "g.toml: gains[0].x[1] = -1: gain \"a\" would be unstable"),
+            (
+                x("[0.2, -1.0, 5.0]"),
+                "g.toml: gains[0].x[1] = -1: gain \"a\" would be unstable",
+            ),
             (x("[0.0, 1.0, 5.0]"), "gains[0].x[0] = 0"),
             (x("[0.2, 1.0, inf]"), "gains[0].x[2] = inf"),
             (with("", GAIN), "gains[1].name = \"a\": is used twice"),
             (good.replace(GAIN, ""), "gains = none"),
             (good.replace("\"g\"", "\"\""), "name = \"\": is empty"),
-            (with("zmp_disturbance = -0.1", ""), "zmp_disturbance = -0.1000: out of range; accepted: 0 to 10"),
-            (with("zmp_disturbance = [0, nan]", ""), "zmp_disturbance = [0.0000, NaN]"),
-            (with("zmp_disturbance = [1]", ""), "or two, [x, y], in half sole lengths"),
-            (with("", &format!("{STEPPING}lambda = 5.0\nswing = 0.2")), "unknown field `swing`"),
+            (
+                with("zmp_disturbance = -0.1", ""),
+                "zmp_disturbance = -0.1000: out of range; accepted: 0 to 10",
+            ),
+            (
+                with("zmp_disturbance = [0, nan]", ""),
+                "zmp_disturbance = [0.0000, NaN]",
+            ),
+            (
+                with("zmp_disturbance = [1]", ""),
+                "or two, [x, y], in half sole lengths",
+            ),
+            (
+                with("", &format!("{STEPPING}lambda = 5.0\nswing = 0.2")),
+                "unknown field `swing`",
+            ),
             (with("", STEPPING), "missing field `lambda`"),
-            (with("", &format!("{STEPPING}lambda = 5.0\n{CATCHING}")), TWO_RULES),
+            (
+                with("", &format!("{STEPPING}lambda = 5.0\n{CATCHING}")),
+                TWO_RULES,
+            ),
         ] {
             let error = parse(&text).unwrap_err();
             assert_eq!(error.exit_code(), 2);
             let message = error.to_string();
-            assert!(message.contains(words) && message.starts_with("g.toml"), "{message}\nwanted: {words}");
+            assert!(
+                message.contains(words) && message.starts_with("g.toml"),
+                "{message}\nwanted: {words}"
+            );
         }
     }
 }

@@ -32,7 +32,10 @@ pub(crate) mod testing {
     use proptest::prelude::ProptestConfig;
     use proptest::test_runner::RngSeed;
 
-    pub const PENDULUM: Pendulum = Pendulum { omega: 5.63, dt: 0.002 };
+    pub const PENDULUM: Pendulum = Pendulum {
+        omega: 5.63,
+        dt: 0.002,
+    };
 
     pub fn family() -> GainFamily {
         GainFamily::design(&built_in("switching"), PENDULUM, 0.048).unwrap()
@@ -41,15 +44,20 @@ pub(crate) mod testing {
     /// A gain set from the text of its file, `g.toml`.
     pub fn parse(text: &str) -> Result<GainSet> {
         let read = toml::from_str(text);
-        let gains: GainSet =
-            read.map_err(|e| Error::Syntax { file: "g.toml".into(), message: e.to_string().trim_end().into() })?;
+        let gains: GainSet = read.map_err(|e| Error::Syntax {
+            file: "g.toml".into(),
+            message: e.to_string().trim_end().into(),
+        })?;
         gains.validate("g.toml")?;
         Ok(gains)
     }
 
     /// A built-in gain set.
     pub fn built_in(name: &str) -> GainSet {
-        let file = format!("{}/../../assets/gains/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let file = format!(
+            "{}/../../assets/gains/{name}.toml",
+            env!("CARGO_MANIFEST_DIR")
+        );
         parse(&std::fs::read_to_string(file).unwrap()).unwrap()
     }
 
@@ -63,14 +71,19 @@ pub(crate) mod testing {
                 Err(_) => &mut place[part],
             };
         }
-        *place = toml::from_str::<toml::Table>(&format!("value = {value}")).unwrap()["value"].clone();
+        *place =
+            toml::from_str::<toml::Table>(&format!("value = {value}")).unwrap()["value"].clone();
         parse(&toml::to_string(&tree).unwrap())
     }
 
     /// The same cases in every run.
     pub fn cases(seed: u64, count: u32) -> ProptestConfig {
         let rng_seed = RngSeed::Fixed(seed);
-        ProptestConfig { rng_seed, failure_persistence: None, ..ProptestConfig::with_cases(count) }
+        ProptestConfig {
+            rng_seed,
+            failure_persistence: None,
+            ..ProptestConfig::with_cases(count)
+        }
     }
 
     /// Integrates `x` with the given rate of change until `until_s`, by the Runge-Kutta method.

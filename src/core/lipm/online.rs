@@ -59,7 +59,11 @@ pub struct OnlineSets {
 impl OnlineSets {
     /// The sets of a family, which are empty until [`Self::update`] sets the support polygon.
     pub fn new(family: &GainFamily) -> Self {
-        let cascades = family.gains.iter().map(|g| Cascade::new(&family.pendulum, g)).collect();
+        let cascades = family
+            .gains
+            .iter()
+            .map(|g| Cascade::new(&family.pendulum, g))
+            .collect();
         Self { cascades }
     }
 
@@ -67,12 +71,16 @@ impl OnlineSets {
     /// not strictly inside, the CPI sets are empty. It neither allocates nor searches.
     pub fn update(&mut self, polygon: &SupportPolygon) {
         let region = ZmpRows::new(polygon);
-        self.cascades.iter_mut().for_each(|cascade| cascade.update(region));
+        self.cascades
+            .iter_mut()
+            .for_each(|cascade| cascade.update(region));
     }
 
     /// Removes the support, so the sets are empty.
     pub fn clear(&mut self) {
-        self.cascades.iter_mut().for_each(|cascade| cascade.update(ZmpRows::EMPTY));
+        self.cascades
+            .iter_mut()
+            .for_each(|cascade| cascade.update(ZmpRows::EMPTY));
     }
 
     /// Number of gains.
@@ -128,7 +136,10 @@ impl OnlineSets {
         for (tick, points) in self.predictions(index, state) {
             let gauge = self.cascades[index].gauge(tick, &points);
             if gauge > worst {
-                (worst, error) = (gauge, Vector2::from(self.cascades[index].zmp(&points)) * (1.0 - 1.0 / gauge));
+                (worst, error) = (
+                    gauge,
+                    Vector2::from(self.cascades[index].zmp(&points)) * (1.0 - 1.0 / gauge),
+                );
             }
             // Later ZMPs are no farther outside than the present points, as for the CPI sets.
             if self.cascades[index].bound(&points, gauge) <= worst {
@@ -142,7 +153,11 @@ impl OnlineSets {
     /// empty or the state is not finite.
     fn predictions(&self, index: usize, state: &State) -> impl Iterator<Item = (usize, Points)> {
         let cascade = &self.cascades[index];
-        let ticks = if cascade.limit.holds_origin && is_finite(state) { MAX_TICKS } else { 0 };
+        let ticks = if cascade.limit.holds_origin && is_finite(state) {
+            MAX_TICKS
+        } else {
+            0
+        };
         let mut points = cascade.start(state);
         (0..ticks).map(move |tick| {
             if tick > 0 {
@@ -162,21 +177,41 @@ struct ZmpRows {
 }
 
 impl ZmpRows {
-    const EMPTY: Self = Self { x: [0.0; SupportPolygon::MAX], y: [0.0; SupportPolygon::MAX], holds_origin: false };
+    const EMPTY: Self = Self {
+        x: [0.0; SupportPolygon::MAX],
+        y: [0.0; SupportPolygon::MAX],
+        holds_origin: false,
+    };
 
     fn new(polygon: &SupportPolygon) -> Self {
-        let mut region = Self { holds_origin: true, ..Self::EMPTY };
-        let farthest = polygon.vertices().iter().map(|v| v.coords.norm()).fold(0.0, f64::max);
+        let mut region = Self {
+            holds_origin: true,
+            ..Self::EMPTY
+        };
+        let farthest = polygon
+            .vertices()
+            .iter()
+            .map(|v| v.coords.norm())
+            .fold(0.0, f64::max);
         for (i, h) in polygon.half_planes().enumerate() {
             region.holds_origin &= h.distance > NEAREST_EDGE * farthest;
             (region.x[i], region.y[i]) = (h.normal.x / h.distance, h.normal.y / h.distance);
         }
-        if region.holds_origin { region } else { Self::EMPTY }
+        if region.holds_origin {
+            region
+        } else {
+            Self::EMPTY
+        }
     }
 
     /// Distance of the farthest edge from the origin (m).
     fn farthest(&self) -> f64 {
-        let rows = self.x.iter().zip(&self.y).map(|(x, y)| x.hypot(*y)).filter(|norm| *norm > 0.0);
+        let rows = self
+            .x
+            .iter()
+            .zip(&self.y)
+            .map(|(x, y)| x.hypot(*y))
+            .filter(|norm| *norm > 0.0);
         1.0 / rows.fold(f64::INFINITY, f64::min)
     }
 
@@ -249,7 +284,11 @@ impl Cascade {
             region,
             limit: region,
         };
-        let lags = gain.x.cascade(pendulum, &poles).into_iter().zip(gain.y.cascade(pendulum, &poles));
+        let lags = gain
+            .x
+            .cascade(pendulum, &poles)
+            .into_iter()
+            .zip(gain.y.cascade(pendulum, &poles));
         for (k, ((lag, of_x), (_, of_y))) in lags.enumerate() {
             (cascade.lags[k], cascade.x[k], cascade.y[k]) = (lag, of_x, of_y);
         }
@@ -287,13 +326,22 @@ impl Cascade {
         if self.spread.is_none() {
             return self.region.gauge(self.zmp(points));
         }
-        self.region.less(self.spread.after(tick)).gauge(self.zmp(points))
+        self.region
+            .less(self.spread.after(tick))
+            .gauge(self.zmp(points))
     }
 
     /// Bound of the gauges of all ZMPs from a tick on. `gauge` is the gauge at that tick.
     fn bound(&self, points: &Points, gauge: f64) -> f64 {
-        let zmp = if self.spread.is_none() { gauge } else { self.limit.gauge(self.zmp(points)) };
-        points[..self.len - 1].iter().map(|p| self.limit.gauge(*p)).fold(zmp, |m, v| if v > m { v } else { m })
+        let zmp = if self.spread.is_none() {
+            gauge
+        } else {
+            self.limit.gauge(self.zmp(points))
+        };
+        points[..self.len - 1]
+            .iter()
+            .map(|p| self.limit.gauge(*p))
+            .fold(zmp, |m, v| if v > m { v } else { m })
     }
 }
 
@@ -328,7 +376,10 @@ mod tests {
     /// stride.
     fn polygons() -> [SupportPolygon; 3] {
         let stride = [(0.02, 0.01), (0.11, 0.01), (0.11, 0.08), (0.02, 0.08)];
-        let points: Vec<_> = stride.iter().flat_map(|&(x, y)| [Point2::new(x, y), Point2::new(-x, -y)]).collect();
+        let points: Vec<_> = stride
+            .iter()
+            .flat_map(|&(x, y)| [Point2::new(x, y), Point2::new(-x, -y)])
+            .collect();
         [
             SupportPolygon::rectangle(-0.048, 0.048, -0.083, 0.083).unwrap(),
             SupportPolygon::rectangle(-0.08, 0.016, -0.01, 0.15).unwrap(),
@@ -367,12 +418,22 @@ mod tests {
         let mut sets = OnlineSets::new(&family);
         sets.update(&polygons()[0]);
         let error = |sets: &OnlineSets, vx: f64, vy: f64| {
-            sets.zmp_error(0, &State::new(Point2::origin(), Vector2::new(vx, vy), Point2::origin()))
+            sets.zmp_error(
+                0,
+                &State::new(Point2::origin(), Vector2::new(vx, vy), Point2::origin()),
+            )
         };
         // This also holds if the ZMP leaves only the long edge.
         let diagonal = error(&sets, -0.4, -0.4);
-        assert!(diagonal.x < -0.005 && (diagonal.y - diagonal.x).abs() < 1e-12, "{diagonal}");
-        assert_eq!(error(&sets, f64::NAN, 0.0), Vector2::zeros(), "a state that is no state asks for no footstep");
+        assert!(
+            diagonal.x < -0.005 && (diagonal.y - diagonal.x).abs() < 1e-12,
+            "{diagonal}"
+        );
+        assert_eq!(
+            error(&sets, f64::NAN, 0.0),
+            Vector2::zeros(),
+            "a state that is no state asks for no footstep"
+        );
         // One sole, beside the origin.
         sets.update(&SupportPolygon::rectangle(-0.048, 0.048, 0.014, 0.083).unwrap());
         assert_eq!(error(&sets, -0.5, 0.0), Vector2::zeros());

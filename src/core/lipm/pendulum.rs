@@ -31,7 +31,10 @@ pub struct State {
 
 impl State {
     pub fn new(com: Point2<f64>, com_vel: Vector2<f64>, zmp: Point2<f64>) -> Self {
-        Self { x: Vector3::new(com.x, com_vel.x, zmp.x), y: Vector3::new(com.y, com_vel.y, zmp.y) }
+        Self {
+            x: Vector3::new(com.x, com_vel.x, zmp.x),
+            y: Vector3::new(com.y, com_vel.y, zmp.y),
+        }
     }
 
     pub fn com(&self) -> Point2<f64> {
@@ -48,12 +51,17 @@ impl State {
 
     /// The state as one vector in the order of eq. 5.
     pub fn stacked(&self) -> Vector6<f64> {
-        Vector6::new(self.x[0], self.x[1], self.x[2], self.y[0], self.y[1], self.y[2])
+        Vector6::new(
+            self.x[0], self.x[1], self.x[2], self.y[0], self.y[1], self.y[2],
+        )
     }
 
     /// The inverse of [`Self::stacked`].
     pub fn from_stacked(v: &Vector6<f64>) -> Self {
-        Self { x: Vector3::new(v[0], v[1], v[2]), y: Vector3::new(v[3], v[4], v[5]) }
+        Self {
+            x: Vector3::new(v[0], v[1], v[2]),
+            y: Vector3::new(v[3], v[4], v[5]),
+        }
     }
 }
 
@@ -66,7 +74,17 @@ impl Pendulum {
     /// Transition of one axis over a period with a constant ZMP: a diagonal block of A in eq. 10.
     pub fn transition(&self) -> Matrix3<f64> {
         let (sinh, cosh) = ((self.omega * self.dt).sinh(), (self.omega * self.dt).cosh());
-        Matrix3::new(cosh, sinh / self.omega, 1.0 - cosh, self.omega * sinh, cosh, -self.omega * sinh, 0.0, 0.0, 1.0)
+        Matrix3::new(
+            cosh,
+            sinh / self.omega,
+            1.0 - cosh,
+            self.omega * sinh,
+            cosh,
+            -self.omega * sinh,
+            0.0,
+            0.0,
+            1.0,
+        )
     }
 
     /// Effect of a unit velocity of the ZMP (m/s) over a period (zero-order hold): a column block of B in eq. 10.
@@ -94,7 +112,13 @@ impl Pendulum {
     }
 
     /// The COM (m) after `time_s` (s) with a constant ZMP.
-    pub fn com_in(&self, time_s: f64, com: Point2<f64>, com_vel: Vector2<f64>, zmp: Point2<f64>) -> Point2<f64> {
+    pub fn com_in(
+        &self,
+        time_s: f64,
+        com: Point2<f64>,
+        com_vel: Vector2<f64>,
+        zmp: Point2<f64>,
+    ) -> Point2<f64> {
         let angle = self.omega * time_s;
         zmp + (com - zmp) * angle.cosh() + com_vel * (angle.sinh() / self.omega)
     }
@@ -114,8 +138,16 @@ impl Pendulum {
         let x = self.omega * self.dt;
         // Eigenvalue j is exp(exponent * x). The row maps [com, com_vel, zmp] to the mode.
         let modes = [
-            (1.0, -x.exp_m1() / self.omega, RowVector3::new(1.0, 1.0 / self.omega, -1.0)),
-            (-1.0, (-x).exp_m1() / self.omega, RowVector3::new(1.0, -1.0 / self.omega, -1.0)),
+            (
+                1.0,
+                -x.exp_m1() / self.omega,
+                RowVector3::new(1.0, 1.0 / self.omega, -1.0),
+            ),
+            (
+                -1.0,
+                (-x).exp_m1() / self.omega,
+                RowVector3::new(1.0, -1.0 / self.omega, -1.0),
+            ),
             (0.0, self.dt, RowVector3::new(0.0, 0.0, 1.0)),
         ];
         // exp(a x) - exp(b x) without cancellation.
@@ -123,8 +155,12 @@ impl Pendulum {
         let mut feedback = RowVector3::zeros();
         for (j, (exponent, input, row)) in modes.iter().enumerate() {
             let wanted: f64 = poles.iter().map(|p| difference(*exponent, -p)).product();
-            let others: f64 =
-                modes.iter().enumerate().filter(|(k, _)| *k != j).map(|(_, m)| difference(*exponent, m.0)).product();
+            let others: f64 = modes
+                .iter()
+                .enumerate()
+                .filter(|(k, _)| *k != j)
+                .map(|(_, m)| difference(*exponent, m.0))
+                .product();
             feedback += row * (wanted / (input * others));
         }
         feedback.transpose()
@@ -144,15 +180,27 @@ mod tests {
     #[test]
     fn the_discretisation_is_the_solution_of_the_equations_of_motion() {
         // Eq. 1 with a ramp of the ZMP, over 10 ms.
-        let p = Pendulum { omega: 5.8, dt: 0.01 };
+        let p = Pendulum {
+            omega: 5.8,
+            dt: 0.01,
+        };
         let (start, rate) = (Vector3::new(0.01, -0.2, 0.03), 0.7);
-        let s = integrated(|_, s| Vector3::new(s[1], p.omega * p.omega * (s[0] - s[2]), rate), start, p.dt);
+        let s = integrated(
+            |_, s| Vector3::new(s[1], p.omega * p.omega * (s[0] - s[2]), rate),
+            start,
+            p.dt,
+        );
         assert!((p.step(&start, rate) - s).norm() < 1e-12);
     }
 
     #[test]
     fn the_closed_loop_has_the_poles_that_were_asked_for() {
-        for poles in [[0.15, 1.0, 5.0], [1.0, 1.0, 1.0], [0.5, 1.0, 1.0], [2.0, 3.0, 20.0]] {
+        for poles in [
+            [0.15, 1.0, 5.0],
+            [1.0, 1.0, 1.0],
+            [0.5, 1.0, 1.0],
+            [2.0, 3.0, 20.0],
+        ] {
             let closed = PENDULUM.closed(&PENDULUM.feedback(poles));
             let z = poles.map(|p| PENDULUM.discrete_pole(p));
             let minors = closed.trace().powi(2) - (closed * closed).trace();

@@ -48,7 +48,12 @@ pub struct Boundary {
 impl AxisPlan {
     /// Finds the best (z0, z1). `zmp[0] <= zmp[1]` is required.
     pub fn new(omega: f64, rules: &Stepping, boundary: &Boundary) -> Self {
-        let Boundary { com, com_vel, target, zmp: [least, most] } = *boundary;
+        let Boundary {
+            com,
+            com_vel,
+            target,
+            zmp: [least, most],
+        } = *boundary;
         let mut plan = Self {
             omega,
             lambda: rules.lambda * omega,
@@ -63,8 +68,18 @@ impl AxisPlan {
             Vector2::new(com + com_vel / omega, com)
         };
         let free = landing(plan);
-        let by_z = [[1.0, 0.0], [0.0, 1.0]].map(|z| landing(Self { z, dcm: 0.0, ccm: 0.0, ..plan }));
-        let rows = [RowVector2::new(by_z[0][0], by_z[1][0]), RowVector2::new(by_z[0][1], by_z[1][1])];
+        let by_z = [[1.0, 0.0], [0.0, 1.0]].map(|z| {
+            landing(Self {
+                z,
+                dcm: 0.0,
+                ccm: 0.0,
+                ..plan
+            })
+        });
+        let rows = [
+            RowVector2::new(by_z[0][0], by_z[1][0]),
+            RowVector2::new(by_z[0][1], by_z[1][1]),
+        ];
         let RelaxationWeights { dcm, com, zmp } = rules.weights;
         let middle = 0.5 * (least + most);
         let hessian = dcm * rows[0].transpose() * rows[0]
@@ -97,10 +112,17 @@ impl AxisPlan {
 
 /// `min 1/2 x' H x - b' x` over the box `[least, most]` of each variable, with H positive definite: the best of the
 /// candidates in the interior, on the four edges and at the four corners.
-pub(super) fn in_box(hessian: &Matrix2<f64>, linear: &Vector2<f64>, within: [[f64; 2]; 2]) -> Vector2<f64> {
+pub(super) fn in_box(
+    hessian: &Matrix2<f64>,
+    linear: &Vector2<f64>,
+    within: [[f64; 2]; 2],
+) -> Vector2<f64> {
     let cost = |x: &Vector2<f64>| 0.5 * x.dot(&(hessian * x)) - linear.dot(x);
     if let Some(free) = hessian.cholesky().map(|factor| factor.solve(linear))
-        && free.iter().zip(within).all(|(v, [least, most])| (least..=most).contains(v))
+        && free
+            .iter()
+            .zip(within)
+            .all(|(v, [least, most])| (least..=most).contains(v))
     {
         return free;
     }
@@ -132,22 +154,43 @@ mod tests {
         let lambda = prop_oneof![0.2..0.9f64, 1.1..10.0f64];
         (lambda, 0.1..0.4f64, 0.1..10.0f64, 0.0..1.0f64, -4.0..0.0f64).prop_map(
             |(lambda, swing_time_s, dcm, com, zmp_exponent)| {
-                let weights = RelaxationWeights { dcm, com, zmp: 10_f64.powf(zmp_exponent) };
-                Stepping { swing_time_s, lambda, weights, ..Stepping::EXAMPLE }
+                let weights = RelaxationWeights {
+                    dcm,
+                    com,
+                    zmp: 10_f64.powf(zmp_exponent),
+                };
+                Stepping {
+                    swing_time_s,
+                    lambda,
+                    weights,
+                    ..Stepping::EXAMPLE
+                }
             },
         )
     }
 
     /// States and strides that follow a push of a few N s, with a stance sole that need not be centred.
     fn any_boundary() -> impl Strategy<Value = Boundary> {
-        (-0.1..0.1f64, -0.8..0.8f64, -0.15..0.15f64, -0.05..0.02f64, 0.0..0.1f64).prop_map(
-            |(com, com_vel, target, least, width)| Boundary { com, com_vel, target, zmp: [least, least + width] },
+        (
+            -0.1..0.1f64,
+            -0.8..0.8f64,
+            -0.15..0.15f64,
+            -0.05..0.02f64,
+            0.0..0.1f64,
         )
+            .prop_map(|(com, com_vel, target, least, width)| Boundary {
+                com,
+                com_vel,
+                target,
+                zmp: [least, least + width],
+            })
     }
 
     /// COM and COM velocity by eq. 1 with the planned ZMP.
     fn integrated(plan: &AxisPlan, boundary: &Boundary, until_s: f64) -> [f64; 2] {
-        let rate = |time: f64, x: Vector2<f64>| Vector2::new(x[1], OMEGA * OMEGA * (x[0] - plan.zmp(time)));
+        let rate = |time: f64, x: Vector2<f64>| {
+            Vector2::new(x[1], OMEGA * OMEGA * (x[0] - plan.zmp(time)))
+        };
         testing::integrated(rate, Vector2::new(boundary.com, boundary.com_vel), until_s).into()
     }
 
@@ -155,7 +198,11 @@ mod tests {
     fn objective(plan: &AxisPlan, rules: &Stepping, boundary: &Boundary, z: [f64; 2]) -> f64 {
         let [com, com_vel] = integrated(&AxisPlan { z, ..*plan }, boundary, rules.swing_time_s);
         let middle = 0.5 * (boundary.zmp[0] + boundary.zmp[1]);
-        let RelaxationWeights { dcm: by_dcm, com: by_com, zmp: by_zmp } = rules.weights;
+        let RelaxationWeights {
+            dcm: by_dcm,
+            com: by_com,
+            zmp: by_zmp,
+        } = rules.weights;
         by_dcm * (com + com_vel / OMEGA - boundary.target).powi(2)
             + by_com * (com - boundary.target).powi(2)
             + by_zmp * ((z[0] - middle).powi(2) + (z[1] - middle).powi(2))
@@ -205,11 +252,28 @@ mod tests {
     #[test]
     fn the_zmp_starts_at_z0_and_tends_to_z1() {
         let rules = Stepping::EXAMPLE;
-        let plan = AxisPlan::new(OMEGA, &rules, &Boundary { com: 0.0, com_vel: 0.3, target: 0.05, zmp: [-9.0, 9.0] });
+        let plan = AxisPlan::new(
+            OMEGA,
+            &rules,
+            &Boundary {
+                com: 0.0,
+                com_vel: 0.3,
+                target: 0.05,
+                zmp: [-9.0, 9.0],
+            },
+        );
         let left = |time: f64| (plan.zmp(time) - plan.z[1]) / (plan.z[0] - plan.z[1]);
         // After one time constant, 1/e of the distance is left.
-        for (time, expected) in [(0.0, 1.0), (1.0 / (rules.lambda * OMEGA), (-1.0_f64).exp()), (9.0, 0.0)] {
-            assert!((left(time) - expected).abs() < 1e-12, "{time}: {}", left(time));
+        for (time, expected) in [
+            (0.0, 1.0),
+            (1.0 / (rules.lambda * OMEGA), (-1.0_f64).exp()),
+            (9.0, 0.0),
+        ] {
+            assert!(
+                (left(time) - expected).abs() < 1e-12,
+                "{time}: {}",
+                left(time)
+            );
         }
     }
 }

@@ -42,8 +42,17 @@ pub struct RangeTable {
 
 impl SteppingTable {
     /// The keys that a file needs.
-    pub const KEYS: [&str; 9] =
-        ["alpha", "range", "swing_time", "lift", "lambda", "weights", "late", "pause", "same_foot_pause"];
+    pub const KEYS: [&str; 9] = [
+        "alpha",
+        "range",
+        "swing_time",
+        "lift",
+        "lambda",
+        "weights",
+        "late",
+        "pause",
+        "same_foot_pause",
+    ];
 
     /// Checks the values. Errors name the gain set `file`.
     pub fn validate(&self, file: &str) -> Result<()> {
@@ -67,14 +76,26 @@ impl SteppingTable {
         Error::check_ranges(file, "stepping", &ranges)?;
         if (self.lambda - 1.0).abs() < 0.01 {
             let accepted = "a multiple of omega that is not 1: below 0.99 or above 1.01";
-            return Err(Error::value(file, "stepping.lambda", self.lambda, "is too close to 1", accepted));
+            return Err(Error::value(
+                file,
+                "stepping.lambda",
+                self.lambda,
+                "is too close to 1",
+                accepted,
+            ));
         }
         Ok(())
     }
 
     /// The rules of a robot with the COM height `length_m` (m) and 1/omega `time_s` (s), whose feet can land in the
     /// region `beside`, in which they stand `stance_m` (m) apart at home.
-    pub fn rules(&self, length_m: f64, time_s: f64, beside: &SwingRegion, stance_m: f64) -> Stepping {
+    pub fn rules(
+        &self,
+        length_m: f64,
+        time_s: f64,
+        beside: &SwingRegion,
+        stance_m: f64,
+    ) -> Stepping {
         let ([backward, forward], [inward, outward]) = (beside.x_m, beside.y_m);
         Stepping {
             patience_s: self.patience * time_s,
@@ -156,12 +177,19 @@ impl LandingRange {
         // Scaled so that the ellipse is a unit circle.
         let start = (from - Vector2::new(0.0, self.least_m)).component_div(&radii);
         let along = direction.component_div(&radii);
-        let (a, b, c) = (along.norm_squared(), start.dot(&along), start.norm_squared() - 1.0);
+        let (a, b, c) = (
+            along.norm_squared(),
+            start.dot(&along),
+            start.norm_squared() - 1.0,
+        );
         let discriminant = b * b - a * c;
         if discriminant.is_nan() || discriminant <= 0.0 {
             return 0.0;
         }
-        let [mut enter, mut leave] = [(-b - discriminant.sqrt()) / a, (-b + discriminant.sqrt()) / a];
+        let [mut enter, mut leave] = [
+            (-b - discriminant.sqrt()) / a,
+            (-b + discriminant.sqrt()) / a,
+        ];
         // The intersection with the straight edge y = least_m.
         let at_edge = -start.y / along.y;
         if along.y > 0.0 {
@@ -181,11 +209,19 @@ impl Stepping {
     pub(crate) const EXAMPLE: Self = Self {
         patience_s: 0.0,
         alpha: 4.0,
-        range: LandingRange { forward_m: 0.15, outward_m: 0.18, least_m: 0.075 },
+        range: LandingRange {
+            forward_m: 0.15,
+            outward_m: 0.18,
+            least_m: 0.075,
+        },
         swing_time_s: 0.2,
         lift_m: 0.025,
         lambda: 5.0,
-        weights: RelaxationWeights { dcm: 1.0, com: 0.1, zmp: 0.01 },
+        weights: RelaxationWeights {
+            dcm: 1.0,
+            com: 0.1,
+            zmp: 0.01,
+        },
         late_s: 0.12,
         pause_s: 0.03,
         same_foot_pause_s: 0.3,
@@ -197,7 +233,11 @@ mod tests {
     use super::*;
     use crate::lipm::testing::changed;
 
-    const RANGE: LandingRange = LandingRange { forward_m: 0.15, outward_m: 0.18, least_m: 0.075 };
+    const RANGE: LandingRange = LandingRange {
+        forward_m: 0.15,
+        outward_m: 0.18,
+        least_m: 0.075,
+    };
 
     /// The errors are tested for both kinds of footsteps.
     #[test]
@@ -205,18 +245,42 @@ mod tests {
         for (bad, accepted) in [
             ("stepping.patience = -0.1", "out of range; accepted: 0 to 6"),
             ("stepping.alpha = NaN", "out of range; accepted: 0 to 1000"),
-            ("stepping.swing_time = 0", "out of range; accepted: 0.1 to 10"),
+            (
+                "stepping.swing_time = 0",
+                "out of range; accepted: 0.1 to 10",
+            ),
             ("stepping.lift = 0.7", "out of range; accepted: 0 to 0.6"),
-            ("stepping.lambda = 0", "out of range; accepted: 0.01 to 1000"),
-            ("stepping.lambda = 0.995", "is too close to 1; accepted: a multiple of omega"),
+            (
+                "stepping.lambda = 0",
+                "out of range; accepted: 0.01 to 1000",
+            ),
+            (
+                "stepping.lambda = 0.995",
+                "is too close to 1; accepted: a multiple of omega",
+            ),
             ("stepping.late = inf", "out of range; accepted: 0 to 6"),
             ("stepping.pause = -1", "out of range; accepted: 0 to 6"),
-            ("stepping.range.forward = 0", "out of range; accepted: 0.01 to 1"),
-            ("stepping.range.least = -0.01", "out of range; accepted: 0 to 1"),
-            ("stepping.range.outward = 1.1", "out of range; accepted: 0.01 to 1"),
+            (
+                "stepping.range.forward = 0",
+                "out of range; accepted: 0.01 to 1",
+            ),
+            (
+                "stepping.range.least = -0.01",
+                "out of range; accepted: 0 to 1",
+            ),
+            (
+                "stepping.range.outward = 1.1",
+                "out of range; accepted: 0.01 to 1",
+            ),
             ("stepping.weights.dcm = -1", "out of range; accepted: 0 to "),
-            ("stepping.weights.com = NaN", "out of range; accepted: 0 to "),
-            ("stepping.weights.zmp = 0", "out of range; accepted: 0.000000001 to "),
+            (
+                "stepping.weights.com = NaN",
+                "out of range; accepted: 0 to ",
+            ),
+            (
+                "stepping.weights.zmp = 0",
+                "out of range; accepted: 0.000000001 to ",
+            ),
             ("catching.lift = -0.01", "out of range; accepted: 0 to 0.6"),
             ("catching.late = NaN", "out of range; accepted: 0 to 6"),
             ("catching.pause = 7", "out of range; accepted: 0 to 6"),
@@ -224,9 +288,18 @@ mod tests {
             ("catching.settle = 0", "out of range; accepted: 0.05 to 10"),
         ] {
             let (key, value) = bad.split_once(" = ").unwrap();
-            let set = if key.starts_with("stepping") { "paper" } else { "catch" };
-            let error = changed(set, key, &value.replace("NaN", "nan")).unwrap_err().to_string();
-            assert!(error.contains(&format!("{bad}: {accepted}")), "{error}\nwanted: {bad}: {accepted}");
+            let set = if key.starts_with("stepping") {
+                "paper"
+            } else {
+                "catch"
+            };
+            let error = changed(set, key, &value.replace("NaN", "nan"))
+                .unwrap_err()
+                .to_string();
+            assert!(
+                error.contains(&format!("{bad}: {accepted}")),
+                "{error}\nwanted: {bad}: {accepted}"
+            );
         }
     }
 
@@ -235,11 +308,33 @@ mod tests {
     fn the_range_contains_the_stance_at_home() {
         let table = crate::lipm::testing::built_in("paper").stepping.unwrap();
         for (least, outward) in [(0.0, 0.01), (0.7, 1.0), (1.0, 0.01), (1.0, 1.0)] {
-            let table = SteppingTable { range: RangeTable { least, outward, ..table.range }, ..table };
-            let beside = SwingRegion { x_m: [-0.2, 0.3], y_m: [0.15, 0.4], swing_time_s: 0.3 };
-            let Stepping { range, swing_time_s, .. } = table.rules(0.9, 0.3, &beside, 0.21);
-            assert!(0.15 <= range.least_m && range.least_m <= 0.21 && 0.21 < range.outward_m && range.outward_m <= 0.4);
-            assert!(range.forward_m <= 0.2 && (swing_time_s - 0.3 * table.swing_time).abs() < 1e-12);
+            let table = SteppingTable {
+                range: RangeTable {
+                    least,
+                    outward,
+                    ..table.range
+                },
+                ..table
+            };
+            let beside = SwingRegion {
+                x_m: [-0.2, 0.3],
+                y_m: [0.15, 0.4],
+                swing_time_s: 0.3,
+            };
+            let Stepping {
+                range,
+                swing_time_s,
+                ..
+            } = table.rules(0.9, 0.3, &beside, 0.21);
+            assert!(
+                0.15 <= range.least_m
+                    && range.least_m <= 0.21
+                    && 0.21 < range.outward_m
+                    && range.outward_m <= 0.4
+            );
+            assert!(
+                range.forward_m <= 0.2 && (swing_time_s - 0.3 * table.swing_time).abs() < 1e-12
+            );
         }
     }
 
@@ -250,20 +345,30 @@ mod tests {
             let direction = Vector2::new(way.cos(), way.sin());
             let end = home + direction * RANGE.reach(home, direction);
             let round = (end.x / 0.15).powi(2) + ((end.y - 0.075) / 0.105).powi(2);
-            assert!((round - 1.0).abs() < 1e-12 || (end.y - 0.075).abs() < 1e-12, "{degrees}: {end}");
+            assert!(
+                (round - 1.0).abs() < 1e-12 || (end.y - 0.075).abs() < 1e-12,
+                "{degrees}: {end}"
+            );
         }
         for (from, direction, expected) in [
             ([0.0, 0.097], [0.0, 1.0], 0.083),
             ([0.0, 0.097], [0.0, -1.0], 0.022),
             // Ahead of the range, and across.
             ([0.2, 0.097], [1.0, 0.0], 0.0),
-            ([0.2, 0.097], [-1.0, 0.0], 0.2 + 0.15 * (1.0 - (0.022_f64 / 0.105).powi(2)).sqrt()),
+            (
+                [0.2, 0.097],
+                [-1.0, 0.0],
+                0.2 + 0.15 * (1.0 - (0.022_f64 / 0.105).powi(2)).sqrt(),
+            ),
             ([0.0, 0.05], [1.0, 0.0], 0.0),
             ([0.0, 0.05], [0.0, 1.0], 0.13),
             ([0.0, 0.05], [0.0, -1.0], 0.0),
         ] {
             let found = RANGE.reach(from.into(), direction.into());
-            assert!((found - expected).abs() < 1e-12, "{from:?} {direction:?}: {found}");
+            assert!(
+                (found - expected).abs() < 1e-12,
+                "{from:?} {direction:?}: {found}"
+            );
         }
     }
 }

@@ -20,7 +20,8 @@ impl Ankle {
             let above = sole.inverse_transform_point(&kinematics.joint_position(joint));
             for (k, along) in [axis.y, axis.x].into_iter().enumerate() {
                 if along.abs() > ALIGNED && ankle.torque_n_m[k].is_infinite() {
-                    (ankle.above_m[k], ankle.torque_n_m[k]) = (above[k], robot.servos[joint].torque_n_m);
+                    (ankle.above_m[k], ankle.torque_n_m[k]) =
+                        (above[k], robot.servos[joint].torque_n_m);
                 }
             }
         }

@@ -134,7 +134,10 @@ pub struct Report {
 impl Report {
     /// A report of the phase alone.
     pub fn of_phase(phase: impl Into<Word>) -> Self {
-        Self { phase: phase.into(), ..Self::default() }
+        Self {
+            phase: phase.into(),
+            ..Self::default()
+        }
     }
 
     /// The note of this name, if it is a number.
@@ -154,7 +157,10 @@ impl Report {
     }
 
     fn note(&self, name: &str) -> Option<&Note> {
-        self.notes.iter().find(|(found, _)| found == name).map(|(_, note)| note)
+        self.notes
+            .iter()
+            .find(|(found, _)| found == name)
+            .map(|(_, note)| note)
     }
 }
 
@@ -231,7 +237,12 @@ impl PreparedController {
 
     /// The robot with the servos for which the controller was made.
     pub fn robot<'r>(&self, robot: &'r Robot) -> Cow<'r, Robot> {
-        let with = |servos: &Vec<Servo>| Cow::Owned(Robot { servos: servos.clone(), ..robot.clone() });
+        let with = |servos: &Vec<Servo>| {
+            Cow::Owned(Robot {
+                servos: servos.clone(),
+                ..robot.clone()
+            })
+        };
         self.servos.as_ref().map_or(Cow::Borrowed(robot), with)
     }
 

@@ -42,7 +42,9 @@ struct Motion {
 impl Motion {
     /// Acceleration of the point of the link at `lever` from its origin.
     fn acc_at(&self, lever: &Vector3<f64>) -> Vector3<f64> {
-        self.acc + self.angular_acc.cross(lever) + self.angular_vel.cross(&self.angular_vel.cross(lever))
+        self.acc
+            + self.angular_acc.cross(lever)
+            + self.angular_vel.cross(&self.angular_vel.cross(lever))
     }
 }
 
@@ -91,15 +93,26 @@ impl Dynamics {
     /// `dJ/dt v` of [`Kinematics::point_jacobian`]: linear acceleration (m/s^2) of the point of `robot.links[link]`
     /// that is now at `point`, and angular acceleration of the link (rad/s^2), when all generalised accelerations are
     /// 0.
-    pub fn point_bias_acc(&self, kinematics: &Kinematics, link: usize, point: &Point3<f64>) -> [Vector3<f64>; 2] {
+    pub fn point_bias_acc(
+        &self,
+        kinematics: &Kinematics,
+        link: usize,
+        point: &Point3<f64>,
+    ) -> [Vector3<f64>; 2] {
         let motion = &self.motion[link];
-        [motion.acc_at(&(point - origin(kinematics, link))), motion.angular_acc]
+        [
+            motion.acc_at(&(point - origin(kinematics, link))),
+            motion.angular_acc,
+        ]
     }
 
     /// Recursive Newton-Euler at zero generalised acceleration.
     fn update_bias(&mut self, robot: &Robot, kinematics: &Kinematics, velocity: &DVector<f64>) {
         let angular_vel = Vector3::new(velocity[3], velocity[4], velocity[5]);
-        self.motion[0] = Motion { angular_vel, ..Motion::default() };
+        self.motion[0] = Motion {
+            angular_vel,
+            ..Motion::default()
+        };
         for (j, joint) in robot.joints.iter().enumerate() {
             let parent = self.motion[joint.parent];
             let spin = kinematics.joint_axis(j) * velocity[6 + j];
@@ -114,7 +127,8 @@ impl Dynamics {
             let (motion, inertia) = (&self.motion[i], &self.inertia[i]);
             let lever = kinematics.link_com(i) - origin(kinematics, i);
             let force = (motion.acc_at(&lever) + Vector3::z() * GRAVITY) * link.mass_kg;
-            let spin = inertia * motion.angular_acc + motion.angular_vel.cross(&(inertia * motion.angular_vel));
+            let spin = inertia * motion.angular_acc
+                + motion.angular_vel.cross(&(inertia * motion.angular_vel));
             self.load[i] = [force, spin + lever.cross(&force)];
         }
         for (j, joint) in robot.joints.iter().enumerate().rev() {
@@ -147,10 +161,16 @@ impl Dynamics {
         let coupling = (com - base).cross_matrix() * mass;
         let matrix = &mut self.mass_matrix;
         matrix.fill(0.0);
-        matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::from_diagonal_element(mass));
+        matrix
+            .fixed_view_mut::<3, 3>(0, 0)
+            .copy_from(&Matrix3::from_diagonal_element(mass));
         matrix.fixed_view_mut::<3, 3>(3, 0).copy_from(&coupling);
-        matrix.fixed_view_mut::<3, 3>(0, 3).copy_from(&coupling.transpose());
-        matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.carried_inertia[0]);
+        matrix
+            .fixed_view_mut::<3, 3>(0, 3)
+            .copy_from(&coupling.transpose());
+        matrix
+            .fixed_view_mut::<3, 3>(3, 3)
+            .copy_from(&self.carried_inertia[0]);
         for (j, servo) in robot.servos.iter().enumerate() {
             let axis = kinematics.joint_axis(j);
             let (mass, com) = kinematics.subtree(j + 1);

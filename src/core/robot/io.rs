@@ -29,18 +29,42 @@ impl Sensed {
     pub fn check(&self, joints: usize) -> Result<(), SensedError> {
         for (field, values) in [("q", &self.q), ("dq", &self.dq)] {
             if values.len() != joints {
-                return Err(SensedError::WrongLength { field, length: values.len(), joints });
+                return Err(SensedError::WrongLength {
+                    field,
+                    length: values.len(),
+                    joints,
+                });
             }
             within(LARGEST_READING, field, values)?;
         }
         within(LARGEST_READING, "time_s", &[self.time_s])?;
-        let Imu { orientation, gyro, accelerometer } = &self.imu;
-        within(LARGEST_READING, "imu.orientation", orientation.coords.as_slice())?;
+        let Imu {
+            orientation,
+            gyro,
+            accelerometer,
+        } = &self.imu;
+        within(
+            LARGEST_READING,
+            "imu.orientation",
+            orientation.coords.as_slice(),
+        )?;
         within(LARGEST_READING, "imu.gyro", gyro.as_slice())?;
-        within(LARGEST_READING, "imu.accelerometer", accelerometer.as_slice())?;
+        within(
+            LARGEST_READING,
+            "imu.accelerometer",
+            accelerometer.as_slice(),
+        )?;
         for foot in Foot::BOTH {
-            within(LARGEST_LOAD, "soles.force", self.soles[foot].force.as_slice())?;
-            within(LARGEST_LOAD, "soles.moment", self.soles[foot].moment.as_slice())?;
+            within(
+                LARGEST_LOAD,
+                "soles.force",
+                self.soles[foot].force.as_slice(),
+            )?;
+            within(
+                LARGEST_LOAD,
+                "soles.moment",
+                self.soles[foot].moment.as_slice(),
+            )?;
         }
         Ok(())
     }
@@ -52,8 +76,16 @@ const LARGEST_READING: f64 = 1e6;
 const LARGEST_LOAD: f64 = 1e12;
 
 fn within(largest: f64, field: &'static str, values: &[f64]) -> Result<(), SensedError> {
-    match values.iter().position(|value| value.is_nan() || value.abs() > largest) {
-        Some(index) => Err(SensedError::NoReading { field, index, value: values[index], largest }),
+    match values
+        .iter()
+        .position(|value| value.is_nan() || value.abs() > largest)
+    {
+        Some(index) => Err(SensedError::NoReading {
+            field,
+            index,
+            value: values[index],
+            largest,
+        }),
         None => Ok(()),
     }
 }
@@ -62,9 +94,20 @@ fn within(largest: f64, field: &'static str, values: &[f64]) -> Result<(), Sense
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SensedError {
     #[error("{field} has {length} values; accepted: one for each of the robot's {joints} joints")]
-    WrongLength { field: &'static str, length: usize, joints: usize },
-    #[error("{field}[{index}] = {value}: is not a valid reading; accepted: -{largest:e} to {largest:e}")]
-    NoReading { field: &'static str, index: usize, value: f64, largest: f64 },
+    WrongLength {
+        field: &'static str,
+        length: usize,
+        joints: usize,
+    },
+    #[error(
+        "{field}[{index}] = {value}: is not a valid reading; accepted: -{largest:e} to {largest:e}"
+    )]
+    NoReading {
+        field: &'static str,
+        index: usize,
+        value: f64,
+        largest: f64,
+    },
 }
 
 /// Inertial measurement unit. It is fixed to the trunk, at the origin and along the axes of the trunk's frame.
@@ -128,37 +171,78 @@ const LARGEST_GAIN: f64 = 1e12;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CommandError {
     #[error("{field} has {length} values; accepted: one for each of the robot's {joints} joints")]
-    WrongLength { field: &'static str, length: usize, joints: usize },
+    WrongLength {
+        field: &'static str,
+        length: usize,
+        joints: usize,
+    },
     #[error("{field}[{index}] = {value}: is not a command; accepted: {accepted}")]
-    NoCommand { field: &'static str, index: usize, value: f64, accepted: &'static str },
+    NoCommand {
+        field: &'static str,
+        index: usize,
+        value: f64,
+        accepted: &'static str,
+    },
 }
 
 impl Command {
     /// Holds these joint angles (rad) by the servos alone.
     pub fn hold(q: &[f64]) -> Self {
         let zeros = vec![0.0; q.len()];
-        Self { q_ref: q.to_vec(), dq_ref: zeros.clone(), tau_ff: zeros, gains: None }
+        Self {
+            q_ref: q.to_vec(),
+            dq_ref: zeros.clone(),
+            tau_ff: zeros,
+            gains: None,
+        }
     }
 
     /// Fails if there is not one number for each of `joints` joints, or if a number is NaN or infinite, or a gain
     /// negative.
     pub fn check(&self, joints: usize) -> Result<(), CommandError> {
-        for (field, values) in [("q_ref", &self.q_ref), ("dq_ref", &self.dq_ref), ("tau_ff", &self.tau_ff)] {
+        for (field, values) in [
+            ("q_ref", &self.q_ref),
+            ("dq_ref", &self.dq_ref),
+            ("tau_ff", &self.tau_ff),
+        ] {
             if values.len() != joints {
-                return Err(CommandError::WrongLength { field, length: values.len(), joints });
+                return Err(CommandError::WrongLength {
+                    field,
+                    length: values.len(),
+                    joints,
+                });
             }
             if let Some(index) = values.iter().position(|value| !value.is_finite()) {
                 let accepted = "a finite number";
-                return Err(CommandError::NoCommand { field, index, value: values[index], accepted });
+                return Err(CommandError::NoCommand {
+                    field,
+                    index,
+                    value: values[index],
+                    accepted,
+                });
             }
         }
-        let Some(gains) = &self.gains else { return Ok(()) };
+        let Some(gains) = &self.gains else {
+            return Ok(());
+        };
         if gains.len() != joints {
-            return Err(CommandError::WrongLength { field: "gains", length: gains.len(), joints });
+            return Err(CommandError::WrongLength {
+                field: "gains",
+                length: gains.len(),
+                joints,
+            });
         }
         for (index, pair) in gains.iter().enumerate() {
-            if let Some(&value) = pair.iter().find(|gain| !(0.0..=LARGEST_GAIN).contains(*gain)) {
-                return Err(CommandError::NoCommand { field: "gains", index, value, accepted: "0 to 1e12" });
+            if let Some(&value) = pair
+                .iter()
+                .find(|gain| !(0.0..=LARGEST_GAIN).contains(*gain))
+            {
+                return Err(CommandError::NoCommand {
+                    field: "gains",
+                    index,
+                    value,
+                    accepted: "0 to 1e12",
+                });
             }
         }
         Ok(())
@@ -166,8 +250,13 @@ impl Command {
 
     /// Whether both commands are the same to the bit.
     pub fn is_same(&self, other: &Self) -> bool {
-        fn same<'a>(a: impl IntoIterator<Item = &'a f64>, b: impl IntoIterator<Item = &'a f64>) -> bool {
-            a.into_iter().map(|v| v.to_bits()).eq(b.into_iter().map(|v| v.to_bits()))
+        fn same<'a>(
+            a: impl IntoIterator<Item = &'a f64>,
+            b: impl IntoIterator<Item = &'a f64>,
+        ) -> bool {
+            a.into_iter()
+                .map(|v| v.to_bits())
+                .eq(b.into_iter().map(|v| v.to_bits()))
         }
         let gains = match (&self.gains, &other.gains) {
             (Some(a), Some(b)) => same(a.as_flattened(), b.as_flattened()),
@@ -182,8 +271,18 @@ impl Command {
 
 impl Clone for Command {
     fn clone(&self) -> Self {
-        let Self { q_ref, dq_ref, tau_ff, gains } = self;
-        Self { q_ref: q_ref.clone(), dq_ref: dq_ref.clone(), tau_ff: tau_ff.clone(), gains: gains.clone() }
+        let Self {
+            q_ref,
+            dq_ref,
+            tau_ff,
+            gains,
+        } = self;
+        Self {
+            q_ref: q_ref.clone(),
+            dq_ref: dq_ref.clone(),
+            tau_ff: tau_ff.clone(),
+            gains: gains.clone(),
+        }
     }
 
     /// Allocates only if there is not enough room.

@@ -4,7 +4,9 @@
 //! axes), then the joint rates. The COM Jacobian is the paper's "COG Jacobian", which it inverts for the whole body.
 
 use super::model::{Foot, GRAVITY, PerFoot, Robot};
-use nalgebra::{Isometry2, Isometry3, Matrix3xX, Matrix6xX, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{
+    Isometry2, Isometry3, Matrix3xX, Matrix6xX, Point3, Translation3, UnitQuaternion, Vector3,
+};
 
 /// Pose of a body in the world.
 pub type Pose = Isometry3<f64>;
@@ -153,24 +155,35 @@ impl Kinematics {
         for j in 0..robot.joints.len() {
             let (mass, com) = self.subtree(j + 1);
             let share = mass / self.subtree_mass[0];
-            out.set_column(6 + j, &(self.axes[j].cross(&(com - self.joint_position(j))) * share));
+            out.set_column(
+                6 + j,
+                &(self.axes[j].cross(&(com - self.joint_position(j))) * share),
+            );
         }
     }
 
     /// Jacobian of the point of `robot.links[link]` that is now at `point` (world frame), 6 x (6 + n): velocity of the
     /// point, then angular velocity of the link. `out` must have 6 + n columns.
-    pub fn point_jacobian(&self, robot: &Robot, link: usize, point: &Point3<f64>, out: &mut Matrix6xX<f64>) {
+    pub fn point_jacobian(
+        &self,
+        robot: &Robot,
+        link: usize,
+        point: &Point3<f64>,
+        out: &mut Matrix6xX<f64>,
+    ) {
         out.fill(0.0);
         let lever = point - self.base_origin();
         for (k, e) in basis().iter().enumerate() {
             out[(k, k)] = 1.0;
             out[(3 + k, 3 + k)] = 1.0;
-            out.fixed_view_mut::<3, 1>(0, 3 + k).copy_from(&e.cross(&lever));
+            out.fixed_view_mut::<3, 1>(0, 3 + k)
+                .copy_from(&e.cross(&lever));
         }
         for j in robot.chain(link) {
             let linear = self.axes[j].cross(&(point - self.joint_position(j)));
             out.fixed_view_mut::<3, 1>(0, 6 + j).copy_from(&linear);
-            out.fixed_view_mut::<3, 1>(3, 6 + j).copy_from(&self.axes[j]);
+            out.fixed_view_mut::<3, 1>(3, 6 + j)
+                .copy_from(&self.axes[j]);
         }
     }
 }
@@ -204,13 +217,19 @@ impl Robot {
 
     /// Posture with all joint angles 0, and with the base at the origin in the world's axes.
     pub fn zero_posture(&self) -> Posture {
-        Posture { base: Pose::identity(), q: vec![0.0; self.joints.len()] }
+        Posture {
+            base: Pose::identity(),
+            q: vec![0.0; self.joints.len()],
+        }
     }
 
     /// Home posture. The base is not rotated, the soles are on the ground (z = 0), and the origin is midway between
     /// them.
     pub fn home_posture(&self) -> Posture {
-        let mut posture = Posture { base: Pose::identity(), q: self.home_rad.clone() };
+        let mut posture = Posture {
+            base: Pose::identity(),
+            q: self.home_rad.clone(),
+        };
         let kinematics = Kinematics::at(self, &posture);
         let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(self, foot).translation.vector);
         posture.base.translation = Translation3::from(-(soles.left + soles.right) / 2.0);

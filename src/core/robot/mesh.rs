@@ -24,28 +24,46 @@ impl Mesh {
     /// The mesh of some triangles, with the hull of all points. There must be at least one point.
     pub fn new(points: Vec<Point3<f64>>, triangles: Vec<[u32; 3]>) -> Self {
         let hull = thickened(extremal(&points));
-        Self { points, triangles, hull }
+        Self {
+            points,
+            triangles,
+            hull,
+        }
     }
 
     /// The same mesh in another size.
     pub fn scaled(&self, by: f64) -> Self {
         let scaled = |points: &[Point3<f64>]| points.iter().map(|p| p * by).collect();
-        Self { points: scaled(&self.points), triangles: self.triangles.clone(), hull: scaled(&self.hull) }
+        Self {
+            points: scaled(&self.points),
+            triangles: self.triangles.clone(),
+            hull: scaled(&self.hull),
+        }
     }
 
     /// A ball that contains the hull and the triangles: its centre, and its radius (m).
     pub fn ball(&self) -> (Point3<f64>, f64) {
         let (least, most) = bounds(&self.hull);
         let center = nalgebra::center(&least, &most);
-        let farthest = |points: &[Point3<f64>]| points.iter().map(|p| (p - center).norm()).fold(0.0, f64::max);
+        let farthest = |points: &[Point3<f64>]| {
+            points
+                .iter()
+                .map(|p| (p - center).norm())
+                .fold(0.0, f64::max)
+        };
         (center, farthest(&self.hull).max(farthest(&self.points)))
     }
 }
 
 /// The corners with the least and the largest coordinates of the box around points.
 pub fn bounds(points: &[Point3<f64>]) -> (Point3<f64>, Point3<f64>) {
-    let none = (Point3::from([f64::INFINITY; 3]), Point3::from([f64::NEG_INFINITY; 3]));
-    points.iter().fold(none, |(least, most), p| (least.inf(p), most.sup(p)))
+    let none = (
+        Point3::from([f64::INFINITY; 3]),
+        Point3::from([f64::NEG_INFINITY; 3]),
+    );
+    points
+        .iter()
+        .fold(none, |(least, most), p| (least.inf(p), most.sup(p)))
 }
 
 /// The points that lie farthest out in each of the directions, in the order in which the points are given.
@@ -56,7 +74,11 @@ fn extremal(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
         let along = |i: &usize| points[*i].coords.dot(&direction);
         // Of the points of a face, a corner is taken rather than a point within the face.
         let out = |i: &usize| (points[*i] - middle).norm_squared();
-        (0..points.len()).max_by(|a, b| along(a).total_cmp(&along(b)).then_with(|| out(a).total_cmp(&out(b))))
+        (0..points.len()).max_by(|a, b| {
+            along(a)
+                .total_cmp(&along(b))
+                .then_with(|| out(a).total_cmp(&out(b)))
+        })
     };
     let mut chosen: Vec<usize> = directions().filter_map(farthest).collect();
     chosen.sort_unstable();
@@ -85,12 +107,18 @@ fn directions() -> impl Iterator<Item = Vector3<f64>> {
 
 /// Points of a hull that has a volume.
 fn thickened(hull: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
-    let middle: Vector3<f64> = hull.iter().map(|p| p.coords).sum::<Vector3<f64>>() / hull.len() as f64;
-    let spread: Matrix3<f64> = hull.iter().map(|p| (p.coords - middle) * (p.coords - middle).transpose()).sum();
+    let middle: Vector3<f64> =
+        hull.iter().map(|p| p.coords).sum::<Vector3<f64>>() / hull.len() as f64;
+    let spread: Matrix3<f64> = hull
+        .iter()
+        .map(|p| (p.coords - middle) * (p.coords - middle).transpose())
+        .sum();
     let axes = spread.symmetric_eigen().eigenvectors;
     axes.column_iter().fold(hull, |hull, axis| {
         let along = hull.iter().map(|p| p.coords.dot(&axis));
-        let (least, most) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let (least, most) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
+            (a.min(x), b.max(x))
+        });
         if most - least >= LEAST_THICKNESS_M {
             return hull;
         }

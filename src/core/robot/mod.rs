@@ -19,12 +19,14 @@ pub mod swing_time;
 pub mod units;
 
 pub use controller::{
-    Airborne, Controller, Note, PreparedController, Promise, RecoveryRegion, Report, TickError, Word,
+    Airborne, Controller, Note, PreparedController, Promise, RecoveryRegion, Report, TickError,
+    Word,
 };
 pub use io::{Command, CommandError, Imu, Sensed, SensedError, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{
-    Ankle, Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise, Servo, Sole, Solid,
+    Ankle, Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise,
+    Servo, Sole, Solid,
 };
 pub use scaled::SizeRatio;
 pub use shape::Shape;

@@ -59,7 +59,11 @@ pub struct Link {
 impl Link {
     /// The solids to draw: the visual geometry, or the collision geometry if there is no visual one.
     pub fn drawn(&self) -> &[Solid] {
-        if self.visuals.is_empty() { &self.collisions } else { &self.visuals }
+        if self.visuals.is_empty() {
+            &self.collisions
+        } else {
+            &self.visuals
+        }
     }
 }
 
@@ -79,7 +83,10 @@ impl Solid {
     /// Points in the frame of the [`Link`], whose convex hull is the solid as it collides: the corners of a box, the
     /// points of a mesh, and for round shapes as in [`Shape::points`].
     pub fn points(&self) -> impl Iterator<Item = Point3<f64>> + '_ {
-        self.shape.points().into_iter().map(|point| self.pose * point)
+        self.shape
+            .points()
+            .into_iter()
+            .map(|point| self.pose * point)
     }
 
     /// Reach of the solid from the origin of the [`Link`]'s frame along a direction of that frame (m, for a direction
@@ -126,7 +133,10 @@ pub struct Ankle {
 
 impl Ankle {
     /// An ankle that never gives way.
-    pub const RIGID: Ankle = Ankle { above_m: [0.0; 2], torque_n_m: [f64::INFINITY; 2] };
+    pub const RIGID: Ankle = Ankle {
+        above_m: [0.0; 2],
+        torque_n_m: [f64::INFINITY; 2],
+    };
 
     /// Whether the ankle has a joint for roll. Without one, the sole rolls with the leg.
     pub fn rolls(&self) -> bool {
@@ -177,7 +187,12 @@ impl Sole {
 }
 
 fn corners([[x0, x1], [y0, y1]]: [[f64; 2]; 2]) -> [Point3<f64>; 4] {
-    [Point3::new(x1, y1, 0.0), Point3::new(x0, y1, 0.0), Point3::new(x0, y0, 0.0), Point3::new(x1, y0, 0.0)]
+    [
+        Point3::new(x1, y1, 0.0),
+        Point3::new(x0, y1, 0.0),
+        Point3::new(x0, y0, 0.0),
+        Point3::new(x1, y0, 0.0),
+    ]
 }
 
 /// Position servo of a joint: `tau = kp (q_ref - q) + kd (dq_ref - dq) + tau_ff`, limited.
@@ -257,7 +272,10 @@ pub struct Around {
 impl LandingRegion {
     /// How a foot goes around the stance leg to this region.
     pub fn around(&self) -> Around {
-        Around { sideways_from: self.sideways_from, arc_m: self.arc_m * self.x_m[0].signum() }
+        Around {
+            sideways_from: self.sideways_from,
+            arc_m: self.arc_m * self.x_m[0].signum(),
+        }
     }
 
     pub fn corners(&self) -> [[f64; 2]; 4] {
@@ -310,7 +328,10 @@ pub struct PerFoot<T> {
 
 impl<T> PerFoot<T> {
     pub fn from_fn(mut f: impl FnMut(Foot) -> T) -> Self {
-        Self { left: f(Foot::Left), right: f(Foot::Right) }
+        Self {
+            left: f(Foot::Left),
+            right: f(Foot::Right),
+        }
     }
 }
 

@@ -38,19 +38,31 @@ impl SizeRatio {
 
     /// A pose in the world or in a link's frame.
     pub fn pose(self, pose: &Pose) -> Pose {
-        Pose::from_parts((pose.translation.vector * self.length).into(), pose.rotation)
+        Pose::from_parts(
+            (pose.translation.vector * self.length).into(),
+            pose.rotation,
+        )
     }
 
     pub fn posture(self, posture: &Posture) -> Posture {
-        Posture { base: self.pose(&posture.base), q: posture.q.clone() }
+        Posture {
+            base: self.pose(&posture.base),
+            q: posture.q.clone(),
+        }
     }
 
     fn shape(self, shape: &Shape) -> Shape {
         let l = self.length;
         match shape {
             Shape::Box { half } => Shape::Box { half: half * l },
-            Shape::Cylinder { radius, length } => Shape::Cylinder { radius: radius * l, length: length * l },
-            Shape::Capsule { radius, length } => Shape::Capsule { radius: radius * l, length: length * l },
+            Shape::Cylinder { radius, length } => Shape::Cylinder {
+                radius: radius * l,
+                length: length * l,
+            },
+            Shape::Capsule { radius, length } => Shape::Capsule {
+                radius: radius * l,
+                length: length * l,
+            },
             Shape::Sphere { radius } => Shape::Sphere { radius: radius * l },
             Shape::Mesh(mesh) => Shape::Mesh(Arc::new(mesh.scaled(l))),
         }
@@ -71,15 +83,27 @@ impl Robot {
                 solid.shape = by.shape(&solid.shape);
             }
         }
-        robot.joints.iter_mut().for_each(|joint| joint.origin = by.pose(&joint.origin));
-        robot.frames.iter_mut().for_each(|frame| frame.pose = by.pose(&frame.pose));
+        robot
+            .joints
+            .iter_mut()
+            .for_each(|joint| joint.origin = by.pose(&joint.origin));
+        robot
+            .frames
+            .iter_mut()
+            .for_each(|frame| frame.pose = by.pose(&frame.pose));
         for foot in Foot::BOTH {
             let sole = &mut robot.soles[foot];
             sole.center = by.pose(&sole.center);
             sole.half_m = sole.half_m.map(|half| half * length);
             sole.thickness_m *= length;
-            let Ankle { above_m, torque_n_m } = sole.ankle;
-            sole.ankle = Ankle { above_m: above_m.map(|x| x * length), torque_n_m: torque_n_m.map(|t| t * moment) };
+            let Ankle {
+                above_m,
+                torque_n_m,
+            } = sole.ankle;
+            sole.ankle = Ankle {
+                above_m: above_m.map(|x| x * length),
+                torque_n_m: torque_n_m.map(|t| t * moment),
+            };
         }
         for servo in &mut robot.servos {
             servo.kp *= moment;

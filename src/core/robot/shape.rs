@@ -38,12 +38,21 @@ impl Shape {
     pub fn points(&self) -> Vec<Point3<f64>> {
         match self {
             Shape::Box { half } => {
-                let sign = |k: usize, axis: usize| if k >> axis & 1 == 1 { half[axis] } else { -half[axis] };
-                (0..8).map(|k| Point3::new(sign(k, 0), sign(k, 1), sign(k, 2))).collect()
+                let sign = |k: usize, axis: usize| {
+                    if k >> axis & 1 == 1 {
+                        half[axis]
+                    } else {
+                        -half[axis]
+                    }
+                };
+                (0..8)
+                    .map(|k| Point3::new(sign(k, 0), sign(k, 1), sign(k, 2)))
+                    .collect()
             }
-            &Shape::Cylinder { radius, length } => {
-                [-0.5, 0.5].into_iter().flat_map(|end| ring(radius, end * length)).collect()
-            }
+            &Shape::Cylinder { radius, length } => [-0.5, 0.5]
+                .into_iter()
+                .flat_map(|end| ring(radius, end * length))
+                .collect(),
             &Shape::Sphere { radius } => ball(radius, 0.0).collect(),
             &Shape::Capsule { radius, length } => ball(radius, 0.5 * length).collect(),
             Shape::Mesh(mesh) => mesh.hull.clone(),
@@ -54,10 +63,18 @@ impl Shape {
     pub fn reach_m(&self, direction: &Vector3<f64>) -> f64 {
         match self {
             Shape::Box { half } => half.dot(&direction.abs()),
-            Shape::Cylinder { radius, length } => radius * direction.xy().norm() + 0.5 * length * direction.z.abs(),
-            Shape::Capsule { radius, length } => radius * direction.norm() + 0.5 * length * direction.z.abs(),
+            Shape::Cylinder { radius, length } => {
+                radius * direction.xy().norm() + 0.5 * length * direction.z.abs()
+            }
+            Shape::Capsule { radius, length } => {
+                radius * direction.norm() + 0.5 * length * direction.z.abs()
+            }
             Shape::Sphere { radius } => radius * direction.norm(),
-            Shape::Mesh(mesh) => mesh.hull.iter().map(|p| p.coords.dot(direction)).fold(f64::NEG_INFINITY, f64::max),
+            Shape::Mesh(mesh) => mesh
+                .hull
+                .iter()
+                .map(|p| p.coords.dot(direction))
+                .fold(f64::NEG_INFINITY, f64::max),
         }
     }
 
@@ -107,7 +124,9 @@ fn ring(radius: f64, z: f64) -> impl Iterator<Item = Point3<f64>> {
 fn ball(radius: f64, apart_m: f64) -> impl Iterator<Item = Point3<f64>> {
     let rings = (0..RINGS).flat_map(move |k| {
         let (sin, cos) = (0.25 * TAU * k as f64 / RINGS as f64).sin_cos();
-        [-1.0, 1.0].into_iter().flat_map(move |up| ring(radius * cos, up * (apart_m + radius * sin)))
+        [-1.0, 1.0]
+            .into_iter()
+            .flat_map(move |up| ring(radius * cos, up * (apart_m + radius * sin)))
     });
     rings.chain([-1.0, 1.0].map(|up| Point3::new(0.0, 0.0, up * (apart_m + radius))))
 }
@@ -118,30 +137,63 @@ mod tests {
 
     #[test]
     fn points_reach_as_far_as_the_shape() {
-        let corners = [[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.1]].map(Point3::from);
-        let tetrahedron = Mesh::new(corners.to_vec(), vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]);
+        let corners = [
+            [0.0, 0.0, 0.0],
+            [0.3, 0.0, 0.0],
+            [0.0, 0.2, 0.0],
+            [0.0, 0.0, 0.1],
+        ]
+        .map(Point3::from);
+        let tetrahedron = Mesh::new(
+            corners.to_vec(),
+            vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        );
         for shape in [
-            Shape::Box { half: Vector3::new(0.1, 0.2, 0.3) },
-            Shape::Cylinder { radius: 0.1, length: 0.4 },
-            Shape::Capsule { radius: 0.1, length: 0.4 },
+            Shape::Box {
+                half: Vector3::new(0.1, 0.2, 0.3),
+            },
+            Shape::Cylinder {
+                radius: 0.1,
+                length: 0.4,
+            },
+            Shape::Capsule {
+                radius: 0.1,
+                length: 0.4,
+            },
             Shape::Sphere { radius: 0.2 },
             Shape::Mesh(Arc::new(tetrahedron)),
         ] {
             let (center, radius_m) = shape.ball();
-            for direction in [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [0.6, 0.0, 0.8], [-0.48, 0.6, 0.64]]
-            {
+            for direction in [
+                [1.0, 0.0, 0.0],
+                [0.0, -1.0, 0.0],
+                [0.0, 0.0, -1.0],
+                [0.6, 0.0, 0.8],
+                [-0.48, 0.6, 0.64],
+            ] {
                 let direction = Vector3::from(direction);
                 let along = |point: &Point3<f64>| point.coords.dot(&direction);
-                let by_points = shape.points().iter().map(along).fold(f64::NEG_INFINITY, f64::max);
+                let by_points = shape
+                    .points()
+                    .iter()
+                    .map(along)
+                    .fold(f64::NEG_INFINITY, f64::max);
                 let reach_m = shape.reach_m(&direction);
                 assert!(
                     by_points <= reach_m + 1e-12 && by_points > reach_m - 0.005,
                     "{shape:?}: {by_points} {reach_m}"
                 );
-                assert!(reach_m <= along(&center) + radius_m + 1e-12, "{shape:?}: outside of its ball");
+                assert!(
+                    reach_m <= along(&center) + radius_m + 1e-12,
+                    "{shape:?}: outside of its ball"
+                );
             }
         }
-        let low = Shape::Capsule { radius: 0.1, length: 0.4 }.reach_m(&-Vector3::z());
+        let low = Shape::Capsule {
+            radius: 0.1,
+            length: 0.4,
+        }
+        .reach_m(&-Vector3::z());
         assert!((low - 0.3).abs() < 1e-12, "{low}");
     }
 }

@@ -30,7 +30,11 @@ pub fn share(
     };
     let offset = zmp.coords - (centers.left + across * on_right);
     PerFoot::from_fn(|foot| {
-        let part = if foot == Foot::Right { on_right } else { 1.0 - on_right };
+        let part = if foot == Foot::Right {
+            on_right
+        } else {
+            1.0 - on_right
+        };
         let f = force * part;
         let point = clamp_to_sole(robot, foot, &footholds[foot], offset, f.z);
         [f, point.cross(&f)]
@@ -38,7 +42,13 @@ pub fn share(
 }
 
 /// The point of a sole nearest to `offset` from its centre (m, world axes) at which its ankle can hold a load (N).
-fn clamp_to_sole(robot: &Robot, foot: Foot, pose: &Pose, offset: Vector2<f64>, load_n: f64) -> Vector3<f64> {
+fn clamp_to_sole(
+    robot: &Robot,
+    foot: Foot,
+    pose: &Pose,
+    offset: Vector2<f64>,
+    load_n: f64,
+) -> Vector3<f64> {
     let local = pose.rotation.inverse() * Vector3::new(offset.x, offset.y, 0.0);
     let [x, y] = robot.soles[foot].pressable_m(load_n);
     pose.rotation * Vector3::new(local.x.clamp(x[0], x[1]), local.y.clamp(y[0], y[1]), 0.0)
@@ -49,10 +59,25 @@ impl Robot {
     pub fn home_command(&self) -> Command {
         let kinematics = Kinematics::at_home(self);
         let weight = Vector3::new(0.0, 0.0, self.mass() * GRAVITY);
-        let both = PerFoot { left: true, right: true };
-        let wrenches = share(self, &kinematics.sole_poses(self), &both, kinematics.com().xy(), weight);
+        let both = PerFoot {
+            left: true,
+            right: true,
+        };
+        let wrenches = share(
+            self,
+            &kinematics.sole_poses(self),
+            &both,
+            kinematics.com().xy(),
+            weight,
+        );
         let mut command = Command::hold(&self.home_rad);
-        load_torques(&kinematics, self, -weight / self.mass(), &wrenches, &mut command.tau_ff);
+        load_torques(
+            &kinematics,
+            self,
+            -weight / self.mass(),
+            &wrenches,
+            &mut command.tau_ff,
+        );
         command
     }
 
@@ -65,11 +90,31 @@ impl Robot {
         let mut tau = vec![0.0; self.joints.len()];
         let mut of_foot = |foot: Foot| {
             let stands = PerFoot::from_fn(|f| f == foot);
-            let wrenches = share(self, &kinematics.sole_poses(self), &stands, kinematics.com().xy(), weight);
-            load_torques(&kinematics, self, -weight / self.mass(), &wrenches, &mut tau);
-            let pitching = self.chain(self.soles[foot].link).filter(|&j| kinematics.pitches(j));
-            pitching.skip(1).map(|j| (j, tau[j].abs() / self.servos[j].torque_n_m)).collect::<Vec<_>>()
+            let wrenches = share(
+                self,
+                &kinematics.sole_poses(self),
+                &stands,
+                kinematics.com().xy(),
+                weight,
+            );
+            load_torques(
+                &kinematics,
+                self,
+                -weight / self.mass(),
+                &wrenches,
+                &mut tau,
+            );
+            let pitching = self
+                .chain(self.soles[foot].link)
+                .filter(|&j| kinematics.pitches(j));
+            pitching
+                .skip(1)
+                .map(|j| (j, tau[j].abs() / self.servos[j].torque_n_m))
+                .collect::<Vec<_>>()
         };
-        Foot::BOTH.into_iter().flat_map(&mut of_foot).max_by(|(_, one), (_, other)| one.total_cmp(other))
+        Foot::BOTH
+            .into_iter()
+            .flat_map(&mut of_foot)
+            .max_by(|(_, one), (_, other)| one.total_cmp(other))
     }
 }

@@ -62,7 +62,8 @@ impl<'a> SwingMotion<'a> {
     /// if a leg cannot reach its sole's places within the limits of its joints, or if the motors cannot hold it there.
     pub fn new(robot: &'a Robot, foot: Foot, to: [f64; 2], around: Around) -> Option<Self> {
         let mut swing = Self::at_home(robot, foot);
-        let from = swing.soles[foot].translation.vector - swing.soles[foot.other()].translation.vector;
+        let from =
+            swing.soles[foot].translation.vector - swing.soles[foot.other()].translation.vector;
         swing.way = Vector2::new(to[0], to[1] * foot.side()) - from.xy();
         swing.around = around;
         let com_height_m = swing.units.length_m;
@@ -73,7 +74,10 @@ impl<'a> SwingMotion<'a> {
             if let Some(time_s) = swing.time_s()
                 && best.as_ref().is_none_or(|best| time_s < best.least_time_s)
             {
-                best = Some(Self { least_time_s: time_s, ..swing.clone() });
+                best = Some(Self {
+                    least_time_s: time_s,
+                    ..swing.clone()
+                });
             }
         }
         best
@@ -116,7 +120,8 @@ impl<'a> SwingMotion<'a> {
             above(self.lift_m),
         );
         self.posture.base = self.home.base;
-        self.posture.base.translation.vector += (0.5 * u * self.way).push(-self.sink_m * least_jerk(u));
+        self.posture.base.translation.vector +=
+            (0.5 * u * self.way).push(-self.sink_m * least_jerk(u));
         for foot in Foot::BOTH {
             let mut wanted = self.soles[foot];
             if foot == self.foot {
@@ -130,7 +135,8 @@ impl<'a> SwingMotion<'a> {
     /// Moves the joints of a leg so that its sole is at the pose `wanted`, by Newton steps. A leg with fewer than six
     /// joints keeps the place of the sole, and not quite its orientation.
     fn bring(&mut self, foot: Foot, wanted: &Pose) -> Option<()> {
-        let (robot, link, height_m) = (self.robot, self.robot.soles[foot].link, self.units.length_m);
+        let (robot, link, height_m) =
+            (self.robot, self.robot.soles[foot].link, self.units.length_m);
         let leg: Vec<usize> = robot.chain(link).collect();
         for _ in 0..NEWTON_STEPS {
             self.kinematics.update(robot, &self.posture);
@@ -142,23 +148,35 @@ impl<'a> SwingMotion<'a> {
             if error.norm() < 1e-12 {
                 break;
             }
-            self.kinematics.point_jacobian(robot, link, &is.translation.vector.into(), &mut self.jacobian);
+            self.kinematics.point_jacobian(
+                robot,
+                link,
+                &is.translation.vector.into(),
+                &mut self.jacobian,
+            );
             // The orientation has little weight, since a leg may not reach place and orientation together.
             let weight = Vector6::new(1.0, 1.0, 1.0, 0.03, 0.03, 0.03);
             let unit = |row: usize| if row < 3 { height_m } else { 1.0 };
-            let entry = |row: usize, k: usize| weight[row] * self.jacobian[(row, 6 + leg[k])] / unit(row);
+            let entry =
+                |row: usize, k: usize| weight[row] * self.jacobian[(row, 6 + leg[k])] / unit(row);
             let columns = DMatrix::from_fn(6, leg.len(), entry);
             let normal = &columns * columns.transpose() + Matrix6::from_diagonal_element(1e-11);
-            let step = columns.transpose() * normal.cholesky()?.solve(&error.component_mul(&weight));
+            let step =
+                columns.transpose() * normal.cholesky()?.solve(&error.component_mul(&weight));
             if step.amax() < 1e-12 {
                 break;
             }
             let short = (0.3 / step.amax()).min(1.0);
-            leg.iter().zip(step.iter()).for_each(|(&j, step)| self.posture.q[j] += short * step);
+            leg.iter()
+                .zip(step.iter())
+                .for_each(|(&j, step)| self.posture.q[j] += short * step);
         }
         let is = self.kinematics.sole_pose(robot, foot).translation.vector;
-        let within = |&j: &usize| (robot.joints[j].lower_rad..=robot.joints[j].upper_rad).contains(&self.posture.q[j]);
-        ((is - wanted.translation.vector).norm() < FOUND * height_m && leg.iter().all(within)).then_some(())
+        let within = |&j: &usize| {
+            (robot.joints[j].lower_rad..=robot.joints[j].upper_rad).contains(&self.posture.q[j])
+        };
+        ((is - wanted.translation.vector).norm() < FOUND * height_m && leg.iter().all(within))
+            .then_some(())
     }
 
     /// The least time (s) with the present `sink_m`. It is None if there is none.
@@ -168,10 +186,15 @@ impl<'a> SwingMotion<'a> {
         let angles = (0..=PARTS).map(|i| {
             let posture = self.posture(i as f64 / PARTS as f64)?;
             let height = posture.base.translation.z;
-            Some((leg.iter().map(|&j| posture.q[j]).collect::<Vec<f64>>(), height))
+            Some((
+                leg.iter().map(|&j| posture.q[j]).collect::<Vec<f64>>(),
+                height,
+            ))
         });
-        let (angles, heights): (Vec<Vec<f64>>, Vec<f64>) = angles.collect::<Option<Vec<_>>>()?.into_iter().unzip();
-        let curve = |[before, now, after]: [f64; 3]| (after - 2.0 * now + before) * (PARTS * PARTS) as f64;
+        let (angles, heights): (Vec<Vec<f64>>, Vec<f64>) =
+            angles.collect::<Option<Vec<_>>>()?.into_iter().unzip();
+        let curve =
+            |[before, now, after]: [f64; 3]| (after - 2.0 * now + before) * (PARTS * PARTS) as f64;
         let mut dynamics = Dynamics::new(robot);
         let mut loads = Vec::new();
         let size = 6 + robot.joints.len();
@@ -206,7 +229,11 @@ impl<'a> SwingMotion<'a> {
         }
         while long - short > ACCURACY * unit_s {
             let middle = 0.5 * (short + long);
-            *(if suffices(middle) { &mut long } else { &mut short }) = middle;
+            *(if suffices(middle) {
+                &mut long
+            } else {
+                &mut short
+            }) = middle;
         }
         Some(long)
     }
@@ -225,9 +252,16 @@ struct JointLoad {
 impl JointLoad {
     /// Whether the servo suffices for a swing of this duration. Against the motion, it has its full torque.
     fn is_within(&self, time_s: f64) -> bool {
-        let (torque, speed) = (self.motion / (time_s * time_s) + self.gravity, self.rate / time_s);
+        let (torque, speed) = (
+            self.motion / (time_s * time_s) + self.gravity,
+            self.rate / time_s,
+        );
         let drives = torque * speed > 0.0;
-        let most = if drives { self.servo.available_torque(speed) } else { self.servo.torque_n_m };
+        let most = if drives {
+            self.servo.available_torque(speed)
+        } else {
+            self.servo.torque_n_m
+        };
         torque.abs() <= most && speed.abs() <= self.servo.no_torque_speed_rad_s
     }
 }

@@ -24,7 +24,10 @@ impl Units {
         Self {
             mass_kg: robot.mass(),
             length_m: robot.home_com_height(),
-            half_sole_m: Foot::BOTH.map(|foot| robot.soles[foot].half_m[0]).into_iter().fold(f64::INFINITY, f64::min),
+            half_sole_m: Foot::BOTH
+                .map(|foot| robot.soles[foot].half_m[0])
+                .into_iter()
+                .fold(f64::INFINITY, f64::min),
         }
     }
 

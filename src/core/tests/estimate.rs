@@ -11,23 +11,57 @@ use standfast_core::robot::{Foot, GRAVITY, Imu, PerFoot, Sensed};
 fn a_touch_is_no_contact() {
     let robot = standfast_robots::load("ut-mu2").unwrap();
     let [from_n, to_n] = Estimate::at_home(&robot).contact_load_n;
-    assert!((from_n - 4.85).abs() < 0.01 && (to_n - 3.07).abs() < 0.01, "{from_n} N, {to_n} N");
+    assert!(
+        (from_n - 4.85).abs() < 0.01 && (to_n - 3.07).abs() < 0.01,
+        "{from_n} N, {to_n} N"
+    );
     let mut estimator = Estimator::new(&robot, 0.002, Estimate::at_home(&robot));
     let mut touches = |right_n: f64, in_air: Option<Foot>| {
-        let load = |force_n: f64| Wrench { force: Vector3::new(0.0, 0.0, force_n), ..Wrench::default() };
+        let load = |force_n: f64| Wrench {
+            force: Vector3::new(0.0, 0.0, force_n),
+            ..Wrench::default()
+        };
         let mut q = robot.home_rad.clone();
         // The right sole stays level, some centimetres above the ground.
-        for (joint, more) in [("right_hip_flexion", 0.3), ("right_knee_flexion", 0.6), ("right_ankle_flexion", 0.3)] {
+        for (joint, more) in [
+            ("right_hip_flexion", 0.3),
+            ("right_knee_flexion", 0.6),
+            ("right_ankle_flexion", 0.3),
+        ] {
             q[robot.joints.iter().position(|j| j.name == joint).unwrap()] += more;
         }
-        let imu = Imu::over(0.002, UnitQuaternion::identity(), [Vector3::zeros(); 2], Vector3::zeros());
-        let soles = PerFoot { left: load(robot.mass() * GRAVITY - right_n), right: load(right_n) };
+        let imu = Imu::over(
+            0.002,
+            UnitQuaternion::identity(),
+            [Vector3::zeros(); 2],
+            Vector3::zeros(),
+        );
+        let soles = PerFoot {
+            left: load(robot.mass() * GRAVITY - right_n),
+            right: load(right_n),
+        };
         let dq = vec![0.0; q.len()];
-        estimator.update(&robot, &Sensed { time_s: 0.0, q, dq, imu, soles }, in_air);
+        estimator.update(
+            &robot,
+            &Sensed {
+                time_s: 0.0,
+                q,
+                dq,
+                imu,
+                soles,
+            },
+            in_air,
+        );
         estimator.now.in_contact.right
     };
-    assert!(!touches(30.0, Some(Foot::Right)), "the foot that the controller moves");
+    assert!(
+        !touches(30.0, Some(Foot::Right)),
+        "the foot that the controller moves"
+    );
     assert!(!touches(4.0, None) && !touches(4.8, None), "a touch");
-    assert!(touches(4.9, None) && touches(4.0, None) && touches(3.1, None), "a load, and what is left of it");
+    assert!(
+        touches(4.9, None) && touches(4.0, None) && touches(3.1, None),
+        "a load, and what is left of it"
+    );
     assert!(!touches(3.0, None) && !touches(4.0, None), "it has left");
 }

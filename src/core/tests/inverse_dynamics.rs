@@ -2,16 +2,27 @@
 
 use nalgebra::{DVector, Matrix6xX, Point2, Point3, Vector3, vector};
 use proptest::prelude::*;
-use standfast_core::control::body::{ContactModel, DesiredAcceleration, InverseDynamics, PredictedContact};
+use standfast_core::control::body::{
+    ContactModel, DesiredAcceleration, InverseDynamics, PredictedContact,
+};
 use standfast_core::robot::dynamics::{Dynamics, load_torques};
 use standfast_core::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot};
 use std::sync::LazyLock;
 
 static ROBOT: LazyLock<Robot> = LazyLock::new(|| standfast_robots::load("ut-mu2").unwrap());
 
-const CONTACT: ContactModel = ContactModel { friction: 0.6, sole_share: 0.95 };
-const BOTH: PerFoot<bool> = PerFoot { left: true, right: true };
-const LEFT: PerFoot<bool> = PerFoot { left: true, right: false };
+const CONTACT: ContactModel = ContactModel {
+    friction: 0.6,
+    sole_share: 0.95,
+};
+const BOTH: PerFoot<bool> = PerFoot {
+    left: true,
+    right: true,
+};
+const LEFT: PerFoot<bool> = PerFoot {
+    left: true,
+    right: false,
+};
 
 struct Solved {
     kinematics: Kinematics,
@@ -42,8 +53,15 @@ fn solve(posture: &Posture, velocity: &DVector<f64>, wanted: &DesiredAcceleratio
     let mut jacobian = nalgebra::Matrix3xX::zeros(sum.len());
     kinematics.com_jacobian(&ROBOT, &mut jacobian);
     let com_acc = jacobian * &body.acceleration + dynamics.com_bias_acc();
-    let left_over = sum.amax().max((com_acc - predicted.com_acc).amax() * ROBOT.mass());
-    Solved { kinematics, body, predicted, left_over }
+    let left_over = sum
+        .amax()
+        .max((com_acc - predicted.com_acc).amax() * ROBOT.mass());
+    Solved {
+        kinematics,
+        body,
+        predicted,
+        left_over,
+    }
 }
 
 fn sole(kinematics: &Kinematics, foot: Foot) -> Point3<f64> {
@@ -51,15 +69,23 @@ fn sole(kinematics: &Kinematics, foot: Foot) -> Point3<f64> {
 }
 
 fn at_home(wanted: &DesiredAcceleration) -> Solved {
-    solve(&ROBOT.home_posture(), &DVector::zeros(6 + ROBOT.joints.len()), wanted)
+    solve(
+        &ROBOT.home_posture(),
+        &DVector::zeros(6 + ROBOT.joints.len()),
+        wanted,
+    )
 }
 
 /// Angular acceleration of a link.
 fn angular_acc(solved: &Solved, link: usize) -> Vector3<f64> {
     let mut jacobian = Matrix6xX::zeros(solved.body.acceleration.len());
     let origin = solved.kinematics.link_pose(link).translation.vector.into();
-    solved.kinematics.point_jacobian(&ROBOT, link, &origin, &mut jacobian);
-    (jacobian * &solved.body.acceleration).fixed_rows::<3>(3).into()
+    solved
+        .kinematics
+        .point_jacobian(&ROBOT, link, &origin, &mut jacobian);
+    (jacobian * &solved.body.acceleration)
+        .fixed_rows::<3>(3)
+        .into()
 }
 
 /// Each wrench can be supplied by the ground: the pressure is inside the sole, and the forces are within friction.
@@ -73,9 +99,18 @@ fn check_ground(solved: &Solved, standing: &PerFoot<bool>) {
             continue;
         }
         assert!(force.z >= 0.0);
-        assert!(force.xy().norm() <= CONTACT.friction * force.z + 1e-9, "{force}");
-        let [x, y] = ROBOT.soles[foot].half_m.map(|half| half * CONTACT.sole_share * force.z + 1e-9);
-        assert!(moment.y.abs() <= x && moment.x.abs() <= y, "{foot:?}: {moment} at {} N", force.z);
+        assert!(
+            force.xy().norm() <= CONTACT.friction * force.z + 1e-9,
+            "{force}"
+        );
+        let [x, y] = ROBOT.soles[foot]
+            .half_m
+            .map(|half| half * CONTACT.sole_share * force.z + 1e-9);
+        assert!(
+            moment.y.abs() <= x && moment.x.abs() <= y,
+            "{foot:?}: {moment} at {} N",
+            force.z
+        );
     }
 }
 
@@ -84,17 +119,44 @@ fn standing_at_home_takes_the_torques_of_gravity_with_the_zmp_under_the_com() {
     let solved = at_home(&DesiredAcceleration::rest(&ROBOT, BOTH));
     let (predicted, com) = (solved.predicted, solved.kinematics.com());
     assert!(solved.left_over < 1e-9 && predicted.is_optimal);
-    assert!(solved.body.acceleration.amax() < 0.01, "{}", solved.body.acceleration.amax());
-    assert!((predicted.zmp.unwrap() - com.xy()).norm() < 1e-4, "{:?} {com}", predicted.zmp);
-    let wrenches = PerFoot::from_fn(|foot| [predicted.wrenches[foot].force, predicted.wrenches[foot].moment]);
+    assert!(
+        solved.body.acceleration.amax() < 0.01,
+        "{}",
+        solved.body.acceleration.amax()
+    );
+    assert!(
+        (predicted.zmp.unwrap() - com.xy()).norm() < 1e-4,
+        "{:?} {com}",
+        predicted.zmp
+    );
+    let wrenches = PerFoot::from_fn(|foot| {
+        [
+            predicted.wrenches[foot].force,
+            predicted.wrenches[foot].moment,
+        ]
+    });
     let mut tau = vec![0.0; ROBOT.joints.len()];
-    load_torques(&solved.kinematics, &ROBOT, vector![0.0, 0.0, -GRAVITY], &wrenches, &mut tau);
+    load_torques(
+        &solved.kinematics,
+        &ROBOT,
+        vector![0.0, 0.0, -GRAVITY],
+        &wrenches,
+        &mut tau,
+    );
     for (j, (got, wanted)) in solved.body.tau.iter().zip(&tau).enumerate() {
-        assert!((got - wanted).abs() < 1e-3, "{}: {got} {wanted}", ROBOT.joints[j].name);
+        assert!(
+            (got - wanted).abs() < 1e-3,
+            "{}: {got} {wanted}",
+            ROBOT.joints[j].name
+        );
     }
     // Each foot bears half of the weight, except for the small offset of the body's COM from the middle.
     let half = 0.5 * ROBOT.mass() * GRAVITY;
-    assert!(Foot::BOTH.iter().all(|&foot| (predicted.wrenches[foot].force.z - half).abs() < 1.0));
+    assert!(
+        Foot::BOTH
+            .iter()
+            .all(|&foot| (predicted.wrenches[foot].force.z - half).abs() < 1.0)
+    );
     assert!(predicted.torque_ratio > 0.05 && predicted.torque_ratio < 0.5);
 }
 
@@ -108,12 +170,19 @@ fn a_com_acceleration_within_the_support_is_met_by_its_zmp() {
         wanted.com_acc = vector![omega2 * (com.x - zmp[0]), omega2 * (com.y - zmp[1]), 0.0];
         let solved = at_home(&wanted);
         check_ground(&solved, &BOTH);
-        assert!((solved.predicted.com_acc - wanted.com_acc).norm() < 0.05, "{zmp:?}: {}", solved.predicted.com_acc);
+        assert!(
+            (solved.predicted.com_acc - wanted.com_acc).norm() < 0.05,
+            "{zmp:?}: {}",
+            solved.predicted.com_acc
+        );
         let got = solved.predicted.zmp.unwrap();
         // Trunk and arms do not turn, but the legs do: their angular momentum takes up to a fifth more.
         let more = got.coords.norm() / Point2::from(zmp).coords.norm();
         println!("{zmp:?}: ZMP {got}, {more:.2} of the pendulum's");
-        assert!((got - Point2::from(zmp)).norm() < 0.01 && more < 1.25, "{zmp:?}: {got}");
+        assert!(
+            (got - Point2::from(zmp)).norm() < 0.01 && more < 1.25,
+            "{zmp:?}: {got}"
+        );
         assert!(solved.predicted.torque_ratio < 1.0);
     }
 }
@@ -132,10 +201,17 @@ fn beyond_the_support_the_zmp_stops_at_the_edge_and_the_outlook_says_what_that_g
         check_ground(&solved, &BOTH);
         assert!(solved.left_over < 1e-9 && solved.predicted.is_optimal);
         let (zmp, got) = (solved.predicted.zmp.unwrap().x, solved.predicted.com_acc.x);
-        println!("ZMP {beyond} asked: {zmp:.4}, {:.2} of {:.2} m/s^2", got, wanted.com_acc.x);
+        println!(
+            "ZMP {beyond} asked: {zmp:.4}, {:.2} of {:.2} m/s^2",
+            got, wanted.com_acc.x
+        );
         assert!(zmp > edge - 2e-3 && zmp < edge + 1e-9, "{beyond}: {zmp}");
         // The part beyond the edge's own share comes from the angular momentum of trunk and arms.
-        assert!(got < -0.8 * omega2 * edge && got > 0.9 * wanted.com_acc.x, "{beyond}: {got} of {}", wanted.com_acc.x);
+        assert!(
+            got < -0.8 * omega2 * edge && got > 0.9 * wanted.com_acc.x,
+            "{beyond}: {got} of {}",
+            wanted.com_acc.x
+        );
         let turn = angular_acc(&solved, ROBOT.trunk).norm();
         assert!(turn > before, "{beyond}: {turn}");
         before = turn;
@@ -150,8 +226,13 @@ fn friction_bounds_what_the_feet_hold() {
     check_ground(&solved, &BOTH);
     assert!(solved.left_over < 1e-9);
     // The force is less than a friction cone allows, and no less than a pyramid inside of the cone.
-    let force = Foot::BOTH.iter().fold(Vector3::zeros(), |sum, &f| sum + solved.predicted.wrenches[f].force);
-    assert!(force.xy().norm() > 0.3 * CONTACT.friction * force.z, "{force}");
+    let force = Foot::BOTH.iter().fold(Vector3::zeros(), |sum, &f| {
+        sum + solved.predicted.wrenches[f].force
+    });
+    assert!(
+        force.xy().norm() > 0.3 * CONTACT.friction * force.z,
+        "{force}"
+    );
 }
 
 /// One foot is accelerated forward by 30 m/s^2 while the other stands.
@@ -168,15 +249,31 @@ fn a_foot_swings_while_the_other_stands() {
     wanted.com_acc.y = ROBOT.omega().powi(2) * (com.y - 0.0485);
     let solved = solve(&posture, &velocity, &wanted);
     check_ground(&solved, &LEFT);
-    assert!(solved.left_over < 1e-9 && solved.predicted.is_optimal, "{}", solved.left_over);
+    assert!(
+        solved.left_over < 1e-9 && solved.predicted.is_optimal,
+        "{}",
+        solved.left_over
+    );
     let mut jacobian = Matrix6xX::zeros(velocity.len());
-    for (foot, acc, most) in [(Foot::Left, [0.0; 3], 0.01), (Foot::Right, [30.0, 0.0, 5.0], 3.0)] {
+    for (foot, acc, most) in [
+        (Foot::Left, [0.0; 3], 0.01),
+        (Foot::Right, [30.0, 0.0, 5.0], 3.0),
+    ] {
         let (link, point) = (ROBOT.soles[foot].link, sole(&solved.kinematics, foot));
-        solved.kinematics.point_jacobian(&ROBOT, link, &point, &mut jacobian);
+        solved
+            .kinematics
+            .point_jacobian(&ROBOT, link, &point, &mut jacobian);
         let got = &jacobian * &solved.body.acceleration;
-        assert!((got.fixed_rows::<3>(0) - Vector3::from(acc)).norm() < most, "{foot:?}: {got}");
+        assert!(
+            (got.fixed_rows::<3>(0) - Vector3::from(acc)).norm() < most,
+            "{foot:?}: {got}"
+        );
     }
-    println!("COM: {} of {}", solved.predicted.com_acc.transpose(), wanted.com_acc.transpose());
+    println!(
+        "COM: {} of {}",
+        solved.predicted.com_acc.transpose(),
+        wanted.com_acc.transpose()
+    );
 }
 
 /// With no foot on the ground the COM falls.
@@ -194,7 +291,13 @@ fn torques_beyond_the_servos_are_told() {
     let mut wanted = DesiredAcceleration::rest(&ROBOT, LEFT);
     wanted.sole_acc.right[0] = vector![300.0, 0.0, 0.0];
     let solved = at_home(&wanted);
-    let most = solved.body.tau.iter().zip(&ROBOT.servos).map(|(t, s)| t.abs() / s.torque_n_m).fold(0.0, f64::max);
+    let most = solved
+        .body
+        .tau
+        .iter()
+        .zip(&ROBOT.servos)
+        .map(|(t, s)| t.abs() / s.torque_n_m)
+        .fold(0.0, f64::max);
     assert!(solved.predicted.torque_ratio > 1.0);
     assert_eq!(solved.predicted.torque_ratio, most);
 }
@@ -203,10 +306,22 @@ fn torques_beyond_the_servos_are_told() {
 #[test]
 fn a_joint_near_its_limit_is_driven_back() {
     let mut posture = ROBOT.home_posture();
-    let elbow = ROBOT.joints.iter().position(|joint| joint.name == "left_elbow_flexion").unwrap();
+    let elbow = ROBOT
+        .joints
+        .iter()
+        .position(|joint| joint.name == "left_elbow_flexion")
+        .unwrap();
     posture.q[elbow] = ROBOT.joints[elbow].upper_rad - 0.02;
-    let solved = solve(&posture, &DVector::zeros(6 + ROBOT.joints.len()), &DesiredAcceleration::rest(&ROBOT, BOTH));
-    assert!(solved.body.acceleration[6 + elbow] < -10.0, "{}", solved.body.acceleration[6 + elbow]);
+    let solved = solve(
+        &posture,
+        &DVector::zeros(6 + ROBOT.joints.len()),
+        &DesiredAcceleration::rest(&ROBOT, BOTH),
+    );
+    assert!(
+        solved.body.acceleration[6 + elbow] < -10.0,
+        "{}",
+        solved.body.acceleration[6 + elbow]
+    );
 }
 
 proptest! {

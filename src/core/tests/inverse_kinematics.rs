@@ -44,7 +44,13 @@ fn follow(robot: &Robot, left: [f64; 2], right: [f64; 2]) -> FollowedTask {
         let share = least_jerk(f64::from(k) / 100.0);
         task = stride(robot, by.map(|by| by * share));
         body.follow(robot, &task);
-        last = body.posture.q.iter().zip(&before).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        last = body
+            .posture
+            .q
+            .iter()
+            .zip(&before)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
         leap = leap.max(last);
     }
     let kinematics = Kinematics::at(robot, &body.posture);
@@ -54,7 +60,13 @@ fn follow(robot: &Robot, left: [f64; 2], right: [f64; 2]) -> FollowedTask {
     };
     let com = kinematics.com() - task.com;
     let soles = missed(Foot::Left).max(missed(Foot::Right));
-    FollowedTask { com: com.xy().norm(), height: com.z.abs(), soles, leap, last }
+    FollowedTask {
+        com: com.xy().norm(),
+        height: com.z.abs(),
+        soles,
+        leap,
+        last,
+    }
 }
 
 const HERE: [f64; 2] = [0.0, 0.0];
@@ -78,11 +90,20 @@ fn what_the_legs_can_reach_is_reached_and_the_rest_is_approached_without_a_leap(
         ([0.2, 0.05], [-0.2, -0.05], Some(1e-2)),
         (HERE, [0.0, -0.4], Some(5e-3)),
     ] {
-        let FollowedTask { com, height, soles, leap, last } = follow(&robot, left, right);
+        let FollowedTask {
+            com,
+            height,
+            soles,
+            leap,
+            last,
+        } = follow(&robot, left, right);
         let is_good = match most {
             None => com < 1e-6 && soles < 1e-6 && height < 5e-5,
             Some(most) => com < most && soles < 1e-3 && height > 1e-3 && leap < 0.2 && last < 1e-9,
         };
-        assert!(is_good, "{left:?} {right:?}: {com} m, {height} m, {soles} m, leaps by {leap} rad, at last {last}");
+        assert!(
+            is_good,
+            "{left:?} {right:?}: {com} m, {height} m, {soles} m, leaps by {leap} rad, at last {last}"
+        );
     }
 }

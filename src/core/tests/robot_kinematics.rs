@@ -1,6 +1,8 @@
 //! Kinematics and static loads of UT-mu2 against finite differences and symmetry.
 
-use nalgebra::{Isometry3, Matrix3xX, Matrix6xX, Point3, Translation3, UnitQuaternion, Vector3, point, vector};
+use nalgebra::{
+    Isometry3, Matrix3xX, Matrix6xX, Point3, Translation3, UnitQuaternion, Vector3, point, vector,
+};
 use proptest::prelude::*;
 use standfast_core::robot::dynamics::load_torques;
 use standfast_core::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot};
@@ -13,13 +15,17 @@ const STEP: f64 = 1e-5;
 /// Any posture, with the base within 1 m, any rotation vector within 2 rad, and joints within 1.5 rad.
 fn posture() -> impl Strategy<Value = Posture> {
     let n = ROBOT.joints.len();
-    (prop::collection::vec(-1.0..1.0f64, 6), prop::collection::vec(-1.5..1.5f64, n)).prop_map(|(b, q)| Posture {
-        base: Isometry3::from_parts(
-            Translation3::new(b[0], b[1], b[2]),
-            UnitQuaternion::from_scaled_axis(vector![b[3], b[4], b[5]] * 2.0 / 3f64.sqrt()),
-        ),
-        q,
-    })
+    (
+        prop::collection::vec(-1.0..1.0f64, 6),
+        prop::collection::vec(-1.5..1.5f64, n),
+    )
+        .prop_map(|(b, q)| Posture {
+            base: Isometry3::from_parts(
+                Translation3::new(b[0], b[1], b[2]),
+                UnitQuaternion::from_scaled_axis(vector![b[3], b[4], b[5]] * 2.0 / 3f64.sqrt()),
+            ),
+            q,
+        })
 }
 
 /// The posture moved by `amount` along generalised coordinate `k`.
@@ -147,10 +153,23 @@ fn at_home_the_ground_carries_the_robot() {
         [force, (zmp - sole).cross(&force)]
     });
     let mut tau = vec![0.0; ROBOT.joints.len()];
-    let left_over = load_torques(&home, &ROBOT, vector![0.0, 0.0, -GRAVITY], &wrenches, &mut tau);
-    assert!(left_over[0].norm() < 1e-9 && left_over[1].norm() < 1e-9, "{left_over:?}");
+    let left_over = load_torques(
+        &home,
+        &ROBOT,
+        vector![0.0, 0.0, -GRAVITY],
+        &wrenches,
+        &mut tau,
+    );
+    assert!(
+        left_over[0].norm() < 1e-9 && left_over[1].norm() < 1e-9,
+        "{left_over:?}"
+    );
     for ((joint, servo), tau) in ROBOT.joints.iter().zip(&ROBOT.servos).zip(&tau) {
-        assert!(tau.abs() < 0.5 * servo.torque_n_m, "{}: {tau} N m", joint.name);
+        assert!(
+            tau.abs() < 0.5 * servo.torque_n_m,
+            "{}: {tau} N m",
+            joint.name
+        );
     }
     assert!(tau.iter().any(|t| t.abs() > 0.5), "{tau:?}");
 }

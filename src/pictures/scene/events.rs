@@ -37,11 +37,19 @@ pub fn events(film: &Film, ticks: &[Snapshot], ghost: Option<&Film>) -> Vec<Even
     let mut events = Vec::new();
     let mut add = |kind, from_s: f64, to_s, text| {
         if from_s <= last_s + 1e-9 {
-            events.push(Event { kind, from_s, to_s, text });
+            events.push(Event {
+                kind,
+                from_s,
+                to_s,
+                text,
+            });
         }
     };
     for push in &film.pushes {
-        let text = format!("push of {:.2} N s towards {:.0}°", push.impulse_n_s, push.heading_deg);
+        let text = format!(
+            "push of {:.2} N s towards {:.0}°",
+            push.impulse_n_s, push.heading_deg
+        );
         add(EventKind::Push, push.start_s, push.end_s(), text);
     }
     for pair in ticks.windows(2) {
@@ -63,7 +71,12 @@ pub fn events(film: &Film, ticks: &[Snapshot], ghost: Option<&Film>) -> Vec<Even
     }
     if let Some(lifted) = &record.footsteps.lifted {
         let text = format!("{} footstep, which did not land", lifted.foot.name());
-        add(EventKind::Footstep, lifted.lift_s, record.fell_at_s.unwrap_or(last_s), text);
+        add(
+            EventKind::Footstep,
+            lifted.lift_s,
+            record.fell_at_s.unwrap_or(last_s),
+            text,
+        );
     }
     if let (Some(at), Some(links)) = (record.legs_met_at_s, &record.legs_met) {
         add(EventKind::Legs, at, at, format!("legs met: {links}"));
@@ -76,7 +89,12 @@ pub fn events(film: &Film, ticks: &[Snapshot], ghost: Option<&Film>) -> Vec<Even
         add(EventKind::Still, at, at, "standing still from here".into());
     }
     if let Some(Parting { at_s, .. }) = ghost.and_then(|ghost| Parting::of_films(film, ghost)) {
-        add(EventKind::Parting, at_s, at_s, "the robot and its ghost part".into());
+        add(
+            EventKind::Parting,
+            at_s,
+            at_s,
+            "the robot and its ghost part".into(),
+        );
     }
     events.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
     events

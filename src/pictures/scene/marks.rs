@@ -43,27 +43,47 @@ pub enum Drawing {
 }
 
 /// The marks of a moment with the overlays that are `shown`, in the order in which they are drawn.
-pub(super) fn of(now: &Snapshot, ground: &Ground, scale: RobotScale, shown: &[Overlay]) -> Vec<SceneMark> {
+pub(super) fn of(
+    now: &Snapshot,
+    ground: &Ground,
+    scale: RobotScale,
+    shown: &[Overlay],
+) -> Vec<SceneMark> {
     let mut marks = Vec::new();
     let floor = |at: Point2<f64>| on_ground(at, ground);
     let polygon = |corners: &[Point2<f64>], sheet| Drawing::Polygon {
         corners: corners.iter().map(|at| floor(*at)).collect(),
         sheet,
     };
-    for overlay in Overlay::ALL.into_iter().filter(|overlay| shown.contains(overlay)) {
+    for overlay in Overlay::ALL
+        .into_iter()
+        .filter(|overlay| shown.contains(overlay))
+    {
         let mut add = |drawing| marks.push(SceneMark { overlay, drawing });
         match overlay.look().style {
             Style::Polygon { of, sheet } => add(polygon(&of(now), sheet)),
             // The CPI set of the active gain is drawn over the others, which are drawn from slow to fast, since slower
             // ones are larger.
             Style::Sets { resting, acting } => {
-                let (active, others): (Vec<_>, Vec<_>) =
-                    now.regions.iter().partition(|region| now.gain.as_ref() == Some(&region.name));
-                others.into_iter().for_each(|region| add(polygon(&region.corners, resting)));
-                active.into_iter().for_each(|region| add(polygon(&region.corners, acting)));
+                let (active, others): (Vec<_>, Vec<_>) = now
+                    .regions
+                    .iter()
+                    .partition(|region| now.gain.as_ref() == Some(&region.name));
+                others
+                    .into_iter()
+                    .for_each(|region| add(polygon(&region.corners, resting)));
+                active
+                    .into_iter()
+                    .for_each(|region| add(polygon(&region.corners, acting)));
             }
             Style::Spot { of, sign } => {
-                of(now).map(|at| Drawing::Sign { at: floor(at), sign }).into_iter().for_each(add);
+                of(now)
+                    .map(|at| Drawing::Sign {
+                        at: floor(at),
+                        sign,
+                    })
+                    .into_iter()
+                    .for_each(add);
             }
             Style::Com { sign, foot } => {
                 let (from, to) = (now.com, floor(now.com.xy()));
@@ -72,7 +92,10 @@ pub(super) fn of(now: &Snapshot, ground: &Ground, scale: RobotScale, shown: &[Ov
                 add(Drawing::Sign { at: from, sign });
             }
             Style::Arrow { of, ends, .. } => {
-                of(now).iter().filter_map(|force| arrow_along(overlay, force, ends, scale)).for_each(add);
+                of(now)
+                    .iter()
+                    .filter_map(|force| arrow_along(overlay, force, ends, scale))
+                    .for_each(add);
             }
         }
     }
@@ -81,11 +104,24 @@ pub(super) fn of(now: &Snapshot, ground: &Ground, scale: RobotScale, shown: &[Ov
 
 /// The arrow of a force in the style of an overlay. If `ends`, it ends at the point where the force acts, or else it
 /// begins there. None if the overlay has no arrows.
-pub fn arrow_along(overlay: Overlay, Arrow { point, force }: &Arrow, ends: bool, scale: RobotScale) -> Option<Drawing> {
-    let Style::Arrow { m_per_n, width, .. } = overlay.look().style else { return None };
+pub fn arrow_along(
+    overlay: Overlay,
+    Arrow { point, force }: &Arrow,
+    ends: bool,
+    scale: RobotScale,
+) -> Option<Drawing> {
+    let Style::Arrow { m_per_n, width, .. } = overlay.look().style else {
+        return None;
+    };
     let along = force * scale.m_per_n(m_per_n);
     let tail = if ends { point - along } else { *point };
-    Some(Drawing::Arrow { tail, along, ends, width, force_n: force.norm() })
+    Some(Drawing::Arrow {
+        tail,
+        along,
+        ends,
+        width,
+        force_n: force.norm(),
+    })
 }
 
 /// The point of the ground with these horizontal coordinates (m, world frame).

@@ -31,7 +31,8 @@ fn bevelled_box(half: Vector3<f64>) -> DrawnMesh {
             let inset = |i: usize| sign(k, i) * (half[i] - if i == axis { 0.0 } else { bevel });
             let mut normal = Vector3::zeros();
             normal[axis] = sign(k, axis);
-            mesh.corners.push((Point3::new(inset(0), inset(1), inset(2)), normal));
+            mesh.corners
+                .push((Point3::new(inset(0), inset(1), inset(2)), normal));
         }
     }
     for axis in 0..3 {
@@ -42,7 +43,9 @@ fn bevelled_box(half: Vector3<f64>) -> DrawnMesh {
             mesh.face(&[3 * k + a, 3 * end + a, 3 * end + b, 3 * k + b]);
         }
         for side in [0, 1 << axis] {
-            mesh.face(&[side, side | 1 << a, side | 1 << a | 1 << b, side | 1 << b].map(|k| 3 * k + axis));
+            mesh.face(
+                &[side, side | 1 << a, side | 1 << a | 1 << b, side | 1 << b].map(|k| 3 * k + axis),
+            );
         }
     }
     for k in 0..8 {
@@ -74,8 +77,15 @@ fn capsule(radius: f64, length: f64) -> DrawnMesh {
             [radius * sin, to - radius * cos, sin, -cos]
         })
     };
-    let (lower, upper) = (half_ball(0, -0.5 * length), half_ball(STACKS / 2, 0.5 * length));
-    revolved(&lower.chain(upper.skip(usize::from(length == 0.0))).collect::<Vec<_>>())
+    let (lower, upper) = (
+        half_ball(0, -0.5 * length),
+        half_ball(STACKS / 2, 0.5 * length),
+    );
+    revolved(
+        &lower
+            .chain(upper.skip(usize::from(length == 0.0)))
+            .collect::<Vec<_>>(),
+    )
 }
 
 /// Least angle between two triangles that meet at a visible edge (rad). Below it they look like one curved surface.
@@ -89,7 +99,9 @@ fn creased(mesh: &robot::mesh::Mesh) -> DrawnMesh {
     let normal = |face: usize| across[face].try_normalize(0.0);
     let mut around = vec![Vec::new(); mesh.points.len()];
     for (face, triangle) in mesh.triangles.iter().enumerate() {
-        triangle.iter().for_each(|&corner| around[corner as usize].push(face));
+        triangle
+            .iter()
+            .for_each(|&corner| around[corner as usize].push(face));
     }
     let mut creased = DrawnMesh::default();
     // The corners made so far for each point, by the faces that share them.
@@ -97,11 +109,18 @@ fn creased(mesh: &robot::mesh::Mesh) -> DrawnMesh {
     for (face, triangle) in mesh.triangles.iter().enumerate() {
         let Some(own) = normal(face) else { continue };
         let corner = |&point: &u32| {
-            let is_smooth = |other: &usize| normal(*other).is_some_and(|n| n.dot(&own) > CREASE_RAD.cos());
-            let shared: Vec<usize> = around[point as usize].iter().copied().filter(is_smooth).collect();
+            let is_smooth =
+                |other: &usize| normal(*other).is_some_and(|n| n.dot(&own) > CREASE_RAD.cos());
+            let shared: Vec<usize> = around[point as usize]
+                .iter()
+                .copied()
+                .filter(is_smooth)
+                .collect();
             let sum: Vector3<f64> = shared.iter().map(|&other| across[other]).sum();
             *made.entry((point, shared)).or_insert_with(|| {
-                creased.corners.push((at(point), sum.try_normalize(0.0).unwrap_or(own)));
+                creased
+                    .corners
+                    .push((at(point), sum.try_normalize(0.0).unwrap_or(own)));
                 creased.corners.len() - 1
             })
         };
@@ -117,14 +136,21 @@ fn revolved(profile: &[[f64; 4]]) -> DrawnMesh {
     let mut mesh = DrawnMesh::default();
     for k in 0..SIDES {
         let (sin, cos) = (360.0 * k as f64 / SIDES as f64).to_radians().sin_cos();
-        let corner =
-            |&[r, z, nr, nz]: &[f64; 4]| (Point3::new(r * cos, r * sin, z), Vector3::new(nr * cos, nr * sin, nz));
+        let corner = |&[r, z, nr, nz]: &[f64; 4]| {
+            (
+                Point3::new(r * cos, r * sin, z),
+                Vector3::new(nr * cos, nr * sin, nz),
+            )
+        };
         mesh.corners.extend(profile.iter().map(corner));
     }
     for k in 0..SIDES {
         let (this, next) = (k * profile.len(), (k + 1) % SIDES * profile.len());
         // Two points at the same place are an edge, with different normals and no face between them.
-        let stretches = profile.windows(2).enumerate().filter(|(_, ends)| ends[0][..2] != ends[1][..2]);
+        let stretches = profile
+            .windows(2)
+            .enumerate()
+            .filter(|(_, ends)| ends[0][..2] != ends[1][..2]);
         for (i, ends) in stretches {
             // Next to a point on the axis, a face is a single triangle.
             if ends[0][0] > 0.0 {
@@ -151,7 +177,9 @@ impl DrawnMesh {
     }
 
     pub fn at(mut self, pose: &Isometry3<f64>) -> Self {
-        self.corners.iter_mut().for_each(|(at, normal)| (*at, *normal) = (pose * *at, pose * *normal));
+        self.corners
+            .iter_mut()
+            .for_each(|(at, normal)| (*at, *normal) = (pose * *at, pose * *normal));
         self
     }
 
@@ -175,7 +203,10 @@ mod tests {
     /// The volume by the divergence theorem, which is right only if the surface is closed and every face looks outward.
     fn volume(mesh: &DrawnMesh) -> f64 {
         let at = |i: usize| mesh.corners[i].0.coords;
-        mesh.faces.iter().map(|f| at(f[0]).cross(&at(f[1])).dot(&at(f[2])) / 6.0).sum()
+        mesh.faces
+            .iter()
+            .map(|f| at(f[0]).cross(&at(f[1])).dot(&at(f[2])) / 6.0)
+            .sum()
     }
 
     /// The normals of the meshes point to the front of their faces.
@@ -183,7 +214,11 @@ mod tests {
     fn meshes_are_closed_look_outward_and_have_the_right_volume() {
         let ball = 4.0 / 3.0 * PI * 0.001;
         for (mesh, exact, least) in [
-            (bevelled_box(Vector3::new(0.05, 0.1, 0.15)), 8.0 * 0.05 * 0.1 * 0.15, 0.998),
+            (
+                bevelled_box(Vector3::new(0.05, 0.1, 0.15)),
+                8.0 * 0.05 * 0.1 * 0.15,
+                0.998,
+            ),
             (cylinder(0.05, 0.2), PI * 0.0025 * 0.2, 0.98),
             (capsule(0.1, 0.0), ball, 0.95),
             (capsule(0.1, 0.3), ball + PI * 0.01 * 0.3, 0.95),
@@ -195,7 +230,10 @@ mod tests {
                 let outward = (b - a).cross(&(c - a)).normalize();
                 for normal in face.map(|i| mesh.corners[i].1) {
                     assert!((normal.norm() - 1.0).abs() < 1e-9);
-                    assert!(normal.dot(&outward) > 0.2, "{normal} on a face towards {outward}");
+                    assert!(
+                        normal.dot(&outward) > 0.2,
+                        "{normal} on a face towards {outward}"
+                    );
                 }
             }
         }
@@ -203,7 +241,11 @@ mod tests {
 
     /// A mesh as from a file, with the corners and faces of `mesh`.
     fn file(mesh: &DrawnMesh) -> robot::mesh::Mesh {
-        let faces = mesh.faces.iter().map(|face| face.map(|corner| corner as u32)).collect();
+        let faces = mesh
+            .faces
+            .iter()
+            .map(|face| face.map(|corner| corner as u32))
+            .collect();
         robot::mesh::Mesh::new(mesh.corners.iter().map(|(at, _)| *at).collect(), faces)
     }
 
@@ -211,16 +253,39 @@ mod tests {
     fn edges_of_meshes_are_sharp_and_their_curves_are_smooth() {
         let half = Vector3::new(0.1, 0.2, 0.3);
         let corner = |k: usize| {
-            Point3::from(Vector3::from_fn(|axis, _| if k >> axis & 1 == 1 { half[axis] } else { -half[axis] }))
+            Point3::from(Vector3::from_fn(|axis, _| {
+                if k >> axis & 1 == 1 {
+                    half[axis]
+                } else {
+                    -half[axis]
+                }
+            }))
         };
-        let mut cube =
-            DrawnMesh { corners: (0..8).map(|k| (corner(k), corner(k).coords)).collect(), faces: Vec::new() };
-        for side in [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]] {
+        let mut cube = DrawnMesh {
+            corners: (0..8).map(|k| (corner(k), corner(k).coords)).collect(),
+            faces: Vec::new(),
+        };
+        for side in [
+            [0, 1, 3, 2],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 3, 7, 6],
+            [0, 2, 6, 4],
+            [1, 3, 7, 5],
+        ] {
             cube.face(&side);
         }
         let cube = creased(&file(&cube));
-        assert_eq!((cube.corners.len(), cube.faces.len()), (24, 12), "each corner is one for each of its sides");
-        assert!(cube.corners.iter().all(|(_, normal)| (normal.amax() - 1.0).abs() < 1e-12));
+        assert_eq!(
+            (cube.corners.len(), cube.faces.len()),
+            (24, 12),
+            "each corner is one for each of its sides"
+        );
+        assert!(
+            cube.corners
+                .iter()
+                .all(|(_, normal)| (normal.amax() - 1.0).abs() < 1e-12)
+        );
         let ball = creased(&file(&capsule(0.1, 0.0)));
         for (at, normal) in ball.corners.iter().filter(|(at, _)| at.z.abs() < 0.09) {
             assert!(normal.angle(&at.coords) < 0.05, "{normal} at {at}");

@@ -57,17 +57,33 @@ impl<'a> Stage<'a> {
         let drawn = links.flat_map(|(i, link)| link.drawn().iter().map(move |solid| (i, solid)));
         let solid = |(link, solid): (usize, &standfast_core::robot::Solid)| {
             let (center, radius_m) = solid.shape.ball();
-            let (mesh, ball) = (DrawnMesh::of(&solid.shape).at(&solid.pose), (solid.pose * center, radius_m));
-            Surface { link, color: solid.color, mesh, ball }
+            let (mesh, ball) = (
+                DrawnMesh::of(&solid.shape).at(&solid.pose),
+                (solid.pose * center, radius_m),
+            );
+            Surface {
+                link,
+                color: solid.color,
+                mesh,
+                ball,
+            }
         };
         let mut solids: Vec<Surface> = drawn.map(solid).collect();
         solids.sort_by_key(Surface::is_translucent);
-        Self { robot, scale: RobotScale::of(robot), ground, solids }
+        Self {
+            robot,
+            scale: RobotScale::of(robot),
+            ground,
+            solids,
+        }
     }
 
     /// The ground with the slope of a snapshot.
     pub fn ground(&self, now: &Snapshot) -> Ground {
-        Ground { slope: now.slope, ..self.ground }
+        Ground {
+            slope: now.slope,
+            ..self.ground
+        }
     }
 
     /// The kinematics of the robot in a posture.
@@ -76,14 +92,29 @@ impl<'a> Stage<'a> {
     }
 
     /// The solids of the robot, each with the pose of its link.
-    pub fn solids(&self, kinematics: &Kinematics) -> impl Iterator<Item = (&Surface, Isometry3<f64>)> {
-        self.solids.iter().map(|solid| (solid, *kinematics.link_pose(solid.link)))
+    pub fn solids(
+        &self,
+        kinematics: &Kinematics,
+    ) -> impl Iterator<Item = (&Surface, Isometry3<f64>)> {
+        self.solids
+            .iter()
+            .map(|solid| (solid, *kinematics.link_pose(solid.link)))
     }
 
     /// Balls that contain the robot's solids (centre in the world frame, and radius; m). A camera is framed on them.
     pub fn extent(&self, posture: &Posture) -> Vec<(Point3<f64>, f64)> {
         let kinematics = self.kinematics(posture);
-        self.solids(&kinematics).map(|(Surface { ball: (at, radius_m), .. }, pose)| (pose * at, *radius_m)).collect()
+        self.solids(&kinematics)
+            .map(
+                |(
+                    Surface {
+                        ball: (at, radius_m),
+                        ..
+                    },
+                    pose,
+                )| (pose * at, *radius_m),
+            )
+            .collect()
     }
 
     /// The marks of a moment, in the order in which they are drawn.

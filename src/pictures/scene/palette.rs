@@ -9,7 +9,12 @@ use standfast_sim::episode::Snapshot;
 use standfast_sim::episode::snapshot::Arrow;
 
 /// Style of the dashed line between the COM and the ground.
-pub const PLUMB: Plumb = Plumb { width: 1.5, opacity: 0.8, dash: 5.0, gap: 4.0 };
+pub const PLUMB: Plumb = Plumb {
+    width: 1.5,
+    opacity: 0.8,
+    dash: 5.0,
+    gap: 4.0,
+};
 
 /// A dashed line, with lengths in points of a screen and an opacity from 0 to 1.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -21,7 +26,12 @@ pub struct Plumb {
 }
 
 /// The looks of a ghost: the robot in a second film of the same trial, in one transparent colour.
-pub const GHOST: Ghost = Ghost { key: 'e', color: Color::hex(0x4a7dbf), opacity: 0.42, marks_opacity: 0.55 };
+pub const GHOST: Ghost = Ghost {
+    key: 'e',
+    color: Color::hex(0x4a7dbf),
+    opacity: 0.42,
+    marks_opacity: 0.55,
+};
 
 /// Key, colour and opacities (0 to 1) of a ghost and of its marks.
 #[derive(Debug, Clone, Copy)]
@@ -59,8 +69,13 @@ impl Color {
 
     /// The colour at a share (0 to 1) of the way to another one.
     pub fn towards(self, other: Self, share: f32) -> Self {
-        let mix = |a: u8, b: u8| (f32::from(a) + share * (f32::from(b) - f32::from(a))).round() as u8;
-        Self(mix(self.0, other.0), mix(self.1, other.1), mix(self.2, other.2))
+        let mix =
+            |a: u8, b: u8| (f32::from(a) + share * (f32::from(b) - f32::from(a))).round() as u8;
+        Self(
+            mix(self.0, other.0),
+            mix(self.1, other.1),
+            mix(self.2, other.2),
+        )
     }
 }
 
@@ -156,11 +171,24 @@ impl Overlay {
         }
         let (id, key, name, hint, color, style) = match self {
             Self::Support => {
-                let style = Style::Polygon { of: |now| now.support.clone(), sheet: sheet(0.1, 1.0, 2.5) };
-                ("support", 's', "support", "hull of the soles on the ground", 0x5b6b7b, style)
+                let style = Style::Polygon {
+                    of: |now| now.support.clone(),
+                    sheet: sheet(0.1, 1.0, 2.5),
+                };
+                (
+                    "support",
+                    's',
+                    "support",
+                    "hull of the soles on the ground",
+                    0x5b6b7b,
+                    style,
+                )
             }
             Self::Slices => {
-                let style = Style::Sets { resting: sheet(0.05, 0.55, 1.25), acting: sheet(0.4, 1.0, 2.25) };
+                let style = Style::Sets {
+                    resting: sheet(0.05, 0.55, 1.25),
+                    acting: sheet(0.4, 1.0, 2.25),
+                };
                 (
                     "sets",
                     'i',
@@ -171,38 +199,121 @@ impl Overlay {
                 )
             }
             Self::Footstep => {
-                let of = |now: &Snapshot| now.footstep.iter().flatten().map(|corner| corner.xy()).collect();
-                let style = Style::Polygon { of, sheet: sheet(0.28, 1.0, 2.5) };
-                ("footstep", 'f', "footstep", "where the foot in the air is to land", 0x00a3a3, style)
+                let of = |now: &Snapshot| {
+                    now.footstep
+                        .iter()
+                        .flatten()
+                        .map(|corner| corner.xy())
+                        .collect()
+                };
+                let style = Style::Polygon {
+                    of,
+                    sheet: sheet(0.28, 1.0, 2.5),
+                };
+                (
+                    "footstep",
+                    'f',
+                    "footstep",
+                    "where the foot in the air is to land",
+                    0x00a3a3,
+                    style,
+                )
             }
             Self::Contacts => {
-                let of = |now: &Snapshot| [now.contacts.left, now.contacts.right].into_iter().flatten().collect();
-                let style = Style::Arrow { of, m_per_n: 0.002, ends: false, width: 3.0 };
-                ("contacts", 'g', "ground forces", "the force on each sole", 0x4fb84f, style)
+                let of = |now: &Snapshot| {
+                    [now.contacts.left, now.contacts.right]
+                        .into_iter()
+                        .flatten()
+                        .collect()
+                };
+                let style = Style::Arrow {
+                    of,
+                    m_per_n: 0.002,
+                    ends: false,
+                    width: 3.0,
+                };
+                (
+                    "contacts",
+                    'g',
+                    "ground forces",
+                    "the force on each sole",
+                    0x4fb84f,
+                    style,
+                )
             }
             Self::Push => {
                 let of = |now: &Snapshot| now.push.into_iter().collect();
-                let style = Style::Arrow { of, m_per_n: 0.004, ends: true, width: 4.0 };
-                ("push", 'p', "push", "the force of the push, which fades after its end", 0xe4002b, style)
+                let style = Style::Arrow {
+                    of,
+                    m_per_n: 0.004,
+                    ends: true,
+                    width: 4.0,
+                };
+                (
+                    "push",
+                    'p',
+                    "push",
+                    "the force of the push, which fades after its end",
+                    0xe4002b,
+                    style,
+                )
             }
             Self::Com => {
-                let style = Style::Com { sign: Sign::Quartered, foot: Sign::Cross };
-                ("com", 'c', "COM", "centre of mass, and its projection on the ground", 0x7b3fa0, style)
+                let style = Style::Com {
+                    sign: Sign::Quartered,
+                    foot: Sign::Cross,
+                };
+                (
+                    "com",
+                    'c',
+                    "COM",
+                    "centre of mass, and its projection on the ground",
+                    0x7b3fa0,
+                    style,
+                )
             }
             Self::Dcm => {
                 let style = spot(Sign::Diamond, |now| Some(now.dcm));
-                ("dcm", 'd', "DCM", "divergent component of motion (capture point)", 0x0b7a3b, style)
+                (
+                    "dcm",
+                    'd',
+                    "DCM",
+                    "divergent component of motion (capture point)",
+                    0x0b7a3b,
+                    style,
+                )
             }
             Self::ZmpRef => {
                 let style = spot(Sign::Ring, |now| now.zmp_ref);
-                ("zmpRef", 'w', "ZMP wanted", "the ZMP that the controller asks for", 0xff9f1c, style)
+                (
+                    "zmpRef",
+                    'w',
+                    "ZMP wanted",
+                    "the ZMP that the controller asks for",
+                    0xff9f1c,
+                    style,
+                )
             }
             Self::Zmp => {
                 let style = spot(Sign::Disc, |now| now.zmp);
-                ("zmp", 'z', "ZMP", "the ZMP that the forces under the soles have", 0xd62728, style)
+                (
+                    "zmp",
+                    'z',
+                    "ZMP",
+                    "the ZMP that the forces under the soles have",
+                    0xd62728,
+                    style,
+                )
             }
         };
-        OverlayLook { id, key, name, hint, color: Color::hex(color), style }
+        OverlayLook {
+            id,
+            key,
+            name,
+            hint,
+            color: Color::hex(color),
+            style,
+        }
     }
 
     pub const fn color(self) -> Color {
@@ -217,15 +328,20 @@ pub fn json() -> Value {
         let look = json!({ "id": id, "key": key, "name": name, "hint": hint, "color": color.css(), "style": style });
         (id.to_string(), look)
     });
-    let Ghost { key, color, opacity, marks_opacity } = GHOST;
-    let ghost =
-        json!({ "id": "ghost", "key": key, "color": color.css(), "opacity": opacity, "marks_opacity": marks_opacity });
+    let Ghost {
+        key,
+        color,
+        opacity,
+        marks_opacity,
+    } = GHOST;
+    let ghost = json!({ "id": "ghost", "key": key, "color": color.css(), "opacity": opacity, "marks_opacity": marks_opacity });
     json!({ "overlays": Map::from_iter(looks), "ghost": ghost, "plumb": PLUMB, "head": HEAD })
 }
 
 /// The colours of the overlays as variables of a style sheet.
 pub fn css() -> String {
-    let variables = Overlay::ALL.map(|overlay| format!("--{}:{}", overlay.look().id, overlay.color().css()));
+    let variables =
+        Overlay::ALL.map(|overlay| format!("--{}:{}", overlay.look().id, overlay.color().css()));
     format!(":root{{{}}}\n", variables.join(";"))
 }
 
@@ -238,7 +354,10 @@ mod tests {
         for (i, a) in Overlay::ALL.into_iter().map(Overlay::look).enumerate() {
             assert!(a.key.is_ascii_lowercase() && a.key != GHOST.key);
             for b in Overlay::ALL.into_iter().skip(i + 1).map(Overlay::look) {
-                assert!(a.id != b.id && a.key != b.key && a.name != b.name && a.color != b.color, "{a:?} {b:?}");
+                assert!(
+                    a.id != b.id && a.key != b.key && a.name != b.name && a.color != b.color,
+                    "{a:?} {b:?}"
+                );
             }
         }
     }

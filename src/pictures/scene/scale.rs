@@ -18,7 +18,10 @@ pub struct RobotScale {
 impl RobotScale {
     /// The scale of a robot, by its COM height at home and its mass.
     pub fn of(robot: &Robot) -> Self {
-        Self { length: robot.home_com_height() / COM_HEIGHT_M, mass: robot.mass() / MASS_KG }
+        Self {
+            length: robot.home_com_height() / COM_HEIGHT_M,
+            mass: robot.mass() / MASS_KG,
+        }
     }
 
     /// Factor for lengths.
@@ -52,12 +55,20 @@ pub mod tests {
     use super::*;
 
     /// A robot three times as long, of the same density.
-    pub const THRICE: RobotScale = RobotScale { length: 3.0, mass: 27.0 };
+    pub const THRICE: RobotScale = RobotScale {
+        length: 3.0,
+        mass: 27.0,
+    };
 
     #[test]
     fn all_factors_are_one_for_ut_mu2() {
         let scale = RobotScale::of(&standfast_robots::load("ut-mu2").unwrap());
-        for one in [scale.length(), scale.force(), scale.stiffness(), scale.impulse()] {
+        for one in [
+            scale.length(),
+            scale.force(),
+            scale.stiffness(),
+            scale.impulse(),
+        ] {
             assert!((one - 1.0).abs() < 0.01, "{scale:?}");
         }
     }

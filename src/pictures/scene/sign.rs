@@ -55,26 +55,50 @@ const ROUND: usize = 32;
 impl Sign {
     /// The parts in the order in which they are drawn, the white rim first.
     pub fn pieces(self) -> Vec<Piece> {
-        let line = |x: f64, y: f64| FlatShape::Line { path: [[x, y], [-x, -y]], width: 2.4 };
+        let line = |x: f64, y: f64| FlatShape::Line {
+            path: [[x, y], [-x, -y]],
+            width: 2.4,
+        };
         let colored = match self {
             Sign::Disc => vec![FlatShape::Area { path: circle(3.5) }],
-            Sign::Ring => vec![FlatShape::Outline { path: circle(5.9), width: 2.4 }],
-            Sign::Diamond => vec![FlatShape::Area { path: vec![[10.8, 0.0], [0.0, 10.8], [-10.8, 0.0], [0.0, -10.8]] }],
+            Sign::Ring => vec![FlatShape::Outline {
+                path: circle(5.9),
+                width: 2.4,
+            }],
+            Sign::Diamond => vec![FlatShape::Area {
+                path: vec![[10.8, 0.0], [0.0, 10.8], [-10.8, 0.0], [0.0, -10.8]],
+            }],
             Sign::Cross => vec![line(7.8, 7.8), line(7.8, -7.8)],
             Sign::Quartered => {
                 let rim = circle(8.0);
                 let quarter = |from: usize| {
                     let arc = (from..=from + ROUND / 4).map(|k| rim[k % ROUND]);
-                    FlatShape::Area { path: [[0.0; 2]].into_iter().chain(arc).collect() }
+                    FlatShape::Area {
+                        path: [[0.0; 2]].into_iter().chain(arc).collect(),
+                    }
                 };
-                vec![quarter(0), quarter(ROUND / 2), FlatShape::Outline { path: rim.clone(), width: 2.0 }]
+                vec![
+                    quarter(0),
+                    quarter(ROUND / 2),
+                    FlatShape::Outline {
+                        path: rim.clone(),
+                        width: 2.0,
+                    },
+                ]
             }
         };
         // The space between the quarters is white, too.
         let ground = (self == Sign::Quartered).then(|| FlatShape::Area { path: circle(8.0) });
-        let white: Vec<FlatShape> = ground.into_iter().chain(colored.iter().map(FlatShape::widened)).collect();
+        let white: Vec<FlatShape> = ground
+            .into_iter()
+            .chain(colored.iter().map(FlatShape::widened))
+            .collect();
         let piece = |is_white: bool| move |form| Piece { form, is_white };
-        white.into_iter().map(piece(true)).chain(colored.into_iter().map(piece(false))).collect()
+        white
+            .into_iter()
+            .map(piece(true))
+            .chain(colored.into_iter().map(piece(false)))
+            .collect()
     }
 }
 
@@ -83,13 +107,26 @@ impl FlatShape {
     fn widened(&self) -> FlatShape {
         let wider = |width: f64| width + 2.0 * RIM;
         match self {
-            FlatShape::Area { path } => FlatShape::Outline { path: path.clone(), width: wider(0.0) },
-            FlatShape::Outline { path, width } => FlatShape::Outline { path: path.clone(), width: wider(*width) },
-            FlatShape::Line { path: [a, b], width } => {
+            FlatShape::Area { path } => FlatShape::Outline {
+                path: path.clone(),
+                width: wider(0.0),
+            },
+            FlatShape::Outline { path, width } => FlatShape::Outline {
+                path: path.clone(),
+                width: wider(*width),
+            },
+            FlatShape::Line {
+                path: [a, b],
+                width,
+            } => {
                 let length = (a[0] - b[0]).hypot(a[1] - b[1]);
-                let beyond =
-                    |end: ScreenPoint, other: ScreenPoint| [0, 1].map(|i| end[i] + (end[i] - other[i]) * RIM / length);
-                FlatShape::Line { path: [beyond(*a, *b), beyond(*b, *a)], width: wider(*width) }
+                let beyond = |end: ScreenPoint, other: ScreenPoint| {
+                    [0, 1].map(|i| end[i] + (end[i] - other[i]) * RIM / length)
+                };
+                FlatShape::Line {
+                    path: [beyond(*a, *b), beyond(*b, *a)],
+                    width: wider(*width),
+                }
             }
         }
     }
@@ -108,7 +145,13 @@ fn circle(radius: f64) -> Vec<ScreenPoint> {
 mod tests {
     use super::*;
 
-    const ALL: [Sign; 5] = [Sign::Disc, Sign::Ring, Sign::Diamond, Sign::Cross, Sign::Quartered];
+    const ALL: [Sign; 5] = [
+        Sign::Disc,
+        Sign::Ring,
+        Sign::Diamond,
+        Sign::Cross,
+        Sign::Quartered,
+    ];
 
     /// Distance from the marked point to which a form reaches (points).
     fn reach(form: &FlatShape) -> f64 {

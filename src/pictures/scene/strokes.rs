@@ -17,22 +17,43 @@ pub struct Stroke {
 /// The strokes of a mark in the order in which they are drawn. `project` gives the place in the picture of a point in
 /// the world, or None if the point is behind the viewer. The filling of a polygon is not among the strokes, since it
 /// lies on the ground, where the robot may hide it.
-pub fn strokes(mark: &SceneMark, project: impl Fn(&Point3<f64>) -> Option<ScreenPoint>) -> Vec<Stroke> {
+pub fn strokes(
+    mark: &SceneMark,
+    project: impl Fn(&Point3<f64>) -> Option<ScreenPoint>,
+) -> Vec<Stroke> {
     let color = mark.overlay.color();
     let (forms, opacity) = match &mark.drawing {
         Drawing::Polygon { corners, sheet } => {
             let path: Option<Vec<ScreenPoint>> = corners.iter().map(project).collect();
             (path.map(|path| outline(path, sheet.width)), sheet.edge)
         }
-        Drawing::Sign { at, sign } => return project(at).map_or_else(Vec::new, |at| sign_at(*sign, at, color)),
-        Drawing::Plumb { from, to } => {
-            (project(from).zip(project(to)).map(|(from, to)| dashes(from, to)), PLUMB.opacity)
+        Drawing::Sign { at, sign } => {
+            return project(at).map_or_else(Vec::new, |at| sign_at(*sign, at, color));
         }
-        Drawing::Arrow { tail, along, width, .. } => {
-            (project(tail).zip(project(&(tail + along))).map(|(from, to)| arrow(from, to, *width)), 1.0)
-        }
+        Drawing::Plumb { from, to } => (
+            project(from)
+                .zip(project(to))
+                .map(|(from, to)| dashes(from, to)),
+            PLUMB.opacity,
+        ),
+        Drawing::Arrow {
+            tail, along, width, ..
+        } => (
+            project(tail)
+                .zip(project(&(tail + along)))
+                .map(|(from, to)| arrow(from, to, *width)),
+            1.0,
+        ),
     };
-    forms.into_iter().flatten().map(|form| Stroke { form, color, opacity }).collect()
+    forms
+        .into_iter()
+        .flatten()
+        .map(|form| Stroke {
+            form,
+            color,
+            opacity,
+        })
+        .collect()
 }
 
 /// The closed line around a polygon. If it has a corner so sharp that joined sides would make a spike, as for a sole
@@ -48,21 +69,36 @@ fn outline(mut path: Vec<ScreenPoint>, width: f64) -> Vec<FlatShape> {
         a[0] * b[0] + a[1] * b[1] < -0.9 * length(a) * length(b)
     };
     if (0..count).any(is_spike) {
-        return (0..count).map(|i| FlatShape::Line { path: [path[i], path[(i + 1) % count]], width }).collect();
+        return (0..count)
+            .map(|i| FlatShape::Line {
+                path: [path[i], path[(i + 1) % count]],
+                width,
+            })
+            .collect();
     }
-    if count > 2 { vec![FlatShape::Outline { path, width }] } else { Vec::new() }
+    if count > 2 {
+        vec![FlatShape::Outline { path, width }]
+    } else {
+        Vec::new()
+    }
 }
 
 /// The strokes of a sign at a place in the picture.
 fn sign_at(sign: Sign, at: ScreenPoint, color: Color) -> Vec<Stroke> {
-    let there =
-        |path: &mut [ScreenPoint]| path.iter_mut().for_each(|corner| *corner = [corner[0] + at[0], corner[1] + at[1]]);
+    let there = |path: &mut [ScreenPoint]| {
+        path.iter_mut()
+            .for_each(|corner| *corner = [corner[0] + at[0], corner[1] + at[1]])
+    };
     let stroke = |Piece { mut form, is_white }: Piece| {
         match &mut form {
             FlatShape::Area { path } | FlatShape::Outline { path, .. } => there(path),
             FlatShape::Line { path, .. } => there(path),
         }
-        Stroke { form, color: if is_white { Color::WHITE } else { color }, opacity: 1.0 }
+        Stroke {
+            form,
+            color: if is_white { Color::WHITE } else { color },
+            opacity: 1.0,
+        }
     };
     sign.pieces().into_iter().map(stroke).collect()
 }
@@ -80,13 +116,28 @@ pub fn arrow(from: ScreenPoint, to: ScreenPoint, width: f64) -> Vec<FlatShape> {
     let half = 0.5 * head * HEAD[1] / HEAD[0];
     let neck = [to[0] - head * x, to[1] - head * y];
     let side = |sign: f64| [neck[0] - sign * half * y, neck[1] + sign * half * x];
-    vec![FlatShape::Line { path: [from, neck], width }, FlatShape::Area { path: vec![to, side(1.0), side(-1.0)] }]
+    vec![
+        FlatShape::Line {
+            path: [from, neck],
+            width,
+        },
+        FlatShape::Area {
+            path: vec![to, side(1.0), side(-1.0)],
+        },
+    ]
 }
 
 /// The dashed plumb line.
 fn dashes(from: ScreenPoint, to: ScreenPoint) -> Vec<FlatShape> {
     let length = (to[0] - from[0]).hypot(to[1] - from[1]);
     let at = |way: f64| [0, 1].map(|i| from[i] + (to[i] - from[i]) * (way.min(length) / length));
-    let starts = (0..).map(|k| f64::from(k) * (PLUMB.dash + PLUMB.gap)).take_while(|start| *start < length);
-    starts.map(|start| FlatShape::Line { path: [at(start), at(start + PLUMB.dash)], width: PLUMB.width }).collect()
+    let starts = (0..)
+        .map(|k| f64::from(k) * (PLUMB.dash + PLUMB.gap))
+        .take_while(|start| *start < length);
+    starts
+        .map(|start| FlatShape::Line {
+            path: [at(start), at(start + PLUMB.dash)],
+            width: PLUMB.width,
+        })
+        .collect()
 }

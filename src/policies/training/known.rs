@@ -12,15 +12,24 @@ pub struct Figure<T> {
 
 impl<T> Figure<T> {
     pub fn read(value: T) -> Self {
-        Self { value, origin: "read".into() }
+        Self {
+            value,
+            origin: "read".into(),
+        }
     }
 
     pub fn inferred(value: T, why: impl Into<String>) -> Self {
-        Self { value, origin: format!("inferred: {}", why.into()) }
+        Self {
+            value,
+            origin: format!("inferred: {}", why.into()),
+        }
     }
 
     pub fn assumed(value: T, why: impl Into<String>) -> Self {
-        Self { value, origin: format!("assumed: {}", why.into()) }
+        Self {
+            value,
+            origin: format!("assumed: {}", why.into()),
+        }
     }
 }
 
@@ -45,16 +54,36 @@ impl Training {
     /// The lists with one number for each joint: key in the file, meaning, and list.
     pub fn lists(&self) -> Vec<(&'static str, &'static str, &Figure<Vec<f64>>)> {
         let mut lists = vec![
-            ("default_rad", "Angles at the action 0 [rad]", &self.default_rad),
-            ("action_scale", "How far an action of 1 goes from there [rad]", &self.action_scale),
+            (
+                "default_rad",
+                "Angles at the action 0 [rad]",
+                &self.default_rad,
+            ),
+            (
+                "action_scale",
+                "How far an action of 1 goes from there [rad]",
+                &self.action_scale,
+            ),
             ("stiffness", "Of the servos [N m/rad]", &self.stiffness),
             ("damping", "Of the servos [N m s/rad]", &self.damping),
         ];
         let motors = [
-            ("torque_n_m", "Torque limits of the motors [N m]", &self.torque_n_m),
-            ("rotor_inertia_kg_m2", "Rotor inertias seen at the joints [kg m^2]", &self.rotor_inertia_kg_m2),
+            (
+                "torque_n_m",
+                "Torque limits of the motors [N m]",
+                &self.torque_n_m,
+            ),
+            (
+                "rotor_inertia_kg_m2",
+                "Rotor inertias seen at the joints [kg m^2]",
+                &self.rotor_inertia_kg_m2,
+            ),
         ];
-        lists.extend(motors.into_iter().filter_map(|(key, what, list)| Some((key, what, list.as_ref()?))));
+        lists.extend(
+            motors
+                .into_iter()
+                .filter_map(|(key, what, list)| Some((key, what, list.as_ref()?))),
+        );
         lists
     }
 
@@ -64,14 +93,26 @@ impl Training {
         for (field, _, Figure { value: list, .. }) in self.lists() {
             if list.len() != joints || list.iter().any(|number| !number.is_finite()) {
                 let accepted = format!("a finite number for each of its {joints} joints");
-                return Err(Error::value(&self.by, field, format!("{list:?}"), "does not fit", accepted));
+                return Err(Error::value(
+                    &self.by,
+                    field,
+                    format!("{list:?}"),
+                    "does not fit",
+                    accepted,
+                ));
             }
         }
         let times = [("time between two actions (s)", Some(self.period_s.value))];
         let clock = [("gait (1/s)", self.gait.as_ref().map(|gait| gait.value.hz))];
         for (field, number) in times.into_iter().chain(clock) {
             if let Some(number) = number.filter(|number| !(number.is_finite() && *number > 0.0)) {
-                return Err(Error::value(&self.by, field, number, "is not positive", "more than 0"));
+                return Err(Error::value(
+                    &self.by,
+                    field,
+                    number,
+                    "is not positive",
+                    "more than 0",
+                ));
             }
         }
         for term in &self.observation.value {
@@ -85,12 +126,27 @@ impl Training {
 
     /// The figures that are assumed, each with the reason.
     pub fn assumed(&self) -> Vec<String> {
-        let mut origins = vec![("period_s", &self.period_s.origin), ("joints", &self.joints.origin)];
-        origins.extend(self.lists().into_iter().map(|(key, _, figure)| (key, &figure.origin)));
+        let mut origins = vec![
+            ("period_s", &self.period_s.origin),
+            ("joints", &self.joints.origin),
+        ];
+        origins.extend(
+            self.lists()
+                .into_iter()
+                .map(|(key, _, figure)| (key, &figure.origin)),
+        );
         origins.push(("observation", &self.observation.origin));
-        origins.extend(self.action_clip.iter().map(|figure| ("action_clip", &figure.origin)));
+        origins.extend(
+            self.action_clip
+                .iter()
+                .map(|figure| ("action_clip", &figure.origin)),
+        );
         origins.extend(self.gait.iter().map(|figure| ("gait", &figure.origin)));
-        let why = |(key, origin): (&str, &String)| origin.strip_prefix("assumed: ").map(|why| format!("{key}: {why}"));
+        let why = |(key, origin): (&str, &String)| {
+            origin
+                .strip_prefix("assumed: ")
+                .map(|why| format!("{key}: {why}"))
+        };
         origins.into_iter().filter_map(why).collect()
     }
 }
@@ -100,12 +156,18 @@ impl Training {
 pub fn inertias_of_gains(stiffness: &[f64], damping: &[f64]) -> Option<Figure<Vec<f64>>> {
     const OMEGA_RAD_S: f64 = 10.0 * std::f64::consts::TAU;
     const DAMPING_RATIO: f64 = 2.0;
-    let fits = |(kp, kd): (&f64, &f64)| *kp > 0.0 && (kd * OMEGA_RAD_S / (2.0 * DAMPING_RATIO * kp) - 1.0).abs() < 1e-3;
+    let fits = |(kp, kd): (&f64, &f64)| {
+        *kp > 0.0 && (kd * OMEGA_RAD_S / (2.0 * DAMPING_RATIO * kp) - 1.0).abs() < 1e-3
+    };
     // Six digits are more than the accuracy of the inertias.
     let six_digits = |x: f64| format!("{x:.5e}").parse().unwrap_or(x);
-    let inertias = stiffness.iter().map(|kp| six_digits(kp / OMEGA_RAD_S.powi(2))).collect();
+    let inertias = stiffness
+        .iter()
+        .map(|kp| six_digits(kp / OMEGA_RAD_S.powi(2)))
+        .collect();
     let why = "stiffness and damping are those of a natural frequency of 10 Hz and a damping ratio of 2 with them";
-    (!stiffness.is_empty() && stiffness.iter().zip(damping).all(fits)).then(|| Figure::inferred(inertias, why))
+    (!stiffness.is_empty() && stiffness.iter().zip(damping).all(fits))
+        .then(|| Figure::inferred(inertias, why))
 }
 
 /// The quantity that Isaac Lab and mjlab call by this name, with their usual terms. Errors name `file` and `field`.
@@ -125,7 +187,10 @@ pub fn quantity(file: &str, field: &str, name: &str) -> Result<Quantity> {
         ("actions", Quantity::LastAction),
         ("gait_phase", Quantity::Phase),
     ];
-    let found = KNOWN.into_iter().find(|(known, _)| *known == name).map(|(_, quantity)| quantity);
+    let found = KNOWN
+        .into_iter()
+        .find(|(known, _)| *known == name)
+        .map(|(_, quantity)| quantity);
     found.ok_or_else(|| {
         let accepted = KNOWN.map(|(known, _)| known).join(", ");
         Error::value(file, field, name, "is no term that is known here", accepted)
@@ -146,11 +211,20 @@ pub fn plain(term: Quantity) -> Term {
 }
 
 pub fn scaled(term: Quantity, scale: Scale) -> Term {
-    Term { term, scale, clip: None, history: 1 }
+    Term {
+        term,
+        scale,
+        clip: None,
+        history: 1,
+    }
 }
 
 /// The clock of a gait with one phase. At the first observation it has advanced by `period_s` (s).
 pub fn one_phase(gait_period_s: f64, period_s: f64) -> Gait {
     let first_rad = std::f64::consts::TAU * period_s / gait_period_s;
-    Gait { hz: 1.0 / gait_period_s, start_rad: [first_rad, first_rad + std::f64::consts::PI], standing_rad: None }
+    Gait {
+        hz: 1.0 / gait_period_s,
+        start_rad: [first_rad, first_rad + std::f64::consts::PI],
+        standing_rad: None,
+    }
 }

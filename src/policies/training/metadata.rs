@@ -11,7 +11,11 @@ use std::f64::consts::PI;
 const USUAL_PERIOD_S: f64 = 0.02;
 
 /// The training that these metadata describe. It is None if they are not from a known trainer.
-pub fn training(file: &str, metadata: &HashMap<String, String>, robot: &Robot) -> Result<Option<Training>> {
+pub fn training(
+    file: &str,
+    metadata: &HashMap<String, String>,
+    robot: &Robot,
+) -> Result<Option<Training>> {
     let read = Metadata { file, metadata };
     if metadata.contains_key("dof_names") {
         read.holosoma(robot).map(Some)
@@ -29,19 +33,45 @@ struct Metadata<'a> {
 
 impl Metadata<'_> {
     fn text(&self, key: &str) -> Result<&str> {
-        let missing = || Error::value(self.file, format!("metadata.{key}"), "(none)", "is missing", "a list");
-        self.metadata.get(key).map(String::as_str).ok_or_else(missing)
+        let missing = || {
+            Error::value(
+                self.file,
+                format!("metadata.{key}"),
+                "(none)",
+                "is missing",
+                "a list",
+            )
+        };
+        self.metadata
+            .get(key)
+            .map(String::as_str)
+            .ok_or_else(missing)
     }
 
     /// A list, in JSON or separated by commas.
     fn words(&self, key: &str) -> Result<Vec<String>> {
-        let inner = self.text(key)?.trim().trim_start_matches('[').trim_end_matches(']');
-        Ok(inner.split(',').map(|word| word.trim().trim_matches(['"', '\'']).to_string()).collect())
+        let inner = self
+            .text(key)?
+            .trim()
+            .trim_start_matches('[')
+            .trim_end_matches(']');
+        Ok(inner
+            .split(',')
+            .map(|word| word.trim().trim_matches(['"', '\'']).to_string())
+            .collect())
     }
 
     fn numbers(&self, key: &str) -> Result<Vec<f64>> {
         let number = |word: String| {
-            let bad = |_| Error::value(self.file, format!("metadata.{key}"), &word, "is no number", "numbers");
+            let bad = |_| {
+                Error::value(
+                    self.file,
+                    format!("metadata.{key}"),
+                    &word,
+                    "is no number",
+                    "numbers",
+                )
+            };
             word.parse().map_err(bad)
         };
         self.words(key)?.into_iter().map(number).collect()
@@ -49,13 +79,25 @@ impl Metadata<'_> {
 
     fn mjlab(&self) -> Result<Training> {
         let joints = self.words("joint_names")?;
-        let term = |name: &String| quantity(self.file, "metadata.observation_names", name).map(plain);
-        let terms = self.words("observation_names")?.iter().map(term).collect::<Result<_>>()?;
-        let (stiffness, damping) = (self.numbers("joint_stiffness")?, self.numbers("joint_damping")?);
+        let term =
+            |name: &String| quantity(self.file, "metadata.observation_names", name).map(plain);
+        let terms = self
+            .words("observation_names")?
+            .iter()
+            .map(term)
+            .collect::<Result<_>>()?;
+        let (stiffness, damping) = (
+            self.numbers("joint_stiffness")?,
+            self.numbers("joint_damping")?,
+        );
         let (scale, torques) = match self.numbers("action_scale")?[..] {
             [one] => (vec![one; joints.len()], None),
             ref each => {
-                let torques = each.iter().zip(&stiffness).map(|(scale, kp)| 4.0 * scale * kp).collect();
+                let torques = each
+                    .iter()
+                    .zip(&stiffness)
+                    .map(|(scale, kp)| 4.0 * scale * kp)
+                    .collect();
                 let usual = "mjlab's usual action_scale is a quarter of them over the stiffness";
                 (each.to_vec(), Some(Figure::assumed(torques, usual)))
             }
@@ -94,10 +136,17 @@ impl Metadata<'_> {
             plain(Quantity::PhaseSin),
         ];
         let usual = "that of holosoma's locomotion";
-        let (stiffness, damping, known) = (self.numbers("kp")?, self.numbers("kd")?, holosoma_robot(&joints));
+        let (stiffness, damping, known) = (
+            self.numbers("kp")?,
+            self.numbers("kd")?,
+            holosoma_robot(&joints),
+        );
         let of_known = |list: fn(&Holosoma) -> Parts| {
             known.as_ref().map(|known| {
-                Figure::assumed(by_parts(&joints, list(known)), format!("those of holosoma's {}", known.name))
+                Figure::assumed(
+                    by_parts(&joints, list(known)),
+                    format!("those of holosoma's {}", known.name),
+                )
             })
         };
         let at_home = || {
@@ -105,7 +154,10 @@ impl Metadata<'_> {
                 let joint = robot.joints.iter().position(|joint| joint.name == *name);
                 joint.map_or(0.0, |joint| robot.home_rad[joint])
             };
-            Figure::assumed(joints.iter().map(at_home).collect(), "those of the robot's home, as none are stated")
+            Figure::assumed(
+                joints.iter().map(at_home).collect(),
+                "those of the robot's home, as none are stated",
+            )
         };
         Ok(Training {
             by: format!("holosoma, the metadata of {}", self.file),
@@ -119,7 +171,11 @@ impl Metadata<'_> {
             stiffness: Figure::read(stiffness),
             damping: Figure::read(damping),
             gait: Some(Figure::assumed(
-                Gait { hz: 1.0, start_rad: [0.0, PI], standing_rad: Some([PI; 2]) },
+                Gait {
+                    hz: 1.0,
+                    start_rad: [0.0, PI],
+                    standing_rad: Some([PI; 2]),
+                },
                 "that of holosoma's locomotion: a period of 1 s, and both feet at pi while it stands",
             )),
             observation: Figure::assumed(terms, "the terms of holosoma's locomotion"),
@@ -206,7 +262,11 @@ fn holosoma_robot(joints: &[String]) -> Option<Holosoma> {
 
 /// A number for each joint.
 fn by_parts(joints: &[String], parts: Parts) -> Vec<f64> {
-    let of_joint =
-        |joint: &String| parts.iter().find(|(part, _)| joint.contains(part)).map_or(0.0, |(_, number)| *number);
+    let of_joint = |joint: &String| {
+        parts
+            .iter()
+            .find(|(part, _)| joint.contains(part))
+            .map_or(0.0, |(_, number)| *number)
+    };
     joints.iter().map(of_joint).collect()
 }

@@ -22,7 +22,9 @@ const MOST_BYTES: u64 = 10_000_000;
 /// description. It fails if no description is found, or if a description does not fit the robot.
 pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Written> {
     let file = model.to_string_lossy();
-    let bad = |problem: String, accepted: &str| Error::value(&file, "model", file.clone(), problem, accepted);
+    let bad = |problem: String, accepted: &str| {
+        Error::value(&file, "model", file.clone(), problem, accepted)
+    };
     let bytes = assets::read(model, companion_files::MOST_FILE_BYTES)?;
     let metadata = net::metadata(&bytes).map_err(|problem| bad(problem, "an ONNX file"))?;
     let described = |path: &Path| {
@@ -30,7 +32,9 @@ pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Writt
         yaml::training(&path.to_string_lossy(), &assets::without_mark(text), robot)
     };
     let own = model.with_extension("deploy.yaml");
-    let stated = from.map(Path::to_path_buf).or_else(|| own.is_file().then_some(own));
+    let stated = from
+        .map(Path::to_path_buf)
+        .or_else(|| own.is_file().then_some(own));
     // The metadata surely belong to this policy; another description beside it may belong to another one.
     let found = match &stated {
         Some(path) => Some(described(path)?),
@@ -42,17 +46,30 @@ pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Writt
         (None, None) => {
             let accepted = "the metadata of holosoma or mjlab in it, or --from with a deploy.yaml of unitree_rl_lab or the \
                             configuration of unitree_rl_gym. The guide's chapter onnx.md has the file to write by hand";
-            return Err(bad("says nothing of its joints and of what it observes".into(), accepted));
+            return Err(bad(
+                "says nothing of its joints and of what it observes".into(),
+                accepted,
+            ));
         }
     };
     training.check()?;
-    Ok(Written { text: text::toml(model, &training), assumed: training.assumed(), by: training.by })
+    Ok(Written {
+        text: text::toml(model, &training),
+        assumed: training.assumed(),
+        by: training.by,
+    })
 }
 
 /// The description of a policy where its trainer puts it.
 fn description(model: &Path) -> Option<PathBuf> {
     let folder = model.parent().unwrap_or(Path::new(""));
-    let exported =
-        [folder.join("deploy.yaml"), folder.join("params/deploy.yaml"), folder.join("../params/deploy.yaml")];
-    [model.with_extension("yaml")].into_iter().chain(exported).find(|path| path.is_file())
+    let exported = [
+        folder.join("deploy.yaml"),
+        folder.join("params/deploy.yaml"),
+        folder.join("../params/deploy.yaml"),
+    ];
+    [model.with_extension("yaml")]
+        .into_iter()
+        .chain(exported)
+        .find(|path| path.is_file())
 }

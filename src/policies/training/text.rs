@@ -11,10 +11,20 @@ const WIDTH: usize = 110;
 
 /// The text of the file, which lies beside `model`.
 pub fn toml(model: &Path, training: &Training) -> String {
-    let name =
-        |part: Option<&std::ffi::OsStr>| part.map(|part| part.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = |part: Option<&std::ffi::OsStr>| {
+        part.map(|part| part.to_string_lossy().into_owned())
+            .unwrap_or_default()
+    };
     let (file, stem) = (name(model.file_name()), name(model.file_stem()));
-    let Training { by, period_s, joints, action_clip, gait, observation, .. } = training;
+    let Training {
+        by,
+        period_s,
+        joints,
+        action_clip,
+        gait,
+        observation,
+        ..
+    } = training;
     let mut text = format!(
         "# What {} was trained with, written by `standfast init` from what is known of {}.\n\
          # \"read\" is stated there, \"inferred\" follows from it, and \"assumed\" is what this trainer usually does: check it.\n\n\
@@ -25,29 +35,76 @@ pub fn toml(model: &Path, training: &Training) -> String {
         quoted(&file)
     );
     // Writing to a String cannot fail.
-    let _ = writeln!(text, "period_s = {}  # between two actions [s]; {}", decimal(period_s.value), period_s.origin);
-    let _ = writeln!(text, "command = [0.0, 0.0, 0.0]  # the velocity asked for: it is to stand; assumed");
+    let _ = writeln!(
+        text,
+        "period_s = {}  # between two actions [s]; {}",
+        decimal(period_s.value),
+        period_s.origin
+    );
+    let _ = writeln!(
+        text,
+        "command = [0.0, 0.0, 0.0]  # the velocity asked for: it is to stand; assumed"
+    );
     let names: Vec<String> = joints.value.iter().map(|joint| quoted(joint)).collect();
-    let lists = training.lists().into_iter().map(|(key, about, Figure { value, origin })| {
-        (key, value.iter().map(|number| decimal(*number)).collect(), about, origin)
-    });
-    let joints = ("joints", names, "In the order of the policy", &joints.origin);
+    let lists = training
+        .lists()
+        .into_iter()
+        .map(|(key, about, Figure { value, origin })| {
+            (
+                key,
+                value.iter().map(|number| decimal(*number)).collect(),
+                about,
+                origin,
+            )
+        });
+    let joints = (
+        "joints",
+        names,
+        "In the order of the policy",
+        &joints.origin,
+    );
     for (key, items, about, origin) in std::iter::once(joints).chain(lists) {
-        let _ = writeln!(text, "\n# {about}; {}\n{key} = [\n{}]", one_line(origin), listed(&items));
+        let _ = writeln!(
+            text,
+            "\n# {about}; {}\n{key} = [\n{}]",
+            one_line(origin),
+            listed(&items)
+        );
     }
     if let Some(Figure { value, origin }) = action_clip {
         let _ = writeln!(text, "\naction_clip = {}  # {origin}", decimal(*value));
     }
-    if let Some(Figure { value: Gait { hz, start_rad, standing_rad }, origin }) = gait {
+    if let Some(Figure {
+        value: Gait {
+            hz,
+            start_rad,
+            standing_rad,
+        },
+        origin,
+    }) = gait
+    {
         let pair = |[a, b]: [f64; 2]| format!("[{}, {}]", decimal(a), decimal(b));
-        let _ =
-            writeln!(text, "\n# The phases of the left and the right foot; {origin}\n[gait]\nhz = {}", decimal(*hz));
+        let _ = writeln!(
+            text,
+            "\n# The phases of the left and the right foot; {origin}\n[gait]\nhz = {}",
+            decimal(*hz)
+        );
         let _ = writeln!(text, "start_rad = {}", pair(*start_rad));
-        let _ = standing_rad.map(|standing_rad| writeln!(text, "standing_rad = {}", pair(standing_rad)));
+        let _ = standing_rad
+            .map(|standing_rad| writeln!(text, "standing_rad = {}", pair(standing_rad)));
     }
-    let _ = writeln!(text, "\n# What the network sees, in this order; {}", one_line(&observation.origin));
+    let _ = writeln!(
+        text,
+        "\n# What the network sees, in this order; {}",
+        one_line(&observation.origin)
+    );
     for of_term in &observation.value {
-        let Term { scale, clip, history, .. } = of_term;
+        let Term {
+            scale,
+            clip,
+            history,
+            ..
+        } = of_term;
         let _ = writeln!(text, "[[observation]]\nterm = {}", quoted(&of_term.name()));
         match scale {
             Scale::All(1.0) => {}

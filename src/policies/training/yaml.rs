@@ -1,6 +1,8 @@
 //! The descriptions of policies in YAML: `deploy.yaml` of unitree_rl_lab, and the configurations of unitree_rl_gym.
 
-use super::known::{Figure, Training, inertias_of_gains, one_phase, plain, quantity, scale_of, scaled};
+use super::known::{
+    Figure, Training, inertias_of_gains, one_phase, plain, quantity, scale_of, scaled,
+};
 use crate::observation::{Quantity, Scale, Term};
 use indexmap::IndexMap;
 use serde::Deserialize;
@@ -15,7 +17,10 @@ pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
     if states("joint_ids_map:") {
         Deploy::training(parsed(file, text)?, file, robot)
     } else if states("kps:") {
-        let missing: Vec<&str> = Gym::KEYS.into_iter().filter(|key| !states(&format!("{key}:"))).collect();
+        let missing: Vec<&str> = Gym::KEYS
+            .into_iter()
+            .filter(|key| !states(&format!("{key}:")))
+            .collect();
         if missing.is_empty() {
             return Gym::training(parsed(file, text)?, file, robot);
         }
@@ -24,19 +29,36 @@ pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
             false => "a configuration with kps",
         };
         let accepted = "that for the simulation (deploy_mujoco of unitree_rl_gym), which states it";
-        Err(Error::value(file, "description", what, format!("does not state {}", missing.join(", ")), accepted))
+        Err(Error::value(
+            file,
+            "description",
+            what,
+            format!("does not state {}", missing.join(", ")),
+            accepted,
+        ))
     } else {
-        let other = OTHERS.iter().find(|(key, _)| text.lines().any(|line| line.trim_start().starts_with(key)));
+        let other = OTHERS
+            .iter()
+            .find(|(key, _)| text.lines().any(|line| line.trim_start().starts_with(key)));
         let what = other.map_or(file, |(_, what)| what);
         let accepted = "a deploy.yaml of unitree_rl_lab (with joint_ids_map) or a configuration of unitree_rl_gym (with kps); the \
              guide's chapter onnx.md has the file of a policy to write by hand";
-        Err(Error::value(file, "description", what, "describes no policy that is known here", accepted))
+        Err(Error::value(
+            file,
+            "description",
+            what,
+            "describes no policy that is known here",
+            accepted,
+        ))
     }
 }
 
 /// Formats that are not read, each with a key that no other format has.
 const OTHERS: [(&str, &str); 5] = [
-    ("JOINT_KP:", "a configuration of HumanoidVerse (ASAP, FALCON)"),
+    (
+        "JOINT_KP:",
+        "a configuration of HumanoidVerse (ASAP, FALCON)",
+    ),
     ("rl_kp:", "a configuration of rl_sar"),
     ("default_qpos:", "a configuration of Booster"),
     ("articulations:", "the descriptors of Isaac Lab"),
@@ -44,18 +66,35 @@ const OTHERS: [(&str, &str); 5] = [
 ];
 
 fn parsed<T: DeserializeOwned>(file: &str, text: &str) -> Result<T> {
-    serde_saphyr::from_str(text).map_err(|e| Error::Syntax { file: file.into(), message: e.to_string() })
+    serde_saphyr::from_str(text).map_err(|e| Error::Syntax {
+        file: file.into(),
+        message: e.to_string(),
+    })
 }
 
 /// The names of the robot's joints, which a file numbers as its motors. Fails if the file has more motors than the
 /// robot has joints.
 fn motors(file: &str, field: &str, count: usize, robot: &Robot) -> Result<Vec<String>> {
-    let names: Vec<String> = robot.joints.iter().map(|joint| joint.name.clone()).collect();
+    let names: Vec<String> = robot
+        .joints
+        .iter()
+        .map(|joint| joint.name.clone())
+        .collect();
     if count <= names.len() {
         return Ok(names);
     }
-    let accepted = format!("at most one for each of the {} joints of {}", names.len(), robot.name);
-    Err(Error::value(file, field, format!("{count} numbers"), "is for more joints than the robot has", accepted))
+    let accepted = format!(
+        "at most one for each of the {} joints of {}",
+        names.len(),
+        robot.name
+    );
+    Err(Error::value(
+        file,
+        field,
+        format!("{count} numbers"),
+        "is for more joints than the robot has",
+        accepted,
+    ))
 }
 
 /// `deploy.yaml` of unitree_rl_lab. Stiffness and damping are in the order of the motors, the rest in the order of the
@@ -115,38 +154,85 @@ impl OneOrMany {
 
 impl Deploy {
     fn training(self, file: &str, robot: &Robot) -> Result<Training> {
-        let Self { joint_ids_map, step_dt, stiffness, damping, default_joint_pos, actions, observations } = self;
+        let Self {
+            joint_ids_map,
+            step_dt,
+            stiffness,
+            damping,
+            default_joint_pos,
+            actions,
+            observations,
+        } = self;
         let names = motors(file, "stiffness", stiffness.len(), robot)?;
         let bad = |field: &str, value: String, problem: &str, accepted: &str| {
-            Error::value(file, field, value, problem.to_string(), accepted.to_string())
+            Error::value(
+                file,
+                field,
+                value,
+                problem.to_string(),
+                accepted.to_string(),
+            )
         };
         let of_motor = |field: &'static str, list: &[f64]| {
             let pick = |&motor: &usize| {
-                let missing =
-                    || bad(field, format!("{} numbers", list.len()), "has none for a motor", "one for each motor");
+                let missing = || {
+                    bad(
+                        field,
+                        format!("{} numbers", list.len()),
+                        "has none for a motor",
+                        "one for each motor",
+                    )
+                };
                 list.get(motor).copied().ok_or_else(missing)
             };
             joint_ids_map.iter().map(pick).collect::<Result<Vec<f64>>>()
         };
         let name = |&motor: &usize| {
-            let missing =
-                || bad("joint_ids_map", motor.to_string(), "is no joint of the robot", "the number of a joint");
+            let missing = || {
+                bad(
+                    "joint_ids_map",
+                    motor.to_string(),
+                    "is no joint of the robot",
+                    "the number of a joint",
+                )
+            };
             names.get(motor).cloned().ok_or_else(missing)
         };
         let joints: Vec<String> = joint_ids_map.iter().map(name).collect::<Result<_>>()?;
         let names = actions.keys().cloned().collect::<Vec<_>>().join(", ");
         let mut actions = actions.into_values();
-        let (Some(Action { scale, offset, clip }), None, "JointPositionAction") =
-            (actions.next(), actions.next(), &names[..])
+        let (
+            Some(Action {
+                scale,
+                offset,
+                clip,
+            }),
+            None,
+            "JointPositionAction",
+        ) = (actions.next(), actions.next(), &names[..])
         else {
-            return Err(bad("actions", names, "is not known here", "JointPositionAction alone"));
+            return Err(bad(
+                "actions",
+                names,
+                "is not known here",
+                "JointPositionAction alone",
+            ));
         };
-        if offset.as_ref().is_some_and(|offset| *offset != default_joint_pos) {
+        if offset
+            .as_ref()
+            .is_some_and(|offset| *offset != default_joint_pos)
+        {
             let accepted = "that of default_joint_pos, from which joint positions are seen";
-            return Err(bad("actions.offset", format!("{offset:?}"), "is another posture", accepted));
+            return Err(bad(
+                "actions.offset",
+                format!("{offset:?}"),
+                "is another posture",
+                accepted,
+            ));
         }
         if let Some(clip) = clip {
-            let problem = "limits the targets, which no policy does here; leave it out if it is wide";
+            let problem =
+                "limits the targets, which no policy does here; leave it out if it is wide";
             return Err(bad("actions.clip", format!("{clip:?}"), problem, "null"));
         }
         let mut gait = None;
@@ -156,26 +242,61 @@ impl Deploy {
             let term = quantity(file, &field, &name)?;
             if term == Quantity::Phase {
                 let Some(Param::Number(gait_period_s)) = observed.params.get("period") else {
-                    return Err(bad(&field, "(no period)".into(), "has no period", "params: {period: 0.8}"));
+                    return Err(bad(
+                        &field,
+                        "(no period)".into(),
+                        "has no period",
+                        "params: {period: 0.8}",
+                    ));
                 };
-                gait = Some(Figure::inferred(one_phase(*gait_period_s, step_dt), "its period"));
+                gait = Some(Figure::inferred(
+                    one_phase(*gait_period_s, step_dt),
+                    "its period",
+                ));
             }
-            let scale = observed.scale.map_or_else(Scale::default, |scale| scale_of(scale.each(1)));
+            let scale = observed
+                .scale
+                .map_or_else(Scale::default, |scale| scale_of(scale.each(1)));
             let clip = match observed.clip {
                 None => None,
                 // unitree_rl_lab clips before it scales.
                 Some([low, high]) if low == -high => match scale {
                     Scale::All(factor) => Some(high * factor.abs()),
                     Scale::Each(_) => {
-                        return Err(bad(&field, "(a clip)".into(), "clips before scales that differ", "null"));
+                        return Err(bad(
+                            &field,
+                            "(a clip)".into(),
+                            "clips before scales that differ",
+                            "null",
+                        ));
                     }
                 },
-                Some(clip) => return Err(bad(&field, format!("{clip:?}"), "is not the same on both sides", "[-a, a]")),
+                Some(clip) => {
+                    return Err(bad(
+                        &field,
+                        format!("{clip:?}"),
+                        "is not the same on both sides",
+                        "[-a, a]",
+                    ));
+                }
             };
-            terms.push(Term { term, scale, clip, history: observed.history_length.max(1) });
+            terms.push(Term {
+                term,
+                scale,
+                clip,
+                history: observed.history_length.max(1),
+            });
         }
-        let (stiffness, damping) = (of_motor("stiffness", &stiffness)?, of_motor("damping", &damping)?);
-        let usual = || Figure::assumed(vec![0.01; stiffness.len()], "those of unitree_rl_lab's robots");
+        let (stiffness, damping) = (
+            of_motor("stiffness", &stiffness)?,
+            of_motor("damping", &damping)?,
+        );
+        let usual = || {
+            Figure::assumed(
+                vec![0.01; stiffness.len()],
+                "those of unitree_rl_lab's robots",
+            )
+        };
         Ok(Training {
             by: format!("unitree_rl_lab, {file}"),
             period_s: Figure::read(step_dt),
@@ -183,12 +304,17 @@ impl Deploy {
             action_scale: Figure::read(scale.each(joints.len())),
             action_clip: None,
             torque_n_m: None,
-            rotor_inertia_kg_m2: Some(inertias_of_gains(&stiffness, &damping).unwrap_or_else(usual)),
+            rotor_inertia_kg_m2: Some(
+                inertias_of_gains(&stiffness, &damping).unwrap_or_else(usual),
+            ),
             stiffness: Figure::read(stiffness),
             damping: Figure::read(damping),
             joints: Figure::assumed(
                 joints,
-                format!("joint_ids_map counts the joints of {} in their order", robot.name),
+                format!(
+                    "joint_ids_map counts the joints of {} in their order",
+                    robot.name
+                ),
             ),
             gait,
             observation: Figure::read(terms),
@@ -229,10 +355,16 @@ impl Gym {
         /// Period of the gait in its program (s).
         const GAIT_PERIOD_S: f64 = 0.8;
         let count = self.kps.len();
-        let joints = motors(file, "kps", count, robot)?.into_iter().take(count).collect();
+        let joints = motors(file, "kps", count, robot)?
+            .into_iter()
+            .take(count)
+            .collect();
         let period_s = self.simulation_dt * f64::from(self.control_decimation);
         let terms = vec![
-            scaled(Quantity::BaseAngularVelocity, Scale::All(self.ang_vel_scale)),
+            scaled(
+                Quantity::BaseAngularVelocity,
+                Scale::All(self.ang_vel_scale),
+            ),
             plain(Quantity::ProjectedGravity),
             scaled(Quantity::Command, scale_of(self.cmd_scale.into())),
             scaled(Quantity::JointPositions, Scale::All(self.dof_pos_scale)),
@@ -243,7 +375,10 @@ impl Gym {
         Ok(Training {
             by: format!("unitree_rl_gym, {file}"),
             period_s: Figure::inferred(period_s, "simulation_dt times control_decimation"),
-            joints: Figure::assumed(joints, format!("the first {count} joints of {}", robot.name)),
+            joints: Figure::assumed(
+                joints,
+                format!("the first {count} joints of {}", robot.name),
+            ),
             default_rad: Figure::read(self.default_angles),
             action_scale: Figure::read(vec![self.action_scale; count]),
             action_clip: None,

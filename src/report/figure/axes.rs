@@ -17,8 +17,15 @@ impl AxisScale {
             return vec![self.from];
         }
         let decade = 10f64.powf((span / 4.0).log10().floor());
-        let step = [5.0, 2.0, 1.0].map(|m| m * decade).into_iter().find(|s| span / s >= 2.9).unwrap_or(decade);
-        let (first, last) = ((self.from / step - 1e-9).ceil() as i64, (self.to / step + 1e-9).floor() as i64);
+        let step = [5.0, 2.0, 1.0]
+            .map(|m| m * decade)
+            .into_iter()
+            .find(|s| span / s >= 2.9)
+            .unwrap_or(decade);
+        let (first, last) = (
+            (self.from / step - 1e-9).ceil() as i64,
+            (self.to / step + 1e-9).floor() as i64,
+        );
         (first..=last).map(|i| i as f64 * step).collect()
     }
 }
@@ -36,8 +43,16 @@ pub struct Axis {
 impl Axis {
     pub fn new(name: &str, ends: PanelPoint) -> Self {
         let [from, to] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-        let ticks = AxisScale { from, to }.ticks().into_iter().map(|x| (x, short(x, 3))).collect();
-        Self { name: name.into(), ends, ticks }
+        let ticks = AxisScale { from, to }
+            .ticks()
+            .into_iter()
+            .map(|x| (x, short(x, 3)))
+            .collect();
+        Self {
+            name: name.into(),
+            ends,
+            ticks,
+        }
     }
 }
 
@@ -64,7 +79,12 @@ impl Panel {
             if !x.name.is_empty() {
                 panel.text("name", [0.5 * (left + right), bottom], [0.0, 36.0], &x.name);
             }
-            panel.turned_text("name up", [left - 44.0, 0.5 * (top + bottom)], -90.0, &y.name);
+            panel.turned_text(
+                "name up",
+                [left - 44.0, 0.5 * (top + bottom)],
+                -90.0,
+                &y.name,
+            );
         });
         self.view = view;
     }
@@ -77,7 +97,10 @@ mod tests {
     #[test]
     fn ticks_are_round_and_inside() {
         let ticks = |from, to| AxisScale { from, to }.ticks();
-        assert_eq!(ticks(0.0, 1.0), [0.0, 0.2, 0.4, 0.6000000000000001, 0.8, 1.0]);
+        assert_eq!(
+            ticks(0.0, 1.0),
+            [0.0, 0.2, 0.4, 0.6000000000000001, 0.8, 1.0]
+        );
         assert_eq!(ticks(-0.5, 0.5), [-0.4, -0.2, 0.0, 0.2, 0.4]);
         assert_eq!(ticks(1.0, 1.0), [1.0]);
         for half in [0.05, 0.15, 0.3, 0.35, 2.5, 7.0] {

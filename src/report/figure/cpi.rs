@@ -28,21 +28,39 @@ pub fn write(path: &Path, gain_set: &str, sets: &[CpiSet], undisturbed: &[CpiSet
         }
         if let Some(set) = undisturbed.first() {
             let bottom = -1e3 * ends(set, axis)[1];
-            panel.text("slice small", [0.0, bottom], [0.0, -24.0], "dashed: without disturbances");
+            panel.text(
+                "slice small",
+                [0.0, bottom],
+                [0.0, -24.0],
+                "dashed: without disturbances",
+            );
         }
         panel
     });
-    let robust = if undisturbed.is_empty() { "" } else { "robust " };
-    let heading = format!("Maximal {robust}CPI sets of gain set {gain_set}, with the COM over the middle of the feet");
+    let robust = if undisturbed.is_empty() {
+        ""
+    } else {
+        "robust "
+    };
+    let heading = format!(
+        "Maximal {robust}CPI sets of gain set {gain_set}, with the COM over the middle of the feet"
+    );
     super::write(path, &heading, &panels, 2)
 }
 
 /// The slice at com = 0 along an axis (0: x, 1: y), in the plane of COM velocity and ZMP.
 pub fn slice(sets: &[CpiSet], axis: usize, title: &str) -> Panel {
     let mut panel = Panel::new(460.0, 430.0);
-    let Some(first) = sets.first() else { return panel };
-    let (pendulum, [least, most], [speed, reach]) = (first.pendulum, edges(first, axis), ends(first, axis));
-    let letters = sets.iter().map(|set| set.gain.chars().count()).max().unwrap_or(0);
+    let Some(first) = sets.first() else {
+        return panel;
+    };
+    let (pendulum, [least, most], [speed, reach]) =
+        (first.pendulum, edges(first, axis), ends(first, axis));
+    let letters = sets
+        .iter()
+        .map(|set| set.gain.chars().count())
+        .max()
+        .unwrap_or(0);
     let right = panel.width - 14.0 - LETTER * letters as f64;
     let way = ["forward", "to the left"][axis];
     let x = Axis::new(&format!("COM velocity, {way} [m/s]"), [-speed, speed]);
@@ -68,14 +86,24 @@ pub fn slice(sets: &[CpiSet], axis: usize, title: &str) -> Panel {
     let words = "\u{3c9}d: beyond, a footstep is needed";
     let words_of_d = "d: edge for the ZMP";
     panel.text("halo small", [0.0, 1e3 * most], [0.0, -5.0], words_of_d);
-    panel.text("limit end halo small", [pendulum.omega * most, -1e3 * reach], [-5.0, -8.0], words);
+    panel.text(
+        "limit end halo small",
+        [pendulum.omega * most, -1e3 * reach],
+        [-5.0, -8.0],
+        words,
+    );
     panel
 }
 
 /// How far the ZMP can move to both edges along an axis (m).
 fn edges(set: &CpiSet, axis: usize) -> [f64; 2] {
     let ahead = [Vector2::x(), Vector2::y()][axis];
-    [-1.0, 1.0].map(|sign| sign * set.polygon.distance_along(Point2::origin(), sign * ahead).unwrap_or(0.0))
+    [-1.0, 1.0].map(|sign| {
+        sign * set
+            .polygon
+            .distance_along(Point2::origin(), sign * ahead)
+            .unwrap_or(0.0)
+    })
 }
 
 /// Ends of the axes of a slice: COM velocity (m/s) and ZMP (m).

@@ -16,9 +16,17 @@ const BOUND_EVERY_DEG: usize = 3;
 type BoundCurve = (&'static str, &'static str, fn(&Heading) -> f64);
 /// The bounds in the order in which they are drawn on top of each other.
 const BOUNDS: [BoundCurve; 3] = [
-    ("bound many", "any number of footsteps, or none", |heading| heading.bound_n_step_n_s),
-    ("bound one", "at most one footstep", |heading| heading.bound_one_step_n_s),
-    ("bound none", "no footstep", |heading| heading.bound_no_step_n_s),
+    (
+        "bound many",
+        "any number of footsteps, or none",
+        |heading| heading.bound_n_step_n_s,
+    ),
+    ("bound one", "at most one footstep", |heading| {
+        heading.bound_one_step_n_s
+    }),
+    ("bound none", "no footstep", |heading| {
+        heading.bound_no_step_n_s
+    }),
 ];
 /// Half the width of the marks of the impulses up to which nothing was lost (degrees).
 const SAFE_MARK_HALF_DEG: f64 = 2.5;
@@ -29,33 +37,67 @@ const JOINED: usize = 8;
 /// Draws bounds and controllers, with one physics engine or two. Fails if the solver gives up on a bound, or if the
 /// file cannot be written.
 pub fn write(path: &Path, limits: &[Limits]) -> Result<()> {
-    let Limits { robot, campaign, yardstick, .. } = &limits[0];
-    let headings = (0..360).step_by(BOUND_EVERY_DEG).map(|deg| yardstick.heading(deg as f64));
+    let Limits {
+        robot,
+        campaign,
+        yardstick,
+        ..
+    } = &limits[0];
+    let headings = (0..360)
+        .step_by(BOUND_EVERY_DEG)
+        .map(|deg| yardstick.heading(deg as f64));
     let bounds: Vec<Heading> = headings.collect();
     let heading = format!("Largest recoverable impulse by heading: {robot}, campaign {campaign}");
-    super::write(path, &heading, &[map(limits, &bounds), Panel::of_legend(&legend(limits))], 2)
+    super::write(
+        path,
+        &heading,
+        &[map(limits, &bounds), Panel::of_legend(&legend(limits))],
+        2,
+    )
 }
 
 /// The limits of all controllers at all headings.
 fn all(limits: &[Limits]) -> impl Iterator<Item = &SetLimit> {
-    limits.iter().flat_map(|limits| &limits.headings).flat_map(|heading| &heading.sets)
+    limits
+        .iter()
+        .flat_map(|limits| &limits.headings)
+        .flat_map(|heading| &heading.sets)
 }
 
 fn map(limits: &[Limits], bounds: &[Heading]) -> Panel {
     let found = all(limits).map(|set| set.ci95[1]);
-    let allowed = bounds.iter().flat_map(|heading| BOUNDS.map(|(.., of)| of(heading)));
-    let ticks = AxisScale { from: 0.0, to: found.chain(allowed).fold(0.1, f64::max) }.ticks();
+    let allowed = bounds
+        .iter()
+        .flat_map(|heading| BOUNDS.map(|(.., of)| of(heading)));
+    let ticks = AxisScale {
+        from: 0.0,
+        to: found.chain(allowed).fold(0.1, f64::max),
+    }
+    .ticks();
     // The last ring lies beyond all values.
     let step = ticks[1] - ticks[0];
     let rings: Vec<f64> = (1..=ticks.len()).map(|i| step * i as f64).collect();
     let mut polar = Polar::new(RADIUS, rings[rings.len() - 1]);
     for (class, _, of) in BOUNDS {
-        polar.panel.polygon(class, bounds.iter().map(|heading| towards(heading.heading_deg, of(heading))));
+        polar.panel.polygon(
+            class,
+            bounds
+                .iter()
+                .map(|heading| towards(heading.heading_deg, of(heading))),
+        );
     }
     polar.rings(&rings);
     for (is_second, limits) in [false, true].into_iter().zip(limits) {
-        for set in 0..limits.headings.first().map_or(0, |heading| heading.sets.len()) {
-            let class = if is_second { format!("{} second", class_of_set(set)) } else { class_of_set(set) };
+        for set in 0..limits
+            .headings
+            .first()
+            .map_or(0, |heading| heading.sets.len())
+        {
+            let class = if is_second {
+                format!("{} second", class_of_set(set))
+            } else {
+                class_of_set(set)
+            };
             let draw = |panel: &mut Panel| draw_set(panel, limits, set, is_second);
             polar.panel.group(&format!("class=\"{class}\""), draw);
         }
@@ -67,22 +109,42 @@ fn map(limits: &[Limits], bounds: &[Heading]) -> Panel {
 /// Draws the limits of a controller in an engine: dots and a solid line or, in the second engine, diamonds and a dashed
 /// line.
 fn draw_set(panel: &mut Panel, limits: &Limits, set: usize, is_second: bool) {
-    let Limits { headings, engine, .. } = limits;
-    let at = |of: fn(&SetLimit) -> f64| move |heading: &Heading| towards(heading.heading_deg, of(&heading.sets[set]));
+    let Limits {
+        headings, engine, ..
+    } = limits;
+    let at = |of: fn(&SetLimit) -> f64| {
+        move |heading: &Heading| towards(heading.heading_deg, of(&heading.sets[set]))
+    };
     let middle = at(|limit| limit.impulse50_n_s);
     if headings.len() >= JOINED {
         panel.polygon("outline", headings.iter().map(middle));
     }
     for heading in headings {
-        panel.line("interval", at(|limit| limit.ci95[0])(heading), at(|limit| limit.ci95[1])(heading));
+        panel.line(
+            "interval",
+            at(|limit| limit.ci95[0])(heading),
+            at(|limit| limit.ci95[1])(heading),
+        );
     }
     for heading in headings {
-        let SetLimit { name, impulse50_n_s: most, ci95: [low, high], resolved, .. } = &heading.sets[set];
-        let words = format!("{name}, {}\u{b0}: {most:.2} N s ({low:.2} to {high:.2}), {engine}", heading.heading_deg);
+        let SetLimit {
+            name,
+            impulse50_n_s: most,
+            ci95: [low, high],
+            resolved,
+            ..
+        } = &heading.sets[set];
+        let words = format!(
+            "{name}, {}\u{b0}: {most:.2} N s ({low:.2} to {high:.2}), {engine}",
+            heading.heading_deg
+        );
         if let Some(safe_n_s) = heading.sets[set].safe_n_s {
-            let [from, to] =
-                [-SAFE_MARK_HALF_DEG, SAFE_MARK_HALF_DEG].map(|turn| towards(heading.heading_deg + turn, safe_n_s));
-            let words = format!("{name}, {}\u{b0}: nothing lost up to {safe_n_s:.2} N s", heading.heading_deg);
+            let [from, to] = [-SAFE_MARK_HALF_DEG, SAFE_MARK_HALF_DEG]
+                .map(|turn| towards(heading.heading_deg + turn, safe_n_s));
+            let words = format!(
+                "{name}, {}\u{b0}: nothing lost up to {safe_n_s:.2} N s",
+                heading.heading_deg
+            );
             panel.told(&words, |panel| panel.line("interval safe", from, to));
         }
         let class = if *resolved { "" } else { "hollow" };
@@ -94,7 +156,12 @@ fn draw_set(panel: &mut Panel, limits: &Limits, set: usize, is_second: bool) {
 }
 
 fn legend(limits: &[Limits]) -> Vec<LegendRow> {
-    let names = limits[0].headings.iter().take(1).flat_map(|heading| &heading.sets).map(|set| set.name.clone());
+    let names = limits[0]
+        .headings
+        .iter()
+        .take(1)
+        .flat_map(|heading| &heading.sets)
+        .map(|set| set.name.clone());
     let of_set = |(i, name)| (class_of_set(i), LegendSample::DottedLine(""), name);
     let mut rows: Vec<LegendRow> = names.enumerate().map(of_set).collect();
     let mut note = |words: &str| rows.push((String::new(), LegendSample::Nothing, words.into()));
@@ -105,7 +172,11 @@ fn legend(limits: &[Limits]) -> Vec<LegendRow> {
         }
         _ => note(&format!("simulated by {}", limits[0].engine)),
     }
-    let mark = if limits.len() > 1 { "dot or diamond" } else { "dot" };
+    let mark = if limits.len() > 1 {
+        "dot or diamond"
+    } else {
+        "dot"
+    };
     note(&format!("{mark}: 50 % recover; bar: 95 %"));
     if all(limits).any(|set| set.safe_n_s.is_some()) {
         note("line across: nothing lost up to there");
@@ -115,6 +186,10 @@ fn legend(limits: &[Limits]) -> Vec<LegendRow> {
     }
     note("Pendulum bounds: a pendulum stays up with");
     rows.extend(BOUNDS.map(|(class, words, _)| (class.into(), LegendSample::Area, words.into())));
-    rows.push((String::new(), LegendSample::Nothing, "read from the middle along a heading".into()));
+    rows.push((
+        String::new(),
+        LegendSample::Nothing,
+        "read from the middle along a heading".into(),
+    ));
     rows
 }

@@ -15,12 +15,27 @@ const TICK_DEG: usize = 45;
 
 /// Draws a map for each controller, in one physics engine or two. `replay_of` gives the file that shows the nth hole of
 /// all limits. Fails if the file cannot be written.
-pub fn write(path: &Path, limits: &[Limits], replay_of: impl Fn(usize) -> Option<String>) -> Result<()> {
-    let Limits { robot, campaign, .. } = &limits[0];
+pub fn write(
+    path: &Path,
+    limits: &[Limits],
+    replay_of: impl Fn(usize) -> Option<String>,
+) -> Result<()> {
+    let Limits {
+        robot, campaign, ..
+    } = &limits[0];
     let mut holes = (0..).map(replay_of);
-    let sets = |limits: &Limits| limits.headings.first().map_or(0, |heading| heading.sets.len());
-    let all = limits.iter().flat_map(|limits| (0..sets(limits)).map(move |set| (limits, set)));
-    let mut panels: Vec<Panel> = all.map(|(limits, set)| map(limits, set, &mut holes)).collect();
+    let sets = |limits: &Limits| {
+        limits
+            .headings
+            .first()
+            .map_or(0, |heading| heading.sets.len())
+    };
+    let all = limits
+        .iter()
+        .flat_map(|limits| (0..sets(limits)).map(move |set| (limits, set)));
+    let mut panels: Vec<Panel> = all
+        .map(|(limits, set)| map(limits, set, &mut holes))
+        .collect();
     let rows = [
         ("cell", LegendSample::Area, "the robot recovers"),
         ("cell lost", LegendSample::Area, "it does not"),
@@ -30,32 +45,72 @@ pub fn write(path: &Path, limits: &[Limits], replay_of: impl Fn(usize) -> Option
             "a hole: it recovers from harder pushes; click for the replay, if there is one",
         ),
         ("s0", LegendSample::DottedLine(""), "50 % recover"),
-        ("limit", LegendSample::Line, "pendulum bound with one footstep"),
+        (
+            "limit",
+            LegendSample::Line,
+            "pendulum bound with one footstep",
+        ),
     ];
-    panels.push(Panel::of_legend(
-        &rows.map(|(class, sample, words)| -> LegendRow { (class.into(), sample, words.into()) }),
-    ));
-    super::write(path, &format!("Pushes by heading and impulse: {robot}, campaign {campaign}"), &panels, 1)
+    panels.push(Panel::of_legend(&rows.map(
+        |(class, sample, words)| -> LegendRow { (class.into(), sample, words.into()) },
+    )));
+    super::write(
+        path,
+        &format!("Pushes by heading and impulse: {robot}, campaign {campaign}"),
+        &panels,
+        1,
+    )
 }
 
 /// The map of one controller. It takes one file from `holes` for each of its holes.
 fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<String>>) -> Panel {
-    let Limits { headings, precision_n_s: step_n_s, engine, .. } = limits;
+    let Limits {
+        headings,
+        precision_n_s: step_n_s,
+        engine,
+        ..
+    } = limits;
     let half_deg = 180.0 / headings.len() as f64;
     let of = |limit: &SetLimit| limit.map.last().map_or(0.0, |tried| tried.impulse_n_s);
-    let most_n_s =
-        headings.iter().map(|heading| of(&heading.sets[set]).max(heading.bound_one_step_n_s)).fold(0.0, f64::max);
+    let most_n_s = headings
+        .iter()
+        .map(|heading| of(&heading.sets[set]).max(heading.bound_one_step_n_s))
+        .fold(0.0, f64::max);
     let mut panel = Panel::new(SIZE[0], SIZE[1]);
-    let name = headings.first().map_or("", |heading| &heading.sets[set].name);
-    panel.text("title start", [FRAME[0], 20.0], [0.0, 0.0], &format!("{name}, {engine}"));
-    let ticks = (0..360).step_by(TICK_DEG).map(|deg| (deg as f64, deg.to_string())).collect();
-    let x = Axis { name: "heading [degrees]: 0 forward, 90 left".into(), ends: [-half_deg, 360.0 - half_deg], ticks };
-    panel.axes(FRAME, &x, &Axis::new("impulse [N s]", [0.0, most_n_s + step_n_s]));
+    let name = headings
+        .first()
+        .map_or("", |heading| &heading.sets[set].name);
+    panel.text(
+        "title start",
+        [FRAME[0], 20.0],
+        [0.0, 0.0],
+        &format!("{name}, {engine}"),
+    );
+    let ticks = (0..360)
+        .step_by(TICK_DEG)
+        .map(|deg| (deg as f64, deg.to_string()))
+        .collect();
+    let x = Axis {
+        name: "heading [degrees]: 0 forward, 90 left".into(),
+        ends: [-half_deg, 360.0 - half_deg],
+        ticks,
+    };
+    panel.axes(
+        FRAME,
+        &x,
+        &Axis::new("impulse [N s]", [0.0, most_n_s + step_n_s]),
+    );
     for heading in headings {
         let limit = &heading.sets[set];
         let [left, right] = [-half_deg, half_deg].map(|turn| heading.heading_deg + turn);
-        for run in limit.map.chunk_by(|a, b| a.outcome.is_success() == b.outcome.is_success()) {
-            let [low, high] = [run[0].impulse_n_s - 0.5 * step_n_s, run[run.len() - 1].impulse_n_s + 0.5 * step_n_s];
+        for run in limit
+            .map
+            .chunk_by(|a, b| a.outcome.is_success() == b.outcome.is_success())
+        {
+            let [low, high] = [
+                run[0].impulse_n_s - 0.5 * step_n_s,
+                run[run.len() - 1].impulse_n_s + 0.5 * step_n_s,
+            ];
             let hole = !run[0].outcome.is_success() && limit.holes().any(|hole| hole == &run[0]);
             let class = if hole {
                 "cell hole"
@@ -65,8 +120,12 @@ fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<Stri
                 "cell lost"
             };
             let draw = |panel: &mut Panel| panel.rect(class, [left, low], [right, high]);
-            let words =
-                format!("{}\u{b0}, {:.2} N s: {}", heading.heading_deg, run[0].impulse_n_s, run[0].outcome.name());
+            let words = format!(
+                "{}\u{b0}, {:.2} N s: {}",
+                heading.heading_deg,
+                run[0].impulse_n_s,
+                run[0].outcome.name()
+            );
             match hole.then(|| holes.next().flatten()).flatten() {
                 Some(file) => {
                     panel.add(format_args!("<a href=\"{}\">", escape(&file)));
@@ -78,10 +137,16 @@ fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<Stri
             }
         }
     }
-    let bound = headings.iter().map(|heading| [heading.heading_deg, heading.bound_one_step_n_s]);
+    let bound = headings
+        .iter()
+        .map(|heading| [heading.heading_deg, heading.bound_one_step_n_s]);
     panel.polyline("limit", bound);
-    let found = headings.iter().map(|heading| [heading.heading_deg, heading.sets[set].impulse50_n_s]);
-    panel.group("class=\"s0\"", |panel| found.for_each(|at| panel.circle("dot", at, 3.0)));
+    let found = headings
+        .iter()
+        .map(|heading| [heading.heading_deg, heading.sets[set].impulse50_n_s]);
+    panel.group("class=\"s0\"", |panel| {
+        found.for_each(|at| panel.circle("dot", at, 3.0))
+    });
     panel
 }
 
@@ -94,14 +159,23 @@ mod tests {
     fn a_hole_links_to_its_replay_and_a_loss_at_the_limit_is_none() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("map.svg");
-        write(&path, &[with_hole()], |number| (number == 0).then(|| "hole-1.html".into())).unwrap();
+        write(&path, &[with_hole()], |number| {
+            (number == 0).then(|| "hole-1.html".into())
+        })
+        .unwrap();
         let svg = std::fs::read_to_string(path).unwrap();
         let count = |what: &str| svg.matches(what).count();
         assert_eq!(
-            [count("<rect class=\"cell hole\""), count("<a href=\"hole-1.html\">")],
+            [
+                count("<rect class=\"cell hole\""),
+                count("<a href=\"hole-1.html\">")
+            ],
             [2, 1],
             "with the legend's"
         );
-        assert!(svg.contains("0\u{b0}, 1.60 N s: fell") && count("<rect class=\"cell lost\"") == 2, "{svg}");
+        assert!(
+            svg.contains("0\u{b0}, 1.60 N s: fell") && count("<rect class=\"cell lost\"") == 2,
+            "{svg}"
+        );
     }
 }

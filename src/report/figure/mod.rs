@@ -37,7 +37,11 @@ pub fn page_style() -> String {
 
 /// Classes of all elements that are drawn for a controller.
 pub fn class_of_set(set: usize) -> String {
-    format!("s{}{}", set % COLORS, if set >= COLORS { " again" } else { "" })
+    format!(
+        "s{}{}",
+        set % COLORS,
+        if set >= COLORS { " again" } else { "" }
+    )
 }
 
 /// Writes panels as one SVG file, in rows of `columns`. Fails if the file cannot be written.
@@ -65,7 +69,9 @@ pub fn document(heading: &str, panels: &[Panel], columns: usize) -> String {
         let mut left = GAP;
         for panel in row {
             let (w, h) = (panel.width, panel.height);
-            svg += &panel.svg(&format!("x=\"{left:.0}\" y=\"{top:.0}\" width=\"{w:.0}\" height=\"{h:.0}\""));
+            svg += &panel.svg(&format!(
+                "x=\"{left:.0}\" y=\"{top:.0}\" width=\"{w:.0}\" height=\"{h:.0}\""
+            ));
             svg.push('\n');
             left += w + GAP;
         }
@@ -87,11 +93,27 @@ mod tests {
         let svg = document(heading, &[panel.clone(), panel], 2);
         let file = roxmltree::Document::parse(&svg).unwrap();
         let root = file.root_element();
-        let title = root.children().find(|node| node.tag_name().name() == "title");
+        let title = root
+            .children()
+            .find(|node| node.tag_name().name() == "title");
         assert_eq!(title.and_then(|title| title.text()), Some(heading));
-        assert!(root.attribute("width").unwrap().parse::<f64>().unwrap() > LETTER * heading.len() as f64);
-        assert!(svg.contains(".paper{fill:#fff}") && svg.contains(".s6{--c:#") && svg.contains("--zmp:#"), "{svg}");
-        assert!(!svg.contains("prefers-color-scheme") && page_style().contains("prefers-color-scheme"));
-        assert!((0..9).all(|set| STYLE.contains(&format!(".{}{{", class_of_set(set).replace(" again", "")))));
+        assert!(
+            root.attribute("width").unwrap().parse::<f64>().unwrap()
+                > LETTER * heading.len() as f64
+        );
+        assert!(
+            svg.contains(".paper{fill:#fff}")
+                && svg.contains(".s6{--c:#")
+                && svg.contains("--zmp:#"),
+            "{svg}"
+        );
+        assert!(
+            !svg.contains("prefers-color-scheme") && page_style().contains("prefers-color-scheme")
+        );
+        assert!(
+            (0..9)
+                .all(|set| STYLE
+                    .contains(&format!(".{}{{", class_of_set(set).replace(" again", ""))))
+        );
     }
 }

@@ -24,7 +24,11 @@ const BETWEEN: f64 = 20.0;
 const MOST_OUTSIDE_M: f64 = 0.15;
 
 /// A curve: name, classes, and the point of a moment that it shows (m, world frame).
-type Line = (&'static str, &'static str, fn(&Snapshot) -> Option<Point2<f64>>);
+type Line = (
+    &'static str,
+    &'static str,
+    fn(&Snapshot) -> Option<Point2<f64>>,
+);
 
 /// The curves from back to front. The left foot is dashed, so that both feet are seen where their curves coincide. The
 /// DCM is dashed, since many people cannot distinguish its green from the red of the ZMP.
@@ -48,7 +52,13 @@ pub struct MotionPlot {
 impl MotionPlot {
     /// A plot with the pushes and no moment yet.
     pub fn of_pushes(pushes: &[Push]) -> Self {
-        Self { moments: Vec::new(), pushes: pushes.iter().map(|push| [push.start_s, push.end_s()]).collect() }
+        Self {
+            moments: Vec::new(),
+            pushes: pushes
+                .iter()
+                .map(|push| [push.start_s, push.end_s()])
+                .collect(),
+        }
     }
 
     /// Adds a tick of an episode.
@@ -74,12 +84,17 @@ impl MotionPlot {
         let mut panel = Panel::new(WIDTH, top + 2.0 * HEIGHT + BETWEEN + 44.0);
         panel.text("title start", [LEFT, 20.0], [0.0, 0.0], title);
         let times = self.times();
-        for (axis, (name, time)) in
-            [("x, forward [mm]", ""), ("y, to the left [mm]", "time [s]")].into_iter().enumerate()
+        for (axis, (name, time)) in [("x, forward [mm]", ""), ("y, to the left [mm]", "time [s]")]
+            .into_iter()
+            .enumerate()
         {
             let (top, values) = (top + axis as f64 * (HEIGHT + BETWEEN), self.values(axis));
             panel.in_px(|panel| {
-                panel.axes([LEFT, top, RIGHT, top + HEIGHT], &Axis::new(time, times), &Axis::new(name, values));
+                panel.axes(
+                    [LEFT, top, RIGHT, top + HEIGHT],
+                    &Axis::new(time, times),
+                    &Axis::new(name, values),
+                );
                 self.draw(panel, axis, times, values);
             });
         }
@@ -89,7 +104,9 @@ impl MotionPlot {
 
     /// Draws bands and curves of an axis. `times` (s) and `values` (mm) are the ends of the chart.
     fn draw(&self, panel: &mut Panel, axis: usize, times: PanelPoint, values: PanelPoint) {
-        self.supports(axis, values).into_iter().for_each(|outline| panel.polygon("band", outline));
+        self.supports(axis, values)
+            .into_iter()
+            .for_each(|outline| panel.polygon("band", outline));
         let bands = self.swings().into_iter().map(|time| ("swing", time));
         for (class, [from, to]) in bands.chain(self.pushes.iter().map(|time| ("pushed", *time))) {
             let (from, to) = (from.max(times[0]), to.min(times[1]));
@@ -97,28 +114,47 @@ impl MotionPlot {
                 panel.rect(class, [from, values[0]], [to, values[1]]);
             }
         }
-        LINES.iter().for_each(|line| panel.curve(line.1, self.points(line, axis, values)));
+        LINES
+            .iter()
+            .for_each(|line| panel.curve(line.1, self.points(line, axis, values)));
     }
 
     /// Ends of the time axis (s).
     fn times(&self) -> PanelPoint {
         let from = self.moments.first().map_or(0.0, |s| s.time_s);
-        [from, self.moments.last().map_or(0.0, |s| s.time_s).max(from + 0.01)]
+        [
+            from,
+            self.moments
+                .last()
+                .map_or(0.0, |s| s.time_s)
+                .max(from + 0.01),
+        ]
     }
 
     /// Ends of the value axis (mm). They contain everything that is drawn within `MOST_OUTSIDE_M` of feet and support.
     fn values(&self, axis: usize) -> PanelPoint {
         let around = |values: &mut dyn Iterator<Item = f64>| {
             let finite = values.filter(|v| v.is_finite());
-            finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+            finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+                (low.min(v), high.max(v))
+            })
         };
         let (low, high) = around(&mut self.moments.iter().flat_map(|s| {
-            s.support.iter().map(|v| v[axis]).chain([s.soles.left[axis], s.soles.right[axis]]).collect::<Vec<_>>()
+            s.support
+                .iter()
+                .map(|v| v[axis])
+                .chain([s.soles.left[axis], s.soles.right[axis]])
+                .collect::<Vec<_>>()
         }));
         let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
-        let curves = LINES.iter().flat_map(|(.., line)| self.moments.iter().filter_map(line));
+        let curves = LINES
+            .iter()
+            .flat_map(|(.., line)| self.moments.iter().filter_map(line));
         let (least, most) = around(&mut curves.map(|v| v[axis]));
-        let (low, high) = (low.min(least.max(low - MOST_OUTSIDE_M)), high.max(most.min(high + MOST_OUTSIDE_M)));
+        let (low, high) = (
+            low.min(least.max(low - MOST_OUTSIDE_M)),
+            high.max(most.min(high + MOST_OUTSIDE_M)),
+        );
         let room = 0.04 * (high - low) + 0.002;
         [1e3 * (low - room), 1e3 * (high + room)]
     }
@@ -145,15 +181,22 @@ impl MotionPlot {
         }));
         let outline = |run: Vec<(f64, f64, f64)>| {
             let low = run.iter().map(|&(time, low, _)| [time, low]);
-            low.chain(run.iter().rev().map(|&(time, _, high)| [time, high])).collect()
+            low.chain(run.iter().rev().map(|&(time, _, high)| [time, high]))
+                .collect()
         };
         extents.into_iter().map(outline).collect()
     }
 
     /// Start and end of each footstep (s).
     fn swings(&self) -> Vec<[f64; 2]> {
-        let runs = pieces(self.moments.iter().map(|moment| is_swing(moment).then_some(moment.time_s)));
-        runs.iter().filter_map(|run| Some([*run.first()?, *run.last()?])).collect()
+        let runs = pieces(
+            self.moments
+                .iter()
+                .map(|moment| is_swing(moment).then_some(moment.time_s)),
+        );
+        runs.iter()
+            .filter_map(|run| Some([*run.first()?, *run.last()?]))
+            .collect()
     }
 
     /// The rows of the legend: the curves from front to back, then the bands.
@@ -161,12 +204,26 @@ impl MotionPlot {
         let bands = [
             ("band", "soles on the ground", true),
             ("pushed", "push", !self.pushes.is_empty()),
-            ("swing", "foot in the air", self.moments.iter().any(is_swing)),
+            (
+                "swing",
+                "foot in the air",
+                self.moments.iter().any(is_swing),
+            ),
         ];
         let row = |sample| move |(class, name): (&str, &str)| (class.into(), sample, name.into());
-        let lines = LINES.iter().rev().map(|(name, class, _)| (*class, *name)).map(row(LegendSample::Line));
+        let lines = LINES
+            .iter()
+            .rev()
+            .map(|(name, class, _)| (*class, *name))
+            .map(row(LegendSample::Line));
         lines
-            .chain(bands.iter().filter(|band| band.2).map(|band| (band.0, band.1)).map(row(LegendSample::Area)))
+            .chain(
+                bands
+                    .iter()
+                    .filter(|band| band.2)
+                    .map(|band| (band.0, band.1))
+                    .map(row(LegendSample::Area)),
+            )
             .collect()
     }
 }
@@ -190,7 +247,12 @@ mod tests {
             let swing = (30..70).contains(&i);
             let right = 0.001 * f64::from(i.clamp(30, 70) - 30);
             let flies = (45..55).contains(&i);
-            let support = SupportPolygon::rectangle(-0.05, 0.05 + right, if swing { 0.02 } else { -0.08 }, 0.08);
+            let support = SupportPolygon::rectangle(
+                -0.05,
+                0.05 + right,
+                if swing { 0.02 } else { -0.08 },
+                0.08,
+            );
             Snapshot {
                 time_s,
                 posture: posture.clone(),
@@ -199,8 +261,13 @@ mod tests {
                 dcm_outside_m: 0.0,
                 zmp: (!flies).then_some(Point2::new(0.04 * time_s, 0.01 * time_s)),
                 zmp_ref: Some(Point2::new(0.03 * time_s, 0.02 * time_s)),
-                soles: PerFoot { left: Point3::new(0.0, 0.05, 0.0), right: Point3::new(right, -0.05, 0.0) },
-                support: support.filter(|_| !flies).map_or(Vec::new(), |polygon| polygon.vertices().to_vec()),
+                soles: PerFoot {
+                    left: Point3::new(0.0, 0.05, 0.0),
+                    right: Point3::new(right, -0.05, 0.0),
+                },
+                support: support
+                    .filter(|_| !flies)
+                    .map_or(Vec::new(), |polygon| polygon.vertices().to_vec()),
                 regions: Vec::new(),
                 gain: None,
                 margin: None,
@@ -212,7 +279,10 @@ mod tests {
                 slope: UnitQuaternion::identity(),
             }
         };
-        MotionPlot { moments: (0..=100).map(moment).collect(), pushes: vec![[0.1, 0.15]] }
+        MotionPlot {
+            moments: (0..=100).map(moment).collect(),
+            pushes: vec![[0.1, 0.15]],
+        }
     }
 
     /// Writes the picture and reads it back.
@@ -220,30 +290,56 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("motion.svg");
         plot.write(&path, "a footstep").unwrap();
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing else is left");
+        assert_eq!(
+            std::fs::read_dir(folder.path()).unwrap().count(),
+            1,
+            "nothing else is left"
+        );
         std::fs::read_to_string(path).unwrap()
     }
 
     /// Number of elements of a kind and class.
     fn count(svg: &str, element: &str, class: &str) -> usize {
-        svg.matches(&format!("<{element} class=\"{class}\" ")).count()
+        svg.matches(&format!("<{element} class=\"{class}\" "))
+            .count()
     }
 
     #[test]
     fn every_curve_and_band_is_drawn_and_named() {
         let svg = drawn(&footstep());
-        assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"), "{svg:.100}");
+        assert!(
+            svg.starts_with("<svg ") && svg.ends_with("</svg>\n"),
+            "{svg:.100}"
+        );
         let names = LINES.iter().map(|line| line.0);
-        let bands = ["soles on the ground", "push", "foot in the air", "a footstep"];
-        for name in names.chain(bands).chain(["time [s]", "x, forward [mm]", "y, to the left [mm]"]) {
-            assert!(svg.contains(&format!(">{name}</text>")), "{name} is missing");
+        let bands = [
+            "soles on the ground",
+            "push",
+            "foot in the air",
+            "a footstep",
+        ];
+        for name in names
+            .chain(bands)
+            .chain(["time [s]", "x, forward [mm]", "y, to the left [mm]"])
+        {
+            assert!(
+                svg.contains(&format!(">{name}</text>")),
+                "{name} is missing"
+            );
         }
         // Each curve is drawn once in each chart, ZMP and support in two pieces; the legend adds a line or a field.
         for (name, class, _) in LINES {
-            assert_eq!(count(&svg, "polyline", class), if name == "ZMP" { 4 } else { 2 }, "{name}");
+            assert_eq!(
+                count(&svg, "polyline", class),
+                if name == "ZMP" { 4 } else { 2 },
+                "{name}"
+            );
             assert_eq!(count(&svg, "line", class), 1, "{name}");
         }
-        assert_eq!((count(&svg, "polygon", "band"), count(&svg, "rect", "band")), (4, 1));
+        assert_eq!(
+            (count(&svg, "polygon", "band"), count(&svg, "rect", "band")),
+            (4, 1)
+        );
         for band in ["pushed", "swing"] {
             assert_eq!(count(&svg, "rect", band), 3);
         }
@@ -253,9 +349,14 @@ mod tests {
     fn a_com_that_runs_away_leaves_the_picture_readable() {
         let plot = footstep();
         let values = plot.values(1);
-        assert!((230.0..250.0).contains(&values[1]) && (-100.0..-80.0).contains(&values[0]), "{values:?}");
+        assert!(
+            (230.0..250.0).contains(&values[1]) && (-100.0..-80.0).contains(&values[0]),
+            "{values:?}"
+        );
         let com = &pieces(plot.points(&LINES[5], 1, values))[..];
-        assert!(com.len() == 1 && com[0].len() < 85 && com[0].iter().all(|[_, mm]| *mm <= values[1]));
+        assert!(
+            com.len() == 1 && com[0].len() < 85 && com[0].iter().all(|[_, mm]| *mm <= values[1])
+        );
     }
 
     #[test]

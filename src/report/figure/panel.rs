@@ -30,18 +30,33 @@ pub struct PanelView {
 
 impl PanelView {
     /// The view in which places are px.
-    pub const PX: Self = Self { origin: [0.0, 0.0], x: [1.0, 0.0], y: [0.0, 1.0] };
+    pub const PX: Self = Self {
+        origin: [0.0, 0.0],
+        x: [1.0, 0.0],
+        y: [0.0, 1.0],
+    };
 
     /// The view of a chart in a frame (left, top, right and bottom edge, px). `x` holds the values at the left and
     /// right edge, `y` the values at the bottom and top edge.
     pub fn chart([left, top, right, bottom]: [f64; 4], x: PanelPoint, y: PanelPoint) -> Self {
-        let ([x0, dx], [y0, dy]) = ([x[0], (right - left) / (x[1] - x[0])], [y[0], (top - bottom) / (y[1] - y[0])]);
-        Self { origin: [left - x0 * dx, bottom - y0 * dy], x: [dx, 0.0], y: [0.0, dy] }
+        let ([x0, dx], [y0, dy]) = (
+            [x[0], (right - left) / (x[1] - x[0])],
+            [y[0], (top - bottom) / (y[1] - y[0])],
+        );
+        Self {
+            origin: [left - x0 * dx, bottom - y0 * dy],
+            x: [dx, 0.0],
+            y: [0.0, dy],
+        }
     }
 
     /// The view from above: forward (x) is up, left (y) is to the left. `middle` is the position of [0, 0] (px).
     pub fn from_above(middle: PanelPoint, px_per_unit: f64) -> Self {
-        Self { origin: middle, x: [0.0, -px_per_unit], y: [-px_per_unit, 0.0] }
+        Self {
+            origin: middle,
+            x: [0.0, -px_per_unit],
+            y: [-px_per_unit, 0.0],
+        }
     }
 
     /// Position of a place (px).
@@ -80,50 +95,77 @@ pub type LegendRow = (String, LegendSample, String);
 impl Panel {
     /// An empty panel of a size (px). Places are px until axes are drawn.
     pub fn new(width: f64, height: f64) -> Self {
-        Self { width, height, corner: [0.0, 0.0], view: PanelView::PX, class: "fig", body: String::new() }
+        Self {
+            width,
+            height,
+            corner: [0.0, 0.0],
+            view: PanelView::PX,
+            class: "fig",
+            body: String::new(),
+        }
     }
 
     /// A panel with nothing but a legend, in the size of the legend.
     pub fn of_legend(rows: &[LegendRow]) -> Self {
-        let letters = rows.iter().map(|(_, _, words)| words.chars().count()).max().unwrap_or(0);
-        let mut panel = Self::new(40.0 + LETTER * letters as f64, ROW * (rows.len() as f64 + 0.5));
+        let letters = rows
+            .iter()
+            .map(|(_, _, words)| words.chars().count())
+            .max()
+            .unwrap_or(0);
+        let mut panel = Self::new(
+            40.0 + LETTER * letters as f64,
+            ROW * (rows.len() as f64 + 0.5),
+        );
         panel.legend([0.0, ROW], rows);
         panel
     }
 
     pub fn line(&mut self, class: &str, from: impl Into<PanelPoint>, to: impl Into<PanelPoint>) {
         let ([x1, y1], [x2, y2]) = (self.seen(from), self.seen(to));
-        self.add(format_args!("<line class=\"{class}\" x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\"/>"));
+        self.add(format_args!(
+            "<line class=\"{class}\" x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\"/>"
+        ));
     }
 
     pub fn polyline(&mut self, class: &str, points: impl IntoIterator<Item: Into<PanelPoint>>) {
         let points = self.listed(points);
-        self.add(format_args!("<polyline class=\"{class}\" points=\"{points}\"/>"));
+        self.add(format_args!(
+            "<polyline class=\"{class}\" points=\"{points}\"/>"
+        ));
     }
 
     /// A curve with gaps where there is no point.
     pub fn curve(&mut self, class: &str, points: impl Iterator<Item = Option<PanelPoint>>) {
-        pieces(points).into_iter().for_each(|piece| self.polyline(class, piece));
+        pieces(points)
+            .into_iter()
+            .for_each(|piece| self.polyline(class, piece));
     }
 
     pub fn polygon(&mut self, class: &str, points: impl IntoIterator<Item: Into<PanelPoint>>) {
         let points = self.listed(points);
         if !points.is_empty() {
-            self.add(format_args!("<polygon class=\"{class}\" points=\"{points}\"/>"));
+            self.add(format_args!(
+                "<polygon class=\"{class}\" points=\"{points}\"/>"
+            ));
         }
     }
 
     /// A rectangle from two opposite corners.
     pub fn rect(&mut self, class: &str, a: impl Into<PanelPoint>, b: impl Into<PanelPoint>) {
         let ([x1, y1], [x2, y2]) = (self.view.at(a), self.view.at(b));
-        let [x, y, width, height] = [x1.min(x2), y1.min(y2), (x2 - x1).abs(), (y2 - y1).abs()].map(px);
-        self.add(format_args!("<rect class=\"{class}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>"));
+        let [x, y, width, height] =
+            [x1.min(x2), y1.min(y2), (x2 - x1).abs(), (y2 - y1).abs()].map(px);
+        self.add(format_args!(
+            "<rect class=\"{class}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>"
+        ));
     }
 
     /// A circle with a radius in px.
     pub fn circle(&mut self, class: &str, at: impl Into<PanelPoint>, r: f64) {
         let ([x, y], r) = (self.seen(at), px(r));
-        self.add(format_args!("<circle class=\"{class}\" cx=\"{x}\" cy=\"{y}\" r=\"{r}\"/>"));
+        self.add(format_args!(
+            "<circle class=\"{class}\" cx=\"{x}\" cy=\"{y}\" r=\"{r}\"/>"
+        ));
     }
 
     /// A diamond whose corners are `r` px from its middle.
@@ -136,23 +178,46 @@ impl Panel {
     /// An error bar with caps, between two values of y.
     pub fn error_bar(&mut self, class: &str, x: f64, ends: PanelPoint) {
         let [[x, low], [_, high]] = ends.map(|y| self.view.at([x, y]));
-        let points = [[x - CAP, low], [x + CAP, low], [x, low], [x, high], [x - CAP, high], [x + CAP, high]];
+        let points = [
+            [x - CAP, low],
+            [x + CAP, low],
+            [x, low],
+            [x, high],
+            [x - CAP, high],
+            [x + CAP, high],
+        ];
         self.in_px(|panel| panel.polyline(class, points));
     }
 
     /// A line of text. Its middle is at the place plus an offset (px, to the right and down). With `start` or `end` in
     /// `class`, its start or end is there.
-    pub fn text(&mut self, class: &str, at: impl Into<PanelPoint>, [dx, dy]: PanelPoint, text: &str) {
+    pub fn text(
+        &mut self,
+        class: &str,
+        at: impl Into<PanelPoint>,
+        [dx, dy]: PanelPoint,
+        text: &str,
+    ) {
         let ([x, y], text) = (self.view.at(at), escape(text));
         let [x, y] = [x + dx, y + dy].map(px);
-        self.add(format_args!("<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{text}</text>"));
+        self.add(format_args!(
+            "<text class=\"{class}\" x=\"{x}\" y=\"{y}\">{text}</text>"
+        ));
     }
 
     /// Text turned clockwise about its place (degrees).
-    pub fn turned_text(&mut self, class: &str, at: impl Into<PanelPoint>, turn_deg: f64, text: &str) {
+    pub fn turned_text(
+        &mut self,
+        class: &str,
+        at: impl Into<PanelPoint>,
+        turn_deg: f64,
+        text: &str,
+    ) {
         let ([x, y], text) = (self.seen(at), escape(text));
         let place = format!("translate({x} {y}) rotate({turn_deg})");
-        self.add(format_args!("<text class=\"{class}\" transform=\"{place}\">{text}</text>"));
+        self.add(format_args!(
+            "<text class=\"{class}\" transform=\"{place}\">{text}</text>"
+        ));
     }
 
     /// A line with a head at its end.
@@ -166,7 +231,12 @@ impl Panel {
         let (ux, uy) = (dx / length, dy / length);
         let head = HEAD.min(0.6 * length);
         let neck = [to[0] - head * ux, to[1] - head * uy];
-        let wing = |side: f64| [neck[0] - side * 0.45 * head * uy, neck[1] + side * 0.45 * head * ux];
+        let wing = |side: f64| {
+            [
+                neck[0] - side * 0.45 * head * uy,
+                neck[1] + side * 0.45 * head * ux,
+            ]
+        };
         self.in_px(|panel| {
             panel.line(class, from, neck);
             panel.polygon(&format!("{class} head"), [to, wing(1.0), wing(-1.0)]);
@@ -198,7 +268,11 @@ impl Panel {
                         LegendSample::Line | LegendSample::Nothing => {}
                     }
                 });
-                let class = if *sample == LegendSample::Nothing { "start soft" } else { "start" };
+                let class = if *sample == LegendSample::Nothing {
+                    "start soft"
+                } else {
+                    "start"
+                };
                 panel.text(class, [x + 34.0, y], [0.0, 4.5], words);
             }
         });
@@ -229,9 +303,12 @@ impl Panel {
 
     /// The panel as an `svg` element, with `attributes` in its tag.
     pub fn svg(&self, attributes: &str) -> String {
-        let ([left, top], [width, height]) = (self.corner.map(px), [self.width, self.height].map(px));
+        let ([left, top], [width, height]) =
+            (self.corner.map(px), [self.width, self.height].map(px));
         let (class, body) = (self.class, &self.body);
-        format!("<svg class=\"{class}\" viewBox=\"{left} {top} {width} {height}\" {attributes}>\n{body}</svg>")
+        format!(
+            "<svg class=\"{class}\" viewBox=\"{left} {top} {width} {height}\" {attributes}>\n{body}</svg>"
+        )
     }
 
     pub fn add(&mut self, element: impl Display) {
@@ -244,8 +321,16 @@ impl Panel {
     }
 
     fn listed(&self, points: impl IntoIterator<Item: Into<PanelPoint>>) -> String {
-        let points = thinned(points.into_iter().map(|point| self.view.at(point)).collect());
-        let pairs: Vec<String> = points.into_iter().map(|point| point.map(px).join(",")).collect();
+        let points = thinned(
+            points
+                .into_iter()
+                .map(|point| self.view.at(point))
+                .collect(),
+        );
+        let pairs: Vec<String> = points
+            .into_iter()
+            .map(|point| point.map(px).join(","))
+            .collect();
         pairs.join(" ")
     }
 }
@@ -269,9 +354,17 @@ fn thinned(mut points: Vec<PanelPoint>) -> Vec<PanelPoint> {
     let mut needed = vec![false; points.len()];
     let mut stretches = vec![(0, points.len().saturating_sub(1))];
     while let Some((first, last)) = stretches.pop() {
-        [first, last].into_iter().for_each(|end| needed.iter_mut().skip(end).take(1).for_each(|needed| *needed = true));
+        [first, last].into_iter().for_each(|end| {
+            needed
+                .iter_mut()
+                .skip(end)
+                .take(1)
+                .for_each(|needed| *needed = true)
+        });
         let away = |i: usize| (i, distance(points[i], [points[first], points[last]]));
-        let farthest = (first + 1..last).map(away).max_by(|a, b| a.1.total_cmp(&b.1));
+        let farthest = (first + 1..last)
+            .map(away)
+            .max_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((i, _)) = farthest.filter(|(_, away)| *away > NEAR) {
             stretches.extend([(first, i), (i, last)]);
         }
@@ -298,8 +391,16 @@ pub fn escape(text: &str) -> String {
 /// A number with at most `digits` decimals, without trailing zeros, and with a typographic minus.
 pub fn short(x: f64, digits: usize) -> String {
     let text = format!("{x:.digits$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    if text == "-0" { "0".into() } else { text.replace('-', "\u{2212}") }
+    let text = if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        &text
+    };
+    if text == "-0" {
+        "0".into()
+    } else {
+        text.replace('-', "\u{2212}")
+    }
 }
 
 /// A coordinate in a picture, with at most one decimal.
@@ -327,7 +428,10 @@ mod tests {
         assert_eq!(thinned(flat.clone().collect()), [[0.0, 0.0], [99.9, 0.1]]);
         let spike = |[x, y]: PanelPoint| [x, if x == 50.0 { 9.0 } else { y }];
         let with_spike = thinned(flat.map(spike).collect());
-        assert!(with_spike.contains(&[50.0, 9.0]) && with_spike.len() < 8, "{with_spike:?}");
+        assert!(
+            with_spike.contains(&[50.0, 9.0]) && with_spike.len() < 8,
+            "{with_spike:?}"
+        );
         // A curve that turns back keeps its turning point.
         assert_eq!(thinned(vec![[0.0, 0.0], [9.0, 0.0], [0.0, 0.0]]).len(), 3);
         assert_eq!(thinned(Vec::new()), [[0.0; 2]; 0]);

@@ -26,8 +26,15 @@ impl Polar {
     pub fn new(radius: f64, most_n_s: f64) -> Self {
         let half = radius + MARGIN;
         let mut panel = Panel::new(2.0 * half, 2.0 * half);
-        (panel.corner, panel.view) = ([-half, -half], PanelView::from_above([0.0, 0.0], radius / most_n_s));
-        Self { panel, most_n_s, radius }
+        (panel.corner, panel.view) = (
+            [-half, -half],
+            PanelView::from_above([0.0, 0.0], radius / most_n_s),
+        );
+        Self {
+            panel,
+            most_n_s,
+            radius,
+        }
     }
 
     /// Distance of an impulse from the middle (px).
@@ -52,11 +59,20 @@ impl Polar {
         let beyond = self.radius + 10.0;
         // At most six rings have a number.
         let every = rings_n_s.len().div_ceil(6);
-        let numbered = rings_n_s.iter().rev().step_by(every).filter(|ring| **ring > 0.0);
+        let numbered = rings_n_s
+            .iter()
+            .rev()
+            .step_by(every)
+            .filter(|ring| **ring > 0.0);
         for (i, impulse_n_s) in numbered.enumerate() {
             let unit = if i == 0 { " N\u{a0}s" } else { "" };
             let number = format!("{}{unit}", short(*impulse_n_s, 2));
-            self.panel.text("ring halo", towards(NUMBERS_DEG, *impulse_n_s), [0.0, 4.0], &number);
+            self.panel.text(
+                "ring halo",
+                towards(NUMBERS_DEG, *impulse_n_s),
+                [0.0, 4.0],
+                &number,
+            );
         }
         self.panel.in_px(|panel| {
             panel.text("name", [0.0, -beyond], [0.0, 0.0], "forward, 0\u{b0}");

@@ -24,30 +24,76 @@ const RIGHT: f64 = 736.0;
 
 /// Writes the chart with a legend. Fails if the file cannot be written.
 pub fn write(path: &Path, summary: &Summary) -> Result<()> {
-    let most = if are_of_different_trials(&summary.sets) { "up to " } else { "" };
-    let heading = format!("Recovered over impulse: {most}{} trials of campaign {}", summary.trials, summary.name);
-    super::write(path, &heading, &[chart(&summary.sets), Panel::of_legend(&legend(&summary.sets))], 2)
+    let most = if are_of_different_trials(&summary.sets) {
+        "up to "
+    } else {
+        ""
+    };
+    let heading = format!(
+        "Recovered over impulse: {most}{} trials of campaign {}",
+        summary.trials, summary.name
+    );
+    super::write(
+        path,
+        &heading,
+        &[
+            chart(&summary.sets),
+            Panel::of_legend(&legend(&summary.sets)),
+        ],
+        2,
+    )
 }
 
 /// The chart alone. The elements of a controller are a group with the number of the controller as `data-set`.
 pub fn chart(sets: &[SetSummary]) -> Panel {
     let edges = impulse_edges_n_s(sets);
-    let ends = [edges.first().map_or(0.0, |edge| *edge), edges.last().map_or(1.0, |edge| *edge)];
+    let ends = [
+        edges.first().map_or(0.0, |edge| *edge),
+        edges.last().map_or(1.0, |edge| *edge),
+    ];
     // A fitted curve runs over the range of the impulses, which the outer bins may exceed.
-    let fitted_at = || sets.iter().flat_map(|set| &set.curve.points).map(|point| point.x);
-    let pushes = [fitted_at().reduce(f64::min).unwrap_or(ends[0]), fitted_at().reduce(f64::max).unwrap_or(ends[1])];
+    let fitted_at = || {
+        sets.iter()
+            .flat_map(|set| &set.curve.points)
+            .map(|point| point.x)
+    };
+    let pushes = [
+        fitted_at().reduce(f64::min).unwrap_or(ends[0]),
+        fitted_at().reduce(f64::max).unwrap_or(ends[1]),
+    ];
     let mut panel = Panel::new(760.0, 380.0);
     panel.class = "fig curve";
-    let ticks = [0.0, 25.0, 50.0, 75.0, 100.0].map(|percent| (percent / 100.0, format!("{percent} %"))).into();
-    let rates = Axis { name: "recovered".into(), ends: [0.0, 1.0], ticks };
-    panel.axes([LEFT, 14.0, RIGHT, 326.0], &Axis::new("impulse of the push [N s]", ends), &rates);
+    let ticks = [0.0, 25.0, 50.0, 75.0, 100.0]
+        .map(|percent| (percent / 100.0, format!("{percent} %")))
+        .into();
+    let rates = Axis {
+        name: "recovered".into(),
+        ends: [0.0, 1.0],
+        ticks,
+    };
+    panel.axes(
+        [LEFT, 14.0, RIGHT, 326.0],
+        &Axis::new("impulse of the push [N s]", ends),
+        &rates,
+    );
     let n_s_per_px = (ends[1] - ends[0]) / (RIGHT - LEFT);
     let bins = edges.len().saturating_sub(1).max(1) as f64;
-    let apart = BAR_SPACING_PX.min(OF_BIN * (RIGHT - LEFT) / bins / sets.len().max(1) as f64) * n_s_per_px;
+    let apart =
+        BAR_SPACING_PX.min(OF_BIN * (RIGHT - LEFT) / bins / sets.len().max(1) as f64) * n_s_per_px;
     for (i, set) in sets.iter().enumerate() {
         let beside = apart * (i as f64 - 0.5 * (sets.len() - 1) as f64);
-        let series = Series { set, pushes, ends, beside, dot: dot(i), has_band: sets.len() <= MOST_BANDS };
-        panel.group(&format!("class=\"{}\" data-set=\"{i}\"", class_of_set(i)), |panel| series.draw(panel));
+        let series = Series {
+            set,
+            pushes,
+            ends,
+            beside,
+            dot: dot(i),
+            has_band: sets.len() <= MOST_BANDS,
+        };
+        panel.group(
+            &format!("class=\"{}\" data-set=\"{i}\"", class_of_set(i)),
+            |panel| series.draw(panel),
+        );
     }
     panel
 }
@@ -67,21 +113,36 @@ struct Series<'a> {
 impl Series<'_> {
     fn draw(&self, panel: &mut Panel) {
         let curve = &self.set.curve.points;
-        let bins: Vec<&ImpulseBin> = self.set.by_impulse.iter().filter(|bin| bin.count.trials > 0).collect();
+        let bins: Vec<&ImpulseBin> = self
+            .set
+            .by_impulse
+            .iter()
+            .filter(|bin| bin.count.trials > 0)
+            .collect();
         let beside = if curve.is_empty() { self.beside } else { 0.0 };
-        let at = |bin: &ImpulseBin| [middle_n_s(bin, self.pushes) + beside, bin.count.success_rate];
+        let at = |bin: &ImpulseBin| {
+            [
+                middle_n_s(bin, self.pushes) + beside,
+                bin.count.success_rate,
+            ]
+        };
         if curve.is_empty() {
             // Straight lines join the rates.
             panel.polyline("", bins.iter().copied().map(at));
-            bins.iter().for_each(|bin| panel.error_bar("interval", at(bin)[0], bin.count.ci95));
+            bins.iter()
+                .for_each(|bin| panel.error_bar("interval", at(bin)[0], bin.count.ci95));
         } else {
-            let (low, high) = (curve.iter().map(|p| [p.x, p.ci95[0]]), curve.iter().rev().map(|p| [p.x, p.ci95[1]]));
+            let (low, high) = (
+                curve.iter().map(|p| [p.x, p.ci95[0]]),
+                curve.iter().rev().map(|p| [p.x, p.ci95[1]]),
+            );
             if self.has_band {
                 panel.polygon("range", low.chain(high));
             }
             panel.polyline("", curve.iter().map(|p| [p.x, p.chance]));
         }
-        bins.iter().for_each(|bin| panel.told(&words(bin), |panel| panel.circle(self.dot, at(bin), 4.0)));
+        bins.iter()
+            .for_each(|bin| panel.told(&words(bin), |panel| panel.circle(self.dot, at(bin), 4.0)));
         let fit = self.set.curve.fit.as_ref();
         self.level(panel, 0.5, fit.and_then(|fit| fit.impulse50));
         self.level(panel, 0.9, fit.and_then(|fit| fit.impulse90));
@@ -89,16 +150,32 @@ impl Series<'_> {
 
     /// The impulse at which a share of the trials recovers, with its interval.
     fn level(&self, panel: &mut Panel, share: f64, level: Option<Level>) {
-        let Some(Level { at, ci95: [low, high] }) = level else { return };
+        let Some(Level {
+            at,
+            ci95: [low, high],
+        }) = level
+        else {
+            return;
+        };
         // An end that is not known lies beyond the pushes, so the line runs to the edge.
         let [from, to] = self.ends;
-        panel.line("level", [low.unwrap_or(from).max(from), share], [high.unwrap_or(to).min(to), share]);
+        panel.line(
+            "level",
+            [low.unwrap_or(from).max(from), share],
+            [high.unwrap_or(to).min(to), share],
+        );
         let interval = match (low, high) {
             (Some(low), Some(high)) => format!(" (95 %: {low:.2} to {high:.2})"),
             _ => String::new(),
         };
-        let words = format!("{}: {} % recover at {at:.2} N s{interval}", self.set.name, short(100.0 * share, 0));
-        panel.told(&words, |panel| panel.diamond("hollow", [at.clamp(from, to), share], 6.0));
+        let words = format!(
+            "{}: {} % recover at {at:.2} N s{interval}",
+            self.set.name,
+            short(100.0 * share, 0)
+        );
+        panel.told(&words, |panel| {
+            panel.diamond("hollow", [at.clamp(from, to), share], 6.0)
+        });
     }
 }
 
@@ -114,7 +191,11 @@ fn legend(sets: &[SetSummary]) -> Vec<LegendRow> {
             Some((end, _)) => format!("{}...", &set.name[..end]),
             None => set.name.clone(),
         };
-        let of = if are_of_different_trials(sets) { format!(" of {}", set.count.trials) } else { String::new() };
+        let of = if are_of_different_trials(sets) {
+            format!(" of {}", set.count.trials)
+        } else {
+            String::new()
+        };
         (
             class_of_set(i),
             LegendSample::DottedLine(dot(i)),
@@ -125,17 +206,25 @@ fn legend(sets: &[SetSummary]) -> Vec<LegendRow> {
     let (some, all) = (sets.iter().any(is_fitted), sets.iter().all(is_fitted));
     let notes = [
         (true, "dots: share by bin of impulse"),
-        (some && sets.len() <= MOST_BANDS, "bands: 95 % of the curves"),
+        (
+            some && sets.len() <= MOST_BANDS,
+            "bands: 95 % of the curves",
+        ),
         (some, "diamonds: where 50 %, 90 % recover"),
         (!all, "bars: 95 % of the dots"),
     ];
     let note = |(_, words): (bool, &str)| (String::new(), LegendSample::Nothing, words.into());
-    sets.iter().enumerate().map(row).chain(notes.into_iter().filter(|(is_seen, _)| *is_seen).map(note)).collect()
+    sets.iter()
+        .enumerate()
+        .map(row)
+        .chain(notes.into_iter().filter(|(is_seen, _)| *is_seen).map(note))
+        .collect()
 }
 
 /// Whether some of the controllers have fewer trials than others.
 fn are_of_different_trials(sets: &[SetSummary]) -> bool {
-    sets.iter().any(|set| set.count.trials != sets[0].count.trials)
+    sets.iter()
+        .any(|set| set.count.trials != sets[0].count.trials)
 }
 
 /// Middle (N s) of the part of a bin that has pushes.
@@ -144,8 +233,12 @@ fn middle_n_s(bin: &ImpulseBin, [least, most]: [f64; 2]) -> f64 {
 }
 
 fn words(bin: &ImpulseBin) -> String {
-    let [rate, low, high] = [bin.count.success_rate, bin.count.ci95[0], bin.count.ci95[1]].map(|share| 100.0 * share);
-    let ([from, to], count) = ([bin.from_n_s, bin.to_n_s].map(|edge| short(edge, 3)), bin.count);
+    let [rate, low, high] =
+        [bin.count.success_rate, bin.count.ci95[0], bin.count.ci95[1]].map(|share| 100.0 * share);
+    let ([from, to], count) = (
+        [bin.from_n_s, bin.to_n_s].map(|edge| short(edge, 3)),
+        bin.count,
+    );
     format!(
         "{from} to {to} N s: {} of {} recovered, {rate:.1} % ({low:.1} to {high:.1} %)",
         count.recovered, count.trials
@@ -171,7 +264,11 @@ mod tests {
 
     #[test]
     fn a_rate_stands_where_its_pushes_are() {
-        let bin = ImpulseBin { from_n_s: 5.0, to_n_s: 6.0, count: SuccessCount::new(1, 2) };
+        let bin = ImpulseBin {
+            from_n_s: 5.0,
+            to_n_s: 6.0,
+            count: SuccessCount::new(1, 2),
+        };
         assert_eq!(middle_n_s(&bin, [0.5, 5.5]), 5.25);
         assert_eq!(middle_n_s(&bin, [0.5, 7.0]), 5.5);
     }
@@ -179,23 +276,48 @@ mod tests {
     #[test]
     fn a_set_that_was_stopped_has_no_dots_where_it_has_no_trials() {
         let sets = ragged(&[]).0.sets;
-        let told = |svg: &str, set: &SetSummary| set.by_impulse.iter().filter(|bin| svg.contains(&words(bin))).count();
+        let told = |svg: &str, set: &SetSummary| {
+            set.by_impulse
+                .iter()
+                .filter(|bin| svg.contains(&words(bin)))
+                .count()
+        };
         let svg = chart(&sets[1..2]).svg("");
-        assert_eq!((sets[1].by_impulse.len(), told(&svg, &sets[1])), (sets[0].by_impulse.len(), 2));
-        assert!(legend(&sets).iter().any(|(_, _, words)| words == "b: 20.0 % of 25"));
+        assert_eq!(
+            (sets[1].by_impulse.len(), told(&svg, &sets[1])),
+            (sets[0].by_impulse.len(), 2)
+        );
+        assert!(
+            legend(&sets)
+                .iter()
+                .any(|(_, _, words)| words == "b: 20.0 % of 25")
+        );
     }
 
     /// Only a fitted curve has a band. Without one, each bin has an error bar.
     #[test]
     fn only_fitted_curves_have_bands() {
-        let mut sets =
-            summary(&[[Recovered, Recovered], [Recovered, Fell], [Fell, Recovered], [Fell, Fell]], &[], &[]).sets;
+        let mut sets = summary(
+            &[
+                [Recovered, Recovered],
+                [Recovered, Fell],
+                [Fell, Recovered],
+                [Fell, Fell],
+            ],
+            &[],
+            &[],
+        )
+        .sets;
         let found = |sets: &[SetSummary]| {
             let svg = chart(sets).svg("");
             ["class=\"range\"", "class=\"interval\""].map(|class| svg.matches(class).count())
         };
         assert_eq!(found(&sets), [2, 0]);
-        sets[1].curve = FittedCurve { fit: None, none_because: None, points: Vec::new() };
+        sets[1].curve = FittedCurve {
+            fit: None,
+            none_because: None,
+            points: Vec::new(),
+        };
         assert_eq!(found(&sets), [1, sets[1].by_impulse.len()]);
     }
 }

@@ -39,13 +39,21 @@ const FEW_ANSWERS: usize = 6;
 /// `folder`. Fails only if the template is wrong.
 pub fn page(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Result<String> {
     let context = context(summary, rows, folder);
-    html_page::render("report.html", TEMPLATE, UndefinedBehavior::SemiStrict, add_to, &context)
+    html_page::render(
+        "report.html",
+        TEMPLATE,
+        UndefinedBehavior::SemiStrict,
+        add_to,
+        &context,
+    )
 }
 
 /// Adds the filters that the template calls.
 fn add_to(environment: &mut Environment) {
     environment.add_filter("signs", |text: String| Cell::from_safe_string(signs(&text)));
-    environment.add_filter("fixed", |x: f64, digits: usize| format!("{x:.digits$}").replace('-', "\u{2212}"));
+    environment.add_filter("fixed", |x: f64, digits: usize| {
+        format!("{x:.digits$}").replace('-', "\u{2212}")
+    });
     environment.add_filter("pct", percent);
 }
 
@@ -61,18 +69,32 @@ fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
         let (a, b) = (index(&pair.a), index(&pair.b));
         // If there are two engines, the map of a controller is in the section on their agreement.
         let has_map = i < MOST_PAIRS && summary.agreement.is_none();
-        let map = if has_map { maps.pair((a, b), [a, b]) } else { None };
+        let map = if has_map {
+            maps.pair((a, b), [a, b])
+        } else {
+            None
+        };
         let open = pair.verdict == PairVerdict::Open;
         json!({ "index": i, "a": a, "b": b, "open": open, "map": map, "trials": telling::of_pair(sets, pair, (a, b)) })
     };
-    let lost = summary.gates.iter().map(|gate| Some(telling::point(sets, gate.lost_trial?, &[index(&gate.set)])));
-    let commands: Vec<_> = sets.iter().map(|set| replay_parts(&set.origin, Path::new(""))).collect();
+    let lost = summary
+        .gates
+        .iter()
+        .map(|gate| Some(telling::point(sets, gate.lost_trial?, &[index(&gate.set)])));
+    let commands: Vec<_> = sets
+        .iter()
+        .map(|set| replay_parts(&set.origin, Path::new("")))
+        .collect();
     let mut told: BTreeMap<&str, String> = BTreeMap::new();
     for told_table in tables::of(summary) {
         let table = &told_table.table;
         *told.entry(told_table.section).or_default() += &match told_table.detail {
             Detail::Page => {
-                format!("<details><summary>{}</summary>\n{}</details>\n", signs(&table.title), table.html())
+                format!(
+                    "<details><summary>{}</summary>\n{}</details>\n",
+                    signs(&table.title),
+                    table.html()
+                )
             }
             _ => table.html(),
         };
@@ -105,7 +127,11 @@ fn engines(agreement: &Agreement, sets: &[SetSummary], maps: &polar::Maps) -> Va
     let of_set = |(i, set): (usize, &SetAgreement)| {
         let (a, b) = (i, agreement.sets.len() + i);
         let parted = |of: &PartedTrial| {
-            let has_lost = if of.recovered_in == agreement.engines[0] { b } else { a };
+            let has_lost = if of.recovered_in == agreement.engines[0] {
+                b
+            } else {
+                a
+            };
             json!({ "at": telling::point(sets, of.trial, &[has_lost]), "words": text::parted(agreement, of) })
         };
         json!({
@@ -131,7 +157,12 @@ mod tests {
     /// The page of two controllers with five trials each, in one engine.
     fn usual() -> String {
         let outcomes = [[Recovered, Fell]; 5];
-        page(&summary(&outcomes, &[], &[]), &summary_columns(&outcomes), Path::new("")).unwrap()
+        page(
+            &summary(&outcomes, &[], &[]),
+            &summary_columns(&outcomes),
+            Path::new(""),
+        )
+        .unwrap()
     }
 
     const HOSTILE: &str = "</script><b onclick='x()'>&";
@@ -139,9 +170,19 @@ mod tests {
     #[test]
     fn names_are_escaped_everywhere() {
         let outcomes = [[Recovered, Fell], [Fell, Recovered], [Recovered, Fell]];
-        let (mut summary, mut rows) = (summary(&outcomes, &[], &["a >= 0.9"]), summary_columns(&outcomes));
-        let of_set = [&mut summary.sets[0].name, &mut summary.pairs[0].a, &mut rows.names[0]];
-        for name in [&mut summary.name, &mut summary.robot].into_iter().chain(of_set) {
+        let (mut summary, mut rows) = (
+            summary(&outcomes, &[], &["a >= 0.9"]),
+            summary_columns(&outcomes),
+        );
+        let of_set = [
+            &mut summary.sets[0].name,
+            &mut summary.pairs[0].a,
+            &mut rows.names[0],
+        ];
+        for name in [&mut summary.name, &mut summary.robot]
+            .into_iter()
+            .chain(of_set)
+        {
             *name = HOSTILE.into();
         }
         summary.warnings = vec![HOSTILE.into()];
@@ -160,9 +201,12 @@ mod tests {
     #[test]
     fn the_two_measures_of_impulses_are_told_apart() {
         let page = usual();
-        for told in
-            ["<dt>m omega d</dt>", "<dt>sole impulse</dt>", "(1 sole impulse\u{a0}=", "impulse / m omega d</th>"]
-        {
+        for told in [
+            "<dt>m omega d</dt>",
+            "<dt>sole impulse</dt>",
+            "(1 sole impulse\u{a0}=",
+            "impulse / m omega d</th>",
+        ] {
             assert!(page.contains(told), "{told} is not in {page}");
         }
     }
@@ -176,13 +220,25 @@ mod tests {
         let up_to = "up to 100 trials (of 200 at most) for each controller";
         for (text, told) in [
             // The last text has the outcome of a trial that a controller has not run.
-            (&page, ["up to 100 trials of 3 controllers", "20.0 % of 25</td>", "\"R-R\""]),
-            (&crate::markdown::text(&summary), [up_to, "| b | 5/25 |", ""]),
+            (
+                &page,
+                [
+                    "up to 100 trials of 3 controllers",
+                    "20.0 % of 25</td>",
+                    "\"R-R\"",
+                ],
+            ),
+            (
+                &crate::markdown::text(&summary),
+                [up_to, "| b | 5/25 |", ""],
+            ),
             (&terminal, [up_to, " 5/25 ", " trials 100 25 100 "]),
         ] {
             let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
             let of_all = ["b after 25 trials. Each rate "];
-            told.iter().chain(&of_all).for_each(|told| assert!(words.contains(told), "{told} in {words}"));
+            told.iter()
+                .chain(&of_all)
+                .for_each(|told| assert!(words.contains(told), "{told} in {words}"));
         }
         assert!(!page.contains("NaN") && !usual().contains("up to 5 trials"));
     }
@@ -194,14 +250,27 @@ mod tests {
         summary.agreement.as_mut().unwrap().sets[0].set = HOSTILE.into();
         let page = page(&summary, &rows, Path::new("")).unwrap();
         assert!(page.contains("id=\"engines\"") && page.contains("How far the two engines agree"));
-        let (from, to) = (page.find("id=\"engines\"").unwrap(), page.find("id=\"maps\"").unwrap());
+        let (from, to) = (
+            page.find("id=\"engines\"").unwrap(),
+            page.find("id=\"maps\"").unwrap(),
+        );
         let section = &page[from..to];
         assert_eq!(section.matches("data-sets=").count(), 2, "{section}");
-        assert!(section.contains("data-sets=\"0 2\"") && section.contains("data-sets=\"1 3\""), "{section}");
+        assert!(
+            section.contains("data-sets=\"0 2\"") && section.contains("data-sets=\"1 3\""),
+            "{section}"
+        );
         assert_eq!(section.matches("<li>").count(), 21, "{section}");
-        assert!(section.contains(">only MuJoCo</th>") && !section.contains("<b onclick"), "{section}");
+        assert!(
+            section.contains(">only MuJoCo</th>") && !section.contains("<b onclick"),
+            "{section}"
+        );
         // No other map has the same pair, and a page of one engine has no such section.
-        assert!(["0 2", "2 0"].iter().all(|pair| !page[to..].contains(&format!("data-sets=\"{pair}\""))));
+        assert!(
+            ["0 2", "2 0"]
+                .iter()
+                .all(|pair| !page[to..].contains(&format!("data-sets=\"{pair}\"")))
+        );
         assert!(!usual().contains("id=\"engines\""));
     }
 
@@ -209,11 +278,23 @@ mod tests {
     fn with_many_trials_the_maps_have_cells_but_no_dots() {
         let page = |trials: usize| {
             let one_in_three = |k: usize| if k.is_multiple_of(3) { Fell } else { Recovered };
-            let outcomes: Vec<_> = (0..trials).map(|k| [one_in_three(k), one_in_three(k + 1)]).collect();
-            page(&summary(&outcomes, &[], &[]), &summary_columns(&outcomes), Path::new("")).unwrap()
+            let outcomes: Vec<_> = (0..trials)
+                .map(|k| [one_in_three(k), one_in_three(k + 1)])
+                .collect();
+            page(
+                &summary(&outcomes, &[], &[]),
+                &summary_columns(&outcomes),
+                Path::new(""),
+            )
+            .unwrap()
         };
         let (few, many) = (page(1000), page(20_000));
         assert!(few.contains("class=\"won\"") && !many.contains("class=\"won\""));
-        assert!(few.len() < 200_000 && many.len() < 100_000, "{} and {} bytes", few.len(), many.len());
+        assert!(
+            few.len() < 200_000 && many.len() < 100_000,
+            "{} and {} bytes",
+            few.len(),
+            many.len()
+        );
     }
 }

@@ -32,8 +32,16 @@ pub(super) struct Maps<'a> {
 impl<'a> Maps<'a> {
     /// `edges_n_s` are in ascending order, and all impulses lie between them.
     pub fn new(edges_n_s: Vec<f64>, trials: &'a Trials<'a>) -> Self {
-        let sectors = if trials.len() >= NARROW_SECTORS { 16 } else { 8 };
-        Self { trials, edges_n_s, sectors }
+        let sectors = if trials.len() >= NARROW_SECTORS {
+            16
+        } else {
+            8
+        };
+        Self {
+            trials,
+            edges_n_s,
+            sectors,
+        }
     }
 
     fn rings(&self) -> usize {
@@ -50,7 +58,11 @@ impl<'a> Maps<'a> {
     pub fn set(&self, set: usize) -> String {
         let Trials(rows) = self.trials;
         let own = |has_won: bool| {
-            let own = rows.of(set).iter().enumerate().filter(move |(_, ended)| ended.has_recovered() == has_won);
+            let own = rows
+                .of(set)
+                .iter()
+                .enumerate()
+                .filter(move |(_, ended)| ended.has_recovered() == has_won);
             own.map(|(trial, _)| trial)
         };
         let label = format!("Success of {} by heading and impulse", rows.names[set]);
@@ -75,10 +87,14 @@ impl<'a> Maps<'a> {
         }
         let Trials(rows) = self.trials;
         let names = &rows.names;
-        let label = format!("Trials that only one of {} and {} recovered", names[a], names[b]);
+        let label = format!(
+            "Trials that only one of {} and {} recovered",
+            names[a], names[b]
+        );
         let common = |such: fn(bool, bool) -> bool| {
             let common = rows.common(a, b).enumerate();
-            let chosen = common.filter(move |(_, (a, b))| such(a.has_recovered(), b.has_recovered()));
+            let chosen =
+                common.filter(move |(_, (a, b))| such(a.has_recovered(), b.has_recovered()));
             chosen.map(|(trial, _)| trial)
         };
         Some(self.drawn(
@@ -97,16 +113,28 @@ impl<'a> Maps<'a> {
 
     /// A map, with `below` drawn below its rings and `over` drawn over them. The script of the page reads two
     /// attributes: the impulse at the outermost ring, and the controllers `sets` whose trials it offers to replay.
-    fn drawn(&self, label: &str, sets: &str, below: impl Fn(&mut Polar), over: impl Fn(&mut Polar)) -> String {
+    fn drawn(
+        &self,
+        label: &str,
+        sets: &str,
+        below: impl Fn(&mut Polar),
+        over: impl Fn(&mut Polar),
+    ) -> String {
         let most = self.most_n_s();
         let mut polar = Polar::new(RADIUS, most);
-        polar.panel.class = if self.trials.len() > MANY { "map many" } else { "map" };
+        polar.panel.class = if self.trials.len() > MANY {
+            "map many"
+        } else {
+            "map"
+        };
         below(&mut polar);
         polar.rings(&self.edges_n_s);
         over(&mut polar);
         polar.names(&self.edges_n_s);
         let label = escape(label);
-        polar.panel.svg(&format!("role=\"img\" aria-label=\"{label}\" data-most=\"{most}\" data-sets=\"{sets}\""))
+        polar.panel.svg(&format!(
+            "role=\"img\" aria-label=\"{label}\" data-most=\"{most}\" data-sets=\"{sets}\""
+        ))
     }
 
     /// A coloured cell for each part of a ring that has trials.
@@ -116,13 +144,20 @@ impl<'a> Maps<'a> {
         let Trials(rows) = self.trials;
         for (trial, ended) in rows.of(set).iter().enumerate() {
             let (heading_deg, impulse_n_s) = (rows.heading_deg(trial), rows.impulse_n_s(trial));
-            let sector = ((heading_deg.rem_euclid(360.0) / width_deg).round() as usize) % self.sectors;
-            let ring = self.edges_n_s[1..].partition_point(|edge| *edge <= impulse_n_s).min(self.rings() - 1);
+            let sector =
+                ((heading_deg.rem_euclid(360.0) / width_deg).round() as usize) % self.sectors;
+            let ring = self.edges_n_s[1..]
+                .partition_point(|edge| *edge <= impulse_n_s)
+                .min(self.rings() - 1);
             let count = &mut counts[ring * self.sectors + sector];
             count.0 += u32::from(ended.has_recovered());
             count.1 += 1;
         }
-        for (i, (recovered, trials)) in counts.into_iter().enumerate().filter(|(_, (_, trials))| *trials > 0) {
+        for (i, (recovered, trials)) in counts
+            .into_iter()
+            .enumerate()
+            .filter(|(_, (_, trials))| *trials > 0)
+        {
             let (ring, sector) = (i / self.sectors, i % self.sectors);
             let impulses_n_s = [self.edges_n_s[ring], self.edges_n_s[ring + 1]];
             let heading_deg = sector as f64 * width_deg;
@@ -149,26 +184,54 @@ impl<'a> Maps<'a> {
 
     /// Draws a cross for each chosen trial.
     fn crosses(&self, polar: &mut Polar, class: &str, chosen: impl Iterator<Item = usize>) {
-        let arm = if self.trials.len() > MANY { SMALL_CROSS } else { CROSS };
+        let arm = if self.trials.len() > MANY {
+            SMALL_CROSS
+        } else {
+            CROSS
+        };
         let (arm, across) = (px(arm), px(2.0 * arm));
-        self.marks(polar, class, &format!("m-{arm}-{arm}l{across} {across}m0-{across}l-{across} {across}"), chosen);
+        self.marks(
+            polar,
+            class,
+            &format!("m-{arm}-{arm}l{across} {across}m0-{across}l-{across} {across}"),
+            chosen,
+        );
     }
 
     /// Draws `mark`, a path that begins at the place of a trial, for each chosen trial.
-    fn marks(&self, polar: &mut Polar, class: &str, mark: &str, chosen: impl Iterator<Item = usize>) {
+    fn marks(
+        &self,
+        polar: &mut Polar,
+        class: &str,
+        mark: &str,
+        chosen: impl Iterator<Item = usize>,
+    ) {
         let Trials(rows) = self.trials;
         let of_trial = |trial: usize| {
-            let [x, y] = polar.panel.view.at(towards(rows.heading_deg(trial), rows.impulse_n_s(trial))).map(px);
+            let [x, y] = polar
+                .panel
+                .view
+                .at(towards(rows.heading_deg(trial), rows.impulse_n_s(trial)))
+                .map(px);
             format!("M{x} {y}{mark}")
         };
         let path: String = chosen.map(of_trial).collect();
-        polar.panel.add(format_args!("<path class=\"{class}\" d=\"{path}\"/>"));
+        polar
+            .panel
+            .add(format_args!("<path class=\"{class}\" d=\"{path}\"/>"));
     }
 }
 
 /// Outline of the part of a ring between two impulses (N s) and two headings (degrees).
 fn ring_part(polar: &Polar, [inner, outer]: PanelPoint, [from, to]: PanelPoint) -> String {
-    let place = |impulse_n_s, heading_deg| polar.panel.view.at(towards(heading_deg, impulse_n_s)).map(px).join(" ");
+    let place = |impulse_n_s, heading_deg| {
+        polar
+            .panel
+            .view
+            .at(towards(heading_deg, impulse_n_s))
+            .map(px)
+            .join(" ")
+    };
     let (small, large) = (px(polar.length(inner)), px(polar.length(outer)));
     format!(
         "M{}L{}A{large} {large} 0 0 0 {}L{}A{small} {small} 0 0 1 {}z",
@@ -208,7 +271,13 @@ mod tests {
         let ([x, y], [left, level]) = (view.at(towards(0.0, 2.0)), view.at(towards(90.0, 2.0)));
         assert!(x.abs() < 1e-9 && y == -RADIUS && left == -RADIUS && level.abs() < 1e-9);
         let svg = maps.set(0);
-        assert!(svg.contains("heading 90\u{b0}: 2 of 3 recovered (67 %)"), "{svg}");
-        assert!(svg.contains("heading 0\u{b0}: 1 of 1 recovered (100 %)"), "{svg}");
+        assert!(
+            svg.contains("heading 90\u{b0}: 2 of 3 recovered (67 %)"),
+            "{svg}"
+        );
+        assert!(
+            svg.contains("heading 0\u{b0}: 1 of 1 recovered (100 %)"),
+            "{svg}"
+        );
     }
 }

@@ -15,7 +15,13 @@ use std::path::Path;
 /// path of their replay relative to `folder`, and its small picture.
 pub(super) fn table(sets: &[SetSummary], folder: &Path) -> Vec<Value> {
     let told = |(i, set): (usize, &SetSummary)| -> Vec<Value> {
-        let row = |trial: u64| (row_id(sets, i, trial), command(set, trial), replay_found(folder, &set.origin, trial));
+        let row = |trial: u64| {
+            (
+                row_id(sets, i, trial),
+                command(set, trial),
+                replay_found(folder, &set.origin, trial),
+            )
+        };
         let rows = set.telling.iter().map(|trial| (trial, row(trial.trial)));
         rows.map(|(trial, (id, command, replay))| {
             let picture = replay.as_ref().and_then(|page| picture_found(folder, page));
@@ -29,7 +35,10 @@ pub(super) fn table(sets: &[SetSummary], folder: &Path) -> Vec<Value> {
 /// A trial: its number, the link to its row in the table for the first of the `tried` controllers that has a row, and
 /// the command that replays it with the first of the `tried` controllers.
 pub(super) fn point(sets: &[SetSummary], trial: u64, tried: &[usize]) -> Value {
-    let link = tried.iter().find_map(|set| row_id(sets, *set, trial)).map(|id| format!("#{id}"));
+    let link = tried
+        .iter()
+        .find_map(|set| row_id(sets, *set, trial))
+        .map(|id| format!("#{id}"));
     json!({ "trial": trial, "link": link, "command": command(&sets[tried[0]], trial) })
 }
 
@@ -38,9 +47,15 @@ pub(super) fn point(sets: &[SetSummary], trial: u64, tried: &[usize]) -> Value {
 /// the example.
 pub(super) fn of_pair(sets: &[SetSummary], pair: &PairSummary, (a, b): (usize, usize)) -> Value {
     let points = |trials: &[u64], tried: [usize; 2]| -> Vec<Value> {
-        trials.iter().map(|trial| point(sets, *trial, &tried)).collect()
+        trials
+            .iter()
+            .map(|trial| point(sets, *trial, &tried))
+            .collect()
     };
-    let only = [points(&pair.first_only_a, [b, a]), points(&pair.first_only_b, [a, b])];
+    let only = [
+        points(&pair.first_only_a, [b, a]),
+        points(&pair.first_only_b, [a, b]),
+    ];
     let example = match pair.verdict {
         PairVerdict::Better => only[0].first(),
         _ => None,
@@ -63,7 +78,11 @@ fn row_id(sets: &[SetSummary], set: usize, trial: u64) -> Option<String> {
 /// number.
 fn slug(name: &str, set: usize) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    if !name.is_empty() && name.chars().all(is_plain) { name.into() } else { format!("~{set}") }
+    if !name.is_empty() && name.chars().all(is_plain) {
+        name.into()
+    } else {
+        format!("~{set}")
+    }
 }
 
 #[cfg(test)]
@@ -77,22 +96,36 @@ mod tests {
     #[test]
     fn a_trial_links_to_its_row_and_has_a_command_everywhere() {
         let mut summary = summary(&[[Fell, Recovered]; 8], &[], &[]);
-        let of_trial = |trial| TellingTrial { trial, ..summary.sets[0].telling[0].clone() };
+        let of_trial = |trial| TellingTrial {
+            trial,
+            ..summary.sets[0].telling[0].clone()
+        };
         let telling = [vec![of_trial(5), of_trial(7)], vec![of_trial(9)]];
-        for (set, (name, telling)) in summary.sets.iter_mut().zip(["hold", "a b"].into_iter().zip(telling)) {
+        for (set, (name, telling)) in summary
+            .sets
+            .iter_mut()
+            .zip(["hold", "a b"].into_iter().zip(telling))
+        {
             (set.name, set.origin, set.telling) = (name.into(), SetOrigin::own(name), telling);
         }
-        let ids: Vec<Value> = table(&summary.sets, Path::new("")).iter().map(|row| row["id"].clone()).collect();
+        let ids: Vec<Value> = table(&summary.sets, Path::new(""))
+            .iter()
+            .map(|row| row["id"].clone())
+            .collect();
         assert_eq!(ids, ["trial-5-hold", "trial-7-hold", "trial-9-~1"]);
         let pair = &mut summary.pairs[0];
-        (pair.verdict, pair.first_only_a, pair.first_only_b) = (PairVerdict::Better, vec![9], vec![5, 6]);
+        (pair.verdict, pair.first_only_a, pair.first_only_b) =
+            (PairVerdict::Better, vec![9], vec![5, 6]);
         let found = of_pair(&summary.sets, &summary.pairs[0], (0, 1));
         let command = |trial: u64, set: &str| {
             format!("standfast push --campaign campaign.toml --trial {trial} --controller {set}")
         };
         let expected = json!({ "trial": 9, "link": "#trial-9-~1", "command": command(9, "'a b'") });
         assert_eq!(found["only"][0][0], expected);
-        assert_eq!(found["only"][1][1], json!({ "trial": 6, "link": null, "command": command(6, "hold") }));
+        assert_eq!(
+            found["only"][1][1],
+            json!({ "trial": 6, "link": null, "command": command(6, "hold") })
+        );
         assert_eq!(found["example"]["link"], "#trial-9-~1");
     }
 }

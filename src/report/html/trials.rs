@@ -30,15 +30,24 @@ impl Trials<'_> {
         let sets = 0..rows.names.len();
         let trial = |trial: usize| {
             let of_trial = |set: usize| rows.of(set).get(trial);
-            let outcomes: String =
-                sets.clone().map(|set| of_trial(set).map_or('-', |ended| letter(ended.outcome))).collect();
-            let footsteps: Vec<u32> =
-                sets.clone().map(|set| of_trial(set).map_or(0, |ended| ended.footsteps)).collect();
-            let (impulse, heading) = (round(rows.impulse_n_s(trial), 1e3), round(rows.heading_deg(trial), 1e1));
+            let outcomes: String = sets
+                .clone()
+                .map(|set| of_trial(set).map_or('-', |ended| letter(ended.outcome)))
+                .collect();
+            let footsteps: Vec<u32> = sets
+                .clone()
+                .map(|set| of_trial(set).map_or(0, |ended| ended.footsteps))
+                .collect();
+            let (impulse, heading) = (
+                round(rows.impulse_n_s(trial), 1e3),
+                round(rows.heading_deg(trial), 1e1),
+            );
             json!([trial, impulse, heading, outcomes, footsteps])
         };
         let trials: Vec<Value> = (0..self.len()).map(trial).collect();
-        json!({ "sets": rows.names, "commands": commands, "trials": trials }).to_string().replace('<', "\\u003c")
+        json!({ "sets": rows.names, "commands": commands, "trials": trials })
+            .to_string()
+            .replace('<', "\\u003c")
     }
 }
 

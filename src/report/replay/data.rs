@@ -39,7 +39,13 @@ const MOST_CORNERS: usize = 60_000;
 /// out.
 pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     let (ticks, farthest_m) = (&film.snapshots[..film.near()], film.farthest_m());
-    let meshes = Meshes::of(film.robot.links.iter().flat_map(|link| link.drawn()).map(|solid| &solid.shape));
+    let meshes = Meshes::of(
+        film.robot
+            .links
+            .iter()
+            .flat_map(|link| link.drawn())
+            .map(|solid| &solid.shape),
+    );
     let shapes = shapes(&film.robot, &meshes);
     let room = room(film.robot.joints.len(), shapes.to_string().len());
     let at_most = |most: usize| (most as f64 * room) as usize;
@@ -47,7 +53,12 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     let moments: Vec<&Snapshot> = ticks.iter().step_by(stride).collect();
     let (slices, every) = slices(&moments, film.regions.len(), at_most(MOST_CORNERS));
     let period_s = film.control_period_s * stride as f64;
-    let mut notes: Vec<String> = film.robot.notes.iter().map(|note| format!("The robot: {note}.")).collect();
+    let mut notes: Vec<String> = film
+        .robot
+        .notes
+        .iter()
+        .map(|note| format!("The robot: {note}."))
+        .collect();
     if stride > 1 {
         let ms = 1000.0 * period_s;
         notes.push(format!(
@@ -55,7 +66,10 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
         ));
     }
     if every > 1 {
-        notes.push(format!("CPI sets are shown every {:.0} ms.", 1000.0 * period_s * every as f64));
+        notes.push(format!(
+            "CPI sets are shown every {:.0} ms.",
+            1000.0 * period_s * every as f64
+        ));
     }
     if let Some(beyond) = film.snapshots[ticks.len()..].first() {
         let time_s = beyond.time_s;
@@ -67,7 +81,9 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     let each = |value: &dyn Fn(&Snapshot) -> Option<f64>| each(&moments, value);
     let arrows = |value: &dyn Fn(&Snapshot) -> Option<Arrow>| {
         let since = |end: usize| &ticks[(end + 1).saturating_sub(stride)..=end];
-        let means = (0..ticks.len()).step_by(stride).map(|end| mean(since(end), value).map(six));
+        let means = (0..ticks.len())
+            .step_by(stride)
+            .map(|end| mean(since(end), value).map(six));
         columns(&means.collect::<Vec<_>>())
     };
     // The phases in the order of their numbers in the page: the usual ones, then those of other controllers.
@@ -77,9 +93,23 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
             phases.push(&moment.phase);
         }
     }
-    let phase = |s: &Snapshot| phases.iter().position(|phase| *phase == s.phase).map(|i| i as f64);
-    let gain = |s: &Snapshot| film.regions.iter().position(|name| Some(name) == s.gain.as_ref()).map(|i| i as f64);
-    let landing = |s: &Snapshot| s.footstep.map_or_else(Vec::new, |corners| corners.map(|corner| corner.xy()).to_vec());
+    let phase = |s: &Snapshot| {
+        phases
+            .iter()
+            .position(|phase| *phase == s.phase)
+            .map(|i| i as f64)
+    };
+    let gain = |s: &Snapshot| {
+        film.regions
+            .iter()
+            .position(|name| Some(name) == s.gain.as_ref())
+            .map(|i| i as f64)
+    };
+    let landing = |s: &Snapshot| {
+        s.footstep.map_or_else(Vec::new, |corners| {
+            corners.map(|corner| corner.xy()).to_vec()
+        })
+    };
     let footsteps: Vec<Vec<Point2<f64>>> = moments.iter().map(|s| landing(s)).collect();
     let packed = json!({
         "robot": robot(&film.robot, &meshes),
@@ -105,7 +135,10 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
         "slices": slices.iter().map(Polygons::packed).collect::<Vec<_>>(),
         "footstep": Polygons::of(footsteps.iter().map(Vec::as_slice)).packed(),
     });
-    (with_fields_of(packed, &motion(&moments, period_s, farthest_m)), notes)
+    (
+        with_fields_of(packed, &motion(&moments, period_s, farthest_m)),
+        notes,
+    )
 }
 
 /// The share of the usual number of moments for which a page has room, with `joints` joints and `mesh_bytes` bytes of
@@ -118,7 +151,9 @@ fn room(joints: usize, mesh_bytes: usize) -> f64 {
 /// The motion of the robot: its base, joints, COM and ZMP at each moment. For a ghost only these are shown.
 fn motion(moments: &[&Snapshot], period_s: f64, farthest_m: f64) -> Value {
     let joints = moments.first().map_or(0, |s| s.posture.q.len());
-    let points = |at: &dyn Fn(&Snapshot) -> [f64; 3]| columns(&moments.iter().map(|s| Some(at(s))).collect::<Vec<_>>());
+    let points = |at: &dyn Fn(&Snapshot) -> [f64; 3]| {
+        columns(&moments.iter().map(|s| Some(at(s))).collect::<Vec<_>>())
+    };
     json!({
         "start_s": moments.first().map(|s| s.time_s),
         "period_s": period_s,
@@ -137,7 +172,12 @@ fn each(moments: &[&Snapshot], value: &dyn Fn(&Snapshot) -> Option<f64>) -> Valu
 }
 
 fn pairs(moments: &[&Snapshot], value: &dyn Fn(&Snapshot) -> Option<Point2<f64>>) -> Vec<Value> {
-    columns(&moments.iter().map(|s| value(s).map(Into::into)).collect::<Vec<Option<[f64; 2]>>>())
+    columns(
+        &moments
+            .iter()
+            .map(|s| value(s).map(Into::into))
+            .collect::<Vec<Option<[f64; 2]>>>(),
+    )
 }
 
 /// A place on the ground, unless it is too far away (m) to be shown.
@@ -155,16 +195,26 @@ fn mean(ticks: &[Snapshot], value: &dyn Fn(&Snapshot) -> Option<Arrow>) -> Optio
     }
     let sum: Vector3<f64> = arrows.iter().map(|arrow| arrow.force).sum();
     let weight: f64 = arrows.iter().map(|arrow| arrow.force.norm()).sum();
-    let point: Vector3<f64> = arrows.iter().map(|arrow| arrow.point.coords * arrow.force.norm()).sum();
-    (weight > 0.0).then(|| Arrow { point: Point3::from(point / weight), force: sum / ticks.len() as f64 })
+    let point: Vector3<f64> = arrows
+        .iter()
+        .map(|arrow| arrow.point.coords * arrow.force.norm())
+        .sum();
+    (weight > 0.0).then(|| Arrow {
+        point: Point3::from(point / weight),
+        force: sum / ticks.len() as f64,
+    })
 }
 
 /// The slices of each gain, and the number of moments for which each slice is held.
 fn slices(moments: &[&Snapshot], gains: usize, most_corners: usize) -> (Vec<Polygons>, usize) {
     let mut every = 1;
     loop {
-        let all: Vec<Polygons> = (0..gains).map(|gain| Polygons::of(held(moments, gain, every))).collect();
-        if all.iter().map(Polygons::corners).sum::<usize>() <= most_corners || every >= moments.len() {
+        let all: Vec<Polygons> = (0..gains)
+            .map(|gain| Polygons::of(held(moments, gain, every)))
+            .collect();
+        if all.iter().map(Polygons::corners).sum::<usize>() <= most_corners
+            || every >= moments.len()
+        {
             return (all, every);
         }
         every += 1;
@@ -172,7 +222,11 @@ fn slices(moments: &[&Snapshot], gains: usize, most_corners: usize) -> (Vec<Poly
 }
 
 /// The slices of one gain, renewed after every `every` moments, and when a slice appears or vanishes.
-fn held<'a>(moments: &[&'a Snapshot], gain: usize, every: usize) -> impl Iterator<Item = &'a [Point2<f64>]> {
+fn held<'a>(
+    moments: &[&'a Snapshot],
+    gain: usize,
+    every: usize,
+) -> impl Iterator<Item = &'a [Point2<f64>]> {
     let mut last: &[Point2<f64>] = &[];
     moments.iter().enumerate().map(move |(k, snapshot)| {
         let now = slice(snapshot, gain);
@@ -185,7 +239,10 @@ fn held<'a>(moments: &[&'a Snapshot], gain: usize, every: usize) -> impl Iterato
 
 /// The slice of a gain, empty if there is none.
 fn slice(snapshot: &Snapshot, gain: usize) -> &[Point2<f64>] {
-    snapshot.regions.get(gain).map_or(&[], |region| &region.corners)
+    snapshot
+        .regions
+        .get(gain)
+        .map_or(&[], |region| &region.corners)
 }
 
 /// Point (m) and force (N) in one row.
@@ -233,7 +290,8 @@ fn robot(robot: &Robot, meshes: &Meshes) -> Value {
 
 /// A pose as position (m) and quaternion (x, y, z, w).
 fn pose(pose: &Pose) -> [f64; 7] {
-    let ([x, y, z], [i, j, k, w]): ([f64; 3], [f64; 4]) = (pose.translation.vector.into(), pose.rotation.coords.into());
+    let ([x, y, z], [i, j, k, w]): ([f64; 3], [f64; 4]) =
+        (pose.translation.vector.into(), pose.rotation.coords.into());
     [x, y, z, i, j, k, w]
 }
 
@@ -241,14 +299,25 @@ fn pose(pose: &Pose) -> [f64; 7] {
 fn kind(shape: &Shape, meshes: &Meshes) -> (String, Vector3<f64>) {
     match shape {
         Shape::Box { half } => ("box".into(), *half),
-        Shape::Cylinder { radius, length } => ("cylinder".into(), Vector3::new(*radius, *radius, length / 2.0)),
+        Shape::Cylinder { radius, length } => (
+            "cylinder".into(),
+            Vector3::new(*radius, *radius, length / 2.0),
+        ),
         Shape::Sphere { radius } => ("sphere".into(), Vector3::repeat(*radius)),
-        Shape::Capsule { radius, length } => {
-            (format!("capsule {}", length / radius), Vector3::repeat(radius + 0.5 * length))
-        }
+        Shape::Capsule { radius, length } => (
+            format!("capsule {}", length / radius),
+            Vector3::repeat(radius + 0.5 * length),
+        ),
         Shape::Mesh(mesh) => {
-            let farthest_m = mesh.points.iter().map(|point| point.coords.amax()).fold(1e-6, f64::max);
-            (format!("mesh {}", meshes.number(mesh).unwrap_or_default()), Vector3::repeat(farthest_m))
+            let farthest_m = mesh
+                .points
+                .iter()
+                .map(|point| point.coords.amax())
+                .fold(1e-6, f64::max);
+            (
+                format!("mesh {}", meshes.number(mesh).unwrap_or_default()),
+                Vector3::repeat(farthest_m),
+            )
         }
     }
 }
@@ -260,10 +329,18 @@ fn shapes(robot: &Robot, meshes: &Meshes) -> Value {
     for solid in robot.links.iter().flat_map(|link| link.drawn()) {
         let (kind, scale) = kind(&solid.shape, meshes);
         let unit = match solid.shape {
-            Shape::Box { .. } => Shape::Box { half: Vector3::repeat(1.0) },
-            Shape::Cylinder { .. } => Shape::Cylinder { radius: 1.0, length: 2.0 },
+            Shape::Box { .. } => Shape::Box {
+                half: Vector3::repeat(1.0),
+            },
+            Shape::Cylinder { .. } => Shape::Cylinder {
+                radius: 1.0,
+                length: 2.0,
+            },
             Shape::Sphere { .. } => Shape::Sphere { radius: 1.0 },
-            Shape::Capsule { radius, length } => Shape::Capsule { radius: radius / scale.x, length: length / scale.x },
+            Shape::Capsule { radius, length } => Shape::Capsule {
+                radius: radius / scale.x,
+                length: length / scale.x,
+            },
             Shape::Mesh(ref mesh) => Shape::Mesh(mesh.clone()),
         };
         shapes.entry(kind).or_insert_with(|| {
@@ -279,9 +356,18 @@ fn shapes(robot: &Robot, meshes: &Meshes) -> Value {
 
 /// Step, patch and faces of the ground.
 fn ground(film: &Film) -> Value {
-    let Ground { step_m, patch: [least, most], .. } = film.ground;
+    let Ground {
+        step_m,
+        patch: [least, most],
+        ..
+    } = film.ground;
     let reach_m = 4.0 * RobotScale::of(&film.robot).length();
-    let face = |GroundFace { part, corners }: GroundFace| json!([part, corners.map(|at| [at.x, at.y, at.z])]);
-    let faces: Vec<Value> = faces(&film.ground, reach_m, 2.0 * reach_m).into_iter().map(face).collect();
+    let face = |GroundFace { part, corners }: GroundFace| {
+        json!([part, corners.map(|at| [at.x, at.y, at.z])])
+    };
+    let faces: Vec<Value> = faces(&film.ground, reach_m, 2.0 * reach_m)
+        .into_iter()
+        .map(face)
+        .collect();
     json!({ "step_m": step_m, "patch": [least.x, least.y, most.x, most.y], "faces": faces })
 }

@@ -47,8 +47,14 @@ pub struct Head {
 /// The page of a film. The robot of a second film of the same trial, in another engine or with another controller, is
 /// shown as a ghost. Fails if a film has no moment, or if the template is wrong.
 pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
-    if std::iter::once(film).chain(ghost).any(|film| film.snapshots.is_empty()) {
-        return Err(Error::Numeric { what: "replay".into(), problem: "the film has no moment".into() });
+    if std::iter::once(film)
+        .chain(ghost)
+        .any(|film| film.snapshots.is_empty())
+    {
+        return Err(Error::Numeric {
+            what: "replay".into(),
+            problem: "the film has no moment".into(),
+        });
     }
     // The data must not contain the end tag of the element that holds them.
     let (data, notes) = data::packed(film, ghost);
@@ -75,15 +81,24 @@ pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
         script => format!("const PALETTE = {looks};\n{}", SCRIPTS.concat()),
         data,
     };
-    html_page::render("replay.html", TEMPLATE, UndefinedBehavior::Lenient, |_| (), &context)
+    html_page::render(
+        "replay.html",
+        TEMPLATE,
+        UndefinedBehavior::Lenient,
+        |_| (),
+        &context,
+    )
 }
 
 /// The outcome of a film, which is also the class of its badge, and the text of the badge. With a ghost, there are two.
 fn outcomes(film: &Film, ghost: Option<&Film>) -> Vec<[String; 2]> {
     let outcome = |film: &Film| film.record.outcome.name().to_string();
-    let Some(ghost) = ghost else { return vec![[outcome(film), outcome(film)]] };
+    let Some(ghost) = ghost else {
+        return vec![[outcome(film), outcome(film)]];
+    };
     let films = [film, ghost];
-    let badge = |(name, film): (String, &Film)| [outcome(film), format!("{name}: {}", outcome(film))];
+    let badge =
+        |(name, film): (String, &Film)| [outcome(film), format!("{name}: {}", outcome(film))];
     names(films).into_iter().zip(films).map(badge).collect()
 }
 
@@ -105,8 +120,22 @@ mod tests {
 
     #[test]
     fn an_indented_line_is_joined_to_the_line_before() {
-        let lines =
-            ["push      5 N s", "torque    at most", "          25 %", "", "fell:      a link"].map(String::from);
-        assert_eq!(paragraphs(&lines), ["push      5 N s", "torque    at most 25 %", "", "fell:      a link"]);
+        let lines = [
+            "push      5 N s",
+            "torque    at most",
+            "          25 %",
+            "",
+            "fell:      a link",
+        ]
+        .map(String::from);
+        assert_eq!(
+            paragraphs(&lines),
+            [
+                "push      5 N s",
+                "torque    at most 25 %",
+                "",
+                "fell:      a link"
+            ]
+        );
     }
 }

@@ -21,7 +21,16 @@ pub fn column(values: &[Option<f64>]) -> Value {
 }
 
 pub fn columns<const N: usize>(vectors: &[Option<[f64; N]>]) -> Vec<Value> {
-    (0..N).map(|i| column(&vectors.iter().map(|vector| Some(vector.as_ref()?[i])).collect::<Vec<_>>())).collect()
+    (0..N)
+        .map(|i| {
+            column(
+                &vectors
+                    .iter()
+                    .map(|vector| Some(vector.as_ref()?[i]))
+                    .collect::<Vec<_>>(),
+            )
+        })
+        .collect()
 }
 
 /// A column whose grid has at least this step.
@@ -36,7 +45,8 @@ fn on_grid(values: &[Option<f64>], least_step: f64) -> Value {
         return json!({ "least": finite(&Some(least)) });
     }
     let step = ((most - least) / f64::from(NONE - 1)).max(least_step);
-    let number = |value: &Option<f64>| finite(value).map_or(NONE, |x| ((x - least) / step).round() as u16);
+    let number =
+        |value: &Option<f64>| finite(value).map_or(NONE, |x| ((x - least) / step).round() as u16);
     json!({ "least": least, "step": step, "data": base64(values.iter().map(number)) })
 }
 
@@ -51,7 +61,8 @@ pub struct Polygons {
 
 impl Polygons {
     pub fn of<'a>(moments: impl Iterator<Item = &'a [Point2<f64>]>) -> Self {
-        let on_grid = |corner: &Point2<f64>| [corner.x, corner.y].map(|x| (x / CORNER_STEP_M).round() as i64);
+        let on_grid =
+            |corner: &Point2<f64>| [corner.x, corner.y].map(|x| (x / CORNER_STEP_M).round() as i64);
         let mut polygons = Self::default();
         let mut last: Option<Vec<[i64; 2]>> = None;
         for polygon in moments {
@@ -72,9 +83,15 @@ impl Polygons {
     }
 
     pub fn packed(&self) -> Value {
-        let axis = |i: usize| self.corners.iter().map(|corner| Some(corner[i])).collect::<Vec<_>>();
+        let axis = |i: usize| {
+            self.corners
+                .iter()
+                .map(|corner| Some(corner[i]))
+                .collect::<Vec<_>>()
+        };
         let [x, y] = [0, 1].map(|i| on_grid(&axis(i), CORNER_STEP_M));
-        let [which, counts] = [&self.which, &self.counts].map(|numbers| base64(numbers.iter().copied()));
+        let [which, counts] =
+            [&self.which, &self.counts].map(|numbers| base64(numbers.iter().copied()));
         json!({ "which": which, "counts": counts, "x": x, "y": y })
     }
 }
@@ -82,7 +99,10 @@ impl Polygons {
 /// A mesh within the cube from -1 to 1: place and normal of each corner, where n stands for n / 32767 - 1, and the
 /// corners of each triangle.
 pub fn packed_mesh(mesh: &DrawnMesh) -> Value {
-    let numbers = mesh.corners.iter().flat_map(|(at, normal)| [at.x, at.y, at.z, normal.x, normal.y, normal.z]);
+    let numbers = mesh
+        .corners
+        .iter()
+        .flat_map(|(at, normal)| [at.x, at.y, at.z, normal.x, normal.y, normal.z]);
     let corners = base64(numbers.map(|x| ((x + 1.0) * 32767.0).round() as u16));
     json!({ "corners": corners, "faces": base64(mesh.faces.iter().flatten().map(|&corner| corner as u16)) })
 }

@@ -7,14 +7,25 @@ impl Table {
     /// The table, and its note below.
     pub fn markdown(&self) -> String {
         let row = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-        let mut text = row(self.columns.iter().map(|column| escaped(&column.text())).collect());
-        let rule = self.columns.iter().map(|column| if column.is_words { "---" } else { "--:" });
+        let mut text = row(self
+            .columns
+            .iter()
+            .map(|column| escaped(&column.text()))
+            .collect());
+        let rule = self
+            .columns
+            .iter()
+            .map(|column| if column.is_words { "---" } else { "--:" });
         text += &format!("|{}|\n", rule.collect::<Vec<_>>().join("|"));
         for cells in self.rows.iter().take(MOST_ROWS) {
             text += &row(cells.iter().map(|cell| escaped(&cell.text)).collect());
         }
         let note = escaped(&self.note) + &left_out(self.rows.len(), "`summary.json`");
-        text + &if note.is_empty() { note } else { format!("\n{}\n", note.trim_start()) }
+        text + &if note.is_empty() {
+            note
+        } else {
+            format!("\n{}\n", note.trim_start())
+        }
     }
 }
 

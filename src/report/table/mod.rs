@@ -60,11 +60,18 @@ pub struct CellMark {
 impl Table {
     /// An empty table with these columns.
     pub fn new(title: impl Into<String>, columns: impl IntoIterator<Item = TableColumn>) -> Self {
-        Self { title: title.into(), columns: columns.into_iter().collect(), ..Self::default() }
+        Self {
+            title: title.into(),
+            columns: columns.into_iter().collect(),
+            ..Self::default()
+        }
     }
 
     pub fn with_note(self, note: impl Into<String>) -> Self {
-        Self { note: note.into(), ..self }
+        Self {
+            note: note.into(),
+            ..self
+        }
     }
 
     pub fn row(&mut self, cells: impl IntoIterator<Item = Cell>) {
@@ -77,7 +84,11 @@ impl Table {
         let headings = self.rows.iter().map(|row| number(&row[0].text));
         let mut turned = Self::new(&self.title, corner.chain(headings)).with_note(&self.note);
         for (i, column) in self.columns.iter().enumerate().skip(1) {
-            let name = Cell { text: column.text(), mark: None, set: column.set };
+            let name = Cell {
+                text: column.text(),
+                mark: None,
+                set: column.set,
+            };
             turned.row(std::iter::once(name).chain(self.rows.iter().map(|row| row[i].clone())));
         }
         turned
@@ -87,7 +98,11 @@ impl Table {
 impl TableColumn {
     /// The heading with its unit.
     fn text(&self) -> String {
-        let unit = if self.unit.is_empty() { String::new() } else { format!(" [{}]", self.unit) };
+        let unit = if self.unit.is_empty() {
+            String::new()
+        } else {
+            format!(" [{}]", self.unit)
+        };
         format!("{}{unit}", self.heading)
     }
 
@@ -98,22 +113,35 @@ impl TableColumn {
 
 /// A column of words.
 pub fn words(heading: impl Into<String>) -> TableColumn {
-    TableColumn { heading: heading.into(), is_words: true, ..TableColumn::default() }
+    TableColumn {
+        heading: heading.into(),
+        is_words: true,
+        ..TableColumn::default()
+    }
 }
 
 /// A column of numbers.
 pub fn number(heading: impl Into<String>) -> TableColumn {
-    TableColumn { heading: heading.into(), ..TableColumn::default() }
+    TableColumn {
+        heading: heading.into(),
+        ..TableColumn::default()
+    }
 }
 
 /// A column of words, and a column of numbers for each of the other headings.
-pub fn headings<const N: usize>(first: &str, others: [&str; N]) -> impl Iterator<Item = TableColumn> {
+pub fn headings<const N: usize>(
+    first: &str,
+    others: [&str; N],
+) -> impl Iterator<Item = TableColumn> {
     std::iter::once(words(first)).chain(others.map(number))
 }
 
 /// A cell with nothing but a text.
 pub fn cell(text: impl ToString) -> Cell {
-    Cell { text: text.to_string(), ..Cell::default() }
+    Cell {
+        text: text.to_string(),
+        ..Cell::default()
+    }
 }
 
 /// A row with nothing but texts.
@@ -127,12 +155,26 @@ mod tests {
 
     /// Two controllers, one with a name that each writer has to escape.
     pub(super) fn rates() -> Table {
-        let mut table =
-            Table::new("Rates", headings("controller", ["recovered", "rate"])).with_note("At 95 %, -1 to 1.");
+        let mut table = Table::new("Rates", headings("controller", ["recovered", "rate"]))
+            .with_note("At 95 %, -1 to 1.");
         for (i, name) in ["hold", "<b>|x_"].into_iter().enumerate() {
-            let mark = Some(CellMark { at: 0.5, ci: Some([0.4, 0.6]), set: Some(i) });
-            let name = Cell { set: Some(i), ..cell(name) };
-            table.row([name, cell("1/2"), Cell { mark, ..cell("-50.0 %") }]);
+            let mark = Some(CellMark {
+                at: 0.5,
+                ci: Some([0.4, 0.6]),
+                set: Some(i),
+            });
+            let name = Cell {
+                set: Some(i),
+                ..cell(name)
+            };
+            table.row([
+                name,
+                cell("1/2"),
+                Cell {
+                    mark,
+                    ..cell("-50.0 %")
+                },
+            ]);
         }
         table.columns[2].unit = "m/s";
         table
@@ -140,8 +182,14 @@ mod tests {
 
     /// A table of `sets` controllers side by side.
     pub(super) fn beside(sets: usize) -> Table {
-        let column = |set: usize| TableColumn { set: Some(set), ..number(format!("set{set}")) };
-        let mut table = Table::new("", std::iter::once(words("lost")).chain((0..sets).map(column)));
+        let column = |set: usize| TableColumn {
+            set: Some(set),
+            ..number(format!("set{set}"))
+        };
+        let mut table = Table::new(
+            "",
+            std::iter::once(words("lost")).chain((0..sets).map(column)),
+        );
         for cause in ["legs met", "slipped"] {
             table.row(std::iter::once(cell(cause)).chain((0..sets).map(cell)));
         }

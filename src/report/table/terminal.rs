@@ -15,7 +15,13 @@ impl Table {
     }
 
     fn text_of_width(&self, room: usize) -> String {
-        if self.columns.iter().filter(|column| column.set.is_some()).count() > FEW {
+        if self
+            .columns
+            .iter()
+            .filter(|column| column.set.is_some())
+            .count()
+            > FEW
+        {
             return self.turned().text_of_width(room);
         }
         let note = match &*(self.note.clone() + &left_out(self.rows.len(), "`summary.json`")) {
@@ -26,15 +32,26 @@ impl Table {
     }
 
     fn drawn(&self, room: usize) -> comfy_table::Table {
-        let headings: Vec<String> = self.columns.iter().map(|column| unbroken(&column.text())).collect();
+        let headings: Vec<String> = self
+            .columns
+            .iter()
+            .map(|column| unbroken(&column.text()))
+            .collect();
         let rows = || self.rows.iter().take(MOST_ROWS);
         let words = |i: usize| self.columns[i].is_words;
         let widths = self.widths(&headings, room);
 
         let mut drawn = comfy_table::Table::new();
         let rule = TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
-        drawn.load_style(rule).set_content_arrangement(ContentArrangement::Disabled);
-        drawn.set_header(headings.iter().zip(&widths).map(|(heading, width)| in_lines(heading, *width)));
+        drawn
+            .load_style(rule)
+            .set_content_arrangement(ContentArrangement::Disabled);
+        drawn.set_header(
+            headings
+                .iter()
+                .zip(&widths)
+                .map(|(heading, width)| in_lines(heading, *width)),
+        );
         for row in rows() {
             let cells = row.iter().zip(&widths).enumerate();
             drawn.add_row(cells.map(|(i, (cell, width))| match words(i) {
@@ -43,9 +60,15 @@ impl Table {
             }));
         }
         for i in 0..self.columns.len() {
-            let Some(drawn) = drawn.column_mut(i) else { continue };
+            let Some(drawn) = drawn.column_mut(i) else {
+                continue;
+            };
             drawn.set_padding((1, 0));
-            drawn.set_cell_alignment(if words(i) { CellAlignment::Left } else { CellAlignment::Right });
+            drawn.set_cell_alignment(if words(i) {
+                CellAlignment::Left
+            } else {
+                CellAlignment::Right
+            });
         }
         drawn
     }
@@ -54,13 +77,33 @@ impl Table {
     /// numbers are broken first, and then words.
     fn widths(&self, headings: &[String], room: usize) -> Vec<usize> {
         let count = |text: &str| text.chars().count();
-        let longest = |text: &str| together(text).split(' ').map(count).max().unwrap_or_default();
-        let texts = |i: usize| self.rows.iter().take(MOST_ROWS).flat_map(move |row| row[i].text.lines());
-        let most = |of: &dyn Fn(&str) -> usize, i: usize| texts(i).map(of).max().unwrap_or_default();
+        let longest = |text: &str| {
+            together(text)
+                .split(' ')
+                .map(count)
+                .max()
+                .unwrap_or_default()
+        };
+        let texts = |i: usize| {
+            self.rows
+                .iter()
+                .take(MOST_ROWS)
+                .flat_map(move |row| row[i].text.lines())
+        };
+        let most =
+            |of: &dyn Fn(&str) -> usize, i: usize| texts(i).map(of).max().unwrap_or_default();
         let columns = || 0..self.columns.len();
-        let needed = |widths: &[usize]| widths.iter().map(|width| width + 2).sum::<usize>().saturating_sub(1);
+        let needed = |widths: &[usize]| {
+            widths
+                .iter()
+                .map(|width| width + 2)
+                .sum::<usize>()
+                .saturating_sub(1)
+        };
 
-        let wanted: Vec<usize> = columns().map(|i| most(&count, i).max(count(&headings[i]))).collect();
+        let wanted: Vec<usize> = columns()
+            .map(|i| most(&count, i).max(count(&headings[i])))
+            .collect();
         let mut widths = wanted.clone();
         if needed(&widths) <= room {
             return widths;
@@ -69,7 +112,10 @@ impl Table {
             let of_heading = longest(&headings[i]);
             widths[i] = match self.columns[i].is_words {
                 // A cell may begin with spaces, with which all of its lines then begin.
-                true => most(&|text| count(text) - count(text.trim_start()) + longest(text.trim_start()), i),
+                true => most(
+                    &|text| count(text) - count(text.trim_start()) + longest(text.trim_start()),
+                    i,
+                ),
                 false => most(&count, i),
             }
             .max(of_heading);
@@ -78,8 +124,11 @@ impl Table {
         for is_words in [true, false] {
             while needed(&widths) < room {
                 let lacking = |&i: &usize| wanted[i] - widths[i].min(wanted[i]);
-                let candidates = columns().filter(|i| self.columns[*i].is_words == is_words && lacking(i) > 0);
-                let Some(i) = candidates.max_by_key(lacking) else { break };
+                let candidates =
+                    columns().filter(|i| self.columns[*i].is_words == is_words && lacking(i) > 0);
+                let Some(i) = candidates.max_by_key(lacking) else {
+                    break;
+                };
                 widths[i] += 1;
             }
         }
@@ -98,7 +147,9 @@ fn unbroken(heading: &str) -> String {
 /// The text in lines of this width, all of which begin with the same number of spaces as the first.
 fn in_lines(text: &str, width: usize) -> String {
     let words = text.trim_start();
-    wrapped_to(width, &text[..text.len() - words.len()], words).trim_end().into()
+    wrapped_to(width, &text[..text.len() - words.len()], words)
+        .trim_end()
+        .into()
 }
 
 #[cfg(test)]
@@ -114,24 +165,50 @@ mod tests {
         assert_eq!(lines[0], " controller  recovered  rate [m/s]");
         assert_eq!(
             lines[2..],
-            [" hold              1/2     -50.0 %", " <b>|x_            1/2     -50.0 %", " At 95 %, -1 to 1."]
+            [
+                " hold              1/2     -50.0 %",
+                " <b>|x_            1/2     -50.0 %",
+                " At 95 %, -1 to 1."
+            ]
         );
         let few = beside(4).text();
-        assert!(few.starts_with(" lost      set0  set1  set2  set3\n") && few.lines().count() == 4, "{few}");
+        assert!(
+            few.starts_with(" lost      set0  set1  set2  set3\n") && few.lines().count() == 4,
+            "{few}"
+        );
         let many = beside(5).text();
-        assert!(many.starts_with(" lost  legs met  slipped\n") && many.contains(" set4         4        4"), "{many}");
+        assert!(
+            many.starts_with(" lost  legs met  slipped\n")
+                && many.contains(" set4         4        4"),
+            "{many}"
+        );
         let mut long = beside(1);
         long.rows = vec![long.rows[0].clone(); MOST_ROWS + 9];
-        assert!(long.text().ends_with(" 9 more rows are in `summary.json`.\n"));
+        assert!(
+            long.text()
+                .ends_with(" 9 more rows are in `summary.json`.\n")
+        );
     }
 
     #[test]
     fn a_table_of_any_width_breaks_no_number_no_name_and_no_unit() {
-        let heads = ["home [rad]", "damping of the servo [N m s/rad]", "at the end"];
-        let mut table = Table::new("", headings("joint", heads).chain([super::super::words("what it does")]));
-        for (name, angle) in [("right_shoulder_pitch_joint", "-0.2550"), ("  torso", "1234.5 to 6789.0")] {
+        let heads = [
+            "home [rad]",
+            "damping of the servo [N m s/rad]",
+            "at the end",
+        ];
+        let mut table = Table::new(
+            "",
+            headings("joint", heads).chain([super::super::words("what it does")]),
+        );
+        for (name, angle) in [
+            ("right_shoulder_pitch_joint", "-0.2550"),
+            ("  torso", "1234.5 to 6789.0"),
+        ] {
             let numbers = [name, angle, "-0.255", "12.5 N s"].map(String::from);
-            table.row(texts(numbers).chain([cell("turns within 12.5 N s of what is wanted, and falls")]));
+            table.row(
+                texts(numbers).chain([cell("turns within 12.5 N s of what is wanted, and falls")]),
+            );
         }
         let wide = table.text_of_width(300);
         let words = |text: &str| {
@@ -152,7 +229,10 @@ mod tests {
                 "right_shoulder_pitch_joint",
                 "  torso",
             ] {
-                assert!(text.contains(whole), "{whole} is broken at {width}:\n{text}");
+                assert!(
+                    text.contains(whole),
+                    "{whole} is broken at {width}:\n{text}"
+                );
             }
             let widest = text.lines().map(|line| line.chars().count()).max().unwrap();
             assert!(widest <= width.max(88), "{widest} of {width}:\n{text}");

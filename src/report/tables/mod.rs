@@ -47,15 +47,25 @@ pub fn of(summary: &Summary) -> Vec<ReportTable> {
         ("times", Full, sets::footsteps(summary)),
     ];
     let more = pair_times.into_iter().map(|table| ("times", Page, table));
-    let all = each.into_iter().chain(more).chain(pair_kinds.into_iter().map(|table| ("strata", Page, table)));
-    let told = all.map(|(section, detail, table)| ReportTable { section, detail, table });
+    let all = each
+        .into_iter()
+        .chain(more)
+        .chain(pair_kinds.into_iter().map(|table| ("strata", Page, table)));
+    let told = all.map(|(section, detail, table)| ReportTable {
+        section,
+        detail,
+        table,
+    });
     told.filter(|told| !told.table.rows.is_empty()).collect()
 }
 
 /// The tables of the agreement of two engines: all of them if `full`.
 pub fn of_agreement(summary: &Summary, full: bool) -> impl Iterator<Item = Table> {
     let most = if full { Detail::Full } else { Detail::Short };
-    of(summary).into_iter().filter(move |told| told.section == "engines" && told.detail <= most).map(|told| told.table)
+    of(summary)
+        .into_iter()
+        .filter(move |told| told.section == "engines" && told.detail <= most)
+        .map(|told| told.table)
 }
 
 #[cfg(test)]
@@ -67,14 +77,29 @@ mod tests {
 
     /// The texts of the rows of the table in `section` whose first heading is `heading`.
     fn rows(summary: &Summary, section: &str, heading: &str) -> Vec<String> {
-        let is_it = |told: &ReportTable| told.section == section && told.table.columns[0].heading == heading;
-        let table = of(summary).into_iter().find(is_it).unwrap_or_else(|| panic!("no {heading}")).table;
-        let heads = table.columns.iter().map(|column| column.heading.clone()).collect::<Vec<_>>();
+        let is_it = |told: &ReportTable| {
+            told.section == section && told.table.columns[0].heading == heading
+        };
+        let table = of(summary)
+            .into_iter()
+            .find(is_it)
+            .unwrap_or_else(|| panic!("no {heading}"))
+            .table;
+        let heads = table
+            .columns
+            .iter()
+            .map(|column| column.heading.clone())
+            .collect::<Vec<_>>();
         let row = |row: &Vec<super::super::table::Cell>| {
             assert_eq!(row.len(), heads.len(), "{heads:?}");
-            row.iter().map(|cell| cell.text.clone()).collect::<Vec<_>>().join(" | ")
+            row.iter()
+                .map(|cell| cell.text.clone())
+                .collect::<Vec<_>>()
+                .join(" | ")
         };
-        std::iter::once(heads.join(" | ")).chain(table.rows.iter().map(row)).collect()
+        std::iter::once(heads.join(" | "))
+            .chain(table.rows.iter().map(row))
+            .collect()
     }
 
     #[test]
@@ -82,11 +107,21 @@ mod tests {
         let of = |outcomes: &[_]| rows(&summary(outcomes, &[], &[]), "rates", "controller");
         let lines = of(&[[Recovered, Fell], [Recovered, Recovered]]);
         assert_eq!(lines[0], "controller | recovered | rate | 95 % | fell");
-        assert_eq!(lines[1..], ["a | 2/2 | 100.0 % | 15.8-100.0 % | 0", "b | 1/2 | 50.0 % | 1.3-98.7 % | 1"]);
+        assert_eq!(
+            lines[1..],
+            [
+                "a | 2/2 | 100.0 % | 15.8-100.0 % | 0",
+                "b | 1/2 | 50.0 % | 1.3-98.7 % | 1"
+            ]
+        );
         let lasts = of(&[[TimedOut, Fell]]);
-        assert!(lasts[0].ends_with("| fell | timed out | survived, 95 %"), "{lasts:?}");
         assert!(
-            lasts[1].ends_with("| 0 | 1 | 1 (2.5-100.0 %)") && lasts[2].ends_with("| 1 | 0 | 0 (0.0-97.5 %)"),
+            lasts[0].ends_with("| fell | timed out | survived, 95 %"),
+            "{lasts:?}"
+        );
+        assert!(
+            lasts[1].ends_with("| 0 | 1 | 1 (2.5-100.0 %)")
+                && lasts[2].ends_with("| 1 | 0 | 0 (0.0-97.5 %)"),
             "{lasts:?}"
         );
         assert!(of(&[[Recovered, Diverged]])[0].ends_with("| fell | diverged"));
@@ -98,28 +133,50 @@ mod tests {
         let kinds = rows(&summary, "strata", "kind of trial");
         let bins = rows(&summary, "curves", "impulse, N s");
         let of_b = bins[1..].iter().map(|bin| bin.split(" | ").nth(2).unwrap());
-        let trials = of_b.filter_map(|told| told.split(['/', ' ']).nth(1)?.parse::<u32>().ok()).sum::<u32>();
+        let trials = of_b
+            .filter_map(|told| told.split(['/', ' ']).nth(1)?.parse::<u32>().ok())
+            .sum::<u32>();
         assert_eq!(trials, 25, "{bins:?}");
-        assert_eq!(kinds[3], "impulse: from 2.32 N s | 34 | 91.2 % of 34 | - | 88.2 % of 34");
+        assert_eq!(
+            kinds[3],
+            "impulse: from 2.32 N s | 34 | 91.2 % of 34 | - | 88.2 % of 34"
+        );
     }
 
     #[test]
     fn pairs_have_counts_points_and_p() {
-        let outcomes: Vec<_> = (0..100).map(|i| [Recovered, if i < 50 { Recovered } else { Fell }]).collect();
+        let outcomes: Vec<_> = (0..100)
+            .map(|i| [Recovered, if i < 50 { Recovered } else { Fell }])
+            .collect();
         let of = |set: &[&str]| rows(&summary(&outcomes, set, &[]), "pairs", "a");
-        assert_eq!(of(&[])[1], "a | b | 50 | 50 | 0 | 0 | +50.0 | 40.4 to 59.6 | < 0.0001");
+        assert_eq!(
+            of(&[])[1],
+            "a | b | 50 | 50 | 0 | 0 | +50.0 | 40.4 to 59.6 | < 0.0001"
+        );
         let sequential = of(&["stopping.until_resolved=true"]);
         assert!(sequential[1].ends_with(" | -"), "no p: {sequential:?}");
     }
 
     #[test]
     fn gates_are_told_in_their_unit_and_guesses_have_two_digits() {
-        let outcomes: Vec<_> = (0..100).map(|i| [Recovered, if i < 50 { Recovered } else { Fell }]).collect();
-        let mut summary = summary(&outcomes, &["gates.unresolved=fail"], &["b >= 0.45", "a >= b + 0.1", "b >= 0.9"]);
+        let outcomes: Vec<_> = (0..100)
+            .map(|i| [Recovered, if i < 50 { Recovered } else { Fell }])
+            .collect();
+        let mut summary = summary(
+            &outcomes,
+            &["gates.unresolved=fail"],
+            &["b >= 0.45", "a >= b + 0.1", "b >= 0.9"],
+        );
         summary.gates[0].judged.more_trials = Some(1234);
         let rows = rows(&summary, "", "gate");
-        assert_eq!(rows[1], "b >= 0.45 | unresolved, counts as FAILED | 50.0 % | 39.8 to 60.2 | 100 | about 1300");
-        assert!(rows[2].starts_with("a >= b + 0.1 | passed | +50.0 points | +40.") && rows[2].ends_with(" | -"));
+        assert_eq!(
+            rows[1],
+            "b >= 0.45 | unresolved, counts as FAILED | 50.0 % | 39.8 to 60.2 | 100 | about 1300"
+        );
+        assert!(
+            rows[2].starts_with("a >= b + 0.1 | passed | +50.0 points | +40.")
+                && rows[2].ends_with(" | -")
+        );
         assert!(rows[3].starts_with("b >= 0.9 | FAILED |"));
     }
 
@@ -129,15 +186,30 @@ mod tests {
         let mut all = of(&ragged(&["a >= b"]).0);
         let mut none = summary(&[[Recovered; 2]; 3], &[], &[]);
         none.pairs.clear();
-        none.sets = vec![SetSummary { foretold: None, ..none.sets[0].clone() }];
+        none.sets = vec![SetSummary {
+            foretold: None,
+            ..none.sets[0].clone()
+        }];
         assert_eq!(
-            of(&none).iter().map(|told| told.section).collect::<Vec<_>>(),
+            of(&none)
+                .iter()
+                .map(|told| told.section)
+                .collect::<Vec<_>>(),
             ["rates", "curves", "curves", "strata", "times"]
         );
         all.extend(of(&none));
         for ReportTable { table, .. } in all {
-            assert!(!table.title.is_empty() && table.columns[0].is_words, "{table:?}");
-            assert!(table.rows.iter().all(|row| row.len() == table.columns.len()), "{table:?}");
+            assert!(
+                !table.title.is_empty() && table.columns[0].is_words,
+                "{table:?}"
+            );
+            assert!(
+                table
+                    .rows
+                    .iter()
+                    .all(|row| row.len() == table.columns.len()),
+                "{table:?}"
+            );
         }
     }
 }

@@ -12,7 +12,9 @@ use standfast_study::verdict::pairs::{PairSummary, rounded};
 use std::iter::once;
 
 fn columns<const N: usize>(numbers: [&str; N]) -> impl Iterator<Item = TableColumn> {
-    [words("a"), words("b")].into_iter().chain(numbers.map(number))
+    [words("a"), words("b")]
+        .into_iter()
+        .chain(numbers.map(number))
 }
 
 fn names(pair: &PairSummary) -> impl Iterator<Item = Cell> {
@@ -20,24 +22,49 @@ fn names(pair: &PairSummary) -> impl Iterator<Item = Cell> {
 }
 
 fn of_counts(counts: &PairedCounts) -> impl Iterator<Item = Cell> {
-    let PairedCounts { both, only_a, only_b, neither } = *counts;
+    let PairedCounts {
+        both,
+        only_a,
+        only_b,
+        neither,
+    } = *counts;
     [both, only_a, only_b, neither].into_iter().map(cell)
 }
 
 /// A difference and its interval, as two cells.
 fn difference(at: f64, ci: Option<[f64; 2]>, digits: usize) -> [Cell; 2] {
-    let interval = ci.map_or("-".into(), |[least, most]| format!("{least:.digits$} to {most:.digits$}"));
-    [Cell { mark: Some(CellMark { at, ci, set: None }), ..cell(signed(at, digits)) }, cell(interval)]
+    let interval = ci.map_or("-".into(), |[least, most]| {
+        format!("{least:.digits$} to {most:.digits$}")
+    });
+    [
+        Cell {
+            mark: Some(CellMark { at, ci, set: None }),
+            ..cell(signed(at, digits))
+        },
+        cell(interval),
+    ]
 }
 
 /// The counts behind the verdicts.
 pub(super) fn counts(summary: &Summary) -> Table {
     let columns = columns(["both", "only a", "only b", "neither", "a - b", "95 %", "p"]);
-    let mut table = Table { about_zero: true, ..Table::new("Counts and differences", columns) };
+    let mut table = Table {
+        about_zero: true,
+        ..Table::new("Counts and differences", columns)
+    };
     for pair in &summary.pairs {
-        let seen = difference(100.0 * pair.difference, Some(pair.adjusted_ci95.map(|share| 100.0 * share)), 1);
+        let seen = difference(
+            100.0 * pair.difference,
+            Some(pair.adjusted_ci95.map(|share| 100.0 * share)),
+            1,
+        );
         let p = [cell(pair.adjusted_p.map_or("-".into(), p_cell))];
-        table.row(names(pair).chain(of_counts(&pair.counts)).chain(seen).chain(p));
+        table.row(
+            names(pair)
+                .chain(of_counts(&pair.counts))
+                .chain(seen)
+                .chain(p),
+        );
     }
     let about = "Trials from which both, one or neither recovered. a - b is the rate of a less that of b, in points.";
     table.with_note(format!("{about} {}", about_pairs(summary)))
@@ -45,27 +72,54 @@ pub(super) fn counts(summary: &Summary) -> Table {
 
 /// In a sweep, the effect of each change: over all trials, and by heading.
 pub(super) fn effects(summary: &Summary) -> Table {
-    let Some(reference) = &summary.reference else { return Table::default() };
+    let Some(reference) = &summary.reference else {
+        return Table::default();
+    };
     let variants = summary.sets.iter().enumerate().filter_map(|(i, set)| {
         let with = |pair: &&PairSummary| {
-            [&pair.a, &pair.b] == [&set.name, reference] || [&pair.b, &pair.a] == [&set.name, reference]
+            [&pair.a, &pair.b] == [&set.name, reference]
+                || [&pair.b, &pair.a] == [&set.name, reference]
         };
-        summary.pairs.iter().find(with).map(|pair| (i, &set.name, pair, if pair.a == set.name { 1.0 } else { -1.0 }))
+        summary.pairs.iter().find(with).map(|pair| {
+            (
+                i,
+                &set.name,
+                pair,
+                if pair.a == set.name { 1.0 } else { -1.0 },
+            )
+        })
     });
     let variants: Vec<_> = variants.collect();
-    let columns = variants.iter().map(|(i, name, ..)| TableColumn { set: Some(*i), ..number(*name) });
+    let columns = variants.iter().map(|(i, name, ..)| TableColumn {
+        set: Some(*i),
+        ..number(*name)
+    });
     let columns = once(words("headings")).chain(columns);
-    let mut table = Table { about_zero: true, ..Table::new(format!("Against {reference}"), columns) };
-    let headings = variants.first().map_or(&[][..], |(_, _, pair, _)| &pair.strata[..]).iter().enumerate();
-    let headings =
-        headings.filter(|(_, stratum)| stratum.by == "heading").map(|(at, of)| (Some(at), of.label.as_str()));
+    let mut table = Table {
+        about_zero: true,
+        ..Table::new(format!("Against {reference}"), columns)
+    };
+    let headings = variants
+        .first()
+        .map_or(&[][..], |(_, _, pair, _)| &pair.strata[..])
+        .iter()
+        .enumerate();
+    let headings = headings
+        .filter(|(_, stratum)| stratum.by == "heading")
+        .map(|(at, of)| (Some(at), of.label.as_str()));
     for (at, label) in once((None, "all")).chain(headings) {
         let of_variant = |&(i, _, pair, sign): &(usize, &String, &PairSummary, f64)| {
             let whole = (pair.difference, pair.adjusted_ci95);
-            let (seen, ci) = at.map_or(whole, |at| (pair.strata[at].difference, pair.strata[at].ci95));
+            let (seen, ci) = at.map_or(whole, |at| {
+                (pair.strata[at].difference, pair.strata[at].ci95)
+            });
             let [seen, least, most] = [seen, ci[0], ci[1]].map(|share| 100.0 * sign * share);
             Cell {
-                mark: Some(CellMark { at: seen, ci: Some([least.min(most), least.max(most)]), set: Some(i) }),
+                mark: Some(CellMark {
+                    at: seen,
+                    ci: Some([least.min(most), least.max(most)]),
+                    set: Some(i),
+                }),
                 ..cell(signed(seen, 1))
             }
         };
@@ -79,20 +133,40 @@ pub(super) fn effects(summary: &Summary) -> Table {
 /// The differences of two controllers by kind of trial: a table for each pair that is shown.
 pub(super) fn by_kind(summary: &Summary) -> Vec<Table> {
     let of_pair = |pair: &PairSummary| {
-        let (title, columns) = (format!("{} - {}, by kind of trial", pair.a, pair.b), ["trials", "a - b", "95 %"]);
-        let mut table = Table { about_zero: true, ..Table::new(title, headings("kind of trial", columns)) };
+        let (title, columns) = (
+            format!("{} - {}, by kind of trial", pair.a, pair.b),
+            ["trials", "a - b", "95 %"],
+        );
+        let mut table = Table {
+            about_zero: true,
+            ..Table::new(title, headings("kind of trial", columns))
+        };
         for stratum in &pair.strata {
-            let seen = difference(100.0 * stratum.difference, Some(stratum.ci95.map(|share| 100.0 * share)), 1);
-            table.row([cell(kind(stratum.by, &stratum.label)), cell(stratum.trials)].into_iter().chain(seen));
+            let seen = difference(
+                100.0 * stratum.difference,
+                Some(stratum.ci95.map(|share| 100.0 * share)),
+                1,
+            );
+            table.row(
+                [cell(kind(stratum.by, &stratum.label)), cell(stratum.trials)]
+                    .into_iter()
+                    .chain(seen),
+            );
         }
-        table.with_note("The rate of the first less that of the second, in points, with 95 % intervals.")
+        table.with_note(
+            "The rate of the first less that of the second, in points, with 95 % intervals.",
+        )
     };
     shown(summary).into_iter().map(of_pair).collect()
 }
 
 /// How much slower one controller of a pair is, and how many footsteps more it takes.
 pub(super) fn shifts(summary: &Summary) -> Vec<Table> {
-    type ShiftQuantity = (&'static str, &'static str, fn(&PairSummary) -> Option<Shift>);
+    type ShiftQuantity = (
+        &'static str,
+        &'static str,
+        fn(&PairSummary) -> Option<Shift>,
+    );
     let all: [ShiftQuantity; 3] = [
         ("Time to standing", "s", |pair| pair.settling_s),
         ("Time to home", "s", |pair| pair.homing_s),
@@ -100,18 +174,40 @@ pub(super) fn shifts(summary: &Summary) -> Vec<Table> {
     ];
     let about = "The shift is Hodges and Lehmann's median of the differences, a less b.";
     let of_quantity = |(what, unit, of): ShiftQuantity| {
-        let columns = columns(["trials", "differ", "a - b", "95 %", "p"]).map(|column| match &*column.heading {
-            "a - b" => column.in_unit(unit),
-            _ => column,
+        let columns = columns(["trials", "differ", "a - b", "95 %", "p"]).map(|column| {
+            match &*column.heading {
+                "a - b" => column.in_unit(unit),
+                _ => column,
+            }
         });
         let title = format!("{what}: pair by pair, over the trials from which both recovered");
-        let mut table = Table { about_zero: true, ..Table::new(title, columns) };
-        for (pair, test) in summary.pairs.iter().filter_map(|pair| Some((pair, of(pair)?))) {
-            let (at, ci) = if unit.is_empty() { (test.mean, test.mean_ci95) } else { (test.median, test.ci95) };
+        let mut table = Table {
+            about_zero: true,
+            ..Table::new(title, columns)
+        };
+        for (pair, test) in summary
+            .pairs
+            .iter()
+            .filter_map(|pair| Some((pair, of(pair)?)))
+        {
+            let (at, ci) = if unit.is_empty() {
+                (test.mean, test.mean_ci95)
+            } else {
+                (test.median, test.ci95)
+            };
             let counts = [test.pairs, test.nonzero].map(cell);
-            table.row(names(pair).chain(counts).chain(difference(at, ci, 2)).chain([cell(p_cell(test.p))]));
+            table.row(
+                names(pair)
+                    .chain(counts)
+                    .chain(difference(at, ci, 2))
+                    .chain([cell(p_cell(test.p))]),
+            );
         }
-        let about = if unit.is_empty() { "The difference is that of the mean counts (Student's t)." } else { about };
+        let about = if unit.is_empty() {
+            "The difference is that of the mean counts (Student's t)."
+        } else {
+            about
+        };
         table.with_note(format!(
             "{about} p is that of Wilcoxon's signed-rank test, not corrected for the number of pairs."
         ))
@@ -122,32 +218,58 @@ pub(super) fn shifts(summary: &Summary) -> Vec<Table> {
 /// The gates.
 pub(super) fn gates(summary: &Summary) -> Table {
     let numbers = ["seen", "interval", "trials", "to run"].map(number);
-    let mut table = Table::new("Gates", [words("gate"), words("status")].into_iter().chain(numbers));
+    let mut table = Table::new(
+        "Gates",
+        [words("gate"), words("status")].into_iter().chain(numbers),
+    );
     for gate in &summary.gates {
         let (judged, unit) = (&gate.judged, unit(gate));
         let [least, most] = judged.interval.map(|share| in_unit(gate, share));
-        let more = judged.more_trials.map_or("-".into(), |more| format!("about {}", rounded(more)));
+        let more = judged
+            .more_trials
+            .map_or("-".into(), |more| format!("about {}", rounded(more)));
         let seen = format!("{} {unit}", in_unit(gate, judged.observed));
         let (name, interval) = (judged.name.clone(), format!("{least} to {most}"));
-        table.row(texts([name, status(gate).into(), seen, interval, judged.trials.to_string(), more]));
+        table.row(texts([
+            name,
+            status(gate).into(),
+            seen,
+            interval,
+            judged.trials.to_string(),
+            more,
+        ]));
     }
     table.with_note(about_gates(summary))
 }
 
 /// The agreement of two engines, controller by controller.
 pub(super) fn agreement(summary: &Summary) -> Table {
-    let Some(agreement) = &summary.agreement else { return Table::default() };
-    let [a, b] = agreement.engines.map(|engine| format!("only {}", engine.title()));
-    let columns = headings("controller", ["both", &a, &b, "neither", "agree", "kappa", "95 %"]);
+    let Some(agreement) = &summary.agreement else {
+        return Table::default();
+    };
+    let [a, b] = agreement
+        .engines
+        .map(|engine| format!("only {}", engine.title()));
+    let columns = headings(
+        "controller",
+        ["both", &a, &b, "neither", "agree", "kappa", "95 %"],
+    );
     let mut table = Table::new("Agreement, controller by controller", columns);
     for set in &agreement.sets {
-        let kappa = set.agreed.kappa.map_or("-".into(), |kappa| format!("{kappa:.2}"));
+        let kappa = set
+            .agreed
+            .kappa
+            .map_or("-".into(), |kappa| format!("{kappa:.2}"));
         let interval = set.agreed.kappa_ci95.map_or("-".into(), |[least, most]| {
             let to = if least < 0.0 { " to " } else { "-" };
             format!("{least:.2}{to}{most:.2}")
         });
         let agreed = [percent(set.agreed.agree), kappa, interval];
-        table.row(once(cell(&set.set)).chain(of_counts(&set.counts)).chain(texts(agreed)));
+        table.row(
+            once(cell(&set.set))
+                .chain(of_counts(&set.counts))
+                .chain(texts(agreed)),
+        );
     }
     table.with_note(format!(
         "{}, trial by trial. A trial counts under both, one or neither of the engines in which the robot recovered. Agree \
@@ -159,13 +281,33 @@ pub(super) fn agreement(summary: &Summary) -> Table {
 
 /// The share of agreement by kind of trial.
 pub(super) fn agreement_by_kind(summary: &Summary) -> Table {
-    let sets = summary.agreement.as_ref().map_or(&[][..], |agreement| &agreement.sets);
-    let columns = sets.iter().enumerate().map(|(i, set)| TableColumn { set: Some(i), ..number(&set.set) });
-    let columns = [words("kind of trial"), number("trials")].into_iter().chain(columns);
+    let sets = summary
+        .agreement
+        .as_ref()
+        .map_or(&[][..], |agreement| &agreement.sets);
+    let columns = sets.iter().enumerate().map(|(i, set)| TableColumn {
+        set: Some(i),
+        ..number(&set.set)
+    });
+    let columns = [words("kind of trial"), number("trials")]
+        .into_iter()
+        .chain(columns);
     let mut table = Table::new("Agreement, by kind of trial", columns);
-    for (i, StratumAgreement { by, label, counts, .. }) in sets.iter().take(1).flat_map(|set| &set.strata).enumerate() {
-        let shares = sets.iter().map(|set| cell(percent(set.strata[i].agreed.agree)));
-        table.row([cell(kind(by, label)), cell(counts.trials())].into_iter().chain(shares));
+    for (
+        i,
+        StratumAgreement {
+            by, label, counts, ..
+        },
+    ) in sets.iter().take(1).flat_map(|set| &set.strata).enumerate()
+    {
+        let shares = sets
+            .iter()
+            .map(|set| cell(percent(set.strata[i].agreed.agree)));
+        table.row(
+            [cell(kind(by, label)), cell(counts.trials())]
+                .into_iter()
+                .chain(shares),
+        );
     }
     table
 }

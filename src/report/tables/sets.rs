@@ -16,23 +16,54 @@ use std::iter::once;
 pub(super) fn rates(summary: &Summary) -> Table {
     // An outcome that no controller had gets no column.
     type RareOutcome = (&'static str, fn(&SetSummary) -> u64);
-    let rare: [RareOutcome; 3] =
-        [("diverged", |set| set.diverged), ("failed", |set| set.failed), ("timed out", |set| set.timed_out)];
-    let rare: Vec<_> = rare.into_iter().filter(|(_, of)| summary.sets.iter().any(|set| of(set) > 0)).collect();
+    let rare: [RareOutcome; 3] = [
+        ("diverged", |set| set.diverged),
+        ("failed", |set| set.failed),
+        ("timed out", |set| set.timed_out),
+    ];
+    let rare: Vec<_> = rare
+        .into_iter()
+        .filter(|(_, of)| summary.sets.iter().any(|set| of(set) > 0))
+        .collect();
     let columns = headings("controller", ["recovered", "rate", "95 %", "fell"]);
     let columns = columns.chain(rare.iter().map(|(label, _)| number(*label)));
     // If every trial ended standing or fallen, survival equals recovery and needs no column.
-    let lingers = summary.sets.iter().any(|set| set.survived.recovered != set.count.recovered);
-    let mut table = Table::new("Rates of recovery", columns.chain(lingers.then(|| number("survived, 95 %"))));
+    let lingers = summary
+        .sets
+        .iter()
+        .any(|set| set.survived.recovered != set.count.recovered);
+    let mut table = Table::new(
+        "Rates of recovery",
+        columns.chain(lingers.then(|| number("survived, 95 %"))),
+    );
     for (i, set) in summary.sets.iter().enumerate() {
-        let SuccessCount { trials, recovered, success_rate, ci95: [low, high] } = set.count;
+        let SuccessCount {
+            trials,
+            recovered,
+            success_rate,
+            ci95: [low, high],
+        } = set.count;
         let interval = format!("{:.1}-{}", 100.0 * low, percent(high));
-        let cells = [cell(format!("{recovered}/{trials}")), rate(percent(success_rate), set.count, i), cell(interval)];
+        let cells = [
+            cell(format!("{recovered}/{trials}")),
+            rate(percent(success_rate), set.count, i),
+            cell(interval),
+        ];
         let counts = once(set.fell).chain(rare.iter().map(|(_, of)| of(set)));
         let [low, high] = set.survived.ci95;
-        let survived = format!("{} ({:.1}-{})", set.survived.recovered, 100.0 * low, percent(high));
+        let survived = format!(
+            "{} ({:.1}-{})",
+            set.survived.recovered,
+            100.0 * low,
+            percent(high)
+        );
         let survived = lingers.then(|| cell(survived));
-        table.row(once(name(i, set)).chain(cells).chain(counts.map(cell)).chain(survived));
+        table.row(
+            once(name(i, set))
+                .chain(cells)
+                .chain(counts.map(cell))
+                .chain(survived),
+        );
     }
     match lingers {
         true => table.with_note(
@@ -44,11 +75,22 @@ pub(super) fn rates(summary: &Summary) -> Table {
 
 /// The impulses of which 50 % and 90 % are survived.
 pub(super) fn limits(summary: &Summary) -> Table {
-    let units = [number("50 %").in_unit("N s"), number("90 %").in_unit("N s"), number("50 %").in_unit("m omega d")];
-    let mut table = Table::new("Impulses of which so many recover", once(words("controller")).chain(units));
+    let units = [
+        number("50 %").in_unit("N s"),
+        number("90 %").in_unit("N s"),
+        number("50 %").in_unit("m omega d"),
+    ];
+    let mut table = Table::new(
+        "Impulses of which so many recover",
+        once(words("controller")).chain(units),
+    );
     for (i, set) in summary.sets.iter().enumerate() {
         let (curve, normalized) = (&set.curve, &set.normalized_curve);
-        let levels = [impulse_at(curve, true), impulse_at(curve, false), impulse_at(normalized, true)];
+        let levels = [
+            impulse_at(curve, true),
+            impulse_at(curve, false),
+            impulse_at(normalized, true),
+        ];
         table.row(once(name(i, set)).chain(texts(levels)));
     }
     let velocity = velocity_change(&summary.units, 1.0);
@@ -65,10 +107,16 @@ fn impulse_at(curve: &FittedCurve, half: bool) -> String {
     let Some(fit) = &curve.fit else {
         return curve.none_because.map_or("-".into(), |why| why.to_string());
     };
-    let (level, why) = if half { (fit.impulse50, fit.no_impulse50) } else { (fit.impulse90, fit.no_impulse90) };
+    let (level, why) = if half {
+        (fit.impulse50, fit.no_impulse50)
+    } else {
+        (fit.impulse90, fit.no_impulse90)
+    };
     match (level, why) {
         (Some(level), _) => {
-            let [least, most] = level.ci95.map(|end| end.map_or("?".into(), |x| format!("{x:.2}")));
+            let [least, most] = level
+                .ci95
+                .map(|end| end.map_or("?".into(), |x| format!("{x:.2}")));
             format!("{:.2} ({least}-{most})", level.at)
         }
         (None, why) => why.map_or("-".into(), |why| why.to_string()),
@@ -79,20 +127,41 @@ fn impulse_at(curve: &FittedCurve, half: bool) -> String {
 /// shown.
 pub(super) fn by_kind(summary: &Summary) -> Table {
     let corner = [words("kind of trial"), number("pushes")];
-    let columns = corner.into_iter().chain(columns(summary.sets.iter().enumerate()));
+    let columns = corner
+        .into_iter()
+        .chain(columns(summary.sets.iter().enumerate()));
     let mut table = Table::new("Recovered, by kind of trial", columns);
-    for (i, stratum) in summary.sets.iter().take(1).flat_map(|set| &set.strata).enumerate() {
+    for (i, stratum) in summary
+        .sets
+        .iter()
+        .take(1)
+        .flat_map(|set| &set.strata)
+        .enumerate()
+    {
         let of_set = |(number, set): (usize, &SetSummary)| {
             let count = set.strata[i].count;
             match (&summary.stopped, count.trials) {
                 (None, _) => rate(percent(count.success_rate), count, number),
                 (Some(_), 0) => cell("-"),
-                (Some(_), trials) => rate(format!("{} of {trials}", percent(count.success_rate)), count, number),
+                (Some(_), trials) => rate(
+                    format!("{} of {trials}", percent(count.success_rate)),
+                    count,
+                    number,
+                ),
             }
         };
-        let pushes = summary.sets.iter().map(|set| set.strata[i].count.trials).max().unwrap_or(0);
+        let pushes = summary
+            .sets
+            .iter()
+            .map(|set| set.strata[i].count.trials)
+            .max()
+            .unwrap_or(0);
         let sets = summary.sets.iter().enumerate().map(of_set);
-        table.row([cell(kind(stratum.by, &stratum.label)), cell(pushes)].into_iter().chain(sets));
+        table.row(
+            [cell(kind(stratum.by, &stratum.label)), cell(pushes)]
+                .into_iter()
+                .chain(sets),
+        );
     }
     table.with_note(
         "There are many kinds, and no interval is corrected for that: one that stands out alone may do so by chance.",
@@ -103,17 +172,38 @@ pub(super) fn by_kind(summary: &Summary) -> Table {
 pub(super) fn by_impulse(summary: &Summary) -> Table {
     let corner = once(words("impulse, N s")).chain(columns(summary.sets.iter().enumerate()));
     let mut table = Table::new("Recovered, by impulse", corner);
-    for (i, bin) in summary.sets.iter().take(1).flat_map(|set| &set.by_impulse).enumerate() {
+    for (i, bin) in summary
+        .sets
+        .iter()
+        .take(1)
+        .flat_map(|set| &set.by_impulse)
+        .enumerate()
+    {
         let range = cell(format!("{:.2} to {:.2}", bin.from_n_s, bin.to_n_s));
-        table.row(once(range).chain(summary.sets.iter().map(|set| rate_of(&set.by_impulse[i].count))));
+        table.row(
+            once(range).chain(
+                summary
+                    .sets
+                    .iter()
+                    .map(|set| rate_of(&set.by_impulse[i].count)),
+            ),
+        );
     }
     table
 }
 
 /// A kind of trial in words: the quantity, without its unit, and the values in this kind.
 pub(super) fn kind(by: &str, label: &str) -> String {
-    let name = by.strip_suffix("_m").or(by.strip_suffix("_s")).unwrap_or(by);
-    format!("{}: {label}", name.replace("_scale", " (times nominal)").replace("_com_", "_COM_").replace('_', " "))
+    let name = by
+        .strip_suffix("_m")
+        .or(by.strip_suffix("_s"))
+        .unwrap_or(by);
+    format!(
+        "{}: {label}",
+        name.replace("_scale", " (times nominal)")
+            .replace("_com_", "_COM_")
+            .replace('_', " ")
+    )
 }
 
 /// How the trials of each controller were lost.
@@ -148,10 +238,18 @@ pub(super) fn causes(summary: &Summary) -> Table {
     let mut causes: Vec<_> = causes.into_iter().collect();
     causes.sort_by_key(|&(_, trials)| Reverse(trials));
     let of = |set: &SetSummary, cause: &str| {
-        set.fall_causes.iter().find(|fall| fall.cause == cause).map_or(0, |fall| fall.trials)
+        set.fall_causes
+            .iter()
+            .find(|fall| fall.cause == cause)
+            .map_or(0, |fall| fall.trials)
     };
     let row = |(cause, _)| (cause, move |set: &SetSummary| of(set, cause));
-    counts(summary, "What ended the falls", "cause of the fall", causes.into_iter().map(row))
+    counts(
+        summary,
+        "What ended the falls",
+        "cause of the fall",
+        causes.into_iter().map(row),
+    )
 }
 
 /// A table of counts with a row for each kind that any controller has. If controllers have different numbers of trials,
@@ -163,12 +261,23 @@ fn counts<'a, F: Fn(&SetSummary) -> u64>(
     kinds: impl IntoIterator<Item = (&'a str, F)>,
 ) -> Table {
     let sets = &summary.sets;
-    let mut table = Table::new(title, once(words(corner)).chain(columns(sets.iter().enumerate())));
-    for (label, count) in kinds.into_iter().filter(|(_, count)| sets.iter().any(|set| count(set) > 0)) {
+    let mut table = Table::new(
+        title,
+        once(words(corner)).chain(columns(sets.iter().enumerate())),
+    );
+    for (label, count) in kinds
+        .into_iter()
+        .filter(|(_, count)| sets.iter().any(|set| count(set) > 0))
+    {
         table.row(once(cell(label)).chain(sets.iter().map(|set| cell(count(set)))));
     }
     if summary.stopped.is_some() && !table.rows.is_empty() {
-        table.rows.insert(0, once(cell("trials")).chain(sets.iter().map(|set| cell(set.count.trials))).collect());
+        table.rows.insert(
+            0,
+            once(cell("trials"))
+                .chain(sets.iter().map(|set| cell(set.count.trials)))
+                .collect(),
+        );
     }
     table
 }
@@ -176,11 +285,24 @@ fn counts<'a, F: Fn(&SetSummary) -> u64>(
 /// How long recoveries took.
 pub(super) fn times(summary: &Summary) -> Table {
     let common = &summary.common_survivors;
-    let columns = ["to standing", "to home", "to standing, common", "to home, common"];
+    let columns = [
+        "to standing",
+        "to home",
+        "to standing, common",
+        "to home, common",
+    ];
     let mut table = Table::new("How long recoveries took", headings("controller", columns));
     for ((i, set), of_common) in summary.sets.iter().enumerate().zip(&common.sets) {
-        let times = [set.times, *of_common].map(|times| [times.median_settling_s, times.median_homing_s]);
-        table.row(once(name(i, set)).chain(times.concat().into_iter().map(|time_s| cell(seconds(time_s)))));
+        let times =
+            [set.times, *of_common].map(|times| [times.median_settling_s, times.median_homing_s]);
+        table.row(
+            once(name(i, set)).chain(
+                times
+                    .concat()
+                    .into_iter()
+                    .map(|time_s| cell(seconds(time_s))),
+            ),
+        );
     }
     let home = match summary.episode.end_early {
         true => {
@@ -198,11 +320,22 @@ pub(super) fn times(summary: &Summary) -> Table {
 
 /// Recovered trials by number of footsteps.
 pub(super) fn footsteps(summary: &Summary) -> Table {
-    let steppers: Vec<_> =
-        summary.sets.iter().enumerate().filter_map(|(i, set)| Some((i, set, set.stepped.as_ref()?))).collect();
+    let steppers: Vec<_> = summary
+        .sets
+        .iter()
+        .enumerate()
+        .filter_map(|(i, set)| Some((i, set, set.stepped.as_ref()?)))
+        .collect();
     let columns = columns(steppers.iter().map(|(i, set, _)| (*i, *set)));
-    let mut table = Table::new("Recovered, by footsteps", once(words("recovered, by footsteps")).chain(columns));
-    for (i, label) in ["none", "one", "two", "three or more"].into_iter().enumerate().filter(|_| !steppers.is_empty()) {
+    let mut table = Table::new(
+        "Recovered, by footsteps",
+        once(words("recovered, by footsteps")).chain(columns),
+    );
+    for (i, label) in ["none", "one", "two", "three or more"]
+        .into_iter()
+        .enumerate()
+        .filter(|_| !steppers.is_empty())
+    {
         let of_set = |(_, _, stepped): &(_, _, &ByFootsteps)| rate_of(&stepped.by_footsteps[i]);
         table.row(once(cell(label)).chain(steppers.iter().map(of_set)));
     }
@@ -211,8 +344,12 @@ pub(super) fn footsteps(summary: &Summary) -> Table {
 
 /// How well the CPI sets predict the outcome.
 pub(super) fn foretold(summary: &Summary) -> Table {
-    let with: Vec<_> =
-        summary.sets.iter().enumerate().filter_map(|(i, set)| Some((i, set, set.foretold.as_ref()?))).collect();
+    let with: Vec<_> = summary
+        .sets
+        .iter()
+        .enumerate()
+        .filter_map(|(i, set)| Some((i, set, set.foretold.as_ref()?)))
+        .collect();
     let columns = columns(with.iter().map(|(i, set, _)| (*i, *set)));
     let mut table = Table::new(
         "Recovered, by the state after the push",
@@ -236,24 +373,43 @@ pub(super) fn foretold(summary: &Summary) -> Table {
 }
 
 /// The columns of controllers side by side.
-fn columns<'a>(sets: impl Iterator<Item = (usize, &'a SetSummary)>) -> impl Iterator<Item = TableColumn> {
-    sets.map(|(i, set)| TableColumn { set: Some(i), ..number(&set.name) })
+fn columns<'a>(
+    sets: impl Iterator<Item = (usize, &'a SetSummary)>,
+) -> impl Iterator<Item = TableColumn> {
+    sets.map(|(i, set)| TableColumn {
+        set: Some(i),
+        ..number(&set.name)
+    })
 }
 
 /// The name of a controller, as a cell.
 fn name(i: usize, set: &SetSummary) -> Cell {
-    Cell { set: Some(i), ..cell(&set.name) }
+    Cell {
+        set: Some(i),
+        ..cell(&set.name)
+    }
 }
 
 /// A rate that can be drawn.
 fn rate(text: String, count: SuccessCount, set: usize) -> Cell {
-    Cell { mark: Some(CellMark { at: count.success_rate, ci: Some(count.ci95), set: Some(set) }), ..cell(text) }
+    Cell {
+        mark: Some(CellMark {
+            at: count.success_rate,
+            ci: Some(count.ci95),
+            set: Some(set),
+        }),
+        ..cell(text)
+    }
 }
 
 /// Number of recovered trials of all, and the rate.
 fn rate_of(count: &SuccessCount) -> Cell {
     match count.trials {
         0 => cell("-"),
-        trials => cell(format!("{}/{trials} {:>7}", count.recovered, percent(count.success_rate))),
+        trials => cell(format!(
+            "{}/{trials} {:>7}",
+            count.recovered,
+            percent(count.success_rate)
+        )),
     }
 }

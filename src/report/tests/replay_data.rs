@@ -22,7 +22,9 @@ const NEAR_M: f64 = 1e-4;
 
 #[test]
 fn what_the_page_shows_is_what_the_film_holds() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
     let film = stepping();
     let file = written(&folder, film, &head());
@@ -33,7 +35,11 @@ fn what_the_page_shows_is_what_the_film_holds() {
         "Array.from({{ length: Math.ceil(replay.film.count / {EVERY}) }}, (_, k) => replay.film.at(replay.film.time({EVERY} * k)))"
     ));
     let shown = shown.as_array().unwrap();
-    assert_eq!(shown.len(), film.snapshots.len().div_ceil(EVERY), "a moment for each tick");
+    assert_eq!(
+        shown.len(),
+        film.snapshots.len().div_ceil(EVERY),
+        "a moment for each tick"
+    );
     let mut worst = Worst::default();
     let mut kinematics = Kinematics::new(&film.robot);
     for (shown, snapshot) in shown.iter().zip(film.snapshots.iter().step_by(EVERY)) {
@@ -42,45 +48,99 @@ fn what_the_page_shows_is_what_the_film_holds() {
             let pose = pose(&shown["poses"][i]);
             for solid in &link.visuals {
                 for corner in solid.points() {
-                    worst.see("robot", (pose * corner - kinematics.link_pose(i) * corner).norm());
+                    worst.see(
+                        "robot",
+                        (pose * corner - kinematics.link_pose(i) * corner).norm(),
+                    );
                 }
             }
         }
         let flat = |p: Point2<f64>| vec![p.x, p.y];
-        worst.compare("com", &shown["com"], Some(vec![snapshot.com.x, snapshot.com.y, snapshot.com.z]));
+        worst.compare(
+            "com",
+            &shown["com"],
+            Some(vec![snapshot.com.x, snapshot.com.y, snapshot.com.z]),
+        );
         worst.compare("dcm", &shown["dcm"], Some(flat(snapshot.dcm)));
         worst.compare("zmp", &shown["zmp"], snapshot.zmp.map(flat));
         worst.compare("zmp_ref", &shown["zmpRef"], snapshot.zmp_ref.map(flat));
         let all = |points: &[Point2<f64>]| Some(points.iter().flat_map(|p| [p.x, p.y]).collect());
-        worst.compare("support", &flattened(&shown["support"]), all(&snapshot.support));
+        worst.compare(
+            "support",
+            &flattened(&shown["support"]),
+            all(&snapshot.support),
+        );
         for gain in 0..film.regions.len() {
-            let slice = snapshot.regions.get(gain).map_or(&[][..], |region| &region.corners);
+            let slice = snapshot
+                .regions
+                .get(gain)
+                .map_or(&[][..], |region| &region.corners);
             worst.compare("slices", &flattened(&shown["sets"][gain]), all(slice));
         }
-        let landing: Vec<_> = snapshot.footstep.iter().flatten().map(|corner| corner.xy()).collect();
+        let landing: Vec<_> = snapshot
+            .footstep
+            .iter()
+            .flatten()
+            .map(|corner| corner.xy())
+            .collect();
         worst.compare("footstep", &flattened(&shown["footstep"]), all(&landing));
         for (i, foot) in Foot::BOTH.into_iter().enumerate() {
             let at = snapshot.contacts[foot].map(|arrow| arrow.point.coords.as_slice().to_vec());
             worst.compare("contacts", &shown["contacts"][i]["point"], at);
         }
-        worst.compare("push", &shown["push"]["point"], snapshot.push.map(|push| push.point.coords.as_slice().to_vec()));
+        worst.compare(
+            "push",
+            &shown["push"]["point"],
+            snapshot
+                .push
+                .map(|push| push.point.coords.as_slice().to_vec()),
+        );
         assert_eq!(shown["phase"]["id"].as_str(), Some(&*snapshot.phase));
-        let gain = film.regions.iter().position(|name| Some(name) == snapshot.gain.as_ref());
+        let gain = film
+            .regions
+            .iter()
+            .position(|name| Some(name) == snapshot.gain.as_ref());
         assert_eq!(shown["gain"].as_u64(), gain.map(|gain| gain as u64));
     }
     eprintln!("largest differences (m): {:?}", worst.0);
-    assert!(worst.0.len() >= 9 && worst.0.iter().all(|(_, error)| *error < NEAR_M), "{:?}", worst.0);
+    assert!(
+        worst.0.len() >= 9 && worst.0.iter().all(|(_, error)| *error < NEAR_M),
+        "{:?}",
+        worst.0
+    );
     let marks = tab.evaluate("replay.film.events.map((event) => [event.kind, event.from_s])");
     let marked = |kind: &str| -> Vec<f64> {
-        let of_kind = marks.as_array().unwrap().iter().filter(|mark| mark[0] == kind);
+        let of_kind = marks
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter(|mark| mark[0] == kind);
         of_kind.map(|mark| mark[1].as_f64().unwrap()).collect()
     };
     assert_eq!(marked("push"), [0.5]);
-    assert_eq!(marked("footstep"), film.record.footsteps.taken.iter().map(|step| step.lift_s).collect::<Vec<_>>());
-    assert!(!marked("footstep").is_empty() && !marked("switch").is_empty(), "{marks}");
-    assert_eq!(tab.evaluate("document.querySelectorAll('#marks i').length"), marks.as_array().unwrap().len());
+    assert_eq!(
+        marked("footstep"),
+        film.record
+            .footsteps
+            .taken
+            .iter()
+            .map(|step| step.lift_s)
+            .collect::<Vec<_>>()
+    );
+    assert!(
+        !marked("footstep").is_empty() && !marked("switch").is_empty(),
+        "{marks}"
+    );
+    assert_eq!(
+        tab.evaluate("document.querySelectorAll('#marks i').length"),
+        marks.as_array().unwrap().len()
+    );
     // One moment in the words of the page.
-    let swinging = film.snapshots.iter().find(|s| s.footstep.is_some()).unwrap();
+    let swinging = film
+        .snapshots
+        .iter()
+        .find(|s| s.footstep.is_some())
+        .unwrap();
     look_at(&mut tab, swinging.time_s);
     assert_eq!(text(&mut tab, "phase"), "right foot in the air");
     assert_eq!(text(&mut tab, "gain"), "none, a foot is in the air");
@@ -91,7 +151,9 @@ fn what_the_page_shows_is_what_the_film_holds() {
 /// The ghost is at the place that the second film has at the time of the first, and the page says where the two part.
 #[test]
 fn the_ghost_is_the_robot_of_the_second_film() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
     let (film, ghost) = (stepping(), ghost());
     let file = written_with(&folder, film, Some(&ghost), &head());
@@ -101,22 +163,42 @@ fn the_ghost_is_the_robot_of_the_second_film() {
     let mut kinematics = Kinematics::new(&ghost.robot);
     // After the end of its film, the ghost stays where it was.
     for k in (0..film.snapshots.len()).step_by(50) {
-        let snapshot = ghost.snapshots.get(k).unwrap_or_else(|| ghost.snapshots.last().unwrap());
-        let shown = tab.evaluate(&format!("replay.film.at({}).ghost", film.snapshots[k].time_s));
+        let snapshot = ghost
+            .snapshots
+            .get(k)
+            .unwrap_or_else(|| ghost.snapshots.last().unwrap());
+        let shown = tab.evaluate(&format!(
+            "replay.film.at({}).ghost",
+            film.snapshots[k].time_s
+        ));
         kinematics.update(&ghost.robot, &snapshot.posture);
         for i in 0..ghost.robot.links.len() {
-            let apart = pose(&shown["poses"][i]).translation.vector - kinematics.link_pose(i).translation.vector;
+            let apart = pose(&shown["poses"][i]).translation.vector
+                - kinematics.link_pose(i).translation.vector;
             worst.see("ghost", apart.norm());
         }
-        worst.compare("com", &shown["com"], Some(vec![snapshot.com.x, snapshot.com.y, snapshot.com.z]));
+        worst.compare(
+            "com",
+            &shown["com"],
+            Some(vec![snapshot.com.x, snapshot.com.y, snapshot.com.z]),
+        );
     }
-    assert!(worst.0.len() == 2 && worst.0.iter().all(|(_, error)| *error < NEAR_M), "{:?}", worst.0);
+    assert!(
+        worst.0.len() == 2 && worst.0.iter().all(|(_, error)| *error < NEAR_M),
+        "{:?}",
+        worst.0
+    );
     let parting = Parting::of_films(film, &ghost).unwrap();
-    let marked = tab.evaluate("replay.film.events.filter((event) => event.kind === 'parting').map((e) => e.from_s)");
+    let marked = tab.evaluate(
+        "replay.film.events.filter((event) => event.kind === 'parting').map((e) => e.from_s)",
+    );
     assert_eq!(marked, serde_json::json!([parting.at_s]));
     let told = text(&mut tab, "engines");
     let parted = format!("At {:.3} s the ", parting.at_s);
-    let [solid, other] = [format!("Solid: {}", film.controller), format!("Ghost: {}", ghost.controller)];
+    let [solid, other] = [
+        format!("Solid: {}", film.controller),
+        format!("Ghost: {}", ghost.controller),
+    ];
     for part in [&solid, "recovered, still from", &other, "fell at", &parted] {
         assert!(told.contains(part), "no {part:?} in {told}");
     }
@@ -125,12 +207,19 @@ fn the_ghost_is_the_robot_of_the_second_film() {
     assert!((time_s - parting.at_s).abs() < 1e-9, "{time_s}");
     assert_no_problems(&mut tab, &file);
     // Without a ghost there is no such data.
-    assert!(packed(film)["ghost"].is_null() && !page(film, None, &head()).unwrap().contains("id=\"engines\""));
+    assert!(
+        packed(film)["ghost"].is_null()
+            && !page(film, None, &head())
+                .unwrap()
+                .contains("id=\"engines\"")
+    );
 }
 
 #[test]
 fn the_ground_is_that_of_the_trial() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
     let bench = Bench::new("hold");
     let slope = (Some(2.0), Some(-60.0));
@@ -140,19 +229,38 @@ fn the_ground_is_that_of_the_trial() {
         ground_step_m: Some(0.004),
         ..Variation::default()
     };
-    let disturbance = Disturbance { pushes: vec![push(1.0, 0.0)], variation, ..Disturbance::default() };
-    let film = Film::take(&bench.robot, &bench.factory, &config(1.0), disturbance, (Until::Decided, 0.0), &mut |_| {})
-        .unwrap();
+    let disturbance = Disturbance {
+        pushes: vec![push(1.0, 0.0)],
+        variation,
+        ..Disturbance::default()
+    };
+    let film = Film::take(
+        &bench.robot,
+        &bench.factory,
+        &config(1.0),
+        disturbance,
+        (Until::Decided, 0.0),
+        &mut |_| {},
+    )
+    .unwrap();
     let file = written(&folder, &film, &head());
     let mut tab = browser.tab(800, 600, "light");
     tab.open(&file);
     for (i, snapshot) in film.snapshots.iter().enumerate().step_by(100) {
-        let ground = Ground { slope: snapshot.slope, ..Ground::new(&film.robot, &variation) };
+        let ground = Ground {
+            slope: snapshot.slope,
+            ..Ground::new(&film.robot, &variation)
+        };
         for (x, y) in [(0.0, 0.0), (0.03, -0.05), (0.3, 0.1), (-0.2, 0.4)] {
-            let script = format!("replay.film.height(replay.film.at(replay.film.time({i})).slope, {x}, {y}) + 0");
+            let script = format!(
+                "replay.film.height(replay.film.at(replay.film.time({i})).slope, {x}, {y}) + 0"
+            );
             let shown_m = tab.evaluate(&script).as_f64().unwrap();
             let height_m = ground.height_m(Point2::new(x, y));
-            assert!((shown_m - height_m).abs() < NEAR_M, "at ({x}, {y}): {shown_m} m, not {height_m} m");
+            assert!(
+                (shown_m - height_m).abs() < NEAR_M,
+                "at ({x}, {y}): {shown_m} m, not {height_m} m"
+            );
         }
     }
     let level = look_at(&mut tab, 0.0);
@@ -171,8 +279,15 @@ impl Worst {
     }
 
     fn compare(&mut self, what: &'static str, shown: &Value, held: Option<Vec<f64>>) {
-        let Some(held) = held else { return assert!(shown.is_null(), "{what}: {shown}, but there is none") };
-        let shown: Vec<f64> = shown.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+        let Some(held) = held else {
+            return assert!(shown.is_null(), "{what}: {shown}, but there is none");
+        };
+        let shown: Vec<f64> = shown
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|x| x.as_f64().unwrap())
+            .collect();
         assert_eq!(shown.len(), held.len(), "{what}");
         for (a, b) in shown.iter().zip(held) {
             self.see(what, (a - b).abs());
@@ -181,7 +296,12 @@ impl Worst {
 }
 
 fn flattened(corners: &Value) -> Value {
-    corners.as_array().unwrap().iter().flat_map(|corner| corner.as_array().unwrap().clone()).collect()
+    corners
+        .as_array()
+        .unwrap()
+        .iter()
+        .flat_map(|corner| corner.as_array().unwrap().clone())
+        .collect()
 }
 
 fn pose(shown: &Value) -> Isometry3<f64> {
@@ -193,7 +313,10 @@ fn pose(shown: &Value) -> Isometry3<f64> {
 
 #[test]
 fn a_page_of_four_seconds_is_small_and_always_the_same() {
-    let whole = EpisodeConfig { end_early: false, ..config(4.0) };
+    let whole = EpisodeConfig {
+        end_early: false,
+        ..config(4.0)
+    };
     let film = film("paper", 3.6, whole);
     assert_eq!(film.snapshots.len(), 2001);
     let html = page(&film, None, &head()).unwrap();
@@ -220,20 +343,34 @@ fn a_page_of_four_seconds_is_small_and_always_the_same() {
 fn ball(n: u32) -> Mesh {
     let at = |i: u32, k: u32| {
         let [up, around] = [i, k].map(|x| f64::from(x) / f64::from(n) * std::f64::consts::PI);
-        Point3::new(up.sin() * (2.0 * around).cos(), up.sin() * (2.0 * around).sin(), up.cos()) * 0.1
+        Point3::new(
+            up.sin() * (2.0 * around).cos(),
+            up.sin() * (2.0 * around).sin(),
+            up.cos(),
+        ) * 0.1
     };
-    let points = (0..=n).flat_map(|i| (0..=n).map(move |k| at(i, k))).collect();
+    let points = (0..=n)
+        .flat_map(|i| (0..=n).map(move |k| at(i, k)))
+        .collect();
     let square = |i: u32, k: u32| {
         let (a, b) = (i * (n + 1) + k, (i + 1) * (n + 1) + k);
         [[a, b, b + 1], [a, b + 1, a + 1]]
     };
-    Mesh::new(points, (0..n).flat_map(|i| (0..n).flat_map(move |k| square(i, k))).collect())
+    Mesh::new(
+        points,
+        (0..n)
+            .flat_map(|i| (0..n).flat_map(move |k| square(i, k)))
+            .collect(),
+    )
 }
 
 /// With noise no two moments are alike, and the CPI sets of many gains change at every tick.
 #[test]
 fn a_noisy_page_of_many_gains_is_small_too() {
-    let whole = EpisodeConfig { end_early: false, ..config(4.0) };
+    let whole = EpisodeConfig {
+        end_early: false,
+        ..config(4.0)
+    };
     let mut film = film("hold", 1.0, whole);
     film.regions = (1..=16).map(|i| format!("gain {i}")).collect();
     for (k, snapshot) in film.snapshots.iter_mut().enumerate() {
@@ -241,8 +378,10 @@ fn a_noisy_page_of_many_gains_is_small_too() {
             let (angle, noise) = (0.6 * i as f64, (k * 37 % 101) as f64 * 1e-4);
             Point2::new(angle.cos(), angle.sin()) * (0.1 + 0.005 * gain as f64 + noise)
         };
-        let region =
-            |gain| RecoveryRegion { name: format!("gain {gain}"), corners: (0..10).map(|i| corner(gain, i)).collect() };
+        let region = |gain| RecoveryRegion {
+            name: format!("gain {gain}"),
+            corners: (0..10).map(|i| corner(gain, i)).collect(),
+        };
         snapshot.regions = (0..16).map(region).collect();
         // Lifting a foot ends the slices at once.
         if (1000..1051).contains(&k) {
@@ -252,27 +391,44 @@ fn a_noisy_page_of_many_gains_is_small_too() {
     let html = page(&film, None, &head()).unwrap();
     eprintln!("{} bytes", html.len());
     assert!(html.len() < 1_000_000, "{} bytes", html.len());
-    assert!(html.contains("CPI sets are shown every 12 ms."), "it says so");
-    assert!(page(&film, Some(&film), &head()).unwrap().len() < 1_000_000, "with a ghost");
+    assert!(
+        html.contains("CPI sets are shown every 12 ms."),
+        "it says so"
+    );
+    assert!(
+        page(&film, Some(&film), &head()).unwrap().len() < 1_000_000,
+        "with a ghost"
+    );
     let page = packed(&film);
     let [which, counts] = ["which", "counts"].map(|name| whole_numbers(&page["slices"][3][name]));
-    let sizes: Vec<u16> = which.iter().map(|&ring| counts[usize::from(ring)]).collect();
-    let held: Vec<u16> =
-        film.snapshots.iter().map(|s| s.regions.get(3).map_or(0, |region| region.corners.len()) as u16).collect();
+    let sizes: Vec<u16> = which
+        .iter()
+        .map(|&ring| counts[usize::from(ring)])
+        .collect();
+    let held: Vec<u16> = film
+        .snapshots
+        .iter()
+        .map(|s| s.regions.get(3).map_or(0, |region| region.corners.len()) as u16)
+        .collect();
     assert_eq!(sizes, held, "they appear and vanish when they do");
 }
 
 #[test]
 fn a_push_of_one_tick_is_seen_in_a_long_film() {
     let mut film = stepping().clone();
-    film.snapshots.iter_mut().for_each(|snapshot| snapshot.push = None);
+    film.snapshots
+        .iter_mut()
+        .for_each(|snapshot| snapshot.push = None);
     while film.snapshots.len() < 5100 {
         let again = film.snapshots.clone();
         film.snapshots.extend(again);
     }
     let stride = film.snapshots.len().div_ceil(2500);
     let html = page(&film, None, &head()).unwrap();
-    assert!(stride >= 3 && html.contains(&format!("shown in moments of {} ms", 2 * stride)), "{stride}");
+    assert!(
+        stride >= 3 && html.contains(&format!("shown in moments of {} ms", 2 * stride)),
+        "{stride}"
+    );
     // The push may lie anywhere within a moment.
     let (force, point) = (Vector3::new(0.0, -90.0, 0.0), Point3::new(0.1, 0.2, 0.3));
     for tick in 3 * stride + 1..=4 * stride {
@@ -280,24 +436,52 @@ fn a_push_of_one_tick_is_seen_in_a_long_film() {
         let page = packed(&film);
         film.snapshots[tick].push = None;
         let seen: Vec<(usize, Vec<f64>)> = (0..page["moments"].as_u64().unwrap() as usize)
-            .filter_map(|k| Some((k, (0..6).map(|i| value(&page["push"][i], k)).collect::<Option<_>>()?)))
+            .filter_map(|k| {
+                Some((
+                    k,
+                    (0..6)
+                        .map(|i| value(&page["push"][i], k))
+                        .collect::<Option<_>>()?,
+                ))
+            })
             .collect();
         assert_eq!(seen.len(), 1, "tick {tick}: {seen:?}");
         assert_eq!(seen[0].0, 4);
         let expected = [0.1, 0.2, 0.3, 0.0, -90.0 / stride as f64, 0.0];
-        assert!(seen[0].1.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "tick {tick}: {seen:?}");
+        assert!(
+            seen[0]
+                .1
+                .iter()
+                .zip(expected)
+                .all(|(a, b)| (a - b).abs() < 1e-9),
+            "tick {tick}: {seen:?}"
+        );
     }
-    assert!(!page(stepping(), None, &head()).unwrap().contains("shown in moments"));
+    assert!(
+        !page(stepping(), None, &head())
+            .unwrap()
+            .contains("shown in moments")
+    );
 }
 
 #[test]
 fn what_did_not_come_is_not_marked() {
     let mut film = fallen().clone();
     let last_s = film.snapshots.last().unwrap().time_s;
-    let second = Push { start_s: last_s + 0.5, ..film.pushes[0] };
+    let second = Push {
+        start_s: last_s + 0.5,
+        ..film.pushes[0]
+    };
     film.pushes.push(second);
     let marks = packed(&film)["events"].clone();
-    let of_kind = |kind: &str| marks.as_array().unwrap().iter().filter(|mark| mark["kind"] == kind).count();
+    let of_kind = |kind: &str| {
+        marks
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter(|mark| mark["kind"] == kind)
+            .count()
+    };
     assert_eq!((of_kind("push"), of_kind("fall")), (1, 1), "{marks}");
 }
 
@@ -317,7 +501,10 @@ fn a_page_ends_where_the_film_diverges() {
     }
     let page = packed(&film);
     let shown = page["moments"].as_u64().unwrap() as usize;
-    assert!((count - 40..count - 30).contains(&shown), "{shown} of {count} moments");
+    assert!(
+        (count - 40..count - 30).contains(&shown),
+        "{shown} of {count} moments"
+    );
     for name in ["base", "turn", "com", "dcm", "zmp", "zmp_ref", "q"] {
         for column in page[name].as_array().unwrap() {
             // A column that does not change has no step.
@@ -325,7 +512,10 @@ fn a_page_ends_where_the_film_diverges() {
             assert!(error < NEAR_M, "{name}: {error}");
         }
     }
-    assert!(page["margin"]["step"].as_f64().unwrap() < 0.005, "a margin has two digits");
+    assert!(
+        page["margin"]["step"].as_f64().unwrap() < 0.005,
+        "a margin has two digits"
+    );
     let html = standfast_report::replay::page(&film, None, &head()).unwrap();
     let ends = format!("The page ends at {:.3} s", film.snapshots[shown].time_s);
     assert!(html.contains(&ends), "{ends}");
@@ -340,7 +530,10 @@ fn packed(film: &Film) -> Value {
 
 fn whole_numbers(data: &Value) -> Vec<u16> {
     let bytes = BASE64_STANDARD.decode(data.as_str().unwrap()).unwrap();
-    bytes.chunks(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect()
+    bytes
+        .chunks(2)
+        .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
+        .collect()
 }
 
 /// Value of a column at a moment.

@@ -2,8 +2,8 @@
 
 use crate::common::browser::{Browser, Page};
 use crate::common::films::{
-    assert_no_problems, click_in, fallen, ghost, head, look, look_at, press, stepping, text, time_s, written,
-    written_with,
+    assert_no_problems, click_in, fallen, ghost, head, look, look_at, press, stepping, text,
+    time_s, written, written_with,
 };
 use serde_json::{Value, json};
 use standfast_report::replay::Head;
@@ -11,24 +11,45 @@ use standfast_sim::Engine;
 use standfast_sim::episode::{Film, Outcome};
 use std::fs;
 
-const SCREENS: [(u32, u32, &str); 4] =
-    [(1200, 900, "light"), (1200, 900, "dark"), (390, 844, "light"), (390, 844, "dark")];
+const SCREENS: [(u32, u32, &str); 4] = [
+    (1200, 900, "light"),
+    (1200, 900, "dark"),
+    (390, 844, "light"),
+    (390, 844, "dark"),
+];
 
 #[test]
 fn the_robot_shows_on_every_screen_and_the_page_asks_for_nothing() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
     let film = fallen();
-    assert_eq!(film.record.outcome, Outcome::Fell, "this film is to show a fall");
+    assert_eq!(
+        film.record.outcome,
+        Outcome::Fell,
+        "this film is to show a fall"
+    );
     let file = written(&folder, film, &head());
     let html = fs::read_to_string(&file).unwrap();
-    for word in ["http:", "https:", "url(", "@import", "import(", "eval(", &folder.path().display().to_string()] {
+    for word in [
+        "http:",
+        "https:",
+        "url(",
+        "@import",
+        "import(",
+        "eval(",
+        &folder.path().display().to_string(),
+    ] {
         assert!(!html.contains(word), "the page contains {word}");
     }
     for (width, height, scheme) in SCREENS {
         let mut tab = browser.tab(width, height, scheme);
         tab.open(&file);
-        let wide = tab.evaluate("document.documentElement.scrollWidth").as_u64().unwrap();
+        let wide = tab
+            .evaluate("document.documentElement.scrollWidth")
+            .as_u64()
+            .unwrap();
         assert!(wide <= width.into(), "{wide} px on a screen of {width} px");
         // All controls of time are in one row, no word is in two lines, and on a telephone each control is as large as
         // a thumb.
@@ -37,27 +58,51 @@ fn the_robot_shows_on_every_screen_and_the_page_asks_for_nothing() {
         assert_eq!(rows, 1, "rows of controls on a screen of {width} px");
         let heights = "[...document.querySelectorAll('button, select, #time')].filter((e) => e.checkVisibility())
             .map((e) => [e.textContent, e.getBoundingClientRect().height])";
-        let all = |is_fit: &str| format!("{heights}.filter(([, height]) => !({is_fit})).map(([text]) => text)");
-        assert_eq!(tab.evaluate(&all("height < 46")), json!([]), "words in two lines on a screen of {width} px");
+        let all = |is_fit: &str| {
+            format!("{heights}.filter(([, height]) => !({is_fit})).map(([text]) => text)")
+        };
+        assert_eq!(
+            tab.evaluate(&all("height < 46")),
+            json!([]),
+            "words in two lines on a screen of {width} px"
+        );
         if width < 500 {
             // Robot, controls of time and both plots are visible at once.
-            let lowest = tab.evaluate("document.getElementById('plot-y').getBoundingClientRect().bottom");
-            assert!(lowest.as_f64().unwrap() <= height.into(), "the plots end at {lowest} px of {height} px");
-            assert_eq!(tab.evaluate(&all("height >= 32")), json!([]), "too small for a thumb");
+            let lowest =
+                tab.evaluate("document.getElementById('plot-y').getBoundingClientRect().bottom");
+            assert!(
+                lowest.as_f64().unwrap() <= height.into(),
+                "the plots end at {lowest} px of {height} px"
+            );
+            assert_eq!(
+                tab.evaluate(&all("height >= 32")),
+                json!([]),
+                "too small for a thumb"
+            );
         }
-        let dark = tab.evaluate("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)";
+        let dark =
+            tab.evaluate("getComputedStyle(document.body).backgroundColor") != "rgb(255, 255, 255)";
         assert_eq!(dark, scheme == "dark");
         let standing = look_at(&mut tab, 0.0);
         let lying = look_at(&mut tab, film.snapshots.last().unwrap().time_s);
         eprintln!("{width} px, {scheme}: standing {standing}, lying {lying}");
         for seen in [&standing, &lying] {
             assert!(seen["purple"].as_f64().unwrap() > 0.02, "no robot: {seen}");
-            assert!(seen["colors"].as_u64().unwrap() > 1000, "hardly a picture: {seen}");
+            assert!(
+                seen["colors"].as_u64().unwrap() > 1000,
+                "hardly a picture: {seen}"
+            );
         }
         let fallen_by = lying["top"].as_f64().unwrap() - standing["top"].as_f64().unwrap();
-        assert!(fallen_by > 0.1, "its highest point is lower by {fallen_by} of the picture");
+        assert!(
+            fallen_by > 0.1,
+            "its highest point is lower by {fallen_by} of the picture"
+        );
         let plot = look(&mut tab, "plot-x");
-        assert!(plot["colors"].as_u64().unwrap() > 30, "an empty plot: {plot}");
+        assert!(
+            plot["colors"].as_u64().unwrap() > 30,
+            "an empty plot: {plot}"
+        );
         assert_no_problems(&mut tab, &file);
     }
     // A screen reader finds names.
@@ -70,7 +115,9 @@ fn the_robot_shows_on_every_screen_and_the_page_asks_for_nothing() {
 
 #[test]
 fn time_is_scrubbed_and_linked_and_runs() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
     let film = stepping();
     let file = written(&folder, film, &head());
@@ -79,12 +126,24 @@ fn time_is_scrubbed_and_linked_and_runs() {
     tab.open(&file);
     let at = |tab: &mut Page, expected_s: f64, near_s: f64, what: &str| {
         let time_s = time_s(tab);
-        assert!((time_s - expected_s).abs() <= near_s, "{what}: at {time_s} s, not {expected_s} s");
-        let told = tab.evaluate("replay.draw(), parseFloat(document.getElementById('clock').textContent)");
-        assert!((told.as_f64().unwrap() - time_s).abs() < 1e-3, "{what}: told as {told} s");
+        assert!(
+            (time_s - expected_s).abs() <= near_s,
+            "{what}: at {time_s} s, not {expected_s} s"
+        );
+        let told =
+            tab.evaluate("replay.draw(), parseFloat(document.getElementById('clock').textContent)");
+        assert!(
+            (told.as_f64().unwrap() - time_s).abs() < 1e-3,
+            "{what}: told as {told} s"
+        );
     };
     let exact_s = 1e-9;
-    at(&mut tab, film.pushes[0].start_s, exact_s, "at first, at the push");
+    at(
+        &mut tab,
+        film.pushes[0].start_s,
+        exact_s,
+        "at first, at the push",
+    );
     press(&mut tab, "Home");
     for (key, expected_s) in [
         (".", tick_s),
@@ -105,8 +164,16 @@ fn time_is_scrubbed_and_linked_and_runs() {
     at(&mut tab, last_s / 2.0, 0.01, "time line");
     click_in(&mut tab, "plot-y", 0.99, 0.5);
     at(&mut tab, last_s, exact_s, "end of a plot");
-    let width = tab.evaluate("document.getElementById('plot-x').clientWidth").as_f64().unwrap();
-    click_in(&mut tab, "plot-x", (44.0 + 0.25 * (width - 54.0)) / width, 0.5);
+    let width = tab
+        .evaluate("document.getElementById('plot-x').clientWidth")
+        .as_f64()
+        .unwrap();
+    click_in(
+        &mut tab,
+        "plot-x",
+        (44.0 + 0.25 * (width - 54.0)) / width,
+        0.5,
+    );
     at(&mut tab, last_s / 4.0, 0.01, "a quarter of a plot");
     tab.evaluate("new Promise((done) => { addEventListener('hashchange', done); location.hash = '#t=0.6'; })");
     at(&mut tab, 0.6, exact_s, "address");
@@ -118,10 +185,16 @@ fn time_is_scrubbed_and_linked_and_runs() {
     press(&mut tab, " ");
     let wait = "new Promise((done) => setTimeout(done, 700))";
     tab.evaluate(wait);
-    assert_eq!(tab.evaluate("document.getElementById('play').getAttribute('aria-label')"), "pause");
+    assert_eq!(
+        tab.evaluate("document.getElementById('play').getAttribute('aria-label')"),
+        "pause"
+    );
     let slow_s = time_s(&mut tab) - 0.6;
     let passed_s = (tab.evaluate("performance.now()").as_f64().unwrap() - began_ms) / 1000.0;
-    assert!(slow_s > 0.0 && slow_s <= 0.2 * passed_s + 0.01, "at 1/5 it went {slow_s} s in {passed_s} s");
+    assert!(
+        slow_s > 0.0 && slow_s <= 0.2 * passed_s + 0.01,
+        "at 1/5 it went {slow_s} s in {passed_s} s"
+    );
     press(&mut tab, " ");
     let paused_s = time_s(&mut tab);
     tab.evaluate(wait);
@@ -131,7 +204,10 @@ fn time_is_scrubbed_and_linked_and_runs() {
     click_in(&mut tab, "play", 0.5, 0.5);
     tab.evaluate(&wait.replace("700", "200"));
     let from_start_s = time_s(&mut tab);
-    assert!(from_start_s < last_s, "from the end it plays from the start");
+    assert!(
+        from_start_s < last_s,
+        "from the end it plays from the start"
+    );
     tab.evaluate(
         "new Promise((done) => { const look = () => replay.state.playing ? setTimeout(look, 50) : done(); look(); })",
     );
@@ -149,21 +225,39 @@ fn time_is_scrubbed_and_linked_and_runs() {
 
 #[test]
 fn a_link_is_to_the_moment_that_is_shown() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
     let file = written(&folder, stepping(), &head());
     let mut tab = browser.tab(1200, 900, "light");
     tab.open(&file);
-    for (hash, expected_s) in [("#t=0.6", 0.6), ("#t=.5", 0.5), ("#t=1.2s", 1.2), ("#t=1.", 1.0), ("#t=x", 1.0)] {
+    for (hash, expected_s) in [
+        ("#t=0.6", 0.6),
+        ("#t=.5", 0.5),
+        ("#t=1.2s", 1.2),
+        ("#t=1.", 1.0),
+        ("#t=x", 1.0),
+    ] {
         tab.evaluate(&format!(
             "new Promise((done) => {{ addEventListener('hashchange', done); location.hash = '{hash}'; }})"
         ));
-        assert!((time_s(&mut tab) - expected_s).abs() < 1e-9, "{hash}: {}", time_s(&mut tab));
+        assert!(
+            (time_s(&mut tab) - expected_s).abs() < 1e-9,
+            "{hash}: {}",
+            time_s(&mut tab)
+        );
     }
     // The first picture may show a moment before the requested start.
     let next = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))";
-    tab.evaluate(&format!("replay.seek(0.6), replay.play(), replay.state.last += 300, {next}"));
-    assert!(time_s(&mut tab) >= 0.6, "it began by going back, to {} s", time_s(&mut tab));
+    tab.evaluate(&format!(
+        "replay.seek(0.6), replay.play(), replay.state.last += 300, {next}"
+    ));
+    assert!(
+        time_s(&mut tab) >= 0.6,
+        "it began by going back, to {} s",
+        time_s(&mut tab)
+    );
     // The link is copied while the film plays, and also if a browser does not allow the address to be changed.
     let pressed = "(() => {
         document.querySelector('[data-do=link]').click();
@@ -175,11 +269,20 @@ fn a_link_is_to_the_moment_that_is_shown() {
         }
         tab.evaluate(&format!("replay.seek(0.6), replay.play(), {next}, {next}"));
         let shown = tab.evaluate(pressed);
-        assert!(shown[0] == true && shown[1].as_f64() > Some(0.6), "it plays: {shown}");
+        assert!(
+            shown[0] == true && shown[1].as_f64() > Some(0.6),
+            "it plays: {shown}"
+        );
         let link = shown[2].as_str().unwrap();
         let linked_s: f64 = link.rsplit_once("#t=").unwrap().1.parse().unwrap();
-        assert!((linked_s - shown[1].as_f64().unwrap()).abs() < 1e-4, "{shown}");
-        assert!(link.contains("file://") && link.matches('#').count() == 1, "{link}");
+        assert!(
+            (linked_s - shown[1].as_f64().unwrap()).abs() < 1e-4,
+            "{shown}"
+        );
+        assert!(
+            link.contains("file://") && link.matches('#').count() == 1,
+            "{link}"
+        );
         tab.evaluate("replay.pause()");
     }
     assert_no_problems(&mut tab, &file);
@@ -189,23 +292,35 @@ fn a_link_is_to_the_moment_that_is_shown() {
 /// control time.
 #[test]
 fn a_held_key_acts_once_and_a_click_takes_no_key_away() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
     let file = written(&folder, stepping(), &head());
     let mut tab = browser.tab(1200, 900, "light");
     tab.open(&file);
     let hold = |tab: &mut Page, key: &str| {
         for repeats in [false, true, true, true] {
-            tab.call("Input.dispatchKeyEvent", json!({ "type": "keyDown", "key": key, "autoRepeat": repeats }));
+            tab.call(
+                "Input.dispatchKeyEvent",
+                json!({ "type": "keyDown", "key": key, "autoRepeat": repeats }),
+            );
         }
-        tab.call("Input.dispatchKeyEvent", json!({ "type": "keyUp", "key": key }));
+        tab.call(
+            "Input.dispatchKeyEvent",
+            json!({ "type": "keyUp", "key": key }),
+        );
     };
     let is_shown = "document.getElementById('show-com').getAttribute('aria-pressed')";
     hold(&mut tab, "c");
     assert_eq!(tab.evaluate(is_shown), "false");
     press(&mut tab, "Home");
     hold(&mut tab, ".");
-    assert!((time_s(&mut tab) - 4.0 * stepping().control_period_s).abs() < 1e-9, "at {} s", time_s(&mut tab));
+    assert!(
+        (time_s(&mut tab) - 4.0 * stepping().control_period_s).abs() < 1e-9,
+        "at {} s",
+        time_s(&mut tab)
+    );
     let plays = |tab: &mut Page| tab.evaluate("replay.state.playing");
     tab.evaluate("document.querySelector('[data-do=view-top]').id = 'view-top'");
     for clicked in ["show-com", "view-top"] {
@@ -219,18 +334,27 @@ fn a_held_key_acts_once_and_a_click_takes_no_key_away() {
         press(&mut tab, " ");
         press(&mut tab, "Home");
     }
-    assert_eq!(tab.evaluate(is_shown), "true", "by the click, and by nothing else");
+    assert_eq!(
+        tab.evaluate(is_shown),
+        "true",
+        "by the click, and by nothing else"
+    );
     assert_no_problems(&mut tab, &file);
 }
 
 #[test]
 fn without_scripts_the_page_says_so_first() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
     let warning = Some("this is not the trial as it was".to_string());
     let file = written(&folder, stepping(), &Head { warning, ..head() });
     let mut tab = browser.tab(1200, 900, "light");
-    tab.call("Emulation.setScriptExecutionDisabled", json!({ "value": true }));
+    tab.call(
+        "Emulation.setScriptExecutionDisabled",
+        json!({ "value": true }),
+    );
     tab.open(&file);
     let told = tab.evaluate("document.body.innerText");
     let order = [
@@ -241,7 +365,12 @@ fn without_scripts_the_page_says_so_first() {
         "To make this page again, run this in the result folder:",
         "standfast push",
     ];
-    let at = order.map(|part| told.as_str().unwrap().find(part).unwrap_or_else(|| panic!("no {part:?} in {told}")));
+    let at = order.map(|part| {
+        told.as_str()
+            .unwrap()
+            .find(part)
+            .unwrap_or_else(|| panic!("no {part:?} in {told}"))
+    });
     assert!(at.is_sorted(), "{at:?} in {told}");
     let seen = "[...document.querySelectorAll('button, input, canvas')].filter((e) => e.checkVisibility()).length";
     assert_eq!(tab.evaluate(seen), 0, "what does nothing is not shown");
@@ -249,13 +378,21 @@ fn without_scripts_the_page_says_so_first() {
 
 #[test]
 fn overlays_and_views_change_the_picture_and_come_back() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
     let film = stepping();
     let file = written(&folder, film, &head());
     let mut tab = browser.tab(900, 700, "light");
     tab.open(&file);
-    let swinging_s = film.snapshots.iter().find(|s| s.footstep.is_some()).unwrap().time_s + 0.04;
+    let swinging_s = film
+        .snapshots
+        .iter()
+        .find(|s| s.footstep.is_some())
+        .unwrap()
+        .time_s
+        + 0.04;
     let pushed_s = film.pushes[0].start_s + 0.02;
     for (id, key, at_s) in [
         ("com", "c", pushed_s),
@@ -275,16 +412,26 @@ fn overlays_and_views_change_the_picture_and_come_back() {
         let without = look(&mut tab, "view");
         assert_ne!(before["hash"], without["hash"], "{id} makes no difference");
         assert_eq!(
-            tab.evaluate(&format!("document.getElementById('show-{id}').getAttribute('aria-pressed')")),
+            tab.evaluate(&format!(
+                "document.getElementById('show-{id}').getAttribute('aria-pressed')"
+            )),
             "false"
         );
         press(&mut tab, key);
-        assert_eq!(before["hash"], look(&mut tab, "view")["hash"], "{id} does not come back");
+        assert_eq!(
+            before["hash"],
+            look(&mut tab, "view")["hash"],
+            "{id} does not come back"
+        );
     }
     for (curve, key) in [("com", "c"), ("support", "s"), ("zmp", "z")] {
         let before = look(&mut tab, "plot-x");
         press(&mut tab, key);
-        assert_ne!(before["hash"], look(&mut tab, "plot-x")["hash"], "{curve} is not in the plot");
+        assert_ne!(
+            before["hash"],
+            look(&mut tab, "plot-x")["hash"],
+            "{curve} is not in the plot"
+        );
         press(&mut tab, key);
     }
     let home = look(&mut tab, "view");
@@ -297,7 +444,11 @@ fn overlays_and_views_change_the_picture_and_come_back() {
     for shift in [0, 8] {
         press(&mut tab, "1");
         assert_eq!(look(&mut tab, "view")["hash"], home["hash"], "reset");
-        for (kind, x, buttons) in [("mousePressed", 200.0, 1), ("mouseMoved", 260.0, 1), ("mouseReleased", 260.0, 0)] {
+        for (kind, x, buttons) in [
+            ("mousePressed", 200.0, 1),
+            ("mouseMoved", 260.0, 1),
+            ("mouseReleased", 260.0, 0),
+        ] {
             tab.call("Input.dispatchMouseEvent", drag(kind, x, buttons, shift));
         }
         seen.push(look(&mut tab, "view")["hash"].clone());
@@ -308,7 +459,11 @@ fn overlays_and_views_change_the_picture_and_come_back() {
     press(&mut tab, "ArrowLeft");
     assert!(time_s(&mut tab) < shown_s);
     press(&mut tab, "ArrowRight");
-    assert_eq!(look(&mut tab, "view")["hash"], home["hash"], "0.1 s back and on");
+    assert_eq!(
+        look(&mut tab, "view")["hash"],
+        home["hash"],
+        "0.1 s back and on"
+    );
     tab.evaluate("document.getElementById('view').focus()");
     for key in ["ArrowLeft", "ArrowUp", "+"] {
         press(&mut tab, key);
@@ -320,7 +475,10 @@ fn overlays_and_views_change_the_picture_and_come_back() {
     let wheel = json!({ "type": "mouseWheel", "x": 200, "y": 300, "deltaX": 0, "deltaY": -240 });
     tab.call("Input.dispatchMouseEvent", wheel);
     let near = look(&mut tab, "view");
-    assert!(near["purple"].as_f64() > home["purple"].as_f64(), "nearer it is larger: {near}, {home}");
+    assert!(
+        near["purple"].as_f64() > home["purple"].as_f64(),
+        "nearer it is larger: {near}, {home}"
+    );
     let count = seen.len();
     seen.sort_by_key(Value::to_string);
     seen.dedup();
@@ -330,19 +488,28 @@ fn overlays_and_views_change_the_picture_and_come_back() {
 
 #[test]
 fn a_key_hides_the_ghost() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
     let (film, ghost) = (stepping(), ghost());
     let purple = |seen: &Value| seen["purple"].as_f64().unwrap();
     // At the same place, the solid robot hides the ghost.
-    let twin = Film { engine: Engine::Mujoco, ..film.clone() };
+    let twin = Film {
+        engine: Engine::Mujoco,
+        ..film.clone()
+    };
     for (beside, parts) in [(&twin, false), (&ghost, true)] {
         let file = written_with(&folder, film, Some(beside), &head());
         let mut tab = browser.tab(1200, 900, "light");
         tab.open(&file);
         let plot = look(&mut tab, "plot-x");
         press(&mut tab, "e");
-        assert_ne!(plot["hash"], look(&mut tab, "plot-x")["hash"], "its COM is not in the plot");
+        assert_ne!(
+            plot["hash"],
+            look(&mut tab, "plot-x")["hash"],
+            "its COM is not in the plot"
+        );
         press(&mut tab, "e");
         // Without the marks, only the robots remain.
         press(&mut tab, "c");
@@ -350,16 +517,27 @@ fn a_key_hides_the_ghost() {
         let with = look_at(&mut tab, 1.2);
         press(&mut tab, "e");
         let without = look(&mut tab, "view");
-        let pressed = tab.evaluate("document.getElementById('show-ghost').getAttribute('aria-pressed')");
+        let pressed =
+            tab.evaluate("document.getElementById('show-ghost').getAttribute('aria-pressed')");
         assert_eq!(pressed, "false");
         assert_eq!(with["hash"] != without["hash"], parts, "{with} {without}");
-        assert!(purple(&without) >= purple(&with) && purple(&without) > 0.02, "{with} {without}");
+        assert!(
+            purple(&without) >= purple(&with) && purple(&without) > 0.02,
+            "{with} {without}"
+        );
         click_in(&mut tab, "show-ghost", 0.5, 0.5);
-        assert_eq!(with["hash"], look(&mut tab, "view")["hash"], "it does not come back");
+        assert_eq!(
+            with["hash"],
+            look(&mut tab, "view")["hash"],
+            "it does not come back"
+        );
         let badges = "[...document.querySelectorAll('.badge')].map((badge) => badge.textContent)";
         // The names that distinguish the two: the controllers or, if these are the same, the engines.
         let told = match parts {
-            true => [format!("{}: recovered", film.controller), format!("{}: fell", ghost.controller)],
+            true => [
+                format!("{}: recovered", film.controller),
+                format!("{}: fell", ghost.controller),
+            ],
             false => ["Rapier: recovered", "MuJoCo: recovered"].map(String::from),
         };
         assert_eq!(tab.evaluate(badges), json!(told));
@@ -371,12 +549,17 @@ fn a_key_hides_the_ghost() {
     let plain = look(&mut tab, "view");
     press(&mut tab, "e");
     assert_eq!(plain["hash"], look(&mut tab, "view")["hash"]);
-    assert_eq!(tab.evaluate("document.getElementById('show-ghost')"), Value::Null);
+    assert_eq!(
+        tab.evaluate("document.getElementById('show-ghost')"),
+        Value::Null
+    );
 }
 
 #[test]
 fn without_webgl_the_rest_works() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
     let file = written(&folder, stepping(), &head());
     let mut tab = browser.tab(1200, 900, "light");
@@ -384,21 +567,38 @@ fn without_webgl_the_rest_works() {
         HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
             return kind.startsWith('webgl') ? null : get.call(this, kind, ...more);
         };";
-    tab.call("Page.addScriptToEvaluateOnNewDocument", json!({ "source": none }));
+    tab.call(
+        "Page.addScriptToEvaluateOnNewDocument",
+        json!({ "source": none }),
+    );
     tab.open(&file);
     let told = tab.evaluate("document.getElementById('stage').innerText");
-    assert!(told.as_str().unwrap().starts_with("No 3D view here: this browser lacks WebGL 2"), "{told}");
+    assert!(
+        told.as_str()
+            .unwrap()
+            .starts_with("No 3D view here: this browser lacks WebGL 2"),
+        "{told}"
+    );
     let plot = look(&mut tab, "plot-x");
     press(&mut tab, "End");
-    assert_eq!(time_s(&mut tab), stepping().snapshots.last().unwrap().time_s);
-    assert_ne!(plot["hash"], look(&mut tab, "plot-x")["hash"], "the plot keeps step");
+    assert_eq!(
+        time_s(&mut tab),
+        stepping().snapshots.last().unwrap().time_s
+    );
+    assert_ne!(
+        plot["hash"],
+        look(&mut tab, "plot-x")["hash"],
+        "the plot keeps step"
+    );
     press(&mut tab, "2");
     assert_no_problems(&mut tab, &file);
 }
 
 #[test]
 fn names_are_text_whatever_they_contain() {
-    let Some(mut browser) = Browser::start() else { return };
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
     let evil = |n: u8| {
         format!(
@@ -409,25 +609,37 @@ fn names_are_text_whatever_they_contain() {
     film.controller = evil(1);
     film.regions.iter_mut().for_each(|name| *name = evil(2));
     for snapshot in &mut film.snapshots {
-        snapshot.regions.iter_mut().for_each(|region| region.name = evil(2));
+        snapshot
+            .regions
+            .iter_mut()
+            .for_each(|region| region.name = evil(2));
         snapshot.gain.iter_mut().for_each(|name| *name = evil(2));
     }
     film.robot.name = evil(3);
     film.record.fell_at_s = Some(1.0);
     film.record.fall_cause = Some(evil(5));
-    let head =
-        Head { title: evil(7), warning: Some(evil(10)), lines: vec![evil(8)], command: evil(9), of_result: false };
+    let head = Head {
+        title: evil(7),
+        warning: Some(evil(10)),
+        lines: vec![evil(8)],
+        command: evil(9),
+        of_result: false,
+    };
     let file = written(&folder, &film, &head);
     let mut tab = browser.tab(1200, 900, "light");
     tab.open(&file);
     look_at(&mut tab, 0.1);
     assert_eq!(tab.evaluate("typeof window.evil"), "undefined");
-    assert_eq!(tab.evaluate("document.querySelectorAll('img, a').length"), 0);
+    assert_eq!(
+        tab.evaluate("document.querySelectorAll('img, a').length"),
+        0
+    );
     assert_eq!(tab.evaluate("document.title"), evil(7).as_str());
     assert_eq!(text(&mut tab, "command-text"), evil(9));
     assert_eq!(text(&mut tab, "warning"), format!("Beware: {}", evil(10)));
     assert_eq!(text(&mut tab, "gain"), evil(2));
-    let marked = tab.evaluate("[...document.querySelectorAll('#marks .fall')].map((mark) => mark.title)");
+    let marked =
+        tab.evaluate("[...document.querySelectorAll('#marks .fall')].map((mark) => mark.title)");
     assert!(marked[0].as_str().unwrap().contains(&evil(5)), "{marked}");
     assert_no_problems(&mut tab, &file);
 }

@@ -12,8 +12,14 @@ const FEW: usize = 3;
 /// The agreement of two engines, after warnings of verdicts that hold in one engine only. It is empty if the summary is
 /// not of two engines. `full` adds the table by kind of trial, and all trials that were traced.
 pub fn with_warnings(summary: &Summary, full: bool) -> String {
-    let Some(agreement) = &summary.agreement else { return String::new() };
-    let warnings: String = agreement.warnings().iter().map(|warning| wrapped("warning: ", warning)).collect();
+    let Some(agreement) = &summary.agreement else {
+        return String::new();
+    };
+    let warnings: String = agreement
+        .warnings()
+        .iter()
+        .map(|warning| wrapped("warning: ", warning))
+        .collect();
     let tables = tables::of_agreement(summary, full).map(|table| format!("\n{}", table.text()));
     warnings + &tables.collect::<String>() + &where_they_part(agreement, full)
 }
@@ -32,7 +38,10 @@ pub(super) fn where_they_part(agreement: &Agreement, full: bool) -> String {
     if all == 0 {
         return "\nThe engines agree on every trial.\n".into();
     }
-    let head = format!("Where they part company (all {all} trials are in summary.json){}", about_traces(agreement));
+    let head = format!(
+        "Where they part company (all {all} trials are in summary.json){}",
+        about_traces(agreement)
+    );
     format!("\n{}{text}", wrapped("", &head))
 }
 
@@ -52,12 +61,27 @@ pub fn about_traces(agreement: &Agreement) -> String {
 pub fn parted(agreement: &Agreement, of: &PartedTrial) -> String {
     let [a, b] = agreement.engines.map(|engine| engine.title());
     let [in_a, in_b] = of.outcomes.map(|outcome| outcome.name());
-    let push = format!("trial {}, {:.2} N s at {:.0} deg", of.trial, of.impulse_n_s, of.heading_deg);
+    let push = format!(
+        "trial {}, {:.2} N s at {:.0} deg",
+        of.trial, of.impulse_n_s, of.heading_deg
+    );
     let parts = match &of.parting {
         Some(parting) => {
-            format!(" {}", in_words(parting, &agreement.engines.map(|engine| format!("in {}", engine.title()))))
+            format!(
+                " {}",
+                in_words(
+                    parting,
+                    &agreement
+                        .engines
+                        .map(|engine| format!("in {}", engine.title()))
+                )
+            )
         }
-        None => String::from(if of.traced { " The traces nowhere part." } else { "" }),
+        None => String::from(if of.traced {
+            " The traces nowhere part."
+        } else {
+            ""
+        }),
     };
     format!("{push}: {in_a} in {a}, {in_b} in {b}.{parts}")
 }
@@ -65,7 +89,12 @@ pub fn parted(agreement: &Agreement, of: &PartedTrial) -> String {
 /// The time at which two episodes of a trial part, and the states that differ then, each with the time since which it
 /// has been so, in sentences. The episodes are named by words such as "in Rapier".
 pub fn in_words(parting: &Parting, [a, b]: &[String; 2]) -> String {
-    let Parting { at_s, phases, loaded, .. } = parting;
+    let Parting {
+        at_s,
+        phases,
+        loaded,
+        ..
+    } = parting;
     let what = match parting.of {
         PartingPoint::Com => "COMs",
         PartingPoint::LeftSole => "left soles",
@@ -74,10 +103,16 @@ pub fn in_words(parting: &Parting, [a, b]: &[String; 2]) -> String {
     let mut told = format!("At {at_s:.3} s the {what} part.");
     let mut differ = |what: &str, [now_a, now_b]: [&str; 2], [since_a, since_b]: [f64; 2]| {
         if now_a != now_b {
-            told += &format!(" {what} {now_a} {a} (since {since_a:.3} s) and {now_b} {b} (since {since_b:.3} s).");
+            told += &format!(
+                " {what} {now_a} {a} (since {since_a:.3} s) and {now_b} {b} (since {since_b:.3} s)."
+            );
         }
     };
-    differ("Then the controller is in phase", phases.each_ref().map(|phase| &**phase), parting.phases_since_s);
+    differ(
+        "Then the controller is in phase",
+        phases.each_ref().map(|phase| &**phase),
+        parting.phases_since_s,
+    );
     differ("The load is on", loaded.map(words), parting.loaded_since_s);
     told
 }
@@ -102,7 +137,10 @@ mod tests {
         let mut summary = compared(&recovered).0;
         let words = |summary: &Summary, full| {
             let text = with_warnings(summary, full);
-            assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+            assert!(
+                text.lines().all(|line| line.chars().count() <= 80),
+                "{text}"
+            );
             text.split_whitespace().collect::<Vec<_>>().join(" ")
         };
         let [short, full] = [false, true].map(|full| words(&summary, full));
@@ -113,9 +151,14 @@ mod tests {
         );
         assert!(short.contains(" hold 10 0 20 10 50.0 % 0.20 "), "{short}");
         assert!(short.contains(" catch 40 0 0 0 100.0 % - - "), "{short}");
-        assert!(!short.contains("heading: forward") && full.contains("heading: forward"), "{full}");
         assert!(
-            short.contains("all 20 trials are in summary.json): - hold, trial 10, 2.00 N s at 90 deg: fell"),
+            !short.contains("heading: forward") && full.contains("heading: forward"),
+            "{full}"
+        );
+        assert!(
+            short.contains(
+                "all 20 trials are in summary.json): - hold, trial 10, 2.00 N s at 90 deg: fell"
+            ),
             "{short}"
         );
         let agreement = summary.agreement.as_mut().unwrap();
@@ -133,9 +176,15 @@ mod tests {
         });
         agreement.sets[0].parted[1].traced = true;
         let told = words(&summary, false);
-        assert!(told.contains("more than 35 mm apart, which is half the width of a sole."), "{told}");
+        assert!(
+            told.contains("more than 35 mm apart, which is half the width of a sole."),
+            "{told}"
+        );
         let parts = "fell in Rapier, recovered in MuJoCo. At 1.250 s the left soles part. Then the controller is in phase \
                      swing-left in Rapier (since 1.100 s) and switching in MuJoCo (since 0.000 s). - hold, trial 11";
-        assert!(told.contains(parts) && told.contains("The traces nowhere part."), "{told}");
+        assert!(
+            told.contains(parts) && told.contains("The traces nowhere part."),
+            "{told}"
+        );
     }
 }

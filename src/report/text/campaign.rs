@@ -22,9 +22,19 @@ pub fn thresholds(judge: &Judge) -> String {
 
 /// The conditions of a recovery and of a fall.
 pub fn endings(judge: &Judge) -> [String; 2] {
-    let Judge { standing_tilt_deg, standing_com_speed_m_s, standing_time_s, .. } = judge;
-    let Judge { fallen_tilt_deg, fallen_com_height_ratio, .. } = judge;
-    let [standing_com_speed_m_s, standing_time_s] = [standing_com_speed_m_s, standing_time_s].map(|v| digits(*v));
+    let Judge {
+        standing_tilt_deg,
+        standing_com_speed_m_s,
+        standing_time_s,
+        ..
+    } = judge;
+    let Judge {
+        fallen_tilt_deg,
+        fallen_com_height_ratio,
+        ..
+    } = judge;
+    let [standing_com_speed_m_s, standing_time_s] =
+        [standing_com_speed_m_s, standing_time_s].map(|v| digits(*v));
     let recovered = format!(
         "tilt under {standing_tilt_deg} deg, COM under {standing_com_speed_m_s} m/s, DCM in the support, for \
          {standing_time_s} s"
@@ -39,24 +49,46 @@ pub fn endings(judge: &Judge) -> [String; 2] {
 /// The result of a campaign: its settings, how often each controller recovered, which is better, and the gates. `full`
 /// adds the tables behind these. `folder` is the result folder, for the command that replays a trial.
 pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
-    let mut text: String = settings(summary, full).iter().map(|(mark, words)| wrapped(mark, words)).collect();
+    let mut text: String = settings(summary, full)
+        .iter()
+        .map(|(mark, words)| wrapped(mark, words))
+        .collect();
     text += "\n";
     for warning in &summary.warnings {
         text += &wrapped("warning: ", warning);
     }
-    text += if summary.warnings.is_empty() { "" } else { "\n" };
+    text += if summary.warnings.is_empty() {
+        ""
+    } else {
+        "\n"
+    };
     let most = if full { Detail::Full } else { Detail::Short };
-    let mut tables = tables::of(summary).into_iter().filter(|told| told.detail <= most).map(|told| told.table.text());
+    let mut tables = tables::of(summary)
+        .into_iter()
+        .filter(|told| told.detail <= most)
+        .map(|told| told.table.text());
     text += &tables.next().unwrap_or_default();
-    text += &summary.stopped.as_ref().map_or(String::new(), |stopped| wrapped(" ", stopped));
+    text += &summary
+        .stopped
+        .as_ref()
+        .map_or(String::new(), |stopped| wrapped(" ", stopped));
     text += "\n";
     text += &wrapped("", &summary.headline);
     text += &comparison::verdicts(summary);
     text += &tables.map(|table| format!("\n{table}")).collect::<String>();
-    text += &summary.agreement.as_ref().map_or(String::new(), |agreement| agreement::where_they_part(agreement, full));
+    text += &summary
+        .agreement
+        .as_ref()
+        .map_or(String::new(), |agreement| {
+            agreement::where_they_part(agreement, full)
+        });
     text += &replay(summary, folder);
     if full {
-        let _ = write!(text, "\n{}", wrapped("", &format!("Intervals: {}", summary.interval)));
+        let _ = write!(
+            text,
+            "\n{}",
+            wrapped("", &format!("Intervals: {}", summary.interval))
+        );
     }
     text
 }
@@ -68,14 +100,19 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
         true => format!(" (of {} at most)", summary.most_trials),
         false => String::new(),
     };
-    let Summary { name, trials, seed, .. } = summary;
+    let Summary {
+        name, trials, seed, ..
+    } = summary;
     let trials = match summary.stopped {
         None => format!("{trials} trials{most}, the same for each controller"),
         Some(_) => format!("up to {trials} trials{most} for each controller"),
     };
     let mut asked = format!("{name}: {trials}; robot {}, seed {seed}", summary.robot);
     let unit = sole_impulse(summary.units.impulse_n_s());
-    let mut pushed = format!("impulse {} N s ({unit}), heading {} deg", push.impulse_n_s, push.heading_deg);
+    let mut pushed = format!(
+        "impulse {} N s ({unit}), heading {} deg",
+        push.impulse_n_s, push.heading_deg
+    );
     let varied = variations::described(&summary.variations);
     let mut head = Vec::new();
     if full {
@@ -89,26 +126,44 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
             push.profile.name()
         );
     }
-    head.extend([("campaign ", asked), ("engine: ", summary.engine.clone()), ("push:   ", pushed)]);
+    head.extend([
+        ("campaign ", asked),
+        ("engine: ", summary.engine.clone()),
+        ("push:   ", pushed),
+    ]);
     if summary.second_push.is_any() {
         head.push(("then:   ", summary.second_push.to_string()));
     }
     if !varied.is_empty() {
         // The short text has only the names of the varied quantities.
-        let names = varied.iter().map(|varied| if full { varied } else { varied.split(' ').next().unwrap_or(varied) });
+        let names = varied.iter().map(|varied| {
+            if full {
+                varied
+            } else {
+                varied.split(' ').next().unwrap_or(varied)
+            }
+        });
         head.push(("varied: ", names.collect::<Vec<_>>().join(", ")));
     }
     if summary.episode.judge.counts == Counts::Survived {
         let horizon_s = three_digits(summary.episode.horizon_s);
-        let told =
-            format!("survival: a robot that stands still, or has not fallen after {horizon_s} s, counts as recovered");
+        let told = format!(
+            "survival: a robot that stands still, or has not fallen after {horizon_s} s, counts as recovered"
+        );
         head.push(("judge:  ", told));
     }
     if full {
         let (sensors, horizon_s) = (&summary.sensors, three_digits(summary.episode.horizon_s));
-        let told = format!("noise x {}, bias x {}; horizon {horizon_s} s", sensors.noise_scale, sensors.bias_scale);
+        let told = format!(
+            "noise x {}, bias x {}; horizon {horizon_s} s",
+            sensors.noise_scale, sensors.bias_scale
+        );
         let [recovered, fell] = endings(&summary.episode.judge);
-        head.extend([("sensors: ", told), ("recovered: ", recovered), ("fell:      ", fell)]);
+        head.extend([
+            ("sensors: ", told),
+            ("recovered: ", recovered),
+            ("fell:      ", fell),
+        ]);
     }
     head
 }
@@ -117,20 +172,37 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
 fn replay(summary: &Summary, folder: &Path) -> String {
     let differ = |pair: &PairSummary| {
         let lost = |trials: &[u64], by: &str| {
-            Some((*trials.first()?, by.to_string(), "in which two controllers end differently"))
+            Some((
+                *trials.first()?,
+                by.to_string(),
+                "in which two controllers end differently",
+            ))
         };
         lost(&pair.first_only_a, &pair.b).or_else(|| lost(&pair.first_only_b, &pair.a))
     };
     // The telling trials of a controller begin with those that it lost.
     let lost = |set: &SetSummary| {
-        let first = set.telling.first().filter(|_| set.count.recovered < set.count.trials)?;
+        let first = set
+            .telling
+            .first()
+            .filter(|_| set.count.recovered < set.count.trials)?;
         Some((first.trial, set.name.clone(), "that was lost"))
     };
-    let found = summary.pairs.iter().find_map(differ).or_else(|| summary.sets.iter().find_map(lost));
-    let Some((trial, set, which)) = found else { return String::new() };
+    let found = summary
+        .pairs
+        .iter()
+        .find_map(differ)
+        .or_else(|| summary.sets.iter().find_map(lost));
+    let Some((trial, set, which)) = found else {
+        return String::new();
+    };
     let what = format!("to replay a trial {which} (report.html has more):");
     // The command has a line of its own, however long, so that it can be copied.
-    format!("\n{} {}\n", wrapped("", &what), replay_command(summary, &set, trial, folder))
+    format!(
+        "\n{} {}\n",
+        wrapped("", &what),
+        replay_command(summary, &set, trial, folder)
+    )
 }
 
 #[cfg(test)]
@@ -142,8 +214,14 @@ mod tests {
     #[test]
     fn the_trial_to_replay_is_described() {
         let text = |outcomes| replay(&summary(&[outcomes; 3], &[], &[]), Path::new("out"));
-        assert!(text([Recovered, Fell]).contains("to replay a trial in which two controllers end differently (report"));
-        assert!(text([Recovered, Fell]).ends_with("--campaign out/campaign.toml --trial 0 --controller b\n"));
+        assert!(
+            text([Recovered, Fell])
+                .contains("to replay a trial in which two controllers end differently (report")
+        );
+        assert!(
+            text([Recovered, Fell])
+                .ends_with("--campaign out/campaign.toml --trial 0 --controller b\n")
+        );
         assert!(text([Fell, Fell]).contains("to replay a trial that was lost (report"));
         assert_eq!(text([Recovered, Recovered]), "");
     }

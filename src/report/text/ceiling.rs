@@ -32,11 +32,29 @@ pub fn file(trial: u64) -> String {
 /// The result. `folder` is the folder of the written recoveries, and `changes` are the options that changed the
 /// campaign.
 pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
-    let Ceiling { robot, campaign, seed, engine, controller, alone, with_search, tries, .. } = ceiling;
-    let found: Vec<&LostTrial> = ceiling.lost.iter().filter(|lost| lost.found.is_some()).collect();
-    let mut text = format!("What {controller} could catch: {robot}, campaign {campaign}, seed {seed}\n");
+    let Ceiling {
+        robot,
+        campaign,
+        seed,
+        engine,
+        controller,
+        alone,
+        with_search,
+        tries,
+        ..
+    } = ceiling;
+    let found: Vec<&LostTrial> = ceiling
+        .lost
+        .iter()
+        .filter(|lost| lost.found.is_some())
+        .collect();
+    let mut text =
+        format!("What {controller} could catch: {robot}, campaign {campaign}, seed {seed}\n");
     text += &wrapped("engine:   ", engine);
-    text += &wrapped("alone:    ", &format!("{controller} recovers from {}", told(alone)));
+    text += &wrapped(
+        "alone:    ",
+        &format!("{controller} recovers from {}", told(alone)),
+    );
     let more = format!(
         "with knowledge of each lost push and up to {tries} tries, from {} more; at least {} can be caught",
         found.len(),
@@ -46,26 +64,55 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
     if ceiling.lost.is_empty() {
         return text;
     }
-    let columns =
-        [number("trial"), number("N s"), number("heading"), number("of one"), number("tries"), words("caught by")];
+    let columns = [
+        number("trial"),
+        number("N s"),
+        number("heading"),
+        number("of one"),
+        number("tries"),
+        words("caught by"),
+    ];
     let mut table = Table::new("", columns);
     for lost in &ceiling.lost {
-        let by = lost.found.as_ref().map_or("not recovered by search".into(), |found| {
-            let each = (1..).zip(&found.departures).map(|(number, departure)| of_footstep(number, departure, ceiling));
-            each.flatten().collect::<Vec<_>>().join("; ")
-        });
-        let [impulse, heading] = [format!("{:.2}", lost.impulse_n_s), format!("{:.0}", lost.heading_deg)];
-        let numbers = [lost.trial.to_string(), impulse, heading, format!("{:.2}", lost.of_one_step_bound)];
+        let by = lost
+            .found
+            .as_ref()
+            .map_or("not recovered by search".into(), |found| {
+                let each = (1..)
+                    .zip(&found.departures)
+                    .map(|(number, departure)| of_footstep(number, departure, ceiling));
+                each.flatten().collect::<Vec<_>>().join("; ")
+            });
+        let [impulse, heading] = [
+            format!("{:.2}", lost.impulse_n_s),
+            format!("{:.0}", lost.heading_deg),
+        ];
+        let numbers = [
+            lost.trial.to_string(),
+            impulse,
+            heading,
+            format!("{:.2}", lost.of_one_step_bound),
+        ];
         table.row(texts(numbers).chain([cell(lost.tries), cell(by)]));
     }
     text += &format!("\n{}\n", table.text());
-    let mut needed: Vec<(usize, &str)> = NAMES.iter().enumerate().map(|(i, name)| (needs(&found, i), *name)).collect();
+    let mut needed: Vec<(usize, &str)> = NAMES
+        .iter()
+        .enumerate()
+        .map(|(i, name)| (needs(&found, i), *name))
+        .collect();
     needed.sort_by_key(|&(count, _)| std::cmp::Reverse(count));
-    let needed = needed.iter().filter(|(count, _)| *count > 0).map(|(count, name)| format!("{name} {count}"));
+    let needed = needed
+        .iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, name)| format!("{name} {count}"));
     if !found.is_empty() {
         text += &wrapped(
             "",
-            &format!("How many of these recoveries need what: {}.", needed.collect::<Vec<_>>().join(", ")),
+            &format!(
+                "How many of these recoveries need what: {}.",
+                needed.collect::<Vec<_>>().join(", ")
+            ),
         );
     }
     text += &wrapped(
@@ -89,36 +136,73 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
 
 fn told(count: &SuccessCount) -> String {
     let [low, high] = count.ci95.map(|rate| format!("{:.1}", 100.0 * rate));
-    format!("{} of {} ({}, 95 % interval {low} to {high})", count.recovered, count.trials, percent(count.success_rate))
+    format!(
+        "{} of {} ({}, 95 % interval {low} to {high})",
+        count.recovered,
+        count.trials,
+        percent(count.success_rate)
+    )
 }
 
 /// Number of recoveries that need a value other than zero of a number.
 fn needs(found: &[&LostTrial], number: usize) -> usize {
     let needs = |lost: &&&LostTrial| {
-        lost.found.iter().flat_map(|found| &found.departures).any(|departure| departure.numbers()[number] != 0.0)
+        lost.found
+            .iter()
+            .flat_map(|found| &found.departures)
+            .any(|departure| departure.numbers()[number] != 0.0)
     };
     found.iter().filter(needs).count()
 }
 
 /// The differences of a footstep from the controller's own, in words. None if there are none.
 fn of_footstep(number: usize, departure: &Departure, ceiling: &Ceiling) -> Option<String> {
-    let Departure { lift, left, crossed, place: [x, y], zmp: [zmp_x, zmp_y], slower, tilt: [roll, pitch], lower } =
-        *departure;
+    let Departure {
+        lift,
+        left,
+        crossed,
+        place: [x, y],
+        zmp: [zmp_x, zmp_y],
+        slower,
+        tilt: [roll, pitch],
+        lower,
+    } = *departure;
     let mm = |share: f64| format!("{} mm", signed(1e3 * ceiling.com_height_m * share, 0));
     let degrees = |angle: f64| format!("{} degrees", signed(angle.to_degrees(), 0));
     let parts = [
         (lift, format!("lifted {} outside", mm(lift))),
-        (left, if left < 0.0 { "rather the left foot".into() } else { "rather the right foot".into() }),
-        (crossed, if crossed < 0.0 { "rather crossed".into() } else { "rather not crossed".into() }),
+        (
+            left,
+            if left < 0.0 {
+                "rather the left foot".into()
+            } else {
+                "rather the right foot".into()
+            },
+        ),
+        (
+            crossed,
+            if crossed < 0.0 {
+                "rather crossed".into()
+            } else {
+                "rather not crossed".into()
+            },
+        ),
         (x, format!("lands {} forward", mm(x))),
         (y, format!("lands {} outward", mm(y))),
         (zmp_x, format!("ZMP {} forward", mm(zmp_x))),
         (zmp_y, format!("ZMP {} outward", mm(zmp_y))),
-        (slower, format!("swing {} %", signed(100.0 * (slower.exp() - 1.0), 0))),
+        (
+            slower,
+            format!("swing {} %", signed(100.0 * (slower.exp() - 1.0), 0)),
+        ),
         (roll, format!("rolls {}", degrees(roll))),
         (pitch, format!("pitches {}", degrees(pitch))),
         (lower, format!("COM {}", mm(-lower))),
     ];
-    let told: Vec<String> = parts.into_iter().filter(|(size, _)| *size != 0.0).map(|(_, told)| told).collect();
+    let told: Vec<String> = parts
+        .into_iter()
+        .filter(|(size, _)| *size != 0.0)
+        .map(|(_, told)| told)
+        .collect();
     (!told.is_empty()).then(|| format!("{number}: {}", told.join(", ")))
 }

@@ -17,25 +17,44 @@ pub(super) fn verdicts(summary: &Summary) -> String {
     if shown.is_empty() {
         return String::new();
     }
-    let sentences: String = shown.iter().map(|pair| wrapped(" - ", &pair.words)).collect();
+    let sentences: String = shown
+        .iter()
+        .map(|pair| wrapped(" - ", &pair.words))
+        .collect();
     let more = match summary.pairs.len() - shown.len() {
         0 => String::new(),
-        more => format!(" {more} more pairs, those without {}, are in summary.json.", leader(summary)),
+        more => format!(
+            " {more} more pairs, those without {}, are in summary.json.",
+            leader(summary)
+        ),
     };
-    format!("\n{sentences}{}", wrapped(" ", &(about_pairs(summary) + &more)))
+    format!(
+        "\n{sentences}{}",
+        wrapped(" ", &(about_pairs(summary) + &more))
+    )
 }
 
 /// A note on the confidence of the intervals and on p, which holds for all pairs.
 pub fn about_pairs(summary: &Summary) -> String {
     let (several, count) = (summary.pairs.len() > 1, summary.pairs.len());
-    let together = if several { format!(" for all {count} pairs together") } else { String::new() };
-    let times = if several { format!(" times {count}") } else { String::new() };
+    let together = if several {
+        format!(" for all {count} pairs together")
+    } else {
+        String::new()
+    };
+    let times = if several {
+        format!(" times {count}")
+    } else {
+        String::new()
+    };
     match summary.stopping.until_resolved {
         true => format!(
             "The intervals hold at 95 %{together}, however often one looks; which controller is better is decided by an exact \
              test at planned looks."
         ),
-        false => format!("The intervals hold at 95 %{together}; p is that of the exact McNemar test{times}."),
+        false => format!(
+            "The intervals hold at 95 %{together}; p is that of the exact McNemar test{times}."
+        ),
     }
 }
 
@@ -48,23 +67,38 @@ pub fn shown(summary: &Summary) -> Vec<&PairSummary> {
     let all = pairs.len() != sets * sets.saturating_sub(1) / 2;
     let leader = leader(summary);
     let is_leader = |name: &String| name == leader;
-    pairs.iter().filter(|pair| all || is_worth_a_line(pairs.len(), is_leader, (&pair.a, &pair.b))).collect()
+    pairs
+        .iter()
+        .filter(|pair| all || is_worth_a_line(pairs.len(), is_leader, (&pair.a, &pair.b)))
+        .collect()
 }
 
 /// The controller whose pairs are shown if there are too many.
 fn leader(summary: &Summary) -> &str {
-    let most = || leaders(&summary.sets, &summary.pairs).first().map_or("", |set| &set.name);
+    let most = || {
+        leaders(&summary.sets, &summary.pairs)
+            .first()
+            .map_or("", |set| &set.name)
+    };
     summary.reference.as_deref().unwrap_or_else(most)
 }
 
 /// A p-value without "p =".
 pub fn p_cell(p: f64) -> String {
-    p_value(p).trim_start_matches("p ").trim_start_matches("= ").into()
+    p_value(p)
+        .trim_start_matches("p ")
+        .trim_start_matches("= ")
+        .into()
 }
 
 /// How gates are judged, and the baseline with which gates compare.
 pub fn about_gates(summary: &Summary) -> String {
-    let level = level(summary.gates.first().map_or(0.95, |gate| gate.judged.confidence));
+    let level = level(
+        summary
+            .gates
+            .first()
+            .map_or(0.95, |gate| gate.judged.confidence),
+    );
     let about = format!(
         "A gate passes if the whole of its {level} interval reaches what is required, and fails if none of it does."
     );
@@ -83,7 +117,11 @@ pub fn status(gate: &GateResult) -> &'static str {
 
 /// The value of a gate in its unit: a rate in %, or a difference in points with its sign.
 pub fn in_unit(gate: &GateResult, share: f64) -> String {
-    if gate.is_difference { signed(100.0 * share, 1) } else { format!("{:.1}", 100.0 * share) }
+    if gate.is_difference {
+        signed(100.0 * share, 1)
+    } else {
+        format!("{:.1}", 100.0 * share)
+    }
 }
 
 /// The unit of a gate: % for a rate, points for a difference.
@@ -99,23 +137,41 @@ fn level(confidence: f64) -> String {
 
 /// A sentence on the result with which gates compare. None without a baseline.
 pub fn baseline(summary: &Summary) -> Option<String> {
-    let BaselineId { name, standfast, config_hash, trials } = summary.baseline.as_ref()?;
+    let BaselineId {
+        name,
+        standfast,
+        config_hash,
+        trials,
+    } = summary.baseline.as_ref()?;
     let hash = &config_hash[..config_hash.len().min(12)];
-    Some(format!("The baseline is {name}, with {trials} trials, by standfast {standfast}, configuration {hash}."))
+    Some(format!(
+        "The baseline is {name}, with {trials} trials, by standfast {standfast}, configuration {hash}."
+    ))
 }
 
 /// For every gate that does not pass, a sentence and the command that replays a trial that was lost. `folder` is the
 /// result folder.
 pub fn failed_gates(summary: &Summary, folder: &Path) -> Vec<String> {
     let told = |gate: &GateResult| {
-        let mark = if gate.judged.status == Status::Unresolved { "gate unresolved: " } else { "gate failed: " };
+        let mark = if gate.judged.status == Status::Unresolved {
+            "gate unresolved: "
+        } else {
+            "gate failed: "
+        };
         let sentence = wrapped(mark, &gate_words(gate)).trim_end().to_string();
-        let Some(trial) = gate.lost_trial else { return sentence };
+        let Some(trial) = gate.lost_trial else {
+            return sentence;
+        };
         // The command has a line of its own, however long, so that it can be copied.
         let command = replay_command(summary, &gate.set, trial, folder);
         format!("{sentence}\nto replay a trial that it lost:\n  {command}")
     };
-    summary.gates.iter().filter(|gate| !gate.passes).map(told).collect()
+    summary
+        .gates
+        .iter()
+        .filter(|gate| !gate.passes)
+        .map(told)
+        .collect()
 }
 
 /// A gate and what was observed, in words.
@@ -137,14 +193,22 @@ pub fn gate_seen(gate: &GateResult) -> String {
         ),
     });
     let differ = gate.counts.map(|counts| {
-        let PairedCounts { only_a: won, only_b: lost, .. } = counts;
+        let PairedCounts {
+            only_a: won,
+            only_b: lost,
+            ..
+        } = counts;
         format!(" It alone recovered from {won} of them, and the other side alone from {lost}.")
     });
     let fails = match gate.passes || judged.status == Status::Failed {
         true => "",
         false => " In this campaign, an unresolved gate counts as failed (gates.unresolved).",
     };
-    let value = if gate.is_difference { "difference" } else { "rate" };
+    let value = if gate.is_difference {
+        "difference"
+    } else {
+        "rate"
+    };
     format!(
         "the {value} is {seen} {unit} in {} trials ({least} to {most} {unit} at {} confidence), and {asked} {unit} are \
          required.{}{}{fails}",
@@ -163,7 +227,9 @@ mod tests {
 
     /// Controller "a" recovers from every push, "b" from half of them.
     fn halves(trials: usize) -> Vec<[Outcome; 2]> {
-        (0..trials).map(|i| [Recovered, if i < trials / 2 { Recovered } else { Fell }]).collect()
+        (0..trials)
+            .map(|i| [Recovered, if i < trials / 2 { Recovered } else { Fell }])
+            .collect()
     }
 
     /// A summary with this number of controllers, of which these pairs were compared.
@@ -172,10 +238,20 @@ mod tests {
         let (set, pair) = (summary.sets[0].clone(), summary.pairs[0].clone());
         let name = |i: usize| format!("set{i}");
         summary.sets = (0..sets)
-            .map(|i| standfast_study::verdict::set_summary::SetSummary { name: name(i), ..set.clone() })
+            .map(|i| standfast_study::verdict::set_summary::SetSummary {
+                name: name(i),
+                ..set.clone()
+            })
             .collect();
         // The last controller recovers most often.
-        summary.pairs = pairs.iter().map(|&(a, b)| PairSummary { a: name(b), b: name(a), ..pair.clone() }).collect();
+        summary.pairs = pairs
+            .iter()
+            .map(|&(a, b)| PairSummary {
+                a: name(b),
+                b: name(a),
+                ..pair.clone()
+            })
+            .collect();
         summary
     }
 
@@ -185,9 +261,16 @@ mod tests {
         let summary = with_pairs(7, &every);
         assert!(shown(&summary).iter().all(|pair| pair.a == "set6"));
         let text = verdicts(&summary);
-        assert_eq!(text.matches("\n - ").count() + usize::from(text.starts_with(" - ")), 6, "{text}");
+        assert_eq!(
+            text.matches("\n - ").count() + usize::from(text.starts_with(" - ")),
+            6,
+            "{text}"
+        );
         let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(words.contains("15 more pairs, those without set6, are in summary.json."), "{text}");
+        assert!(
+            words.contains("15 more pairs, those without set6, are in summary.json."),
+            "{text}"
+        );
         let partners: Vec<_> = (0..7).map(|i| (i, i + 7)).collect();
         let summary = with_pairs(14, &partners);
         assert_eq!(shown(&summary).len(), 7);
@@ -196,11 +279,20 @@ mod tests {
 
     #[test]
     fn a_failed_difference_says_how_often_each_side_alone_recovered() {
-        let told = failed_gates(&summary(&halves(100), &[], &["a >= 0.8", "b >= a + 0.1"]), Path::new("out"));
-        let words = told.concat().split_whitespace().collect::<Vec<_>>().join(" ");
+        let told = failed_gates(
+            &summary(&halves(100), &[], &["a >= 0.8", "b >= a + 0.1"]),
+            Path::new("out"),
+        );
+        let words = told
+            .concat()
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ");
         let alone = "It alone recovered from 0 of them, and the other side alone from 50. to replay a trial";
         assert!(
-            told.len() == 1 && words.starts_with("gate failed: b >= a + 0.1: ") && words.contains(alone),
+            told.len() == 1
+                && words.starts_with("gate failed: b >= a + 0.1: ")
+                && words.contains(alone),
             "{words}"
         );
     }
@@ -216,19 +308,38 @@ mod tests {
         let summary = summary(&outcomes.collect::<Vec<_>>(), &[], &["a >= b"]);
         let (pair, gate) = (&summary.pairs[0], &summary.gates[0]);
         assert_eq!(gate.judged.status, Status::Unresolved);
-        assert_eq!((pair.more_trials, gate.judged.more_trials), (Some(86), Some(86)));
+        assert_eq!(
+            (pair.more_trials, gate.judged.more_trials),
+            (Some(86), Some(86))
+        );
         let about = "a new campaign with another seed and about 86 trials would";
-        assert!(pair.words.contains(about) && gate_words(gate).contains(about), "{} {}", pair.words, gate_words(gate));
+        assert!(
+            pair.words.contains(about) && gate_words(gate).contains(about),
+            "{} {}",
+            pair.words,
+            gate_words(gate)
+        );
     }
 
     #[test]
     fn what_would_resolve_a_gate_has_two_digits_and_the_baseline_is_named() {
         let mut summary = summary(&halves(100), &[], &["b >= 0.45"]);
         summary.gates[0].judged.more_trials = Some(1234);
-        summary.baseline =
-            Some(BaselineId { name: "old".into(), standfast: "0".into(), config_hash: "00".into(), trials: 9 });
-        assert!(about_gates(&summary).contains(" The baseline is old, with 9 trials"), "{}", about_gates(&summary));
-        let about = [" a new campaign with another seed and about 1300 trials", " about 1300 more trials"];
+        summary.baseline = Some(BaselineId {
+            name: "old".into(),
+            standfast: "0".into(),
+            config_hash: "00".into(),
+            trials: 9,
+        });
+        assert!(
+            about_gates(&summary).contains(" The baseline is old, with 9 trials"),
+            "{}",
+            about_gates(&summary)
+        );
+        let about = [
+            " a new campaign with another seed and about 1300 trials",
+            " about 1300 more trials",
+        ];
         for (sequential, about) in [false, true].into_iter().zip(about) {
             summary.gates[0].judged.sequential = sequential;
             assert!(gate_words(&summary.gates[0]).ends_with(&format!("{about} would resolve it.")));

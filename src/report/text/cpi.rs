@@ -31,7 +31,8 @@ const EXPLAINED: &str = "Poles are multiples of -omega. The set of a gain is wha
                          mass times omega times the way d from the origin to the edge in the direction of the push. A standing pendulum \
                          can take 1 at most.";
 /// Explains the table of the CPI sets without disturbances.
-const UNDISTURBED_EXPLAINED: &str = "Without disturbances the same gains have these sets, as in the paper.";
+const UNDISTURBED_EXPLAINED: &str =
+    "Without disturbances the same gains have these sets, as in the paper.";
 /// Explains the last table.
 const NESTING_EXPLAINED: &str = "\"yes\": the set of the row lies inside the set of the column.";
 
@@ -51,7 +52,10 @@ impl Sets<'_> {
     pub fn as_json(&self) -> Value {
         let dt = self.family.pendulum.dt;
         let impulses = |s: &CpiSet| -> Map<String, Value> {
-            HEADINGS.iter().map(|(name, d)| ((*name).into(), json!(s.largest_impulse_from_rest(*d)))).collect()
+            HEADINGS
+                .iter()
+                .map(|(name, d)| ((*name).into(), json!(s.largest_impulse_from_rest(*d))))
+                .collect()
         };
         let entry = |(s, poles): (&CpiSet, &GainPoles)| {
             json!({
@@ -65,7 +69,9 @@ impl Sets<'_> {
                 "largest_impulse_over_m_omega_d": impulses(s),
             })
         };
-        let entries = |sets: &[CpiSet]| -> Vec<Value> { sets.iter().zip(&self.set.gains).map(entry).collect() };
+        let entries = |sets: &[CpiSet]| -> Vec<Value> {
+            sets.iter().zip(&self.set.gains).map(entry).collect()
+        };
         json!({
             "gain_set": self.set.name,
             "omega_rad_s": self.family.pendulum.omega,
@@ -86,15 +92,25 @@ impl Sets<'_> {
         let vertices: Vec<String> = self.support.vertices().iter().map(mm).collect();
         let warning = match self.inclusion.warning() {
             Some(warning) => wrapped("warning: ", &warning),
-            None => "The family nests: the set of each gain lies inside the sets of all slower gains.\n".into(),
+            None => {
+                "The family nests: the set of each gain lies inside the sets of all slower gains.\n"
+                    .into()
+            }
         };
         let (mut robust, mut disturbance, mut undisturbed) = ("", String::new(), String::new());
         if !self.undisturbed.is_empty() {
             let bounds = self.family.zmp_disturbance_m() * 1e3;
-            let words = format!("against disturbances of up to {:.1} mm in x and {:.1} mm in y", bounds.x, bounds.y);
+            let words = format!(
+                "against disturbances of up to {:.1} mm in x and {:.1} mm in y",
+                bounds.x, bounds.y
+            );
             robust = "robust ";
             disturbance = wrapped("robust    ", &words);
-            undisturbed = format!("{}\n{}\n", wrapped("", UNDISTURBED_EXPLAINED), self.sizes(self.undisturbed));
+            undisturbed = format!(
+                "{}\n{}\n",
+                wrapped("", UNDISTURBED_EXPLAINED),
+                self.sizes(self.undisturbed)
+            );
         }
         format!(
             "Maximal {robust}CPI sets of gain set {}\n\
@@ -105,7 +121,13 @@ impl Sets<'_> {
              {warning}",
             self.set.name,
             dt * 1e3,
-            wrapped("ZMP       ", &format!("within a region with the corners {} mm", vertices.join(", "))),
+            wrapped(
+                "ZMP       ",
+                &format!(
+                    "within a region with the corners {} mm",
+                    vertices.join(", ")
+                )
+            ),
             self.sizes(self.sets),
             wrapped("", EXPLAINED),
             self.nesting(),
@@ -119,7 +141,13 @@ impl Sets<'_> {
         let poles = |p: [f64; 3]| format!("{} {} {}", p[0], p[1], p[2]);
         for (s, g) in sets.iter().zip(&self.set.gains) {
             let horizon = format!("{:.0} ms", 1e3 * s.horizon as f64 * self.family.pendulum.dt);
-            let row = [s.gain.clone(), poles(g.x), poles(g.y), horizon, s.set.rows.nrows().to_string()];
+            let row = [
+                s.gain.clone(),
+                poles(g.x),
+                poles(g.y),
+                horizon,
+                s.set.rows.nrows().to_string(),
+            ];
             let impulses = HEADINGS.map(|(_, d)| format!("{:.3}", s.largest_impulse_from_rest(d)));
             sizes.row(texts(row).chain(texts(impulses)));
         }
@@ -132,7 +160,10 @@ impl Sets<'_> {
         let mut nesting = Table::new("", headings("inside", []).chain(names.iter().map(number)));
         for (name, row) in names.iter().zip(inside) {
             nesting.row(
-                [name.as_str()].into_iter().chain(row.iter().map(|inside| if *inside { "yes" } else { "-" })).map(cell),
+                [name.as_str()]
+                    .into_iter()
+                    .chain(row.iter().map(|inside| if *inside { "yes" } else { "-" }))
+                    .map(cell),
             );
         }
         nesting.with_note(NESTING_EXPLAINED).text()
@@ -141,7 +172,10 @@ impl Sets<'_> {
     /// Writes CSV files to `folder`: for each gain the rows of S (S x <= 1) and the closed loop of eq. 13, in full
     /// precision. Fails if a file cannot be written.
     pub fn export(&self, folder: &Path) -> Result<()> {
-        std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
+        std::fs::create_dir_all(folder).map_err(|source| Error::Write {
+            path: folder.into(),
+            source,
+        })?;
         for (i, (gain, set)) in self.family.gains.iter().zip(self.sets).enumerate() {
             let closed = gain.closed_loop();
             write_csv(&folder.join(format!("gain-{i}-set.csv")), &set.set.rows)?;

@@ -9,14 +9,24 @@ use standfast_sim::episode::parting::{Parting, half_sole_width_m};
 /// The names that distinguish two films: the controllers or, if these are the same, the engines.
 pub fn names(films: [&Film; 2]) -> [String; 2] {
     let [a, b] = films;
-    films.map(|film| if a.has_controller_of(b) { film.engine.title().into() } else { film.controller.clone() })
+    films.map(|film| {
+        if a.has_controller_of(b) {
+            film.engine.title().into()
+        } else {
+            film.controller.clone()
+        }
+    })
 }
 
 /// How the episodes of two films ended, each with its distinguishing name.
 pub fn ended(films: [&Film; 2]) -> [String; 2] {
     let [a, b] = films;
     films.map(|film| {
-        let name = if a.has_controller_of(b) { film.engine.with_version() } else { film.controller.clone() };
+        let name = if a.has_controller_of(b) {
+            film.engine.with_version()
+        } else {
+            film.controller.clone()
+        };
         format!("{name}: {}", outcome(&film.record))
     })
 }
@@ -29,10 +39,24 @@ pub fn parted(film: &Film, ghost: &Film) -> String {
             "COM and soles of the two are never more than {limit_mm:.0} mm apart, which is half the width of a sole."
         );
     };
-    let place = if film.has_controller_of(ghost) { "in" } else { "with" };
+    let place = if film.has_controller_of(ghost) {
+        "in"
+    } else {
+        "with"
+    };
     let places = names([film, ghost]).map(|name| format!("{place} {name}"));
-    let has_fallen = |film: &Film| film.record.fell_at_s.is_some_and(|fell_s| fell_s < parting.at_s);
-    let late = if [film, ghost].into_iter().all(has_fallen) { " By then both have fallen." } else { "" };
+    let has_fallen = |film: &Film| {
+        film.record
+            .fell_at_s
+            .is_some_and(|fell_s| fell_s < parting.at_s)
+    };
+    let late = if [film, ghost].into_iter().all(has_fallen) {
+        " By then both have fallen."
+    } else {
+        ""
+    };
     let told = in_words(&parting, &places);
-    format!("{told}{late} (They part when they are more than {limit_mm:.0} mm apart, half the width of a sole.)")
+    format!(
+        "{told}{late} (They part when they are more than {limit_mm:.0} mm apart, half the width of a sole.)"
+    )
 }

@@ -10,8 +10,12 @@ const PLAIN_WIDTH: usize = 80;
 
 /// Width of the terminal (columns). The variable COLUMNS overrides it, even if there is no terminal.
 pub fn terminal_width() -> usize {
-    let set = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok()).filter(|columns| *columns > 0);
-    set.or_else(|| Table::new().width().map(usize::from)).unwrap_or(PLAIN_WIDTH)
+    let set = std::env::var("COLUMNS")
+        .ok()
+        .and_then(|columns| columns.parse().ok())
+        .filter(|columns| *columns > 0);
+    set.or_else(|| Table::new().width().map(usize::from))
+        .unwrap_or(PLAIN_WIDTH)
 }
 
 /// The unit of impulses of a robot, which is `sole_impulse_n_s` (N s).
@@ -59,13 +63,14 @@ pub fn wrapped_to(width: usize, mark: &str, text: &str) -> String {
 
 /// The text with non-breaking spaces between a number and its unit, and around signs such as `=`.
 pub fn together(text: &str) -> String {
-    let is_one_of = |word: &str, all: &[&str]| all.contains(&word.trim_end_matches(['.', ',', ';', ':', ')']));
+    let is_one_of =
+        |word: &str, all: &[&str]| all.contains(&word.trim_end_matches(['.', ',', ';', ':', ')']));
     let stays = |before: &str, word: &str| {
         is_one_of(
             word,
             &[
-                "=", "<", ">=", "%", "s", "ms", "mm", "m", "m/s", "m/s^2", "N", "kg", "rad", "rad/s", "deg", "degrees",
-                "points", "cm\u{b2}",
+                "=", "<", ">=", "%", "s", "ms", "mm", "m", "m/s", "m/s^2", "N", "kg", "rad",
+                "rad/s", "deg", "degrees", "points", "cm\u{b2}",
             ],
         ) || is_one_of(before, &["=", "<", ">=", "N"])
             || (before.starts_with('(') && before.ends_with(',') && !before.contains(')'))
@@ -84,8 +89,16 @@ pub fn together(text: &str) -> String {
 /// The options of a command for this robot and this engine (name and version), each with a space before it. An option
 /// is left out if its value is the default of the command.
 pub fn plant_options(robot: &str, engine: &str) -> String {
-    let robot = if robot == DEFAULT_ROBOT { String::new() } else { format!(" --robot {}", shell_word(robot)) };
-    let engine = if engine.starts_with("MuJoCo") { " --engine mujoco" } else { "" };
+    let robot = if robot == DEFAULT_ROBOT {
+        String::new()
+    } else {
+        format!(" --robot {}", shell_word(robot))
+    };
+    let engine = if engine.starts_with("MuJoCo") {
+        " --engine mujoco"
+    } else {
+        ""
+    };
     robot + engine
 }
 
@@ -97,7 +110,11 @@ pub fn seconds(time_s: Option<f64>) -> String {
 /// A number with its sign. A number that is rounded to zero has no sign.
 pub fn signed(x: f64, digits: usize) -> String {
     let text = format!("{x:+.digits$}");
-    if text[1..].chars().all(|c| matches!(c, '0' | '.')) { text[1..].into() } else { text }
+    if text[1..].chars().all(|c| matches!(c, '0' | '.')) {
+        text[1..].into()
+    } else {
+        text
+    }
 }
 
 /// A share in percent, with one decimal.
@@ -112,13 +129,22 @@ mod tests {
     #[test]
     fn a_number_stays_with_its_unit() {
         let words = "x".repeat(66);
-        assert_eq!(wrapped("- ", &format!("{words} (p = 0.0625, y")), format!("- {words}\n  (p = 0.0625, y\n"));
+        assert_eq!(
+            wrapped("- ", &format!("{words} (p = 0.0625, y")),
+            format!("- {words}\n  (p = 0.0625, y\n")
+        );
         let short = &words[..60];
         let apart = wrapped("- ", &format!("{short} 67 % (25-94), paper 67 %"));
         assert_eq!(apart, format!("- {short} 67 % (25-94),\n  paper 67 %\n"));
-        assert_eq!(wrapped("- ", &format!("{words}x at 12.5 N s. z")), format!("- {words}x at\n  12.5 N s. z\n"));
+        assert_eq!(
+            wrapped("- ", &format!("{words}x at 12.5 N s. z")),
+            format!("- {words}x at\n  12.5 N s. z\n")
+        );
         let told = together("home after 2.77 s. 3.74 to 4.38 N s (1 to 2, p = 0.06) of 5 sets");
-        assert_eq!(told.replace('\u{a0}', "~"), "home after 2.77~s. 3.74 to 4.38~N~s (1 to 2, p~=~0.06) of 5 sets");
+        assert_eq!(
+            told.replace('\u{a0}', "~"),
+            "home after 2.77~s. 3.74 to 4.38~N~s (1 to 2, p~=~0.06) of 5 sets"
+        );
     }
 
     #[test]
@@ -131,13 +157,22 @@ mod tests {
         let lines: Vec<&str> = told.lines().collect();
         assert_eq!(
             lines[..2],
-            ["outcome     it has ended; on stderr: Traceback", "              File \"a.py\", line 1"]
+            [
+                "outcome     it has ended; on stderr: Traceback",
+                "              File \"a.py\", line 1"
+            ]
         );
-        assert!(lines.len() == 4 && lines[3] == "            Error: 3 < 4", "{told}");
+        assert!(
+            lines.len() == 4 && lines[3] == "            Error: 3 < 4",
+            "{told}"
+        );
     }
 
     #[test]
     fn zero_has_no_sign() {
-        assert_eq!([12.34, -3.0, -0.04, 0.0].map(|x| signed(x, 1)), ["+12.3", "-3.0", "0.0", "0.0"]);
+        assert_eq!(
+            [12.34, -3.0, -0.04, 0.0].map(|x| signed(x, 1)),
+            ["+12.3", "-3.0", "0.0", "0.0"]
+        );
     }
 }

@@ -9,22 +9,53 @@ use std::fmt::Display;
 /// The limits in one physics engine beside the pendulum bounds, or the limits in two engines side by side. `changes`
 /// are the options that changed the campaign, which the commands that show a push again need.
 pub fn text(limits: &[Limits], changes: &str) -> String {
-    let [first, more @ ..] = limits else { return String::new() };
-    let Limits { robot, campaign, seed, sole_impulse_n_s, .. } = first;
-    let mut text = format!("Largest recoverable impulse [N s]: {robot}, campaign {campaign}, seed {seed}\n");
+    let [first, more @ ..] = limits else {
+        return String::new();
+    };
+    let Limits {
+        robot,
+        campaign,
+        seed,
+        sole_impulse_n_s,
+        ..
+    } = first;
+    let mut text =
+        format!("Largest recoverable impulse [N s]: {robot}, campaign {campaign}, seed {seed}\n");
     let velocity = velocity_change(&first.yardstick.units(), *sole_impulse_n_s);
-    text += &wrapped("unit:     ", &format!("{}, {velocity}", sole_impulse(*sole_impulse_n_s)));
-    for Limits { engine, physics_step_s, .. } in limits {
-        text += &wrapped("engine:   ", &format!("{engine}, with a physics step of {} ms", 1e3 * physics_step_s));
+    text += &wrapped(
+        "unit:     ",
+        &format!("{}, {velocity}", sole_impulse(*sole_impulse_n_s)),
+    );
+    for Limits {
+        engine,
+        physics_step_s,
+        ..
+    } in limits
+    {
+        text += &wrapped(
+            "engine:   ",
+            &format!(
+                "{engine}, with a physics step of {} ms",
+                1e3 * physics_step_s
+            ),
+        );
     }
-    text + &more.first().map_or_else(|| beside_bounds(first, changes), |second| side_by_side(first, second))
+    text + &more.first().map_or_else(
+        || beside_bounds(first, changes),
+        |second| side_by_side(first, second),
+    )
 }
 
 /// An impulse with the digits that its precision justifies, as far as they fit into five columns.
 fn n_s(limits: &Limits, impulse_n_s: f64) -> String {
     let worth = (1.0 - limits.precision_n_s.log10().floor()).clamp(0.0, 4.0) as usize;
-    let texts = (0..=worth).rev().map(|decimals| format!("{impulse_n_s:.decimals$}"));
-    texts.into_iter().find(|text| text.len() <= 5).unwrap_or_else(|| format!("{impulse_n_s:.0}"))
+    let texts = (0..=worth)
+        .rev()
+        .map(|decimals| format!("{impulse_n_s:.decimals$}"));
+    texts
+        .into_iter()
+        .find(|text| text.len() <= 5)
+        .unwrap_or_else(|| format!("{impulse_n_s:.0}"))
 }
 
 fn beside_bounds(limits: &Limits, changes: &str) -> String {
@@ -39,11 +70,20 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
     );
     let reach = y.reach.iter().map(|region| {
         let ([x0, x1], [y0, y1], time_s) = (region.x_m, region.y_m, region.swing_time_s);
-        format!("{} x {x0} to {x1} m and y {y0} to {y1} m in {time_s} s", region.name)
+        format!(
+            "{} x {x0} to {x1} m and y {y0} to {y1} m in {time_s} s",
+            region.name
+        )
     });
     let reach = reach.collect::<Vec<_>>().join(", ");
-    let at_home = format!("at home the feet are {:.3} m apart, and one can land", y.stance_width_m);
-    text += &wrapped("footstep: ", &format!("{at_home}, x ahead of the other and y beside it, {reach}"));
+    let at_home = format!(
+        "at home the feet are {:.3} m apart, and one can land",
+        y.stance_width_m
+    );
+    text += &wrapped(
+        "footstep: ",
+        &format!("{at_home}, x ahead of the other and y beside it, {reach}"),
+    );
     let push = format!(
         "{:.0} ms long, so that the pendulum bounds are {:.3} times those of a push of no duration; {} mm above the COM",
         1e3 * y.push_duration_s,
@@ -51,24 +91,66 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
         signed(1e3 * y.push_height_m, 0)
     );
     text += &wrapped("push:     ", &push);
-    let columns = ["heading", "none", "one", "any"].map(number).into_iter().chain([words("controller")]);
-    let mut table = Table::new("", columns.chain(["50 % recover", "90 %", "safe up to", "pushes"].map(number)));
-    let factors = if y.height_factor < 1.0 { &[1.0, y.height_factor][..] } else { &[1.0] };
+    let columns = ["heading", "none", "one", "any"]
+        .map(number)
+        .into_iter()
+        .chain([words("controller")]);
+    let mut table = Table::new(
+        "",
+        columns.chain(["50 % recover", "90 %", "safe up to", "pushes"].map(number)),
+    );
+    let factors = if y.height_factor < 1.0 {
+        &[1.0, y.height_factor][..]
+    } else {
+        &[1.0]
+    };
     for heading in &limits.headings {
-        let bounds_n_s = [heading.bound_no_step_n_s, heading.bound_one_step_n_s, heading.bound_n_step_n_s];
+        let bounds_n_s = [
+            heading.bound_no_step_n_s,
+            heading.bound_one_step_n_s,
+            heading.bound_n_step_n_s,
+        ];
         for i in 0..heading.sets.len().max(factors.len()) {
-            let bound = |bound_n_s: f64| factors.get(i).map_or(String::new(), |factor| n_s(limits, factor * bound_n_s));
+            let bound = |bound_n_s: f64| {
+                factors
+                    .get(i)
+                    .map_or(String::new(), |factor| n_s(limits, factor * bound_n_s))
+            };
             let [none, one, any] = bounds_n_s.map(bound);
-            let mark = if by_torque(heading) && !any.is_empty() { "t" } else { "" };
-            let at = if i == 0 { format!("{:.1}", heading.heading_deg) } else { String::new() };
-            let or_dash = |impulse: Option<f64>| impulse.map_or("-".into(), |impulse| n_s(limits, impulse));
-            let of_set = heading.sets.get(i).map_or([const { String::new() }; 5], |set| {
-                let pushes = set.safe_n_s.map_or("-".into(), |_| set.safe_pushes().to_string());
-                let [ninety, safe] = [set.impulse90_n_s, set.safe_n_s].map(or_dash);
-                [set.name.clone(), fifty_of(limits, set), ninety, safe, pushes]
-            });
+            let mark = if by_torque(heading) && !any.is_empty() {
+                "t"
+            } else {
+                ""
+            };
+            let at = if i == 0 {
+                format!("{:.1}", heading.heading_deg)
+            } else {
+                String::new()
+            };
+            let or_dash =
+                |impulse: Option<f64>| impulse.map_or("-".into(), |impulse| n_s(limits, impulse));
+            let of_set = heading
+                .sets
+                .get(i)
+                .map_or([const { String::new() }; 5], |set| {
+                    let pushes = set
+                        .safe_n_s
+                        .map_or("-".into(), |_| set.safe_pushes().to_string());
+                    let [ninety, safe] = [set.impulse90_n_s, set.safe_n_s].map(or_dash);
+                    [
+                        set.name.clone(),
+                        fifty_of(limits, set),
+                        ninety,
+                        safe,
+                        pushes,
+                    ]
+                });
             let bounds = [none, one, any + mark];
-            table.row(std::iter::once(cell(at)).chain(texts(bounds)).chain(texts(of_set)));
+            table.row(
+                std::iter::once(cell(at))
+                    .chain(texts(bounds))
+                    .chain(texts(of_set)),
+            );
         }
     }
     text += &format!("\n{}", table.text());
@@ -76,7 +158,9 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
         let factor = format!("it is the first times {:.3}.", y.height_factor);
         text += &wrapped(
             "",
-            &format!("The second line of pendulum bounds takes the height of the push into account: {factor}"),
+            &format!(
+                "The second line of pendulum bounds takes the height of the push into account: {factor}"
+            ),
         );
     }
     let safe = match limits.replicas {
@@ -118,8 +202,14 @@ fn by_torque(heading: &Heading) -> bool {
 
 /// The command that checks the first limit; empty if pushes of the same impulse can end differently.
 fn checked(limits: &Limits, changes: &str) -> String {
-    let first = limits.headings.iter().flat_map(|heading| heading.sets.iter().map(move |set| (heading, set)));
-    let Some((heading, set)) = first.into_iter().find(|(_, set)| set.resolved && !limits.random) else {
+    let first = limits
+        .headings
+        .iter()
+        .flat_map(|heading| heading.sets.iter().map(move |set| (heading, set)));
+    let Some((heading, set)) = first
+        .into_iter()
+        .find(|(_, set)| set.resolved && !limits.random)
+    else {
         return String::new();
     };
     // The ends have one digit more than the precision justifies, and are rounded outwards, so that both are beyond the
@@ -132,17 +222,27 @@ fn checked(limits: &Limits, changes: &str) -> String {
         "{} recovers from this push at {:.1} degrees, and loses it with --impulse {high}:",
         set.name, heading.heading_deg
     );
-    let command =
-        replay(limits, changes, &set.name, first_trial(heading.heading_deg), [&low, &heading.heading_deg.to_string()]);
+    let command = replay(
+        limits,
+        changes,
+        &set.name,
+        first_trial(heading.heading_deg),
+        [&low, &heading.heading_deg.to_string()],
+    );
     format!("\n{}  {command}\n", wrapped("check: ", &told))
 }
 
 /// The holes: losses far below the limit, each with the command that repeats it.
 fn lost_early(limits: &Limits, changes: &str) -> String {
     let mut text = String::new();
-    let all = limits.headings.iter().flat_map(|heading| heading.sets.iter().map(move |set| (heading, set)));
+    let all = limits
+        .headings
+        .iter()
+        .flat_map(|heading| heading.sets.iter().map(move |set| (heading, set)));
     for (heading, set) in all {
-        let (Some(safe_n_s), Some(loss)) = (set.safe_n_s, set.hole()) else { continue };
+        let (Some(safe_n_s), Some(loss)) = (set.safe_n_s, set.hole()) else {
+            continue;
+        };
         let hole = format!(
             "{} about {:.1} degrees is safe only up to {} N s. It loses {} N s at {:.1} degrees, where its limit is {} N s; to \
              see that:",
@@ -153,8 +253,18 @@ fn lost_early(limits: &Limits, changes: &str) -> String {
             loss.heading_deg,
             n_s(limits, loss.limit_n_s)
         );
-        let command = replay(limits, changes, &set.name, loss.trial, [&loss.impulse_n_s, &loss.heading_deg]);
-        text += &format!("\n{}  {command} --start {}\n", wrapped("hole: ", &hole), loss.start_s);
+        let command = replay(
+            limits,
+            changes,
+            &set.name,
+            loss.trial,
+            [&loss.impulse_n_s, &loss.heading_deg],
+        );
+        text += &format!(
+            "\n{}  {command} --start {}\n",
+            wrapped("hole: ", &hole),
+            loss.start_s
+        );
     }
     text
 }
@@ -177,7 +287,16 @@ fn of_map(limits: &Limits, changes: &str) -> String {
     };
     let mut text = format!("\nmap: {pushes} pushes, {holes}\n");
     for (heading_deg, set, hole) in limits.holes().take(MOST_HOLES) {
-        text += &format!("  {}\n", replay(limits, changes, &set.name, hole.trial, [&hole.impulse_n_s, &heading_deg]));
+        text += &format!(
+            "  {}\n",
+            replay(
+                limits,
+                changes,
+                &set.name,
+                hole.trial,
+                [&hole.impulse_n_s, &heading_deg]
+            )
+        );
     }
     if count > MOST_HOLES {
         text += &format!("  and {} more: --json has them all\n", count - MOST_HOLES);
@@ -194,7 +313,13 @@ fn replay(
     trial: u64,
     [impulse_n_s, heading_deg]: [&dyn Display; 2],
 ) -> String {
-    let Limits { campaign, robot, seed, engine, .. } = limits;
+    let Limits {
+        campaign,
+        robot,
+        seed,
+        engine,
+        ..
+    } = limits;
     let plant = plant_options(robot, engine);
     format!(
         "standfast push --campaign {campaign} --seed {seed}{changes} --limit-trial {trial} --controller {gains}{plant} \\\n  \
@@ -205,13 +330,19 @@ fn replay(
 /// The impulse with 50 % recovery and its interval, and a mark if the interval is too wide.
 fn fifty_of(limits: &Limits, set: &SetLimit) -> String {
     let mark = if set.resolved { "" } else { "*" };
-    let [at, low, high] = [set.impulse50_n_s, set.ci95[0], set.ci95[1]].map(|impulse_n_s| n_s(limits, impulse_n_s));
+    let [at, low, high] =
+        [set.impulse50_n_s, set.ci95[0], set.ci95[1]].map(|impulse_n_s| n_s(limits, impulse_n_s));
     format!("{at} ({low}-{high}){mark}")
 }
 
 /// The meaning of the mark `*`, if there is any mark.
 fn marked(all: &[&Limits]) -> String {
-    if all.iter().flat_map(|limits| &limits.headings).flat_map(|heading| &heading.sets).all(|set| set.resolved) {
+    if all
+        .iter()
+        .flat_map(|limits| &limits.headings)
+        .flat_map(|heading| &heading.sets)
+        .all(|set| set.resolved)
+    {
         return String::new();
     }
     format!(
@@ -223,27 +354,61 @@ fn marked(all: &[&Limits]) -> String {
 /// The limits of two engines for every heading and controller, and for each controller over all headings. Both engines
 /// have the same headings and controllers.
 fn side_by_side(a: &Limits, b: &Limits) -> String {
-    let columns = [number("heading"), words("controller"), number(&a.engine), number(&b.engine), number("ratio")];
+    let columns = [
+        number("heading"),
+        words("controller"),
+        number(&a.engine),
+        number(&b.engine),
+        number("ratio"),
+    ];
     let mut table = Table::new("", columns.into_iter().chain([words("")]));
     for (at_a, at_b) in a.headings.iter().zip(&b.headings) {
         let mut heading = format!("{:.1}", at_a.heading_deg);
         for (in_a, in_b) in at_a.sets.iter().zip(&at_b.sets) {
-            let apart = if in_a.is_apart_from(in_b) { "apart" } else { "" };
+            let apart = if in_a.is_apart_from(in_b) {
+                "apart"
+            } else {
+                ""
+            };
             let ratio = format!("{:.2}", in_b.impulse50_n_s / in_a.impulse50_n_s);
             let found = [fifty_of(a, in_a), fifty_of(b, in_b), ratio, apart.into()];
             table.row(texts([std::mem::take(&mut heading), in_a.name.clone()]).chain(texts(found)));
         }
     }
-    let mut all = Table::new("", headings("over all headings", ["median", "least", "most", "apart"]));
-    for (i, set) in a.headings.iter().take(1).flat_map(|heading| &heading.sets).enumerate() {
-        let both = || a.headings.iter().zip(&b.headings).map(|(in_a, in_b)| (&in_a.sets[i], &in_b.sets[i]));
-        let mut ratios: Vec<f64> = both().map(|(in_a, in_b)| in_b.impulse50_n_s / in_a.impulse50_n_s).collect();
+    let mut all = Table::new(
+        "",
+        headings("over all headings", ["median", "least", "most", "apart"]),
+    );
+    for (i, set) in a
+        .headings
+        .iter()
+        .take(1)
+        .flat_map(|heading| &heading.sets)
+        .enumerate()
+    {
+        let both = || {
+            a.headings
+                .iter()
+                .zip(&b.headings)
+                .map(|(in_a, in_b)| (&in_a.sets[i], &in_b.sets[i]))
+        };
+        let mut ratios: Vec<f64> = both()
+            .map(|(in_a, in_b)| in_b.impulse50_n_s / in_a.impulse50_n_s)
+            .collect();
         ratios.sort_by(f64::total_cmp);
         let (least, most) = (ratios[0], ratios[ratios.len() - 1]);
-        let apart = both().filter(|(in_a, in_b)| in_a.is_apart_from(in_b)).count();
+        let apart = both()
+            .filter(|(in_a, in_b)| in_a.is_apart_from(in_b))
+            .count();
         let apart = format!("at {apart} of {}", ratios.len());
-        let found = [median(ratios).unwrap_or(f64::NAN), least, most].map(|ratio| format!("{ratio:.2}"));
-        all.row([cell(&set.name)].into_iter().chain(texts(found)).chain([cell(apart)]));
+        let found =
+            [median(ratios).unwrap_or(f64::NAN), least, most].map(|ratio| format!("{ratio:.2}"));
+        all.row(
+            [cell(&set.name)]
+                .into_iter()
+                .chain(texts(found))
+                .chain([cell(apart)]),
+        );
     }
     let about = format!(
         "Each impulse is the one from which the controller recovers in half of the trials, with its 95 % interval. `ratio` is \
@@ -296,9 +461,14 @@ pub mod tests {
             failed: 0,
         };
         let nominal = campaign("nominal", &[]);
-        let yardstick = PendulumBounds::new(&standfast_robots::load("ut-mu2").unwrap(), &nominal).unwrap();
+        let yardstick =
+            PendulumBounds::new(&standfast_robots::load("ut-mu2").unwrap(), &nominal).unwrap();
         let heading = |(heading_deg, of_sets): (f64, [f64; 2])| Heading {
-            sets: ["hold", "paper:stepping.x=2"].into_iter().zip(of_sets).map(set).collect(),
+            sets: ["hold", "paper:stepping.x=2"]
+                .into_iter()
+                .zip(of_sets)
+                .map(set)
+                .collect(),
             ..yardstick.heading(heading_deg)
         };
         Limits {
@@ -314,7 +484,11 @@ pub mod tests {
             sector_deg: 11.25,
             random: false,
             episodes: 40,
-            headings: [0.0, 180.0].into_iter().zip(impulses_n_s).map(heading).collect(),
+            headings: [0.0, 180.0]
+                .into_iter()
+                .zip(impulses_n_s)
+                .map(heading)
+                .collect(),
             yardstick,
         }
     }
@@ -322,8 +496,17 @@ pub mod tests {
     /// The map of the first controller forward has four pushes. With a limit of 2.5 N s, the second one is a hole.
     pub fn with_hole() -> Limits {
         let mut limits = limits("MuJoCo 3.17.0", [[2.5, 5.0], [2.5, 9.5]]);
-        let pushes = [(0.8, Outcome::Recovered), (1.6, Outcome::Fell), (2.4, Outcome::Recovered), (3.2, Outcome::Fell)];
-        let tried = |(impulse_n_s, outcome)| MapPoint { impulse_n_s, trial: 100_002, outcome };
+        let pushes = [
+            (0.8, Outcome::Recovered),
+            (1.6, Outcome::Fell),
+            (2.4, Outcome::Recovered),
+            (3.2, Outcome::Fell),
+        ];
+        let tried = |(impulse_n_s, outcome)| MapPoint {
+            impulse_n_s,
+            trial: 100_002,
+            outcome,
+        };
         limits.headings[0].sets[0].map = pushes.map(tried).to_vec();
         limits
     }
@@ -357,23 +540,49 @@ pub mod tests {
             assert!(told.lines().any(is_row), "{row:?} is not in\n{told}");
         }
         let words = told.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(words.contains("80 episodes were run.") && words.contains("*: the interval is wider than +-0.1 N s, "));
+        assert!(
+            words.contains("80 episodes were run.")
+                && words.contains("*: the interval is wider than +-0.1 N s, ")
+        );
         let mut weak = a.clone();
         weak.headings[0].limited_by = "ankle torque";
         let alone = text(&[a], "");
-        assert!(alone.contains("\nunit:     1 sole impulse = 2.16 N s, dv = 0.27 m/s = 0.16 sqrt(g h)\n"), "{alone}");
-        assert!(alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"), "{alone}");
+        assert!(
+            alone.contains(
+                "\nunit:     1 sole impulse = 2.16 N s, dv = 0.27 m/s = 0.16 sqrt(g h)\n"
+            ),
+            "{alone}"
+        );
+        assert!(
+            alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"),
+            "{alone}"
+        );
         let early = "hole: paper:stepping.x=2 about 0.0 degrees is safe only up to 2.40 N s. It loses\n      \
                      2.51 N s at 359.2 degrees, where its limit is 5.00 N s; to see that:\n  standfast push --campaign nominal --seed 1 --limit-trial 202500 --controller paper:stepping.x=2 \\\n  \
                      --impulse 2.5125 --heading 359.25 --start 0.501\n";
-        assert!(alone.contains(early) && !alone.contains("hole: hold"), "{alone}");
+        assert!(
+            alone.contains(early) && !alone.contains("hole: hold"),
+            "{alone}"
+        );
         let weak = text(&[weak], "");
-        assert!(weak.contains("t  hold") && weak.contains("t: the torque of the ankles"), "{weak}");
-        assert!(!alone.contains("t  hold") && !alone.contains("t: the torque"), "{alone}");
+        assert!(
+            weak.contains("t  hold") && weak.contains("t: the torque of the ankles"),
+            "{weak}"
+        );
+        assert!(
+            !alone.contains("t  hold") && !alone.contains("t: the torque"),
+            "{alone}"
+        );
         // A command may be longer, and a table with a long name.
-        let alone: Vec<&str> = alone.lines().filter(|line| !line.starts_with("  standfast push")).collect();
+        let alone: Vec<&str> = alone
+            .lines()
+            .filter(|line| !line.starts_with("  standfast push"))
+            .collect();
         for (text, most) in [(told, 80), (alone.join("\n"), 86)] {
-            assert!(text.lines().all(|line| line.chars().count() <= most), "{text}");
+            assert!(
+                text.lines().all(|line| line.chars().count() <= most),
+                "{text}"
+            );
         }
     }
 }

@@ -11,7 +11,11 @@ use std::fmt::Write;
 
 /// Names of the joints, in the order of joint angles.
 pub fn joint_names(robot: &Robot) -> Vec<&str> {
-    robot.joints.iter().map(|joint| joint.name.as_str()).collect()
+    robot
+        .joints
+        .iter()
+        .map(|joint| joint.name.as_str())
+        .collect()
 }
 
 /// Kinematics at joint angles `q` (rad), with the base at the origin, unrotated.
@@ -27,12 +31,19 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
     let kinematics = at(robot, q);
     let mut jacobian = Matrix3xX::zeros(6 + robot.joints.len());
     kinematics.com_jacobian(robot, &mut jacobian);
-    let rows: Vec<Vec<f64>> = jacobian.row_iter().map(|row| row.iter().copied().collect()).collect();
+    let rows: Vec<Vec<f64>> = jacobian
+        .row_iter()
+        .map(|row| row.iter().copied().collect())
+        .collect();
     let mut links = Map::new();
     for (i, frame) in robot.frames.iter().enumerate() {
         let pose = kinematics.frame_pose(robot, i);
         // A rotation has two quaternions; the one with w >= 0 is taken.
-        let turn = if pose.rotation.w < 0.0 { -pose.rotation.into_inner() } else { pose.rotation.into_inner() };
+        let turn = if pose.rotation.w < 0.0 {
+            -pose.rotation.into_inner()
+        } else {
+            pose.rotation.into_inner()
+        };
         links.insert(
             frame.name.clone(),
             json!({
@@ -42,7 +53,12 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
         );
     }
     let by_joint = |value: &dyn Fn(usize) -> Value| -> Map<String, Value> {
-        robot.joints.iter().enumerate().map(|(i, joint)| (joint.name.clone(), value(i))).collect()
+        robot
+            .joints
+            .iter()
+            .enumerate()
+            .map(|(i, joint)| (joint.name.clone(), value(i)))
+            .collect()
     };
     let sole = |foot: Foot| {
         let sole = &robot.soles[foot];
@@ -54,7 +70,11 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
         })
     };
     let pairs = Pairs::new(robot);
-    let touching: Vec<_> = pairs.touching_at_home.iter().map(|pair| pair.map(|link| &robot.links[link].name)).collect();
+    let touching: Vec<_> = pairs
+        .touching_at_home
+        .iter()
+        .map(|pair| pair.map(|link| &robot.links[link].name))
+        .collect();
     json!({
         "name": robot.name,
         "mass_kg": robot.mass(),
@@ -96,7 +116,12 @@ pub fn description(robot: &Robot) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
     let mut line = |s: String| _ = writeln!(text, "{s}");
-    line(format!("{}: {} joints, {:.6} kg", robot.name, robot.joints.len(), robot.mass()));
+    line(format!(
+        "{}: {} joints, {:.6} kg",
+        robot.name,
+        robot.joints.len(),
+        robot.mass()
+    ));
     let mut told = |mark: &str, what: String| line(wrapped(mark, &what).trim_end().into());
     told(
         "home     ",
@@ -108,7 +133,13 @@ pub fn description(robot: &Robot) -> String {
             robot.omega()
         ),
     );
-    told("trunk    ", format!("{} (it carries the IMU, and pushes act on it)", robot.links[robot.trunk].name));
+    told(
+        "trunk    ",
+        format!(
+            "{} (it carries the IMU, and pushes act on it)",
+            robot.links[robot.trunk].name
+        ),
+    );
     for foot in Foot::BOTH {
         let sole = &robot.soles[foot];
         let center = kinematics.sole_pose(robot, foot).translation;
@@ -127,11 +158,17 @@ pub fn description(robot: &Robot) -> String {
     }
     if let Some((joint, share)) = robot.hardest_on_one_leg() {
         let (name, percent) = (&robot.joints[joint].name, 100.0 * share);
-        told("one leg  ", format!("carries the robot with {percent:.0} % of the torque of {name}"));
+        told(
+            "one leg  ",
+            format!("carries the robot with {percent:.0} % of the torque of {name}"),
+        );
     }
     let noise = &robot.noise;
     told("ground   ", format!("friction {}", robot.friction));
-    told("delay    ", format!("{} ms from sensing to torque", 1e3 * robot.delay_s));
+    told(
+        "delay    ",
+        format!("{} ms from sensing to torque", 1e3 * robot.delay_s),
+    );
     told(
         "noise    ",
         format!(
@@ -157,13 +194,20 @@ pub fn description(robot: &Robot) -> String {
     reach_text(robot, &mut told);
     line("\nTree of links: mass of each moving link, and in brackets what is fixed to it".into());
     tree_text(robot, 0, 1, &mut line);
-    line(format!("\n{}\n{}", joint_table(robot), servo_table(robot).trim_end()));
-    for (heading, sentences) in
-        [("Changed or left out on reading", &robot.notes), ("Assumed, because it is not published", &robot.assumptions)]
-    {
+    line(format!(
+        "\n{}\n{}",
+        joint_table(robot),
+        servo_table(robot).trim_end()
+    ));
+    for (heading, sentences) in [
+        ("Changed or left out on reading", &robot.notes),
+        ("Assumed, because it is not published", &robot.assumptions),
+    ] {
         if !sentences.is_empty() {
             line(format!("\n{heading}"));
-            sentences.iter().for_each(|sentence| line(wrapped("  - ", sentence).trim_end().into()));
+            sentences
+                .iter()
+                .for_each(|sentence| line(wrapped("  - ", sentence).trim_end().into()));
         }
     }
     text
@@ -186,13 +230,18 @@ fn reach_text(robot: &Robot, told: &mut impl FnMut(&str, String)) {
         };
         let [x0, x1, y0, y1] = [x0, x1, y0, y1].map(mm);
         let (name, time_s) = (&region.name, region.swing_time_s);
-        told("         ", format!("{name}: x {x0} to {x1} mm, y {y0} to {y1} mm, in {time_s} s{around};"));
+        told(
+            "         ",
+            format!("{name}: x {x0} to {x1} mm, y {y0} to {y1} mm, in {time_s} s{around};"),
+        );
         let needs = match least_swing_time_s(robot, region) {
             Some(least_s) if least_s <= time_s => {
                 format!("the motors of a leg need {least_s:.3} s for its farthest corner")
             }
             Some(least_s) => {
-                format!("WARNING: less than the {least_s:.3} s that the motors of a leg need for its farthest corner")
+                format!(
+                    "WARNING: less than the {least_s:.3} s that the motors of a leg need for its farthest corner"
+                )
             }
             None => "WARNING: the legs do not reach all of it".into(),
         };
@@ -209,11 +258,24 @@ fn tree_text(robot: &Robot, link: usize, depth: usize, line: &mut impl FnMut(Str
         .filter(|frame| frame.link == link && frame.name != body.name)
         .map(|frame| frame.name.as_str())
         .collect();
-    let fixed = if fixed.is_empty() { String::new() } else { format!(" [{}]", fixed.join(", ")) };
-    let by = link.checked_sub(1).map(|j| robot.joints[j].name.as_str()).filter(|name| *name != body.name);
-    let by = by.map(|name| format!(" (joint {name})")).unwrap_or_default();
+    let fixed = if fixed.is_empty() {
+        String::new()
+    } else {
+        format!(" [{}]", fixed.join(", "))
+    };
+    let by = link
+        .checked_sub(1)
+        .map(|j| robot.joints[j].name.as_str())
+        .filter(|name| *name != body.name);
+    let by = by
+        .map(|name| format!(" (joint {name})"))
+        .unwrap_or_default();
     let mark = format!("{:indent$}{} ", "", body.name, indent = 2 * depth);
-    line(wrapped(&mark, &format!("{:.6} kg{fixed}{by}", body.mass_kg)).trim_end().into());
+    line(
+        wrapped(&mark, &format!("{:.6} kg{fixed}{by}", body.mass_kg))
+            .trim_end()
+            .into(),
+    );
     for (j, joint) in robot.joints.iter().enumerate() {
         if joint.parent == link {
             tree_text(robot, j + 1, depth + 1, line);
@@ -222,10 +284,18 @@ fn tree_text(robot: &Robot, link: usize, depth: usize, line: &mut impl FnMut(Str
 }
 
 fn joint_table(robot: &Robot) -> String {
-    let mut joints = Table::new("", headings("joint", ["axis", "limits [deg]", "limits [rad]"]));
+    let mut joints = Table::new(
+        "",
+        headings("joint", ["axis", "limits [deg]", "limits [rad]"]),
+    );
     for joint in &robot.joints {
-        let axis = [joint.axis.x, joint.axis.y, joint.axis.z].map(short).join(" ");
-        let limits = [range(joint, 1, f64::to_degrees), range(joint, 4, std::convert::identity)];
+        let axis = [joint.axis.x, joint.axis.y, joint.axis.z]
+            .map(short)
+            .join(" ");
+        let limits = [
+            range(joint, 1, f64::to_degrees),
+            range(joint, 4, std::convert::identity),
+        ];
         joints.row(texts([joint.name.clone(), axis]).chain(texts(limits)));
     }
     joints.text()
@@ -234,7 +304,9 @@ fn joint_table(robot: &Robot) -> String {
 /// The limits of a joint, converted and with `decimals` decimals.
 fn range(joint: &Joint, decimals: usize, convert: impl Fn(f64) -> f64) -> String {
     match [joint.lower_rad, joint.upper_rad].map(convert) {
-        [lower, upper] if lower.is_finite() && upper.is_finite() => format!("{lower:.decimals$} to {upper:.decimals$}"),
+        [lower, upper] if lower.is_finite() && upper.is_finite() => {
+            format!("{lower:.decimals$} to {upper:.decimals$}")
+        }
         _ => "none".into(),
     }
 }
@@ -251,10 +323,20 @@ fn servo_table(robot: &Robot) -> String {
          full and at which there is none in rad/s, and the inertia of the rotor in kg m^2.",
     );
     for ((joint, servo), home_rad) in robot.joints.iter().zip(&robot.servos).zip(&robot.home_rad) {
-        let numbers = [servo.kp, servo.kd, servo.torque_n_m, servo.full_torque_speed_rad_s];
-        let more = [servo.no_torque_speed_rad_s, servo.rotor_inertia_kg_m2].map(|number| number.to_string());
+        let numbers = [
+            servo.kp,
+            servo.kd,
+            servo.torque_n_m,
+            servo.full_torque_speed_rad_s,
+        ];
+        let more = [servo.no_torque_speed_rad_s, servo.rotor_inertia_kg_m2]
+            .map(|number| number.to_string());
         let names = texts([joint.name.clone(), format!("{home_rad:.4}")]);
-        servos.row(names.chain(texts(numbers.map(|number| number.to_string()))).chain(texts(more)));
+        servos.row(
+            names
+                .chain(texts(numbers.map(|number| number.to_string())))
+                .chain(texts(more)),
+        );
     }
     servos.text()
 }
@@ -263,14 +345,28 @@ fn servo_table(robot: &Robot) -> String {
 pub fn links(robot: &Robot, q: &[f64]) -> String {
     let kinematics = at(robot, q);
     let com = kinematics.com();
-    let mut text = String::from("\nPositions at the given angles, with the base at the origin [m]\n");
-    let width = robot.frames.iter().map(|f| f.name.len()).max().unwrap_or(0).max(3);
+    let mut text =
+        String::from("\nPositions at the given angles, with the base at the origin [m]\n");
+    let width = robot
+        .frames
+        .iter()
+        .map(|f| f.name.len())
+        .max()
+        .unwrap_or(0)
+        .max(3);
     let mut line = |name: &str, p: [f64; 3]| {
-        _ = writeln!(text, "  {name:width$} {:+.6} {:+.6} {:+.6}", p[0], p[1], p[2]);
+        _ = writeln!(
+            text,
+            "  {name:width$} {:+.6} {:+.6} {:+.6}",
+            p[0], p[1], p[2]
+        );
     };
     line("COM", com.coords.into());
     for (i, frame) in robot.frames.iter().enumerate() {
-        line(&frame.name, kinematics.frame_pose(robot, i).translation.vector.into());
+        line(
+            &frame.name,
+            kinematics.frame_pose(robot, i).translation.vector.into(),
+        );
     }
     for (joint, &angle) in robot.joints.iter().zip(q) {
         if !(joint.lower_rad..=joint.upper_rad).contains(&angle) {

@@ -13,7 +13,8 @@ pub fn sentence(so_far: &SoFar) -> String {
         return String::new();
     }
     let rate = |(name, count): &&(String, SuccessCount)| {
-        let [rate, least, most] = [count.success_rate, count.ci95[0], count.ci95[1]].map(|share| 100.0 * share);
+        let [rate, least, most] =
+            [count.success_rate, count.ci95[0], count.ci95[1]].map(|share| 100.0 * share);
         format!("{name} {rate:.0} % ({least:.0}-{most:.0})")
     };
     let mut by_rate: Vec<_> = so_far.sets.iter().collect();
@@ -22,13 +23,21 @@ pub fn sentence(so_far: &SoFar) -> String {
     if so_far.sets.len() > NAMED {
         sets.push(format!("{} more less often", so_far.sets.len() - NAMED));
     }
-    let decided = so_far.pairs.iter().filter(|pair| pair.verdict != PairVerdict::Open).count();
+    let decided = so_far
+        .pairs
+        .iter()
+        .filter(|pair| pair.verdict != PairVerdict::Open)
+        .count();
     let told = match (so_far.pairs.len(), decided) {
         (0, _) => String::new(),
         (_, 0) => "; no two can be told apart yet".into(),
         (pairs, decided) => format!("; {decided} of {pairs} pairs can be told apart"),
     };
-    format!("after {} trials, not final: {}{told}", so_far.trials, sets.join(", "))
+    format!(
+        "after {} trials, not final: {}{told}",
+        so_far.trials,
+        sets.join(", ")
+    )
 }
 
 #[cfg(test)]
@@ -41,7 +50,10 @@ mod tests {
     #[test]
     fn the_sets_that_recover_most_are_named_and_pairs_are_counted() {
         let text = sentence(&so_far(4, 600, |set| NAMES[set].into()));
-        assert!(text.starts_with("after 600 trials, not final: catch 80 % ("), "{text}");
+        assert!(
+            text.starts_with("after 600 trials, not final: catch 80 % ("),
+            "{text}"
+        );
         assert!(text.ends_with("; 4 of 6 pairs can be told apart"), "{text}");
         assert_eq!(sentence(&so_far(2, 0, |set| NAMES[set].into())), "");
         let few = sentence(&so_far(2, 6, |set| NAMES[set].into()));

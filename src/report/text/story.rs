@@ -5,7 +5,9 @@ use crate::text::thresholds;
 use crate::with_fields_of;
 use serde_json::{Value, json};
 use standfast_core::robot::{PreparedController, Robot, Units};
-use standfast_sim::episode::{AT_LIMIT, EpisodeConfig, Footstep, Lifted, Membership, Outcome, Record, Tick};
+use standfast_sim::episode::{
+    AT_LIMIT, EpisodeConfig, Footstep, Lifted, Membership, Outcome, Record, Tick,
+};
 use standfast_sim::{Engine, Profile, Push, Variation};
 
 /// Collects from an episode the data that the story needs beyond the record.
@@ -46,17 +48,26 @@ impl Witness {
 /// The story on one line, for the title of a picture.
 pub fn headline(pushes: &[Push], controller: &str, record: &Record) -> String {
     let outcome = outcome(record);
-    let came: Vec<String> = pushes.iter().filter(|push| came(push, record)).map(how_hard).collect();
+    let came: Vec<String> = pushes
+        .iter()
+        .filter(|push| came(push, record))
+        .map(how_hard)
+        .collect();
     match &came[..] {
         [] => format!("controller {controller}: {outcome}, before any push"),
-        _ => format!("{}, controller {controller}: {outcome}", came.join(", then ")),
+        _ => format!(
+            "{}, controller {controller}: {outcome}",
+            came.join(", then ")
+        ),
     }
 }
 
 /// The outcome with its time.
 pub fn outcome(record: &Record) -> String {
     match record.outcome {
-        Outcome::Recovered if let Some(at) = record.settled_at_s => format!("recovered, still from {at:.2} s"),
+        Outcome::Recovered if let Some(at) = record.settled_at_s => {
+            format!("recovered, still from {at:.2} s")
+        }
         Outcome::Fell => format!("fell at {:.2} s", record.fell_at_s.unwrap_or(record.end_s)),
         outcome => outcome.name().into(),
     }
@@ -64,12 +75,18 @@ pub fn outcome(record: &Record) -> String {
 
 /// Impulse and heading of a push, rounded.
 fn how_hard(push: &Push) -> String {
-    format!("{} N s towards {} degrees", short(push.impulse_n_s, 2), short(push.heading_deg, 1))
+    format!(
+        "{} N s towards {} degrees",
+        short(push.impulse_n_s, 2),
+        short(push.heading_deg, 1)
+    )
 }
 
 /// Whether a push came before the fall.
 fn came(push: &Push, record: &Record) -> bool {
-    record.fell_at_s.is_none_or(|fell_at_s| push.start_s < fell_at_s)
+    record
+        .fell_at_s
+        .is_none_or(|fell_at_s| push.start_s < fell_at_s)
 }
 
 /// Rounds a value to some decimals, since the drawn numbers of a campaign have sixteen.
@@ -86,7 +103,9 @@ pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String>
     let round = |m: f64| (1000.0 * m).round() + 0.0;
     let mm = |p: &[f64]| format!("({}, {})", round(p[0]), round(p[1]));
     let reason = |error: &Option<[f64; 2]>| {
-        error.map_or(String::new(), |error| format!(" for a ZMP error of {} mm", mm(&error)))
+        error.map_or(String::new(), |error| {
+            format!(" for a ZMP error of {} mm", mm(&error))
+        })
     };
     let mut lines: Vec<String> = taken
         .iter()
@@ -104,9 +123,20 @@ pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String>
             )
         })
         .collect();
-    lines.extend(unfinished.map(|Lifted { foot, lift_s, zmp_error_m, .. }| {
-        format!("{} foot: lifted at t = {lift_s:.3} s{}, and did not land", foot.name(), reason(zmp_error_m))
-    }));
+    lines.extend(unfinished.map(
+        |Lifted {
+             foot,
+             lift_s,
+             zmp_error_m,
+             ..
+         }| {
+            format!(
+                "{} foot: lifted at t = {lift_s:.3} s{}, and did not land",
+                foot.name(),
+                reason(zmp_error_m)
+            )
+        },
+    ));
     lines
 }
 
@@ -126,7 +156,11 @@ impl EpisodeReport<'_> {
     pub fn headline(&self) -> String {
         let line = headline(&self.pushes, &self.factory.name, &self.record);
         let engine = self.config.engine;
-        if engine == Engine::default() { line } else { format!("{line}, in {}", engine.title()) }
+        if engine == Engine::default() {
+            line
+        } else {
+            format!("{line}, in {}", engine.title())
+        }
     }
 
     pub fn as_json(&self) -> Value {
@@ -144,7 +178,9 @@ impl EpisodeReport<'_> {
             head["second_push"] = json!(second);
         }
         let varied = self.variation.varied().into_iter();
-        head["variation"] = varied.map(|(name, value)| (name.to_string(), json!(value))).collect();
+        head["variation"] = varied
+            .map(|(name, value)| (name.to_string(), json!(value)))
+            .collect();
         let mut told = with_fields_of(head, &self.record);
         told["footsteps"] = json!(self.record.footsteps.taken);
         told["unfinished_footstep"] = json!(self.record.footsteps.lifted);
@@ -174,17 +210,31 @@ impl EpisodeReport<'_> {
                 Profile::Rectangular => String::new(),
                 other => format!(", {}", other.name()),
             };
-            let late = if came(push, record) { "" } else { "; the robot had fallen by then" };
+            let late = if came(push, record) {
+                ""
+            } else {
+                "; the robot had fallen by then"
+            };
             let dv = velocity_change(&self.units, push.impulse_n_s);
             line(
                 "push",
-                format!("{} ({dv}) for {duration_s} s from t = {start_s} s, {at}{course}{late}", how_hard(push)),
+                format!(
+                    "{} ({dv}) for {duration_s} s from t = {start_s} s, {at}{course}{late}",
+                    how_hard(push)
+                ),
             );
         }
         let horizon_s = short(self.config.horizon_s, 2);
-        line("horizon", format!("{horizon_s} s: the episode ends then if it is not decided before"));
-        let varied: Vec<String> =
-            self.variation.varied().iter().map(|(name, value)| format!("{name} {}", short(*value, 4))).collect();
+        line(
+            "horizon",
+            format!("{horizon_s} s: the episode ends then if it is not decided before"),
+        );
+        let varied: Vec<String> = self
+            .variation
+            .varied()
+            .iter()
+            .map(|(name, value)| format!("{name} {}", short(*value, 4)))
+            .collect();
         if !varied.is_empty() {
             line("varied", varied.join(", "));
         }
@@ -195,7 +245,12 @@ impl EpisodeReport<'_> {
         line("outcome", self.outcome());
         if let Some(at) = record.home_at_s {
             let mm = short(1000.0 * self.config.judge.home_radius_m, 1);
-            line("home", format!("from t = {at:.3} s on the COM is within {mm} mm of the middle of the soles"));
+            line(
+                "home",
+                format!(
+                    "from t = {at:.3} s on the COM is within {mm} mm of the middle of the soles"
+                ),
+            );
         }
         if let Some(told) = self.sets() {
             line("sets", told);
@@ -205,11 +260,17 @@ impl EpisodeReport<'_> {
         }
         match (record.outcome, self.witness.dcm_outside_since_s) {
             (Outcome::Fell, Some(at)) => {
-                line("DCM", format!("com + com_vel / omega left the support for good at t = {at:.3} s"));
+                line(
+                    "DCM",
+                    format!("com + com_vel / omega left the support for good at t = {at:.3} s"),
+                );
             }
             _ if record.peak_dcm_outside_m > 0.0 => {
                 let mm = 1000.0 * record.peak_dcm_outside_m;
-                line("DCM", format!("com + com_vel / omega was up to {mm:.1} mm outside of the support"));
+                line(
+                    "DCM",
+                    format!("com + com_vel / omega was up to {mm:.1} mm outside of the support"),
+                );
             }
             _ => {}
         }
@@ -221,9 +282,15 @@ impl EpisodeReport<'_> {
         }
         line(
             "peaks",
-            format!("tilt {:.1} degrees, joint speed {:.1} rad/s", record.peak_tilt_deg, record.peak_joint_speed_rad_s),
+            format!(
+                "tilt {:.1} degrees, joint speed {:.1} rad/s",
+                record.peak_tilt_deg, record.peak_joint_speed_rad_s
+            ),
         );
-        if let (Some(switches), true) = (record.totals.get("gain_switches"), factory.regions.len() > 1) {
+        if let (Some(switches), true) = (
+            record.totals.get("gain_switches"),
+            factory.regions.len() > 1,
+        ) {
             let told = match switches as u64 {
                 0 => "none: the fastest gain acted all the time".into(),
                 1 => "the controller switched or restarted its gain once".into(),
@@ -236,7 +303,13 @@ impl EpisodeReport<'_> {
 
     /// The outcome in a sentence.
     fn outcome(&self) -> String {
-        let Record { end_s, settled_at_s, fell_at_s, fall_cause, .. } = &self.record;
+        let Record {
+            end_s,
+            settled_at_s,
+            fell_at_s,
+            fall_cause,
+            ..
+        } = &self.record;
         match self.record.outcome {
             Outcome::Recovered => {
                 let since_s = settled_at_s.unwrap_or(*end_s);
@@ -252,19 +325,30 @@ impl EpisodeReport<'_> {
                 format!("fell at t = {:.3} s: {cause}", fell_at_s.unwrap_or(*end_s))
             }
             Outcome::Diverged => {
-                format!("diverged at t = {end_s:.3} s: {}", fall_cause.as_deref().unwrap_or("cause unknown"))
+                format!(
+                    "diverged at t = {end_s:.3} s: {}",
+                    fall_cause.as_deref().unwrap_or("cause unknown")
+                )
             }
             Outcome::Failed => {
                 let cause = fall_cause.as_deref().unwrap_or("cause unknown");
                 format!("the controller failed at t = {end_s:.3} s: {cause}")
             }
-            Outcome::Survived => format!("survived: at t = {end_s:.3} s it had not fallen, but did not stand still"),
-            Outcome::TimedOut => format!("timed out: at t = {end_s:.3} s it had neither fallen nor come to a stand"),
+            Outcome::Survived => {
+                format!("survived: at t = {end_s:.3} s it had not fallen, but did not stand still")
+            }
+            Outcome::TimedOut => {
+                format!("timed out: at t = {end_s:.3} s it had neither fallen nor come to a stand")
+            }
         }
     }
 
     fn after_the_push(&self) -> &'static str {
-        if self.pushes.len() > 1 { "after the last push" } else { "after the push" }
+        if self.pushes.len() > 1 {
+            "after the last push"
+        } else {
+            "after the push"
+        }
     }
 
     /// The prediction of the CPI sets at the end of the push, and whether the robot did otherwise. None without gains,
@@ -276,28 +360,45 @@ impl EpisodeReport<'_> {
             1 => "the CPI set of the gain",
             _ => "the largest CPI set",
         };
-        let end = if self.pushes.len() > 1 { "at the end of the last push" } else { "at the end of the push" };
+        let end = if self.pushes.len() > 1 {
+            "at the end of the last push"
+        } else {
+            "at the end of the push"
+        };
         let left_at_s = record.totals.get("left_sets_at_s");
         let Some(side) = record.promise_margin.map(Membership::of_margin) else {
             return left_at_s.map(|at| format!("the state left {the_set} at t = {at:.3} s"));
         };
-        let margin = |m: Option<f64>| m.filter(|m| m.is_finite()).map_or("none".into(), |m| format!("{m:.2}"));
+        let margin = |m: Option<f64>| {
+            m.filter(|m| m.is_finite())
+                .map_or("none".into(), |m| format!("{m:.2}"))
+        };
         let [margin, margin_est] = [record.promise_margin, record.promise_margin_est].map(margin);
         let margins = format!("(margin {margin}; of the estimated state {margin_est})");
         let stepped = record.footsteps.has_begun();
         let recovered = record.outcome == Outcome::Recovered;
         Some(match side {
-            Membership::Empty => format!("{end} there was no CPI set, for there was nothing to stand on"),
+            Membership::Empty => {
+                format!("{end} there was no CPI set, for there was nothing to stand on")
+            }
             Membership::Inside => {
-                let yet = if recovered { "" } else { ", but the robot did not recover" };
-                format!("{end} the state was in {the_set} {margins}. By the pendulum model no footstep was needed{yet}")
+                let yet = if recovered {
+                    ""
+                } else {
+                    ", but the robot did not recover"
+                };
+                format!(
+                    "{end} the state was in {the_set} {margins}. By the pendulum model no footstep was needed{yet}"
+                )
             }
             Membership::Outside => {
                 let left = left_at_s.map(|at| format!(", which it left at t = {at:.3} s"));
                 let left = left.unwrap_or_default();
                 let yet = match (recovered, stepped) {
                     (true, false) => ", but the robot recovered without one",
-                    (false, false) if !self.factory.takes_footsteps => ", which this controller does not take",
+                    (false, false) if !self.factory.takes_footsteps => {
+                        ", which this controller does not take"
+                    }
                     _ => "",
                 };
                 format!(
@@ -313,7 +414,8 @@ impl EpisodeReport<'_> {
         let (ratio, joint) = &self.witness.most_torque;
         let percent = 100.0 * ratio;
         let Some((at, first)) = &self.witness.torque_limited else {
-            return (*ratio > 0.0).then(|| format!("at most {percent:.0} % of the limit, at {joint}"));
+            return (*ratio > 0.0)
+                .then(|| format!("at most {percent:.0} % of the limit, at {joint}"));
         };
         let limited = format!("{first} was the first joint at its limit, at t = {at:.3} s");
         Some(match percent.round() > 100.0 {
@@ -336,13 +438,29 @@ mod tests {
     fn story(gains: &str, impulse_n_s: f64, heading_deg: f64) -> [String; 2] {
         let robot = standfast_robots::load("ut-mu2").unwrap();
         let config = EpisodeConfig::of(&standfast_core::robot::Units::of(&robot));
-        let factory = standfast_controllers::load(gains).unwrap().prepare(&robot, config.control_period_s).unwrap();
-        let pushes = vec![Push { impulse_n_s, heading_deg, ..Push::default() }];
+        let factory = standfast_controllers::load(gains)
+            .unwrap()
+            .prepare(&robot, config.control_period_s)
+            .unwrap();
+        let pushes = vec![Push {
+            impulse_n_s,
+            heading_deg,
+            ..Push::default()
+        }];
         let mut witness = Witness::default();
-        let disturbance = Disturbance { pushes: pushes.clone(), ..Disturbance::default() };
-        let record =
-            run(&robot, &factory, &config, disturbance, Until::Decided, &mut |tick| witness.watch(&robot, tick))
-                .unwrap();
+        let disturbance = Disturbance {
+            pushes: pushes.clone(),
+            ..Disturbance::default()
+        };
+        let record = run(
+            &robot,
+            &factory,
+            &config,
+            disturbance,
+            Until::Decided,
+            &mut |tick| witness.watch(&robot, tick),
+        )
+        .unwrap();
         let told = EpisodeReport {
             factory: &factory,
             config: &config,
@@ -365,23 +483,44 @@ mod tests {
     fn stories_state_what_happened() {
         // The state is outside of its CPI set, and yet the robot recovers without a footstep.
         let [title, text] = story("catch", 3.000_123_456_789, 90.0);
-        assert!(title.starts_with("3 N s towards 90 degrees, controller catch: recovered"), "{title}");
+        assert!(
+            title.starts_with("3 N s towards 90 degrees, controller catch: recovered"),
+            "{title}"
+        );
         let text = read(&text);
         let begins = "push 3 N s towards 90 degrees (dv = 0.38 m/s = 0.22 sqrt(g h)) for 0.05 s from t = 0.5 s, level with the \
                       COM horizon 6 s: the episode ends then if it is not decided before controller catch";
         assert!(text.starts_with(begins), "{text}");
         assert!(
-            text.contains("By the pendulum model a footstep was needed, but the robot recovered without one"),
+            text.contains(
+                "By the pendulum model a footstep was needed, but the robot recovered without one"
+            ),
             "{text}"
         );
-        assert!(!text.contains("footstep left") && !text.contains("switches"), "{text}");
+        assert!(
+            !text.contains("footstep left") && !text.contains("switches"),
+            "{text}"
+        );
         // The state is inside of its CPI sets.
         let [_, text] = story("switching", 3.0, -135.0);
-        assert!(read(&text).contains("in the largest CPI set (margin 0.16; of the estimated state 0.20)"), "{text}");
-        assert!(read(&text).contains("switches the controller switched or restarted its gain 6 times"), "{text}");
+        assert!(
+            read(&text)
+                .contains("in the largest CPI set (margin 0.16; of the estimated state 0.20)"),
+            "{text}"
+        );
+        assert!(
+            read(&text).contains("switches the controller switched or restarted its gain 6 times"),
+            "{text}"
+        );
         // Without gains, the story mentions neither CPI sets nor switches.
         let [_, text] = story("hold", 3.0, 0.0);
-        assert!(!text.contains("\nsets") && !text.contains("\nswitches"), "{text}");
-        assert!(read(&text).contains("controller hold, which keeps its posture outcome fell at t = "), "{text}");
+        assert!(
+            !text.contains("\nsets") && !text.contains("\nswitches"),
+            "{text}"
+        );
+        assert!(
+            read(&text).contains("controller hold, which keeps its posture outcome fell at t = "),
+            "{text}"
+        );
     }
 }

@@ -17,7 +17,10 @@ pub fn cases(cases: &[CaseId]) -> String {
 
 /// A line on a generation: the advantage of its middle over the incumbent, on trials that did not choose the middle.
 pub fn generation(generation: &Generation, spread: f64, spent: u64) -> String {
-    let (middle, best) = (&generation.candidates[1].standing, &generation.candidates[generation.order[0]].standing);
+    let (middle, best) = (
+        &generation.candidates[1].standing,
+        &generation.candidates[generation.order[0]].standing,
+    );
     let points = |share: f64| signed(100.0 * share, 1);
     format!(
         "generation {:3}: {:3} trials, middle {:>5} points (+-{:.1}), best {:>5}, spread {:4.1} %, {spent} episodes",
@@ -36,13 +39,24 @@ pub fn ranges(task: &Task) -> String {
 }
 
 fn table(task: &Task, tuned: Option<&Tuned>) -> String {
-    let width = task.tunables.iter().map(|tunable| tunable.key.len()).max().unwrap_or(0).max(3);
+    let width = task
+        .tunables
+        .iter()
+        .map(|tunable| tunable.key.len())
+        .max()
+        .unwrap_or(0)
+        .max(3);
     let head = tuned.map_or("", |_| "   proposed   alone, points");
     let mut text = format!("  {:width$}        now{head}   range\n", "key");
     for (i, tunable) in task.tunables.iter().enumerate() {
-        let found = tuned.map_or(String::new(), |tuned| format!(" {:10}   {:>13}", tuned.proposed[i], alone(tuned, i)));
+        let found = tuned.map_or(String::new(), |tuned| {
+            format!(" {:10}   {:>13}", tuned.proposed[i], alone(tuned, i))
+        });
         let [from, to] = tunable.range;
-        text += &format!("  {:width$} {:10}{found}   {from} to {to}\n", tunable.key, tunable.now);
+        text += &format!(
+            "  {:width$} {:10}{found}   {from} to {to}\n",
+            tunable.key, tunable.now
+        );
     }
     text
 }
@@ -50,12 +64,21 @@ fn table(task: &Task, tuned: Option<&Tuned>) -> String {
 /// The gain in points by the proposed value of a number alone, with two standard errors.
 pub fn alone(tuned: &Tuned, number: usize) -> String {
     let effect = &tuned.effects[number];
-    format!("{} +-{:.1}", signed(100.0 * effect.alone, 1), 200.0 * effect.error)
+    format!(
+        "{} +-{:.1}",
+        signed(100.0 * effect.alone, 1),
+        200.0 * effect.error
+    )
 }
 
 /// The result.
 pub fn text(tuned: &Tuned) -> String {
-    let Tuned { task, generations, searched, .. } = tuned;
+    let Tuned {
+        task,
+        generations,
+        searched,
+        ..
+    } = tuned;
     let mut text = wrapped(
         "",
         &format!(
@@ -77,7 +100,12 @@ pub fn text(tuned: &Tuned) -> String {
 
 /// A sentence on the result of a final campaign.
 pub fn sentence(tuned: &Tuned, verdict: &CaseVerdict) -> String {
-    let rate = |count: u64| format!("{:.1} %", 100.0 * count as f64 / verdict.trials.max(1) as f64);
+    let rate = |count: u64| {
+        format!(
+            "{:.1} %",
+            100.0 * count as f64 / verdict.trials.max(1) as f64
+        )
+    };
     let [before, after] = verdict.recovered.map(rate);
     let [from, to] = verdict.ci95.map(|end| signed(100.0 * end, 1));
     format!(
@@ -101,7 +129,10 @@ pub fn judges(task: &Task) -> String {
         [] => String::new(),
         seeds => {
             let seeds: Vec<String> = seeds.iter().map(u64::to_string).collect();
-            format!(" What the controller comes from was judged by the pushes of other seeds: {}.", seeds.join(", "))
+            format!(
+                " What the controller comes from was judged by the pushes of other seeds: {}.",
+                seeds.join(", ")
+            )
         }
     };
     format!(
@@ -113,7 +144,10 @@ pub fn judges(task: &Task) -> String {
 /// The conclusion from all verdicts.
 pub fn conclusion(tuned: &Tuned) -> &'static str {
     let several = tuned.verdicts.len() > 1;
-    match (tuned.is_better, tuned.verdicts.iter().any(CaseVerdict::is_better)) {
+    match (
+        tuned.is_better,
+        tuned.verdicts.iter().any(CaseVerdict::is_better),
+    ) {
         (true, _) if several => "A better one was found, for all of them.",
         (true, _) => "A better one was found.",
         (false, true) => "No better one was found: it is not better for all of them.",
@@ -131,10 +165,17 @@ pub fn provenance(tuned: &Tuned) -> Vec<String> {
             task.controller,
             tuned.generations.len()
         ),
-        format!("{} episodes of campaign {}, seed {}.", tuned.searched, task.campaign, task.seed),
+        format!(
+            "{} episodes of campaign {}, seed {}.",
+            tuned.searched, task.campaign, task.seed
+        ),
     ];
     for verdict in &tuned.verdicts {
-        lines.extend(wrapped("", &sentence(tuned, verdict)).lines().map(String::from));
+        lines.extend(
+            wrapped("", &sentence(tuned, verdict))
+                .lines()
+                .map(String::from),
+        );
     }
     lines
 }

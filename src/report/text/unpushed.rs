@@ -35,7 +35,11 @@ impl Contract {
         for (i, (&now, &then)) in now.iter().zip(recorded).enumerate() {
             // A difference that is not finite counts as a difference.
             let apart = (now - then).abs();
-            self.largest = if apart > self.largest || apart.is_nan() { apart } else { self.largest };
+            self.largest = if apart > self.largest || apart.is_nan() {
+                apart
+            } else {
+                self.largest
+            };
             if (apart.is_nan() || apart > Self::SAME) && self.first_apart.is_none() {
                 self.first_apart = Some((line, i, [now, then]));
             }
@@ -43,9 +47,16 @@ impl Contract {
     }
 
     fn told(&self) -> String {
-        let Self { pairs, actions, largest, first_apart } = self;
+        let Self {
+            pairs,
+            actions,
+            largest,
+            first_apart,
+        } = self;
         match first_apart {
-            None => format!("{pairs} recorded actions of {actions} numbers are repeated, to {largest:.1e}"),
+            None => format!(
+                "{pairs} recorded actions of {actions} numbers are repeated, to {largest:.1e}"
+            ),
             Some((line, i, [now, then])) => format!(
                 "WARNING: recorded actions are not repeated: in line {line}, action {i} is {now:.4}, and {then:.4} was recorded. \
                  The network or the order of its terms is another one"
@@ -70,24 +81,61 @@ pub struct UnpushedCheck<'a> {
 impl UnpushedCheck<'_> {
     /// Whether the controller neither falls nor fails, and repeats its commands.
     pub fn is_good(&self) -> bool {
-        let is_kept = self.contract.as_ref().is_none_or(|contract| contract.first_apart.is_none());
+        let is_kept = self
+            .contract
+            .as_ref()
+            .is_none_or(|contract| contract.first_apart.is_none());
         !self.alone.is_lost() && self.again.is_none() && self.anew.is_none() && is_kept
     }
 
     pub fn text(&self) -> String {
-        let Self { robot, factory, config, alone, .. } = self;
-        let about = if factory.about.is_empty() { String::new() } else { format!(", {}", factory.about) };
+        let Self {
+            robot,
+            factory,
+            config,
+            alone,
+            ..
+        } = self;
+        let about = if factory.about.is_empty() {
+            String::new()
+        } else {
+            format!(", {}", factory.about)
+        };
         let period_ms = 1e3 * config.control_period_s;
         let told = [
             ("controller", format!("{}{about}", factory.name)),
-            ("robot", format!("{} with {} joints, a tick every {period_ms} ms", robot.name, robot.joints.len())),
+            (
+                "robot",
+                format!(
+                    "{} with {} joints, a tick every {period_ms} ms",
+                    robot.name,
+                    robot.joints.len()
+                ),
+            ),
             ("alone", self.alone()),
             ("again", self.repeats()),
-            ("time", format!("{:.3} ms a tick, with its simulation in {}", 1e3 * alone.tick_s, config.engine.title())),
+            (
+                "time",
+                format!(
+                    "{:.3} ms a tick, with its simulation in {}",
+                    1e3 * alone.tick_s,
+                    config.engine.title()
+                ),
+            ),
         ];
-        let contract = self.contract.iter().map(|contract| ("contract", contract.told()));
-        let told: String = told.into_iter().chain(contract).map(|(label, what)| entry(label, &what)).collect();
-        let tables = [self.observed(), self.first()].into_iter().flatten().map(|table| format!("\n{}", table.text()));
+        let contract = self
+            .contract
+            .iter()
+            .map(|contract| ("contract", contract.told()));
+        let told: String = told
+            .into_iter()
+            .chain(contract)
+            .map(|(label, what)| entry(label, &what))
+            .collect();
+        let tables = [self.observed(), self.first()]
+            .into_iter()
+            .flatten()
+            .map(|table| format!("\n{}", table.text()));
         told + &tables.collect::<String>()
     }
 
@@ -95,13 +143,27 @@ impl UnpushedCheck<'_> {
     fn observed(&self) -> Option<Table> {
         /// Largest number of values of a part that are shown.
         const SHOWN: usize = 6;
-        let mut table =
-            Table::new("The first observation", [words("observed"), number("numbers"), words("the first ones")])
-                .with_note("The first observation, in its order; standing upright, gravity is 0, 0, -1.");
+        let mut table = Table::new(
+            "The first observation",
+            [
+                words("observed"),
+                number("numbers"),
+                words("the first ones"),
+            ],
+        )
+        .with_note("The first observation, in its order; standing upright, gravity is 0, 0, -1.");
         for (name, numbers) in &self.alone.observed {
-            let shown: Vec<String> = numbers.iter().take(SHOWN).map(|value| signed(*value, 3)).collect();
+            let shown: Vec<String> = numbers
+                .iter()
+                .take(SHOWN)
+                .map(|value| signed(*value, 3))
+                .collect();
             let more = if numbers.len() > SHOWN { ", ..." } else { "" };
-            table.row(texts([name.clone(), numbers.len().to_string(), format!("{}{more}", shown.join(", "))]));
+            table.row(texts([
+                name.clone(),
+                numbers.len().to_string(),
+                format!("{}{more}", shown.join(", ")),
+            ]));
         }
         (!self.alone.observed.is_empty()).then_some(table)
     }
@@ -110,32 +172,51 @@ impl UnpushedCheck<'_> {
     fn first(&self) -> Option<Table> {
         let command = self.alone.first()?;
         let columns = ["angle [rad]", "reference [rad]", "torque [N m]", "kp", "kd"];
-        let mut table = Table::new("The first command", headings("joint", columns))
-            .with_note("The first command, in the order of the joints; kp in N m/rad, kd in N m s/rad.");
+        let mut table = Table::new("The first command", headings("joint", columns)).with_note(
+            "The first command, in the order of the joints; kp in N m/rad, kd in N m s/rad.",
+        );
         for (i, joint) in self.robot.joints.iter().enumerate() {
             let [kp, kd] = self.gains(i);
-            let numbers = [self.robot.home_rad[i], command.q_ref[i], command.tau_ff[i]].map(|x| signed(x, 4));
+            let numbers =
+                [self.robot.home_rad[i], command.q_ref[i], command.tau_ff[i]].map(|x| signed(x, 4));
             let [angle, reference, torque] = numbers;
-            table.row(texts([joint.name.clone(), angle, reference, torque, short(kp), short(kd)]));
+            table.row(texts([
+                joint.name.clone(),
+                angle,
+                reference,
+                torque,
+                short(kp),
+                short(kd),
+            ]));
         }
         Some(table)
     }
 
     fn gains(&self, joint: usize) -> [f64; 2] {
         let servo = &self.robot.servos[joint];
-        let stated = self.alone.first().and_then(|command| command.gains.as_ref());
+        let stated = self
+            .alone
+            .first()
+            .and_then(|command| command.gains.as_ref());
         stated.map_or([servo.kp, servo.kd], |gains| gains[joint])
     }
 
     fn alone(&self) -> String {
         let (record, left) = (&self.alone.record, self.alone.leaver(self.robot));
-        let tilt = format!("its trunk tilts by {:.1} degrees at most", record.peak_tilt_deg);
+        let tilt = format!(
+            "its trunk tilts by {:.1} degrees at most",
+            record.peak_tilt_deg
+        );
         match record.outcome {
-            Outcome::Recovered => format!("it stands still after {:.2} s; {tilt}{left}", record.end_s),
+            Outcome::Recovered => {
+                format!("it stands still after {:.2} s; {tilt}{left}", record.end_s)
+            }
             Outcome::TimedOut | Outcome::Survived => format!(
                 "it does not fall in {:.2} s; {tilt}. It does not stand still either: its COM moves at up to {:.3} \
                  m/s in the second half, and {:.3} m/s is still. Its trials count with `--judge survived` alone{left}",
-                record.end_s, self.alone.late_com_speed_m_s, self.config.judge.standing_com_speed_m_s
+                record.end_s,
+                self.alone.late_com_speed_m_s,
+                self.config.judge.standing_com_speed_m_s
             ),
             Outcome::Fell | Outcome::Diverged | Outcome::Failed => {
                 format!("WARNING: it {}", self.alone.how_lost(self.robot))
@@ -158,7 +239,13 @@ impl UnpushedCheck<'_> {
     }
 
     pub fn json(&self) -> Value {
-        let Self { robot, factory, config, alone, .. } = self;
+        let Self {
+            robot,
+            factory,
+            config,
+            alone,
+            ..
+        } = self;
         let record = &alone.record;
         let joint = |(i, joint): (usize, &standfast_core::robot::Joint)| {
             let command = alone.first()?;
@@ -168,7 +255,9 @@ impl UnpushedCheck<'_> {
                 "dq_ref_rad_s": command.dq_ref[i], "tau_ff_n_m": command.tau_ff[i], "kp": kp, "kd": kd,
             }))
         };
-        let differs = |found: Option<(f64, &str)>| found.map(|(at_s, what)| json!({ "at_s": at_s, "what": what }));
+        let differs = |found: Option<(f64, &str)>| {
+            found.map(|(at_s, what)| json!({ "at_s": at_s, "what": what }))
+        };
         json!({
             "controller": factory.name,
             "robot": robot.name,

@@ -21,11 +21,17 @@ impl Hulls {
             let hull = |solid: &standfast_core::robot::Solid| {
                 let points: Vec<_> = solid.points().collect();
                 let (center, radius_m) = solid.shape.ball();
-                Hull { points, center: solid.pose * center, radius_m }
+                Hull {
+                    points,
+                    center: solid.pose * center,
+                    radius_m,
+                }
             };
             link.collisions.iter().map(hull).collect()
         };
-        Self { links: robot.links.iter().map(hulls).collect() }
+        Self {
+            links: robot.links.iter().map(hulls).collect(),
+        }
     }
 
     /// The gap between two links (m), or `enough_m` if it is larger.
@@ -36,7 +42,8 @@ impl Hulls {
         let mut least = enough_m;
         for one in &self.links[a] {
             for other in &self.links[b] {
-                let apart = (one.center - between * other.center).norm() - one.radius_m - other.radius_m;
+                let apart =
+                    (one.center - between * other.center).norm() - one.radius_m - other.radius_m;
                 if apart < least {
                     let moved: Vec<_> = other.points.iter().map(|point| between * point).collect();
                     least = least.min(gap_m(&one.points, &moved));

@@ -27,9 +27,13 @@ mod tests {
 
     #[test]
     fn numbers_are_as_short_as_they_are_read() {
-        for (value, digits, text) in
-            [(80.183, 3, "80.2"), (0.000512, 2, "0.00051"), (1716.4, 3, "1720"), (-0.25799, 3, "-0.258"), (0.0, 3, "0")]
-        {
+        for (value, digits, text) in [
+            (80.183, 3, "80.2"),
+            (0.000512, 2, "0.00051"),
+            (1716.4, 3, "1720"),
+            (-0.25799, 3, "-0.258"),
+            (0.0, 3, "0"),
+        ] {
             assert_eq!(rounded(value, digits).to_string(), text);
         }
         assert_eq!(to_decimals(0.2579654321, 6).to_string(), "0.257965");

@@ -64,8 +64,16 @@ pub fn find(robot: &Robot, limbs: &Limbs, reference: Option<&[f64]>) -> Result<F
     let knees = Foot::BOTH.map(|foot| knee(robot, &limbs.legs[foot]));
     let mut bent = Vec::new();
     for (foot, knee) in Foot::BOTH.into_iter().zip(&knees) {
-        let Some(Knee { joint, straight_rad, sign }) = knee else {
-            warnings.push(format!("the {} leg has no knee: fewer than three of its joints pitch", foot.name()));
+        let Some(Knee {
+            joint,
+            straight_rad,
+            sign,
+        }) = knee
+        else {
+            warnings.push(format!(
+                "the {} leg has no knee: fewer than three of its joints pitch",
+                foot.name()
+            ));
             continue;
         };
         let limits = &robot.joints[*joint];
@@ -81,30 +89,60 @@ pub fn find(robot: &Robot, limbs: &Limbs, reference: Option<&[f64]>) -> Result<F
             let pitch = pitch_joints(robot, &limbs.legs[foot]);
             for (j, axis) in [pitch.first(), pitch.last()].into_iter().flatten() {
                 let limits = &robot.joints[*j];
-                q[*j] = within(-axis.signum() * 0.5 * KNEE_RAD, limits.lower_rad, limits.upper_rad);
+                q[*j] = within(
+                    -axis.signum() * 0.5 * KNEE_RAD,
+                    limits.lower_rad,
+                    limits.upper_rad,
+                );
             }
         }
     }
-    let half_width = Foot::BOTH.map(|foot| robot.soles[foot].half_m[1]).into_iter().fold(0.0, f64::max);
+    let half_width = Foot::BOTH
+        .map(|foot| robot.soles[foot].half_m[1])
+        .into_iter()
+        .fold(0.0, f64::max);
     let aside_m = PerFoot::from_fn(|foot| {
         let mut kinematics = Kinematics::new(robot);
-        kinematics.update(robot, &Posture { q: vec![0.0; q.len()], ..robot.zero_posture() });
+        kinematics.update(
+            robot,
+            &Posture {
+                q: vec![0.0; q.len()],
+                ..robot.zero_posture()
+            },
+        );
         let y = kinematics.sole_pose(robot, foot).translation.y;
         foot.side() * (foot.side() * y).max(half_width + 0.5 * GAP * length_m)
     });
     let mut solver = Solver {
         robot,
-        legs: limbs.legs.left.iter().chain(&limbs.legs.right).copied().collect(),
+        legs: limbs
+            .legs
+            .left
+            .iter()
+            .chain(&limbs.legs.right)
+            .copied()
+            .collect(),
         kinematics: Kinematics::new(robot),
         bent,
         aside_m,
         length_m,
     };
     solver.solve(&mut q);
-    q.iter_mut().for_each(|angle| *angle = to_decimals(*angle, 6));
+    q.iter_mut()
+        .for_each(|angle| *angle = to_decimals(*angle, 6));
     let apart_m = solver.check(&q)?;
-    let solved = solver.legs.clone().into_iter().filter(|j| solver.bent.iter().all(|(knee, _)| knee != j)).collect();
-    Ok(FoundHome { home_rad: q, solved, warnings, apart_m })
+    let solved = solver
+        .legs
+        .clone()
+        .into_iter()
+        .filter(|j| solver.bent.iter().all(|(knee, _)| knee != j))
+        .collect();
+    Ok(FoundHome {
+        home_rad: q,
+        solved,
+        warnings,
+        apart_m,
+    })
 }
 
 /// Clamps an angle to limits, with a margin if there is room for it.
@@ -117,7 +155,9 @@ fn within(angle: f64, lower: f64, upper: f64) -> f64 {
 pub fn leg_length_m(robot: &Robot, limbs: &Limbs) -> f64 {
     let kinematics = Kinematics::new(robot);
     let height = |foot: Foot| {
-        let hip = limbs.legs[foot].first().map_or(0.0, |&j| kinematics.joint_position(j).z);
+        let hip = limbs.legs[foot]
+            .first()
+            .map_or(0.0, |&j| kinematics.joint_position(j).z);
         hip - kinematics.sole_pose(robot, foot).translation.z
     };
     height(Foot::Left).max(height(Foot::Right)).max(1e-3)
@@ -126,7 +166,10 @@ pub fn leg_length_m(robot: &Robot, limbs: &Limbs) -> f64 {
 /// The joints of a leg that pitch with all joints at zero, with the y component of their axes.
 fn pitch_joints(robot: &Robot, leg: &[usize]) -> Vec<(usize, f64)> {
     let kinematics = Kinematics::new(robot);
-    leg.iter().filter(|&&j| kinematics.pitches(j)).map(|&j| (j, kinematics.joint_axis(j).y)).collect()
+    leg.iter()
+        .filter(|&&j| kinematics.pitches(j))
+        .map(|&j| (j, kinematics.joint_axis(j).y))
+        .collect()
 }
 
 fn knee(robot: &Robot, leg: &[usize]) -> Option<Knee> {
@@ -136,13 +179,22 @@ fn knee(robot: &Robot, leg: &[usize]) -> Option<Knee> {
     }
     let kinematics = Kinematics::new(robot);
     let middle = pitch.len() / 2;
-    let [hip, at, ankle] = [0, middle, pitch.len() - 1].map(|k| kinematics.joint_position(pitch[k].0));
+    let [hip, at, ankle] =
+        [0, middle, pitch.len() - 1].map(|k| kinematics.joint_position(pitch[k].0));
     let (joint, axis) = pitch[middle];
     // Positive if the ankle is behind the line from hip to knee.
     let pitch_of = |v: Vector3<f64>| (-v.x).atan2(-v.z);
     let bend = pitch_of(ankle - at) - pitch_of(at - hip);
-    let straight_rad = if bend.abs() < STRAIGHT_RAD { 0.0 } else { -axis.signum() * bend };
-    Some(Knee { joint, straight_rad, sign: axis.signum() })
+    let straight_rad = if bend.abs() < STRAIGHT_RAD {
+        0.0
+    } else {
+        -axis.signum() * bend
+    };
+    Some(Knee {
+        joint,
+        straight_rad,
+        sign: axis.signum(),
+    })
 }
 
 /// Newton's method for the joints of both legs.
@@ -159,7 +211,10 @@ struct Solver<'a> {
 
 impl Solver<'_> {
     fn update(&mut self, q: &[f64]) {
-        let posture = Posture { q: q.to_vec(), ..self.robot.zero_posture() };
+        let posture = Posture {
+            q: q.to_vec(),
+            ..self.robot.zero_posture()
+        };
         self.kinematics.update(self.robot, &posture);
     }
 
@@ -171,13 +226,27 @@ impl Solver<'_> {
         let mut heights = Vec::new();
         for foot in Foot::BOTH {
             let sole = self.kinematics.sole_pose(self.robot, foot);
-            let (up, forward, place) = (sole.rotation * Vector3::z(), sole.rotation * Vector3::x(), sole.translation);
+            let (up, forward, place) = (
+                sole.rotation * Vector3::z(),
+                sole.rotation * Vector3::x(),
+                sole.translation,
+            );
             let aside = (place.y - self.aside_m[foot]) / self.length_m;
-            errors.extend([up.x, up.y, (com.x - place.x) / self.length_m, SOFT * forward.y, SOFT * aside]);
+            errors.extend([
+                up.x,
+                up.y,
+                (com.x - place.x) / self.length_m,
+                SOFT * forward.y,
+                SOFT * aside,
+            ]);
             heights.push(place.z);
         }
         errors.push((heights[0] - heights[1]) / self.length_m);
-        errors.extend(self.bent.iter().map(|(knee, angle)| SOFT * (q[*knee] - angle)));
+        errors.extend(
+            self.bent
+                .iter()
+                .map(|(knee, angle)| SOFT * (q[*knee] - angle)),
+        );
         DVector::from_vec(errors)
     }
 
@@ -194,13 +263,17 @@ impl Solver<'_> {
                     jacobian.set_column(column, &((self.errors(q) - &errors) / DIFFERENCE_RAD));
                     q[j] = angle;
                 }
-                let normal = jacobian.transpose() * &jacobian + DMatrix::identity(free.len(), free.len()) * 1e-9;
-                let Some(solvable) = normal.cholesky() else { return };
+                let normal = jacobian.transpose() * &jacobian
+                    + DMatrix::identity(free.len(), free.len()) * 1e-9;
+                let Some(solvable) = normal.cholesky() else {
+                    return;
+                };
                 let step = -solvable.solve(&(jacobian.transpose() * &errors));
                 // A joint that would leave its limits stays, and the other joints compensate.
                 let leaves = |&(k, j): &(usize, usize)| {
                     let joint = &self.robot.joints[j];
-                    step[k].abs() > 1e-12 && within(q[j] + step[k], joint.lower_rad, joint.upper_rad) == q[j]
+                    step[k].abs() > 1e-12
+                        && within(q[j] + step[k], joint.lower_rad, joint.upper_rad) == q[j]
                 };
                 match free.iter().copied().enumerate().find(leaves) {
                     Some((k, _)) => _ = free.remove(k),
@@ -243,19 +316,24 @@ impl Solver<'_> {
 /// built differently, or if the limits of `arm` are too narrow.
 fn mirrored(robot: &Robot, other: &[usize], arm: &[usize], q: &[f64]) -> Option<Vec<f64>> {
     let kinematics = Kinematics::new(robot);
-    let size_m =
-        kinematics.com().z.abs().max((kinematics.joint_position(arm[0]) - kinematics.joint_position(other[0])).norm());
+    let size_m = kinematics
+        .com()
+        .z
+        .abs()
+        .max((kinematics.joint_position(arm[0]) - kinematics.joint_position(other[0])).norm());
     let angle = |(&there, &here): (&usize, &usize)| {
         let [at, place] = [there, here].map(|j| kinematics.joint_position(j));
         let [axis, turns] = [there, here].map(|j| kinematics.joint_axis(j));
         // The image of a rotation about an axis.
         let alike = turns.dot(&Vector3::new(-axis.x, axis.y, -axis.z));
-        let is_image =
-            (place - nalgebra::Point3::new(at.x, -at.y, at.z)).norm() < ALIKE * size_m && alike.abs() > 1.0 - ALIKE;
+        let is_image = (place - nalgebra::Point3::new(at.x, -at.y, at.z)).norm() < ALIKE * size_m
+            && alike.abs() > 1.0 - ALIKE;
         let (joint, angle) = (&robot.joints[here], alike.signum() * q[there]);
         (is_image && within(angle, joint.lower_rad, joint.upper_rad) == angle).then_some(angle)
     };
-    (other.len() == arm.len()).then(|| other.iter().zip(arm).map(angle).collect()).flatten()
+    (other.len() == arm.len())
+        .then(|| other.iter().zip(arm).map(angle).collect())
+        .flatten()
 }
 
 /// Lowers the arms, clear of trunk, legs and each other.
@@ -264,21 +342,31 @@ fn bring_arms_down(robot: &Robot, limbs: &Limbs, gap_m: f64, q: &mut [f64]) {
     let mut kinematics = Kinematics::new(robot);
     for (i, arm) in limbs.arms.iter().enumerate() {
         // If a mirror image of this arm was lowered before, this arm hangs in the same way.
-        let other = limbs.arms[..i].iter().find_map(|other| mirrored(robot, other, arm, q));
+        let other = limbs.arms[..i]
+            .iter()
+            .find_map(|other| mirrored(robot, other, arm, q));
         if let Some(angles) = other {
             arm.iter().zip(angles).for_each(|(&j, angle)| q[j] = angle);
             continue;
         }
         let of_arm: Vec<usize> = Limbs::links(arm).collect();
         let carrier = robot.joints[arm[0]].parent;
-        let others: Vec<usize> = (0..robot.links.len()).filter(|link| !of_arm.contains(link)).collect();
+        let others: Vec<usize> = (0..robot.links.len())
+            .filter(|link| !of_arm.contains(link))
+            .collect();
         let pairs: Vec<[usize; 2]> = of_arm
             .iter()
             .flat_map(|&link| others.iter().map(move |&other| [link, other]))
             .filter(|pair| *pair != [of_arm[0], carrier])
             .collect();
         let mut cost = |q: &[f64]| {
-            kinematics.update(robot, &Posture { q: q.to_vec(), ..robot.zero_posture() });
+            kinematics.update(
+                robot,
+                &Posture {
+                    q: q.to_vec(),
+                    ..robot.zero_posture()
+                },
+            );
             let near = |pair: &[usize; 2]| 1.0 - hulls.gap_m(&kinematics, *pair, gap_m) / gap_m;
             let (_, com) = kinematics.subtree(of_arm[0]);
             let shoulder = kinematics.joint_position(arm[0]);

@@ -30,11 +30,24 @@ impl Limbs {
     /// least four joints of their own.
     pub fn of(robot: &Robot) -> Option<Self> {
         let legs = legs(robot)?;
-        let of_leg = |link: usize| link > 0 && Foot::BOTH.iter().any(|&foot| legs[foot].contains(&(link - 1)));
+        let of_leg = |link: usize| {
+            link > 0
+                && Foot::BOTH
+                    .iter()
+                    .any(|&foot| legs[foot].contains(&(link - 1)))
+        };
         let kinematics = Kinematics::new(robot);
-        let feet_m = Foot::BOTH.map(|foot| legs[foot].last().map_or(0.0, |&j| kinematics.joint_position(j).y));
-        let (middle_m, apart_m) = ((feet_m[0] + feet_m[1]) / 2.0, (feet_m[0] - feet_m[1]).abs() / 2.0);
-        let is_aside = |j: usize| (kinematics.subtree(j + 1).1.y - middle_m).abs() > ASIDE * apart_m;
+        let feet_m = Foot::BOTH.map(|foot| {
+            legs[foot]
+                .last()
+                .map_or(0.0, |&j| kinematics.joint_position(j).y)
+        });
+        let (middle_m, apart_m) = (
+            (feet_m[0] + feet_m[1]) / 2.0,
+            (feet_m[0] - feet_m[1]).abs() / 2.0,
+        );
+        let is_aside =
+            |j: usize| (kinematics.subtree(j + 1).1.y - middle_m).abs() > ASIDE * apart_m;
         let trunk = trunk(robot, &of_leg, &|j| !of_leg(j + 1) && is_aside(j))?;
         let mut waist: Vec<usize> = robot.chain(trunk).collect();
         waist.reverse();
@@ -44,13 +57,19 @@ impl Limbs {
                 continue;
             }
             let carried_by = joint.parent.checked_sub(1);
-            match carried_by.and_then(|carrier| arms.iter_mut().find(|arm| arm.contains(&carrier))) {
+            match carried_by.and_then(|carrier| arms.iter_mut().find(|arm| arm.contains(&carrier)))
+            {
                 Some(arm) => arm.push(j),
                 None if is_aside(j) => arms.push(vec![j]),
                 None => {}
             }
         }
-        Some(Self { legs, waist, arms, trunk })
+        Some(Self {
+            legs,
+            waist,
+            arms,
+            trunk,
+        })
     }
 
     /// The links that the joints of a limb carry.
@@ -60,18 +79,33 @@ impl Limbs {
 }
 
 /// Finds [`Limbs::trunk`]. `of_leg` tells which links belong to a leg, and `of_arm` which joints may belong to an arm.
-fn trunk(robot: &Robot, of_leg: &dyn Fn(usize) -> bool, of_arm: &dyn Fn(usize) -> bool) -> Option<usize> {
+fn trunk(
+    robot: &Robot,
+    of_leg: &dyn Fn(usize) -> bool,
+    of_arm: &dyn Fn(usize) -> bool,
+) -> Option<usize> {
     let mass_kg = |link: usize| robot.links[link].mass_kg;
     let others = (0..robot.links.len()).filter(|&link| !of_leg(link));
     let heaviest_kg = others.clone().map(mass_kg).fold(0.0, f64::max);
-    let has_imu =
-        |link: usize| robot.frames.iter().any(|frame| frame.link == link && frame.name.to_lowercase().contains("imu"));
-    let arms = |link: usize| (0..robot.joints.len()).filter(|&j| robot.joints[j].parent == link && of_arm(j)).count();
+    let has_imu = |link: usize| {
+        robot
+            .frames
+            .iter()
+            .any(|frame| frame.link == link && frame.name.to_lowercase().contains("imu"))
+    };
+    let arms = |link: usize| {
+        (0..robot.joints.len())
+            .filter(|&j| robot.joints[j].parent == link && of_arm(j))
+            .count()
+    };
     // Of equal links, the first one is taken.
-    others.filter(|&link| mass_kg(link) >= NEARLY * heaviest_kg).rev().max_by(|&a, &b| {
-        let [a, b] = [a, b].map(|link| (has_imu(link), arms(link) > 1, mass_kg(link)));
-        (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2))
-    })
+    others
+        .filter(|&link| mass_kg(link) >= NEARLY * heaviest_kg)
+        .rev()
+        .max_by(|&a, &b| {
+            let [a, b] = [a, b].map(|link| (has_imu(link), arms(link) > 1, mass_kg(link)));
+            (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2))
+        })
 }
 
 /// The two chains with the lowest ends at zero joint angles.
@@ -87,26 +121,40 @@ fn legs(robot: &Robot) -> Option<PerFoot<Vec<usize>>> {
         .filter(|&link| is_end(link))
         .map(|link| (lowest_m(robot, &kinematics, link), chain(link)))
         .collect();
-    let own = |a: &[usize], b: &[usize]| -> Vec<usize> { a.iter().copied().filter(|j| !b.contains(j)).collect() };
+    let own = |a: &[usize], b: &[usize]| -> Vec<usize> {
+        a.iter().copied().filter(|j| !b.contains(j)).collect()
+    };
     let mut best: Option<(f64, [Vec<usize>; 2])> = None;
     for (i, (a_height, a)) in ends.iter().enumerate() {
         for (b_height, b) in &ends[..i] {
             let (a_own, b_own) = (own(a, b), own(b, a));
             let height = a_height + b_height;
-            if a_own.len().min(b_own.len()) >= LEAST_JOINTS && best.as_ref().is_none_or(|best| height < best.0) {
+            if a_own.len().min(b_own.len()) >= LEAST_JOINTS
+                && best.as_ref().is_none_or(|best| height < best.0)
+            {
                 best = Some((height, [a_own, b_own]));
             }
         }
     }
     let (_, [a, b]) = best?;
     let y = |leg: &[usize]| leg.last().map_or(0.0, |&j| kinematics.link_com(j + 1).y);
-    Some(if y(&a) > y(&b) { PerFoot { left: a, right: b } } else { PerFoot { left: b, right: a } })
+    Some(if y(&a) > y(&b) {
+        PerFoot { left: a, right: b }
+    } else {
+        PerFoot { left: b, right: a }
+    })
 }
 
 /// Height of the lowest point of a link's collision geometry or, if it has none, of its frame.
 fn lowest_m(robot: &Robot, kinematics: &Kinematics, link: usize) -> f64 {
     let pose = kinematics.link_pose(link);
-    let down = -pose.rotation.inverse_transform_vector(&nalgebra::Vector3::z());
-    let reach = robot.links[link].collisions.iter().map(|solid| solid.reach_m(&down)).fold(0.0, f64::max);
+    let down = -pose
+        .rotation
+        .inverse_transform_vector(&nalgebra::Vector3::z());
+    let reach = robot.links[link]
+        .collisions
+        .iter()
+        .map(|solid| solid.reach_m(&down))
+        .fold(0.0, f64::max);
     pose.translation.z - reach
 }

@@ -38,8 +38,16 @@ pub(super) fn settings(
     range_rad: Option<f64>,
     stated: Option<&Source>,
 ) -> Result<String> {
-    let stated = stated.map(|source| Ok((source, SolesAlone::parse(source)?))).transpose()?;
-    let stated = stated.map(|(source, file)| Ok((source, file.soles(&source.file, &mut tree)?, file.are_boxes())));
+    let stated = stated
+        .map(|source| Ok((source, SolesAlone::parse(source)?)))
+        .transpose()?;
+    let stated = stated.map(|(source, file)| {
+        Ok((
+            source,
+            file.soles(&source.file, &mut tree)?,
+            file.are_boxes(),
+        ))
+    });
     let stated = stated.transpose()?;
     let fail = |problems: &[String]| {
         let problem = format!("cannot be inferred: {}", problems.join("; "));
@@ -66,49 +74,92 @@ pub(super) fn settings(
     };
     robot.home_rad = vec![0.0; robot.joints.len()];
     let Some(limbs) = Limbs::of(&robot) else {
-        let problem = "there are no two legs, chains of at least four joints that end in a foot each".to_string();
+        let problem =
+            "there are no two legs, chains of at least four joints that end in a foot each"
+                .to_string();
         let locked = format!(
             "{without_range} joints are locked, since their limits in the URDF leave them no range (lower = upper): state the \
              limits there, or give these joints a range by `standfast init --range 1.5` (rad, to both sides)"
         );
-        return Err(fail(&[vec![problem], if without_range > 0 { vec![locked] } else { Vec::new() }].concat()));
+        return Err(fail(
+            &[
+                vec![problem],
+                if without_range > 0 {
+                    vec![locked]
+                } else {
+                    Vec::new()
+                },
+            ]
+            .concat(),
+        ));
     };
     robot.trunk = limbs.trunk;
     let mut warnings = Vec::new();
     let foot_link = |foot: Foot| limbs.legs[foot].last().map_or(0, |j| j + 1);
-    let lost = missing.iter().find(|(frame, _)| Foot::BOTH.iter().any(|&f| robot.frames[*frame].link == foot_link(f)));
+    let lost = missing.iter().find(|(frame, _)| {
+        Foot::BOTH
+            .iter()
+            .any(|&f| robot.frames[*frame].link == foot_link(f))
+    });
     let by_hand = format!(
         "[soles.left] and [soles.right] in {}, each with link, center_m and size_m; the same command then adds the rest",
         settings_path(&urdf.file).display()
     );
     let no_sole = |problem: String| {
-        Error::value(&urdf.file, "soles", "(none)", format!("cannot be inferred: {problem}"), &*by_hand)
+        Error::value(
+            &urdf.file,
+            "soles",
+            "(none)",
+            format!("cannot be inferred: {problem}"),
+            &*by_hand,
+        )
     };
     let mut soles = match &stated {
         Some((source, soles, are_boxes)) => {
-            if let Some(foot) = Foot::BOTH.into_iter().find(|&foot| soles[foot].link != foot_link(foot)) {
-                let (field, name) = (format!("soles.{}", foot.name()), &robot.frames[soles[foot].frame].name);
+            if let Some(foot) = Foot::BOTH
+                .into_iter()
+                .find(|&foot| soles[foot].link != foot_link(foot))
+            {
+                let (field, name) = (
+                    format!("soles.{}", foot.name()),
+                    &robot.frames[soles[foot].frame].name,
+                );
                 let accepted = format!("a link of {}", robot.links[foot_link(foot)].name);
-                return Err(Error::value(&source.file, field, name, "is not at the end of that leg", accepted));
+                return Err(Error::value(
+                    &source.file,
+                    field,
+                    name,
+                    "is not at the end of that leg",
+                    accepted,
+                ));
             }
             PerFoot::from_fn(|foot| soles::FoundSole::stated(soles[foot], &robot, are_boxes[foot]))
         }
         None => {
             if let Some((frame, mesh)) = lost {
                 let name = &robot.frames[*frame].name;
-                return Err(no_sole(format!("the mesh of the foot {name} is left out: {mesh}")));
+                return Err(no_sole(format!(
+                    "the mesh of the foot {name} is left out: {mesh}"
+                )));
             }
             match Foot::BOTH.map(|foot| soles::find(&robot, foot_link(foot))) {
                 [Ok(left), Ok(right)] => PerFoot { left, right },
                 [left, right] => {
-                    let problems: Vec<String> = [left, right].into_iter().filter_map(|sole| sole.err()).collect();
+                    let problems: Vec<String> = [left, right]
+                        .into_iter()
+                        .filter_map(|sole| sole.err())
+                        .collect();
                     return Err(no_sole(problems.join("; ")));
                 }
             }
         }
     };
     robot.soles = PerFoot::from_fn(|foot| soles[foot].sole);
-    warnings.extend(Foot::BOTH.into_iter().filter_map(|foot| soles[foot].warning.clone()));
+    warnings.extend(
+        Foot::BOTH
+            .into_iter()
+            .filter_map(|foot| soles[foot].warning.clone()),
+    );
     let joints = Foot::BOTH.map(|foot| limbs.legs[foot].len());
     if joints.iter().any(|count| *count < FULL_LEG) {
         warnings.push(format!(
@@ -117,8 +168,14 @@ pub(super) fn settings(
         ));
     }
     let reference = srdf::beside(urdf, &robot)?;
-    let home = home::find(&robot, &limbs, reference.as_ref().map(|reference| reference.angles_rad.as_slice()))
-        .map_err(|problem| fail(&[problem]))?;
+    let home = home::find(
+        &robot,
+        &limbs,
+        reference
+            .as_ref()
+            .map(|reference| reference.angles_rad.as_slice()),
+    )
+    .map_err(|problem| fail(&[problem]))?;
     robot.home_rad = home.home_rad;
     warnings.extend(home.warnings);
     if home.apart_m != 0.0 {
@@ -133,14 +190,19 @@ pub(super) fn settings(
     }
     let (found, unbelieved) = servos::find(&robot, &limbs, &motors);
     warnings.extend(unbelieved);
-    robot.servos = found.iter().map(|found| found.servo).collect::<Vec<Servo>>();
+    robot.servos = found
+        .iter()
+        .map(|found| found.servo)
+        .collect::<Vec<Servo>>();
     robot.noise = sensors::noise(&robot);
     robot.delay_s = sensors::delay_s(&robot);
     let (regions, unreached) = reach::find(&robot, &limbs);
     robot.reach = regions;
     warnings.extend(unreached);
     robot.assumptions = assumptions(&found, reference.is_some());
-    robot.assumptions.extend(warnings.iter().map(|warning| format!("WARNING: {warning}")));
+    robot
+        .assumptions
+        .extend(warnings.iter().map(|warning| format!("WARNING: {warning}")));
     let origins = text::Origins {
         soles,
         servos: found,
@@ -163,9 +225,12 @@ fn assumptions(servos: &[servos::FoundServo], has_reference: bool) -> Vec<String
         motors.push("speed limits");
     }
     let home = (!has_reference).then(|| "home: knees bent by 0.7 rad, arms hanging".to_string());
-    [format!("servos: {}, in proportion to weight, height and time", motors.join(", "))]
-        .into_iter()
-        .chain(["friction, delay, sensor noise".to_string()])
-        .chain(home)
-        .collect()
+    [format!(
+        "servos: {}, in proportion to weight, height and time",
+        motors.join(", ")
+    )]
+    .into_iter()
+    .chain(["friction, delay, sensor noise".to_string()])
+    .chain(home)
+    .collect()
 }

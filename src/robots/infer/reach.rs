@@ -40,8 +40,14 @@ pub fn find(robot: &Robot, limbs: &Limbs) -> (Vec<LandingRegion>, Vec<String>) {
         return (Vec::new(), vec![warning.into()]);
     };
     let inward_m = beside.y_m[0];
-    let crossing = [("in front", 1.0), ("behind", -1.0)].map(|(name, sign)| search.across(name, sign, inward_m));
-    (std::iter::once(beside).chain(crossing.into_iter().flatten()).collect(), Vec::new())
+    let crossing = [("in front", 1.0), ("behind", -1.0)]
+        .map(|(name, sign)| search.across(name, sign, inward_m));
+    (
+        std::iter::once(beside)
+            .chain(crossing.into_iter().flatten())
+            .collect(),
+        Vec::new(),
+    )
 }
 
 struct ReachSearch<'a> {
@@ -62,10 +68,21 @@ impl<'a> ReachSearch<'a> {
         let kinematics = Kinematics::at_home(robot);
         let [left, right] = Foot::BOTH.map(|foot| kinematics.sole_pose(robot, foot).translation.y);
         let right_links: Vec<usize> = Limbs::links(&limbs.legs.right).collect();
-        let pairs = Limbs::links(&limbs.legs.left).flat_map(|a| right_links.iter().map(move |&b| [a, b])).collect();
-        let sole_m = [0, 1].map(|axis| robot.soles.left.half_m[axis] + robot.soles.right.half_m[axis]);
+        let pairs = Limbs::links(&limbs.legs.left)
+            .flat_map(|a| right_links.iter().map(move |&b| [a, b]))
+            .collect();
+        let sole_m =
+            [0, 1].map(|axis| robot.soles.left.half_m[axis] + robot.soles.right.half_m[axis]);
         let height_m = robot.home_com_height();
-        Self { robot, hulls: Hulls::of(robot), pairs, height_m, omega: robot.omega(), apart_m: left - right, sole_m }
+        Self {
+            robot,
+            hulls: Hulls::of(robot),
+            pairs,
+            height_m,
+            omega: robot.omega(),
+            apart_m: left - right,
+            sole_m,
+        }
     }
 
     /// The least time (s) to a place; None if it is out of reach.
@@ -80,9 +97,13 @@ impl<'a> ReachSearch<'a> {
         let mut swing = SwingMotion::new(self.robot, foot, to, around);
         (0..=POSTURES).all(|i| {
             let share = i as f64 / POSTURES as f64;
-            let Some(posture) = swing.as_mut().and_then(|swing| swing.posture(share)) else { return false };
+            let Some(posture) = swing.as_mut().and_then(|swing| swing.posture(share)) else {
+                return false;
+            };
             kinematics.update(self.robot, posture);
-            self.pairs.iter().all(|&pair| self.hulls.gap_m(&kinematics, pair, gap_m) >= gap_m)
+            self.pairs
+                .iter()
+                .all(|&pair| self.hulls.gap_m(&kinematics, pair, gap_m) >= gap_m)
         })
     }
 
@@ -98,9 +119,14 @@ impl<'a> ReachSearch<'a> {
         let ends = [-1.0, 1.0].map(|sign| {
             let places = (1..=FORWARD.1).map(|k| sign * FORWARD.0 * k as f64 * self.height_m);
             let timed = places.map_while(|x| Some((x, self.time_s([x, self.apart_m], straight)?)));
-            timed.max_by(|a, b| self.worth(a.0.abs(), a.1).total_cmp(&self.worth(b.0.abs(), b.1)))
+            timed.max_by(|a, b| {
+                self.worth(a.0.abs(), a.1)
+                    .total_cmp(&self.worth(b.0.abs(), b.1))
+            })
         });
-        let [Some((mut back, back_s)), Some((mut front, front_s))] = ends else { return None };
+        let [Some((mut back, back_s)), Some((mut front, front_s))] = ends else {
+            return None;
+        };
         let mut time_s = back_s.max(front_s);
         let way_m = |back: f64, front: f64| 0.5 * (front - back);
         let mut best = (self.worth(way_m(back, front), time_s), self.apart_m);
@@ -122,10 +148,17 @@ impl<'a> ReachSearch<'a> {
         let least_m = self.sole_m[1] + SOLE_GAP * self.height_m;
         let step_m = 0.25 * (self.apart_m - least_m).max(0.0);
         (back, front) = (to_decimals(back, 3), to_decimals(front, 3));
-        let inner_m = (0..=4).map(|k| least_m + step_m * f64::from(k)).map(|y| to_decimals(y, 3)).find(|&y| {
-            let places = [back, 0.0, front].map(|x| [x, y]);
-            places.into_iter().all(|to| Foot::BOTH.into_iter().all(|foot| self.is_clear(foot, to, straight)))
-        })?;
+        let inner_m = (0..=4)
+            .map(|k| least_m + step_m * f64::from(k))
+            .map(|y| to_decimals(y, 3))
+            .find(|&y| {
+                let places = [back, 0.0, front].map(|x| [x, y]);
+                places.into_iter().all(|to| {
+                    Foot::BOTH
+                        .into_iter()
+                        .all(|foot| self.is_clear(foot, to, straight))
+                })
+            })?;
         let y_m = [inner_m.min(outer_m), outer_m];
         self.timed(LandingRegion {
             name: "beside".into(),
@@ -143,10 +176,17 @@ impl<'a> ReachSearch<'a> {
         let near_m = self.sole_m[0] + SOLE_GAP * self.height_m;
         let ends = (0..ENDS.1).map(|k| near_m + ENDS.0 * k as f64 * self.height_m);
         for near in ends {
-            for (depth, across) in DEPTHS.into_iter().flat_map(|depth| ACROSS.map(|across| (depth, across))) {
+            for (depth, across) in DEPTHS
+                .into_iter()
+                .flat_map(|depth| ACROSS.map(|across| (depth, across)))
+            {
                 for arc in ARCS {
                     let far = near + depth * self.height_m;
-                    let x_m = if sign > 0.0 { [mm(near), mm(far)] } else { [-mm(far), -mm(near)] };
+                    let x_m = if sign > 0.0 {
+                        [mm(near), mm(far)]
+                    } else {
+                        [-mm(far), -mm(near)]
+                    };
                     let region = LandingRegion {
                         name: name.into(),
                         x_m,
@@ -157,8 +197,16 @@ impl<'a> ReachSearch<'a> {
                     };
                     // The legs meet first at the near corners.
                     let mut corners = region.corners();
-                    corners.sort_by(|a, b| a[0].abs().total_cmp(&b[0].abs()).then(a[1].total_cmp(&b[1])));
-                    let is_clear = |foot| corners.iter().all(|to| self.is_clear(foot, *to, region.around()));
+                    corners.sort_by(|a, b| {
+                        a[0].abs()
+                            .total_cmp(&b[0].abs())
+                            .then(a[1].total_cmp(&b[1]))
+                    });
+                    let is_clear = |foot| {
+                        corners
+                            .iter()
+                            .all(|to| self.is_clear(foot, *to, region.around()))
+                    };
                     if Foot::BOTH.into_iter().all(is_clear) {
                         return self.timed(region);
                     }
@@ -172,6 +220,9 @@ impl<'a> ReachSearch<'a> {
     fn timed(&self, region: LandingRegion) -> Option<LandingRegion> {
         let least_s = least_swing_time_s(self.robot, &region)?;
         let swing_time_s = to_decimals((SLACK * least_s / TIME_UNIT_S).ceil() * TIME_UNIT_S, 3);
-        Some(LandingRegion { swing_time_s, ..region })
+        Some(LandingRegion {
+            swing_time_s,
+            ..region
+        })
     }
 }

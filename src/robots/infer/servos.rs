@@ -76,18 +76,34 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
     for (j, motor) in motors.iter().enumerate() {
         let group = group(j);
         let [torque, kp, kd, rotor] = group.figures();
-        let least = if group == Group::Leg { LEAST_LEG_TORQUE } else { LEAST_TORQUE };
+        let least = if group == Group::Leg {
+            LEAST_LEG_TORQUE
+        } else {
+            LEAST_TORQUE
+        };
         let effort = believed(motor.effort_n_m, moment, least, MOST_TORQUE);
         // A URDF without a credible torque has no credible speed either.
-        let velocity = effort.and(believed(motor.velocity_rad_s, omega, LEAST_SPEED, MOST_SPEED));
-        for (stated, taken, unit) in [(motor.effort_n_m, effort, "N m"), (motor.velocity_rad_s, velocity, "rad/s")] {
+        let velocity = effort.and(believed(
+            motor.velocity_rad_s,
+            omega,
+            LEAST_SPEED,
+            MOST_SPEED,
+        ));
+        for (stated, taken, unit) in [
+            (motor.effort_n_m, effort, "N m"),
+            (motor.velocity_rad_s, velocity, "rad/s"),
+        ] {
             if let (Some(stated), None) = (stated, taken) {
                 disbelieved.push((format!("{stated} {unit}"), robot.joints[j].name.as_str()));
             }
         }
         let torque_n_m = effort.unwrap_or(rounded(torque * moment, 2));
         // A small motor has light parts, and its servo is soft. Legs and waist are stiff, since they carry the body.
-        let share = if group == Group::Arm { (torque_n_m / (torque * moment)).min(1.0) } else { 1.0 };
+        let share = if group == Group::Arm {
+            (torque_n_m / (torque * moment)).min(1.0)
+        } else {
+            1.0
+        };
         let kp = rounded(share * kp * moment, 3);
         let no_torque = velocity.unwrap_or(rounded(NO_TORQUE_SPEED * omega, 2));
         let servo = Servo {
@@ -98,7 +114,12 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
             no_torque_speed_rad_s: no_torque,
             rotor_inertia_kg_m2: rounded(share * rotor * mass * height * height, 2),
         };
-        found.push(FoundServo { servo, group, torque_is_read: effort.is_some(), speed_is_read: velocity.is_some() });
+        found.push(FoundServo {
+            servo,
+            group,
+            torque_is_read: effort.is_some(),
+            speed_is_read: velocity.is_some(),
+        });
     }
     (found, told(&disbelieved))
 }

@@ -1,7 +1,9 @@
 //! The face on which a foot stands: the rectangle around the lowest points of its colliding geometry.
 
 use crate::infer::figures::to_decimals;
-use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{
+    Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3,
+};
 use standfast_core::robot::model::Ankle;
 use standfast_core::robot::{Kinematics, Pose, Robot, Shape, Sole, Solid};
 
@@ -15,7 +17,14 @@ const LEAST: f64 = 0.05;
 
 /// The sole of a robot before its soles are known.
 pub fn none() -> Sole {
-    Sole { frame: 0, link: 0, center: Isometry3::identity(), half_m: [0.0; 2], thickness_m: 0.0, ankle: Ankle::RIGID }
+    Sole {
+        frame: 0,
+        link: 0,
+        center: Isometry3::identity(),
+        half_m: [0.0; 2],
+        thickness_m: 0.0,
+        ankle: Ankle::RIGID,
+    }
 }
 
 /// A sole, and how the settings state it.
@@ -34,8 +43,16 @@ impl FoundSole {
     /// A sole that is stated already. If `is_box`, the name of its link alone states it.
     pub fn stated(sole: Sole, robot: &Robot, is_box: bool) -> Self {
         let mut in_frame = robot.frames[sole.frame].pose.inverse() * sole.center;
-        in_frame.translation.vector.apply(|length| *length = to_decimals(*length, 9));
-        Self { sole, is_box, in_frame, warning: None }
+        in_frame
+            .translation
+            .vector
+            .apply(|length| *length = to_decimals(*length, 9));
+        Self {
+            sole,
+            is_box,
+            in_frame,
+            warning: None,
+        }
     }
 
     /// Moves the face up into the foot (m), or down.
@@ -43,7 +60,10 @@ impl FoundSole {
         let up = Translation3::new(0.0, 0.0, up_m);
         let in_link = self.sole.center * self.in_frame.inverse();
         self.in_frame *= up;
-        self.in_frame.translation.vector.apply(|length| *length = to_decimals(*length, 6));
+        self.in_frame
+            .translation
+            .vector
+            .apply(|length| *length = to_decimals(*length, 6));
         self.sole.center = in_link * self.in_frame;
         (self.sole.thickness_m, self.is_box) = (self.sole.thickness_m - up_m, false);
     }
@@ -58,7 +78,9 @@ pub fn find(robot: &Robot, link: usize) -> Result<FoundSole, String> {
     let [down, ahead] = [-Vector3::z(), Vector3::x()].map(|v| turn.inverse_transform_vector(&v));
     let reach = |solid: &&Solid| solid.reach_m(&down);
     let Some(lowest) = solids.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else {
-        return Err(format!("the foot {name} has no collision geometry, so that it has no sole"));
+        return Err(format!(
+            "the foot {name} has no collision geometry, so that it has no sole"
+        ));
     };
     let frame = lowest.frame;
     let in_link = robot.frames[frame].pose;
@@ -76,19 +98,36 @@ pub fn find(robot: &Robot, link: usize) -> Result<FoundSole, String> {
         .collect();
     // The frame of the foot may be parallel to its sole, and so may a box.
     let to_frame = |v: Vector3<f64>| in_link.rotation.inverse_transform_vector(&v);
-    let boxes = solids.iter().filter(|solid| matches!(solid.shape, Shape::Box { .. }));
+    let boxes = solids
+        .iter()
+        .filter(|solid| matches!(solid.shape, Shape::Box { .. }));
     let frames = boxes.map(|solid| in_link.rotation.inverse() * solid.pose.rotation);
-    let along = |of: UnitQuaternion<f64>| LowestFace::along(of, to_frame(-down), to_frame(ahead), &points);
+    let along =
+        |of: UnitQuaternion<f64>| LowestFace::along(of, to_frame(-down), to_frame(ahead), &points);
     let of_frame = along(UnitQuaternion::identity());
     // Of faces with equal areas, the face of the frame is taken.
-    let face =
-        frames.map(along).fold(of_frame, |best, face| if face.area() > 1.01 * best.area() { face } else { best });
-    let LowestFace { axes, x, y, z, size, is_slice } = face;
+    let face = frames.map(along).fold(of_frame, |best, face| {
+        if face.area() > 1.01 * best.area() {
+            face
+        } else {
+            best
+        }
+    });
+    let LowestFace {
+        axes,
+        x,
+        y,
+        z,
+        size,
+        is_slice,
+    } = face;
     let mm = |length: f64| to_decimals(length, 6);
     let half_m = [x, y].map(|(least, most)| mm(0.5 * (most - least)));
     let shown = format!("{:.1} x {:.1} mm", 2e3 * half_m[0], 2e3 * half_m[1]);
     if half_m.iter().any(|half| 2.0 * half < LEAST * size) {
-        return Err(format!("the lowest face of the foot {name} is {shown}, too small to stand on"));
+        return Err(format!(
+            "the lowest face of the foot {name} is {shown}, too small to stand on"
+        ));
     }
     let warning = (!is_slice).then(|| {
         format!(
@@ -100,14 +139,32 @@ pub fn find(robot: &Robot, link: usize) -> Result<FoundSole, String> {
     let center = axes * Point3::new(0.5 * (x.0 + x.1), 0.5 * (y.0 + y.1), z.0);
     let in_frame = Isometry3::from_parts(Translation3::from(center.coords.map(mm)), axes);
     // Whether the only solid of the frame is a box, and the face is that of the box.
-    let is_box = solids.iter().filter(|solid| solid.frame == frame).count() == 1 && axes.angle() < 1e-9 && {
-        let turn = in_link.inv_mul(&lowest.pose).rotation.to_rotation_matrix().matrix().abs();
-        let is_parallel = turn.iter().all(|&c| !(1e-6..=1.0 - 1e-6).contains(&c));
-        let size = |half: &Vector3<f64>| (turn * half).xy() - Vector2::from(half_m);
-        matches!(&lowest.shape, Shape::Box { half } if is_parallel && size(half).amax() < 1e-5)
+    let is_box =
+        solids.iter().filter(|solid| solid.frame == frame).count() == 1 && axes.angle() < 1e-9 && {
+            let turn = in_link
+                .inv_mul(&lowest.pose)
+                .rotation
+                .to_rotation_matrix()
+                .matrix()
+                .abs();
+            let is_parallel = turn.iter().all(|&c| !(1e-6..=1.0 - 1e-6).contains(&c));
+            let size = |half: &Vector3<f64>| (turn * half).xy() - Vector2::from(half_m);
+            matches!(&lowest.shape, Shape::Box { half } if is_parallel && size(half).amax() < 1e-5)
+        };
+    let sole = Sole {
+        frame,
+        link,
+        center: in_link * in_frame,
+        half_m,
+        thickness_m: z.1 - z.0,
+        ankle: Ankle::RIGID,
     };
-    let sole = Sole { frame, link, center: in_link * in_frame, half_m, thickness_m: z.1 - z.0, ankle: Ankle::RIGID };
-    Ok(FoundSole { sole, is_box, in_frame, warning })
+    Ok(FoundSole {
+        sole,
+        is_box,
+        in_frame,
+        warning,
+    })
 }
 
 /// The lowest face of some points along axes: its range in x and y, and the range of all points in z.
@@ -124,36 +181,77 @@ struct LowestFace {
 
 impl LowestFace {
     /// The face of `points` along the axes of `frame` that are close to up and ahead, or else along `up` and `ahead`.
-    fn along(frame: UnitQuaternion<f64>, up: Vector3<f64>, ahead: Vector3<f64>, points: &[Point3<f64>]) -> Self {
+    fn along(
+        frame: UnitQuaternion<f64>,
+        up: Vector3<f64>,
+        ahead: Vector3<f64>,
+        points: &[Point3<f64>],
+    ) -> Self {
         let snapped = |v: Vector3<f64>| frame * snapped(frame.inverse_transform_vector(&v));
         let up = snapped(up);
         let ahead = snapped((ahead - up * ahead.dot(&up)).normalize());
-        let axes = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[ahead, up.cross(&ahead), up]));
+        let axes =
+            Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[ahead, up.cross(&ahead), up]));
         let axes = UnitQuaternion::from_rotation_matrix(&axes);
-        let points: Vec<_> = points.iter().map(|point| axes.inverse_transform_point(point)).collect();
+        let points: Vec<_> = points
+            .iter()
+            .map(|point| axes.inverse_transform_point(point))
+            .collect();
         let range = |below: f64, axis: usize| {
-            let of_slice = points.iter().filter(|point| point.z <= below).map(|point| point[axis]);
-            of_slice.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), x| (least.min(x), most.max(x)))
+            let of_slice = points
+                .iter()
+                .filter(|point| point.z <= below)
+                .map(|point| point[axis]);
+            of_slice.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), x| {
+                (least.min(x), most.max(x))
+            })
         };
         let whole = [0, 1, 2].map(|axis| range(f64::INFINITY, axis));
-        let size = whole.iter().map(|(least, most)| most - least).fold(0.0, f64::max);
+        let size = whole
+            .iter()
+            .map(|(least, most)| most - least)
+            .fold(0.0, f64::max);
         let slice = |share: f64| {
             let [x, y] = [0, 1].map(|axis| range(whole[2].0 + share * size, axis));
-            let is_wide = [x, y].iter().all(|(least, most)| most - least >= LEAST * size);
-            Self { axes, x, y, z: whole[2], size, is_slice: is_wide }
+            let is_wide = [x, y]
+                .iter()
+                .all(|(least, most)| most - least >= LEAST * size);
+            Self {
+                axes,
+                x,
+                y,
+                z: whole[2],
+                size,
+                is_slice: is_wide,
+            }
         };
         let lowest = slice(SLICES[0]);
-        if lowest.is_slice { lowest } else { Self { is_slice: false, ..slice(SLICES[1]) } }
+        if lowest.is_slice {
+            lowest
+        } else {
+            Self {
+                is_slice: false,
+                ..slice(SLICES[1])
+            }
+        }
     }
 
     /// Area of the face (m^2). It is 0 if the lowest points alone do not span the face.
     fn area(&self) -> f64 {
-        if self.is_slice { (self.x.1 - self.x.0) * (self.y.1 - self.y.0) } else { 0.0 }
+        if self.is_slice {
+            (self.x.1 - self.x.0) * (self.y.1 - self.y.0)
+        } else {
+            0.0
+        }
     }
 }
 
 /// The axis of the frame that is close to a direction, or else the direction.
 fn snapped(direction: Vector3<f64>) -> Vector3<f64> {
     let axis = Vector3::ith(direction.iamax(), direction[direction.iamax()].signum());
-    if axis.angle(&direction) < SNAP_RAD { axis } else { direction }
+    if axis.angle(&direction) < SNAP_RAD {
+        axis
+    } else {
+        direction
+    }
 }

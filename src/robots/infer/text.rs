@@ -38,7 +38,10 @@ pub fn toml(urdf: &str, robot: &Robot, origins: &Origins) -> String {
         format!("friction = {}", decimal(robot.friction)),
         "friction coefficient between soles and ground [-]; assumed",
     );
-    column(format!("delay_s = {}", robot.delay_s), "delay from sensing to torque [s]; assumed");
+    column(
+        format!("delay_s = {}", robot.delay_s),
+        "delay from sensing to torque [s]; assumed",
+    );
     if let Some(range_rad) = origins.range_rad {
         column(
             format!("range_rad = {}", decimal(range_rad)),
@@ -67,12 +70,24 @@ pub fn toml(urdf: &str, robot: &Robot, origins: &Origins) -> String {
 }
 
 fn soles_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
-    let found = [("left", &origins.soles.left), ("right", &origins.soles.right)];
-    let origin = if origins.soles_are_stated { "stated before" } else { "read" };
+    let found = [
+        ("left", &origins.soles.left),
+        ("right", &origins.soles.right),
+    ];
+    let origin = if origins.soles_are_stated {
+        "stated before"
+    } else {
+        "read"
+    };
     if found.iter().all(|(_, found)| found.is_box) {
-        line(&format!("[soles]                         # links with one collision box each; {origin}"));
+        line(&format!(
+            "[soles]                         # links with one collision box each; {origin}"
+        ));
         for (side, found) in found {
-            line(&format!("{side} = {}", quoted(&robot.frames[found.sole.frame].name)));
+            line(&format!(
+                "{side} = {}",
+                quoted(&robot.frames[found.sole.frame].name)
+            ));
         }
     } else {
         let what = if origins.soles_are_stated {
@@ -87,12 +102,29 @@ fn soles_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
         for (side, found) in found {
             let [length, width] = found.sole.half_m.map(|half| 2.0 * half);
             let center = found.in_frame.translation.vector;
-            line(&format!("[soles.{side}]\nlink = {}", quoted(&robot.frames[found.sole.frame].name)));
-            line(&format!("center_m = [{}, {}, {}]", decimal(center.x), decimal(center.y), decimal(center.z)));
-            line(&format!("size_m = [{}, {}]             # length (x), width (y)", decimal(length), decimal(width)));
+            line(&format!(
+                "[soles.{side}]\nlink = {}",
+                quoted(&robot.frames[found.sole.frame].name)
+            ));
+            line(&format!(
+                "center_m = [{}, {}, {}]",
+                decimal(center.x),
+                decimal(center.y),
+                decimal(center.z)
+            ));
+            line(&format!(
+                "size_m = [{}, {}]             # length (x), width (y)",
+                decimal(length),
+                decimal(width)
+            ));
             if found.in_frame.rotation.angle() > 1e-9 {
                 let (roll, pitch, yaw) = found.in_frame.rotation.euler_angles();
-                line(&format!("rpy_rad = [{}, {}, {}]", decimal(roll), decimal(pitch), decimal(yaw)));
+                line(&format!(
+                    "rpy_rad = [{}, {}, {}]",
+                    decimal(roll),
+                    decimal(pitch),
+                    decimal(yaw)
+                ));
             }
         }
     }
@@ -108,34 +140,80 @@ fn reach_text(robot: &Robot, line: &mut dyn FnMut(&str)) {
          # touching, and the motors of the swing leg can make it in that time (`standfast model` computes the least time).",
     );
     for region in &robot.reach {
-        let LandingRegion { name, x_m: [x0, x1], y_m: [y0, y1], swing_time_s, sideways_from, arc_m } = region;
+        let LandingRegion {
+            name,
+            x_m: [x0, x1],
+            y_m: [y0, y1],
+            swing_time_s,
+            sideways_from,
+            arc_m,
+        } = region;
         line(&format!("[[reach]]\nname = {}", quoted(name)));
-        line(&format!("x_m = [{}, {}]              # [m]", decimal(*x0), decimal(*x1)));
-        line(&format!("y_m = [{}, {}]               # [m]", decimal(*y0), decimal(*y1)));
-        let needs = least_swing_time_s(robot, region).map_or(String::new(), |s| format!("; the motors need {s:.3} s"));
-        line(&format!("swing_time_s = {swing_time_s}            # from the lift to the landing [s]{needs}"));
+        line(&format!(
+            "x_m = [{}, {}]              # [m]",
+            decimal(*x0),
+            decimal(*x1)
+        ));
+        line(&format!(
+            "y_m = [{}, {}]               # [m]",
+            decimal(*y0),
+            decimal(*y1)
+        ));
+        let needs = least_swing_time_s(robot, region)
+            .map_or(String::new(), |s| format!("; the motors need {s:.3} s"));
+        line(&format!(
+            "swing_time_s = {swing_time_s}            # from the lift to the landing [s]{needs}"
+        ));
         if *sideways_from > 0.0 {
             line(&format!(
                 "sideways_from = {sideways_from}            # share of the swing from which on the foot moves sideways"
             ));
         }
         if *arc_m > 0.0 {
-            line(&format!("arc_m = {arc_m}                   # how far it swings out on its way [m]"));
+            line(&format!(
+                "arc_m = {arc_m}                   # how far it swings out on its way [m]"
+            ));
         }
     }
 }
 
 fn noise_text(robot: &Robot, line: &mut dyn FnMut(&str)) {
     let noise = &robot.noise;
-    line("\n# Standard deviations of white noise, with one sample per control tick; all assumed.\n[noise]");
+    line(
+        "\n# Standard deviations of white noise, with one sample per control tick; all assumed.\n[noise]",
+    );
     for (key, value, comment) in [
         ("joint_angle_rad", noise.joint_angle_rad, "encoders [rad]"),
-        ("joint_speed_rad_s", noise.joint_speed_rad_s, "speeds of the joints [rad/s]"),
-        ("gyro_rad_s", noise.gyro_rad_s, "angular velocity of the trunk [rad/s]"),
-        ("orientation_rad", noise.orientation_rad, "orientation of the trunk, about each axis [rad]"),
-        ("accelerometer_m_s2", noise.accelerometer_m_s2, "acceleration of the trunk [m/s^2]"),
-        ("sole_force_n", noise.sole_force_n, "force under each sole, each axis [N]"),
-        ("sole_moment_n_m", noise.sole_moment_n_m, "moment about each sole's centre, each axis [N m]"),
+        (
+            "joint_speed_rad_s",
+            noise.joint_speed_rad_s,
+            "speeds of the joints [rad/s]",
+        ),
+        (
+            "gyro_rad_s",
+            noise.gyro_rad_s,
+            "angular velocity of the trunk [rad/s]",
+        ),
+        (
+            "orientation_rad",
+            noise.orientation_rad,
+            "orientation of the trunk, about each axis [rad]",
+        ),
+        (
+            "accelerometer_m_s2",
+            noise.accelerometer_m_s2,
+            "acceleration of the trunk [m/s^2]",
+        ),
+        (
+            "sole_force_n",
+            noise.sole_force_n,
+            "force under each sole, each axis [N]",
+        ),
+        (
+            "sole_moment_n_m",
+            noise.sole_moment_n_m,
+            "moment about each sole's centre, each axis [N m]",
+        ),
     ] {
         figure(line, key, value, comment);
     }
@@ -151,7 +229,16 @@ fn servos_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
         }
     }
     groups.sort_by_key(|(found, _)| found.group);
-    for (servos::FoundServo { servo, group, torque_is_read, speed_is_read }, joints) in groups {
+    for (
+        servos::FoundServo {
+            servo,
+            group,
+            torque_is_read,
+            speed_is_read,
+        },
+        joints,
+    ) in groups
+    {
         line(&format!("\n# {}\n[[servos]]\njoints = [", group.name()));
         let mut row = String::from("   ");
         for &j in &joints {
@@ -168,7 +255,14 @@ fn servos_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
         for (key, value, comment) in [
             ("kp_n_m_rad", servo.kp, "stiffness [N m/rad]; assumed"),
             ("kd_n_m_s_rad", servo.kd, "damping [N m s/rad]; assumed"),
-            ("torque_n_m", servo.torque_n_m, &format!("torque limit at low speed [N m]; {}", origin(*torque_is_read))),
+            (
+                "torque_n_m",
+                servo.torque_n_m,
+                &format!(
+                    "torque limit at low speed [N m]; {}",
+                    origin(*torque_is_read)
+                ),
+            ),
             (
                 "full_torque_speed_rad_s",
                 servo.full_torque_speed_rad_s,
@@ -177,9 +271,16 @@ fn servos_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
             (
                 "no_torque_speed_rad_s",
                 servo.no_torque_speed_rad_s,
-                &format!("speed with zero torque, linear between [rad/s]; {}", origin(*speed_is_read)),
+                &format!(
+                    "speed with zero torque, linear between [rad/s]; {}",
+                    origin(*speed_is_read)
+                ),
             ),
-            ("rotor_inertia_kg_m2", servo.rotor_inertia_kg_m2, "rotor inertia seen at the joint [kg m^2]; assumed"),
+            (
+                "rotor_inertia_kg_m2",
+                servo.rotor_inertia_kg_m2,
+                "rotor inertia seen at the joint [kg m^2]; assumed",
+            ),
         ] {
             figure(line, key, value, comment);
         }
@@ -204,17 +305,26 @@ fn home_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
                 (false, Some(_)) => "read",
                 (false, None) => "assumed",
             };
-            line(&format!("{:<40}# {origin}", format!("{} = {}", key(&joint.name), decimal(angle))));
+            line(&format!(
+                "{:<40}# {origin}",
+                format!("{} = {}", key(&joint.name), decimal(angle))
+            ));
         }
     }
 }
 
 /// A line with a number.
 fn figure(line: &mut dyn FnMut(&str), key: &str, value: f64, comment: &str) {
-    line(&format!("{:<32}# {comment}", format!("{key} = {}", decimal(value))));
+    line(&format!(
+        "{:<32}# {comment}",
+        format!("{key} = {}", decimal(value))
+    ));
 }
 
 fn key(name: &str) -> String {
-    let is_bare = name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c)) && !name.is_empty();
+    let is_bare = name
+        .chars()
+        .all(|c| c.is_ascii_alphanumeric() || "_-".contains(c))
+        && !name.is_empty();
     if is_bare { name.into() } else { quoted(name) }
 }

@@ -36,12 +36,20 @@ pub fn beside(urdf: &Path) -> Option<Result<String, String>> {
 /// The text of some meshes, in their order.
 pub fn text(meshes: &[(Named, Arc<Mesh>)]) -> String {
     let mut text = String::new();
-    let mut line = |word: &str, [x, y, z]: [f64; 3], rest: &str| _ = writeln!(text, "{word} {x} {y} {z}{rest}");
+    let mut line = |word: &str, [x, y, z]: [f64; 3], rest: &str| {
+        _ = writeln!(text, "{word} {x} {y} {z}{rest}")
+    };
     for ((name, scale), mesh) in meshes {
         line("mesh", scale.map(f64::from_bits), &format!(" {name}"));
-        mesh.hull.iter().for_each(|point| line("hull", point.coords.into(), ""));
-        mesh.points.iter().for_each(|point| line("point", point.coords.into(), ""));
-        mesh.triangles.iter().for_each(|corners| line("triangle", corners.map(f64::from), ""));
+        mesh.hull
+            .iter()
+            .for_each(|point| line("hull", point.coords.into(), ""));
+        mesh.points
+            .iter()
+            .for_each(|point| line("point", point.coords.into(), ""));
+        mesh.triangles
+            .iter()
+            .for_each(|corners| line("triangle", corners.map(f64::from), ""));
     }
     text
 }
@@ -53,11 +61,20 @@ pub fn read(text: &str) -> Result<Vec<(Named, Arc<Mesh>)>, String> {
         let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
         let added = match (word, meshes.last_mut()) {
             ("mesh", _) => named(rest).map(|named| {
-                meshes.push((named, Mesh { points: Vec::new(), triangles: Vec::new(), hull: Vec::new() }));
+                meshes.push((
+                    named,
+                    Mesh {
+                        points: Vec::new(),
+                        triangles: Vec::new(),
+                        hull: Vec::new(),
+                    },
+                ));
             }),
             ("hull", Some((_, mesh))) => point(rest).map(|point| mesh.hull.push(point)),
             ("point", Some((_, mesh))) => point(rest).map(|point| mesh.points.push(point)),
-            ("triangle", Some((_, mesh))) => triple(rest).map(|corners| mesh.triangles.push(corners)),
+            ("triangle", Some((_, mesh))) => {
+                triple(rest).map(|corners| mesh.triangles.push(corners))
+            }
             _ => None,
         };
         added.ok_or_else(|| format!("line {}: `{line}` is not understood", number + 1))?;
@@ -68,7 +85,10 @@ pub fn read(text: &str) -> Result<Vec<(Named, Arc<Mesh>)>, String> {
             return Err(format!("the mesh {name} is not whole"));
         }
     }
-    Ok(meshes.into_iter().map(|(named, mesh)| (named, Arc::new(mesh))).collect())
+    Ok(meshes
+        .into_iter()
+        .map(|(named, mesh)| (named, Arc::new(mesh)))
+        .collect())
 }
 
 fn named(rest: &str) -> Option<Named> {
@@ -79,12 +99,18 @@ fn named(rest: &str) -> Option<Named> {
 }
 
 fn triple<T: FromStr>(rest: &str) -> Option<[T; 3]> {
-    let numbers: Vec<T> = rest.split(' ').map(str::parse).collect::<Result<_, _>>().ok()?;
+    let numbers: Vec<T> = rest
+        .split(' ')
+        .map(str::parse)
+        .collect::<Result<_, _>>()
+        .ok()?;
     numbers.try_into().ok()
 }
 
 fn point(rest: &str) -> Option<Point3<f64>> {
-    triple(rest).filter(|xyz: &[f64; 3]| xyz.iter().all(|x| x.is_finite())).map(Point3::from)
+    triple(rest)
+        .filter(|xyz: &[f64; 3]| xyz.iter().all(|x| x.is_finite()))
+        .map(Point3::from)
 }
 
 #[cfg(test)]
@@ -93,10 +119,21 @@ mod tests {
 
     #[test]
     fn meshes_read_back_to_the_bit() {
-        let corners = [[0.1 + 0.2, 1e-300, -0.0], [1.0 / 3.0, -7.5, 0.0], [0.0, 2e9, 1e-9], [0.5, 0.25, 4.0]];
-        let mesh = Mesh::new(corners.map(Point3::from).to_vec(), vec![[0, 1, 2], [3, 2, 1]]);
+        let corners = [
+            [0.1 + 0.2, 1e-300, -0.0],
+            [1.0 / 3.0, -7.5, 0.0],
+            [0.0, 2e9, 1e-9],
+            [0.5, 0.25, 4.0],
+        ];
+        let mesh = Mesh::new(
+            corners.map(Point3::from).to_vec(),
+            vec![[0, 1, 2], [3, 2, 1]],
+        );
         let named = |name: &str| (name.to_string(), [0.001, -1.0, 1.0].map(f64::to_bits));
-        let meshes = [(named("package://a b/c.stl"), Arc::new(mesh.clone())), (named("d.obj"), Arc::new(mesh))];
+        let meshes = [
+            (named("package://a b/c.stl"), Arc::new(mesh.clone())),
+            (named("d.obj"), Arc::new(mesh)),
+        ];
         let again = read(&text(&meshes)).unwrap();
         assert_eq!(format!("{again:?}"), format!("{meshes:?}"));
         assert_eq!(text(&again), text(&meshes));
@@ -108,7 +145,10 @@ mod tests {
             ("hull 0 0 0", "line 1: `hull 0 0 0` is not understood"),
             ("mesh 1 1 1 a\nhull 0 0", "line 2"),
             ("mesh 1 1 1 a\nhull 0 0 NaN", "line 2"),
-            ("mesh 1 1 1 a\nhull 0 0 0\ntriangle 0 0 0", "the mesh a is not whole"),
+            (
+                "mesh 1 1 1 a\nhull 0 0 0\ntriangle 0 0 0",
+                "the mesh a is not whole",
+            ),
             ("mesh 1 1 1 a", "the mesh a is not whole"),
         ] {
             let problem = read(text).unwrap_err();

@@ -17,12 +17,28 @@ const MOST_TRIANGLES: usize = 4_000_000;
 
 /// Reads the text of a file.
 pub fn read(text: &str) -> Result<Triangles, String> {
-    let document = xml_limits::document(text).map_err(|problem| format!("the XML is malformed: {problem}"))?;
-    let unit_m = document.descendants().find(|node| node.has_tag_name("unit")).and_then(|unit| unit.attribute("meter"));
-    let unit_m: f64 = unit_m.map_or(Some(1.0), |text| text.trim().parse().ok()).ok_or("its <unit> is no number")?;
-    let mut scene = Scene { ids: ids(&document), mesh: Triangles::default(), nodes: 0 };
-    let roots: Vec<Node> = match document.descendants().find(|node| node.has_tag_name("visual_scene")) {
-        Some(scene) => scene.children().filter(|node| node.has_tag_name("node")).collect(),
+    let document =
+        xml_limits::document(text).map_err(|problem| format!("the XML is malformed: {problem}"))?;
+    let unit_m = document
+        .descendants()
+        .find(|node| node.has_tag_name("unit"))
+        .and_then(|unit| unit.attribute("meter"));
+    let unit_m: f64 = unit_m
+        .map_or(Some(1.0), |text| text.trim().parse().ok())
+        .ok_or("its <unit> is no number")?;
+    let mut scene = Scene {
+        ids: ids(&document),
+        mesh: Triangles::default(),
+        nodes: 0,
+    };
+    let roots: Vec<Node> = match document
+        .descendants()
+        .find(|node| node.has_tag_name("visual_scene"))
+    {
+        Some(scene) => scene
+            .children()
+            .filter(|node| node.has_tag_name("node"))
+            .collect(),
         None => Vec::new(),
     };
     for root in &roots {
@@ -30,7 +46,10 @@ pub fn read(text: &str) -> Result<Triangles, String> {
     }
     // The geometries of a library without a scene are taken as they are.
     if roots.is_empty() {
-        for geometry in document.descendants().filter(|node| node.has_tag_name("geometry")) {
+        for geometry in document
+            .descendants()
+            .filter(|node| node.has_tag_name("geometry"))
+        {
             scene.add_geometry(&geometry, &Matrix4::identity())?;
         }
     }
@@ -41,7 +60,10 @@ pub fn read(text: &str) -> Result<Triangles, String> {
 
 /// The elements with an `id`, by their `id`.
 fn ids<'a, 'd>(document: &'a Document<'d>) -> HashMap<&'a str, Node<'a, 'd>> {
-    document.descendants().filter_map(|node| Some((node.attribute("id")?, node))).collect()
+    document
+        .descendants()
+        .filter_map(|node| Some((node.attribute("id")?, node)))
+        .collect()
 }
 
 struct Scene<'a, 'd> {
@@ -55,25 +77,40 @@ impl<'a, 'd> Scene<'a, 'd> {
     /// The element to which a reference such as `#id` leads.
     fn named(&self, node: &Node<'a, 'd>, attribute: &str) -> Result<Node<'a, 'd>, String> {
         let url = node.attribute(attribute).unwrap_or_default();
-        self.ids.get(url.trim_start_matches('#')).copied().ok_or_else(|| format!("{url:?} does not exist"))
+        self.ids
+            .get(url.trim_start_matches('#'))
+            .copied()
+            .ok_or_else(|| format!("{url:?} does not exist"))
     }
 
     /// Adds the content of a node. `to_parent` is the transform from the frame of its parent to the frame of the mesh.
-    fn add_node(&mut self, node: &Node<'a, 'd>, to_parent: Matrix4<f64>, level: usize) -> Result<(), String> {
+    fn add_node(
+        &mut self,
+        node: &Node<'a, 'd>,
+        to_parent: Matrix4<f64>,
+        level: usize,
+    ) -> Result<(), String> {
         self.nodes += 1;
         if level > MOST_LEVELS || self.nodes > MOST_NODES {
-            return Err(format!("it has more than {MOST_NODES} nodes, or nodes nested more than {MOST_LEVELS} deep"));
+            return Err(format!(
+                "it has more than {MOST_NODES} nodes, or nodes nested more than {MOST_LEVELS} deep"
+            ));
         }
         let mut pose = to_parent;
         for child in node.children().filter(Node::is_element) {
             match child.tag_name().name() {
                 "matrix" => pose *= Matrix4::from_row_slice(&some::<16>(&child)?),
-                "translate" => pose *= Translation3::from(Vector3::from(some::<3>(&child)?)).to_homogeneous(),
-                "scale" => pose *= Matrix4::new_nonuniform_scaling(&Vector3::from(some::<3>(&child)?)),
+                "translate" => {
+                    pose *= Translation3::from(Vector3::from(some::<3>(&child)?)).to_homogeneous()
+                }
+                "scale" => {
+                    pose *= Matrix4::new_nonuniform_scaling(&Vector3::from(some::<3>(&child)?))
+                }
                 "rotate" => {
                     let [x, y, z, deg] = some::<4>(&child)?;
                     if let Some(axis) = Unit::try_new(Vector3::new(x, y, z), 1e-9) {
-                        pose *= Rotation3::from_axis_angle(&axis, deg.to_radians()).to_homogeneous();
+                        pose *=
+                            Rotation3::from_axis_angle(&axis, deg.to_radians()).to_homogeneous();
                     }
                 }
                 "node" => self.add_node(&child, pose, level + 1)?,
@@ -87,7 +124,9 @@ impl<'a, 'd> Scene<'a, 'd> {
 
     /// Adds the polygons of a geometry.
     fn add_geometry(&mut self, geometry: &Node<'a, 'd>, pose: &Matrix4<f64>) -> Result<(), String> {
-        let Some(mesh) = child(geometry, "mesh") else { return Ok(()) };
+        let Some(mesh) = child(geometry, "mesh") else {
+            return Ok(());
+        };
         // A geometry may have several lists of polygons with the same corners.
         let mut first_corners: HashMap<&str, u32> = HashMap::new();
         let is_mirrored = pose.fixed_view::<3, 3>(0, 0).determinant() < 0.0;
@@ -96,39 +135,66 @@ impl<'a, 'd> Scene<'a, 'd> {
             if !["triangles", "polylist", "polygons"].contains(&tag) {
                 continue;
             }
-            let inputs = || polygons.children().filter(|node| node.has_tag_name("input"));
-            let offset = |input: &Node| input.attribute("offset").and_then(|text| text.parse().ok()).unwrap_or(0_usize);
-            let Some(corners) = inputs().find(|input| input.attribute("semantic") == Some("VERTEX")) else { continue };
-            let (at, stride) = (offset(&corners), 1 + inputs().map(|input| offset(&input)).max().unwrap_or(0));
+            let inputs = || {
+                polygons
+                    .children()
+                    .filter(|node| node.has_tag_name("input"))
+            };
+            let offset = |input: &Node| {
+                input
+                    .attribute("offset")
+                    .and_then(|text| text.parse().ok())
+                    .unwrap_or(0_usize)
+            };
+            let Some(corners) =
+                inputs().find(|input| input.attribute("semantic") == Some("VERTEX"))
+            else {
+                continue;
+            };
+            let (at, stride) = (
+                offset(&corners),
+                1 + inputs().map(|input| offset(&input)).max().unwrap_or(0),
+            );
             let name = corners.attribute("source").unwrap_or_default();
             let first = match first_corners.get(name) {
                 Some(first) => *first,
                 None => {
                     let first = self.mesh.points.len() as u32;
                     let points = self.positions(&self.named(&corners, "source")?)?;
-                    self.mesh.points.extend(points.iter().map(|point| pose.transform_point(point)));
+                    self.mesh
+                        .points
+                        .extend(points.iter().map(|point| pose.transform_point(point)));
                     first_corners.insert(name, first);
                     first
                 }
             };
-            let counts: Option<Vec<usize>> = child(&polygons, "vcount").map(|node| numbers(&node)).transpose()?;
+            let counts: Option<Vec<usize>> = child(&polygons, "vcount")
+                .map(|node| numbers(&node))
+                .transpose()?;
             let mut counts = counts.into_iter().flatten();
             for list in polygons.children().filter(|node| node.has_tag_name("p")) {
                 let indices: Vec<u32> = numbers(&list)?;
-                let corners: Vec<u32> =
-                    indices.chunks_exact(stride).map(|corner| corner[at].saturating_add(first)).collect();
+                let corners: Vec<u32> = indices
+                    .chunks_exact(stride)
+                    .map(|corner| corner[at].saturating_add(first))
+                    .collect();
                 let mut rest = corners.as_slice();
                 while !rest.is_empty() {
                     let count = match tag {
                         "triangles" => 3,
                         "polygons" => rest.len(),
-                        _ => counts.next().ok_or("a <polylist> has more corners than <vcount> says")?,
+                        _ => counts
+                            .next()
+                            .ok_or("a <polylist> has more corners than <vcount> says")?,
                     };
-                    let (polygon, others) =
-                        rest.split_at_checked(count).ok_or_else(|| format!("a <{tag}> ends within a polygon"))?;
+                    let (polygon, others) = rest
+                        .split_at_checked(count)
+                        .ok_or_else(|| format!("a <{tag}> ends within a polygon"))?;
                     rest = others;
                     match is_mirrored {
-                        true => self.mesh.fan(&polygon.iter().rev().copied().collect::<Vec<_>>()),
+                        true => self
+                            .mesh
+                            .fan(&polygon.iter().rev().copied().collect::<Vec<_>>()),
                         false => self.mesh.fan(polygon),
                     }
                 }
@@ -147,12 +213,19 @@ impl<'a, 'd> Scene<'a, 'd> {
             Some(input) => self.named(&input, "source")?,
             None => *node,
         };
-        let accessor = source.descendants().find(|node| node.has_tag_name("accessor"));
-        let stride = accessor.and_then(|accessor| accessor.attribute("stride")).and_then(|text| text.parse().ok());
-        let array = child(&source, "float_array").ok_or("a source of points has no <float_array>")?;
+        let accessor = source
+            .descendants()
+            .find(|node| node.has_tag_name("accessor"));
+        let stride = accessor
+            .and_then(|accessor| accessor.attribute("stride"))
+            .and_then(|text| text.parse().ok());
+        let array =
+            child(&source, "float_array").ok_or("a source of points has no <float_array>")?;
         let numbers: Vec<f64> = numbers(&array)?;
         let rows = numbers.chunks_exact(stride.unwrap_or(3).max(3));
-        Ok(rows.map(|row| Point3::new(row[0], row[1], row[2])).collect())
+        Ok(rows
+            .map(|row| Point3::new(row[0], row[1], row[2]))
+            .collect())
     }
 }
 
@@ -162,13 +235,25 @@ fn child<'a, 'd>(node: &Node<'a, 'd>, tag: &str) -> Option<Node<'a, 'd>> {
 
 /// All numbers in a node.
 fn numbers<T: std::str::FromStr>(node: &Node) -> Result<Vec<T>, String> {
-    let numbers: Result<Vec<T>, _> = node.text().unwrap_or_default().split_whitespace().map(str::parse).collect();
-    numbers.map_err(|_| format!("a <{}> has a word that is no such number", node.tag_name().name()))
+    let numbers: Result<Vec<T>, _> = node
+        .text()
+        .unwrap_or_default()
+        .split_whitespace()
+        .map(str::parse)
+        .collect();
+    numbers.map_err(|_| {
+        format!(
+            "a <{}> has a word that is no such number",
+            node.tag_name().name()
+        )
+    })
 }
 
 /// Exactly N numbers in a node.
 fn some<const N: usize>(node: &Node) -> Result<[f64; N], String> {
-    numbers(node)?.try_into().map_err(|_| format!("a <{}> does not have {N} numbers", node.tag_name().name()))
+    numbers(node)?
+        .try_into()
+        .map_err(|_| format!("a <{}> does not have {N} numbers", node.tag_name().name()))
 }
 
 #[cfg(test)]
@@ -200,9 +285,21 @@ mod tests {
         )
         .unwrap();
         // (1, 1, 0) -> (2, 1, 5) -> (-1, 2, 5) -> (9, 2, 5).
-        assert!((mesh.points[2] - Point3::new(0.09, 0.02, 0.05)).norm() < 1e-12, "{}", mesh.points[2]);
-        assert!((mesh.points[6] - Point3::new(0.01, -0.01, 0.0)).norm() < 1e-12, "{}", mesh.points[6]);
-        assert_eq!((mesh.triangles.len(), square("").unwrap().triangles.len()), (4, 2), "without a scene, all is read");
+        assert!(
+            (mesh.points[2] - Point3::new(0.09, 0.02, 0.05)).norm() < 1e-12,
+            "{}",
+            mesh.points[2]
+        );
+        assert!(
+            (mesh.points[6] - Point3::new(0.01, -0.01, 0.0)).norm() < 1e-12,
+            "{}",
+            mesh.points[6]
+        );
+        assert_eq!(
+            (mesh.triangles.len(), square("").unwrap().triangles.len()),
+            (4, 2),
+            "without a scene, all is read"
+        );
         // A mirrored polygon still faces the same side.
         for &[a, b, c] in &mesh.triangles {
             let at = |i: u32| mesh.points[i as usize];
@@ -215,12 +312,24 @@ mod tests {
         let node = r##"<node id="a"><instance_geometry url="#square"/></node>"##;
         for (from, to, expected) in [
             ("#square", "#circle", "\"#circle\" does not exist"),
-            ("<instance_geometry url=\"#square\"/>", "<instance_node url=\"#a\"/>", "nested more than 32 deep"),
+            (
+                "<instance_geometry url=\"#square\"/>",
+                "<instance_node url=\"#a\"/>",
+                "nested more than 32 deep",
+            ),
             ("<vcount>4", "<vcount>5", "ends within a polygon"),
             ("<vcount>4", "<vcount>", "more corners than <vcount> says"),
-            ("0 9 1 9", "0 9 x 9", "a <p> has a word that is no such number"),
+            (
+                "0 9 1 9",
+                "0 9 x 9",
+                "a <p> has a word that is no such number",
+            ),
             ("meter=\"0.01\"", "meter=\"cm\"", "its <unit> is no number"),
-            ("1 1 0", "1 one 0", "a <float_array> has a word that is no such number"),
+            (
+                "1 1 0",
+                "1 one 0",
+                "a <float_array> has a word that is no such number",
+            ),
         ] {
             let text = SQUARE.replace("NODES", node);
             assert!(text.contains(from), "{from}");

@@ -13,7 +13,10 @@ const LFS_POINTER: &[u8] = b"version https://git-lfs";
 
 /// Reads a mesh in the format of its extension.
 pub fn read(path: &Path) -> Result<Triangles, String> {
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let extension = path
+        .extension()
+        .map(|extension| extension.to_string_lossy().to_lowercase())
+        .unwrap_or_default();
     let parse = match extension.as_str() {
         "stl" => stl,
         "obj" => |bytes: &[u8]| obj(utf8(bytes)?),
@@ -26,10 +29,19 @@ pub fn read(path: &Path) -> Result<Triangles, String> {
     if mesh.triangles.is_empty() {
         return Err("it has no triangles".into());
     }
-    if mesh.triangles.iter().flatten().any(|&corner| corner as usize >= count) {
+    if mesh
+        .triangles
+        .iter()
+        .flatten()
+        .any(|&corner| corner as usize >= count)
+    {
         return Err("a triangle names a corner that does not exist".into());
     }
-    if mesh.points.iter().any(|point| point.iter().any(|x| x.is_nan() || x.abs() > 1e9)) {
+    if mesh
+        .points
+        .iter()
+        .any(|point| point.iter().any(|x| x.is_nan() || x.abs() > 1e9))
+    {
         return Err("a coordinate is not a number or too large".into());
     }
     // A shape that was rounded to nothing would be a speck on which a foot stands.
@@ -54,10 +66,14 @@ fn utf8(bytes: &[u8]) -> Result<&str, String> {
 fn stl(bytes: &[u8]) -> Result<Triangles, String> {
     let points = match stl_binary(bytes) {
         Some(points) => points,
-        None if bytes.trim_ascii_start().starts_with(b"solid") => stl_text(&String::from_utf8_lossy(bytes))?,
+        None if bytes.trim_ascii_start().starts_with(b"solid") => {
+            stl_text(&String::from_utf8_lossy(bytes))?
+        }
         None => return Err("it is not an STL file, or one that is cut off".into()),
     };
-    let triangles = (0..points.len() as u32 / 3).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+    let triangles = (0..points.len() as u32 / 3)
+        .map(|k| [3 * k, 3 * k + 1, 3 * k + 2])
+        .collect();
     Ok(Triangles { points, triangles })
 }
 
@@ -70,22 +86,39 @@ fn stl_binary(bytes: &[u8]) -> Option<Vec<Point3<f64>>> {
     if bytes.starts_with(b"solid") && bytes.len() != 84 + 50 * count {
         return None;
     }
-    let number = |bytes: &[u8]| f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
+    let number =
+        |bytes: &[u8]| f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
     // The first three numbers of a triangle are its normal.
-    let corners = triangles.chunks_exact(50).flat_map(|triangle| triangle[12..48].chunks_exact(12));
-    Some(corners.map(|xyz| Point3::new(number(xyz), number(&xyz[4..]), number(&xyz[8..]))).collect())
+    let corners = triangles
+        .chunks_exact(50)
+        .flat_map(|triangle| triangle[12..48].chunks_exact(12));
+    Some(
+        corners
+            .map(|xyz| Point3::new(number(xyz), number(&xyz[4..]), number(&xyz[8..])))
+            .collect(),
+    )
 }
 
 fn stl_text(text: &str) -> Result<Vec<Point3<f64>>, String> {
     let mut points = Vec::new();
     for (number, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
-        if words.next().is_some_and(|word| word.eq_ignore_ascii_case("vertex")) {
-            points
-                .push(point(&mut words).ok_or_else(|| format!("line {}: a vertex without three numbers", number + 1))?);
+        if words
+            .next()
+            .is_some_and(|word| word.eq_ignore_ascii_case("vertex"))
+        {
+            points.push(
+                point(&mut words).ok_or_else(|| {
+                    format!("line {}: a vertex without three numbers", number + 1)
+                })?,
+            );
         }
     }
-    if points.len() % 3 == 0 { Ok(points) } else { Err("a triangle does not have three corners".into()) }
+    if points.len() % 3 == 0 {
+        Ok(points)
+    } else {
+        Err("a triangle does not have three corners".into())
+    }
 }
 
 /// OBJ: its corners and faces. All else is ignored.
@@ -95,12 +128,18 @@ fn obj(text: &str) -> Result<Triangles, String> {
         let bad = |problem: &str| format!("line {}: {problem}", number + 1);
         let mut words = line.split_whitespace();
         match words.next() {
-            Some("v") => mesh.points.push(point(&mut words).ok_or_else(|| bad("a corner without three numbers"))?),
+            Some("v") => mesh
+                .points
+                .push(point(&mut words).ok_or_else(|| bad("a corner without three numbers"))?),
             Some("f") => {
                 // A corner is `place/texture/normal`. Places count from 1, or if negative from the last one back.
                 let place = |word: &str| {
                     let place = i64::from_str(word.split('/').next()?).ok()?;
-                    let index = if place < 0 { mesh.points.len() as i64 + place } else { place - 1 };
+                    let index = if place < 0 {
+                        mesh.points.len() as i64 + place
+                    } else {
+                        place - 1
+                    };
                     u32::try_from(index).ok()
                 };
                 let corners: Option<Vec<u32>> = words.map(place).collect();
@@ -122,12 +161,20 @@ mod tests {
     use super::*;
 
     /// A tetrahedron as text of STL and OBJ, and as binary STL.
-    const CORNERS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]];
+    const CORNERS: [[f32; 3]; 4] = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 2.0, 0.0],
+        [0.0, 0.0, 3.0],
+    ];
     const FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
     fn volume(mesh: &Triangles) -> f64 {
         let at = |i: u32| mesh.points[i as usize].coords;
-        mesh.triangles.iter().map(|&[a, b, c]| at(a).cross(&at(b)).dot(&at(c)) / 6.0).sum()
+        mesh.triangles
+            .iter()
+            .map(|&[a, b, c]| at(a).cross(&at(b)).dot(&at(c)) / 6.0)
+            .sum()
     }
 
     fn binary(head: &[u8]) -> Vec<u8> {
@@ -136,7 +183,11 @@ mod tests {
         bytes.extend(4_u32.to_le_bytes());
         for face in FACES {
             bytes.extend([0; 12]);
-            bytes.extend(face.iter().flat_map(|&i| CORNERS[i]).flat_map(f32::to_le_bytes));
+            bytes.extend(
+                face.iter()
+                    .flat_map(|&i| CORNERS[i])
+                    .flat_map(f32::to_le_bytes),
+            );
             bytes.extend([0; 2]);
         }
         bytes
@@ -145,13 +196,23 @@ mod tests {
     #[test]
     fn stl_and_obj_give_the_same_solid() {
         let facet = |face: [usize; 3]| {
-            let corners: String =
-                face.map(|i| format!("  VERTEX {} {} {}e0\n", CORNERS[i][0], CORNERS[i][1], CORNERS[i][2])).concat();
+            let corners: String = face
+                .map(|i| {
+                    format!(
+                        "  VERTEX {} {} {}e0\n",
+                        CORNERS[i][0], CORNERS[i][1], CORNERS[i][2]
+                    )
+                })
+                .concat();
             format!("facet normal 0 0 0\n outer loop\n{corners} endloop\nendfacet\n")
         };
         let text = format!("solid a b\n{}endsolid\n", FACES.map(facet).concat());
-        let points = CORNERS.map(|[x, y, z]| format!("v {x} {y} {z} 1\n")).concat();
-        let faces = FACES.map(|[a, b, c]| format!("f {}/1/1 {}//2 -{}\n", a + 1, b + 1, 4 - c)).concat();
+        let points = CORNERS
+            .map(|[x, y, z]| format!("v {x} {y} {z} 1\n"))
+            .concat();
+        let faces = FACES
+            .map(|[a, b, c]| format!("f {}/1/1 {}//2 -{}\n", a + 1, b + 1, 4 - c))
+            .concat();
         let meshes = [
             stl(text.as_bytes()).unwrap(),
             stl(&binary(b"solid, though binary")).unwrap(),
@@ -174,19 +235,51 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut cut = binary(b"");
         cut.truncate(200);
-        let nan = binary(b"").iter().enumerate().map(|(i, b)| if i == 99 { 0x7f } else { *b }).collect::<Vec<_>>();
+        let nan = binary(b"")
+            .iter()
+            .enumerate()
+            .map(|(i, b)| if i == 99 { 0x7f } else { *b })
+            .collect::<Vec<_>>();
         let cases: [(&str, &[u8], &str); 11] = [
-            ("a.stl", &cut, "it is not an STL file, or one that is cut off"),
+            (
+                "a.stl",
+                &cut,
+                "it is not an STL file, or one that is cut off",
+            ),
             ("a.stl", &nan, "a coordinate is not a number or too large"),
             ("a.stl", b"solid a\nendsolid a\n", "it has no triangles"),
-            ("a.stl", b"solid a\nvertex 1 2\n", "line 2: a vertex without three numbers"),
-            ("a.stl", b"solid a\nvertex 1 2 3\n", "a triangle does not have three corners"),
-            ("a.obj", b"v 0 2 0\nv 0 2 0\nf 1 2 1\n", "all of its corners coincide"),
-            ("a.obj", b"v 0 0 0\nf 1 2 3\n", "a triangle names a corner that does not exist"),
-            ("a.obj", b"v 0 0 0\nf 1 2 x\n", "line 2: a face with a corner that is no number"),
+            (
+                "a.stl",
+                b"solid a\nvertex 1 2\n",
+                "line 2: a vertex without three numbers",
+            ),
+            (
+                "a.stl",
+                b"solid a\nvertex 1 2 3\n",
+                "a triangle does not have three corners",
+            ),
+            (
+                "a.obj",
+                b"v 0 2 0\nv 0 2 0\nf 1 2 1\n",
+                "all of its corners coincide",
+            ),
+            (
+                "a.obj",
+                b"v 0 0 0\nf 1 2 3\n",
+                "a triangle names a corner that does not exist",
+            ),
+            (
+                "a.obj",
+                b"v 0 0 0\nf 1 2 x\n",
+                "line 2: a face with a corner that is no number",
+            ),
             ("a.obj", b"v \xff 0 0\n", "it is not text in UTF-8"),
             ("a.dae", b"<COLLADA>", "malformed"),
-            ("a.step", b"", "its format is not supported; accepted: .stl, .obj, .dae"),
+            (
+                "a.step",
+                b"",
+                "its format is not supported; accepted: .stl, .obj, .dae",
+            ),
         ];
         for (name, bytes, expected) in cases {
             let path = folder.path().join(name);
@@ -195,7 +288,11 @@ mod tests {
             assert!(problem.contains(expected), "{expected}: {problem}");
         }
         let path = folder.path().join("b.stl");
-        std::fs::write(&path, "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n").unwrap();
+        std::fs::write(
+            &path,
+            "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n",
+        )
+        .unwrap();
         assert!(is_lfs_pointer(&path) && !is_lfs_pointer(&folder.path().join("a.obj")));
     }
 }

@@ -20,14 +20,23 @@ pub struct Triangles {
 impl Triangles {
     /// Adds a polygon by its corners.
     fn fan(&mut self, corners: &[u32]) {
-        self.triangles.extend(corners.windows(2).skip(1).map(|side| [corners[0], side[0], side[1]]));
+        self.triangles.extend(
+            corners
+                .windows(2)
+                .skip(1)
+                .map(|side| [corners[0], side[0], side[1]]),
+        );
     }
 
     /// Scales the points along the axes. Triangles that are mirrored by that still look to the outside.
     pub fn scaled(mut self, scale: &Vector3<f64>) -> Self {
-        self.points.iter_mut().for_each(|point| point.coords.component_mul_assign(scale));
+        self.points
+            .iter_mut()
+            .for_each(|point| point.coords.component_mul_assign(scale));
         if scale.product() < 0.0 {
-            self.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+            self.triangles
+                .iter_mut()
+                .for_each(|triangle| triangle.swap(1, 2));
         }
         self
     }

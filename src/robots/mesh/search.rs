@@ -5,22 +5,31 @@ use std::path::{Path, PathBuf};
 /// Finds a mesh that a URDF names: `package://NAME/rest` (or `model://`), `file://` and a path, or a path relative to
 /// the folder of the URDF. A package is searched upward from this folder, then in the folders of `roots`.
 pub fn find(name: &str, urdf: &Path, roots: &[PathBuf]) -> Option<PathBuf> {
-    candidates(name, urdf, roots).into_iter().find(|path| path.is_file())
+    candidates(name, urdf, roots)
+        .into_iter()
+        .find(|path| path.is_file())
 }
 
 /// The folders of `ROS_PACKAGE_PATH`.
 pub fn package_roots() -> Vec<PathBuf> {
-    std::env::var_os("ROS_PACKAGE_PATH").map_or(Vec::new(), |paths| std::env::split_paths(&paths).collect())
+    std::env::var_os("ROS_PACKAGE_PATH")
+        .map_or(Vec::new(), |paths| std::env::split_paths(&paths).collect())
 }
 
 /// Paths at which a mesh may be, best first.
 fn candidates(name: &str, urdf: &Path, roots: &[PathBuf]) -> Vec<PathBuf> {
     let urdf = std::path::absolute(urdf).unwrap_or_else(|_| urdf.into());
     let mut folders = urdf.ancestors().skip(1);
-    let in_package = ["package://", "model://"].iter().find_map(|scheme| name.strip_prefix(scheme));
+    let in_package = ["package://", "model://"]
+        .iter()
+        .find_map(|scheme| name.strip_prefix(scheme));
     let Some(in_package) = in_package else {
         let path = name.strip_prefix("file://").unwrap_or(name);
-        return folders.next().map(|folder| folder.join(path)).into_iter().collect();
+        return folders
+            .next()
+            .map(|folder| folder.join(path))
+            .into_iter()
+            .collect();
     };
     // Some files have three slashes.
     let in_package = in_package.trim_start_matches('/');
@@ -64,25 +73,43 @@ mod tests {
         let find = |name: &str, roots: &[PathBuf]| find(name, &urdf, roots);
         let ros = [at("ros"), at("ros/third")];
         for (name, expected) in [
-            ("package://mine_description/meshes/a.stl", Some("work/mine_description/meshes/a.stl")),
-            ("model://mine_description/meshes/a.stl", Some("work/mine_description/meshes/a.stl")),
+            (
+                "package://mine_description/meshes/a.stl",
+                Some("work/mine_description/meshes/a.stl"),
+            ),
+            (
+                "model://mine_description/meshes/a.stl",
+                Some("work/mine_description/meshes/a.stl"),
+            ),
             // The folder of the package was renamed.
-            ("package://yours_description/meshes/a.stl", Some("work/mine_description/meshes/a.stl")),
+            (
+                "package://yours_description/meshes/a.stl",
+                Some("work/mine_description/meshes/a.stl"),
+            ),
             ("package://other/b.stl", Some("work/other/b.stl")),
             ("package:///other/b.stl", Some("work/other/b.stl")),
             ("package://third/c.stl", Some("ros/third/c.stl")),
             ("package://fourth/c.stl", None),
             ("e.stl", Some("work/mine_description/urdf/e.stl")),
-            ("../meshes/a.stl", Some("work/mine_description/urdf/../meshes/a.stl")),
+            (
+                "../meshes/a.stl",
+                Some("work/mine_description/urdf/../meshes/a.stl"),
+            ),
             ("a.stl", None),
             ("meshes", None),
         ] {
             assert_eq!(find(name, &ros), expected.map(&at), "{name}");
         }
-        assert_eq!(find("package://third/deep/d.stl", &ros[1..]), Some(at("ros/third/deep/d.stl")));
+        assert_eq!(
+            find("package://third/deep/d.stl", &ros[1..]),
+            Some(at("ros/third/deep/d.stl"))
+        );
         assert_eq!(find("package://third/c.stl", &[]), None);
         let absolute = at("work/other/b.stl");
-        assert_eq!(find(&format!("file://{}", absolute.display()), &[]), Some(absolute.clone()));
+        assert_eq!(
+            find(&format!("file://{}", absolute.display()), &[]),
+            Some(absolute.clone())
+        );
         assert_eq!(find(absolute.to_str().unwrap(), &[]), Some(absolute));
     }
 }

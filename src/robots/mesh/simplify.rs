@@ -24,12 +24,21 @@ pub fn thin(meshes: &mut [(Triangles, usize)], most: usize) {
     let mut next = FIRST_SHARE;
     while share < 1.0 {
         for ((mesh, _), size) in meshes.iter_mut().zip(&sizes) {
-            let cell = if share == SAME_SHARE { share * size } else { share * (size * largest).sqrt() };
+            let cell = if share == SAME_SHARE {
+                share * size
+            } else {
+                share * (size * largest).sqrt()
+            };
             if cell > 0.0 {
                 *mesh = clustered(mesh, cell);
             }
         }
-        if meshes.iter().map(|(mesh, times)| mesh.triangles.len() * times).sum::<usize>() <= most {
+        if meshes
+            .iter()
+            .map(|(mesh, times)| mesh.triangles.len() * times)
+            .sum::<usize>()
+            <= most
+        {
             return;
         }
         (share, next) = (next, GROWTH * next);
@@ -64,8 +73,16 @@ fn clustered(mesh: &Triangles, cell: f64) -> Triangles {
         };
         a != b && b != c && c != a && seen.insert(turned)
     };
-    let triangles = mesh.triangles.iter().map(|corners| corners.map(|i| merged[i as usize])).filter(is_new).collect();
-    let points = sums.into_iter().map(|(sum, count)| Point3::from(sum / count)).collect();
+    let triangles = mesh
+        .triangles
+        .iter()
+        .map(|corners| corners.map(|i| merged[i as usize]))
+        .filter(is_new)
+        .collect();
+    let points = sums
+        .into_iter()
+        .map(|(sum, count)| Point3::from(sum / count))
+        .collect();
     Triangles { points, triangles }
 }
 
@@ -76,7 +93,10 @@ mod tests {
     /// A ball of radius 1 m with rings of corners, without shared corners, like a file in STL.
     fn ball(rings: usize) -> Triangles {
         let at = |i: usize, k: usize| {
-            let (up, around) = (i as f64 / rings as f64 * 180_f64, k as f64 / rings as f64 * 360_f64);
+            let (up, around) = (
+                i as f64 / rings as f64 * 180_f64,
+                k as f64 / rings as f64 * 360_f64,
+            );
             let (r, z) = up.to_radians().sin_cos();
             let (y, x) = around.to_radians().sin_cos();
             Point3::new(r * x, r * y, z)
@@ -84,7 +104,8 @@ mod tests {
         let mut mesh = Triangles::default();
         for (i, k) in (0..rings).flat_map(|i| (0..rings).map(move |k| (i, k))) {
             let first = mesh.points.len() as u32;
-            mesh.points.extend([at(i, k), at(i + 1, k), at(i + 1, k + 1), at(i, k + 1)]);
+            mesh.points
+                .extend([at(i, k), at(i + 1, k), at(i + 1, k + 1), at(i, k + 1)]);
             mesh.fan(&[first, first + 1, first + 2, first + 3]);
         }
         mesh
@@ -99,8 +120,15 @@ mod tests {
         assert!((2500..=5000).contains(&drawn), "{drawn}");
         for (mesh, _) in &meshes {
             let at = |i: u32| mesh.points[i as usize].coords;
-            let volume: f64 = mesh.triangles.iter().map(|&[a, b, c]| at(a).cross(&at(b)).dot(&at(c)) / 6.0).sum();
-            assert!((3.8..4.19).contains(&volume), "{volume}: a ball of radius 1 has 4.19");
+            let volume: f64 = mesh
+                .triangles
+                .iter()
+                .map(|&[a, b, c]| at(a).cross(&at(b)).dot(&at(c)) / 6.0)
+                .sum();
+            assert!(
+                (3.8..4.19).contains(&volume),
+                "{volume}: a ball of radius 1 has 4.19"
+            );
         }
     }
 

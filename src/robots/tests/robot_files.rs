@@ -19,19 +19,33 @@ const PUBLISHED: [(&str, [f64; 2], f64); 10] = [
 ];
 
 fn builtin() -> (Source, Source) {
-    (assets::open(InputKind::Robot, "ut-mu2").unwrap(), assets::open(InputKind::RobotSettings, "ut-mu2").unwrap())
+    (
+        assets::open(InputKind::Robot, "ut-mu2").unwrap(),
+        assets::open(InputKind::RobotSettings, "ut-mu2").unwrap(),
+    )
 }
 
 #[test]
 fn published_figures_of_ut_mu2() {
     let robot = standfast_robots::load("ut-mu2").unwrap();
-    assert_eq!((robot.name.as_str(), robot.joints.len(), robot.links.len()), ("ut-mu2", 20, 21));
+    assert_eq!(
+        (robot.name.as_str(), robot.joints.len(), robot.links.len()),
+        ("ut-mu2", 20, 21)
+    );
     for (side, first) in [("left", 0), ("right", 10)] {
         for (i, (name, limits, mass)) in PUBLISHED.iter().enumerate() {
             let joint = &robot.joints[first + i];
             assert_eq!(joint.name, format!("{side}_{name}"));
-            assert!((joint.lower_rad - limits[0].to_radians()).abs() < 1e-15, "{}", joint.name);
-            assert!((joint.upper_rad - limits[1].to_radians()).abs() < 1e-15, "{}", joint.name);
+            assert!(
+                (joint.lower_rad - limits[0].to_radians()).abs() < 1e-15,
+                "{}",
+                joint.name
+            );
+            assert!(
+                (joint.upper_rad - limits[1].to_radians()).abs() < 1e-15,
+                "{}",
+                joint.name
+            );
             assert_eq!(robot.links[first + i + 1].mass_kg, *mass, "{}", joint.name);
         }
     }
@@ -52,7 +66,11 @@ fn soles_are_as_published() {
         assert!((2.0 * sole.half_m[0] - (x[1] - x[0])).abs() < 1e-12);
         assert!((sole.half_m[1] - 0.034586).abs() < 1e-12);
         assert!((sole.thickness_m - 0.007288).abs() < 1e-12);
-        let in_frame = robot.frames[sole.frame].pose.inv_mul(&sole.center).translation.vector;
+        let in_frame = robot.frames[sole.frame]
+            .pose
+            .inv_mul(&sole.center)
+            .translation
+            .vector;
         assert!((in_frame - nalgebra::vector![(x[0] + x[1]) / 2.0, 0.0, 0.0]).norm() < 1e-12);
     }
 }
@@ -65,11 +83,23 @@ fn only_soles_are_near_the_ground_at_home() {
     for (i, link) in robot.links.iter().enumerate() {
         for solid in &link.collisions {
             let pose = kinematics.link_pose(i) * solid.pose;
-            let Shape::Box { half } = solid.shape else { panic!("{}: not a box", link.name) };
+            let Shape::Box { half } = solid.shape else {
+                panic!("{}: not a box", link.name)
+            };
             let reach = pose.rotation.to_rotation_matrix().matrix().abs() * half;
             let lowest = pose.translation.z - reach.z;
-            let is_sole = Foot::BOTH.iter().any(|&f| robot.soles[f].frame == solid.frame);
-            assert!(if is_sole { lowest.abs() < 1e-9 } else { lowest > 0.005 }, "{}: {lowest}", link.name);
+            let is_sole = Foot::BOTH
+                .iter()
+                .any(|&f| robot.soles[f].frame == solid.frame);
+            assert!(
+                if is_sole {
+                    lowest.abs() < 1e-9
+                } else {
+                    lowest > 0.005
+                },
+                "{}: {lowest}",
+                link.name
+            );
         }
     }
 }
@@ -78,22 +108,46 @@ fn only_soles_are_near_the_ground_at_home() {
 const BAD_URDF: [(&str, &str, &str); 31] = [
     ("</robot>", "", "the XML is malformed"),
     ("</visual>", "</visua>", "the XML is malformed"),
-    ("<robot name=\"ut-mu2\">", "<robot name=\"ut-mu2\" <", "builtin:ut-mu2: the XML is malformed"),
+    (
+        "<robot name=\"ut-mu2\">",
+        "<robot name=\"ut-mu2\" <",
+        "builtin:ut-mu2: the XML is malformed",
+    ),
     (
         "type=\"revolute\"",
         "type=\"hinge\"",
         "left_shoulder_flexion: type = hinge: this joint type is not supported; accepted: revolute, continuous, fixed",
     ),
-    ("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 0\"/>", "left_elbow_rotation: axis = 0 0 0: has no direction"),
+    (
+        "<axis xyz=\"0 0 1\"/>",
+        "<axis xyz=\"0 0 0\"/>",
+        "left_elbow_rotation: axis = 0 0 0: has no direction",
+    ),
     (
         "<axis xyz=\"0 0 1\"/>",
         "<axis xyz=\"0 1\"/>",
         "left_elbow_rotation: axis xyz = 0 1: cannot be read; accepted: 3",
     ),
-    ("value=\"0.147856\"", "value=\"0\"", "left_shoulder_flexion: mass = 0: a link that moves must have mass"),
-    ("value=\"0.147856\"", "value=\"-0.1\"", "left_shoulder_flexion: mass = -0.1: must not be negative"),
-    ("value=\"0.147856\"", "value=\"nan\"", "left_shoulder_flexion: mass value = nan: cannot be read"),
-    ("value=\"0.147856\"", "value=\"0.1kg\"", "left_shoulder_flexion: mass value = 0.1kg: cannot be read"),
+    (
+        "value=\"0.147856\"",
+        "value=\"0\"",
+        "left_shoulder_flexion: mass = 0: a link that moves must have mass",
+    ),
+    (
+        "value=\"0.147856\"",
+        "value=\"-0.1\"",
+        "left_shoulder_flexion: mass = -0.1: must not be negative",
+    ),
+    (
+        "value=\"0.147856\"",
+        "value=\"nan\"",
+        "left_shoulder_flexion: mass value = nan: cannot be read",
+    ),
+    (
+        "value=\"0.147856\"",
+        "value=\"0.1kg\"",
+        "left_shoulder_flexion: mass value = 0.1kg: cannot be read",
+    ),
     (
         "value=\"0.147856\"",
         "value=\"1e300\"",
@@ -109,8 +163,16 @@ const BAD_URDF: [(&str, &str, &str); 31] = [
         "ixx=\"1e-20\" ixy=\"0\" ixz=\"0\" iyy=\"1e-20\" iyz=\"0\" izz=\"1e-20\"",
         "left_elbow_rotation: least moment of inertia = 1.0e-20: too small to be simulated; accepted: at least 7.7e-17",
     ),
-    ("ixx=\"0.012246\"", "ixx=\"1e12\"", "body: inertia ixx = 1e12: is too large; accepted: a number, up to 1e11"),
-    ("<box size=\"0.08 0.023 0.034\"/>", "<box size=\"0.08 0.023 1e5\"/>", "box size = 0.08 0.023 1e5: is too large"),
+    (
+        "ixx=\"0.012246\"",
+        "ixx=\"1e12\"",
+        "body: inertia ixx = 1e12: is too large; accepted: a number, up to 1e11",
+    ),
+    (
+        "<box size=\"0.08 0.023 0.034\"/>",
+        "<box size=\"0.08 0.023 1e5\"/>",
+        "box size = 0.08 0.023 1e5: is too large",
+    ),
     (
         "<origin xyz=\"-0.069189 0.000422 0.008568\"/>",
         "<origin xyz=\"-0.069189 0.000422 -3\"/>",
@@ -121,12 +183,36 @@ const BAD_URDF: [(&str, &str, &str); 31] = [
         "<dynamics damping=\"0\"",
         "left_shoulder_flexion: limit = (none): is missing",
     ),
-    ("lower=\"-1.0471975511965976\"", "lower=\"4\"", "limit = 4 to 3.141592653589793: is not a range"),
-    ("<child link=\"left_shoulder_flexion\"/>", "<child link=\"arm\"/>", "child = arm: no such link; accepted: body,"),
-    ("<parent link=\"body\"/>", "<parent link=\"b\"/>", "parent = b: no such link"),
-    ("<child link=\"left_shoulder_flexion\"/>", "<child link=\"left_hip_flexion\"/>", "child of several joints"),
-    ("</robot>", "<link name=\"stray\"/></robot>", "body, stray: there are several root links"),
-    ("</robot>", "<link name=\"body\"/></robot>", "body: is used twice"),
+    (
+        "lower=\"-1.0471975511965976\"",
+        "lower=\"4\"",
+        "limit = 4 to 3.141592653589793: is not a range",
+    ),
+    (
+        "<child link=\"left_shoulder_flexion\"/>",
+        "<child link=\"arm\"/>",
+        "child = arm: no such link; accepted: body,",
+    ),
+    (
+        "<parent link=\"body\"/>",
+        "<parent link=\"b\"/>",
+        "parent = b: no such link",
+    ),
+    (
+        "<child link=\"left_shoulder_flexion\"/>",
+        "<child link=\"left_hip_flexion\"/>",
+        "child of several joints",
+    ),
+    (
+        "</robot>",
+        "<link name=\"stray\"/></robot>",
+        "body, stray: there are several root links",
+    ),
+    (
+        "</robot>",
+        "<link name=\"body\"/></robot>",
+        "body: is used twice",
+    ),
     (
         "<parent link=\"body\"/><child link=\"left_shoulder_flexion\"/>",
         "<parent link=\"left_hand\"/><child link=\"left_shoulder_flexion\"/>",
@@ -157,82 +243,224 @@ const BAD_URDF: [(&str, &str, &str); 31] = [
         "<box size=\"0.096172 0.3 0.007288\"/>",
         "soles = left, right: the soles overlap at home; accepted: soles beside each other",
     ),
-    ("<box size=\"0.08 0.023 0.034\"/>", "<box size=\"0.08 -0.023 0.034\"/>", "collision: box = [0.08, -0.023, 0.034]"),
-    ("<box size=\"0.096172 0.069172 0.007288\"/>", "<sphere radius=\"0.01\"/>", "its collision is not a box"),
+    (
+        "<box size=\"0.08 0.023 0.034\"/>",
+        "<box size=\"0.08 -0.023 0.034\"/>",
+        "collision: box = [0.08, -0.023, 0.034]",
+    ),
+    (
+        "<box size=\"0.096172 0.069172 0.007288\"/>",
+        "<sphere radius=\"0.01\"/>",
+        "its collision is not a box",
+    ),
 ];
 
 /// Text to replace in the settings (once), its replacement, and words of the error.
 const BAD_SETTINGS: [(&str, &str, &str); 38] = [
-    ("friction = 0.8", "friction = ", "builtin:ut-mu2: TOML parse error"),
-    ("friction = 0.8", "friction = 0.8\ngrip = 1\n", "unknown field `grip`"),
+    (
+        "friction = 0.8",
+        "friction = ",
+        "builtin:ut-mu2: TOML parse error",
+    ),
+    (
+        "friction = 0.8",
+        "friction = 0.8\ngrip = 1\n",
+        "unknown field `grip`",
+    ),
     ("friction = 0.8", "", "missing field `friction`"),
-    ("friction = 0.8", "friction = -0.8", "friction = -0.8: out of range; accepted: 0 to 100"),
-    ("friction = 0.8", "friction = nan", "friction = NaN: out of range"),
+    (
+        "friction = 0.8",
+        "friction = -0.8",
+        "friction = -0.8: out of range; accepted: 0 to 100",
+    ),
+    (
+        "friction = 0.8",
+        "friction = nan",
+        "friction = NaN: out of range",
+    ),
     ("delay_s = 0.004", "delay_s = -1.0", "delay_s = -1"),
-    ("gyro_rad_s = 0.01", "gyro_rad_s = -0.01", "noise.gyro_rad_s = -0.01: out of range; accepted: 0 to 10000"),
-    ("delay_s = 0.004", "delay_s = 1e9", "delay_s = 1000000000: out of range; accepted: 0 to 1"),
-    ("friction = 0.8", "friction = 1e300", "out of range; accepted: 0 to 100"),
-    ("gyro_rad_s = 0.01", "gyro_rad_s = 1e5", "noise.gyro_rad_s = 100000: out of range; accepted: 0 to 10000"),
-    ("torque_n_m = 8.0", "torque_n_m = 1e13", "servos[0].torque_n_m = 10000000000000: out of range"),
-    ("x_m = [-0.15, 0.15]", "x_m = [-0.15, 0.15, 1]", "invalid length 3, expected an array of length 2"),
+    (
+        "gyro_rad_s = 0.01",
+        "gyro_rad_s = -0.01",
+        "noise.gyro_rad_s = -0.01: out of range; accepted: 0 to 10000",
+    ),
+    (
+        "delay_s = 0.004",
+        "delay_s = 1e9",
+        "delay_s = 1000000000: out of range; accepted: 0 to 1",
+    ),
+    (
+        "friction = 0.8",
+        "friction = 1e300",
+        "out of range; accepted: 0 to 100",
+    ),
+    (
+        "gyro_rad_s = 0.01",
+        "gyro_rad_s = 1e5",
+        "noise.gyro_rad_s = 100000: out of range; accepted: 0 to 10000",
+    ),
+    (
+        "torque_n_m = 8.0",
+        "torque_n_m = 1e13",
+        "servos[0].torque_n_m = 10000000000000: out of range",
+    ),
+    (
+        "x_m = [-0.15, 0.15]",
+        "x_m = [-0.15, 0.15, 1]",
+        "invalid length 3, expected an array of length 2",
+    ),
     ("gyro_rad_s", "gyro_deg_s", "unknown field `gyro_deg_s`"),
-    ("y_m = [0.075, 0.18]", "y_m = [0.075, 0.07]", "reach[0].y_m[1] = 0.07: out of range; accepted: 0.075 to 100"),
-    ("x_m = [-0.15, 0.15]", "x_m = [-101, 0.15]", "reach[0].x_m[0] = -101: out of range; accepted: -100"),
-    ("x_m = [-0.15, 0.15]", "x_m = [-0.15, nan]", "reach[0].x_m[1] = NaN: out of range"),
-    ("swing_time_s = 0.2", "swing_time_s = 0", "reach[1].swing_time_s = 0: out of range; accepted: 0.001 to 100"),
-    ("sideways_from = 0.25", "sideways_from = 1", "reach[1].sideways_from = 1: out of range; accepted: 0 to 0.8"),
-    ("\"in front\"", "\"beside\"", "reach[1].name = beside: is empty or taken; accepted: a name of its own"),
-    ("x_m = [0.105, 0.13]", "x_m = 0.105", "invalid type: floating point `0.105`"),
-    ("y_m = [-0.03, 0.075]", "z_m = [-0.03, 0.075]", "unknown field `z_m`"),
+    (
+        "y_m = [0.075, 0.18]",
+        "y_m = [0.075, 0.07]",
+        "reach[0].y_m[1] = 0.07: out of range; accepted: 0.075 to 100",
+    ),
+    (
+        "x_m = [-0.15, 0.15]",
+        "x_m = [-101, 0.15]",
+        "reach[0].x_m[0] = -101: out of range; accepted: -100",
+    ),
+    (
+        "x_m = [-0.15, 0.15]",
+        "x_m = [-0.15, nan]",
+        "reach[0].x_m[1] = NaN: out of range",
+    ),
+    (
+        "swing_time_s = 0.2",
+        "swing_time_s = 0",
+        "reach[1].swing_time_s = 0: out of range; accepted: 0.001 to 100",
+    ),
+    (
+        "sideways_from = 0.25",
+        "sideways_from = 1",
+        "reach[1].sideways_from = 1: out of range; accepted: 0 to 0.8",
+    ),
+    (
+        "\"in front\"",
+        "\"beside\"",
+        "reach[1].name = beside: is empty or taken; accepted: a name of its own",
+    ),
+    (
+        "x_m = [0.105, 0.13]",
+        "x_m = 0.105",
+        "invalid type: floating point `0.105`",
+    ),
+    (
+        "y_m = [-0.03, 0.075]",
+        "z_m = [-0.03, 0.075]",
+        "unknown field `z_m`",
+    ),
     ("[[reach]]", "[reach]", "TOML parse error at line 40"),
-    ("kp_n_m_rad = 80.0", "kp_n_m_rad = -80.0", "servos[0].kp_n_m_rad = -80: out of range; accepted: 0 to"),
-    ("kd_n_m_s_rad = 0.4", "kd_n_m_s_rad = -0.4", "servos[1].kd_n_m_s_rad = -0.4"),
-    ("torque_n_m = 8.0", "torque_n_m = inf", "servos[0].torque_n_m = inf"),
+    (
+        "kp_n_m_rad = 80.0",
+        "kp_n_m_rad = -80.0",
+        "servos[0].kp_n_m_rad = -80: out of range; accepted: 0 to",
+    ),
+    (
+        "kd_n_m_s_rad = 0.4",
+        "kd_n_m_s_rad = -0.4",
+        "servos[1].kd_n_m_s_rad = -0.4",
+    ),
+    (
+        "torque_n_m = 8.0",
+        "torque_n_m = inf",
+        "servos[0].torque_n_m = inf",
+    ),
     (
         "no_torque_speed_rad_s = 20.0",
         "no_torque_speed_rad_s = 9.0",
         "servos[0].no_torque_speed_rad_s = 9: out of range; accepted: 10.000001 to",
     ),
-    ("\"left_elbow_rotation\", ", "", "servos = left_elbow_rotation: this joint has no servo"),
+    (
+        "\"left_elbow_rotation\", ",
+        "",
+        "servos = left_elbow_rotation: this joint has no servo",
+    ),
     (
         "\"left_elbow_rotation\", ",
         "\"left_elbow\", ",
         "servos[1].joints = left_elbow: no such joint; accepted: left_sho",
     ),
-    ("\"left_elbow_rotation\", ", "\"left_knee_flexion\", ", "left_knee_flexion: this joint already has a servo"),
-    ("trunk = \"body\"", "trunk = \"torso\"", "trunk = torso: no such link; accepted: body, battery_and_boards"),
-    ("left = \"left_foot\"", "left = \"left_sole\"", "soles.left = left_sole: no such link"),
-    ("left = \"left_foot\"", "left = \"left_hip_abduction\"", "does not have exactly one collision"),
-    ("left = \"left_foot\"", "left = \"left_knee_rotation\"", "does not have exactly one collision"),
-    ("right = \"right_foot\"", "right = \"left_foot\"", "same body as the left sole"),
+    (
+        "\"left_elbow_rotation\", ",
+        "\"left_knee_flexion\", ",
+        "left_knee_flexion: this joint already has a servo",
+    ),
+    (
+        "trunk = \"body\"",
+        "trunk = \"torso\"",
+        "trunk = torso: no such link; accepted: body, battery_and_boards",
+    ),
+    (
+        "left = \"left_foot\"",
+        "left = \"left_sole\"",
+        "soles.left = left_sole: no such link",
+    ),
+    (
+        "left = \"left_foot\"",
+        "left = \"left_hip_abduction\"",
+        "does not have exactly one collision",
+    ),
+    (
+        "left = \"left_foot\"",
+        "left = \"left_knee_rotation\"",
+        "does not have exactly one collision",
+    ),
+    (
+        "right = \"right_foot\"",
+        "right = \"left_foot\"",
+        "same body as the left sole",
+    ),
     (
         "left_knee_flexion = 0.7",
         "left_knee_flexion = -0.7",
         "home_rad.left_knee_flexion = -0.7: is outside of the joint's limits",
     ),
-    ("left_knee_flexion = 0.7", "left_knee = 0.7", "home_rad = left_knee: no such joint"),
-    ("left_ankle_flexion = 0.442035", "left_ankle_flexion = 0.4", "left_foot tilted by 0.0420 rad: soles must be flat"),
-    ("left_hip_flexion = 0.257965", "left_hip_flexion = 0.257964", "soles must be level"),
+    (
+        "left_knee_flexion = 0.7",
+        "left_knee = 0.7",
+        "home_rad = left_knee: no such joint",
+    ),
+    (
+        "left_ankle_flexion = 0.442035",
+        "left_ankle_flexion = 0.4",
+        "left_foot tilted by 0.0420 rad: soles must be flat",
+    ),
+    (
+        "left_hip_flexion = 0.257965",
+        "left_hip_flexion = 0.257964",
+        "soles must be level",
+    ),
 ];
 
 fn refused(urdf: &Source, settings: &Source, expected: &str) {
     let error = standfast_robots::parse(urdf, settings).expect_err(expected);
     let text = error.to_string();
-    assert!(text.contains(expected), "expected: {expected}\n     got: {text}");
+    assert!(
+        text.contains(expected),
+        "expected: {expected}\n     got: {text}"
+    );
     assert!(text.contains("builtin:ut-mu2"), "no file named: {text}");
     assert_eq!(error.exit_code(), 2);
 }
 
 fn with(source: &Source, text: String) -> Source {
     assert_ne!(source.text, text, "nothing replaced");
-    Source { file: source.file.clone(), text }
+    Source {
+        file: source.file.clone(),
+        text,
+    }
 }
 
 #[test]
 fn bad_urdf_is_refused() {
     let (urdf, settings) = builtin();
     for (from, to, expected) in BAD_URDF {
-        refused(&with(&urdf, urdf.text.replace(from, to)), &settings, expected);
+        refused(
+            &with(&urdf, urdf.text.replace(from, to)),
+            &settings,
+            expected,
+        );
     }
     for text in ["", "not XML", "<a/>", "<robot name=\"r\"/>"] {
         refused(&with(&urdf, text.into()), &settings, "");
@@ -247,7 +475,11 @@ fn bad_settings_are_refused() {
         if expected == "soles must be level" {
             // With one knee bent less, its sole stays flat but is higher.
             text = text.replacen("left_knee_flexion = 0.7", "left_knee_flexion = 0.6", 1);
-            text = text.replacen("left_ankle_flexion = 0.442035", "left_ankle_flexion = 0.342036", 1);
+            text = text.replacen(
+                "left_ankle_flexion = 0.442035",
+                "left_ankle_flexion = 0.342036",
+                1,
+            );
         }
         refused(&urdf, &with(&settings, text), expected);
     }
@@ -256,15 +488,29 @@ fn bad_settings_are_refused() {
 #[test]
 fn errors_of_a_urdf_tell_the_line() {
     let (urdf, settings) = builtin();
-    let line = 1 + urdf.text.lines().position(|l| l.contains("value=\"0.147856\"")).unwrap();
-    let bad = with(&urdf, urdf.text.replacen("value=\"0.147856\"", "value=\"x\"", 1));
-    refused(&bad, &settings, &format!("builtin:ut-mu2:{line}: link left_shoulder_flexion: mass value = x"));
+    let line = 1 + urdf
+        .text
+        .lines()
+        .position(|l| l.contains("value=\"0.147856\""))
+        .unwrap();
+    let bad = with(
+        &urdf,
+        urdf.text.replacen("value=\"0.147856\"", "value=\"x\"", 1),
+    );
+    refused(
+        &bad,
+        &settings,
+        &format!("builtin:ut-mu2:{line}: link left_shoulder_flexion: mass value = x"),
+    );
 }
 
 #[test]
 fn missing_files_are_told() {
     for (name, expected) in [
-        ("atlas", "robot \"atlas\" not found; accepted: ut-mu2 or the path of a file"),
+        (
+            "atlas",
+            "robot \"atlas\" not found; accepted: ut-mu2 or the path of a file",
+        ),
         ("no/such.urdf", "no/such.urdf: cannot read"),
     ] {
         let error = standfast_robots::load(name).unwrap_err();
@@ -275,13 +521,22 @@ fn missing_files_are_told() {
     let path = folder.path().join("mine.urdf");
     std::fs::write(&path, builtin().0.text).unwrap();
     std::fs::write(path.with_extension("toml"), builtin().1.text).unwrap();
-    assert_eq!(standfast_robots::load(path.to_str().unwrap()).unwrap().joints.len(), 20);
+    assert_eq!(
+        standfast_robots::load(path.to_str().unwrap())
+            .unwrap()
+            .joints
+            .len(),
+        20
+    );
 }
 
 /// Fixed joints are merged; joints need not be in the order of the tree, and frames need not be parallel.
 #[test]
 fn a_stool_with_fixed_joints_in_between() {
-    let source = |text: &str| Source { file: "stool".into(), text: text.into() };
+    let source = |text: &str| Source {
+        file: "stool".into(),
+        text: text.into(),
+    };
     let robot = standfast_robots::parse(
         &source(include_str!("../../../tests/data/stool.urdf")),
         &source(include_str!("../../../tests/data/stool.toml")),
@@ -297,7 +552,11 @@ fn a_stool_with_fixed_joints_in_between() {
     let lever = 2.0 * 0.1 * 0.1 + 1.0 * 0.2 * 0.2;
     let moments = nalgebra::vector![0.02 + 0.003 + lever, 0.02 + 0.001, 0.02 + 0.003 + lever];
     let expected = nalgebra::Matrix3::from_diagonal(&moments);
-    assert!((base.inertia_kg_m2 - expected).norm() < 1e-12, "{}", base.inertia_kg_m2);
+    assert!(
+        (base.inertia_kg_m2 - expected).norm() < 1e-12,
+        "{}",
+        base.inertia_kg_m2
+    );
     assert_eq!(robot.frames[1].link, 0);
     assert!((robot.home_com_height() - (3.0 * 0.55 + 2.0 * 0.25) / 5.0).abs() < 1e-12);
 }

@@ -33,16 +33,28 @@ impl LinkInertia {
         let mass = link.inertial.mass.value;
         if mass < 0.0 {
             let field = format!("link {}: mass", link.name);
-            problems.add(line, field, mass, "must not be negative", "a number > 0, or no <inertial>");
+            problems.add(
+                line,
+                field,
+                mass,
+                "must not be negative",
+                "a number > 0, or no <inertial>",
+            );
         }
         if mass <= 0.0 {
             return None;
         }
         let i = &link.inertial.inertia;
-        let mut inertia = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
+        let mut inertia = Matrix3::new(
+            i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz,
+        );
         // A link without moments may be a point mass that is fixed to another link.
         mend(&mut inertia, mass, false, &link.name, problems);
-        Some(LinkInertia { mass, origin: isometry(&link.inertial.origin), inertia })
+        Some(LinkInertia {
+            mass,
+            origin: isometry(&link.inertial.origin),
+            inertia,
+        })
     }
 }
 
@@ -51,7 +63,9 @@ impl LinkInertia {
 fn mend(inertia: &mut Matrix3<f64>, mass: f64, all: bool, name: &str, problems: &mut Problems) {
     if let Some([before, after]) = raise(inertia, mass, all) {
         let list = |moments: [f64; 3]| moments.map(|moment| format!("{moment:.3e}")).join(", ");
-        problems.mended.push(format!("{name} (from {} to {})", list(before), list(after)));
+        problems
+            .mended
+            .push(format!("{name} (from {} to {})", list(before), list(after)));
     }
 }
 
@@ -70,14 +84,26 @@ fn raise(inertia: &mut Matrix3<f64>, mass: f64, all: bool) -> Option<[[f64; 3]; 
     }
     // A body without any moment is taken as a ball of water.
     let radius_m = (mass / (1000.0 * 4.0 / 3.0 * std::f64::consts::PI)).cbrt();
-    let most = if most > 0.0 { most } else { 0.4 * mass * radius_m * radius_m };
-    let floor = if before[2] > 0.0 { LEAST_SHARE * most } else { most };
+    let most = if most > 0.0 {
+        most
+    } else {
+        0.4 * mass * radius_m * radius_m
+    };
+    let floor = if before[2] > 0.0 {
+        LEAST_SHARE * most
+    } else {
+        most
+    };
     let (a, b) = (a.max(floor), b.max(floor));
     let missing = (0.5 * (most - a - b)).max(0.0);
     let after = [a + missing, b + missing, most];
     let mut moments = Vector3::zeros();
-    order.iter().zip(after).for_each(|(&i, moment)| moments[i] = moment);
-    *inertia = eigen.eigenvectors * Matrix3::from_diagonal(&moments) * eigen.eigenvectors.transpose();
+    order
+        .iter()
+        .zip(after)
+        .for_each(|(&i, moment)| moments[i] = moment);
+    *inertia =
+        eigen.eigenvectors * Matrix3::from_diagonal(&moments) * eigen.eigenvectors.transpose();
     Some([before, after])
 }
 
@@ -90,7 +116,11 @@ pub fn merged(
 ) -> Link {
     let parts = parts.iter().map(|(part, pose)| (part, pose * part.origin));
     let mass_kg: f64 = parts.clone().map(|(part, _)| part.mass).sum();
-    let com = parts.clone().map(|(part, pose)| pose.translation.vector * part.mass).sum::<Vector3<f64>>() / mass_kg;
+    let com = parts
+        .clone()
+        .map(|(part, pose)| pose.translation.vector * part.mass)
+        .sum::<Vector3<f64>>()
+        / mass_kg;
     let mut inertia_kg_m2 = parts.fold(Matrix3::zeros(), |sum, (part, pose)| {
         let turn = pose.rotation.to_rotation_matrix();
         let d = pose.translation.vector - com;
@@ -98,7 +128,14 @@ pub fn merged(
             + (Matrix3::identity() * d.norm_squared() - d * d.transpose()) * part.mass
     });
     mend(&mut inertia_kg_m2, mass_kg, true, &name, problems);
-    Link { name, mass_kg, com_m: Point3::from(com), inertia_kg_m2, collisions, visuals }
+    Link {
+        name,
+        mass_kg,
+        com_m: Point3::from(com),
+        inertia_kg_m2,
+        collisions,
+        visuals,
+    }
 }
 
 /// Compares the radius of gyration of each link, sqrt(inertia / mass), with the reach of its solids and joints from its
@@ -106,23 +143,40 @@ pub fn merged(
 /// the link: such inertias are mostly in another unit. The joints are at zero.
 pub fn check_gyration(links: &[Link], joints: &[Joint], lines: &[usize], problems: &mut Problems) {
     let mut poses = vec![Isometry3::identity()];
-    let mut points: Vec<Vec<Point3<f64>>> = links.iter().map(|link| vec![Point3::origin(), link.com_m]).collect();
+    let mut points: Vec<Vec<Point3<f64>>> = links
+        .iter()
+        .map(|link| vec![Point3::origin(), link.com_m])
+        .collect();
     for joint in joints {
         poses.push(poses[joint.parent] * joint.origin);
         points[joint.parent].push(joint.origin.translation.vector.into());
     }
     for (link, points) in links.iter().zip(&mut points) {
-        points.extend(link.collisions.iter().chain(&link.visuals).flat_map(Solid::points));
+        points.extend(
+            link.collisions
+                .iter()
+                .chain(&link.visuals)
+                .flat_map(Solid::points),
+        );
     }
-    let all: Vec<_> =
-        points.iter().zip(&poses).flat_map(|(points, pose)| points.iter().map(move |p| pose * p)).collect();
+    let all: Vec<_> = points
+        .iter()
+        .zip(&poses)
+        .flat_map(|(points, pose)| points.iter().map(move |p| pose * p))
+        .collect();
     let (least, most) = bounds(&all);
     let robot_m = (most - least).norm();
     let mut large = Vec::new();
     for ((link, points), &line) in links.iter().zip(&points).zip(lines) {
-        let (moment, mass_kg) = (link.inertia_kg_m2.symmetric_eigenvalues().max(), link.mass_kg);
+        let (moment, mass_kg) = (
+            link.inertia_kg_m2.symmetric_eigenvalues().max(),
+            link.mass_kg,
+        );
         let gyration_m = (moment / mass_kg).sqrt();
-        let link_m = points.iter().map(|point| (point - link.com_m).norm()).fold(0.0, f64::max);
+        let link_m = points
+            .iter()
+            .map(|point| (point - link.com_m).norm())
+            .fold(0.0, f64::max);
         // A link with hardly any mass is refused for its mass.
         if mass_kg > 1e-12 && gyration_m > IMPOSSIBLE * robot_m {
             let problem = format!(
@@ -132,9 +186,18 @@ pub fn check_gyration(links: &[Link], joints: &[Joint], lines: &[usize], problem
                 "up to {:.1e} kg m^2, {IMPOSSIBLE} times the robot (1 kg mm^2 is 1e-6 kg m^2)",
                 mass_kg * (IMPOSSIBLE * robot_m).powi(2)
             );
-            problems.add(line, format!("link {}: inertia", link.name), format!("{moment:.3e}"), problem, accepted);
+            problems.add(
+                line,
+                format!("link {}: inertia", link.name),
+                format!("{moment:.3e}"),
+                problem,
+                accepted,
+            );
         } else if gyration_m > LARGE * link_m && !link.drawn().is_empty() {
-            large.push(format!("{} ({gyration_m:.3} m, it reaches {link_m:.3} m)", link.name));
+            large.push(format!(
+                "{} ({gyration_m:.3} m, it reaches {link_m:.3} m)",
+                link.name
+            ));
         }
     }
     if !large.is_empty() {
@@ -151,8 +214,11 @@ mod tests {
     use super::*;
 
     fn mended(diagonal: [f64; 3], mass: f64) -> Option<[f64; 3]> {
-        let turn = Isometry3::rotation(Vector3::new(0.3, -0.7, 0.2)).rotation.to_rotation_matrix();
-        let mut inertia = turn * Matrix3::from_diagonal(&Vector3::from(diagonal)) * turn.transpose();
+        let turn = Isometry3::rotation(Vector3::new(0.3, -0.7, 0.2))
+            .rotation
+            .to_rotation_matrix();
+        let mut inertia =
+            turn * Matrix3::from_diagonal(&Vector3::from(diagonal)) * turn.transpose();
         let [_, said] = raise(&mut inertia, mass, true)?;
         let mut moments: [f64; 3] = inertia.symmetric_eigenvalues().into();
         moments.sort_by(f64::total_cmp);
@@ -168,14 +234,27 @@ mod tests {
         assert_eq!(mended([3.002, 2.0, 1.0], 1.0), None, "rounded");
         let near = |moments: Option<[f64; 3]>, expected: [f64; 3]| {
             let moments = moments.unwrap();
-            assert!(moments.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{moments:?}");
+            assert!(
+                moments
+                    .iter()
+                    .zip(expected)
+                    .all(|(a, b)| (a - b).abs() < 1e-9),
+                "{moments:?}"
+            );
         };
         near(mended([4.0, 2.0, 1.0], 1.0), [1.5, 2.5, 4.0]);
         near(mended([4.0, 3.9, -1.0], 1.0), [0.052, 3.948, 4.0]);
         near(mended([4.0, -3.0, -1.0], 1.0), [2.0, 2.0, 4.0]);
         near(mended([4.0, 4.0, 1e-9], 1.0), [0.004, 4.0, 4.0]);
-        assert_eq!(raise(&mut Matrix3::zeros(), 1.0, false), None, "a point mass");
+        assert_eq!(
+            raise(&mut Matrix3::zeros(), 1.0, false),
+            None,
+            "a point mass"
+        );
         // 1 kg of water: a ball with a radius of 62 mm.
-        near(mended([0.0, 0.0, 0.0], 1.0), [0.4 * 0.0620350491_f64.powi(2); 3]);
+        near(
+            mended([0.0, 0.0, 0.0], 1.0),
+            [0.4 * 0.0620350491_f64.powi(2); 3],
+        );
     }
 }

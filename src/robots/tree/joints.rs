@@ -47,8 +47,17 @@ impl JointKind {
         }
         let xyz = Vector3::from(*joint.axis.xyz);
         let Some(axis) = Unit::try_new(xyz, 1e-9) else {
-            let (field, value) = (format!("joint {}: axis", joint.name), format!("{} {} {}", xyz.x, xyz.y, xyz.z));
-            problems.add(line, field, value, "has no direction", "a vector of non-zero length");
+            let (field, value) = (
+                format!("joint {}: axis", joint.name),
+                format!("{} {} {}", xyz.x, xyz.y, xyz.z),
+            );
+            problems.add(
+                line,
+                field,
+                value,
+                "has no direction",
+                "a vector of non-zero length",
+            );
             return JointKind::Fixed(origin);
         };
         let (lower, upper) = match kind {
@@ -58,27 +67,42 @@ impl JointKind {
         let needs_range = matches!(kind, Revolute) && lower == upper && joint.mimic.is_none();
         let (lower, upper) = range_rad
             .filter(|_| needs_range)
-            .map_or((lower, upper), |range_rad| (lower - range_rad, upper + range_rad));
+            .map_or((lower, upper), |range_rad| {
+                (lower - range_rad, upper + range_rad)
+            });
         let locked = |why: &'static str, at: f64| {
             // The limits of a prismatic joint are often left out.
-            let at = if lower < upper { at.clamp(lower, upper) } else { at };
+            let at = if lower < upper {
+                at.clamp(lower, upper)
+            } else {
+                at
+            };
             let moved = match kind {
                 Prismatic => Isometry3::from(Translation3::from(axis.into_inner() * at)),
                 Planar | Floating => Isometry3::identity(),
-                _ => Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from_axis_angle(&axis, at)),
+                _ => Isometry3::from_parts(
+                    Translation3::identity(),
+                    UnitQuaternion::from_axis_angle(&axis, at),
+                ),
             };
             JointKind::Locked(origin * moved, why)
         };
         match kind {
             _ if joint.mimic.is_some() => {
                 let offset = joint.mimic.as_ref().and_then(|mimic| mimic.offset);
-                return locked("mimic of another joint, which it does not follow", offset.unwrap_or(0.0));
+                return locked(
+                    "mimic of another joint, which it does not follow",
+                    offset.unwrap_or(0.0),
+                );
             }
             Prismatic => return locked("prismatic", 0.0),
             Planar => return locked("planar", 0.0),
             Floating => return locked("floating", 0.0),
             Revolute if lower > upper => {
-                let (field, value) = (format!("joint {}: limit", joint.name), format!("{lower} to {upper}"));
+                let (field, value) = (
+                    format!("joint {}: limit", joint.name),
+                    format!("{lower} to {upper}"),
+                );
                 problems.add(line, field, value, "is not a range", "lower < upper [rad]");
                 return JointKind::Fixed(origin);
             }
@@ -87,9 +111,22 @@ impl JointKind {
             Revolute | Continuous | Fixed | Spherical => {}
         }
         let stated = |figure: f64| (figure > 0.0).then_some(figure);
-        let motor = Motor { effort_n_m: stated(joint.limit.effort), velocity_rad_s: stated(joint.limit.velocity) };
+        let motor = Motor {
+            effort_n_m: stated(joint.limit.effort),
+            velocity_rad_s: stated(joint.limit.velocity),
+        };
         let name = joint.name.clone();
-        JointKind::Moves(Joint { name, parent: 0, origin, axis, lower_rad: lower, upper_rad: upper }, motor)
+        JointKind::Moves(
+            Joint {
+                name,
+                parent: 0,
+                origin,
+                axis,
+                lower_rad: lower,
+                upper_rad: upper,
+            },
+            motor,
+        )
     }
 }
 
@@ -103,10 +140,20 @@ pub fn note(locked: &[(&str, &'static str)]) -> Option<String> {
         }
     });
     let group = |why: &&str| {
-        let names: Vec<&str> = locked.iter().filter(|(_, other)| other == why).map(|(name, _)| *name).collect();
-        let more =
-            if names.len() > MOST_NAMED { format!(" and {} more", names.len() - MOST_NAMED) } else { String::new() };
-        format!("{}{more} ({why})", names[..names.len().min(MOST_NAMED)].join(", "))
+        let names: Vec<&str> = locked
+            .iter()
+            .filter(|(_, other)| other == why)
+            .map(|(name, _)| *name)
+            .collect();
+        let more = if names.len() > MOST_NAMED {
+            format!(" and {} more", names.len() - MOST_NAMED)
+        } else {
+            String::new()
+        };
+        format!(
+            "{}{more} ({why})",
+            names[..names.len().min(MOST_NAMED)].join(", ")
+        )
     };
     let groups: Vec<String> = reasons.iter().map(group).collect();
     (!locked.is_empty()).then(|| {

@@ -52,9 +52,22 @@ impl Tree {
         let mut problems = Problems::new(&source.file);
         let urdf = xml::read(source, &mut problems)?;
         let (links, joints) = (&urdf.robot.links, &urdf.robot.joints);
-        let link_names =
-            by_name("link", links.iter().map(|l| l.name.as_str()).zip(urdf.link_lines.iter().copied()), &mut problems);
-        by_name("joint", joints.iter().map(|j| j.name.as_str()).zip(urdf.joint_lines.iter().copied()), &mut problems);
+        let link_names = by_name(
+            "link",
+            links
+                .iter()
+                .map(|l| l.name.as_str())
+                .zip(urdf.link_lines.iter().copied()),
+            &mut problems,
+        );
+        by_name(
+            "joint",
+            joints
+                .iter()
+                .map(|j| j.name.as_str())
+                .zip(urdf.joint_lines.iter().copied()),
+            &mut problems,
+        );
         let ends: Vec<Option<[usize; 2]>> = joints
             .iter()
             .zip(&urdf.joint_lines)
@@ -70,7 +83,10 @@ impl Tree {
             _ => None,
         };
         // Whether each link or a link that it carries has mass. It counts as true while the tree is not known.
-        let mut has_mass: Vec<bool> = parts.iter().map(|part| part.is_some() || order.is_none()).collect();
+        let mut has_mass: Vec<bool> = parts
+            .iter()
+            .map(|part| part.is_some() || order.is_none())
+            .collect();
         for &(_, [parent, child]) in order.iter().flat_map(|(_, joints)| joints).rev() {
             has_mass[parent] |= has_mass[child];
         }
@@ -94,42 +110,68 @@ impl Tree {
         let (mut moving, mut motors, mut locked) = (Vec::new(), Vec::new(), Vec::new());
         for (j, [parent, child]) in order {
             let (body, pose): (usize, Isometry3<f64>) = placed[parent];
-            placed[child] = match std::mem::replace(&mut kinds[j], JointKind::Fixed(Isometry3::identity())) {
-                JointKind::Moves(joint, motor) => {
-                    moving.push(Joint { parent: body, origin: pose * joint.origin, ..joint });
-                    motors.push(motor);
-                    bodies.push(Vec::new());
-                    (bodies.len() - 1, Isometry3::identity())
-                }
-                JointKind::Fixed(at) => (body, pose * at),
-                JointKind::Locked(at, why) => {
-                    locked.push((joints[j].name.as_str(), why));
-                    (body, pose * at)
-                }
-            };
+            placed[child] =
+                match std::mem::replace(&mut kinds[j], JointKind::Fixed(Isometry3::identity())) {
+                    JointKind::Moves(joint, motor) => {
+                        moving.push(Joint {
+                            parent: body,
+                            origin: pose * joint.origin,
+                            ..joint
+                        });
+                        motors.push(motor);
+                        bodies.push(Vec::new());
+                        (bodies.len() - 1, Isometry3::identity())
+                    }
+                    JointKind::Fixed(at) => (body, pose * at),
+                    JointKind::Locked(at, why) => {
+                        locked.push((joints[j].name.as_str(), why));
+                        (body, pose * at)
+                    }
+                };
             bodies[placed[child].0].push(child);
         }
         problems.notes.extend(joints::note(&locked));
-        let without_range = locked.iter().filter(|(_, why)| *why == joints::WITHOUT_RANGE).count();
+        let without_range = locked
+            .iter()
+            .filter(|(_, why)| *why == joints::WITHOUT_RANGE)
+            .count();
 
         let mut bodied = Vec::with_capacity(bodies.len());
         for members in &bodies {
             let (name, line) = (links[members[0]].name.clone(), urdf.link_lines[members[0]]);
-            let masses: Vec<_> = members.iter().filter_map(|&i| Some((parts[i].as_ref()?, placed[i].1))).collect();
+            let masses: Vec<_> = members
+                .iter()
+                .filter_map(|&i| Some((parts[i].as_ref()?, placed[i].1)))
+                .collect();
             if masses.is_empty() {
                 let accepted = "a number > 0 (what is fixed to a link counts with it)";
-                problems.add(line, format!("link {name}: mass"), 0, "a link that moves must have mass", accepted);
+                problems.add(
+                    line,
+                    format!("link {name}: mass"),
+                    0,
+                    "a link that moves must have mass",
+                    accepted,
+                );
                 continue;
             }
             let carried = |of: &[Vec<Solid>]| -> Vec<Solid> {
-                let in_body = |solid: &Solid| Solid { pose: placed[solid.frame].1 * solid.pose, ..solid.clone() };
-                members.iter().flat_map(|&i| of[i].iter().map(in_body)).collect()
+                let in_body = |solid: &Solid| Solid {
+                    pose: placed[solid.frame].1 * solid.pose,
+                    ..solid.clone()
+                };
+                members
+                    .iter()
+                    .flat_map(|&i| of[i].iter().map(in_body))
+                    .collect()
             };
             let solids = [carried(&solids.collisions), carried(&solids.visuals)];
             bodied.push(merged(name, &masses, solids, &mut problems));
         }
         problems.check()?;
-        let lines: Vec<usize> = bodies.iter().map(|members| urdf.link_lines[members[0]]).collect();
+        let lines: Vec<usize> = bodies
+            .iter()
+            .map(|members| urdf.link_lines[members[0]])
+            .collect();
         check_gyration(&bodied, &moving, &lines, &mut problems);
         problems.check()?;
         if !problems.mended.is_empty() {
@@ -184,11 +226,20 @@ fn ends(
         let index = names.get(name).copied();
         if index.is_none() {
             let names: Vec<_> = links.iter().map(|l| l.name.as_str()).collect();
-            problems.add(line, format!("joint {}: {end}", joint.name), name, "no such link", names.join(", "));
+            problems.add(
+                line,
+                format!("joint {}: {end}", joint.name),
+                name,
+                "no such link",
+                names.join(", "),
+            );
         }
         index
     };
-    let (parent, child) = (find("parent", &joint.parent.link), find("child", &joint.child.link));
+    let (parent, child) = (
+        find("parent", &joint.parent.link),
+        find("child", &joint.child.link),
+    );
     Some([parent?, child?])
 }
 
@@ -199,25 +250,54 @@ type Order = (usize, Vec<(usize, [usize; 2])>);
 /// before its children. None if the links are not a tree.
 fn order(urdf: &xml::Urdf, ends: &[[usize; 2]], problems: &mut Problems) -> Option<Order> {
     let (links, joints) = (&urdf.robot.links, &urdf.robot.joints);
-    let (mut carriers, mut carried) = (vec![Vec::new(); links.len()], vec![Vec::new(); links.len()]);
+    let (mut carriers, mut carried) =
+        (vec![Vec::new(); links.len()], vec![Vec::new(); links.len()]);
     for (j, &[parent, child]) in ends.iter().enumerate() {
         carriers[child].push(joints[j].name.as_str());
         carried[parent].push(j);
     }
     let mut is_tree = true;
-    for (link, carriers) in carriers.iter().enumerate().filter(|(_, carriers)| carriers.len() > 1) {
+    for (link, carriers) in carriers
+        .iter()
+        .enumerate()
+        .filter(|(_, carriers)| carriers.len() > 1)
+    {
         let (field, value) = (format!("link {}", links[link].name), carriers.join(", "));
-        problems.add(urdf.link_lines[link], field, value, "is the child of several joints", "one joint per link");
+        problems.add(
+            urdf.link_lines[link],
+            field,
+            value,
+            "is the child of several joints",
+            "one joint per link",
+        );
         is_tree = false;
     }
-    let roots: Vec<usize> = (0..links.len()).filter(|&link| carriers[link].is_empty()).collect();
+    let roots: Vec<usize> = (0..links.len())
+        .filter(|&link| carriers[link].is_empty())
+        .collect();
     let &[root] = roots.as_slice() else {
-        let names: Vec<&str> = roots.iter().take(5).map(|&link| links[link].name.as_str()).collect();
+        let names: Vec<&str> = roots
+            .iter()
+            .take(5)
+            .map(|&link| links[link].name.as_str())
+            .collect();
         match names.is_empty() {
-            true => problems.add(0, "link", "(none)", "there is no root link (no links, or a cycle)", "one root link"),
+            true => problems.add(
+                0,
+                "link",
+                "(none)",
+                "there is no root link (no links, or a cycle)",
+                "one root link",
+            ),
             false => {
                 let accepted = "exactly one link that is no joint's child";
-                problems.add(0, "link", names.join(", "), "there are several root links", accepted);
+                problems.add(
+                    0,
+                    "link",
+                    names.join(", "),
+                    "there are several root links",
+                    accepted,
+                );
             }
         }
         return None;
@@ -230,12 +310,25 @@ fn order(urdf: &xml::Urdf, ends: &[[usize; 2]], problems: &mut Problems) -> Opti
     }
     if is_tree && order.len() < joints.len() {
         let is_reached: std::collections::HashSet<usize> = order.iter().map(|(j, _)| *j).collect();
-        let lost = (0..joints.len()).find(|j| !is_reached.contains(j)).unwrap_or(0);
+        let lost = (0..joints.len())
+            .find(|j| !is_reached.contains(j))
+            .unwrap_or(0);
         let joint = &joints[lost];
-        let (field, value) =
-            (format!("joint {}", joint.name), format!("{} -> {}", joint.parent.link, joint.child.link));
-        let problem = format!("is not connected to the root link {} (a cycle)", links[root].name);
-        problems.add(urdf.joint_lines[lost], field, value, problem, "a tree of links");
+        let (field, value) = (
+            format!("joint {}", joint.name),
+            format!("{} -> {}", joint.parent.link, joint.child.link),
+        );
+        let problem = format!(
+            "is not connected to the root link {} (a cycle)",
+            links[root].name
+        );
+        problems.add(
+            urdf.joint_lines[lost],
+            field,
+            value,
+            problem,
+            "a tree of links",
+        );
         is_tree = false;
     }
     is_tree.then_some((root, order))

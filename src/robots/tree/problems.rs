@@ -14,7 +14,12 @@ pub struct Problems<'a> {
 
 impl<'a> Problems<'a> {
     pub fn new(file: &'a str) -> Self {
-        Self { file, found: Vec::new(), notes: Vec::new(), mended: Vec::new() }
+        Self {
+            file,
+            found: Vec::new(),
+            notes: Vec::new(),
+            mended: Vec::new(),
+        }
     }
 
     /// Adds an [`Error::Value`] at a line (from 1; 0 for the file as a whole).
@@ -26,8 +31,13 @@ impl<'a> Problems<'a> {
         problem: impl Into<String>,
         accepted: impl Into<String>,
     ) {
-        let file = if line == 0 { self.file.to_string() } else { format!("{}:{line}", self.file) };
-        self.found.push((line, Error::value(&file, field, value, problem, accepted)));
+        let file = if line == 0 {
+            self.file.to_string()
+        } else {
+            format!("{}:{line}", self.file)
+        };
+        self.found
+            .push((line, Error::value(&file, field, value, problem, accepted)));
     }
 
     pub fn is_empty(&self) -> bool {

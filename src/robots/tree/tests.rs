@@ -30,7 +30,10 @@ const LIMIT: &str = r#"<limit lower="-1" upper="2" effort="30" velocity="4"/>"#;
 
 fn parse_in(folder: &Path, parts: &[String]) -> Result<Tree> {
     let file = folder.join("mine.urdf").to_string_lossy().into_owned();
-    let text = format!("<robot name=\"mine\">\n{BODY}\n{}\n</robot>", parts.join("\n"));
+    let text = format!(
+        "<robot name=\"mine\">\n{BODY}\n{}\n</robot>",
+        parts.join("\n")
+    );
     Tree::parse(&Source { file, text }, None)
 }
 
@@ -51,28 +54,61 @@ fn noted<'a>(tree: &'a Tree, words: &str) -> &'a str {
 
 #[test]
 fn joints_that_no_servo_drives_are_locked_and_told_in_one_note() {
-    let finger = |name: &str, kind: &str, more: &str| [link(name, ""), joint(kind, name, more)].concat();
+    let finger =
+        |name: &str, kind: &str, more: &str| [link(name, ""), joint(kind, name, more)].concat();
     let tree = parse(&[
         finger("lift", "prismatic", r#"<limit lower="0.2" upper="0.5"/>"#),
         finger("slide", "prismatic", ""),
         finger("free", "floating", ""),
         finger("flat", "planar", ""),
-        finger("thumb", "revolute", &format!("{LIMIT}<mimic joint=\"to_arm\" multiplier=\"2\" offset=\"0.5\"/>")),
+        finger(
+            "thumb",
+            "revolute",
+            &format!("{LIMIT}<mimic joint=\"to_arm\" multiplier=\"2\" offset=\"0.5\"/>"),
+        ),
         finger("stiff", "revolute", r#"<limit lower="0" upper="0"/>"#),
         finger("arm", "revolute", LIMIT),
         finger("wheel", "continuous", ""),
     ])
     .unwrap();
-    assert_eq!((tree.joints.len(), tree.links.len(), tree.links[0].mass_kg), (2, 3, 8.0));
+    assert_eq!(
+        (tree.joints.len(), tree.links.len(), tree.links[0].mass_kg),
+        (2, 3, 8.0)
+    );
     // The others move, and keep what the URDF says of their motors.
-    let ranges: Vec<_> = tree.joints.iter().map(|joint| (joint.lower_rad, joint.upper_rad)).collect();
+    let ranges: Vec<_> = tree
+        .joints
+        .iter()
+        .map(|joint| (joint.lower_rad, joint.upper_rad))
+        .collect();
     assert_eq!(ranges, [(-1.0, 2.0), (f64::NEG_INFINITY, f64::INFINITY)]);
-    let stated = Motor { effort_n_m: Some(30.0), velocity_rad_s: Some(4.0) };
-    assert_eq!(tree.motors, [stated, Motor { effort_n_m: None, velocity_rad_s: None }]);
-    let pose = |name: &str| tree.frames.iter().find(|frame| frame.name == name).unwrap().pose;
+    let stated = Motor {
+        effort_n_m: Some(30.0),
+        velocity_rad_s: Some(4.0),
+    };
+    assert_eq!(
+        tree.motors,
+        [
+            stated,
+            Motor {
+                effort_n_m: None,
+                velocity_rad_s: None
+            }
+        ]
+    );
+    let pose = |name: &str| {
+        tree.frames
+            .iter()
+            .find(|frame| frame.name == name)
+            .unwrap()
+            .pose
+    };
     assert!((pose("lift").translation.vector - Vector3::new(0.2, 0.0, 0.1)).norm() < 1e-12);
     for name in ["slide", "free", "flat", "stiff"] {
-        assert!((pose(name).translation.vector - Vector3::new(0.0, 0.0, 0.1)).norm() < 1e-12, "{name}");
+        assert!(
+            (pose(name).translation.vector - Vector3::new(0.0, 0.0, 0.1)).norm() < 1e-12,
+            "{name}"
+        );
     }
     assert!((pose("thumb").rotation.scaled_axis() - Vector3::new(0.5, 0.0, 0.0)).norm() < 1e-12);
     assert_eq!(
@@ -88,48 +124,77 @@ fn joints_that_carry_nothing_with_mass_are_locked() {
     let tree = parse(&[
         r#"<link name="camera"/><link name="lens"/>"#.into(),
         joint("revolute", "camera", LIMIT),
-        joint("continuous", "lens", "").replace("<parent link=\"body\"/>", "<parent link=\"camera\"/>"),
+        joint("continuous", "lens", "")
+            .replace("<parent link=\"body\"/>", "<parent link=\"camera\"/>"),
         link("arm", ""),
         joint("revolute", "arm", LIMIT),
     ])
     .unwrap();
     assert_eq!((tree.links.len(), tree.frames[2].link), (2, 0));
-    assert!(noted(&tree, "locked").contains("to_camera, to_lens (without mass)"), "{:?}", tree.notes);
+    assert!(
+        noted(&tree, "locked").contains("to_camera, to_lens (without mass)"),
+        "{:?}",
+        tree.notes
+    );
     // A link without mass between others cannot be simulated.
     let between = [
         r#"<link name="cross"/>"#.into(),
         joint("revolute", "cross", LIMIT),
         link("arm", ""),
-        joint("revolute", "arm", LIMIT).replace("<parent link=\"body\"/>", "<parent link=\"cross\"/>"),
+        joint("revolute", "arm", LIMIT)
+            .replace("<parent link=\"body\"/>", "<parent link=\"cross\"/>"),
     ];
     let error = parse(&between).err().unwrap().to_string();
-    assert!(error.contains("mine.urdf:4: link cross: mass = 0: a link that moves must have mass"), "{error}");
+    assert!(
+        error.contains("mine.urdf:4: link cross: mass = 0: a link that moves must have mass"),
+        "{error}"
+    );
 }
 
 #[test]
 fn inertias_that_no_body_has_are_mended_with_a_note() {
     let tree = with_arm(link("arm", "").replace("ixx=\"0.01\"", "ixx=\"0.05\"")).unwrap();
     let moments = tree.links[1].inertia_kg_m2.diagonal();
-    assert!((moments - Vector3::new(0.05, 0.025, 0.025)).norm() < 1e-12, "{moments}");
+    assert!(
+        (moments - Vector3::new(0.05, 0.025, 0.025)).norm() < 1e-12,
+        "{moments}"
+    );
     let expected = "were mended by raising their small principal moments [kg m^2]: arm (from 1.000e-2, 1.000e-2, \
                     5.000e-2 to 2.500e-2, 2.500e-2, 5.000e-2).";
-    assert!(noted(&tree, "nertia").contains(expected), "{:?}", tree.notes);
+    assert!(
+        noted(&tree, "nertia").contains(expected),
+        "{:?}",
+        tree.notes
+    );
     // Mass alone is enough.
-    let tree = with_arm(r#"<link name="arm"><inertial><mass value="1"/></inertial></link>"#.into()).unwrap();
-    assert!(tree.links[1].inertia_kg_m2.diagonal().min() > 1e-4 && noted(&tree, "mended").contains("arm (from 0"));
+    let tree = with_arm(r#"<link name="arm"><inertial><mass value="1"/></inertial></link>"#.into())
+        .unwrap();
+    assert!(
+        tree.links[1].inertia_kg_m2.diagonal().min() > 1e-4
+            && noted(&tree, "mended").contains("arm (from 0")
+    );
     // A point mass on a link is as it should be.
     let without = r#"<link name="bolt"><inertial><mass value="1"/></inertial></link>"#.to_string();
-    assert!(parse(&[without, joint("fixed", "bolt", "")]).unwrap().notes.is_empty());
+    assert!(
+        parse(&[without, joint("fixed", "bolt", "")])
+            .unwrap()
+            .notes
+            .is_empty()
+    );
 }
 
 #[test]
 fn what_is_not_used_is_ignored() {
     let visual = |material: &str| {
-        format!(r#"<visual><geometry><capsule radius="0.1" length="0.3"/></geometry>{material}</visual><visual/>"#)
+        format!(
+            r#"<visual><geometry><capsule radius="0.1" length="0.3"/></geometry>{material}</visual><visual/>"#
+        )
     };
     let more = [
         visual(r#"<material name="skin"><texture/></material>"#),
-        visual(r#"<material name="skin"><color rgba="0.1 0.2 0.3 1"/><texture filename="a.png"/></material>"#),
+        visual(
+            r#"<material name="skin"><color rgba="0.1 0.2 0.3 1"/><texture filename="a.png"/></material>"#,
+        ),
         visual(r#"<material name="skin"><color/></material>"#),
         visual(r#"<material><color rgba="1 0 0 1"/></material>"#),
         visual(""),
@@ -145,10 +210,23 @@ fn what_is_not_used_is_ignored() {
             .into(),
     ])
     .unwrap();
-    let colors: Vec<_> = tree.links[1].visuals.iter().map(|solid| solid.color[..3].to_vec()).collect();
+    let colors: Vec<_> = tree.links[1]
+        .visuals
+        .iter()
+        .map(|solid| solid.color[..3].to_vec())
+        .collect();
     let (skin, grey) = (vec![0.1, 0.2, 0.3], vec![0.7; 3]);
-    assert_eq!(colors, [skin.clone(), skin.clone(), skin, vec![1.0, 0.0, 0.0], grey]);
-    assert_eq!(tree.links[1].visuals[0].shape, Shape::Capsule { radius: 0.1, length: 0.3 });
+    assert_eq!(
+        colors,
+        [skin.clone(), skin.clone(), skin, vec![1.0, 0.0, 0.0], grey]
+    );
+    assert_eq!(
+        tree.links[1].visuals[0].shape,
+        Shape::Capsule {
+            radius: 0.1,
+            length: 0.3
+        }
+    );
     assert!(tree.notes.is_empty(), "{:?}", tree.notes);
 }
 
@@ -161,22 +239,51 @@ fn meshes_are_read_once_scaled_and_collide_as_their_hull() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("box.obj"), BOX).unwrap();
     let solid = |tag: &str, scale: &str| {
-        format!(r#"<{tag}><origin xyz="0 0 1"/><geometry><mesh filename="box.obj"{scale}/></geometry></{tag}>"#)
+        format!(
+            r#"<{tag}><origin xyz="0 0 1"/><geometry><mesh filename="box.obj"{scale}/></geometry></{tag}>"#
+        )
     };
     let millimetres = r#" scale="0.001 -0.001 0.001""#;
-    let more = [solid("visual", ""), solid("collision", ""), solid("collision", millimetres)].concat();
-    let tree = parse_in(folder.path(), &[link("arm", &more), joint("revolute", "arm", LIMIT)]).unwrap();
+    let more = [
+        solid("visual", ""),
+        solid("collision", ""),
+        solid("collision", millimetres),
+    ]
+    .concat();
+    let tree = parse_in(
+        folder.path(),
+        &[link("arm", &more), joint("revolute", "arm", LIMIT)],
+    )
+    .unwrap();
     assert!(tree.notes.is_empty(), "{:?}", tree.notes);
-    let Link { visuals, collisions, .. } = &tree.links[1];
+    let Link {
+        visuals,
+        collisions,
+        ..
+    } = &tree.links[1];
     let mesh = |solid: &Solid| match &solid.shape {
         Shape::Mesh(mesh) => mesh.clone(),
         other => panic!("{other:?}"),
     };
-    assert!(std::sync::Arc::ptr_eq(&mesh(&visuals[0]), &mesh(&collisions[0])));
-    assert_eq!((mesh(&visuals[0]).triangles.len(), mesh(&visuals[0]).points.len()), (14, 9));
+    assert!(std::sync::Arc::ptr_eq(
+        &mesh(&visuals[0]),
+        &mesh(&collisions[0])
+    ));
+    assert_eq!(
+        (
+            mesh(&visuals[0]).triangles.len(),
+            mesh(&visuals[0]).points.len()
+        ),
+        (14, 9)
+    );
     assert_eq!(mesh(&collisions[0]).hull.len(), 8, "the corners alone");
     let reach = |solid: &Solid, direction: Vector3<f64>| solid.reach_m(&direction);
-    for (x, reached) in [(Vector3::x(), 2.0), (-Vector3::x(), 0.0), (-Vector3::z(), -1.0), (Vector3::z(), 1.5)] {
+    for (x, reached) in [
+        (Vector3::x(), 2.0),
+        (-Vector3::x(), 0.0),
+        (-Vector3::z(), -1.0),
+        (Vector3::z(), 1.5),
+    ] {
         assert!((reach(&collisions[0], x) - reached).abs() < 1e-12, "{x}");
     }
     assert!((reach(&collisions[1], -Vector3::y()) - 0.001).abs() < 1e-12);
@@ -187,22 +294,34 @@ fn meshes_are_read_once_scaled_and_collide_as_their_hull() {
 #[test]
 fn an_inertia_larger_than_its_link_is_noted_and_one_larger_than_the_robot_refused() {
     let solid = r#"<collision><geometry><sphere radius="0.1"/></geometry></collision>"#;
-    let tree = |moment: &str| with_arm(link("arm", solid).replace("=\"0.01\"", &format!("=\"{moment}\"")));
+    let tree =
+        |moment: &str| with_arm(link("arm", solid).replace("=\"0.01\"", &format!("=\"{moment}\"")));
     assert!(tree("0.01").unwrap().notes.is_empty());
     let noted_as = noted(&tree("0.05").unwrap(), "radius of gyration").to_string();
-    assert!(noted_as.contains("of arm (0.224 m, it reaches 0.100 m). Are they in kg m^2?"), "{noted_as}");
+    assert!(
+        noted_as.contains("of arm (0.224 m, it reaches 0.100 m). Are they in kg m^2?"),
+        "{noted_as}"
+    );
     let error = tree("10000").err().unwrap().to_string();
-    let expected =
-        "link arm: inertia = 1.000e4: with 1.000 kg, its radius of gyration is 100.000 m, and the whole robot spans";
-    assert!(error.contains(expected) && error.contains("accepted: up to"), "{error}");
+    let expected = "link arm: inertia = 1.000e4: with 1.000 kg, its radius of gyration is 100.000 m, and the whole robot spans";
+    assert!(
+        error.contains(expected) && error.contains("accepted: up to"),
+        "{error}"
+    );
 }
 
 #[test]
 fn meshes_that_are_not_there_are_told_in_one_note() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("pointer.stl"), "version https://git-lfs.github.com/spec/v1\n").unwrap();
+    std::fs::write(
+        folder.path().join("pointer.stl"),
+        "version https://git-lfs.github.com/spec/v1\n",
+    )
+    .unwrap();
     std::fs::write(folder.path().join("bad.stl"), "not a mesh").unwrap();
-    let solid = |tag: &str, name: &str| format!(r#"<{tag}><geometry><mesh filename="{name}"/></geometry></{tag}>"#);
+    let solid = |tag: &str, name: &str| {
+        format!(r#"<{tag}><geometry><mesh filename="{name}"/></geometry></{tag}>"#)
+    };
     let more = [
         solid("visual", "package://mine/a.stl"),
         solid("visual", "b.stl"),
@@ -210,14 +329,28 @@ fn meshes_that_are_not_there_are_told_in_one_note() {
         solid("visual", "pointer.stl"),
         solid("visual", "bad.stl"),
     ];
-    let tree = parse_in(folder.path(), &[link("arm", &more.concat()), joint("revolute", "arm", LIMIT)]).unwrap();
+    let tree = parse_in(
+        folder.path(),
+        &[link("arm", &more.concat()), joint("revolute", "arm", LIMIT)],
+    )
+    .unwrap();
     let absent = noted(&tree, "no such file");
-    assert!(absent.starts_with("2 meshes (package://mine/a.stl, b.stl) are left out: no such file."), "{absent}");
-    assert!(absent.contains(&format!("searched in {}", folder.path().display())), "{absent}");
-    assert!(noted(&tree, "LFS").starts_with("The mesh pointer.stl is left out: only a Git LFS pointer is there"));
     assert!(
-        noted(&tree, "bad.stl")
-            .contains("The mesh bad.stl is left out: it is not an STL file, or one that is cut off.")
+        absent.starts_with("2 meshes (package://mine/a.stl, b.stl) are left out: no such file."),
+        "{absent}"
+    );
+    assert!(
+        absent.contains(&format!("searched in {}", folder.path().display())),
+        "{absent}"
+    );
+    assert!(
+        noted(&tree, "LFS")
+            .starts_with("The mesh pointer.stl is left out: only a Git LFS pointer is there")
+    );
+    assert!(
+        noted(&tree, "bad.stl").contains(
+            "The mesh bad.stl is left out: it is not an STL file, or one that is cut off."
+        )
     );
     assert_eq!((tree.notes.len(), tree.links[1].visuals.len()), (3, 0));
     assert_eq!(tree.missing, [(1, "b.stl (no such file)".to_string())]);
@@ -229,13 +362,18 @@ fn all_problems_of_a_file_are_told_at_once_in_the_order_of_its_lines() {
     let parts = [
         link("arm", "").replace("value=\"1\"", "value=\"heavy\""),
         joint("revolute", "arm", LIMIT).replace("1 0 0", "0 0 0"),
-        link("leg", "<collision><geometry><box size=\"1 -1 1\"/></geometry></collision>"),
+        link(
+            "leg",
+            "<collision><geometry><box size=\"1 -1 1\"/></geometry></collision>",
+        ),
         joint("spherical", "leg", "").replace("to_leg", "hip"),
         joint("revolute", "toe", LIMIT),
         link("arm", ""),
     ];
     let error = parse(&parts).err().unwrap();
-    let Error::Several(problems) = &error else { panic!("{error}") };
+    let Error::Several(problems) = &error else {
+        panic!("{error}")
+    };
     let expected = [
         "link arm: mass value",
         "joint to_arm: axis",
@@ -246,21 +384,37 @@ fn all_problems_of_a_file_are_told_at_once_in_the_order_of_its_lines() {
     ];
     assert_eq!(problems.len(), expected.len(), "{error}");
     for (problem, expected) in problems.iter().zip(expected) {
-        assert!(problem.to_string().contains(expected), "{expected}: {problem}");
+        assert!(
+            problem.to_string().contains(expected),
+            "{expected}: {problem}"
+        );
     }
     assert!(error.to_string().starts_with("6 problems\n  "), "{error}");
     assert_eq!(error.exit_code(), 2);
     let link = |i: u32| link(&format!("l{i}"), "").replace("value=\"1\"", "value=\"x\"");
-    let error = parse(&(0..23).map(link).collect::<Vec<_>>()).err().unwrap().to_string();
-    assert_eq!((error.lines().count(), error.lines().last()), (22, Some("  and 4 more")), "{error}");
+    let error = parse(&(0..23).map(link).collect::<Vec<_>>())
+        .err()
+        .unwrap()
+        .to_string();
+    assert_eq!(
+        (error.lines().count(), error.lines().last()),
+        (22, Some("  and 4 more")),
+        "{error}"
+    );
 }
 
 #[test]
 fn sizes_are_limited_before_parsing() {
     let many: Vec<String> = (0..500).map(|i| format!("<link name=\"l{i}\"/>")).collect();
     let error = parse(&many).err().unwrap().to_string();
-    assert!(error.contains("link = 501: there are too many links; accepted: up to 500 links"), "{error}");
+    assert!(
+        error.contains("link = 501: there are too many links; accepted: up to 500 links"),
+        "{error}"
+    );
     let deep = "<a>".repeat(100_000);
     let error = parse(&[deep]).err().unwrap().to_string();
-    assert!(error.contains("elements are nested more than 64 deep"), "{error}");
+    assert!(
+        error.contains("elements are nested more than 64 deep"),
+        "{error}"
+    );
 }

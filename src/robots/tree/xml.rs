@@ -14,7 +14,12 @@ use standfast_files::assets::Source;
 use std::fmt::Write;
 
 /// Largest number of elements of each kind.
-const MOST: [(&str, usize); 4] = [("link", 500), ("joint", 500), ("visual", 5000), ("collision", 5000)];
+const MOST: [(&str, usize); 4] = [
+    ("link", 500),
+    ("joint", 500),
+    ("visual", 5000),
+    ("collision", 5000),
+];
 
 struct Attribute {
     name: &'static str,
@@ -35,24 +40,56 @@ struct Element {
 }
 
 const fn required(name: &'static str, numbers: usize, harmless: &'static str) -> Attribute {
-    Attribute { name, numbers, harmless, is_required: true }
+    Attribute {
+        name,
+        numbers,
+        harmless,
+        is_required: true,
+    }
 }
 
 const fn optional(name: &'static str, numbers: usize, harmless: &'static str) -> Attribute {
-    Attribute { name, numbers, harmless, is_required: false }
+    Attribute {
+        name,
+        numbers,
+        harmless,
+        is_required: false,
+    }
 }
 
-const fn element(name: &'static str, within: &'static str, attributes: &'static [Attribute]) -> Element {
-    Element { name, within, repeats: false, attributes }
+const fn element(
+    name: &'static str,
+    within: &'static str,
+    attributes: &'static [Attribute],
+) -> Element {
+    Element {
+        name,
+        within,
+        repeats: false,
+        attributes,
+    }
 }
 
-const fn repeated(name: &'static str, within: &'static str, attributes: &'static [Attribute]) -> Element {
-    Element { name, within, repeats: true, attributes }
+const fn repeated(
+    name: &'static str,
+    within: &'static str,
+    attributes: &'static [Attribute],
+) -> Element {
+    Element {
+        name,
+        within,
+        repeats: true,
+        attributes,
+    }
 }
 
 const ELEMENTS: [Element; 22] = [
     repeated("link", "robot", &[required("name", 0, "?")]),
-    repeated("joint", "robot", &[required("name", 0, "?"), required("type", 0, "fixed")]),
+    repeated(
+        "joint",
+        "robot",
+        &[required("name", 0, "?"), required("type", 0, "fixed")],
+    ),
     repeated("material", "robot", &[optional("name", 0, "")]),
     element("inertial", "link", &[]),
     repeated("visual", "link", &[]),
@@ -70,14 +107,30 @@ const ELEMENTS: [Element; 22] = [
             required("izz", 1, "1"),
         ],
     ),
-    element("origin", "inertial visual collision joint", &[optional("xyz", 3, "0 0 0"), optional("rpy", 3, "0 0 0")]),
+    element(
+        "origin",
+        "inertial visual collision joint",
+        &[optional("xyz", 3, "0 0 0"), optional("rpy", 3, "0 0 0")],
+    ),
     element("geometry", "visual collision", &[]),
     element("material", "visual", &[optional("name", 0, "")]),
     element("box", "geometry", &[required("size", 3, "1 1 1")]),
-    element("cylinder", "geometry", &[required("radius", 1, "1"), required("length", 1, "1")]),
-    element("capsule", "geometry", &[required("radius", 1, "1"), required("length", 1, "1")]),
+    element(
+        "cylinder",
+        "geometry",
+        &[required("radius", 1, "1"), required("length", 1, "1")],
+    ),
+    element(
+        "capsule",
+        "geometry",
+        &[required("radius", 1, "1"), required("length", 1, "1")],
+    ),
     element("sphere", "geometry", &[required("radius", 1, "1")]),
-    element("mesh", "geometry", &[required("filename", 0, "?"), optional("scale", 3, "1 1 1")]),
+    element(
+        "mesh",
+        "geometry",
+        &[required("filename", 0, "?"), optional("scale", 3, "1 1 1")],
+    ),
     element("color", "material", &[optional("rgba", 4, "")]),
     element("parent", "joint", &[required("link", 0, "?")]),
     element("child", "joint", &[required("link", 0, "?")]),
@@ -92,10 +145,25 @@ const ELEMENTS: [Element; 22] = [
             optional("velocity", 1, "0"),
         ],
     ),
-    element("mimic", "joint", &[required("joint", 0, "?"), optional("multiplier", 1, "1"), optional("offset", 1, "0")]),
+    element(
+        "mimic",
+        "joint",
+        &[
+            required("joint", 0, "?"),
+            optional("multiplier", 1, "1"),
+            optional("offset", 1, "0"),
+        ],
+    ),
 ];
 
-const JOINT_TYPES: [&str; 6] = ["revolute", "continuous", "fixed", "prismatic", "planar", "floating"];
+const JOINT_TYPES: [&str; 6] = [
+    "revolute",
+    "continuous",
+    "fixed",
+    "prismatic",
+    "planar",
+    "floating",
+];
 
 /// A URDF as it was read, with the line numbers of its links and joints.
 pub struct Urdf {
@@ -109,17 +177,29 @@ pub struct Urdf {
 /// Reads a URDF, and adds the errors in its elements and attributes to `problems`. Fails if the text is not well-formed
 /// XML with the root `robot`, or if it is too large or too deeply nested.
 pub fn read(source: &Source, problems: &mut Problems) -> Result<Urdf> {
-    let syntax = |message: String| Error::Syntax { file: source.file.clone(), message };
-    let document =
-        xml_limits::document(&source.text).map_err(|problem| syntax(format!("the XML is malformed: {problem}")))?;
+    let syntax = |message: String| Error::Syntax {
+        file: source.file.clone(),
+        message,
+    };
+    let document = xml_limits::document(&source.text)
+        .map_err(|problem| syntax(format!("the XML is malformed: {problem}")))?;
     let root = document.root_element();
     if !root.has_tag_name("robot") {
-        return Err(syntax(format!("the root element is <{}>; accepted: <robot>", root.tag_name().name())));
+        return Err(syntax(format!(
+            "the root element is <{}>; accepted: <robot>",
+            root.tag_name().name()
+        )));
     }
     for (name, most) in MOST {
-        let count = root.descendants().filter(|node| node.has_tag_name(name)).count();
+        let count = root
+            .descendants()
+            .filter(|node| node.has_tag_name(name))
+            .count();
         if count > most {
-            let (problem, accepted) = (format!("there are too many {name}s"), format!("up to {most} {name}s"));
+            let (problem, accepted) = (
+                format!("there are too many {name}s"),
+                format!("up to {most} {name}s"),
+            );
             return Err(Error::value(&source.file, name, count, problem, accepted));
         }
     }
@@ -132,12 +212,26 @@ pub fn read(source: &Source, problems: &mut Problems) -> Result<Urdf> {
         joint_lines: Vec::new(),
         is_whole: true,
     };
-    reader.text = format!("<robot name={}>", quoted(root.attribute("name").unwrap_or("")));
+    reader.text = format!(
+        "<robot name={}>",
+        quoted(root.attribute("name").unwrap_or(""))
+    );
     reader.children(&root, &root);
     reader.text.push_str("</robot>");
-    let Reader { text, link_lines, joint_lines, is_whole, .. } = reader;
+    let Reader {
+        text,
+        link_lines,
+        joint_lines,
+        is_whole,
+        ..
+    } = reader;
     let robot = urdf_rs::read_from_string(&text).map_err(|e| syntax(format!("not a URDF: {e}")))?;
-    Ok(Urdf { robot, link_lines, joint_lines, is_whole })
+    Ok(Urdf {
+        robot,
+        link_lines,
+        joint_lines,
+        is_whole,
+    })
 }
 
 /// Writes the text for urdf-rs.
@@ -153,18 +247,33 @@ struct Reader<'p, 'f> {
 
 impl Reader<'_, '_> {
     fn line(&self, node: &Node) -> usize {
-        1 + self.line_ends.partition_point(|&end| end < node.range().start)
+        1 + self
+            .line_ends
+            .partition_point(|&end| end < node.range().start)
     }
 
     /// Adds a problem such as `robot.urdf:12: joint left_knee: limit lower = abc: ...`. The `part` is the link or the
     /// joint that contains the node.
-    fn bad(&mut self, part: &Node, node: &Node, name: &str, value: &str, problem: &str, accepted: &str) {
-        let part_name = format!("{} {}", part.tag_name().name(), part.attribute("name").unwrap_or("(unnamed)"));
+    fn bad(
+        &mut self,
+        part: &Node,
+        node: &Node,
+        name: &str,
+        value: &str,
+        problem: &str,
+        accepted: &str,
+    ) {
+        let part_name = format!(
+            "{} {}",
+            part.tag_name().name(),
+            part.attribute("name").unwrap_or("(unnamed)")
+        );
         let field = match part == node {
             true => format!("{part_name}: {name}"),
             false => format!("{part_name}: {} {name}", node.tag_name().name()),
         };
-        self.problems.add(self.line(node), field, value, problem, accepted);
+        self.problems
+            .add(self.line(node), field, value, problem, accepted);
     }
 
     /// Writes the elements in a node that this program reads.
@@ -172,10 +281,14 @@ impl Reader<'_, '_> {
         let mut written: Vec<&str> = Vec::new();
         for child in node.children().filter(Node::is_element) {
             let (tag, within) = (child.tag_name().name(), node.tag_name().name());
-            let is_this = |e: &&Element| e.name == tag && e.within.split(' ').any(|outer| outer == within);
-            let Some(element) = ELEMENTS.iter().find(is_this) else { continue };
+            let is_this =
+                |e: &&Element| e.name == tag && e.within.split(' ').any(|outer| outer == within);
+            let Some(element) = ELEMENTS.iter().find(is_this) else {
+                continue;
+            };
             // A geometry has one shape.
-            let is_first = element.repeats || !(written.contains(&tag) || within == "geometry" && !written.is_empty());
+            let is_first = element.repeats
+                || !(written.contains(&tag) || within == "geometry" && !written.is_empty());
             let part = if within == "robot" { &child } else { part };
             if is_first && self.is_sound(part, &child) {
                 written.push(tag);
@@ -187,7 +300,9 @@ impl Reader<'_, '_> {
                 self.text.push_str("<mass value=\"0\"/>");
             }
             if !written.contains(&"inertia") {
-                self.text.push_str("<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>");
+                self.text.push_str(
+                    "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>",
+                );
             }
         }
     }
@@ -197,8 +312,18 @@ impl Reader<'_, '_> {
         let has = |outer: &Node, name: &str| outer.children().any(|inner| inner.has_tag_name(name));
         match node.tag_name().name() {
             "joint" => {
-                for end in ["parent", "child"].into_iter().filter(|end| !has(node, end)) {
-                    self.bad(part, node, end, "(none)", "is missing", &format!("<{end} link=\"...\"/>"));
+                for end in ["parent", "child"]
+                    .into_iter()
+                    .filter(|end| !has(node, end))
+                {
+                    self.bad(
+                        part,
+                        node,
+                        end,
+                        "(none)",
+                        "is missing",
+                        &format!("<{end} link=\"...\"/>"),
+                    );
                     self.is_whole = false;
                 }
                 has(node, "parent") && has(node, "child")
@@ -206,11 +331,19 @@ impl Reader<'_, '_> {
             "visual" | "collision" => {
                 let shapes = ["box", "cylinder", "capsule", "sphere", "mesh"];
                 let geometry = node.children().find(|inner| inner.has_tag_name("geometry"));
-                let has_shape = geometry.is_some_and(|geometry| shapes.iter().any(|shape| has(&geometry, shape)));
+                let has_shape = geometry
+                    .is_some_and(|geometry| shapes.iter().any(|shape| has(&geometry, shape)));
                 if !has_shape && node.has_tag_name("collision") {
                     let kind = geometry.and_then(|geometry| geometry.first_element_child());
                     let value = kind.map_or("(none)", |shape| shape.tag_name().name());
-                    self.bad(part, node, "geometry", value, "is none of the known shapes", &shapes.join(", "));
+                    self.bad(
+                        part,
+                        node,
+                        "geometry",
+                        value,
+                        "is none of the known shapes",
+                        &shapes.join(", "),
+                    );
                 }
                 has_shape
             }
@@ -239,32 +372,53 @@ impl Reader<'_, '_> {
         {
             let accepted = "<limit lower upper effort velocity>";
             self.bad(part, node, "limit", "(none)", "is missing", accepted);
-            self.text.push_str("<limit lower=\"-1\" upper=\"1\" effort=\"0\" velocity=\"0\"/>");
+            self.text
+                .push_str("<limit lower=\"-1\" upper=\"1\" effort=\"0\" velocity=\"0\"/>");
         }
         _ = write!(self.text, "</{}>", element.name);
     }
 
     /// The value of an attribute; a harmless one if it is missing or bad.
     fn value<'a>(&mut self, part: &Node, node: &Node<'a, '_>, attribute: &Attribute) -> &'a str {
-        let Attribute { name, numbers: count, harmless, is_required } = *attribute;
+        let Attribute {
+            name,
+            numbers: count,
+            harmless,
+            is_required,
+        } = *attribute;
         let most = most(name);
-        let finite = if most.is_finite() { format!("up to {most:e} in size") } else { "finite".into() };
+        let finite = if most.is_finite() {
+            format!("up to {most:e} in size")
+        } else {
+            "finite".into()
+        };
         let counted = || match count {
             0 => "a name".to_string(),
             1 => format!("a number, {finite}"),
             _ => format!("{count} numbers, {finite}"),
         };
-        let text = node.attribute(name).filter(|text| count > 0 || !is_required || !text.is_empty());
+        let text = node
+            .attribute(name)
+            .filter(|text| count > 0 || !is_required || !text.is_empty());
         match text {
             None if is_required => self.bad(part, node, name, "(none)", "is missing", &counted()),
             None => {}
             Some(text) if name == "type" && !JOINT_TYPES.contains(&text) => {
-                self.bad(part, node, name, text, "this joint type is not supported", &JOINT_TYPES.join(", "));
+                self.bad(
+                    part,
+                    node,
+                    name,
+                    text,
+                    "this joint type is not supported",
+                    &JOINT_TYPES.join(", "),
+                );
             }
             Some(text) if count == 0 => return text,
             Some(text) => {
                 let numbers = text.split_whitespace().map(str::parse::<f64>);
-                if numbers.clone().count() == count && numbers.clone().all(|n| n.is_ok_and(f64::is_finite)) {
+                if numbers.clone().count() == count
+                    && numbers.clone().all(|n| n.is_ok_and(f64::is_finite))
+                {
                     if numbers.flatten().all(|n| n.abs() <= most) {
                         return text;
                     }
@@ -299,6 +453,10 @@ pub fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
 
 /// A text as the value of an attribute.
 fn quoted(text: &str) -> String {
-    let escaped = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;");
+    let escaped = text
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;");
     format!("\"{escaped}\"")
 }

@@ -14,7 +14,9 @@ use super::referee::Referee;
 use super::tick::{Failure, Tick};
 use crate::{Ground, Plant, Pull, Push, Truth};
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Command, Controller, PreparedController, Robot, Sensed, TickError, Units};
+use standfast_core::robot::{
+    Command, Controller, PreparedController, Robot, Sensed, TickError, Units,
+};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -73,7 +75,10 @@ pub fn run(
     observe: &mut dyn FnMut(&Tick),
 ) -> Result<Record> {
     let closed_loop = ClosedLoop::new(robot, [factory], config, disturbance);
-    Ok(closed_loop.until(until, 0.0).watched(&mut |_, tick| observe(tick))?.remove(0))
+    Ok(closed_loop
+        .until(until, 0.0)
+        .watched(&mut |_, tick| observe(tick))?
+        .remove(0))
 }
 
 impl<'a> ClosedLoop<'a> {
@@ -85,16 +90,34 @@ impl<'a> ClosedLoop<'a> {
         config: &'a EpisodeConfig,
         disturbance: Disturbance,
     ) -> Self {
-        let Disturbance { pushes, sensor_errors, variation, seed } = disturbance;
+        let Disturbance {
+            pushes,
+            sensor_errors,
+            variation,
+            seed,
+        } = disturbance;
         let (omega, home) = (Units::of(robot).omega(), robot.home_command());
-        let (ground, factories) = (Ground::new(robot, &variation), factories.into_iter().collect::<Vec<_>>());
+        let (ground, factories) = (
+            Ground::new(robot, &variation),
+            factories.into_iter().collect::<Vec<_>>(),
+        );
         let mut branches: Vec<Branch> = Vec::new();
         for (index, factory) in factories.iter().enumerate() {
-            let is_alike = |branch: &Branch| factories[branch.episodes[0].index].servos == factory.servos;
+            let is_alike =
+                |branch: &Branch| factories[branch.episodes[0].index].servos == factory.servos;
             let branch = branches.iter().position(is_alike).unwrap_or_else(|| {
                 let simulated = variation.robot(&factory.robot(robot));
-                let plant = Plant::on(ground, simulated, config.clock(), sensor_errors.clone(), home.clone());
-                branches.push(Branch { plant, episodes: Vec::new() });
+                let plant = Plant::on(
+                    ground,
+                    simulated,
+                    config.clock(),
+                    sensor_errors.clone(),
+                    home.clone(),
+                );
+                branches.push(Branch {
+                    plant,
+                    episodes: Vec::new(),
+                });
                 branches.len() - 1
             });
             let Branch { plant, episodes } = &mut branches[branch];
@@ -113,13 +136,26 @@ impl<'a> ClosedLoop<'a> {
             });
         }
         let records = vec![None; factories.len()];
-        Self { config, until: config.until(), aftermath_s: 0.0, pushes, branches, records, no_outcome: None, tick: 0 }
+        Self {
+            config,
+            until: config.until(),
+            aftermath_s: 0.0,
+            pushes,
+            branches,
+            records,
+            no_outcome: None,
+            tick: 0,
+        }
     }
 
     /// Changes when episodes end: they are decided as `until` says, and continue for `aftermath_s` (s) after that, but
     /// not beyond the horizon. Records do not depend on the time after the decision.
     pub fn until(self, until: Until, aftermath_s: f64) -> Self {
-        Self { until, aftermath_s, ..self }
+        Self {
+            until,
+            aftermath_s,
+            ..self
+        }
     }
 
     /// Runs the ticks that cannot be affected by a push that starts at `push_s` (s) or later.
@@ -137,19 +173,42 @@ impl<'a> ClosedLoop<'a> {
     pub fn with(&self, controllers: &[usize], pushes: Vec<Push>) -> Option<Self> {
         let mut branches = Vec::new();
         for branch in &self.branches {
-            let wanted = branch.episodes.iter().filter(|episode| controllers.contains(&episode.index));
-            let episodes = wanted.map(|episode| episode.fork(&pushes)).collect::<Option<Vec<_>>>()?;
+            let wanted = branch
+                .episodes
+                .iter()
+                .filter(|episode| controllers.contains(&episode.index));
+            let episodes = wanted
+                .map(|episode| episode.fork(&pushes))
+                .collect::<Option<Vec<_>>>()?;
             if !episodes.is_empty() {
-                branches.push(Branch { plant: branch.plant.clone(), episodes });
+                branches.push(Branch {
+                    plant: branch.plant.clone(),
+                    episodes,
+                });
             }
         }
         let mut records = self.records.clone();
         for (index, record) in records.iter_mut().enumerate() {
             record.take_if(|_| !controllers.contains(&index));
         }
-        let Self { config, until, aftermath_s, tick, .. } = *self;
+        let Self {
+            config,
+            until,
+            aftermath_s,
+            tick,
+            ..
+        } = *self;
         let no_outcome = self.no_outcome.clone();
-        Some(Self { config, until, aftermath_s, pushes, branches, records, no_outcome, tick })
+        Some(Self {
+            config,
+            until,
+            aftermath_s,
+            pushes,
+            branches,
+            records,
+            no_outcome,
+            tick,
+        })
     }
 
     /// Runs all episodes to their ends, and returns their records in the order of the controllers. It fails if the
@@ -186,7 +245,11 @@ impl<'a> ClosedLoop<'a> {
     /// get robots of their own. Returns false if no episode is left, or if one has ended without an outcome. It must be
     /// called once per control period, before [`advance`](Self::advance).
     pub fn decide(&mut self, observe: &mut dyn FnMut(usize, &Tick)) -> bool {
-        for Branch { mut plant, episodes } in std::mem::take(&mut self.branches) {
+        for Branch {
+            mut plant,
+            episodes,
+        } in std::mem::take(&mut self.branches)
+        {
             let sensed = plant.sense();
             let mut parted: Vec<Vec<Episode>> = Vec::new();
             for mut episode in episodes {
@@ -195,7 +258,10 @@ impl<'a> ClosedLoop<'a> {
                 observe(episode.index, &tick);
                 if !tick.is_after {
                     episode.referee.watch(&tick);
-                    episode.decided_at_s = episode.referee.is_over(self.until).then_some(tick.truth.time_s);
+                    episode.decided_at_s = episode
+                        .referee
+                        .is_over(self.until)
+                        .then_some(tick.truth.time_s);
                 }
                 let ends_s = episode.decided_at_s.map(|at_s| at_s + self.aftermath_s);
                 if tick.is_broken() || ends_s.is_some_and(|ends_s| tick.truth.time_s >= ends_s) {
@@ -203,14 +269,22 @@ impl<'a> ClosedLoop<'a> {
                     self.no_outcome = self.no_outcome.take().or(episode.pilot.no_outcome);
                     continue;
                 }
-                match parted.iter_mut().find(|others| others[0].pilot.command.is_same(&episode.pilot.command)) {
+                match parted
+                    .iter_mut()
+                    .find(|others| others[0].pilot.command.is_same(&episode.pilot.command))
+                {
                     Some(others) => others.push(episode),
                     None => parted.push(vec![episode]),
                 }
             }
             let last = parted.pop();
-            self.branches.extend(parted.into_iter().map(|episodes| Branch { plant: plant.clone(), episodes }));
-            self.branches.extend(last.map(|episodes| Branch { plant, episodes }));
+            self.branches
+                .extend(parted.into_iter().map(|episodes| Branch {
+                    plant: plant.clone(),
+                    episodes,
+                }));
+            self.branches
+                .extend(last.map(|episodes| Branch { plant, episodes }));
         }
         !self.branches.is_empty() && self.no_outcome.is_none()
     }
@@ -218,9 +292,13 @@ impl<'a> ClosedLoop<'a> {
     /// Simulates the control period that follows.
     pub fn advance(&mut self) {
         for Branch { plant, episodes } in &mut self.branches {
-            if let Err(panic) = caught(|| plant.advance(episodes[0].pilot.command.clone(), &self.pushes)) {
+            if let Err(panic) =
+                caught(|| plant.advance(episodes[0].pilot.command.clone(), &self.pushes))
+            {
                 let failure = Failure::OfSimulation(panic);
-                episodes.iter_mut().for_each(|episode| episode.pilot.failure = Some(failure.clone()));
+                episodes
+                    .iter_mut()
+                    .for_each(|episode| episode.pilot.failure = Some(failure.clone()));
             }
         }
         self.tick += 1;
@@ -233,13 +311,18 @@ impl<'a> ClosedLoop<'a> {
 
     /// Pulls at a link of every robot from the next physics step on. None ends the pull.
     pub fn pull(&mut self, pull: Option<Pull>) {
-        self.branches.iter_mut().for_each(|branch| branch.plant.pull = pull);
+        self.branches
+            .iter_mut()
+            .for_each(|branch| branch.plant.pull = pull);
     }
 
     /// Judges anew from now on, for example after a push that was not planned.
     pub fn judge_anew(&mut self) {
         let (config, pushes) = (self.config, &self.pushes);
-        let episodes = self.branches.iter_mut().flat_map(|branch| &mut branch.episodes);
+        let episodes = self
+            .branches
+            .iter_mut()
+            .flat_map(|branch| &mut branch.episodes);
         episodes.for_each(|episode| {
             episode.referee = Referee::new(Arc::clone(&episode.referee.robot), config, pushes);
             episode.decided_at_s = None;
@@ -248,39 +331,81 @@ impl<'a> ClosedLoop<'a> {
 
     /// The controllers of the episodes that have not ended, to be measured or replaced.
     pub fn controllers(&mut self) -> impl Iterator<Item = &mut Box<dyn Controller>> {
-        self.branches.iter_mut().flat_map(|branch| &mut branch.episodes).map(|episode| &mut episode.pilot.controller)
+        self.branches
+            .iter_mut()
+            .flat_map(|branch| &mut branch.episodes)
+            .map(|episode| &mut episode.pilot.controller)
     }
 
     /// The record of a controller up to now.
     pub fn record(&self, index: usize) -> &Record {
         let mut going_on = self.branches.iter().flat_map(|branch| &branch.episodes);
-        let found = going_on.find(|episode| episode.index == index).map(|episode| &episode.referee.record);
-        found.or(self.records[index].as_ref()).expect("an episode goes on or has ended")
+        let found = going_on
+            .find(|episode| episode.index == index)
+            .map(|episode| &episode.referee.record);
+        found
+            .or(self.records[index].as_ref())
+            .expect("an episode goes on or has ended")
     }
 }
 
 impl<'a> Episode<'a> {
     /// A copy with other pushes. It is None if the controller cannot be copied.
     fn fork(&self, pushes: &[Push]) -> Option<Self> {
-        let Self { index, pilot, referee, decided_at_s } = self;
+        let Self {
+            index,
+            pilot,
+            referee,
+            decided_at_s,
+        } = self;
         let mut referee = referee.clone();
         referee.expect(pushes);
-        let Pilot { robot, omega, controller, command, failure, no_outcome } = pilot;
+        let Pilot {
+            robot,
+            omega,
+            controller,
+            command,
+            failure,
+            no_outcome,
+        } = pilot;
         let (command, failure, no_outcome) = (command.clone(), failure.clone(), no_outcome.clone());
-        let pilot = Pilot { robot, omega: *omega, controller: controller.fork()?, command, failure, no_outcome };
-        Some(Self { index: *index, pilot, referee, decided_at_s: *decided_at_s })
+        let pilot = Pilot {
+            robot,
+            omega: *omega,
+            controller: controller.fork()?,
+            command,
+            failure,
+            no_outcome,
+        };
+        Some(Self {
+            index: *index,
+            pilot,
+            referee,
+            decided_at_s: *decided_at_s,
+        })
     }
 }
 
 impl Pilot<'_> {
     /// Computes the command from the readings of this tick. `truth` is the state at which they were taken.
     fn tick<'t>(&'t mut self, sensed: &Sensed, truth: &'t Truth) -> Tick<'t> {
-        let Self { robot, omega, controller, command, failure, no_outcome } = self;
+        let Self {
+            robot,
+            omega,
+            controller,
+            command,
+            failure,
+            no_outcome,
+        } = self;
         // If the controller refuses its readings, the last command holds. A state with a NaN ends the episode as
         // diverged.
         if failure.is_none() {
             let joints = robot.joints.len();
-            let ticked = caught(|| controller.tick(sensed, command).and_then(|()| Ok(command.check(joints)?)));
+            let ticked = caught(|| {
+                controller
+                    .tick(sensed, command)
+                    .and_then(|()| Ok(command.check(joints)?))
+            });
             match ticked {
                 Ok(Ok(())) => {}
                 Ok(Err(error)) if error.is_final() => {
@@ -293,7 +418,11 @@ impl Pilot<'_> {
         }
         let failure = failure.as_ref();
         let tick = Tick::new(robot, *omega, truth, controller.report(), command);
-        Tick { failure, controller: Some(&**controller), ..tick }
+        Tick {
+            failure,
+            controller: Some(&**controller),
+            ..tick
+        }
     }
 }
 
@@ -304,7 +433,14 @@ pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
         let text = panic.downcast_ref::<&str>().map(|text| text.to_string());
         let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
         let line: String = text.iter().flat_map(|text| text.lines()).take(1).collect();
-        format!("panic: {:.120}", if line.is_empty() { "without a message" } else { &line })
+        format!(
+            "panic: {:.120}",
+            if line.is_empty() {
+                "without a message"
+            } else {
+                &line
+            }
+        )
     })
 }
 
@@ -325,7 +461,11 @@ mod tests {
     impl Controller for Faulty {
         fn tick(&mut self, _: &Sensed, command: &mut Command) -> Result<(), TickError> {
             self.tick += 1;
-            if self.tick == 10 { (self.wrong)(command) } else { Ok(()) }
+            if self.tick == 10 {
+                (self.wrong)(command)
+            } else {
+                Ok(())
+            }
         }
 
         fn report(&self) -> Report {
@@ -341,10 +481,16 @@ mod tests {
     #[test]
     fn what_fails_ends_the_episode_with_its_cause() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let config = EpisodeConfig { horizon_s: 0.1, ..EpisodeConfig::of(&Units::of(&robot)) };
+        let config = EpisodeConfig {
+            horizon_s: 0.1,
+            ..EpisodeConfig::of(&Units::of(&robot))
+        };
         let cases: [(Wrong, &str); 6] = [
             (|_| panic!("no pivot"), "panic: no pivot"),
-            (|_| Err(TickError::Failed("it lost its child".into())), "it lost its child"),
+            (
+                |_| Err(TickError::Failed("it lost its child".into())),
+                "it lost its child",
+            ),
             (
                 |command| {
                     command.tau_ff[3] = f64::NAN;
@@ -369,13 +515,29 @@ mod tests {
             (|_| Err(TickError::Unsolvable), ""),
         ];
         for (wrong, cause) in cases {
-            let faulty = PreparedController::new("faulty", "fails", move |_| Faulty { tick: 0, wrong });
-            let record = run(&robot, &faulty, &config, Disturbance::default(), Until::Horizon, &mut |_| {}).unwrap();
+            let faulty =
+                PreparedController::new("faulty", "fails", move |_| Faulty { tick: 0, wrong });
+            let record = run(
+                &robot,
+                &faulty,
+                &config,
+                Disturbance::default(),
+                Until::Horizon,
+                &mut |_| {},
+            )
+            .unwrap();
             if cause.is_empty() {
-                assert_eq!((record.outcome, record.fall_cause), (Outcome::TimedOut, None), "the last command holds");
+                assert_eq!(
+                    (record.outcome, record.fall_cause),
+                    (Outcome::TimedOut, None),
+                    "the last command holds"
+                );
                 continue;
             }
-            assert_eq!((record.outcome, record.fall_cause.as_deref()), (Outcome::Failed, Some(cause)));
+            assert_eq!(
+                (record.outcome, record.fall_cause.as_deref()),
+                (Outcome::Failed, Some(cause))
+            );
             assert!((record.end_s - 0.018).abs() < 1e-9, "{record:?}");
         }
     }

@@ -100,7 +100,11 @@ impl EpisodeConfig {
 
     /// The condition that ends an episode of a campaign.
     pub fn until(&self) -> Until {
-        if self.end_early { Until::Decided } else { Until::Fallen }
+        if self.end_early {
+            Until::Decided
+        } else {
+            Until::Fallen
+        }
     }
 }
 

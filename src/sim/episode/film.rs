@@ -55,7 +55,8 @@ impl Film {
         let (variation, pushes) = (disturbance.variation, disturbance.pushes.clone());
         let simulated = variation.robot(&factory.robot(robot));
         let mut snapshots = Vec::new();
-        let closed_loop = ClosedLoop::new(robot, [factory], config, disturbance).until(until, aftermath_s);
+        let closed_loop =
+            ClosedLoop::new(robot, [factory], config, disturbance).until(until, aftermath_s);
         let mut records = closed_loop.watched(&mut |_, tick| {
             observe(tick);
             if tick.truth.is_finite() {
@@ -63,9 +64,20 @@ impl Film {
             }
         })?;
         let (controller, regions) = (factory.name.clone(), factory.regions.clone());
-        let (engine, control_period_s, record) = (config.engine, config.control_period_s, records.remove(0));
+        let (engine, control_period_s, record) =
+            (config.engine, config.control_period_s, records.remove(0));
         let ground = Ground::new(robot, &variation);
-        Ok(Self { robot: simulated, engine, ground, controller, regions, control_period_s, pushes, record, snapshots })
+        Ok(Self {
+            robot: simulated,
+            engine,
+            ground,
+            controller,
+            regions,
+            control_period_s,
+            pushes,
+            record,
+            snapshots,
+        })
     }
 
     /// Distance from the origin beyond which the robot counts as flown off (m).
@@ -80,11 +92,21 @@ impl Film {
         let farthest_m = self.farthest_m();
         let is_near = |snapshot: &Snapshot| {
             let base = snapshot.posture.base.translation.vector;
-            let far_m = [base.norm(), snapshot.com.coords.norm(), snapshot.dcm.coords.norm()];
-            far_m.iter().all(|far| *far <= farthest_m) && snapshot.posture.q.iter().all(|q| q.abs() <= TAU)
+            let far_m = [
+                base.norm(),
+                snapshot.com.coords.norm(),
+                snapshot.dcm.coords.norm(),
+            ];
+            far_m.iter().all(|far| *far <= farthest_m)
+                && snapshot.posture.q.iter().all(|q| q.abs() <= TAU)
         };
         let count = self.snapshots.len();
-        self.snapshots.iter().position(|snapshot| !is_near(snapshot)).unwrap_or(count).max(1).min(count)
+        self.snapshots
+            .iter()
+            .position(|snapshot| !is_near(snapshot))
+            .unwrap_or(count)
+            .max(1)
+            .min(count)
     }
 
     /// Removes the snapshots after `end_s` (s).

@@ -49,11 +49,26 @@ impl FootstepLog {
         let center = |foot: Foot| soles[foot].translation.vector.into();
         match (report.footstep, self.lifted) {
             (Some(Airborne { foot, .. }), None) => {
-                let zmp_error_m = report.number("zmp_error_x_m").zip(report.number("zmp_error_y_m"));
+                let zmp_error_m = report
+                    .number("zmp_error_x_m")
+                    .zip(report.number("zmp_error_y_m"));
                 let zmp_error_m = zmp_error_m.map(|(x, y)| [x, y]);
-                self.lifted = Some(Lifted { foot, lift_s: time_s, from_m: center(foot), zmp_error_m });
+                self.lifted = Some(Lifted {
+                    foot,
+                    lift_s: time_s,
+                    from_m: center(foot),
+                    zmp_error_m,
+                });
             }
-            (None, Some(Lifted { foot, lift_s, from_m, zmp_error_m })) => {
+            (
+                None,
+                Some(Lifted {
+                    foot,
+                    lift_s,
+                    from_m,
+                    zmp_error_m,
+                }),
+            ) => {
                 self.lifted = None;
                 self.taken.push(Footstep {
                     foot,

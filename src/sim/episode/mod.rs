@@ -26,7 +26,9 @@ pub use tick::{Failure, Tick, home_distance};
 /// Helpers for unit tests.
 #[cfg(test)]
 mod testing {
-    use standfast_core::robot::{Command, Controller, PreparedController, Report, Sensed, TickError};
+    use standfast_core::robot::{
+        Command, Controller, PreparedController, Report, Sensed, TickError,
+    };
 
     #[derive(Clone)]
     struct Stiff;

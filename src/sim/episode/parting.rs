@@ -60,7 +60,12 @@ impl From<PerFoot<bool>> for SoleContact {
 
 /// Half the width of the narrower sole of a robot, measured along its shorter side (m).
 pub fn half_sole_width_m(robot: &Robot) -> f64 {
-    let of = |foot: Foot| robot.soles[foot].half_m.into_iter().fold(f64::INFINITY, f64::min);
+    let of = |foot: Foot| {
+        robot.soles[foot]
+            .half_m
+            .into_iter()
+            .fold(f64::INFINITY, f64::min)
+    };
     of(Foot::Left).min(of(Foot::Right))
 }
 
@@ -74,8 +79,9 @@ pub fn parting(
     disturbance: impl Fn() -> Disturbance,
     limit_m: f64,
 ) -> Result<Option<Parting>> {
-    let [mut a, mut b] =
-        configs.map(|config| ClosedLoop::new(robot, [factory], config, disturbance()).until(Until::Horizon, 0.0));
+    let [mut a, mut b] = configs.map(|config| {
+        ClosedLoop::new(robot, [factory], config, disturbance()).until(Until::Horizon, 0.0)
+    });
     let mut watch = PartingDetector::new(limit_m);
     let ticks = (configs[0].horizon_s / configs[0].control_period_s).round() as u64;
     for _ in 0..=ticks {
@@ -85,7 +91,9 @@ pub fn parting(
             moment.filter(|_| goes_on)
         });
         a.has_outcomes().and(b.has_outcomes())?;
-        let (Some(in_a), Some(in_b)) = (in_a, in_b) else { break };
+        let (Some(in_a), Some(in_b)) = (in_a, in_b) else {
+            break;
+        };
         let parting = watch.see(&in_a, &in_b);
         if parting.is_some() {
             return Ok(parting);
@@ -149,7 +157,11 @@ struct PartingDetector {
 
 impl PartingDetector {
     fn new(limit_m: f64) -> Self {
-        Self { limit_m, phases: [None, None], loaded: [None; 2] }
+        Self {
+            limit_m,
+            phases: [None, None],
+            loaded: [None; 2],
+        }
     }
 
     /// The parting, if the two are too far apart at this tick.
@@ -171,13 +183,19 @@ impl PartingDetector {
 
 /// The times since which each of two values has been as it is `now`, at `time_s`. `before` has the last value of each,
 /// and the time since which it has been so.
-fn since<T: Clone + PartialEq>(before: &mut [Option<(T, f64)>; 2], now: [&T; 2], time_s: f64) -> [f64; 2] {
+fn since<T: Clone + PartialEq>(
+    before: &mut [Option<(T, f64)>; 2],
+    now: [&T; 2],
+    time_s: f64,
+) -> [f64; 2] {
     for (before, now) in before.iter_mut().zip(now) {
         if before.as_ref().is_none_or(|(before, _)| before != now) {
             *before = Some((now.clone(), time_s));
         }
     }
-    before.each_ref().map(|before| before.as_ref().map_or(time_s, |(_, since_s)| *since_s))
+    before
+        .each_ref()
+        .map(|before| before.as_ref().map_or(time_s, |(_, since_s)| *since_s))
 }
 
 /// The part with the largest horizontal distance, and this distance (m).
@@ -189,7 +207,10 @@ fn farthest(a: &Moment, b: &Moment) -> (PartingPoint, f64) {
         (PartingPoint::LeftSole, sole(Foot::Left)),
         (PartingPoint::RightSole, sole(Foot::Right)),
     ];
-    all.into_iter().fold(all[0], |most, other| if other.1 > most.1 { other } else { most })
+    all.into_iter().fold(
+        all[0],
+        |most, other| if other.1 > most.1 { other } else { most },
+    )
 }
 
 #[cfg(test)]
@@ -203,27 +224,61 @@ mod tests {
     #[test]
     fn episodes_part_when_they_are_as_far_apart_as_is_asked_and_not_before() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let config = EpisodeConfig { horizon_s: 1.0, ..EpisodeConfig::of(&standfast_core::robot::Units::of(&robot)) };
+        let config = EpisodeConfig {
+            horizon_s: 1.0,
+            ..EpisodeConfig::of(&standfast_core::robot::Units::of(&robot))
+        };
         let design = stiff();
-        let push = Push { impulse_n_s: 4.0, start_s: 0.1, ..Push::default() };
-        let disturbance = || Disturbance { pushes: vec![push], ..Disturbance::default() };
-        let part = |configs, limit_m| parting(&robot, &design, configs, disturbance, limit_m).unwrap();
+        let push = Push {
+            impulse_n_s: 4.0,
+            start_s: 0.1,
+            ..Push::default()
+        };
+        let disturbance = || Disturbance {
+            pushes: vec![push],
+            ..Disturbance::default()
+        };
+        let part =
+            |configs, limit_m| parting(&robot, &design, configs, disturbance, limit_m).unwrap();
         assert_eq!(part([&config; 2], 1e-12), None);
-        let other = EpisodeConfig { physics_step_s: crate::PhysicsStep::all(0.001), ..config };
+        let other = EpisodeConfig {
+            physics_step_s: crate::PhysicsStep::all(0.001),
+            ..config
+        };
         let [near, far] = [1e-4, 2e-3].map(|limit_m| part([&config, &other], limit_m).unwrap());
-        assert!(near.at_s < far.at_s && far.distance_m > 2e-3 && near.distance_m > 1e-4, "{near:?} {far:?}");
-        assert!(near.at_s > 0.1 && far.at_s < 1.0, "not before the push: {near:?} {far:?}");
+        assert!(
+            near.at_s < far.at_s && far.distance_m > 2e-3 && near.distance_m > 1e-4,
+            "{near:?} {far:?}"
+        );
+        assert!(
+            near.at_s > 0.1 && far.at_s < 1.0,
+            "not before the push: {near:?} {far:?}"
+        );
         assert_eq!(far.phases, [Word::from("stiff"), "stiff".into()]);
         let half_m = half_sole_width_m(&robot);
-        assert!(robot.soles.left.half_m.contains(&half_m) && half_m < 0.05, "{half_m}");
+        assert!(
+            robot.soles.left.half_m.contains(&half_m) && half_m < 0.05,
+            "{half_m}"
+        );
     }
     #[test]
     fn films_part_where_a_point_is_first_too_far_away() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let config = EpisodeConfig { horizon_s: 0.2, ..EpisodeConfig::of(&standfast_core::robot::Units::of(&robot)) };
+        let config = EpisodeConfig {
+            horizon_s: 0.2,
+            ..EpisodeConfig::of(&standfast_core::robot::Units::of(&robot))
+        };
         let design = stiff();
         let how_long = (Until::Horizon, 0.0);
-        let film = Film::take(&robot, &design, &config, Disturbance::default(), how_long, &mut |_| {}).unwrap();
+        let film = Film::take(
+            &robot,
+            &design,
+            &config,
+            Disturbance::default(),
+            how_long,
+            &mut |_| {},
+        )
+        .unwrap();
         assert_eq!(Parting::of_films(&film, &film), None);
         let limit_m = half_sole_width_m(&robot);
         let mut other = film.clone();
@@ -237,13 +292,30 @@ mod tests {
             snapshot.phase = if k >= 45 { "swing-left" } else { "switching" }.into();
         }
         let parting = Parting::of_films(&film, &other).unwrap();
-        assert_eq!((parting.at_s, parting.of), (film.snapshots[50].time_s, PartingPoint::RightSole));
-        assert!((parting.distance_m - 1.01 * limit_m).abs() < 1e-12, "{parting:?}");
+        assert_eq!(
+            (parting.at_s, parting.of),
+            (film.snapshots[50].time_s, PartingPoint::RightSole)
+        );
+        assert!(
+            (parting.distance_m - 1.01 * limit_m).abs() < 1e-12,
+            "{parting:?}"
+        );
         assert_eq!(parting.phases, [Word::from("stiff"), "swing-left".into()]);
-        assert_eq!(parting.phases_since_s, [0.0, film.snapshots[45].time_s], "not since the phases differ");
-        assert_eq!(parting.loaded, [SoleContact::BothSoles, SoleContact::RightSole]);
+        assert_eq!(
+            parting.phases_since_s,
+            [0.0, film.snapshots[45].time_s],
+            "not since the phases differ"
+        );
+        assert_eq!(
+            parting.loaded,
+            [SoleContact::BothSoles, SoleContact::RightSole]
+        );
         assert_eq!(parting.loaded_since_s, [0.0, film.snapshots[40].time_s]);
         other.snapshots.truncate(50);
-        assert_eq!(Parting::of_films(&film, &other), None, "as far as both films last");
+        assert_eq!(
+            Parting::of_films(&film, &other),
+            None,
+            "as far as both films last"
+        );
     }
 }

@@ -147,7 +147,11 @@ impl<'de> Deserialize<'de> for Totals {
 impl Totals {
     /// Reads the text in a file. An empty text has no totals.
     pub fn read(text: &str) -> serde_json::Result<Self> {
-        if text.is_empty() { Ok(Self::default()) } else { serde_json::from_str(text).map(Self) }
+        if text.is_empty() {
+            Ok(Self::default())
+        } else {
+            serde_json::from_str(text).map(Self)
+        }
     }
 
     pub fn get(&self, name: &str) -> Option<f64> {

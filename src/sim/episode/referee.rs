@@ -71,7 +71,10 @@ impl Referee {
             let (outcome, cause) = match tick.failure {
                 Some(Failure::OfController(cause)) => (Outcome::Failed, &cause[..]),
                 Some(Failure::OfSimulation(cause)) => (Outcome::Diverged, &cause[..]),
-                None => (Outcome::Diverged, "a number of the simulation was not finite"),
+                None => (
+                    Outcome::Diverged,
+                    "a number of the simulation was not finite",
+                ),
             };
             (self.record.outcome, self.record.fall_cause) = (outcome, Some(cause.into()));
             self.record.settled_at_s = None;
@@ -79,12 +82,15 @@ impl Referee {
             return;
         }
         // The last tick before the push starts, which need not be at a tick.
-        let is_last = truth.time_s + self.control_period_s > self.pushed_s[0] + ROUNDING * self.control_period_s;
+        let is_last = truth.time_s + self.control_period_s
+            > self.pushed_s[0] + ROUNDING * self.control_period_s;
         if is_last && self.record.com_speed_at_push_m_s.is_none() {
             self.record.com_speed_at_push_m_s = Some(truth.com_vel.norm());
         }
         self.note_peaks(tick);
-        self.record.footsteps.watch(truth.time_s, &truth.soles, &tick.report);
+        self.record
+            .footsteps
+            .watch(truth.time_s, &truth.soles, &tick.report);
         if let Some(cause) = self.fall_cause(truth) {
             self.record.outcome = Outcome::Fell;
             self.record.fell_at_s = Some(truth.time_s);
@@ -125,11 +131,20 @@ impl Referee {
         let tilt = truth.tilt_rad().to_degrees();
         let height = self.com_height_ratio(truth);
         if let Some(link) = truth.touching {
-            Some(format!("{} touched the ground", self.robot.links[link].name))
+            Some(format!(
+                "{} touched the ground",
+                self.robot.links[link].name
+            ))
         } else if tilt > self.judge.fallen_tilt_deg {
-            Some(format!("trunk tilted by more than {} degrees", self.judge.fallen_tilt_deg))
+            Some(format!(
+                "trunk tilted by more than {} degrees",
+                self.judge.fallen_tilt_deg
+            ))
         } else if height < self.judge.fallen_com_height_ratio {
-            Some(format!("COM below {} of its height at home", self.judge.fallen_com_height_ratio))
+            Some(format!(
+                "COM below {} of its height at home",
+                self.judge.fallen_com_height_ratio
+            ))
         } else {
             None
         }
@@ -145,20 +160,33 @@ impl Referee {
         let record = &mut self.record;
         let tilt_deg = truth.tilt_rad().to_degrees();
         record.peak_tilt_deg = record.peak_tilt_deg.max(tilt_deg);
-        record.lowest_com_height_ratio = Some(record.lowest_com_height_ratio.map_or(height, |least| least.min(height)));
+        record.lowest_com_height_ratio = Some(
+            record
+                .lowest_com_height_ratio
+                .map_or(height, |least| least.min(height)),
+        );
         let mut torque_ratio = 0.0_f64;
         for (i, (tau, servo)) in truth.tau.iter().zip(&self.robot.servos).enumerate() {
             record.peak_torque_n_m = record.peak_torque_n_m.max(tau.abs());
             torque_ratio = torque_ratio.max(tau.abs() / servo.torque_n_m);
-            record.peak_joint_speed_rad_s = record.peak_joint_speed_rad_s.max(truth.velocity[6 + i].abs());
+            record.peak_joint_speed_rad_s = record
+                .peak_joint_speed_rad_s
+                .max(truth.velocity[6 + i].abs());
         }
         record.peak_torque_ratio = record.peak_torque_ratio.max(torque_ratio);
         let slip_m = self.slip.watch(truth);
         if tilt_deg <= self.judge.standing_tilt_deg {
             record.peak_slip_m = record.peak_slip_m.max(slip_m);
-            record.torque_limited_s += if torque_ratio >= AT_LIMIT { self.control_period_s } else { 0.0 };
+            record.torque_limited_s += if torque_ratio >= AT_LIMIT {
+                self.control_period_s
+            } else {
+                0.0
+            };
         }
-        if let (Some(meeting), None) = (truth.meeting.filter(|meeting| meeting.of_legs), record.legs_met_at_s) {
+        if let (Some(meeting), None) = (
+            truth.meeting.filter(|meeting| meeting.of_legs),
+            record.legs_met_at_s,
+        ) {
             let [a, b] = meeting.links.map(|link| &self.robot.links[link].name);
             record.legs_met_at_s = Some(truth.time_s);
             record.legs_met = Some(format!("{a} and {b}"));
@@ -177,7 +205,8 @@ impl Referee {
         {
             record.promise_margin = Some(promise.margin_at(truth.com.xy(), truth.com_vel.xy()));
             let estimate = report.com.zip(report.com_vel);
-            record.promise_margin_est = estimate.map(|(com, com_vel)| promise.margin_at(com.xy(), com_vel.xy()));
+            record.promise_margin_est =
+                estimate.map(|(com, com_vel)| promise.margin_at(com.xy(), com_vel.xy()));
         }
     }
 
@@ -197,7 +226,10 @@ impl Referee {
 
 /// Start of the first push and end of the last one (s). Without pushes, they are infinity and 0.
 fn from_first_to_last(pushes: &[Push]) -> [f64; 2] {
-    let start_s = pushes.iter().map(|push| push.start_s).fold(f64::INFINITY, f64::min);
+    let start_s = pushes
+        .iter()
+        .map(|push| push.start_s)
+        .fold(f64::INFINITY, f64::min);
     [start_s, pushes.iter().map(Push::end_s).fold(0.0, f64::max)]
 }
 
@@ -211,11 +243,34 @@ mod tests {
     fn pushed(impulse_n_s: f64, start_s: f64, home_radius_m: f64) -> Record {
         let robot = standfast_robots::load("ut-mu2").unwrap();
         let usual = EpisodeConfig::of(&standfast_core::robot::Units::of(&robot));
-        let judge = Judge { home_radius_m, ..usual.judge };
-        let config = EpisodeConfig { horizon_s: 0.5, end_early: false, judge, ..usual };
-        let push = Push { impulse_n_s, start_s, ..Push::default() };
-        let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-        run(&robot, &stiff(), &config, disturbance, config.until(), &mut |_| {}).unwrap()
+        let judge = Judge {
+            home_radius_m,
+            ..usual.judge
+        };
+        let config = EpisodeConfig {
+            horizon_s: 0.5,
+            end_early: false,
+            judge,
+            ..usual
+        };
+        let push = Push {
+            impulse_n_s,
+            start_s,
+            ..Push::default()
+        };
+        let disturbance = Disturbance {
+            pushes: vec![push],
+            ..Disturbance::default()
+        };
+        run(
+            &robot,
+            &stiff(),
+            &config,
+            disturbance,
+            config.until(),
+            &mut |_| {},
+        )
+        .unwrap()
     }
 
     /// The speed at the push is the speed before it, even if the push starts between two ticks.
@@ -223,21 +278,32 @@ mod tests {
     fn the_speed_at_the_push_is_that_before_it() {
         for start_s in [0.3, 0.3001, 0.3019] {
             let speed_m_s = pushed(5.0, start_s, 0.005).com_speed_at_push_m_s.unwrap();
-            assert!(speed_m_s < 0.005, "pushed at {start_s} s, it moved at {speed_m_s} m/s");
+            assert!(
+                speed_m_s < 0.005,
+                "pushed at {start_s} s, it moved at {speed_m_s} m/s"
+            );
         }
     }
 
     #[test]
     fn the_com_is_lowest_on_the_way_to_the_ground() {
-        let [stands, falls] = [0.0, 4.0].map(|n_s| pushed(n_s, 0.1, 0.005).lowest_com_height_ratio.unwrap());
-        assert!((0.99..=1.0).contains(&stands) && falls < 0.98, "{stands}, {falls}");
+        let [stands, falls] =
+            [0.0, 4.0].map(|n_s| pushed(n_s, 0.1, 0.005).lowest_com_height_ratio.unwrap());
+        assert!(
+            (0.99..=1.0).contains(&stands) && falls < 0.98,
+            "{stands}, {falls}"
+        );
     }
 
     #[test]
     fn home_is_where_the_com_stays_after_the_push() {
-        let home_at_s = |impulse_n_s, home_radius_m| pushed(impulse_n_s, 0.1, home_radius_m).home_at_s;
+        let home_at_s =
+            |impulse_n_s, home_radius_m| pushed(impulse_n_s, 0.1, home_radius_m).home_at_s;
         let at = home_at_s(0.0, 0.005).unwrap();
-        assert!((at - 0.15).abs() < 0.003, "home all the time counts from the end of the push, not from {at}");
+        assert!(
+            (at - 0.15).abs() < 0.003,
+            "home all the time counts from the end of the push, not from {at}"
+        );
         let at = home_at_s(1.0, 0.005).unwrap();
         assert!(at > 0.2, "pushed by more than 5 mm, home again at {at}");
         assert_eq!(home_at_s(4.0, 0.005), None, "on its way to the ground");

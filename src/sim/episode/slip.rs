@@ -32,7 +32,11 @@ struct LoadedSole {
 
 impl Slip {
     pub(super) fn new(robot: Arc<Robot>) -> Self {
-        Self { least_load_n: LOADED_SHARE * robot.mass() * GRAVITY, robot, soles: PerFoot::default() }
+        Self {
+            least_load_n: LOADED_SHARE * robot.mass() * GRAVITY,
+            robot,
+            soles: PerFoot::default(),
+        }
     }
 
     /// Takes note of a tick, and returns how far a loaded sole has slid (m), the larger of both.
@@ -50,8 +54,9 @@ impl Slip {
             let [half_x, half_y] = self.robot.soles[foot].half_m;
             let (x, y) = (-moment.y / force.z, moment.x / force.z);
             let pressed = Point3::new(x.clamp(-half_x, half_x), y.clamp(-half_y, half_y), 0.0);
-            let slid = self.soles[foot]
-                .map_or(Vector2::zeros(), |LoadedSole { before, slid }| slid + (now * pressed - before * pressed).xy());
+            let slid = self.soles[foot].map_or(Vector2::zeros(), |LoadedSole { before, slid }| {
+                slid + (now * pressed - before * pressed).xy()
+            });
             far = far.max(slid.norm());
             self.soles[foot] = Some(LoadedSole { before: now, slid });
         }

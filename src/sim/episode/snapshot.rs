@@ -73,8 +73,12 @@ impl Snapshot {
             let place = to_world * corner.xy();
             Point3::new(place.x, place.y, corner.z)
         };
-        let corners = |Airborne { foot, landing }: Airborne| robot.soles[foot].corners().map(|corner| landing * corner);
-        let regions = tick.promise().map_or_else(Vec::new, |promise| promise.regions());
+        let corners = |Airborne { foot, landing }: Airborne| {
+            robot.soles[foot].corners().map(|corner| landing * corner)
+        };
+        let regions = tick
+            .promise()
+            .map_or_else(Vec::new, |promise| promise.regions());
         Self {
             time_s: truth.time_s,
             posture: truth.posture.clone(),
@@ -84,15 +88,27 @@ impl Snapshot {
             zmp: truth.zmp.map(Point2::from),
             zmp_ref: report.zmp_ref.map(|zmp_ref| to_world * zmp_ref),
             soles: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.into()),
-            support: tick.support.map_or_else(Vec::new, |polygon| polygon.vertices().to_vec()),
+            support: tick
+                .support
+                .map_or_else(Vec::new, |polygon| polygon.vertices().to_vec()),
             regions: regions.into_iter().map(region).collect(),
-            gain: report.word("gain").filter(|_| report.footstep.is_none()).map(String::from),
-            margin: report.number("cpi_margin").filter(|margin| margin.is_finite()),
+            gain: report
+                .word("gain")
+                .filter(|_| report.footstep.is_none())
+                .map(String::from),
+            margin: report
+                .number("cpi_margin")
+                .filter(|margin| margin.is_finite()),
             phase: report.phase.clone(),
             in_air: report.footstep.map(|footstep| footstep.foot),
-            footstep: report.footstep.map(|footstep| corners(footstep).map(landing)),
+            footstep: report
+                .footstep
+                .map(|footstep| corners(footstep).map(landing)),
             contacts: PerFoot::from_fn(|foot| contact(tick, foot)),
-            push: (force.norm() > 0.0).then_some(Arrow { point: truth.push_point, force }),
+            push: (force.norm() > 0.0).then_some(Arrow {
+                point: truth.push_point,
+                force,
+            }),
             slope: truth.ground.slope,
         }
     }
@@ -101,7 +117,9 @@ impl Snapshot {
 /// Transform from the world as the controller estimates it to the true world: the transform moves the estimated
 /// horizontal pose of the robot's base to the true pose. It is the identity for a controller that estimates no pose.
 pub fn to_world(tick: &Tick) -> Isometry2<f64> {
-    let Some(base) = &tick.report.base else { return Isometry2::identity() };
+    let Some(base) = &tick.report.base else {
+        return Isometry2::identity();
+    };
     on_ground(&tick.truth.posture.base) * on_ground(base).inverse()
 }
 
@@ -114,5 +132,8 @@ pub(super) fn contact(tick: &Tick, foot: Foot) -> Option<Arrow> {
         return None;
     }
     let center = Point3::new(-moment.y / force.z, moment.x / force.z, 0.0);
-    Some(Arrow { point: sole * center, force: wrench.force })
+    Some(Arrow {
+        point: sole * center,
+        force: wrench.force,
+    })
 }

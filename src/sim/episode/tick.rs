@@ -3,7 +3,9 @@
 use crate::Truth;
 use nalgebra::Point2;
 use standfast_core::geometry::SupportPolygon;
-use standfast_core::robot::{Command, Controller, Foot, GRAVITY, PerFoot, Pose, Promise, Report, Robot};
+use standfast_core::robot::{
+    Command, Controller, Foot, GRAVITY, PerFoot, Pose, Promise, Report, Robot,
+};
 
 /// A failure that ends an episode at once, in words.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,12 +37,28 @@ pub struct Tick<'a> {
 
 impl<'a> Tick<'a> {
     /// A tick of `robot`, whose pendulum has the natural frequency `omega` (rad/s).
-    pub fn new(robot: &Robot, omega: f64, truth: &'a Truth, report: Report, command: &'a Command) -> Self {
+    pub fn new(
+        robot: &Robot,
+        omega: f64,
+        truth: &'a Truth,
+        report: Report,
+        command: &'a Command,
+    ) -> Self {
         let dcm = truth.com.xy() + truth.com_vel.xy() / omega;
         let support = support_on_ground(robot, truth, GRAVITY / (omega * omega));
         let dcm_outside_m = support.map_or(f64::INFINITY, |polygon| polygon.signed_distance(dcm));
         let (controller, failure, is_after) = (None, None, false);
-        Self { truth, dcm, support, dcm_outside_m, report, controller, command, failure, is_after }
+        Self {
+            truth,
+            dcm,
+            support,
+            dcm_outside_m,
+            report,
+            controller,
+            command,
+            failure,
+            is_after,
+        }
     }
 
     /// The states from which the controller promises to recover by standing, if it promises any.
@@ -61,11 +79,16 @@ fn support_on_ground(robot: &Robot, truth: &Truth, com_height_m: f64) -> Option<
     const NEAR: f64 = 0.01;
     let mut corners = [Point2::origin(); 8];
     let mut count = 0;
-    let placed = PerFoot::from_fn(|foot| robot.soles[foot].corners().map(|corner| truth.soles[foot] * corner));
-    for foot in Foot::BOTH
-        .into_iter()
-        .filter(|&f| placed[f].iter().any(|c| c.z - truth.ground.height_m(c.xy()) < NEAR * com_height_m))
-    {
+    let placed = PerFoot::from_fn(|foot| {
+        robot.soles[foot]
+            .corners()
+            .map(|corner| truth.soles[foot] * corner)
+    });
+    for foot in Foot::BOTH.into_iter().filter(|&f| {
+        placed[f]
+            .iter()
+            .any(|c| c.z - truth.ground.height_m(c.xy()) < NEAR * com_height_m)
+    }) {
         for corner in placed[foot] {
             corners[count] = corner.xy();
             count += 1;

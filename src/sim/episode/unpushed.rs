@@ -43,7 +43,10 @@ impl UnpushedEpisode {
         config: &EpisodeConfig,
         disturbance: Disturbance,
     ) -> Result<Self> {
-        let quiet = Disturbance { pushes: Vec::new(), ..disturbance };
+        let quiet = Disturbance {
+            pushes: Vec::new(),
+            ..disturbance
+        };
         let (mut ticks, mut late_com_speed_m_s, began) = (Vec::new(), 0.0_f64, Instant::now());
         let (mut observed, mut carried) = (Vec::new(), [0.0; 2]);
         let weight_n = Units::of(robot).weight_n();
@@ -52,35 +55,70 @@ impl UnpushedEpisode {
                 late_com_speed_m_s = late_com_speed_m_s.max(tick.truth.com_vel.norm());
             }
             if ticks.is_empty() {
-                observed = tick.controller.map_or_else(Vec::new, |controller| controller.observed());
+                observed = tick
+                    .controller
+                    .map_or_else(Vec::new, |controller| controller.observed());
             }
             carried = Foot::BOTH.map(|foot| tick.truth.sole_wrenches[foot].force.z / weight_n);
             // A command that failed may have any length.
             if !tick.is_broken() {
-                let (time_s, q, command) = (tick.truth.time_s, tick.truth.posture.q.clone(), tick.command.clone());
+                let (time_s, q, command) = (
+                    tick.truth.time_s,
+                    tick.truth.posture.q.clone(),
+                    tick.command.clone(),
+                );
                 ticks.push(Ticked { time_s, q, command });
             }
         })?;
         let tick_s = began.elapsed().as_secs_f64() / ticks.len().max(1) as f64;
         let leaves = |Ticked { time_s, q, .. }: &Ticked| {
-            let far = |(i, angle): (usize, &f64)| ((angle - robot.home_rad[i]).abs() > LEAVES_RAD).then_some(i);
+            let far = |(i, angle): (usize, &f64)| {
+                ((angle - robot.home_rad[i]).abs() > LEAVES_RAD).then_some(i)
+            };
             Some((q.iter().enumerate().find_map(far)?, *time_s))
         };
         let left_first = ticks.iter().find_map(leaves);
-        Ok(Self { record, left_first, late_com_speed_m_s, carried, observed, tick_s, ticks })
+        Ok(Self {
+            record,
+            left_first,
+            late_com_speed_m_s,
+            carried,
+            observed,
+            tick_s,
+            ticks,
+        })
     }
 
     /// Whether the robot fell, or the controller failed.
     pub fn is_lost(&self) -> bool {
-        matches!(self.record.outcome, Outcome::Fell | Outcome::Diverged | Outcome::Failed)
+        matches!(
+            self.record.outcome,
+            Outcome::Fell | Outcome::Diverged | Outcome::Failed
+        )
     }
 
     /// When and why the episode was lost, and which joint of `robot` left first, in words.
     pub fn how_lost(&self, robot: &Robot) -> String {
-        let Record { outcome, fell_at_s, end_s, fall_cause, .. } = &self.record;
-        let what = if *outcome == Outcome::Fell { "falls" } else { "fails" };
-        let (at_s, cause) = (fell_at_s.unwrap_or(*end_s), fall_cause.as_deref().unwrap_or("no cause is known"));
-        format!("{what} without a push, at {at_s:.3} s: {cause}{}", self.leaver(robot))
+        let Record {
+            outcome,
+            fell_at_s,
+            end_s,
+            fall_cause,
+            ..
+        } = &self.record;
+        let what = if *outcome == Outcome::Fell {
+            "falls"
+        } else {
+            "fails"
+        };
+        let (at_s, cause) = (
+            fell_at_s.unwrap_or(*end_s),
+            fall_cause.as_deref().unwrap_or("no cause is known"),
+        );
+        format!(
+            "{what} without a push, at {at_s:.3} s: {cause}{}",
+            self.leaver(robot)
+        )
     }
 
     /// The joint of `robot` that left first, as a part of a sentence. It is empty if none did.
@@ -105,7 +143,11 @@ impl UnpushedEpisode {
         };
         let ends_s = self.record.end_s.min(other.record.end_s);
         let length = (self.ticks.len() != other.ticks.len()).then_some((ends_s, "its end"));
-        self.ticks.iter().zip(&other.ticks).find_map(differ).or(length)
+        self.ticks
+            .iter()
+            .zip(&other.ticks)
+            .find_map(differ)
+            .or(length)
     }
 }
 
@@ -139,14 +181,23 @@ mod tests {
     #[test]
     fn what_is_remembered_from_an_earlier_episode_is_found() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let config = EpisodeConfig { horizon_s: 0.1, ..EpisodeConfig::of(&Units::of(&robot)) };
+        let config = EpisodeConfig {
+            horizon_s: 0.1,
+            ..EpisodeConfig::of(&Units::of(&robot))
+        };
         let ticks = Arc::new(AtomicU64::new(0));
-        let factory = PreparedController::new("forgetful", "remembers", move |_seed| Forgetful(Arc::clone(&ticks)));
+        let factory = PreparedController::new("forgetful", "remembers", move |_seed| {
+            Forgetful(Arc::clone(&ticks))
+        });
         // Each episode has some 51 ticks, so the tick with another command is in the second episode alone.
-        let [first, second, third] =
-            [(); 3].map(|()| UnpushedEpisode::run(&robot, &factory, &config, Disturbance::default()).unwrap());
+        let [first, second, third] = [(); 3].map(|()| {
+            UnpushedEpisode::run(&robot, &factory, &config, Disturbance::default()).unwrap()
+        });
         let (at_s, what) = first.differs(&second).unwrap();
-        assert!(at_s > 0.0 && at_s < 0.1 && what == "its command", "{at_s} s: {what}");
+        assert!(
+            at_s > 0.0 && at_s < 0.1 && what == "its command",
+            "{at_s} s: {what}"
+        );
         assert_eq!(first.differs(&third), None);
     }
 }

@@ -21,18 +21,34 @@ fn impulses(pair: &ContactPair) -> impl Iterator<Item = (Vector3<f64>, &Contact)
 /// Mean wrench of the ground on the other collider of `pair` over the last physics step of `dt` (s).
 ///
 /// `pose` is the pose of `ground` in the world.
-pub fn ground_wrench(pair: &ContactPair, ground: ColliderHandle, pose: &Isometry3<f64>, dt: f64) -> WorldWrench {
+pub fn ground_wrench(
+    pair: &ContactPair,
+    ground: ColliderHandle,
+    pose: &Isometry3<f64>,
+    dt: f64,
+) -> WorldWrench {
     let mut sum = WorldWrench::default();
     let ground_first = pair.collider1 == ground;
     for (on_second, contact) in impulses(pair) {
-        let (force, point) = if ground_first { (on_second, contact.local_p1) } else { (-on_second, contact.local_p2) };
+        let (force, point) = if ground_first {
+            (on_second, contact.local_p1)
+        } else {
+            (-on_second, contact.local_p2)
+        };
         let (force, point) = (force / dt, pose * Point3::from(vec_from_rapier(point)));
-        sum += WorldWrench { force, moment: point.coords.cross(&force) };
+        sum += WorldWrench {
+            force,
+            moment: point.coords.cross(&force),
+        };
     }
     sum
 }
 
 /// Norm of the mean force between the colliders of `pair` over the last physics step of `dt` (N).
 pub fn force_n(pair: &ContactPair, dt: f64) -> f64 {
-    impulses(pair).map(|(impulse, _)| impulse).sum::<Vector3<f64>>().norm() / dt
+    impulses(pair)
+        .map(|(impulse, _)| impulse)
+        .sum::<Vector3<f64>>()
+        .norm()
+        / dt
 }

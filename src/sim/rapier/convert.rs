@@ -12,7 +12,10 @@ pub fn rotation_to_rapier(r: &UnitQuaternion<f64>) -> Rotation {
 }
 
 pub fn pose_to_rapier(p: &Isometry3<f64>) -> Pose {
-    Pose::from_parts(vec_to_rapier(&p.translation.vector), rotation_to_rapier(&p.rotation))
+    Pose::from_parts(
+        vec_to_rapier(&p.translation.vector),
+        rotation_to_rapier(&p.rotation),
+    )
 }
 
 pub fn vec_from_rapier(v: Vector) -> Vector3<f64> {
@@ -21,6 +24,14 @@ pub fn vec_from_rapier(v: Vector) -> Vector3<f64> {
 
 pub fn pose_from_rapier(p: &Pose) -> Isometry3<f64> {
     let r = p.rotation;
-    let q = Quaternion::new(f64::from(r.w), f64::from(r.x), f64::from(r.y), f64::from(r.z));
-    Isometry3::from_parts(Translation3::from(vec_from_rapier(p.translation)), UnitQuaternion::from_quaternion(q))
+    let q = Quaternion::new(
+        f64::from(r.w),
+        f64::from(r.x),
+        f64::from(r.y),
+        f64::from(r.z),
+    );
+    Isometry3::from_parts(
+        Translation3::from(vec_from_rapier(p.translation)),
+        UnitQuaternion::from_quaternion(q),
+    )
 }

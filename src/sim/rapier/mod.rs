@@ -22,10 +22,25 @@ pub const VERSION: &str = rapier3d::VERSION;
 
 /// The robot at rest in `posture`, on ground that is still level. `pairs` states which of its links collide with each
 /// other.
-pub fn start(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, step_s: f64) -> Box<dyn Physics> {
+pub fn start(
+    robot: &Robot,
+    ground: &Ground,
+    pairs: &Pairs,
+    posture: &Posture,
+    step_s: f64,
+) -> Box<dyn Physics> {
     let (world, handles) = build(robot, ground, pairs, posture, step_s);
-    let joints = robot.joints.iter().map(|joint| (joint.lower_rad, joint.upper_rad)).collect();
-    Box::new(Rapier { world, handles, joints, step_s })
+    let joints = robot
+        .joints
+        .iter()
+        .map(|joint| (joint.lower_rad, joint.upper_rad))
+        .collect();
+    Box::new(Rapier {
+        world,
+        handles,
+        joints,
+        step_s,
+    })
 }
 
 /// A robot in a Rapier world.
@@ -40,7 +55,11 @@ struct Rapier {
 
 impl Rapier {
     fn multibody(&self) -> &Multibody {
-        self.world.physics.multibody_joints.get_multibody(self.handles.multibody).expect("never removed")
+        self.world
+            .physics
+            .multibody_joints
+            .get_multibody(self.handles.multibody)
+            .expect("never removed")
     }
 }
 
@@ -84,10 +103,17 @@ impl Physics for Rapier {
     }
 
     fn set_drives(&mut self, drive: &mut dyn FnMut(usize, f64, f64) -> Drive) {
-        let multibody =
-            self.world.physics.multibody_joints.get_multibody_mut(self.handles.multibody).expect("never removed");
+        let multibody = self
+            .world
+            .physics
+            .multibody_joints
+            .get_multibody_mut(self.handles.multibody)
+            .expect("never removed");
         for (i, &(lower_rad, upper_rad)) in self.joints.iter().enumerate() {
-            let dof = multibody.link(i + 1).expect("one link per joint").assembly_id();
+            let dof = multibody
+                .link(i + 1)
+                .expect("one link per joint")
+                .assembly_id();
             let dq = f64::from(multibody.generalized_velocity()[dof]);
             let link = multibody.link_mut(i + 1).expect("one link per joint");
             let drive = drive(i, joint::angle(link), dq);
@@ -98,7 +124,8 @@ impl Physics for Rapier {
     }
 
     fn tilt(&mut self, slope: &UnitQuaternion<f64>) {
-        self.world.physics.bodies[self.handles.floor].set_next_kinematic_rotation(rotation_to_rapier(slope));
+        self.world.physics.bodies[self.handles.floor]
+            .set_next_kinematic_rotation(rotation_to_rapier(slope));
     }
 
     fn step(&mut self) {
@@ -108,7 +135,10 @@ impl Physics for Rapier {
     fn speeds(&self, see: &mut dyn FnMut(usize, f64)) {
         let multibody = self.multibody();
         for i in 0..self.joints.len() {
-            let dof = multibody.link(i + 1).expect("one link per joint").assembly_id();
+            let dof = multibody
+                .link(i + 1)
+                .expect("one link per joint")
+                .assembly_id();
             see(i, f64::from(multibody.generalized_velocity()[dof]));
         }
     }
@@ -116,20 +146,35 @@ impl Physics for Rapier {
     fn touches(&self, slope: &UnitQuaternion<f64>, see: &mut dyn FnMut(ContactPart, WorldWrench)) {
         let Handles { ground, soles, .. } = &self.handles;
         let narrow_phase = &self.world.physics.narrow_phase;
-        let pairs =
-            ground.iter().flat_map(|part| narrow_phase.contact_pairs_with(part.0).map(move |pair| (part, pair)));
+        let pairs = ground.iter().flat_map(|part| {
+            narrow_phase
+                .contact_pairs_with(part.0)
+                .map(move |pair| (part, pair))
+        });
         for ((part, pose), pair) in pairs {
-            let other = if pair.collider1 == *part { pair.collider2 } else { pair.collider1 };
+            let other = if pair.collider1 == *part {
+                pair.collider2
+            } else {
+                pair.collider1
+            };
             let wrench = ground_wrench(pair, *part, &(slope * pose), self.step_s);
             let link = ContactPart::Link(self.world.physics.colliders[other].user_data as usize);
-            let sole = Foot::BOTH.into_iter().find(|&foot| soles[foot].contains(&other));
+            let sole = Foot::BOTH
+                .into_iter()
+                .find(|&foot| soles[foot].contains(&other));
             see(sole.map_or(link, ContactPart::Sole), wrench);
         }
     }
     fn meets(&self, see: &mut dyn FnMut([usize; 2], f64)) {
-        for pair in self.world.physics.narrow_phase.contact_pairs().filter(|pair| pair.has_any_active_contact()) {
-            let parts =
-                [pair.collider1, pair.collider2].map(|collider| self.world.physics.colliders[collider].user_data);
+        for pair in self
+            .world
+            .physics
+            .narrow_phase
+            .contact_pairs()
+            .filter(|pair| pair.has_any_active_contact())
+        {
+            let parts = [pair.collider1, pair.collider2]
+                .map(|collider| self.world.physics.colliders[collider].user_data);
             let force_n = force_n(pair, self.step_s);
             if force_n > 0.0 && !parts.contains(&GROUND) {
                 see(parts.map(|link| link as usize), force_n);

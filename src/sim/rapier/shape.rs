@@ -9,47 +9,78 @@ use standfast_core::robot::mesh::{Mesh, bounds};
 
 pub fn placed(shape: &Shape, pose: Isometry3<f64>) -> (SharedShape, Isometry3<f64>) {
     // The axis of cylinders and capsules is z in URDF, and y in Rapier.
-    let upright = || pose * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+    let upright =
+        || pose * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
     match *shape {
-        Shape::Box { half } => (SharedShape::cuboid(half.x as Real, half.y as Real, half.z as Real), pose),
+        Shape::Box { half } => (
+            SharedShape::cuboid(half.x as Real, half.y as Real, half.z as Real),
+            pose,
+        ),
         Shape::Sphere { radius } => (SharedShape::ball(radius as Real), pose),
-        Shape::Cylinder { radius, length } => {
-            (SharedShape::cylinder((0.5 * length) as Real, radius as Real), upright())
-        }
-        Shape::Capsule { radius, length } => {
-            (SharedShape::capsule_y((0.5 * length) as Real, radius as Real), upright())
-        }
+        Shape::Cylinder { radius, length } => (
+            SharedShape::cylinder((0.5 * length) as Real, radius as Real),
+            upright(),
+        ),
+        Shape::Capsule { radius, length } => (
+            SharedShape::capsule_y((0.5 * length) as Real, radius as Real),
+            upright(),
+        ),
         Shape::Mesh(ref mesh) => hull(mesh, pose),
     }
 }
 
 /// The convex hull of a mesh; the box around it if Parry finds no hull.
 fn hull(mesh: &Mesh, pose: Isometry3<f64>) -> (SharedShape, Isometry3<f64>) {
-    let points: Vec<_> = mesh.hull.iter().map(|point| vec_to_rapier(&point.coords)).collect();
+    let points: Vec<_> = mesh
+        .hull
+        .iter()
+        .map(|point| vec_to_rapier(&point.coords))
+        .collect();
     if let Some(hull) = SharedShape::convex_hull(&points) {
         return (hull, pose);
     }
     let (least, most) = bounds(&mesh.hull);
     let middle = Isometry3::from(nalgebra::center(&least, &most));
-    placed(&Shape::Box { half: (most - least) / 2.0 }, pose * middle)
+    placed(
+        &Shape::Box {
+            half: (most - least) / 2.0,
+        },
+        pose * middle,
+    )
 }
 
 /// The placed shape of a solid that stands on the ground in the direction `down` (frame of `pose`). Parry finds
 /// contacts at no more than four corners of a face. If the lowest face of a mesh has more corners, pyramids are added.
 /// Each of them stands on four of these corners, and has its tip inside of the hull.
-pub fn standing(shape: &Shape, pose: Isometry3<f64>, down: &Vector3<f64>) -> Vec<(SharedShape, Isometry3<f64>)> {
+pub fn standing(
+    shape: &Shape,
+    pose: Isometry3<f64>,
+    down: &Vector3<f64>,
+) -> Vec<(SharedShape, Isometry3<f64>)> {
     /// Cosine of the largest angle between `down` and a face on which the solid stands.
     const FACES_DOWN: f64 = 0.7;
     let whole = placed(shape, pose);
     let mut pyramids = Vec::new();
     if let Some(hull) = whole.0.as_convex_polyhedron() {
         let down = vec_to_rapier(&pose.inverse_transform_vector(down));
-        let tip = hull.points().iter().copied().sum::<rapier3d::prelude::Vector>() / hull.points().len() as Real;
-        for face in hull.faces().iter().filter(|face| f64::from(face.normal.dot(down)) > FACES_DOWN) {
+        let tip = hull
+            .points()
+            .iter()
+            .copied()
+            .sum::<rapier3d::prelude::Vector>()
+            / hull.points().len() as Real;
+        for face in hull
+            .faces()
+            .iter()
+            .filter(|face| f64::from(face.normal.dot(down)) > FACES_DOWN)
+        {
             let from = face.first_vertex_or_edge as usize;
-            let corners = &hull.vertices_adj_to_face()[from..from + face.num_vertices_or_edges as usize];
+            let corners =
+                &hull.vertices_adj_to_face()[from..from + face.num_vertices_or_edges as usize];
             let corner = |k: usize| hull.points()[corners[k.min(corners.len() - 1)] as usize];
-            let fan = (1..corners.len().saturating_sub(1)).step_by(2).filter(|_| corners.len() > 4);
+            let fan = (1..corners.len().saturating_sub(1))
+                .step_by(2)
+                .filter(|_| corners.len() > 4);
             let quad = |k: usize| [corner(0), corner(k), corner(k + 1), corner(k + 2), tip];
             pyramids.extend(fan.filter_map(|k| Some((SharedShape::convex_hull(&quad(k))?, pose))));
         }
@@ -58,7 +89,10 @@ pub fn standing(shape: &Shape, pose: Isometry3<f64>, down: &Vector3<f64>) -> Vec
 }
 
 /// Gap between two placed shapes (m); 0 if they overlap.
-pub fn gap_m((a, a_pose): &(SharedShape, Isometry3<f64>), (b, b_pose): &(SharedShape, Isometry3<f64>)) -> f64 {
+pub fn gap_m(
+    (a, a_pose): &(SharedShape, Isometry3<f64>),
+    (b, b_pose): &(SharedShape, Isometry3<f64>),
+) -> f64 {
     query::distance(&pose_to_rapier(a_pose), &**a, &pose_to_rapier(b_pose), &**b)
         .map_or(f64::INFINITY, |gap| f64::from(gap.distance))
 }
@@ -72,28 +106,71 @@ mod tests {
     /// Gap between a shape and a small ball at a point (m).
     fn gap_to(shape: &Shape, pose: &Isometry3<f64>, at: [f64; 3]) -> f64 {
         let ball = Shape::Sphere { radius: 0.01 };
-        gap_m(&placed(shape, *pose), &placed(&ball, Isometry3::translation(at[0], at[1], at[2]))) + 0.01
+        gap_m(
+            &placed(shape, *pose),
+            &placed(&ball, Isometry3::translation(at[0], at[1], at[2])),
+        ) + 0.01
     }
 
     #[test]
     fn shapes_stand_where_they_are_put() {
-        let corners = Shape::Box { half: Vector3::new(0.1, 0.2, 0.3) }.points();
+        let corners = Shape::Box {
+            half: Vector3::new(0.1, 0.2, 0.3),
+        }
+        .points();
         // A point within the box does not change its hull.
-        let mesh = Mesh::new([corners, vec![Point3::new(0.02, 0.0, 0.1)]].concat(), Vec::new());
-        let flat =
-            Mesh::new([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| Point3::new(x, y, 0.0)).into(), Vec::new());
+        let mesh = Mesh::new(
+            [corners, vec![Point3::new(0.02, 0.0, 0.1)]].concat(),
+            Vec::new(),
+        );
+        let flat = Mesh::new(
+            [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
+                .map(|[x, y]| Point3::new(x, y, 0.0))
+                .into(),
+            Vec::new(),
+        );
         let pose = Isometry3::translation(1.0, 0.0, 0.0);
         for (shape, at, expected) in [
-            (Shape::Box { half: Vector3::new(0.1, 0.2, 0.3) }, [1.0, 0.0, 0.8], 0.5),
+            (
+                Shape::Box {
+                    half: Vector3::new(0.1, 0.2, 0.3),
+                },
+                [1.0, 0.0, 0.8],
+                0.5,
+            ),
             (Shape::Mesh(Arc::new(mesh.clone())), [1.0, 0.0, 0.8], 0.5),
             (Shape::Mesh(Arc::new(mesh)), [1.5, 0.1, 0.2], 0.4),
             (Shape::Mesh(Arc::new(flat)), [1.2, 0.2, 0.5], 0.5),
-            (Shape::Cylinder { radius: 0.1, length: 0.6 }, [1.0, 0.0, 0.8], 0.5),
-            (Shape::Capsule { radius: 0.1, length: 0.6 }, [1.0, 0.0, 0.8], 0.4),
-            (Shape::Capsule { radius: 0.1, length: 0.6 }, [1.0, 0.5, 0.0], 0.4),
+            (
+                Shape::Cylinder {
+                    radius: 0.1,
+                    length: 0.6,
+                },
+                [1.0, 0.0, 0.8],
+                0.5,
+            ),
+            (
+                Shape::Capsule {
+                    radius: 0.1,
+                    length: 0.6,
+                },
+                [1.0, 0.0, 0.8],
+                0.4,
+            ),
+            (
+                Shape::Capsule {
+                    radius: 0.1,
+                    length: 0.6,
+                },
+                [1.0, 0.5, 0.0],
+                0.4,
+            ),
         ] {
             let gap_m = gap_to(&shape, &pose, at);
-            assert!((gap_m - expected).abs() < 1e-3, "{shape:?}: {gap_m}, not {expected}");
+            assert!(
+                (gap_m - expected).abs() < 1e-3,
+                "{shape:?}: {gap_m}, not {expected}"
+            );
         }
     }
 
@@ -104,26 +181,46 @@ mod tests {
                 let (sin, cos) = (std::f64::consts::TAU * k as f64 / sides as f64).sin_cos();
                 [0.0, 0.05].map(|z| Point3::new(0.1 * cos, 0.06 * sin, z))
             };
-            let mesh = Shape::Mesh(Arc::new(Mesh::new((0..sides).flat_map(corner).collect(), Vec::new())));
+            let mesh = Shape::Mesh(Arc::new(Mesh::new(
+                (0..sides).flat_map(corner).collect(),
+                Vec::new(),
+            )));
             let shapes = standing(&mesh, Isometry3::identity(), &-Vector3::z());
             assert_eq!(shapes.len() > 1, sides > 4, "{sides} sides");
             // Parry knows at most four corners of a face, so each corner must belong to a face with at most four.
             let known = |at: Point3<f64>| {
-                shapes.iter().filter_map(|(shape, _)| shape.as_convex_polyhedron()).any(|hull| {
-                    hull.faces().iter().filter(|face| face.normal.z < -0.99 && face.num_vertices_or_edges <= 4).any(
-                        |face| {
-                            let from = face.first_vertex_or_edge as usize;
-                            hull.vertices_adj_to_face()[from..from + face.num_vertices_or_edges as usize]
-                                .iter()
-                                .any(|&v| (hull.points()[v as usize] - vec_to_rapier(&at.coords)).length() < 1e-6)
-                        },
-                    )
-                })
+                shapes
+                    .iter()
+                    .filter_map(|(shape, _)| shape.as_convex_polyhedron())
+                    .any(|hull| {
+                        hull.faces()
+                            .iter()
+                            .filter(|face| face.normal.z < -0.99 && face.num_vertices_or_edges <= 4)
+                            .any(|face| {
+                                let from = face.first_vertex_or_edge as usize;
+                                hull.vertices_adj_to_face()
+                                    [from..from + face.num_vertices_or_edges as usize]
+                                    .iter()
+                                    .any(|&v| {
+                                        (hull.points()[v as usize] - vec_to_rapier(&at.coords))
+                                            .length()
+                                            < 1e-6
+                                    })
+                            })
+                    })
             };
             for k in 0..sides {
                 assert!(known(corner(k)[0]), "corner {k} of {sides}");
             }
         }
-        assert_eq!(standing(&Shape::Sphere { radius: 0.1 }, Isometry3::identity(), &-Vector3::z()).len(), 1);
+        assert_eq!(
+            standing(
+                &Shape::Sphere { radius: 0.1 },
+                Isometry3::identity(),
+                &-Vector3::z()
+            )
+            .len(),
+            1
+        );
     }
 }

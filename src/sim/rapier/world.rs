@@ -31,7 +31,9 @@ fn group(limb: usize) -> Group {
 }
 
 fn groups(pairs: &Pairs, link: usize) -> InteractionGroups {
-    let meets = pairs.of(link).fold(GROUND_GROUP, |meets, other| meets | group(pairs.limbs[other]));
+    let meets = pairs.of(link).fold(GROUND_GROUP, |meets, other| {
+        meets | group(pairs.limbs[other])
+    });
     InteractionGroups::new(group(pairs.limbs[link]), meets, InteractionTestMode::And)
 }
 
@@ -39,7 +41,9 @@ const GROUND_GROUP: Group = Group::GROUP_32;
 
 impl PhysicsHooks for Filter {
     fn filter_contact_pair(&self, pair: &PairFilterContext) -> Option<SolverFlags> {
-        let collides = match [pair.collider1, pair.collider2].map(|collider| pair.colliders[collider].user_data) {
+        let collides = match [pair.collider1, pair.collider2]
+            .map(|collider| pair.colliders[collider].user_data)
+        {
             [GROUND, _] | [_, GROUND] => true,
             [a, b] => self.0.collide(a as usize, b as usize),
         };
@@ -68,7 +72,10 @@ impl Clone for RapierWorld {
             multibody_joints: self.physics.multibody_joints.clone(),
             ..PhysicsWorld::default()
         };
-        Self { physics, filter: self.filter.clone() }
+        Self {
+            physics,
+            filter: self.filter.clone(),
+        }
     }
 }
 
@@ -91,7 +98,10 @@ pub struct Handles {
 /// Solver settings for contact forces that are accurate enough to measure a ZMP, for a robot whose COM is 1 m high.
 fn integration_parameters(step_s: f64) -> IntegrationParameters {
     const LENGTH_UNIT_M: Real = 0.4;
-    let contact = SpringCoefficients { natural_frequency: 33.5, damping_ratio: 10.0 };
+    let contact = SpringCoefficients {
+        natural_frequency: 33.5,
+        damping_ratio: 10.0,
+    };
     let usual = IntegrationParameters::default();
     IntegrationParameters {
         dt: step_s as Real,
@@ -122,20 +132,34 @@ fn integration_parameters(step_s: f64) -> IntegrationParameters {
 
 /// A world with gravity along -z, with `robot` in `posture` and with `ground`, which is still level. `pairs` states
 /// which links of the robot collide with each other.
-pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, step_s: f64) -> (RapierWorld, Handles) {
+pub fn build(
+    robot: &Robot,
+    ground: &Ground,
+    pairs: &Pairs,
+    posture: &Posture,
+    step_s: f64,
+) -> (RapierWorld, Handles) {
     let mut world = PhysicsWorld {
         gravity: Vector::new(0.0, 0.0, -standfast_core::robot::GRAVITY as Real),
         integration_parameters: integration_parameters(step_s),
         ..PhysicsWorld::default()
     };
-    let floor =
-        if ground.is_level() { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::kinematic_position_based() };
+    let floor = if ground.is_level() {
+        RigidBodyBuilder::fixed()
+    } else {
+        RigidBodyBuilder::kinematic_position_based()
+    };
     let floor = world.insert_body(floor);
-    let half_space = (ColliderBuilder::halfspace(Unit::new_unchecked(Vector::Z)), ground.half_space());
-    let boxes = ground
-        .boxes()
-        .into_iter()
-        .map(|(pose, half)| (ColliderBuilder::cuboid(half.x as Real, half.y as Real, half.z as Real), pose));
+    let half_space = (
+        ColliderBuilder::halfspace(Unit::new_unchecked(Vector::Z)),
+        ground.half_space(),
+    );
+    let boxes = ground.boxes().into_iter().map(|(pose, half)| {
+        (
+            ColliderBuilder::cuboid(half.x as Real, half.y as Real, half.z as Real),
+            pose,
+        )
+    });
     let ground = std::iter::once(half_space)
         .chain(boxes)
         .map(|(builder, pose)| {
@@ -144,17 +168,28 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
                 // This number times the friction of a link is the friction between sole and ground.
                 .friction((robot.friction / meeting::FRICTION) as Real)
                 .friction_combine_rule(CoefficientCombineRule::Multiply)
-                .collision_groups(InteractionGroups::new(GROUND_GROUP, Group::ALL, InteractionTestMode::And))
+                .collision_groups(InteractionGroups::new(
+                    GROUND_GROUP,
+                    Group::ALL,
+                    InteractionTestMode::And,
+                ))
                 .user_data(GROUND);
             (world.insert_collider(collider, Some(floor)), pose)
         })
         .collect();
 
-    let root_com = Isometry3::from_parts(robot.links[0].com_m.coords.into(), UnitQuaternion::identity());
+    let root_com = Isometry3::from_parts(
+        robot.links[0].com_m.coords.into(),
+        UnitQuaternion::identity(),
+    );
     let mut bodies = Vec::with_capacity(robot.links.len());
     let mut soles = PerFoot::from_fn(|_| Vec::new());
     for (i, link) in robot.links.iter().enumerate() {
-        let offset = if i == 0 { root_com } else { Isometry3::identity() };
+        let offset = if i == 0 {
+            root_com
+        } else {
+            Isometry3::identity()
+        };
         let com = offset.inverse_transform_point(&link.com_m);
         let principal = link.inertia_kg_m2.symmetric_eigen();
         let mut axes = principal.eigenvectors;
@@ -168,7 +203,11 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
             vec_to_rapier(&principal.eigenvalues),
             rotation_to_rapier(&frame),
         );
-        let pose = if i == 0 { posture.base * root_com } else { Isometry3::identity() };
+        let pose = if i == 0 {
+            posture.base * root_com
+        } else {
+            Isometry3::identity()
+        };
         let body = world.insert_body(
             RigidBodyBuilder::dynamic()
                 .pose(pose_to_rapier(&pose))
@@ -176,15 +215,23 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
                 // A sleeping robot would ignore its servos.
                 .can_sleep(false),
         );
-        let foot = Foot::BOTH.into_iter().find(|&foot| robot.soles[foot].link == i);
+        let foot = Foot::BOTH
+            .into_iter()
+            .find(|&foot| robot.soles[foot].link == i);
         for solid in &link.collisions {
             let pose = offset.inverse() * solid.pose;
             let shapes = match foot {
-                Some(foot) => standing(&solid.shape, pose, &(robot.soles[foot].center.rotation * -Vector3::z())),
+                Some(foot) => standing(
+                    &solid.shape,
+                    pose,
+                    &(robot.soles[foot].center.rotation * -Vector3::z()),
+                ),
                 None => vec![placed(&solid.shape, pose)],
             };
             for shape in shapes {
-                let collider = collider(shape).user_data(i as u128).collision_groups(groups(pairs, i));
+                let collider = collider(shape)
+                    .user_data(i as u128)
+                    .collision_groups(groups(pairs, i));
                 let handle = world.insert_collider(collider, Some(body));
                 if let Some(foot) = foot {
                     soles[foot].push(handle);
@@ -196,15 +243,40 @@ pub fn build(robot: &Robot, ground: &Ground, pairs: &Pairs, posture: &Posture, s
         bodies.push(body);
     }
     for (i, joint) in robot.joints.iter().enumerate() {
-        let parent_offset = if joint.parent == 0 { root_com } else { Isometry3::identity() };
+        let parent_offset = if joint.parent == 0 {
+            root_com
+        } else {
+            Isometry3::identity()
+        };
         world
-            .insert_multibody_joint(bodies[joint.parent], bodies[i + 1], revolute(joint, &parent_offset))
+            .insert_multibody_joint(
+                bodies[joint.parent],
+                bodies[i + 1],
+                revolute(joint, &parent_offset),
+            )
             .expect("a tree of links makes a tree of joints");
     }
-    let multibody = world.multibody_joints.rigid_body_link(bodies[0]).expect("the root has joints").multibody;
+    let multibody = world
+        .multibody_joints
+        .rigid_body_link(bodies[0])
+        .expect("the root has joints")
+        .multibody;
     place(&mut world, multibody, robot, posture);
-    let world = RapierWorld { physics: world, filter: Filter(pairs.clone()) };
-    (world, Handles { multibody, bodies, floor, ground, soles, root_com })
+    let world = RapierWorld {
+        physics: world,
+        filter: Filter(pairs.clone()),
+    };
+    (
+        world,
+        Handles {
+            multibody,
+            bodies,
+            floor,
+            ground,
+            soles,
+            root_com,
+        },
+    )
 }
 
 fn collider((shape, pose): (SharedShape, Isometry3<f64>)) -> ColliderBuilder {
@@ -218,14 +290,19 @@ fn collider((shape, pose): (SharedShape, Isometry3<f64>)) -> ColliderBuilder {
 
 /// A revolute joint. Rapier's free axis is x, so both frames contain the rotation from x to the joint's axis.
 fn revolute(joint: &Joint, parent_offset: &Isometry3<f64>) -> GenericJoint {
-    let to_axis = UnitQuaternion::rotation_between(&Vector3::x(), &joint.axis)
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI));
+    let to_axis =
+        UnitQuaternion::rotation_between(&Vector3::x(), &joint.axis).unwrap_or_else(|| {
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI)
+        });
     let frame1 = parent_offset.inverse() * joint.origin * to_axis;
     let frame2 = Isometry3::from_parts(Vector3::zeros().into(), to_axis);
     let mut data = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)
         .local_frame1(pose_to_rapier(&frame1))
         .local_frame2(pose_to_rapier(&frame2))
-        .limits(JointAxis::AngX, [joint.lower_rad as Real, joint.upper_rad as Real])
+        .limits(
+            JointAxis::AngX,
+            [joint.lower_rad as Real, joint.upper_rad as Real],
+        )
         .build();
     // Limits cost a solver row even while they do not act, so the servos switch them on near a limit.
     data.limit_axes = JointAxesMask::empty();
@@ -234,12 +311,18 @@ fn revolute(joint: &Joint, parent_offset: &Isometry3<f64>) -> GenericJoint {
 
 /// Sets joint angles and rotor inertias, and removes Rapier's damping.
 fn place(world: &mut PhysicsWorld, index: MultibodyIndex, robot: &Robot, posture: &Posture) {
-    let multibody = world.multibody_joints.get_multibody_mut(index).expect("just inserted");
+    let multibody = world
+        .multibody_joints
+        .get_multibody_mut(index)
+        .expect("just inserted");
     // Rapier's default damping would also act on the floating base.
     multibody.damping_mut().fill(0.0);
     let mut displacement = vec![0.0; multibody.ndofs()];
     for (i, &q) in posture.q.iter().enumerate() {
-        let dof = multibody.link(i + 1).expect("one link per joint").assembly_id();
+        let dof = multibody
+            .link(i + 1)
+            .expect("one link per joint")
+            .assembly_id();
         displacement[dof] = q as Real;
         multibody.armature_mut()[dof] = robot.servos[i].rotor_inertia_kg_m2 as Real;
     }

@@ -7,8 +7,8 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use standfast_core::control::{CpiController, Phase};
 use standfast_core::robot::{
-    Command, Controller, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, SensedError, TickError,
-    Wrench,
+    Command, Controller, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed,
+    SensedError, TickError, Wrench,
 };
 
 const SETS: [&str; 3] = ["switching", "paper", "catch"];
@@ -22,7 +22,10 @@ fn at_rest(robot: &Robot, q: &[f64], orientation: UnitQuaternion<f64>) -> Sensed
         q: q.to_vec(),
         dq: vec![0.0; q.len()],
         imu: Imu::over(0.002, orientation, still, Vector3::zeros()),
-        soles: PerFoot::from_fn(|_| Wrench { force, moment: Vector3::zeros() }),
+        soles: PerFoot::from_fn(|_| Wrench {
+            force,
+            moment: Vector3::zeros(),
+        }),
     }
 }
 
@@ -40,14 +43,30 @@ fn bad_samples(good: &Sensed) -> Vec<(Sensed, &'static str)> {
     vec![
         with(&|s| s.q[3] = f64::NAN, "q[3] = NaN: is not a valid reading"),
         with(&|s| s.q[0] = 1e7, "q[0] = 10000000: is not a valid reading"),
-        with(&|s| s.q.truncate(5), "q has 5 values; accepted: one for each of the robot's 20 joints"),
+        with(
+            &|s| s.q.truncate(5),
+            "q has 5 values; accepted: one for each of the robot's 20 joints",
+        ),
         with(&|s| s.q.push(0.0), "q has 21 values"),
         with(&|s| s.imu.gyro.y = f64::INFINITY, "imu.gyro[1] = inf"),
-        with(&|s| s.imu.accelerometer.z = f64::NAN, "imu.accelerometer[2] = NaN"),
-        with(&|s| s.soles.left.force.z = f64::NAN, "soles.force[2] = NaN"),
-        with(&|s| s.soles.right.moment.x = f64::NEG_INFINITY, "soles.moment[0] = -inf"),
         with(
-            &|s| s.imu.orientation = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(f64::NAN, 0.0, 0.0, 0.0)),
+            &|s| s.imu.accelerometer.z = f64::NAN,
+            "imu.accelerometer[2] = NaN",
+        ),
+        with(&|s| s.soles.left.force.z = f64::NAN, "soles.force[2] = NaN"),
+        with(
+            &|s| s.soles.right.moment.x = f64::NEG_INFINITY,
+            "soles.moment[0] = -inf",
+        ),
+        with(
+            &|s| {
+                s.imu.orientation = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(
+                    f64::NAN,
+                    0.0,
+                    0.0,
+                    0.0,
+                ))
+            },
             "imu.orientation[3] = NaN",
         ),
     ]
@@ -61,20 +80,30 @@ fn a_bad_sample_is_refused_and_leaves_no_trace() {
         let good = home(&bench.robot);
         let new = || CpiController::new(bench.design().clone());
         let (mut controller, mut twin) = (new(), new());
-        let (mut command, mut of_twin) = (Command::hold(&bench.robot.home_rad), Command::hold(&bench.robot.home_rad));
+        let (mut command, mut of_twin) = (
+            Command::hold(&bench.robot.home_rad),
+            Command::hold(&bench.robot.home_rad),
+        );
         controller.tick(&good, &mut command).unwrap();
         twin.tick(&good, &mut of_twin).unwrap();
         for (bad, words) in bad_samples(&good) {
             let before = command.clone();
             let error = controller.tick(&bad, &mut command).unwrap_err();
-            assert!(error.to_string().starts_with(words), "{gains}: {error}\nwanted: {words}");
+            assert!(
+                error.to_string().starts_with(words),
+                "{gains}: {error}\nwanted: {words}"
+            );
             assert_eq!(command, before, "{gains}: {words}");
             controller.tick(&good, &mut command).unwrap();
             twin.tick(&good, &mut of_twin).unwrap();
             assert_eq!(command, of_twin, "{gains}: {words}");
         }
         let short = Sensed { q: vec![], ..good };
-        let refused = Err(TickError::Sensed(SensedError::WrongLength { field: "q", length: 0, joints: 20 }));
+        let refused = Err(TickError::Sensed(SensedError::WrongLength {
+            field: "q",
+            length: 0,
+            joints: 20,
+        }));
         assert_eq!(controller.tick(&short, &mut command), refused);
     }
 }
@@ -92,19 +121,40 @@ fn it_starts_from_the_posture_that_it_senses() {
         let mut controller = CpiController::starting_from(bench.design().clone(), &sensed).unwrap();
         let estimate = controller.account().estimate.clone();
         assert_eq!(estimate.posture.q, q);
-        let kinematics = Kinematics::at(&robot, &Posture { base: estimate.posture.base, q: q.clone() });
+        let kinematics = Kinematics::at(
+            &robot,
+            &Posture {
+                base: estimate.posture.base,
+                q: q.clone(),
+            },
+        );
         assert!((estimate.com - kinematics.com()).norm() < 1e-12 && estimate.com_vel.norm() == 0.0);
-        assert!(kinematics.link_pose(robot.trunk).rotation.angle_to(&orientation) < 1e-12);
+        assert!(
+            kinematics
+                .link_pose(robot.trunk)
+                .rotation
+                .angle_to(&orientation)
+                < 1e-12
+        );
         assert!(estimate.in_contact.left && estimate.in_contact.right);
         let low = |foot: Foot| {
             let pose: Isometry3<f64> = kinematics.sole_pose(&robot, foot);
-            robot.soles[foot].corners().map(|corner| (pose * corner).z).into_iter().fold(f64::INFINITY, f64::min)
+            robot.soles[foot]
+                .corners()
+                .map(|corner| (pose * corner).z)
+                .into_iter()
+                .fold(f64::INFINITY, f64::min)
         };
         assert!(low(Foot::Left).min(low(Foot::Right)).abs() < 1e-12);
         let mut command = Command::hold(&q);
         controller.tick(&sensed, &mut command).unwrap();
         assert!((controller.account().support().frame.rotation.angle() - 0.8).abs() < 0.01);
-        let leap = command.q_ref.iter().zip(&q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let leap = command
+            .q_ref
+            .iter()
+            .zip(&q)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
         assert!(leap < 0.25, "{gains}: {leap} rad");
     }
 }

@@ -6,7 +6,11 @@ use standfast_core::robot::{Command, GRAVITY};
 use standfast_sim::episode::Outcome;
 use standfast_sim::{Engine, Plant, Push, plant::Clock};
 
-const CLOCK: Clock = Clock { engine: Engine::Rapier, physics_step_s: 0.002, control_period_s: 0.002 };
+const CLOCK: Clock = Clock {
+    engine: Engine::Rapier,
+    physics_step_s: 0.002,
+    control_period_s: 0.002,
+};
 
 /// Whether the robot is upright and slow after 5 s if the readings of its sensors freeze at `freeze_s`.
 fn stays_up(bench: &Bench, push: Push, freeze_s: f64) -> bool {
@@ -40,14 +44,24 @@ fn frozen_sensors_lose_a_push_that_live_ones_recover_from() {
             servo.kp = 0.2 * needed;
         }
     }
-    let (live, held) = (Bench::with(robot.clone(), "switching"), Bench::with(robot, "hold"));
+    let (live, held) = (
+        Bench::with(robot.clone(), "switching"),
+        Bench::with(robot, "hold"),
+    );
     [0.5, 1.0, 2.0].par_iter().for_each(|&impulse| {
         let push = push(impulse, 0.0);
         assert_eq!(live.push(push).outcome, Outcome::Recovered, "{impulse} N s");
         assert!(stays_up(&live, push, f64::INFINITY), "{impulse} N s");
-        assert_eq!(held.push(push).outcome, Outcome::Fell, "{impulse} N s without feedback");
+        assert_eq!(
+            held.push(push).outcome,
+            Outcome::Fell,
+            "{impulse} N s without feedback"
+        );
         for freeze_s in [0.53, 0.56] {
-            assert!(!stays_up(&live, push, freeze_s), "{impulse} N s, frozen at {freeze_s} s");
+            assert!(
+                !stays_up(&live, push, freeze_s),
+                "{impulse} N s, frozen at {freeze_s} s"
+            );
         }
     });
 }
@@ -61,10 +75,27 @@ fn a_command_reaches_the_servos_after_the_delay() {
     let mut kicked = home.clone();
     kicked.tau_ff[0] += 0.5;
     // With two physics steps in a tick, and with one: (delay, tick with the first torque, share of that tick).
-    let fine = [(0.0, 0, 1.0), (0.001, 0, 0.5), (0.004, 2, 1.0), (0.0052, 2, 0.5), (0.009, 4, 0.5)];
-    let coarse = [(0.0, 0, 1.0), (0.0009, 0, 1.0), (0.004, 2, 1.0), (0.0052, 3, 1.0)];
-    let halves = Clock { physics_step_s: 0.001, ..CLOCK };
-    let all = fine.map(|case| (halves, case)).into_iter().chain(coarse.map(|case| (CLOCK, case)));
+    let fine = [
+        (0.0, 0, 1.0),
+        (0.001, 0, 0.5),
+        (0.004, 2, 1.0),
+        (0.0052, 2, 0.5),
+        (0.009, 4, 0.5),
+    ];
+    let coarse = [
+        (0.0, 0, 1.0),
+        (0.0009, 0, 1.0),
+        (0.004, 2, 1.0),
+        (0.0052, 3, 1.0),
+    ];
+    let halves = Clock {
+        physics_step_s: 0.001,
+        ..CLOCK
+    };
+    let all = fine
+        .map(|case| (halves, case))
+        .into_iter()
+        .chain(coarse.map(|case| (CLOCK, case)));
     for (clock, (delay_s, tick, share)) in all {
         bench.robot.delay_s = delay_s;
         let torque = |command: &Command| -> Vec<f64> {
@@ -81,7 +112,10 @@ fn a_command_reaches_the_servos_after_the_delay() {
         let first = difference.iter().position(|d| d.abs() > 1e-9);
         assert_eq!(first, Some(tick), "delay {delay_s} s: {difference:?}");
         // The joint has hardly moved yet, so the torque is the commanded one, over its share of the tick.
-        assert!((difference[tick] - 0.5 * share).abs() < 0.2 * share, "delay {delay_s} s: {difference:?}");
+        assert!(
+            (difference[tick] - 0.5 * share).abs() < 0.2 * share,
+            "delay {delay_s} s: {difference:?}"
+        );
     }
     assert_eq!(crate::common::config(1.0).clock(), CLOCK);
 }

@@ -11,7 +11,13 @@ use standfast_sim::{Push, Variation};
 #[test]
 fn on_a_slope_the_robot_stands_as_at_home() {
     let benches = ["switching", "paper", "catch"].map(Bench::new);
-    let slopes = [(0.0, 4.0, 0.004), (0.0, 5.0, 0.0), (90.0, 5.0, 0.005), (180.0, 4.0, -0.004), (-135.0, 5.0, 0.0)];
+    let slopes = [
+        (0.0, 4.0, 0.004),
+        (0.0, 5.0, 0.0),
+        (90.0, 5.0, 0.005),
+        (180.0, 4.0, -0.004),
+        (-135.0, 5.0, 0.0),
+    ];
     slopes.par_iter().with_max_len(1).for_each(|&(heading_deg, slope_deg, step_m)| {
         let variation = Variation {
             slope_deg: Some(slope_deg),
@@ -44,7 +50,10 @@ fn from_home(bench: &Bench, tick: &Tick) -> [f64; 2] {
     let [left_home, right_home] =
         standfast_core::robot::Foot::BOTH.map(|foot| kinematics.sole_pose(&bench.robot, foot));
     let apart = (left_home.translation.vector - right_home.translation.vector).xy();
-    [(place.coords - apart).norm(), (heading(left) - heading(right)).abs()]
+    [
+        (place.coords - apart).norm(),
+        (heading(left) - heading(right)).abs(),
+    ]
 }
 
 /// After footsteps, also with crossed legs, the feet go back beside each other, and the next push finds the same stance
@@ -52,7 +61,13 @@ fn from_home(bench: &Bench, tick: &Tick) -> [f64; 2] {
 #[test]
 fn a_robot_at_rest_walks_home_and_takes_the_same_push_again() {
     let bench = Bench::new("catch");
-    let pushes = [(5.0, 0.0), (6.0, 45.0), (4.5, 90.0), (6.0, 135.0), (6.0, 180.0)];
+    let pushes = [
+        (5.0, 0.0),
+        (6.0, 45.0),
+        (4.5, 90.0),
+        (6.0, 135.0),
+        (6.0, 180.0),
+    ];
     pushes.par_iter().with_max_len(1).for_each(|&(impulse, heading_deg)| {
         let first = push(impulse, heading_deg);
         let again = Push { start_s: 8.0, ..first };
@@ -85,12 +100,32 @@ fn a_robot_at_rest_walks_home_and_takes_the_same_push_again() {
 #[test]
 fn a_push_on_the_way_home_is_caught() {
     let bench = Bench::new("catch");
-    let cases: Vec<_> =
-        (0..12).flat_map(|k| [0.0, 90.0, 180.0, -90.0].map(|heading| (2.0 + 0.2 * f64::from(k), heading))).collect();
-    cases.par_iter().with_max_len(1).for_each(|&(start_s, heading_deg)| {
-        let second = Push { start_s, ..push(2.0, heading_deg) };
-        let record = bench.run(vec![push(5.0, 0.0), second], None, 12.0, Until::Fallen, |_| {});
-        println!("at {start_s:.1} s towards {heading_deg}: {:?}", record.outcome);
-        assert_eq!(record.outcome, Outcome::Recovered, "at {start_s} s towards {heading_deg}: {record:?}");
-    });
+    let cases: Vec<_> = (0..12)
+        .flat_map(|k| [0.0, 90.0, 180.0, -90.0].map(|heading| (2.0 + 0.2 * f64::from(k), heading)))
+        .collect();
+    cases
+        .par_iter()
+        .with_max_len(1)
+        .for_each(|&(start_s, heading_deg)| {
+            let second = Push {
+                start_s,
+                ..push(2.0, heading_deg)
+            };
+            let record = bench.run(
+                vec![push(5.0, 0.0), second],
+                None,
+                12.0,
+                Until::Fallen,
+                |_| {},
+            );
+            println!(
+                "at {start_s:.1} s towards {heading_deg}: {:?}",
+                record.outcome
+            );
+            assert_eq!(
+                record.outcome,
+                Outcome::Recovered,
+                "at {start_s} s towards {heading_deg}: {record:?}"
+            );
+        });
 }

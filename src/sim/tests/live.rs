@@ -11,12 +11,18 @@ use std::sync::LazyLock;
 static CONFIG: LazyLock<EpisodeConfig> = LazyLock::new(|| config(6.0));
 
 fn closed_loop(bench: &Bench) -> ClosedLoop<'_> {
-    let closed_loop = ClosedLoop::new(&bench.robot, [&bench.factory], &CONFIG, Disturbance::default());
+    let closed_loop = ClosedLoop::new(
+        &bench.robot,
+        [&bench.factory],
+        &CONFIG,
+        Disturbance::default(),
+    );
     closed_loop.until(Until::Horizon, 0.0)
 }
 
 fn switch(live: &mut ClosedLoop, to: &Bench) {
-    live.controllers().for_each(|controller| standfast_controllers::replace(controller, &to.factory, 0));
+    live.controllers()
+        .for_each(|controller| standfast_controllers::replace(controller, &to.factory, 0));
 }
 
 /// A pull at the trunk where a push acts, with the same force and duration, has the same effect.
@@ -32,13 +38,25 @@ fn a_pull_is_a_push_by_hand() {
     let mut farthest = 0.0_f64;
     for k in 0..500 {
         let [a, b] = [&mut pushed, &mut pulled].map(|live| ticked(live, |tick| tick.truth.clone()));
-        assert!((a.com - b.com).norm() < 1e-4, "tick {k}: {} {}", a.com, b.com);
+        assert!(
+            (a.com - b.com).norm() < 1e-4,
+            "tick {k}: {} {}",
+            a.com,
+            b.com
+        );
         let was_on = (251..=275).contains(&k);
         let [f, g] = [a.push_force, b.push_force];
-        assert!((f - g).norm() < 1e-9 && (f.norm() > 0.0) == was_on, "tick {k}: {f} {g}");
+        assert!(
+            (f - g).norm() < 1e-9 && (f.norm() > 0.0) == was_on,
+            "tick {k}: {f} {g}"
+        );
         farthest = farthest.max(a.com.x);
         let is_on = (250..275).contains(&k);
-        pulled.pull(is_on.then_some(Pull { link: trunk, point, force }));
+        pulled.pull(is_on.then_some(Pull {
+            link: trunk,
+            point,
+            force,
+        }));
         pushed.advance();
         pulled.advance();
     }
@@ -50,11 +68,20 @@ fn a_pull_is_a_push_by_hand() {
 fn a_pull_acts_at_its_link_and_point() {
     let bench = Bench::new("hold");
     let yaw = |link: &str| {
-        let index = bench.robot.links.iter().position(|found| found.name.contains(link)).unwrap();
+        let index = bench
+            .robot
+            .links
+            .iter()
+            .position(|found| found.name.contains(link))
+            .unwrap();
         let mut live = closed_loop(&bench);
         for _ in 0..150 {
             ticked(&mut live, |_| ());
-            live.pull(Some(Pull { link: index, point: Point3::origin(), force: Vector3::new(8.0, 0.0, 0.0) }));
+            live.pull(Some(Pull {
+                link: index,
+                point: Point3::origin(),
+                force: Vector3::new(8.0, 0.0, 0.0),
+            }));
             live.advance();
         }
         ticked(&mut live, |tick| tick.truth.trunk.rotation.euler_angles().2)
@@ -67,24 +94,29 @@ fn a_pull_acts_at_its_link_and_point() {
 #[test]
 fn gain_sets_can_be_switched_at_any_time() {
     let benches = ["hold", "switching", "paper", "catch"].map(Bench::new);
-    let pairs: Vec<(&Bench, &Bench)> =
-        benches.iter().flat_map(|from| benches.iter().map(move |to| (from, to))).collect();
-    pairs.into_par_iter().filter(|(from, to)| !std::ptr::eq(*from, *to)).for_each(|(from, to)| {
-        for switch_at in [100, 262, 330] {
-            let mut live = closed_loop(from);
-            // The robot survives this push with each controller.
-            live.push(push(1.5, 150.0));
-            for k in 0..1000 {
-                if k == switch_at {
-                    switch(&mut live, to);
+    let pairs: Vec<(&Bench, &Bench)> = benches
+        .iter()
+        .flat_map(|from| benches.iter().map(move |to| (from, to)))
+        .collect();
+    pairs
+        .into_par_iter()
+        .filter(|(from, to)| !std::ptr::eq(*from, *to))
+        .for_each(|(from, to)| {
+            for switch_at in [100, 262, 330] {
+                let mut live = closed_loop(from);
+                // The robot survives this push with each controller.
+                live.push(push(1.5, 150.0));
+                for k in 0..1000 {
+                    if k == switch_at {
+                        switch(&mut live, to);
+                    }
+                    assert!(ticked(&mut live, |tick| tick.truth.is_finite()));
+                    live.advance();
                 }
-                assert!(ticked(&mut live, |tick| tick.truth.is_finite()));
-                live.advance();
+                let (name, to) = (&from.factory.name, &to.factory.name);
+                assert!(ticked(&mut live, stands), "{name} to {to} at {switch_at}");
             }
-            let (name, to) = (&from.factory.name, &to.factory.name);
-            assert!(ticked(&mut live, stands), "{name} to {to} at {switch_at}");
-        }
-    });
+        });
 }
 
 /// The rule that lifted a foot leads it to its landing, even if a gain set without footsteps takes over.
@@ -95,7 +127,13 @@ fn a_footstep_is_finished_by_the_rule_that_began_it() {
     live.push(push(5.0, 0.0));
     let mut lifted_at = None;
     for k in 0..400 {
-        let see = |tick: &Tick| (tick.report.footstep, account(tick).estimate.in_contact, tick.truth.is_finite());
+        let see = |tick: &Tick| {
+            (
+                tick.report.footstep,
+                account(tick).estimate.in_contact,
+                tick.truth.is_finite(),
+            )
+        };
         let (footstep, in_contact, is_finite) = ticked(&mut live, see);
         assert!(is_finite);
         match (footstep, lifted_at) {
@@ -105,7 +143,10 @@ fn a_footstep_is_finished_by_the_rule_that_began_it() {
             }
             // A footstep of `catch` takes 0.14 s, 70 ticks.
             (None, Some(at)) => {
-                assert!(k > at + 35 && in_contact.left && in_contact.right, "{k} {at} {in_contact:?}");
+                assert!(
+                    k > at + 35 && in_contact.left && in_contact.right,
+                    "{k} {at} {in_contact:?}"
+                );
                 return;
             }
             _ => {}
@@ -125,8 +166,9 @@ fn gain_sets_can_be_switched_with_a_foot_in_the_air() {
             live.push(push(3.6, -20.0));
             let (mut switched_at, mut has_landed) = (None, false);
             for k in 0..600 {
-                let (in_air, is_finite) =
-                    ticked(&mut live, |tick| (tick.report.footstep.is_some(), tick.truth.is_finite()));
+                let (in_air, is_finite) = ticked(&mut live, |tick| {
+                    (tick.report.footstep.is_some(), tick.truth.is_finite())
+                });
                 assert!(is_finite);
                 has_landed |= switched_at.is_some() && !in_air;
                 if in_air && switched_at.is_none() {
@@ -137,13 +179,17 @@ fn gain_sets_can_be_switched_with_a_foot_in_the_air() {
             }
             let (name, new) = (&from.factory.name, &to.factory.name);
             assert!(switched_at.is_some(), "{name} has lifted no foot");
-            let (phase, stands) = ticked(&mut live, |tick| (tick.report.phase.clone(), stands(tick)));
+            let (phase, stands) =
+                ticked(&mut live, |tick| (tick.report.phase.clone(), stands(tick)));
             match new.as_str() {
                 // A controller of another kind does not know that a foot is in the air.
                 "hold" => assert_eq!(phase, "posture", "{name} to {new}"),
                 "switching" => assert!(!phase.starts_with("swing"), "{name} to {new}: {phase:?}"),
                 // Finishing the footstep of another gain set is not always enough to stand; with catching it is.
-                "catch" => assert!(!phase.starts_with("swing") && stands, "{name} to {new}: {phase:?}"),
+                "catch" => assert!(
+                    !phase.starts_with("swing") && stands,
+                    "{name} to {new}: {phase:?}"
+                ),
                 _ => assert!(has_landed, "{name} to {new}: the foot is in the air"),
             }
         }
@@ -159,16 +205,34 @@ fn stands(tick: &Tick) -> bool {
 fn a_snapshot_is_all_in_one_world() {
     let bench = Bench::new("catch");
     // On slippery ground the feet slide, which no sensor measures.
-    let variation = Variation { friction: Some(0.15), ..Variation::default() };
-    let disturbance = Disturbance { pushes: vec![push(4.0, 0.0)], variation, ..Disturbance::default() };
+    let variation = Variation {
+        friction: Some(0.15),
+        ..Variation::default()
+    };
+    let disturbance = Disturbance {
+        pushes: vec![push(4.0, 0.0)],
+        variation,
+        ..Disturbance::default()
+    };
     let how_long = (Until::Decided, 0.0);
     let mut drift_m = 0.0_f64;
     let mut drift = |tick: &Tick| {
         drift_m = (tick.truth.com - tick.report.com.unwrap()).xy().norm();
     };
-    let film = Film::take(&bench.robot, &bench.factory, &config(6.0), disturbance, how_long, &mut drift).unwrap();
+    let film = Film::take(
+        &bench.robot,
+        &bench.factory,
+        &config(6.0),
+        disturbance,
+        how_long,
+        &mut drift,
+    )
+    .unwrap();
     let last = film.snapshots.last().unwrap();
-    assert!(drift_m > 0.008, "the estimate is only {drift_m} m off: the test has nothing to see");
+    assert!(
+        drift_m > 0.008,
+        "the estimate is only {drift_m} m off: the test has nothing to see"
+    );
     let zmp = last.zmp.unwrap();
     assert!(
         (zmp - last.zmp_ref.unwrap()).norm() < 0.004,
@@ -177,9 +241,17 @@ fn a_snapshot_is_all_in_one_world() {
     );
     // The COM lies inside of the slice of the acting gain's CPI set, as its margin says.
     assert!(last.margin.unwrap() > 0.8);
-    let acting = last.regions.iter().find(|region| Some(&region.name) == last.gain.as_ref()).unwrap();
+    let acting = last
+        .regions
+        .iter()
+        .find(|region| Some(&region.name) == last.gain.as_ref())
+        .unwrap();
     let slice = SupportPolygon::hull(&acting.corners).unwrap();
-    assert!(slice.signed_distance(last.com.xy()) < -0.01, "{slice:?} {}", last.com);
+    assert!(
+        slice.signed_distance(last.com.xy()) < -0.01,
+        "{slice:?} {}",
+        last.com
+    );
 }
 
 /// A film continues after the end of the episode, and its record does not.
@@ -187,20 +259,40 @@ fn a_snapshot_is_all_in_one_world() {
 fn a_film_shows_the_fall_and_its_record_ends_with_the_episode() {
     let bench = Bench::new("hold");
     let record = bench.push(push(4.0, 180.0));
-    let disturbance = Disturbance { pushes: vec![push(4.0, 180.0)], ..Disturbance::default() };
+    let disturbance = Disturbance {
+        pushes: vec![push(4.0, 180.0)],
+        ..Disturbance::default()
+    };
     let mut seen = 0;
     let how_long = (Until::Decided, 0.5);
-    let film = Film::take(&bench.robot, &bench.factory, &config(6.0), disturbance, how_long, &mut |tick| {
-        seen += usize::from(!tick.is_after)
-    })
+    let film = Film::take(
+        &bench.robot,
+        &bench.factory,
+        &config(6.0),
+        disturbance,
+        how_long,
+        &mut |tick| seen += usize::from(!tick.is_after),
+    )
     .unwrap();
     assert_eq!(format!("{:?}", film.record), format!("{record:?}"));
     let fell_at_s = record.fell_at_s.unwrap();
     assert_eq!(seen, (fell_at_s / 0.002).round() as usize + 1);
     let last = film.snapshots.last().unwrap();
-    assert!((last.time_s - fell_at_s - 0.5).abs() < 0.0021, "{} {fell_at_s}", last.time_s);
-    assert!(last.com.z < 0.6 * film.snapshots[0].com.z, "it lies on the ground");
-    let pushed: Vec<f64> = film.snapshots.iter().filter(|s| s.push.is_some()).map(|s| s.time_s).collect();
+    assert!(
+        (last.time_s - fell_at_s - 0.5).abs() < 0.0021,
+        "{} {fell_at_s}",
+        last.time_s
+    );
+    assert!(
+        last.com.z < 0.6 * film.snapshots[0].com.z,
+        "it lies on the ground"
+    );
+    let pushed: Vec<f64> = film
+        .snapshots
+        .iter()
+        .filter(|s| s.push.is_some())
+        .map(|s| s.time_s)
+        .collect();
     assert_eq!(pushed.len(), 25, "{pushed:?}");
     assert_eq!(film.cut_at(1.0).snapshots.len(), 501);
 }

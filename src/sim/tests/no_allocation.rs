@@ -31,14 +31,24 @@ static ALLOCATOR: Counting = Counting;
 /// fall.
 #[test]
 fn a_tick_of_any_set_in_any_phase_does_not_allocate() {
-    let clock = Clock { engine: Engine::Rapier, physics_step_s: 0.001, control_period_s: 0.002 };
+    let clock = Clock {
+        engine: Engine::Rapier,
+        physics_step_s: 0.001,
+        control_period_s: 0.002,
+    };
     let swings = Foot::BOTH.map(Phase::Swing);
     for (gains, wanted) in [
         ("fixed", vec![Phase::Switching, Phase::OutOfSets]),
         ("switching", vec![Phase::Switching, Phase::OutOfSets]),
         ("robust", vec![Phase::Switching, Phase::OutOfSets]),
-        ("paper", [&swings[..], &[Phase::Switching, Phase::OutOfSets]].concat()),
-        ("catch", [&swings[..], &[Phase::Switching, Phase::OutOfSets]].concat()),
+        (
+            "paper",
+            [&swings[..], &[Phase::Switching, Phase::OutOfSets]].concat(),
+        ),
+        (
+            "catch",
+            [&swings[..], &[Phase::Switching, Phase::OutOfSets]].concat(),
+        ),
     ] {
         let bench = Bench::new(gains);
         let mut seen = Vec::new();
@@ -51,13 +61,20 @@ fn a_tick_of_any_set_in_any_phase_does_not_allocate() {
                 let before = COUNT.with(Cell::get);
                 controller.tick(&sensed, &mut command).unwrap();
                 let phase = controller.account().phase;
-                assert_eq!(COUNT.with(Cell::get) - before, 0, "{gains}, tick {tick}, {phase:?}");
+                assert_eq!(
+                    COUNT.with(Cell::get) - before,
+                    0,
+                    "{gains}, tick {tick}, {phase:?}"
+                );
                 if !seen.contains(&phase) {
                     seen.push(phase);
                 }
                 plant.advance(command.clone(), &[push(impulse_n_s, heading_deg)]);
             }
         }
-        assert!(wanted.iter().all(|phase| seen.contains(phase)), "{gains}: only {seen:?}");
+        assert!(
+            wanted.iter().all(|phase| seen.contains(phase)),
+            "{gains}: only {seen:?}"
+        );
     }
 }

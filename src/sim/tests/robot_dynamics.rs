@@ -2,7 +2,9 @@
 //! the laws of Newton, Euler and Lagrange, and with the simulation.
 
 use crate::common::{config, push};
-use nalgebra::{DVector, Isometry3, Matrix6xX, Point3, UnitQuaternion, UnitVector3, Vector3, point, vector};
+use nalgebra::{
+    DVector, Isometry3, Matrix6xX, Point3, UnitQuaternion, UnitVector3, Vector3, point, vector,
+};
 use standfast_core::robot::dynamics::{Dynamics, load_torques};
 use standfast_core::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot};
 use standfast_sim::PhysicsStep;
@@ -27,16 +29,23 @@ fn at(time: f64) -> At {
     let wave = |k: usize| {
         let (amplitude, rate) = (0.3 + 0.05 * (k % 7) as f64, 2.0 + 0.37 * (k % 11) as f64);
         let phase = rate * time + 0.7 * k as f64;
-        [amplitude * phase.sin(), amplitude * rate * phase.cos(), -amplitude * rate * rate * phase.sin()]
+        [
+            amplitude * phase.sin(),
+            amplitude * rate * phase.cos(),
+            -amplitude * rate * rate * phase.sin(),
+        ]
     };
-    let (first, second) =
-        (UnitVector3::new_normalize(vector![0.3, -0.5, 0.8]), UnitVector3::new_normalize(vector![-0.7, 0.2, 0.4]));
+    let (first, second) = (
+        UnitVector3::new_normalize(vector![0.3, -0.5, 0.8]),
+        UnitVector3::new_normalize(vector![-0.7, 0.2, 0.4]),
+    );
     let ([a, da, dda], [b, db, ddb]) = (wave(3), wave(4));
     let outer = UnitQuaternion::from_axis_angle(&first, a);
     let carried = outer * second.into_inner();
     let rotation = outer * UnitQuaternion::from_axis_angle(&second, b);
     let angular = first.into_inner() * da + carried * db;
-    let angular_acc = first.into_inner() * dda + carried * ddb + (first.into_inner() * da).cross(&(carried * db));
+    let angular_acc =
+        first.into_inner() * dda + carried * ddb + (first.into_inner() * da).cross(&(carried * db));
     let place = Vector3::from_fn(|k, _| wave(k)[0]);
     let (mut velocity, mut acceleration) = (DVector::zeros(6 + n), DVector::zeros(6 + n));
     for k in 0..3 {
@@ -47,16 +56,28 @@ fn at(time: f64) -> At {
         (velocity[6 + j], acceleration[6 + j]) = (wave(5 + j)[1], wave(5 + j)[2]);
     }
     let q = (0..n).map(|j| wave(5 + j)[0]).collect();
-    let posture = Posture { base: Isometry3::from_parts(place.into(), rotation), q };
+    let posture = Posture {
+        base: Isometry3::from_parts(place.into(), rotation),
+        q,
+    };
     let (kinematics, dynamics) = of(&posture, &velocity);
-    At { posture, velocity, acceleration, kinematics, dynamics }
+    At {
+        posture,
+        velocity,
+        acceleration,
+        kinematics,
+        dynamics,
+    }
 }
 
 impl At {
     /// Linear momentum (N s), and angular momentum about the COM (N m s), by the rows of the mass matrix.
     fn momentum(&self) -> [Vector3<f64>; 2] {
         let row = |i: usize| self.dynamics.mass_matrix().column(i).dot(&self.velocity);
-        let (linear, about_base) = (Vector3::from_fn(|i, _| row(i)), Vector3::from_fn(|i, _| row(3 + i)));
+        let (linear, about_base) = (
+            Vector3::from_fn(|i, _| row(i)),
+            Vector3::from_fn(|i, _| row(3 + i)),
+        );
         let lever = self.kinematics.com().coords - self.posture.base.translation.vector;
         [linear, about_base - lever.cross(&linear)]
     }
@@ -72,9 +93,13 @@ fn of(posture: &Posture, velocity: &DVector<f64>) -> (Kinematics, Dynamics) {
 /// Velocity of a point of a link, and angular velocity of the link.
 fn point_velocity(at: &At, link: usize, point: &Point3<f64>) -> [Vector3<f64>; 2] {
     let mut jacobian = Matrix6xX::zeros(at.velocity.len());
-    at.kinematics.point_jacobian(&ROBOT, link, point, &mut jacobian);
+    at.kinematics
+        .point_jacobian(&ROBOT, link, point, &mut jacobian);
     let velocity = jacobian * &at.velocity;
-    [velocity.fixed_rows::<3>(0).into(), velocity.fixed_rows::<3>(3).into()]
+    [
+        velocity.fixed_rows::<3>(0).into(),
+        velocity.fixed_rows::<3>(3).into(),
+    ]
 }
 
 fn kinetic_energy(at: &At) -> f64 {
@@ -103,12 +128,17 @@ fn the_mass_matrix_gives_the_kinetic_energy_of_the_links() {
         for (i, link) in ROBOT.links.iter().enumerate() {
             let [linear, angular] = point_velocity(&at, i, &at.kinematics.link_com(i));
             let spin = at.kinematics.link_pose(i).rotation.inverse() * angular;
-            sum += 0.5 * (link.mass_kg * linear.norm_squared() + spin.dot(&(link.inertia_kg_m2 * spin)));
+            sum += 0.5
+                * (link.mass_kg * linear.norm_squared() + spin.dot(&(link.inertia_kg_m2 * spin)));
         }
         for (j, servo) in ROBOT.servos.iter().enumerate() {
             sum += 0.5 * servo.rotor_inertia_kg_m2 * at.velocity[6 + j].powi(2);
         }
-        assert!((kinetic_energy(&at) - sum).abs() < 1e-12 * sum, "{time} s: {} {sum}", kinetic_energy(&at));
+        assert!(
+            (kinetic_energy(&at) - sum).abs() < 1e-12 * sum,
+            "{time} s: {} {sum}",
+            kinetic_energy(&at)
+        );
     }
 }
 
@@ -119,7 +149,9 @@ fn the_mass_matrix_is_symmetric_positive_definite_and_begins_with_the_mass() {
         let matrix = at.dynamics.mass_matrix();
         assert!((matrix - matrix.transpose()).amax() < 1e-15);
         let mass = ROBOT.mass();
-        assert!((matrix.fixed_view::<3, 3>(0, 0) - nalgebra::Matrix3::identity() * mass).amax() < 1e-14);
+        assert!(
+            (matrix.fixed_view::<3, 3>(0, 0) - nalgebra::Matrix3::identity() * mass).amax() < 1e-14
+        );
         assert!(matrix.clone().cholesky().is_some(), "{time} s");
         // The first rows belong to the momentum along each axis, m times the COM Jacobian.
         let mut jacobian = nalgebra::Matrix3xX::zeros(at.velocity.len());
@@ -131,16 +163,24 @@ fn the_mass_matrix_is_symmetric_positive_definite_and_begins_with_the_mass() {
 #[test]
 fn at_rest_the_bias_is_the_load_of_gravity() {
     for time in TIMES {
-        let At { posture, velocity, .. } = at(time);
+        let At {
+            posture, velocity, ..
+        } = at(time);
         let (kinematics, dynamics) = of(&posture, &(velocity * 0.0));
         let mut tau = vec![0.0; ROBOT.joints.len()];
         let gravity = vector![0.0, 0.0, -GRAVITY];
-        let [force, moment] = load_torques(&kinematics, &ROBOT, gravity, &PerFoot::default(), &mut tau);
+        let [force, moment] =
+            load_torques(&kinematics, &ROBOT, gravity, &PerFoot::default(), &mut tau);
         let bias = dynamics.bias();
         assert!((bias.fixed_rows::<3>(0) + force).norm() < 1e-12);
         assert!((bias.fixed_rows::<3>(3) + moment).norm() < 1e-12);
         for (j, tau) in tau.iter().enumerate() {
-            assert!((bias[6 + j] - tau).abs() < 1e-12, "{}: {} {tau}", ROBOT.joints[j].name, bias[6 + j]);
+            assert!(
+                (bias[6 + j] - tau).abs() < 1e-12,
+                "{}: {} {tau}",
+                ROBOT.joints[j].name,
+                bias[6 + j]
+            );
         }
         assert!(dynamics.com_bias_acc().norm() < 1e-12);
     }
@@ -160,10 +200,23 @@ fn momentum_changes_by_the_wrench_on_the_base() {
         let force: Vector3<f64> = wrench.fixed_rows::<3>(0).into();
         let about_base: Vector3<f64> = wrench.fixed_rows::<3>(3).into();
         let lever = now.kinematics.com().coords - now.posture.base.translation.vector;
-        let (change, moment) = (force - Vector3::z() * ROBOT.mass() * GRAVITY, about_base - lever.cross(&force));
+        let (change, moment) = (
+            force - Vector3::z() * ROBOT.mass() * GRAVITY,
+            about_base - lever.cross(&force),
+        );
         for k in 0..3 {
-            assert!((change[k] - wanted[k]).abs() < 1e-5, "{time} s, linear {k}: {} {}", change[k], wanted[k]);
-            assert!((moment[k] - wanted[3 + k]).abs() < 1e-5, "{time} s, angular {k}: {} {}", moment[k], wanted[3 + k]);
+            assert!(
+                (change[k] - wanted[k]).abs() < 1e-5,
+                "{time} s, linear {k}: {} {}",
+                change[k],
+                wanted[k]
+            );
+            assert!(
+                (moment[k] - wanted[3 + k]).abs() < 1e-5,
+                "{time} s, angular {k}: {} {}",
+                moment[k],
+                wanted[3 + k]
+            );
         }
         // The angular momentum equals the angular momentum of the links.
         let mut sum = Vector3::zeros();
@@ -186,17 +239,30 @@ fn joint_torques_obey_lagrange() {
         let now = at(time);
         let torque = now.dynamics.mass_matrix() * &now.acceleration + now.dynamics.bias();
         for (j, joint) in ROBOT.joints.iter().enumerate() {
-            let [momentum_rate] = rate(time, |at| [at.dynamics.mass_matrix().column(6 + j).dot(&at.velocity)]);
+            let [momentum_rate] = rate(time, |at| {
+                [at.dynamics.mass_matrix().column(6 + j).dot(&at.velocity)]
+            });
             let lagrangian = |amount: f64| {
                 let mut posture = now.posture.clone();
                 posture.q[j] += amount;
                 let (kinematics, dynamics) = of(&posture, &now.velocity);
                 let (velocity, acceleration) = (now.velocity.clone(), now.acceleration.clone());
-                let moved = At { posture, velocity, acceleration, kinematics, dynamics };
+                let moved = At {
+                    posture,
+                    velocity,
+                    acceleration,
+                    kinematics,
+                    dynamics,
+                };
                 kinetic_energy(&moved) - potential_energy(&moved)
             };
             let wanted = momentum_rate - (lagrangian(1e-5) - lagrangian(-1e-5)) / 2e-5;
-            assert!((torque[6 + j] - wanted).abs() < 1e-5, "{time} s, {}: {} {wanted}", joint.name, torque[6 + j]);
+            assert!(
+                (torque[6 + j] - wanted).abs() < 1e-5,
+                "{time} s, {}: {} {wanted}",
+                joint.name,
+                torque[6 + j]
+            );
         }
     }
 }
@@ -207,7 +273,10 @@ fn power_is_what_the_energy_changes_by() {
         let now = at(time);
         let force = now.dynamics.mass_matrix() * &now.acceleration + now.dynamics.bias();
         let [wanted] = rate(time, |at| [kinetic_energy(at) + potential_energy(at)]);
-        assert!((force.dot(&now.velocity) - wanted).abs() < 1e-5 * wanted.abs().max(1.0), "{time} s");
+        assert!(
+            (force.dot(&now.velocity) - wanted).abs() < 1e-5 * wanted.abs().max(1.0),
+            "{time} s"
+        );
     }
 }
 
@@ -220,15 +289,26 @@ fn bias_accelerations_are_what_the_jacobians_leave_over() {
             let place = |at: &At| at.kinematics.link_pose(link) * local;
             let wanted = rate(time, |at| {
                 let [linear, angular] = point_velocity(at, link, &place(at));
-                [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
+                [
+                    linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
+                ]
             });
             let mut jacobian = Matrix6xX::zeros(now.velocity.len());
-            now.kinematics.point_jacobian(&ROBOT, link, &place(&now), &mut jacobian);
+            now.kinematics
+                .point_jacobian(&ROBOT, link, &place(&now), &mut jacobian);
             let by_joints = jacobian * &now.acceleration;
-            let [linear, angular] = now.dynamics.point_bias_acc(&now.kinematics, link, &place(&now));
+            let [linear, angular] =
+                now.dynamics
+                    .point_bias_acc(&now.kinematics, link, &place(&now));
             for k in 0..3 {
-                assert!((by_joints[k] + linear[k] - wanted[k]).abs() < 1e-6, "{time} s, link {link}");
-                assert!((by_joints[3 + k] + angular[k] - wanted[3 + k]).abs() < 1e-6, "{time} s, link {link}");
+                assert!(
+                    (by_joints[k] + linear[k] - wanted[k]).abs() < 1e-6,
+                    "{time} s, link {link}"
+                );
+                assert!(
+                    (by_joints[3 + k] + angular[k] - wanted[3 + k]).abs() < 1e-6,
+                    "{time} s, link {link}"
+                );
             }
         }
         let mut jacobian = nalgebra::Matrix3xX::zeros(now.velocity.len());
@@ -248,40 +328,54 @@ fn bias_accelerations_are_what_the_jacobians_leave_over() {
 fn the_simulation_obeys_them() {
     let hold = standfast_controllers::load("hold").unwrap();
     let worst = |step_s: f64| {
-        let config =
-            EpisodeConfig { physics_step_s: PhysicsStep::all(step_s), control_period_s: step_s, ..config(0.95) };
+        let config = EpisodeConfig {
+            physics_step_s: PhysicsStep::all(step_s),
+            control_period_s: step_s,
+            ..config(0.95)
+        };
         let factory = hold.prepare(&ROBOT, step_s).unwrap();
         let mut before: Option<(Posture, DVector<f64>)> = None;
         let (mut sums, mut count) = ([0.0_f64; 2], 0.0);
-        let disturbance = Disturbance { pushes: vec![push(3.5, 0.0)], sensor_errors: None, ..Disturbance::default() };
-        episode::run(&ROBOT, &factory, &config, disturbance, Until::Horizon, &mut |tick| {
-            let truth = tick.truth;
-            // The push acts on the trunk beside its origin, so the comparison waits until the push is over.
-            if let Some((posture, velocity)) = &before
-                && truth.push_force == Vector3::zeros()
-                && truth.time_s > 0.5
-            {
-                let acceleration = (&truth.velocity - velocity) / step_s;
-                let (kinematics, dynamics) = of(posture, velocity);
-                let mut left_over = dynamics.mass_matrix() * acceleration + dynamics.bias();
-                for foot in Foot::BOTH {
-                    let link = ROBOT.soles[foot].link;
-                    let sole = kinematics.sole_pose(&ROBOT, foot).translation.vector.into();
-                    let mut jacobian = Matrix6xX::zeros(velocity.len());
-                    kinematics.point_jacobian(&ROBOT, link, &sole, &mut jacobian);
-                    let wrench = truth.sole_wrenches[foot];
-                    left_over -= jacobian.rows(0, 3).transpose() * wrench.force;
-                    left_over -= jacobian.rows(3, 3).transpose() * wrench.moment;
+        let disturbance = Disturbance {
+            pushes: vec![push(3.5, 0.0)],
+            sensor_errors: None,
+            ..Disturbance::default()
+        };
+        episode::run(
+            &ROBOT,
+            &factory,
+            &config,
+            disturbance,
+            Until::Horizon,
+            &mut |tick| {
+                let truth = tick.truth;
+                // The push acts on the trunk beside its origin, so the comparison waits until the push is over.
+                if let Some((posture, velocity)) = &before
+                    && truth.push_force == Vector3::zeros()
+                    && truth.time_s > 0.5
+                {
+                    let acceleration = (&truth.velocity - velocity) / step_s;
+                    let (kinematics, dynamics) = of(posture, velocity);
+                    let mut left_over = dynamics.mass_matrix() * acceleration + dynamics.bias();
+                    for foot in Foot::BOTH {
+                        let link = ROBOT.soles[foot].link;
+                        let sole = kinematics.sole_pose(&ROBOT, foot).translation.vector.into();
+                        let mut jacobian = Matrix6xX::zeros(velocity.len());
+                        kinematics.point_jacobian(&ROBOT, link, &sole, &mut jacobian);
+                        let wrench = truth.sole_wrenches[foot];
+                        left_over -= jacobian.rows(0, 3).transpose() * wrench.force;
+                        left_over -= jacobian.rows(3, 3).transpose() * wrench.moment;
+                    }
+                    for (j, tau) in truth.tau.iter().enumerate() {
+                        left_over[6 + j] -= tau;
+                    }
+                    sums[0] += left_over.rows(0, 3).norm();
+                    sums[1] += left_over.rows(3, left_over.len() - 3).norm();
+                    count += 1.0;
                 }
-                for (j, tau) in truth.tau.iter().enumerate() {
-                    left_over[6 + j] -= tau;
-                }
-                sums[0] += left_over.rows(0, 3).norm();
-                sums[1] += left_over.rows(3, left_over.len() - 3).norm();
-                count += 1.0;
-            }
-            before = Some((truth.posture.clone(), truth.velocity.clone()));
-        })
+                before = Some((truth.posture.clone(), truth.velocity.clone()));
+            },
+        )
         .unwrap();
         sums.map(|sum| sum / count)
     };
@@ -290,5 +384,8 @@ fn the_simulation_obeys_them() {
     assert!(fine[0] < 0.01 && fine[1] < 0.003, "{fine:?}");
     // MuJoCo's forces have no residual, with any step.
     let nothing: f64 = 1e-9;
-    assert!(fine[0] < nothing.max(0.5 * coarse[0]) && fine[1] < 0.5 * coarse[1], "{coarse:?} {fine:?}");
+    assert!(
+        fine[0] < nothing.max(0.5 * coarse[0]) && fine[1] < 0.5 * coarse[1],
+        "{coarse:?} {fine:?}"
+    );
 }

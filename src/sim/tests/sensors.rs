@@ -10,7 +10,11 @@ const PERIOD_S: f64 = 0.002;
 /// Runs the loop and passes the readings and the true state of every tick to `see`.
 fn watch(impulse: f64, heading: f64, horizon_s: f64, mut see: impl FnMut(&Sensed, &Truth)) {
     let bench = Bench::new("switching");
-    let clock = Clock { engine: engine(), physics_step_s: 0.001, control_period_s: PERIOD_S };
+    let clock = Clock {
+        engine: engine(),
+        physics_step_s: 0.001,
+        control_period_s: PERIOD_S,
+    };
     let mut plant = Plant::new(bench.robot.clone(), clock, None, bench.robot.home_command());
     let mut controller = bench.factory.start(0);
     let mut command = bench.robot.home_command();
@@ -30,7 +34,11 @@ fn the_accelerometer_reads_specific_force() {
     watch(3.0, 45.0, 1.0, |sensed, truth| {
         let felt = sensed.imu.orientation * sensed.imu.accelerometer;
         if truth.time_s > 0.2 && truth.time_s < 0.5 {
-            assert!((felt - Vector3::z() * GRAVITY).norm() < 0.05, "{felt} at {} s", truth.time_s);
+            assert!(
+                (felt - Vector3::z() * GRAVITY).norm() < 0.05,
+                "{felt} at {} s",
+                truth.time_s
+            );
         }
         speed += (felt - Vector3::z() * GRAVITY) * PERIOD_S;
         worst = worst.max((truth.trunk_velocity.fixed_rows::<3>(0) - speed).norm());
@@ -50,7 +58,10 @@ fn the_gyro_integrates_to_the_orientation() {
         most = most.max(sensed.imu.orientation.angle());
     });
     println!("off by at most {worst:.5} rad in turns of {most:.3} rad");
-    assert!(most > 0.5 && worst < 0.02 * most, "{worst} rad in {most} rad");
+    assert!(
+        most > 0.5 && worst < 0.02 * most,
+        "{worst} rad in {most} rad"
+    );
 }
 
 /// The wrenches of the soles, each in its own frame and about its own centre, add up to the force and ZMP of the
@@ -68,7 +79,11 @@ fn sole_wrenches_add_up_to_force_and_zmp() {
             force += f;
             moment += pose.rotation * wrench.moment + pose.translation.vector.cross(&f);
         }
-        assert!((force - truth.contact_force).norm() < 1e-9, "{force} at {} s", truth.time_s);
+        assert!(
+            (force - truth.contact_force).norm() < 1e-9,
+            "{force} at {} s",
+            truth.time_s
+        );
         if let Some([x, y]) = truth.zmp {
             let off = (-moment.y / force.z - x).hypot(moment.x / force.z - y);
             assert!(off < 1e-9, "{off} m at {} s", truth.time_s);

@@ -21,7 +21,8 @@ struct Standing {
 }
 
 fn stand(bench: &Bench, errors: Option<SensorErrors>, horizon_s: f64) -> Standing {
-    let (mut forces, mut zmp_margin_m, mut coms) = (Vec::new(), f64::INFINITY, Vec::<Point3<f64>>::new());
+    let (mut forces, mut zmp_margin_m, mut coms) =
+        (Vec::new(), f64::INFINITY, Vec::<Point3<f64>>::new());
     let record = bench.run(vec![], errors, horizon_s, Until::Horizon, |tick| {
         let truth = tick.truth;
         coms.push(truth.com);
@@ -65,12 +66,20 @@ fn a_standing_robot_weighs_m_g_and_stays() {
 /// millimetres.
 #[test]
 fn sensor_errors_do_not_fell_a_standing_robot() {
-    [("switching", 1), ("switching", 2), ("switching", 3)].par_iter().for_each(|&(gains, seed)| {
-        let seen = stand(&Bench::new(gains), Some(sensor_errors(seed)), 5.0);
-        println!("{gains}, seed {seed}: {seen:?}");
-        assert_eq!(seen.outcome, Outcome::Recovered, "{gains}, seed {seed}");
-        assert!((seen.weight_ratio[1] - 1.0).abs() < 1e-3, "{gains}, seed {seed}: {seen:?}");
-        // The bias alone moves the COM by 1.2 mm (root mean square over seeds).
-        assert!(seen.com_drift_m < 0.004 && seen.com_offset_m < 0.003, "{gains}, seed {seed}: {seen:?}");
-    });
+    [("switching", 1), ("switching", 2), ("switching", 3)]
+        .par_iter()
+        .for_each(|&(gains, seed)| {
+            let seen = stand(&Bench::new(gains), Some(sensor_errors(seed)), 5.0);
+            println!("{gains}, seed {seed}: {seen:?}");
+            assert_eq!(seen.outcome, Outcome::Recovered, "{gains}, seed {seed}");
+            assert!(
+                (seen.weight_ratio[1] - 1.0).abs() < 1e-3,
+                "{gains}, seed {seed}: {seen:?}"
+            );
+            // The bias alone moves the COM by 1.2 mm (root mean square over seeds).
+            assert!(
+                seen.com_drift_m < 0.004 && seen.com_offset_m < 0.003,
+                "{gains}, seed {seed}: {seen:?}"
+            );
+        });
 }

@@ -9,7 +9,10 @@ use standfast_sim::episode::{Outcome, Until};
 fn toppling_impulse(bench: &Bench, heading_deg: f64) -> f64 {
     let recovers = |impulse| bench.push(push(impulse, heading_deg)).outcome == Outcome::Recovered;
     let (mut stands, mut falls) = (1.5, 5.0);
-    assert!(recovers(stands) && !recovers(falls), "at {heading_deg} degrees");
+    assert!(
+        recovers(stands) && !recovers(falls),
+        "at {heading_deg} degrees"
+    );
     while falls - stands > 0.02 {
         let middle = 0.5 * (stands + falls);
         if recovers(middle) {
@@ -29,7 +32,10 @@ fn a_robot_that_holds_its_posture_topples_as_in_mujoco() {
     mujoco.par_iter().for_each(|&(heading, expected)| {
         let impulse = toppling_impulse(&hold, heading);
         println!("hold at {heading}: {impulse:.3} N s, MuJoCo {expected} N s");
-        assert!((impulse / expected - 1.0).abs() < 0.08, "at {heading}: {impulse} N s for {expected} N s");
+        assert!(
+            (impulse / expected - 1.0).abs() < 0.08,
+            "at {heading}: {impulse} N s for {expected} N s"
+        );
     });
 }
 
@@ -41,11 +47,28 @@ fn absurd_pushes_are_outcomes() {
     let impulses = [1e2, 1e4, 1e8, 1e20, f64::INFINITY, f64::NAN];
     impulses.par_iter().for_each(|&impulse_n_s| {
         for bench in [&switching, &hold] {
-            for (heading_deg, height_m) in [(0.0, 0.0), (100.0, 0.0), (0.0, 10.0), (100.0, 1.0), (100.0, 60.0)] {
-                let push = Push { impulse_n_s, heading_deg, height_m, ..Push::default() };
+            for (heading_deg, height_m) in [
+                (0.0, 0.0),
+                (100.0, 0.0),
+                (0.0, 10.0),
+                (100.0, 1.0),
+                (100.0, 60.0),
+            ] {
+                let push = Push {
+                    impulse_n_s,
+                    heading_deg,
+                    height_m,
+                    ..Push::default()
+                };
                 let record = bench.run(vec![push], None, 1.0, Until::Horizon, |_| {});
-                println!("{impulse_n_s} N s: {:?} at {} s, {:?}", record.outcome, record.end_s, record.fall_cause);
-                assert!(matches!(record.outcome, Outcome::Fell | Outcome::Diverged), "{impulse_n_s} N s: {record:?}");
+                println!(
+                    "{impulse_n_s} N s: {:?} at {} s, {:?}",
+                    record.outcome, record.end_s, record.fall_cause
+                );
+                assert!(
+                    matches!(record.outcome, Outcome::Fell | Outcome::Diverged),
+                    "{impulse_n_s} N s: {record:?}"
+                );
             }
         }
     });

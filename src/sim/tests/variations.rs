@@ -15,9 +15,27 @@ const NONE: Push = Push {
     profile: standfast_sim::Profile::Rectangular,
 };
 
-fn run(bench: &Bench, variation: Variation, push: Push, horizon_s: f64, mut see: impl FnMut(&Tick)) -> Record {
-    let disturbance = Disturbance { pushes: vec![push], variation, ..Disturbance::default() };
-    episode::run(&bench.robot, &bench.factory, &config(horizon_s), disturbance, Until::Horizon, &mut see).unwrap()
+fn run(
+    bench: &Bench,
+    variation: Variation,
+    push: Push,
+    horizon_s: f64,
+    mut see: impl FnMut(&Tick),
+) -> Record {
+    let disturbance = Disturbance {
+        pushes: vec![push],
+        variation,
+        ..Disturbance::default()
+    };
+    episode::run(
+        &bench.robot,
+        &bench.factory,
+        &config(horizon_s),
+        disturbance,
+        Until::Horizon,
+        &mut see,
+    )
+    .unwrap()
 }
 
 /// Averages over the last 0.2 s of an episode without a push: force of the ground, and ZMP.
@@ -56,7 +74,14 @@ fn nominal_values_change_nothing() {
     let course = |variation| {
         let mut course = Vec::new();
         let record = run(&bench, variation, push(3.6, 20.0), 1.5, |tick| {
-            course.extend(tick.truth.posture.q.iter().chain(&tick.truth.tau).map(|v| v.to_bits()));
+            course.extend(
+                tick.truth
+                    .posture
+                    .q
+                    .iter()
+                    .chain(&tick.truth.tau)
+                    .map(|v| v.to_bits()),
+            );
         });
         (format!("{record:?}"), course)
     };
@@ -68,11 +93,24 @@ fn nominal_values_change_nothing() {
 fn the_ground_carries_the_scaled_mass() {
     let bench = Bench::new("hold");
     for scale in [0.9, 1.0, 1.1] {
-        let (force, _) = at_rest(&bench, Variation { mass_scale: Some(scale), ..Variation::default() });
+        let (force, _) = at_rest(
+            &bench,
+            Variation {
+                mass_scale: Some(scale),
+                ..Variation::default()
+            },
+        );
         let weight = scale * bench.robot.mass() * GRAVITY;
-        assert!((force - Vector3::z() * weight).norm() < 0.01 * weight, "{scale}: {force}");
+        assert!(
+            (force - Vector3::z() * weight).norm() < 0.01 * weight,
+            "{scale}: {force}"
+        );
     }
-    let scaled = Variation { mass_scale: Some(1.1), ..Variation::default() }.robot(&bench.robot);
+    let scaled = Variation {
+        mass_scale: Some(1.1),
+        ..Variation::default()
+    }
+    .robot(&bench.robot);
     for (link, nominal) in scaled.links.iter().zip(&bench.robot.links) {
         assert!((link.inertia_kg_m2 - 1.1 * nominal.inertia_kg_m2).amax() < 1e-12);
     }
@@ -85,12 +123,32 @@ fn an_offset_of_the_trunk_moves_the_zmp_by_its_share() {
     let share = bench.robot.links[bench.robot.trunk].mass_kg / bench.robot.mass();
     let (_, before) = at_rest(&bench, Variation::default());
     for offset in [-0.01, 0.01] {
-        let (_, x) = at_rest(&bench, Variation { trunk_com_x_m: Some(offset), ..Variation::default() });
-        let (_, y) = at_rest(&bench, Variation { trunk_com_y_m: Some(offset), ..Variation::default() });
-        for (moved, other) in [(x[0] - before[0], x[1] - before[1]), (y[1] - before[1], y[0] - before[0])] {
+        let (_, x) = at_rest(
+            &bench,
+            Variation {
+                trunk_com_x_m: Some(offset),
+                ..Variation::default()
+            },
+        );
+        let (_, y) = at_rest(
+            &bench,
+            Variation {
+                trunk_com_y_m: Some(offset),
+                ..Variation::default()
+            },
+        );
+        for (moved, other) in [
+            (x[0] - before[0], x[1] - before[1]),
+            (y[1] - before[1], y[0] - before[0]),
+        ] {
             let ratio = moved / (share * offset);
-            println!("trunk {share:.3} of the mass, {offset} m: ZMP by {ratio:.3} of its share, {other:.5} m across");
-            assert!((0.98..1.5).contains(&ratio) && other.abs() < 2e-4, "{ratio} {other}");
+            println!(
+                "trunk {share:.3} of the mass, {offset} m: ZMP by {ratio:.3} of its share, {other:.5} m across"
+            );
+            assert!(
+                (0.98..1.5).contains(&ratio) && other.abs() < 2e-4,
+                "{ratio} {other}"
+            );
         }
     }
 }
@@ -102,54 +160,97 @@ fn feet_slip_beyond_the_friction() {
     let slipped = |friction: f64| {
         let (mut far, mut most): (f64, f64) = (0.0, 0.0);
         let mut from = None;
-        run(&bench, Variation { friction: Some(friction), ..Variation::default() }, push(2.0, 0.0), 1.0, |tick| {
-            let truth = tick.truth;
-            let at = truth.soles[Foot::Left].translation.vector;
-            far = far.max((at - *from.get_or_insert(at)).xy().norm());
-            if truth.contact_force.z > 10.0 {
-                most = most.max(truth.contact_force.xy().norm() / truth.contact_force.z);
-            }
-        });
+        run(
+            &bench,
+            Variation {
+                friction: Some(friction),
+                ..Variation::default()
+            },
+            push(2.0, 0.0),
+            1.0,
+            |tick| {
+                let truth = tick.truth;
+                let at = truth.soles[Foot::Left].translation.vector;
+                far = far.max((at - *from.get_or_insert(at)).xy().norm());
+                if truth.contact_force.z > 10.0 {
+                    most = most.max(truth.contact_force.xy().norm() / truth.contact_force.z);
+                }
+            },
+        );
         (far, most)
     };
     let ((slippery, used), (firm, needed)) = (slipped(0.1), slipped(0.8));
     println!("mu 0.1: {slippery:.4} m, {used:.3}; mu 0.8: {firm:.4} m, {needed:.3}");
-    assert!(slippery > 0.01 && used < 0.105 && used > 0.09, "{slippery} m, {used}");
+    assert!(
+        slippery > 0.01 && used < 0.105 && used > 0.09,
+        "{slippery} m, {used}"
+    );
     assert!(firm < 0.005 && needed > 0.2, "{firm} m, {needed}");
 }
 
 /// On a slope a part of the weight acts along the slope. The soles lie flat on it, and the robot stands still.
 #[test]
 fn a_slope_pulls_along_it_and_soles_lie_on_it() {
-    for (gains, slope_deg) in [("hold", 3.0), ("hold", -1.0), ("switching", 1.0), ("switching", -2.0)] {
+    for (gains, slope_deg) in [
+        ("hold", 3.0),
+        ("hold", -1.0),
+        ("switching", 1.0),
+        ("switching", -2.0),
+    ] {
         let bench = Bench::new(gains);
         for heading_deg in [0.0_f64, 90.0] {
-            let variation =
-                Variation { slope_deg: Some(slope_deg), slope_heading_deg: Some(heading_deg), ..Variation::default() };
+            let variation = Variation {
+                slope_deg: Some(slope_deg),
+                slope_heading_deg: Some(heading_deg),
+                ..Variation::default()
+            };
             let weight = bench.robot.mass() * GRAVITY;
             let (sin, cos) = heading_deg.to_radians().sin_cos();
             let mut seen = 0;
             let tilted_s = Ground::new(&bench.robot, &variation).tilting_s;
-            let record = run(&bench, variation, Push { start_s: tilted_s + 0.3, ..NONE }, 2.0, |tick| {
-                let truth = tick.truth;
-                // The robot is at rest when a push may come, and then in balance.
-                let speed_m_s = truth.com_vel.norm();
-                assert!(truth.time_s < tilted_s + 0.3 || speed_m_s < 0.02, "{gains}, {slope_deg}: {speed_m_s} m/s");
-                if truth.time_s < tilted_s + 0.6 {
-                    return;
-                }
-                seen += 1;
-                let slope = truth.ground.slope;
-                let along = (slope.inverse() * truth.contact_force).xy().dot(&nalgebra::Vector2::new(cos, sin));
-                let expected = weight * f64::to_radians(slope_deg).sin();
-                assert!((along - expected).abs() < 0.01 * weight, "{gains}, {slope_deg}: {along} N, not {expected}");
-                for foot in Foot::BOTH {
-                    let sole = &truth.soles[foot];
-                    let apart = (sole.rotation * Vector3::z()).angle(&(slope * Vector3::z())).to_degrees();
-                    let above = sole.translation.z - truth.ground.height_m(sole.translation.vector.xy().into());
-                    assert!(apart < 0.2 && above.abs() < 5e-4, "{gains}, {slope_deg}: {apart} degrees, {above} m");
-                }
-            });
+            let record = run(
+                &bench,
+                variation,
+                Push {
+                    start_s: tilted_s + 0.3,
+                    ..NONE
+                },
+                2.0,
+                |tick| {
+                    let truth = tick.truth;
+                    // The robot is at rest when a push may come, and then in balance.
+                    let speed_m_s = truth.com_vel.norm();
+                    assert!(
+                        truth.time_s < tilted_s + 0.3 || speed_m_s < 0.02,
+                        "{gains}, {slope_deg}: {speed_m_s} m/s"
+                    );
+                    if truth.time_s < tilted_s + 0.6 {
+                        return;
+                    }
+                    seen += 1;
+                    let slope = truth.ground.slope;
+                    let along = (slope.inverse() * truth.contact_force)
+                        .xy()
+                        .dot(&nalgebra::Vector2::new(cos, sin));
+                    let expected = weight * f64::to_radians(slope_deg).sin();
+                    assert!(
+                        (along - expected).abs() < 0.01 * weight,
+                        "{gains}, {slope_deg}: {along} N, not {expected}"
+                    );
+                    for foot in Foot::BOTH {
+                        let sole = &truth.soles[foot];
+                        let apart = (sole.rotation * Vector3::z())
+                            .angle(&(slope * Vector3::z()))
+                            .to_degrees();
+                        let above = sole.translation.z
+                            - truth.ground.height_m(sole.translation.vector.xy().into());
+                        assert!(
+                            apart < 0.2 && above.abs() < 5e-4,
+                            "{gains}, {slope_deg}: {apart} degrees, {above} m"
+                        );
+                    }
+                },
+            );
             assert!(
                 seen > 300 && record.settled_at_s.is_some_and(|at| at < tilted_s + 0.4),
                 "{gains} {slope_deg} {record:?}"
@@ -162,27 +263,52 @@ fn a_slope_pulls_along_it_and_soles_lie_on_it() {
 #[test]
 fn momentum_closes_on_every_ground() {
     let bench = Bench::new("paper");
-    let base = Variation { mass_scale: Some(1.1), slope_heading_deg: Some(40.0), ..Variation::default() };
+    let base = Variation {
+        mass_scale: Some(1.1),
+        slope_heading_deg: Some(40.0),
+        ..Variation::default()
+    };
     for (slope_deg, step_m) in [(2.0, None), (-2.0, Some(0.01)), (0.0, Some(-0.01))] {
-        let variation = Variation { slope_deg: Some(slope_deg), ground_step_m: step_m, ..base };
+        let variation = Variation {
+            slope_deg: Some(slope_deg),
+            ground_step_m: step_m,
+            ..base
+        };
         let mass = 1.1 * bench.robot.mass();
         let (mut sum, mut worst): (Vector3<f64>, f64) = (Vector3::zeros(), 0.0);
-        run(&bench, variation, Push { start_s: 1.0, ..push(3.0, 160.0) }, 1.6, |tick| {
-            let truth = tick.truth;
-            if truth.time_s > 0.0 {
-                sum += (truth.contact_force + truth.push_force - Vector3::z() * mass * GRAVITY) * 0.002;
-            }
-            worst = worst.max((truth.com_vel * mass - sum).amax());
-        });
+        run(
+            &bench,
+            variation,
+            Push {
+                start_s: 1.0,
+                ..push(3.0, 160.0)
+            },
+            1.6,
+            |tick| {
+                let truth = tick.truth;
+                if truth.time_s > 0.0 {
+                    sum += (truth.contact_force + truth.push_force - Vector3::z() * mass * GRAVITY)
+                        * 0.002;
+                }
+                worst = worst.max((truth.com_vel * mass - sum).amax());
+            },
+        );
         println!("{slope_deg} degrees, step {step_m:?}: {worst:.4} N s");
-        assert!(worst < 0.06, "{slope_deg} degrees, step {step_m:?}: {worst} N s");
+        assert!(
+            worst < 0.06,
+            "{slope_deg} degrees, step {step_m:?}: {worst} N s"
+        );
     }
 }
 
 /// Torque of a joint in each physics step after a command, at home.
 fn torques(robot: &Robot, variation: Variation, change: impl Fn(&mut Command)) -> Vec<f64> {
     let varied = variation.robot(robot);
-    let clock = Clock { engine: engine(), physics_step_s: 0.001, control_period_s: 0.001 };
+    let clock = Clock {
+        engine: engine(),
+        physics_step_s: 0.001,
+        control_period_s: 0.001,
+    };
     let home = robot.home_command();
     let mut plant = Plant::on(Ground::default(), varied.clone(), clock, None, home.clone());
     let mut command = home;
@@ -203,28 +329,71 @@ const ARM: usize = 15;
 fn servos_are_scaled_and_delayed() {
     let robot = standfast_robots::load("ut-mu2").unwrap();
     let servo = &robot.servos[ARM];
-    let at_once = Variation { delay_s: Some(0.0), ..Variation::default() };
+    let at_once = Variation {
+        delay_s: Some(0.0),
+        ..Variation::default()
+    };
     let first = |variation, change: &dyn Fn(&mut Command)| {
         torques(&robot, variation, change)[0] - torques(&robot, variation, |_| ())[0]
     };
     for scale in [0.5, 1.0, 2.0] {
         // The rotor starts to move within the step, which reduces the torque.
-        let stiff = first(Variation { kp_scale: Some(scale), ..at_once }, &|c| c.q_ref[ARM] += 0.02);
-        assert!((stiff / (scale * servo.kp * 0.02) - 1.0).abs() < 0.2, "kp x {scale}: {stiff} N m");
-        let damped = first(Variation { kd_scale: Some(scale), ..at_once }, &|c| c.dq_ref[ARM] += 0.5);
-        assert!((damped / (scale * servo.kd * 0.5) - 1.0).abs() < 0.3, "kd x {scale}: {damped} N m");
-        let most = torques(&robot, Variation { torque_scale: Some(scale), ..at_once }, |c| c.q_ref[ARM] += 5.0)[0];
-        assert!((most - scale * servo.torque_n_m).abs() < 1e-6, "torque x {scale}: {most} N m");
+        let stiff = first(
+            Variation {
+                kp_scale: Some(scale),
+                ..at_once
+            },
+            &|c| c.q_ref[ARM] += 0.02,
+        );
+        assert!(
+            (stiff / (scale * servo.kp * 0.02) - 1.0).abs() < 0.2,
+            "kp x {scale}: {stiff} N m"
+        );
+        let damped = first(
+            Variation {
+                kd_scale: Some(scale),
+                ..at_once
+            },
+            &|c| c.dq_ref[ARM] += 0.5,
+        );
+        assert!(
+            (damped / (scale * servo.kd * 0.5) - 1.0).abs() < 0.3,
+            "kd x {scale}: {damped} N m"
+        );
+        let most = torques(
+            &robot,
+            Variation {
+                torque_scale: Some(scale),
+                ..at_once
+            },
+            |c| c.q_ref[ARM] += 5.0,
+        )[0];
+        assert!(
+            (most - scale * servo.torque_n_m).abs() < 1e-6,
+            "torque x {scale}: {most} N m"
+        );
     }
     for delay_s in [0.0, 0.002, 0.006] {
-        let variation = Variation { delay_s: Some(delay_s), ..Variation::default() };
-        let (asked, rest) = (torques(&robot, variation, |c| c.q_ref[ARM] += 0.02), torques(&robot, variation, |_| ()));
+        let variation = Variation {
+            delay_s: Some(delay_s),
+            ..Variation::default()
+        };
+        let (asked, rest) = (
+            torques(&robot, variation, |c| c.q_ref[ARM] += 0.02),
+            torques(&robot, variation, |_| ()),
+        );
         let arrives = (0..10).find(|&k| asked[k] != rest[k]).unwrap();
         assert_eq!(arrives, (delay_s / 0.001_f64).round() as usize);
     }
     // A motor that turns half as fast has half of its torque left at three quarters of that speed.
-    let slow = Variation { speed_scale: Some(0.5), ..Variation::default() }.robot(&robot).servos[ARM];
-    let left = slow.available_torque(0.25 * (servo.full_torque_speed_rad_s + servo.no_torque_speed_rad_s));
+    let slow = Variation {
+        speed_scale: Some(0.5),
+        ..Variation::default()
+    }
+    .robot(&robot)
+    .servos[ARM];
+    let left =
+        slow.available_torque(0.25 * (servo.full_torque_speed_rad_s + servo.no_torque_speed_rad_s));
     assert!((left - 0.5 * servo.torque_n_m).abs() < 1e-12);
 }
 
@@ -233,9 +402,15 @@ fn servos_are_scaled_and_delayed() {
 fn torque_saturates_at_the_scaled_limit() {
     let bench = Bench::new("switching");
     for (scale, limited) in [(0.5, true), (3.0, false)] {
-        let variation = Variation { torque_scale: Some(scale), ..Variation::default() };
+        let variation = Variation {
+            torque_scale: Some(scale),
+            ..Variation::default()
+        };
         let record = run(&bench, variation, push(3.0, 0.0), 1.2, |_| {});
-        println!("{scale}: {} N m, {} of the limit", record.peak_torque_n_m, record.peak_torque_ratio);
+        println!(
+            "{scale}: {} N m, {} of the limit",
+            record.peak_torque_n_m, record.peak_torque_ratio
+        );
         assert_eq!(record.peak_torque_ratio > 0.999, limited);
         assert!(record.peak_torque_n_m < 1.05 * scale * 8.0);
     }
@@ -249,14 +424,20 @@ fn soles_slip_where_the_ground_is_slippery() {
         let bench = Bench::new(gains);
         for heading_deg in [0.0, 90.0] {
             let slip_m = |friction| {
-                let variation = Variation { friction: Some(friction), ..Variation::default() };
+                let variation = Variation {
+                    friction: Some(friction),
+                    ..Variation::default()
+                };
                 run(&bench, variation, push(4.0, heading_deg), 1.2, |_| {}).peak_slip_m
             };
             let (slippery, firm) = (slip_m(0.15), slip_m(1.0));
             println!("{gains}, {heading_deg}: {slippery:.4} m on friction 0.15, {firm:.4} m on 1");
             // `catch` slides by 20 mm only (14 mm in MuJoCo), since it lifts a foot then.
             let far_m = if gains == "hold" { 0.02 } else { 0.01 };
-            assert!(slippery > far_m && firm < 0.002, "{gains}, {heading_deg}: {slippery} m, {firm} m");
+            assert!(
+                slippery > far_m && firm < 0.002,
+                "{gains}, {heading_deg}: {slippery} m, {firm} m"
+            );
         }
     }
 }
@@ -269,26 +450,56 @@ fn time_at_the_torque_limit_counts_while_upright() {
     let mut limited = Vec::new();
     // With 0.8 of the torque the time is only 8 % longer, and which of two falls takes longer is nearly chance.
     for (scale, impulse_n_s, falls) in [(1.0, 1.0, false), (1.0, 5.5, true), (0.6, 5.5, true)] {
-        let variation = Variation { torque_scale: Some(scale), ..Variation::default() };
+        let variation = Variation {
+            torque_scale: Some(scale),
+            ..Variation::default()
+        };
         let servos = variation.robot(&bench.robot).servos;
         let mut at_limit = Vec::new();
         let record = run(&bench, variation, push(impulse_n_s, 90.0), 1.6, |tick| {
             let truth = tick.truth;
-            if truth.tau.iter().zip(&servos).any(|(tau, servo)| tau.abs() >= 0.999 * servo.torque_n_m) {
+            if truth
+                .tau
+                .iter()
+                .zip(&servos)
+                .any(|(tau, servo)| tau.abs() >= 0.999 * servo.torque_n_m)
+            {
                 at_limit.push((truth.time_s, truth.tilt_rad().to_degrees()));
             }
         });
-        at_limit.retain(|(time_s, _)| record.fell_at_s.is_none_or(|fell_at_s| *time_s <= fell_at_s));
-        let upright = at_limit.iter().filter(|(_, tilt_deg)| *tilt_deg <= 10.0).count();
-        let (upright_s, tilted_s) = (0.002 * upright as f64, 0.002 * (at_limit.len() - upright) as f64);
+        at_limit.retain(|(time_s, _)| {
+            record
+                .fell_at_s
+                .is_none_or(|fell_at_s| *time_s <= fell_at_s)
+        });
+        let upright = at_limit
+            .iter()
+            .filter(|(_, tilt_deg)| *tilt_deg <= 10.0)
+            .count();
+        let (upright_s, tilted_s) = (
+            0.002 * upright as f64,
+            0.002 * (at_limit.len() - upright) as f64,
+        );
         let limited_s = record.torque_limited_s;
-        println!("x {scale}, {impulse_n_s} N s: {limited_s:.3} s; tilted {tilted_s:.3} s; {:?}", record.outcome);
-        assert!((limited_s - upright_s).abs() < 1e-9, "{limited_s} s, seen {upright_s} s");
+        println!(
+            "x {scale}, {impulse_n_s} N s: {limited_s:.3} s; tilted {tilted_s:.3} s; {:?}",
+            record.outcome
+        );
+        assert!(
+            (limited_s - upright_s).abs() < 1e-9,
+            "{limited_s} s, seen {upright_s} s"
+        );
         // A few ticks count. In Rapier it is 40 ms and more, in MuJoCo it may be less.
-        assert!(record.fell_at_s.is_some() == falls && (tilted_s > 0.002) == falls, "{tilted_s} s");
+        assert!(
+            record.fell_at_s.is_some() == falls && (tilted_s > 0.002) == falls,
+            "{tilted_s} s"
+        );
         limited.push(limited_s);
     }
-    assert!(limited[0] == 0.0 && limited[1] > 0.02 && limited[2] > limited[1], "{limited:?}");
+    assert!(
+        limited[0] == 0.0 && limited[1] > 0.02 && limited[2] > limited[1],
+        "{limited:?}"
+    );
 }
 
 /// A foot lands earlier if the ground is higher, and later if it is lower.
@@ -296,25 +507,43 @@ fn time_at_the_torque_limit_counts_while_upright() {
 fn a_step_of_the_ground_makes_a_foot_land_early_or_late() {
     let bench = Bench::new("paper");
     let lands_s = |ground_step_m| {
-        let variation = Variation { ground_step_m, ..Variation::default() };
+        let variation = Variation {
+            ground_step_m,
+            ..Variation::default()
+        };
         let record = run(&bench, variation, push(3.6, 0.0), 1.5, |_| {});
         let first = record.footsteps.taken[0];
         println!("{ground_step_m:?}: {first:?}");
         first.land_s - first.lift_s
     };
     let (higher, level, lower) = (lands_s(Some(0.01)), lands_s(None), lands_s(Some(-0.01)));
-    assert!(higher < level - 0.003 && lower > level + 0.003, "{higher} {level} {lower}");
+    assert!(
+        higher < level - 0.003 && lower > level + 0.003,
+        "{higher} {level} {lower}"
+    );
 }
 
 /// A second push is added to the first, and the referee waits for it.
 #[test]
 fn the_judge_waits_for_the_last_push() {
     let bench = Bench::new("switching");
-    let later = Push { start_s: 2.5, ..push(1.0, 90.0) };
+    let later = Push {
+        start_s: 2.5,
+        ..push(1.0, 90.0)
+    };
     let mut sum = Vector3::zeros();
-    let record = bench.run(vec![push(1.0, 0.0), later], None, 6.0, Until::Decided, |tick| {
-        sum += tick.truth.push_force * 0.002;
-    });
+    let record = bench.run(
+        vec![push(1.0, 0.0), later],
+        None,
+        6.0,
+        Until::Decided,
+        |tick| {
+            sum += tick.truth.push_force * 0.002;
+        },
+    );
     assert!((sum - Vector3::new(1.0, 1.0, 0.0)).norm() < 1e-6, "{sum}");
-    assert!(record.settled_at_s.is_some_and(|at| at >= later.end_s()), "{record:?}");
+    assert!(
+        record.settled_at_s.is_some_and(|at| at >= later.end_s()),
+        "{record:?}"
+    );
 }

@@ -3,15 +3,23 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 fn steep() -> Vec<(f64, bool)> {
-    (1..=60).map(|i| (0.1 * i as f64, i < 27 || [29, 30, 33].contains(&i))).collect()
+    (1..=60)
+        .map(|i| (0.1 * i as f64, i < 27 || [29, 30, 33].contains(&i)))
+        .collect()
 }
 
 fn flat() -> Vec<(f64, bool)> {
-    (0..80).map(|i| (1.0 + 0.05 * i as f64, (i * 37) % 100 + i < 110)).collect()
+    (0..80)
+        .map(|i| (1.0 + 0.05 * i as f64, (i * 37) % 100 + i < 110))
+        .collect()
 }
 
 fn outcomes(recovered: &[f64], fell: &[f64]) -> Vec<(f64, bool)> {
-    recovered.iter().map(|&x| (x, true)).chain(fell.iter().map(|&x| (x, false))).collect()
+    recovered
+        .iter()
+        .map(|&x| (x, true))
+        .chain(fell.iter().map(|&x| (x, false)))
+        .collect()
 }
 
 fn close(found: f64, expected: f64) {
@@ -89,7 +97,10 @@ fn without_a_curve_there_is_a_reason() {
         (&[1.0, 3.0, 4.0], &[1.0, 2.0, 2.5], NoCurve::NotFalling),
     ] {
         let pushes = Pushes::new(&outcomes(recovered, fell));
-        assert_eq!((pushes.curve(), pushes.band(2.0)), (Err(reason), [0.0, 1.0]));
+        assert_eq!(
+            (pushes.curve(), pushes.band(2.0)),
+            (Err(reason), [0.0, 1.0])
+        );
     }
 }
 
@@ -97,32 +108,67 @@ fn without_a_curve_there_is_a_reason() {
 fn no_push_supports_a_level_outside_of_their_range() {
     // Recovery from 95, 90 and 80 % of 20 pushes each, and the same with falls.
     let of = |(x, fell): (f64, usize)| (0..20).map(move |i| (x, i >= fell));
-    let weak: Vec<_> = [(1.0, 1), (2.0, 2), (3.0, 4)].into_iter().flat_map(of).collect();
+    let weak: Vec<_> = [(1.0, 1), (2.0, 2), (3.0, 4)]
+        .into_iter()
+        .flat_map(of)
+        .collect();
     let curve = Pushes::new(&weak).curve().unwrap();
-    assert_eq!((curve.range, curve.impulse50, curve.no_impulse50), ([1.0, 3.0], None, Some(NoCurve::AboveRange)));
+    assert_eq!(
+        (curve.range, curve.impulse50, curve.no_impulse50),
+        ([1.0, 3.0], None, Some(NoCurve::AboveRange))
+    );
     assert!(curve.impulse90.is_some() && curve.no_impulse90.is_none() && curve.x50 > 3.0);
-    let hard: Vec<_> = weak.iter().map(|&(x, recovered)| (4.0 - x, !recovered)).collect();
+    let hard: Vec<_> = weak
+        .iter()
+        .map(|&(x, recovered)| (4.0 - x, !recovered))
+        .collect();
     let curve = Pushes::new(&hard).curve().unwrap();
-    assert_eq!((curve.no_impulse50, curve.no_impulse90), (Some(NoCurve::BelowRange), Some(NoCurve::BelowRange)));
+    assert_eq!(
+        (curve.no_impulse50, curve.no_impulse90),
+        (Some(NoCurve::BelowRange), Some(NoCurve::BelowRange))
+    );
 }
 
 #[test]
 fn neither_unit_nor_order_nor_mirror_matters() {
     let curve = Pushes::new(&flat()).curve().unwrap();
-    let scaled: Vec<_> = flat().iter().rev().map(|&(x, recovered)| (1e-3 * x, recovered)).collect();
+    let scaled: Vec<_> = flat()
+        .iter()
+        .rev()
+        .map(|&(x, recovered)| (1e-3 * x, recovered))
+        .collect();
     let small = Pushes::new(&scaled).curve().unwrap();
     close(1e3 * small.x50, curve.x50);
-    close(1e3 * small.impulse90.unwrap().ci95[1].unwrap(), curve.impulse90.unwrap().ci95[1].unwrap());
-    let mirrored: Vec<_> = flat().iter().map(|&(x, recovered)| (10.0 - x, !recovered)).collect();
-    let Level { at, ci95: [low, high] } = curve.impulse50.unwrap();
-    level_is(Pushes::new(&mirrored).curve().unwrap().impulse50, (10.0 - at, [high, low].map(|x| Some(10.0 - x?))));
+    close(
+        1e3 * small.impulse90.unwrap().ci95[1].unwrap(),
+        curve.impulse90.unwrap().ci95[1].unwrap(),
+    );
+    let mirrored: Vec<_> = flat()
+        .iter()
+        .map(|&(x, recovered)| (10.0 - x, !recovered))
+        .collect();
+    let Level {
+        at,
+        ci95: [low, high],
+    } = curve.impulse50.unwrap();
+    level_is(
+        Pushes::new(&mirrored).curve().unwrap().impulse50,
+        (10.0 - at, [high, low].map(|x| Some(10.0 - x?))),
+    );
 }
 
 /// Of 500 simulated campaigns each, how many intervals of x50 and of x90, and of bands at 3, contain the truth.
 #[test]
 fn intervals_hold_at_95_percent() {
     let (x50, x) = (3.5, 3.0);
-    for (n, s) in [(40, 0.02), (40, 0.2), (40, 0.5), (100, 0.5), (400, 0.5), (400, 0.05)] {
+    for (n, s) in [
+        (40, 0.02),
+        (40, 0.2),
+        (40, 0.5),
+        (100, 0.5),
+        (400, 0.5),
+        (400, 0.05),
+    ] {
         let (mut rng, mut held) = (ChaCha8Rng::seed_from_u64(n), [0; 3]);
         let truth = |x: f64| chance((x50 - x) / s);
         for _ in 0..500 {
@@ -133,13 +179,23 @@ fn intervals_hold_at_95_percent() {
             let pushes = Pushes::new(&(0..n).map(|_| trial()).collect::<Vec<_>>());
             let curve = pushes.curve().unwrap();
             let [of50, of90] = [curve.impulse50, curve.impulse90].map(|level| level.unwrap().ci95);
-            for (i, (interval, truth)) in
-                [(of50, x50), (of90, x50 - s * 9f64.ln()), (pushes.band(x).map(Some), truth(x))].into_iter().enumerate()
+            for (i, (interval, truth)) in [
+                (of50, x50),
+                (of90, x50 - s * 9f64.ln()),
+                (pushes.band(x).map(Some), truth(x)),
+            ]
+            .into_iter()
+            .enumerate()
             {
                 let [low, high] = interval;
-                held[i] += u64::from(low.is_none_or(|low| low <= truth) && high.is_none_or(|high| truth <= high));
+                held[i] += u64::from(
+                    low.is_none_or(|low| low <= truth) && high.is_none_or(|high| truth <= high),
+                );
             }
         }
-        assert!(held.iter().all(|held| (463..=500).contains(held)), "{n} trials, s = {s}: {held:?}");
+        assert!(
+            held.iter().all(|held| (463..=500).contains(held)),
+            "{n} trials, s = {s}: {held:?}"
+        );
     }
 }

@@ -35,8 +35,14 @@ impl PushBounds {
         in_range(file, "push.impulse_n_s", push.impulse_n_s, self.impulse_n_s)?;
         in_range(file, "push.heading_deg", push.heading_deg, self.heading_deg)?;
         in_range(file, "push.height_m", push.height_m, self.height_m)?;
-        because(A_QUARTER, in_range(file, "push.duration_s", push.duration_s, self.duration_s))?;
-        because(HALF, in_range(file, "push.start_s", push.start_s, self.start_s))
+        because(
+            A_QUARTER,
+            in_range(file, "push.duration_s", push.duration_s, self.duration_s),
+        )?;
+        because(
+            HALF,
+            in_range(file, "push.start_s", push.start_s, self.start_s),
+        )
     }
 }
 
@@ -62,23 +68,62 @@ const MOST_STEPS: f64 = 1e7;
 pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
     let positive = |field, value, most| positive(file, field, value, most);
     in_range(file, "episode.horizon_s", episode.horizon_s, [0.01, 3600.0])?;
-    in_range(file, "episode.control_period_s", episode.control_period_s, [1e-4, 0.1])?;
+    in_range(
+        file,
+        "episode.control_period_s",
+        episode.control_period_s,
+        [1e-4, 0.1],
+    )?;
     let physics_step_s = episode.clock().physics_step_s;
     let least_s = LEAST_STEP_S.max(episode.horizon_s / MOST_STEPS);
-    in_range(file, "episode.physics_step_s", physics_step_s, [least_s, episode.control_period_s])?;
+    in_range(
+        file,
+        "episode.physics_step_s",
+        physics_step_s,
+        [least_s, episode.control_period_s],
+    )?;
     let substeps = episode.control_period_s / physics_step_s;
     if (substeps - substeps.round()).abs() > 1e-6 {
-        let accepted = format!("episode.control_period_s = {} divided by a whole number", episode.control_period_s);
+        let accepted = format!(
+            "episode.control_period_s = {} divided by a whole number",
+            episode.control_period_s
+        );
         let problem = "does not divide the control period";
-        return Err(Error::value(file, "episode.physics_step_s", physics_step_s, problem, accepted));
+        return Err(Error::value(
+            file,
+            "episode.physics_step_s",
+            physics_step_s,
+            problem,
+            accepted,
+        ));
     }
     let judge = &episode.judge;
-    positive("episode.judge.fallen_tilt_deg", judge.fallen_tilt_deg, 180.0)?;
-    positive("episode.judge.standing_tilt_deg", judge.standing_tilt_deg, judge.fallen_tilt_deg)?;
-    positive("episode.judge.standing_com_speed_m_s", judge.standing_com_speed_m_s, 10.0)?;
-    let standing = positive("episode.judge.standing_time_s", judge.standing_time_s, episode.horizon_s);
+    positive(
+        "episode.judge.fallen_tilt_deg",
+        judge.fallen_tilt_deg,
+        180.0,
+    )?;
+    positive(
+        "episode.judge.standing_tilt_deg",
+        judge.standing_tilt_deg,
+        judge.fallen_tilt_deg,
+    )?;
+    positive(
+        "episode.judge.standing_com_speed_m_s",
+        judge.standing_com_speed_m_s,
+        10.0,
+    )?;
+    let standing = positive(
+        "episode.judge.standing_time_s",
+        judge.standing_time_s,
+        episode.horizon_s,
+    );
     because(", the length of the episode (episode.horizon_s)", standing)?;
-    positive("episode.judge.fallen_com_height_ratio", judge.fallen_com_height_ratio, 1.0)?;
+    positive(
+        "episode.judge.fallen_com_height_ratio",
+        judge.fallen_com_height_ratio,
+        1.0,
+    )?;
     positive("episode.judge.home_radius_m", judge.home_radius_m, 10.0)
 }
 
@@ -95,12 +140,24 @@ const SLOW: f64 = 0.2;
 /// Checks that servos are stable with such steps of the physics, and warns of steps and control periods that are too
 /// long to judge by. Errors name `file` as the origin of the values.
 pub fn check_steps(file: &str, episode: &EpisodeConfig, robot: &Robot) -> Result<()> {
-    let (step_s, fastest_rad_s) = (episode.clock().physics_step_s, fastest_vibration_rad_s(robot));
+    let (step_s, fastest_rad_s) = (
+        episode.clock().physics_step_s,
+        fastest_vibration_rad_s(robot),
+    );
     if step_s * fastest_rad_s > UNSTABLE {
         let most_s = digits(UNSTABLE / fastest_rad_s);
-        let problem = format!("too long for the servos of {}, which vibrate at {fastest_rad_s:.0} rad/s", robot.name);
+        let problem = format!(
+            "too long for the servos of {}, which vibrate at {fastest_rad_s:.0} rad/s",
+            robot.name
+        );
         let accepted = format!("up to {most_s}; or servos with less kp_n_m_rad");
-        return Err(Error::value(file, "episode.physics_step_s", step_s, problem, accepted));
+        return Err(Error::value(
+            file,
+            "episode.physics_step_s",
+            step_s,
+            problem,
+            accepted,
+        ));
     }
     if step_s * fastest_rad_s > COARSE {
         log::warn!(
@@ -125,10 +182,23 @@ pub fn check_steps(file: &str, episode: &EpisodeConfig, robot: &Robot) -> Result
 /// The fastest frequency at which a robot in the air vibrates at home by the springs of its servos (rad/s).
 fn fastest_vibration_rad_s(robot: &Robot) -> f64 {
     let (mut dynamics, joints) = (Dynamics::new(robot), robot.joints.len());
-    dynamics.update(robot, &Kinematics::at_home(robot), &DVector::zeros(6 + joints));
-    let Some(mobility) = dynamics.mass_matrix().clone().cholesky().map(|mass| mass.inverse()) else { return 0.0 };
+    dynamics.update(
+        robot,
+        &Kinematics::at_home(robot),
+        &DVector::zeros(6 + joints),
+    );
+    let Some(mobility) = dynamics
+        .mass_matrix()
+        .clone()
+        .cholesky()
+        .map(|mass| mass.inverse())
+    else {
+        return 0.0;
+    };
     let stiffness = |i: usize, j: usize| (robot.servos[i].kp * robot.servos[j].kp).sqrt();
-    let of_springs = DMatrix::from_fn(joints, joints, |i, j| stiffness(i, j) * mobility[(6 + i, 6 + j)]);
+    let of_springs = DMatrix::from_fn(joints, joints, |i, j| {
+        stiffness(i, j) * mobility[(6 + i, 6 + j)]
+    });
     of_springs.symmetric_eigenvalues().max().max(0.0).sqrt()
 }
 
@@ -139,17 +209,39 @@ pub fn digits(value: f64) -> f64 {
 
 /// Checks that a number is in a range.
 pub fn in_range(file: &str, field: &str, value: f64, [least, most]: [f64; 2]) -> Result<()> {
-    accept((least..=most).contains(&value), file, field, value, &format!("{} to {}", digits(least), digits(most)))
+    accept(
+        (least..=most).contains(&value),
+        file,
+        field,
+        value,
+        &format!("{} to {}", digits(least), digits(most)),
+    )
 }
 
 /// Checks that a number is positive and not too large.
 pub fn positive(file: &str, field: &str, value: f64, most: f64) -> Result<()> {
-    accept(value > 0.0 && value <= most, file, field, value, &format!("more than 0, at most {}", digits(most)))
+    accept(
+        value > 0.0 && value <= most,
+        file,
+        field,
+        value,
+        &format!("more than 0, at most {}", digits(most)),
+    )
 }
 
 /// Returns an error that states what is accepted, unless `ok`.
 pub(crate) fn accept(ok: bool, file: &str, field: &str, value: f64, accepted: &str) -> Result<()> {
-    if ok { Ok(()) } else { Err(Error::value(file, field, shown(value), "out of range", accepted)) }
+    if ok {
+        Ok(())
+    } else {
+        Err(Error::value(
+            file,
+            field,
+            shown(value),
+            "out of range",
+            accepted,
+        ))
+    }
 }
 
 /// Writes a number as a user gave it. A number that was converted from units of the robot has sixteen digits, and is
@@ -157,9 +249,17 @@ pub(crate) fn accept(ok: bool, file: &str, field: &str, value: f64, accepted: &s
 pub(crate) fn shown(value: f64) -> String {
     const TYPED: usize = 12;
     let plain = value.to_string();
-    let digits =
-        plain.trim_start_matches(['-', '0', '.']).trim_end_matches('0').chars().filter(char::is_ascii_digit).count();
-    if digits > TYPED { format!("{value:.5e}").parse().unwrap_or(value).to_string() } else { plain }
+    let digits = plain
+        .trim_start_matches(['-', '0', '.'])
+        .trim_end_matches('0')
+        .chars()
+        .filter(char::is_ascii_digit)
+        .count();
+    if digits > TYPED {
+        format!("{value:.5e}").parse().unwrap_or(value).to_string()
+    } else {
+        plain
+    }
 }
 
 #[cfg(test)]
@@ -171,15 +271,33 @@ mod tests {
     /// ms, and with servos 256 times as stiff at half of that step.
     #[test]
     fn steps_too_long_for_the_servos_are_refused() {
-        for (stiffer, fine_s, bad_s) in [(1.0, 0.012, 0.1), (64.0, 0.002, 0.008), (256.0, 0.001, 0.004)] {
+        for (stiffer, fine_s, bad_s) in [
+            (1.0, 0.012, 0.1),
+            (64.0, 0.002, 0.008),
+            (256.0, 0.001, 0.004),
+        ] {
             let mut robot = standfast_robots::load("ut-mu2").unwrap();
-            robot.servos.iter_mut().for_each(|servo| servo.kp *= stiffer);
+            robot
+                .servos
+                .iter_mut()
+                .for_each(|servo| servo.kp *= stiffer);
             let usual = EpisodeConfig::of(&Units::of(&robot));
-            let check =
-                |step_s| check_steps("f", &EpisodeConfig { physics_step_s: PhysicsStep::all(step_s), ..usual }, &robot);
+            let check = |step_s| {
+                check_steps(
+                    "f",
+                    &EpisodeConfig {
+                        physics_step_s: PhysicsStep::all(step_s),
+                        ..usual
+                    },
+                    &robot,
+                )
+            };
             check(fine_s).unwrap();
             let error = check(bad_s).unwrap_err().to_string();
-            assert!(error.starts_with(&format!("f: episode.physics_step_s = {bad_s}: ")), "{error}");
+            assert!(
+                error.starts_with(&format!("f: episode.physics_step_s = {bad_s}: ")),
+                "{error}"
+            );
         }
     }
 }

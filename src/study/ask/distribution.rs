@@ -50,7 +50,11 @@ impl Distribution {
             Distribution::Uniform { uniform: [a, b] } => {
                 let field = format!("{field}.uniform");
                 in_range(file, &field, a, [least, most])?;
-                let accepted = format!("{} to {}, the smaller number first", digits(a), digits(most));
+                let accepted = format!(
+                    "{} to {}, the smaller number first",
+                    digits(a),
+                    digits(most)
+                );
                 accept((a..=most).contains(&b), file, &field, b, &accepted)
             }
             Distribution::Normal { normal: [mean, sd] } => {
@@ -58,7 +62,10 @@ impl Distribution {
                 in_range(file, &field, mean, [least, most])?;
                 // With a larger standard deviation, nearly all values would have to be drawn again.
                 let range = most - least;
-                let accepted = format!("a standard deviation of 0 to {}, the width of the range", digits(range));
+                let accepted = format!(
+                    "a standard deviation of 0 to {}, the width of the range",
+                    digits(range)
+                );
                 accept((0.0..=range).contains(&sd), file, &field, sd, &accepted)
             }
         }
@@ -78,8 +85,12 @@ impl fmt::Display for Distribution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Distribution::Constant(value) => write!(f, "{}", digits(value)),
-            Distribution::Uniform { uniform: [a, b] } => write!(f, "uniform {} to {}", digits(a), digits(b)),
-            Distribution::Normal { normal: [mean, sd] } => write!(f, "normal {} +- {}", digits(mean), digits(sd)),
+            Distribution::Uniform { uniform: [a, b] } => {
+                write!(f, "uniform {} to {}", digits(a), digits(b))
+            }
+            Distribution::Normal { normal: [mean, sd] } => {
+                write!(f, "normal {} +- {}", digits(mean), digits(sd))
+            }
         }
     }
 }
@@ -110,8 +121,12 @@ impl<'de> Deserialize<'de> for Distribution {
                     return Err(de::Error::invalid_length(0, &self));
                 };
                 let distribution = match key.as_str() {
-                    "uniform" => Distribution::Uniform { uniform: map.next_value::<NumberPair>()?.0 },
-                    "normal" => Distribution::Normal { normal: map.next_value::<NumberPair>()?.0 },
+                    "uniform" => Distribution::Uniform {
+                        uniform: map.next_value::<NumberPair>()?.0,
+                    },
+                    "normal" => Distribution::Normal {
+                        normal: map.next_value::<NumberPair>()?.0,
+                    },
                     other => return Err(de::Error::unknown_field(other, &["uniform", "normal"])),
                 };
                 match map.next_key::<String>()? {

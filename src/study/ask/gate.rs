@@ -12,8 +12,7 @@ use standfast_core::error::{Error, Result};
 const BASELINE: &str = "baseline";
 /// Origin that errors name for a gate that cannot be read.
 const SOURCE: &str = "gates";
-const FORMS: &str =
-    "SET >= RATE, SET >= SET + SHARE or SET >= baseline - SHARE, for example `catch >= 0.80` or `catch >= hold + 0.10`";
+const FORMS: &str = "SET >= RATE, SET >= SET + SHARE or SET >= baseline - SHARE, for example `catch >= 0.80` or `catch >= hold + 0.10`";
 
 /// The table `[gates]` of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -30,7 +29,11 @@ pub struct GateSpec {
 
 impl Default for GateSpec {
     fn default() -> Self {
-        Self { require: Vec::new(), confidence: 0.95, unresolved: OnUnresolved::Pass }
+        Self {
+            require: Vec::new(),
+            confidence: 0.95,
+            unresolved: OnUnresolved::Pass,
+        }
     }
 }
 
@@ -47,7 +50,9 @@ impl GateSpec {
 
     /// Whether a gate compares with an earlier result. `sets` are the names of the campaign's controllers.
     pub fn ask_for_baseline(&self, sets: &[String]) -> bool {
-        let is_baseline = |gate: &String| Gate::parse(gate, sets).is_ok_and(|gate| gate.against == Against::Baseline);
+        let is_baseline = |gate: &String| {
+            Gate::parse(gate, sets).is_ok_and(|gate| gate.against == Against::Baseline)
+        };
         self.require.iter().any(is_baseline)
     }
 
@@ -58,7 +63,13 @@ impl GateSpec {
             return Ok(());
         }
         let accepted = "at least 0.5 and below 1";
-        Err(Error::value(file, "gates.confidence", self.confidence, "is not a valid confidence", accepted))
+        Err(Error::value(
+            file,
+            "gates.confidence",
+            self.confidence,
+            "is not a valid confidence",
+            accepted,
+        ))
     }
 }
 
@@ -100,14 +111,21 @@ impl Gate {
     /// controllers. A name may contain `+` and `-`, and the longest name that fits is taken. Anything else is an error.
     pub fn parse(text: &str, sets: &[String]) -> Result<Self> {
         let text = text.trim();
-        let refuse = |problem: String, accepted: String| Err(Error::value(SOURCE, "gate", text, problem, accepted));
+        let refuse = |problem: String, accepted: String| {
+            Err(Error::value(SOURCE, "gate", text, problem, accepted))
+        };
         let names = || sets.join(", ");
 
-        let after = |set: &str| text.strip_prefix(set).and_then(|rest| rest.trim_start().strip_prefix(">="));
+        let after = |set: &str| {
+            text.strip_prefix(set)
+                .and_then(|rest| rest.trim_start().strip_prefix(">="))
+        };
         let fits = sets.iter().filter_map(|set| Some((set, after(set)?)));
         let Some((set, right)) = fits.max_by_key(|(set, _)| set.len()) else {
             return match text.split_once(">=") {
-                Some((set, _)) => refuse(format!("no controller is named `{}`", set.trim()), names()),
+                Some((set, _)) => {
+                    refuse(format!("no controller is named `{}`", set.trim()), names())
+                }
                 None => refuse("has no `>=`".into(), FORMS.into()),
             };
         };
@@ -117,9 +135,19 @@ impl Gate {
         let (other, offset) = match (number(right), split_offset(right, is_other)) {
             _ if is_other(right) => (right, 0.0),
             (Some(rate), _) if (0.0..=1.0).contains(&rate) => {
-                return Ok(Self { text: text.into(), set: set.clone(), against: Against::Rate, offset: rate });
+                return Ok(Self {
+                    text: text.into(),
+                    set: set.clone(),
+                    against: Against::Rate,
+                    offset: rate,
+                });
             }
-            (Some(_), _) => return refuse(format!("`{right}` is not a rate"), "0 to 1, or 0 % to 100 %".into()),
+            (Some(_), _) => {
+                return refuse(
+                    format!("`{right}` is not a rate"),
+                    "0 to 1, or 0 % to 100 %".into(),
+                );
+            }
             (None, Some((other, _, share))) if is_other(other) && number(share).is_none() => {
                 return refuse(format!("`{share}` is not a number"), FORMS.into());
             }
@@ -127,10 +155,16 @@ impl Gate {
             (None, None) => (right, 0.0),
         };
         if !is_other(other) {
-            return refuse(format!("no controller is named `{other}`"), format!("{}, {BASELINE}, or a rate", names()));
+            return refuse(
+                format!("no controller is named `{other}`"),
+                format!("{}, {BASELINE}, or a rate", names()),
+            );
         }
         if !(-1.0..=1.0).contains(&offset) {
-            return refuse(format!("`{offset}` is not a difference of rates"), "-1 to 1, or -100 % to 100 %".into());
+            return refuse(
+                format!("`{offset}` is not a difference of rates"),
+                "-1 to 1, or -100 % to 100 %".into(),
+            );
         }
         let against = match other {
             BASELINE if sets.iter().any(|set| set == BASELINE) => {
@@ -139,11 +173,19 @@ impl Gate {
             }
             BASELINE => Against::Baseline,
             other if other == set => {
-                return refuse("compares a controller with itself".into(), "another controller, or baseline".into());
+                return refuse(
+                    "compares a controller with itself".into(),
+                    "another controller, or baseline".into(),
+                );
             }
             other => Against::Set(other.into()),
         };
-        Ok(Self { text: text.into(), set: set.clone(), against, offset })
+        Ok(Self {
+            text: text.into(),
+            set: set.clone(),
+            against,
+            offset,
+        })
     }
 }
 
@@ -159,10 +201,17 @@ fn number(text: &str) -> Option<f64> {
 /// it is the last one with spaces around it.
 fn split_offset(text: &str, is_name: impl Fn(&str) -> bool) -> Option<(&str, f64, &str)> {
     let split = |at: usize| {
-        let sign = if text[at..].starts_with('+') { 1.0 } else { -1.0 };
+        let sign = if text[at..].starts_with('+') {
+            1.0
+        } else {
+            -1.0
+        };
         (text[..at].trim_end(), sign, text[at + 1..].trim_start())
     };
-    let of_name = text.rmatch_indices(['+', '-']).map(|(at, _)| split(at)).find(|(name, ..)| is_name(name));
+    let of_name = text
+        .rmatch_indices(['+', '-'])
+        .map(|(at, _)| split(at))
+        .find(|(name, ..)| is_name(name));
     of_name.or_else(|| Some(split(text.rfind(" + ").max(text.rfind(" - "))? + 1)))
 }
 
@@ -176,7 +225,17 @@ mod tests {
 
     #[test]
     fn gates_are_read() {
-        let names = ["catch", "hold", "my-gains", "paper:stepping.alpha=2", "a, b [1]", "a >= a", "a - b", "a", "c+d"];
+        let names = [
+            "catch",
+            "hold",
+            "my-gains",
+            "paper:stepping.alpha=2",
+            "a, b [1]",
+            "a >= a",
+            "a - b",
+            "a",
+            "c+d",
+        ];
         let names = sets(&names);
         let set = |name: &str| Against::Set(name.into());
         for (text, left, against, offset) in [
@@ -190,11 +249,26 @@ mod tests {
             ("catch >= hold -1e-3", "catch", set("hold"), -1e-3),
             ("catch >= my-gains-10%", "catch", set("my-gains"), -0.1),
             ("catch >= c+d-0.2", "catch", set("c+d"), -0.2),
-            ("catch >= baseline - 0.01", "catch", Against::Baseline, -0.01),
+            (
+                "catch >= baseline - 0.01",
+                "catch",
+                Against::Baseline,
+                -0.01,
+            ),
             ("my-gains >= baseline", "my-gains", Against::Baseline, 0.0),
             ("catch >= my-gains - 0.5", "catch", set("my-gains"), -0.5),
-            ("paper:stepping.alpha=2 >= c+d + 0.2", "paper:stepping.alpha=2", set("c+d"), 0.2),
-            ("a, b [1] >= paper:stepping.alpha=2 - 2 %", "a, b [1]", set("paper:stepping.alpha=2"), -0.02),
+            (
+                "paper:stepping.alpha=2 >= c+d + 0.2",
+                "paper:stepping.alpha=2",
+                set("c+d"),
+                0.2,
+            ),
+            (
+                "a, b [1] >= paper:stepping.alpha=2 - 2 %",
+                "a, b [1]",
+                set("paper:stepping.alpha=2"),
+                -0.02,
+            ),
             // The longest name that fits is taken.
             ("catch >= a - b", "catch", set("a - b"), 0.0),
             ("catch >= a - b - 0.1", "catch", set("a - b"), -0.1),
@@ -202,7 +276,15 @@ mod tests {
             ("a >= a >= 0.5", "a >= a", Against::Rate, 0.5),
         ] {
             let read = Gate::parse(text, &names).unwrap();
-            assert_eq!(read, Gate { text: text.trim().into(), set: left.into(), against, offset });
+            assert_eq!(
+                read,
+                Gate {
+                    text: text.trim().into(),
+                    set: left.into(),
+                    against,
+                    offset
+                }
+            );
         }
     }
 
@@ -211,16 +293,40 @@ mod tests {
         for (text, said) in [
             ("catch > 0.8", "has no `>=`; accepted: SET >= RATE"),
             ("", "has no `>=`; accepted: SET >= RATE"),
-            ("catcher >= 0.8", "no controller is named `catcher`; accepted: catch, hold"),
-            ("catch - 0.1 >= 0.8", "no controller is named `catch - 0.1`; accepted: catch, hold"),
-            ("catch >= fold", "no controller is named `fold`; accepted: catch, hold, baseline, or a rate"),
+            (
+                "catcher >= 0.8",
+                "no controller is named `catcher`; accepted: catch, hold",
+            ),
+            (
+                "catch - 0.1 >= 0.8",
+                "no controller is named `catch - 0.1`; accepted: catch, hold",
+            ),
+            (
+                "catch >= fold",
+                "no controller is named `fold`; accepted: catch, hold, baseline, or a rate",
+            ),
             ("catch >=", "no controller is named ``"),
             ("catch >= fold-0.1", "no controller is named `fold-0.1`"),
-            ("catch >= hold-much", "`much` is not a number; accepted: SET >= RATE"),
-            ("catch >= 80", "`80` is not a rate; accepted: 0 to 1, or 0 % to 100 %"),
-            ("catch >= hold + 10", "`10` is not a difference of rates; accepted: -1 to 1"),
-            ("catch >= hold - much", "`much` is not a number; accepted: SET >= RATE"),
-            ("catch >= catch - 0.1", "compares a controller with itself; accepted: another controller"),
+            (
+                "catch >= hold-much",
+                "`much` is not a number; accepted: SET >= RATE",
+            ),
+            (
+                "catch >= 80",
+                "`80` is not a rate; accepted: 0 to 1, or 0 % to 100 %",
+            ),
+            (
+                "catch >= hold + 10",
+                "`10` is not a difference of rates; accepted: -1 to 1",
+            ),
+            (
+                "catch >= hold - much",
+                "`much` is not a number; accepted: SET >= RATE",
+            ),
+            (
+                "catch >= catch - 0.1",
+                "compares a controller with itself; accepted: another controller",
+            ),
         ] {
             let error = Gate::parse(text, &sets(&["catch", "hold"])).unwrap_err();
             assert!(matches!(error, Error::Value { .. }));
@@ -229,8 +335,16 @@ mod tests {
         }
         // On the left, `baseline` is the controller of that name. On the right `baseline` is ambiguous.
         let names = sets(&["catch", "baseline"]);
-        let error = Gate::parse("catch >= baseline - 0.1", &names).unwrap_err().to_string();
-        assert!(error.contains("itself named `baseline`; accepted: another name"), "{error}");
-        assert_eq!(Gate::parse("baseline >= 0.8", &names).unwrap().against, Against::Rate);
+        let error = Gate::parse("catch >= baseline - 0.1", &names)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("itself named `baseline`; accepted: another name"),
+            "{error}"
+        );
+        assert_eq!(
+            Gate::parse("baseline >= 0.8", &names).unwrap().against,
+            Against::Rate
+        );
     }
 }

@@ -35,9 +35,24 @@ const QUANTITIES: [(&str, &str, &str, Unit); 14] = [
     ("variations", "ground_step", "ground_step_m", Unit::Length),
     ("variations", "delay_scale", "delay_s", Unit::Delay),
     ("episode", "horizon", "horizon_s", Unit::Time),
-    ("episode.judge", "standing_com_speed", "standing_com_speed_m_s", Unit::Speed),
-    ("episode.judge", "standing_time", "standing_time_s", Unit::Time),
-    ("episode.judge", "home_radius", "home_radius_m", Unit::Length),
+    (
+        "episode.judge",
+        "standing_com_speed",
+        "standing_com_speed_m_s",
+        Unit::Speed,
+    ),
+    (
+        "episode.judge",
+        "standing_time",
+        "standing_time_s",
+        Unit::Time,
+    ),
+    (
+        "episode.judge",
+        "home_radius",
+        "home_radius_m",
+        Unit::Length,
+    ),
 ];
 
 /// The units of one robot.
@@ -49,7 +64,10 @@ pub struct Measures {
 
 impl Measures {
     pub fn of(robot: &Robot) -> Self {
-        Self { units: Units::of(robot), delay_s: robot.delay_s }
+        Self {
+            units: Units::of(robot),
+            delay_s: robot.delay_s,
+        }
     }
 
     /// What 1 of a unit is in SI units.
@@ -67,13 +85,25 @@ impl Measures {
     /// empty. It fails if a quantity is stated both in units of the robot and in SI units.
     pub fn to_si(&self, outer: &str, file: &str, asked: &mut Table) -> Result<()> {
         for (path, relative, absolute, unit) in QUANTITIES {
-            let Some(inner) = path.strip_prefix(outer) else { continue };
-            let Some(table) = table_at(asked, inner) else { continue };
-            let Some(value) = table.remove(relative) else { continue };
+            let Some(inner) = path.strip_prefix(outer) else {
+                continue;
+            };
+            let Some(table) = table_at(asked, inner) else {
+                continue;
+            };
+            let Some(value) = table.remove(relative) else {
+                continue;
+            };
             if let Some(other) = table.get(absolute) {
                 let field = format!("{path}.{relative}, {path}.{absolute}");
                 let stated = format!("{value}, {other}");
-                return Err(Error::value(file, field, stated, "the quantity is stated twice", "one of the two keys"));
+                return Err(Error::value(
+                    file,
+                    field,
+                    stated,
+                    "the quantity is stated twice",
+                    "one of the two keys",
+                ));
             }
             table.insert(absolute.into(), times(value, self.one(unit)));
         }
@@ -83,7 +113,11 @@ impl Measures {
     /// The dotted key in SI units and the value of an assignment that may be in units of the robot.
     pub fn assigned(&self, key: &str, value: Value) -> Result<(String, Value)> {
         for (path, relative, absolute, unit) in QUANTITIES {
-            if key.strip_prefix(path).and_then(|rest| rest.strip_prefix('.')) == Some(relative) {
+            if key
+                .strip_prefix(path)
+                .and_then(|rest| rest.strip_prefix('.'))
+                == Some(relative)
+            {
                 return Ok((format!("{path}.{absolute}"), times(value, self.one(unit))));
             }
         }
@@ -98,9 +132,13 @@ impl Measures {
     pub fn explain(&self, mut error: Error) -> Error {
         if let Error::Value { field, problem, .. } = &mut error {
             let stated = QUANTITIES.iter().find(|(path, _, absolute, _)| {
-                field.strip_prefix(path).and_then(|rest| rest.strip_prefix('.')).is_some_and(|key| {
-                    key.strip_prefix(absolute).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-                })
+                field
+                    .strip_prefix(path)
+                    .and_then(|rest| rest.strip_prefix('.'))
+                    .is_some_and(|key| {
+                        key.strip_prefix(absolute)
+                            .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+                    })
             });
             if let Some((path, relative, _, unit)) = stated {
                 *problem += &format!(" (1 of {path}.{relative} is {:.4} here)", self.one(*unit));
@@ -114,23 +152,45 @@ impl Measures {
 /// key in units of the robot.
 pub fn keys_in_file(key: &str) -> Vec<String> {
     let of = |(path, relative, absolute, _): &(&str, &str, &str, Unit)| {
-        let rest = key.strip_prefix(path)?.strip_prefix('.')?.strip_prefix(absolute)?;
+        let rest = key
+            .strip_prefix(path)?
+            .strip_prefix('.')?
+            .strip_prefix(absolute)?;
         (rest.is_empty() || rest.starts_with('.')).then(|| format!("{path}.{relative}{rest}"))
     };
-    std::iter::once(key.to_string()).chain(QUANTITIES.iter().filter_map(of)).collect()
+    std::iter::once(key.to_string())
+        .chain(QUANTITIES.iter().filter_map(of))
+        .collect()
 }
 
 /// Puts the key in units of the robot before each key in SI units, in a list of accepted dotted keys or in a message
 /// that names keys in backquotes.
 pub fn with_relative_keys(text: &str) -> String {
     let of_item = |item: &str| {
-        let is_it = |(path, _, absolute, _): &&(&str, &str, &str, Unit)| item == format!("{path}.{absolute}");
-        QUANTITIES.iter().find(is_it).map_or(item.into(), |(path, relative, ..)| format!("{path}.{relative}, {item}"))
+        let is_it = |(path, _, absolute, _): &&(&str, &str, &str, Unit)| {
+            item == format!("{path}.{absolute}")
+        };
+        QUANTITIES
+            .iter()
+            .find(is_it)
+            .map_or(item.into(), |(path, relative, ..)| {
+                format!("{path}.{relative}, {item}")
+            })
     };
-    let mut text = text.split(", ").map(of_item).collect::<Vec<String>>().join(", ");
+    let mut text = text
+        .split(", ")
+        .map(of_item)
+        .collect::<Vec<String>>()
+        .join(", ");
     for (at, (_, relative, absolute, _)) in QUANTITIES.iter().enumerate() {
-        if !QUANTITIES[..at].iter().any(|(_, _, earlier, _)| earlier == absolute) {
-            text = text.replace(&format!("`{absolute}`"), &format!("`{relative}`, `{absolute}`"));
+        if !QUANTITIES[..at]
+            .iter()
+            .any(|(_, _, earlier, _)| earlier == absolute)
+        {
+            text = text.replace(
+                &format!("`{absolute}`"),
+                &format!("`{relative}`, `{absolute}`"),
+            );
         }
     }
     text
@@ -138,7 +198,9 @@ pub fn with_relative_keys(text: &str) -> String {
 
 /// The table with this dotted key, if there is one.
 fn table_at<'a>(root: &'a mut Table, path: &str) -> Option<&'a mut Table> {
-    path.split('.').filter(|name| !name.is_empty()).try_fold(root, |table, name| table.get_mut(name)?.as_table_mut())
+    path.split('.')
+        .filter(|name| !name.is_empty())
+        .try_fold(root, |table, name| table.get_mut(name)?.as_table_mut())
 }
 
 /// A number or distribution times `factor`. Any other value stays as it is, and is refused when the campaign is read.
@@ -146,10 +208,18 @@ fn times(value: Value, factor: f64) -> Value {
     match value {
         Value::Integer(number) => Value::Float(number as f64 * factor),
         Value::Float(number) => Value::Float(number * factor),
-        Value::Array(values) => Value::Array(values.into_iter().map(|value| times(value, factor)).collect()),
-        Value::Table(table) => {
-            Value::Table(table.into_iter().map(|(key, value)| (key, times(value, factor))).collect())
-        }
+        Value::Array(values) => Value::Array(
+            values
+                .into_iter()
+                .map(|value| times(value, factor))
+                .collect(),
+        ),
+        Value::Table(table) => Value::Table(
+            table
+                .into_iter()
+                .map(|(key, value)| (key, times(value, factor)))
+                .collect(),
+        ),
         other => other,
     }
 }
@@ -181,7 +251,10 @@ mod tests {
             ("episode/judge/home_radius_m", [0.005; 2]),
         ] {
             let found = harsh.pointer(&format!("/{key}")).unwrap();
-            let near = |i: usize| (found.get(i).unwrap_or(found).as_f64().unwrap() - si[i]).abs() <= 2e-3 * si[i].abs();
+            let near = |i: usize| {
+                (found.get(i).unwrap_or(found).as_f64().unwrap() - si[i]).abs()
+                    <= 2e-3 * si[i].abs()
+            };
             assert!(near(0) && near(1), "{key}: {found}, not {si:?}");
         }
     }
@@ -189,7 +262,10 @@ mod tests {
     #[test]
     fn a_similar_robot_is_asked_for_the_same_in_its_own_units() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let similar = robot.scaled(SizeRatio { length: 4.0, mass: 64.0 });
+        let similar = robot.scaled(SizeRatio {
+            length: 4.0,
+            mass: 64.0,
+        });
         for (unit, factor) in [
             (Unit::Impulse, 64.0 * 2.0),
             (Unit::Length, 4.0),
@@ -198,7 +274,10 @@ mod tests {
             (Unit::Delay, 2.0),
         ] {
             let [large, small] = [&similar, &robot].map(|robot| Measures::of(robot).one(unit));
-            assert!((large / small / factor - 1.0).abs() < 1e-9, "{unit:?}: {large}, {small}");
+            assert!(
+                (large / small / factor - 1.0).abs() < 1e-9,
+                "{unit:?}: {large}, {small}"
+            );
         }
     }
 }

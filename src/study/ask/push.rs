@@ -23,19 +23,43 @@ pub struct PushSpec {
 impl PushSpec {
     /// The push of a campaign whose file does not state one, for a robot with these units. The impulse has no default.
     pub(super) fn usual(units: &Units) -> Self {
-        let Push { impulse_n_s, heading_deg, height_m, duration_s, start_s, profile } = Push::of(units);
+        let Push {
+            impulse_n_s,
+            heading_deg,
+            height_m,
+            duration_s,
+            start_s,
+            profile,
+        } = Push::of(units);
         let [impulse_n_s, heading_deg, height_m, duration_s, start_s] =
             [impulse_n_s, heading_deg, height_m, duration_s, start_s].map(Distribution::Constant);
-        Self { impulse_n_s, heading_deg, height_m, duration_s, start_s, profile }
+        Self {
+            impulse_n_s,
+            heading_deg,
+            height_m,
+            duration_s,
+            start_s,
+            profile,
+        }
     }
 
     pub(crate) fn check(&self, file: &str, horizon_s: f64) -> Result<()> {
         let bounds = PushBounds::new(horizon_s);
-        self.impulse_n_s.check(file, "push.impulse_n_s", bounds.impulse_n_s)?;
-        self.heading_deg.check(file, "push.heading_deg", bounds.heading_deg)?;
-        self.height_m.check(file, "push.height_m", bounds.height_m)?;
-        because(A_QUARTER, self.duration_s.check(file, "push.duration_s", bounds.duration_s))?;
-        because(HALF, self.start_s.check(file, "push.start_s", bounds.start_s))
+        self.impulse_n_s
+            .check(file, "push.impulse_n_s", bounds.impulse_n_s)?;
+        self.heading_deg
+            .check(file, "push.heading_deg", bounds.heading_deg)?;
+        self.height_m
+            .check(file, "push.height_m", bounds.height_m)?;
+        because(
+            A_QUARTER,
+            self.duration_s
+                .check(file, "push.duration_s", bounds.duration_s),
+        )?;
+        because(
+            HALF,
+            self.start_s.check(file, "push.start_s", bounds.start_s),
+        )
     }
 }
 
@@ -53,8 +77,13 @@ pub struct SecondPushSpec {
 impl SecondPushSpec {
     /// No second push.
     pub(super) fn none(units: &Units) -> Self {
-        let [impulse_n_s, heading_deg, after_s] = [0.0, 0.0, 5.626 * units.time_s()].map(Distribution::Constant);
-        Self { impulse_n_s, heading_deg, after_s }
+        let [impulse_n_s, heading_deg, after_s] =
+            [0.0, 0.0, 5.626 * units.time_s()].map(Distribution::Constant);
+        Self {
+            impulse_n_s,
+            heading_deg,
+            after_s,
+        }
     }
 
     /// Whether there is a second push.
@@ -64,14 +93,19 @@ impl SecondPushSpec {
 
     /// Whether trials with the same first push can have different second pushes.
     pub(crate) fn is_random(&self) -> bool {
-        self.is_any() && ![self.impulse_n_s, self.heading_deg, self.after_s].iter().all(Distribution::is_constant)
+        self.is_any()
+            && ![self.impulse_n_s, self.heading_deg, self.after_s]
+                .iter()
+                .all(Distribution::is_constant)
     }
 
     /// Accepted values of `after_s`: both pushes must end within three quarters of the episode, as a single push does.
     pub(crate) fn after_bounds(push: &PushSpec, horizon_s: f64) -> [f64; 2] {
         let bounds = PushBounds::new(horizon_s);
-        let ([_, start_s], [_, duration_s]) =
-            (push.start_s.range(bounds.start_s), push.duration_s.range(bounds.duration_s));
+        let ([_, start_s], [_, duration_s]) = (
+            push.start_s.range(bounds.start_s),
+            push.duration_s.range(bounds.duration_s),
+        );
         [0.0, 0.75 * horizon_s - start_s - 2.0 * duration_s]
     }
 
@@ -81,22 +115,43 @@ impl SecondPushSpec {
             return Ok(());
         }
         let bounds = PushBounds::new(horizon_s);
-        self.impulse_n_s.check(file, "second_push.impulse_n_s", bounds.impulse_n_s)?;
-        self.heading_deg.check(file, "second_push.heading_deg", bounds.heading_deg)?;
+        self.impulse_n_s
+            .check(file, "second_push.impulse_n_s", bounds.impulse_n_s)?;
+        self.heading_deg
+            .check(file, "second_push.heading_deg", bounds.heading_deg)?;
         let after_s = Self::after_bounds(push, horizon_s);
         if after_s[1] < after_s[0] {
-            let accepted = "a first push that starts earlier or is shorter, or a longer episode.horizon_s";
-            return Err(Error::value(file, "second_push", self, "there is no time left for the second push", accepted));
+            let accepted =
+                "a first push that starts earlier or is shorter, or a longer episode.horizon_s";
+            return Err(Error::value(
+                file,
+                "second_push",
+                self,
+                "there is no time left for the second push",
+                accepted,
+            ));
         }
         let horizon_s = digits(horizon_s);
-        let why = format!(", since both pushes end within three quarters of episode.horizon_s = {horizon_s}");
-        because(&why, self.after_s.check(file, "second_push.after_s", after_s))
+        let why = format!(
+            ", since both pushes end within three quarters of episode.horizon_s = {horizon_s}"
+        );
+        because(
+            &why,
+            self.after_s.check(file, "second_push.after_s", after_s),
+        )
     }
 }
 
 impl fmt::Display for SecondPushSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { impulse_n_s, heading_deg, after_s } = self;
-        write!(f, "impulse {impulse_n_s} N s, heading {heading_deg} deg, {after_s} s after the first")
+        let Self {
+            impulse_n_s,
+            heading_deg,
+            after_s,
+        } = self;
+        write!(
+            f,
+            "impulse {impulse_n_s} N s, heading {heading_deg} deg, {after_s} s after the first"
+        )
     }
 }

@@ -73,7 +73,10 @@ pub struct Stopping {
 
 impl Default for Stopping {
     fn default() -> Self {
-        Self { until_resolved: false, margin: 0.02 }
+        Self {
+            until_resolved: false,
+            margin: 0.02,
+        }
     }
 }
 
@@ -92,7 +95,9 @@ pub(super) fn default_robot() -> String {
 }
 
 fn default_gains() -> Vec<String> {
-    ["hold", "switching", "paper", "catch"].map(String::from).into()
+    ["hold", "switching", "paper", "catch"]
+        .map(String::from)
+        .into()
 }
 
 /// Changes to a campaign by the caller, in the order in which they are applied.
@@ -125,9 +130,17 @@ pub struct Overrides {
 impl Overrides {
     /// The robot of the campaign whose file states `asked`, after these changes.
     fn robot_of(&self, asked: &Table) -> String {
-        let set = self.set.iter().rev().filter_map(|assignment| assignment.split_once('='));
-        let set = set.filter(|(key, _)| key.trim() == "robot").map(|(_, text)| assets::toml_value(text.trim()));
-        let named = set.chain(asked.get("robot").cloned()).find_map(|robot| robot.as_str().map(String::from));
+        let set = self
+            .set
+            .iter()
+            .rev()
+            .filter_map(|assignment| assignment.split_once('='));
+        let set = set
+            .filter(|(key, _)| key.trim() == "robot")
+            .map(|(_, text)| assets::toml_value(text.trim()));
+        let named = set
+            .chain(asked.get("robot").cloned())
+            .find_map(|robot| robot.as_str().map(String::from));
         self.robot.clone().or(named).unwrap_or_else(default_robot)
     }
 }
@@ -146,7 +159,9 @@ fn asked(source: &Source) -> Result<Table> {
 
 /// An input that the file of a campaign names, as seen from the working folder.
 fn moved(name: &str, source: &Source) -> String {
-    let folder = Path::new(&source.file).parent().filter(|_| !source.is_builtin());
+    let folder = Path::new(&source.file)
+        .parent()
+        .filter(|_| !source.is_builtin());
     match folder {
         Some(folder) if assets::is_path(name) => folder.join(name).to_string_lossy().into_owned(),
         _ => name.into(),
@@ -157,7 +172,11 @@ impl Campaign {
     /// Opens a campaign by name or path, applies the changes, converts it to the units of its robot, and checks all
     /// values.
     pub fn load(name_or_path: &str, overrides: &Overrides) -> Result<Campaign> {
-        Self::load_for(&Self::robot_files(name_or_path, overrides)?.robot()?, name_or_path, overrides)
+        Self::load_for(
+            &Self::robot_files(name_or_path, overrides)?.robot()?,
+            name_or_path,
+            overrides,
+        )
     }
 
     /// The files of the robot that a campaign, opened with these changes, names. Fails if a file cannot be read.
@@ -170,7 +189,9 @@ impl Campaign {
         let source = assets::open(InputKind::Campaign, name_or_path)?;
         let measures = Measures::of(robot);
         let mut campaign = Self::of(&source, &measures)?;
-        campaign.check(&source.file).map_err(|e| measures.explain(e))?;
+        campaign
+            .check(&source.file)
+            .map_err(|e| measures.explain(e))?;
         campaign.move_gains(&source);
         for assignment in &overrides.set {
             campaign = campaign.with(assignment, &measures)?;
@@ -197,7 +218,9 @@ impl Campaign {
         campaign.gates.add(&overrides.gates, overrides.unresolved);
         campaign.stopping.until_resolved |= overrides.until_resolved;
         campaign.stopping.margin = overrides.margin.unwrap_or(campaign.stopping.margin);
-        campaign.check("command line").map_err(|e| measures.explain(e))?;
+        campaign
+            .check("command line")
+            .map_err(|e| measures.explain(e))?;
         if campaign.stopping.until_resolved {
             // The last look is then also a look of a longer campaign, so that the campaign can be continued.
             campaign.trials = campaign.trials.next_multiple_of(LOOK_TRIALS);
@@ -212,11 +235,22 @@ impl Campaign {
         let mut campaign = Self::usual(&measures.units)?;
         if asked.contains_key("units") {
             let accepted = "no such table: the units follow from the robot";
-            return Err(Error::value(file, "units", "(a table)", "unknown key", accepted));
+            return Err(Error::value(
+                file,
+                "units",
+                "(a table)",
+                "unknown key",
+                accepted,
+            ));
         }
         merge(&mut campaign, asked);
-        let mut missing: Vec<&str> = NEEDED.into_iter().filter(|key| !campaign.contains_key(*key)).collect();
-        let is_pushed = campaign["push"].as_table().is_none_or(|push| push.contains_key("impulse_n_s"));
+        let mut missing: Vec<&str> = NEEDED
+            .into_iter()
+            .filter(|key| !campaign.contains_key(*key))
+            .collect();
+        let is_pushed = campaign["push"]
+            .as_table()
+            .is_none_or(|push| push.contains_key("impulse_n_s"));
         missing.extend((!is_pushed).then_some("push.impulse"));
         campaign.try_into().map_err(|e: toml::de::Error| {
             let mut message = with_relative_keys(e.to_string().trim_end()).replace('\n', "\n  ");
@@ -226,7 +260,10 @@ impl Campaign {
             if let Some((line, column)) = place_of(&e, source) {
                 message = format!("line {line}, column {column}: {message}");
             }
-            Error::Syntax { file: file.into(), message }
+            Error::Syntax {
+                file: file.into(),
+                message,
+            }
         })
     }
 
@@ -258,7 +295,10 @@ impl Campaign {
 
     /// The campaign of a result folder, which names the inputs there, as seen from the working folder.
     pub fn seen_from(mut self, folder: &Path) -> Self {
-        let source = Source { file: folder.join("campaign.toml").to_string_lossy().into_owned(), text: String::new() };
+        let source = Source {
+            file: folder.join("campaign.toml").to_string_lossy().into_owned(),
+            text: String::new(),
+        };
         self.robot = moved(&self.robot, &source);
         self.move_gains(&source);
         self
@@ -278,38 +318,67 @@ impl Campaign {
             return Ok(());
         }
         let accepted = format!("0 to {}", self.trials.saturating_sub(1));
-        Err(Error::option("--trial", trial, "the campaign has no such trial", accepted))
+        Err(Error::option(
+            "--trial",
+            trial,
+            "the campaign has no such trial",
+            accepted,
+        ))
     }
 
     /// The campaign with `dotted.key=value` applied, which may be in units of its robot. It fails for an unknown key or
     /// a value of the wrong type.
     pub(super) fn with(&self, assignment: &str, measures: &Measures) -> Result<Campaign> {
-        let split = assignment.split_once('=').map(|(key, text)| (key.trim(), text.trim()));
+        let split = assignment
+            .split_once('=')
+            .map(|(key, text)| (key.trim(), text.trim()));
         let Some((key, text)) = split.filter(|(key, _)| !key.is_empty()) else {
-            let problem = if split.is_some() { "has no key" } else { "has no `=`" };
-            return Err(Error::option("--set", assignment, problem, "KEY=VALUE, for example push.height_m=0.1"));
+            let problem = if split.is_some() {
+                "has no key"
+            } else {
+                "has no `=`"
+            };
+            return Err(Error::option(
+                "--set",
+                assignment,
+                problem,
+                "KEY=VALUE, for example push.height_m=0.1",
+            ));
         };
         let (si_key, value) = measures.assigned(key, assets::toml_value(text))?;
         let mut root = self.table()?.into();
         let at = assets::place(&mut root, &si_key).map_err(|missing| {
-            Error::value("--set", key, text, "unknown key", with_relative_keys(&missing.accepted))
+            Error::value(
+                "--set",
+                key,
+                text,
+                "unknown key",
+                with_relative_keys(&missing.accepted),
+            )
         })?;
         let kind = match &*at {
             quantity if quantity.get("uniform").or(quantity.get("normal")).is_some() => FORMS,
             toml::Value::Table(_) => "a table",
             other => other.type_str(),
         };
-        let accepted = format!("{kind}, like the present value: {}", at.to_string().trim().replace('\n', "; "));
+        let accepted = format!(
+            "{kind}, like the present value: {}",
+            at.to_string().trim().replace('\n', "; ")
+        );
         *at = value;
         // A table that is set has the defaults for the keys that it leaves out, not the present values.
         let mut usual = Self::usual(&self.units)?;
-        let Ok(changed) = root.try_into::<Table>() else { unreachable!("a table") };
+        let Ok(changed) = root.try_into::<Table>() else {
+            unreachable!("a table")
+        };
         merge(&mut usual, changed);
         usual.try_into::<Campaign>().map_err(|e| {
             let message = with_relative_keys(e.message().trim_end());
             let message = message.as_str();
             // The error of a quantity lists the accepted forms, whatever the present value is.
-            let of_quantity = message.split_once(", expected ").filter(|(_, expected)| expected.starts_with(FORMS));
+            let of_quantity = message
+                .split_once(", expected ")
+                .filter(|(_, expected)| expected.starts_with(FORMS));
             let (problem, accepted) = of_quantity.unwrap_or((message, &accepted));
             Error::value("--set", key, text, problem, accepted)
         })
@@ -320,14 +389,24 @@ impl Campaign {
     pub fn gains_named(&self, name: &str) -> String {
         let listed = self.gains.iter().find(|gains| {
             let is_variant = ControllerName::split(gains).change.is_some();
-            *gains == name || is_variant && standfast_controllers::load(gains).is_ok_and(|set| set.name() == name)
+            *gains == name
+                || is_variant
+                    && standfast_controllers::load(gains).is_ok_and(|set| set.name() == name)
         });
         if let Some(gains) = listed {
             return gains.clone();
         }
         let wanted = ControllerName::split(name);
-        let of_that_name = |base: &&str| Path::new(base).file_stem().is_some_and(|stem| stem == wanted.base);
-        let base = self.gains.iter().map(|gains| ControllerName::split(gains).base).find(of_that_name);
+        let of_that_name = |base: &&str| {
+            Path::new(base)
+                .file_stem()
+                .is_some_and(|stem| stem == wanted.base)
+        };
+        let base = self
+            .gains
+            .iter()
+            .map(|gains| ControllerName::split(gains).base)
+            .find(of_that_name);
         wanted.with_base(base.unwrap_or(wanted.base))
     }
 
@@ -346,20 +425,33 @@ impl Campaign {
     /// Accepted values of the first push.
     pub fn push_bounds(&self) -> PushBounds {
         let bounds = PushBounds::new(self.episode.horizon_s);
-        let start_s = [variations::earliest_push_s(&self.variations, &self.units), bounds.start_s[1]];
+        let start_s = [
+            variations::earliest_push_s(&self.variations, &self.units),
+            bounds.start_s[1],
+        ];
         PushBounds { start_s, ..bounds }
     }
 
     /// Checks that no push starts while the ground still tilts to its slope.
     fn check_start(&self, file: &str) -> Result<()> {
         let (start_s, [earliest, latest]) = (self.push.start_s, self.push_bounds().start_s);
-        start_s.check(file, "push.start_s", [earliest, latest]).map_err(|_| {
-            let problem = "the ground is still tilting to its slope (variations.slope_deg)";
-            let longer = format!(", episode.horizon_s at least {}", digits(2.0 * earliest));
-            let longer = if latest < earliest { longer.as_str() } else { "" };
-            let accepted = format!("{} to {}{longer}", digits(earliest), digits(latest.max(earliest)));
-            Error::value(file, "push.start_s", start_s, problem, accepted)
-        })
+        start_s
+            .check(file, "push.start_s", [earliest, latest])
+            .map_err(|_| {
+                let problem = "the ground is still tilting to its slope (variations.slope_deg)";
+                let longer = format!(", episode.horizon_s at least {}", digits(2.0 * earliest));
+                let longer = if latest < earliest {
+                    longer.as_str()
+                } else {
+                    ""
+                };
+                let accepted = format!(
+                    "{} to {}{longer}",
+                    digits(earliest),
+                    digits(latest.max(earliest))
+                );
+                Error::value(file, "push.start_s", start_s, problem, accepted)
+            })
     }
 
     /// Checks every value. Errors name `file` as the origin of the values.
@@ -371,18 +463,45 @@ impl Campaign {
             return Err(Error::value(file, "name", name, problem, accepted));
         }
         if self.name.len() > MOST_LETTERS {
-            return Err(Error::value(file, "name", &self.name, "is too long", format!("up to {MOST_LETTERS} letters")));
+            return Err(Error::value(
+                file,
+                "name",
+                &self.name,
+                "is too long",
+                format!("up to {MOST_LETTERS} letters"),
+            ));
         }
         if self.gains.is_empty() {
-            return Err(Error::value(file, "gains", "[]", "there is no controller", "one or more names or paths"));
+            return Err(Error::value(
+                file,
+                "gains",
+                "[]",
+                "there is no controller",
+                "one or more names or paths",
+            ));
         }
         if self.gains.len() > MOST_SETS {
-            let (count, accepted) = (format!("{} controllers", self.gains.len()), format!("up to {MOST_SETS}"));
+            let (count, accepted) = (
+                format!("{} controllers", self.gains.len()),
+                format!("up to {MOST_SETS}"),
+            );
             return Err(Error::value(file, "gains", count, "too many", accepted));
         }
-        accept((1..=MOST_TRIALS).contains(&self.trials), file, "trials", self.trials as f64, "1 to 1e7")?;
+        accept(
+            (1..=MOST_TRIALS).contains(&self.trials),
+            file,
+            "trials",
+            self.trials as f64,
+            "1 to 1e7",
+        )?;
         if self.seed > i64::MAX as u64 {
-            return Err(Error::value(file, "seed", self.seed, "is too large", "0 to 2^63 - 1"));
+            return Err(Error::value(
+                file,
+                "seed",
+                self.seed,
+                "is too large",
+                "0 to 2^63 - 1",
+            ));
         }
         check_episode(file, &self.episode)?;
         let horizon_s = self.episode.horizon_s;
@@ -390,10 +509,26 @@ impl Campaign {
         self.second_push.check(file, &self.push, horizon_s)?;
         variations::check(&self.variations, &self.units, file)?;
         self.check_start(file)?;
-        in_range(file, "sensors.noise_scale", self.sensors.noise_scale, [0.0, 1e3])?;
-        in_range(file, "sensors.bias_scale", self.sensors.bias_scale, [0.0, 1e3])?;
+        in_range(
+            file,
+            "sensors.noise_scale",
+            self.sensors.noise_scale,
+            [0.0, 1e3],
+        )?;
+        in_range(
+            file,
+            "sensors.bias_scale",
+            self.sensors.bias_scale,
+            [0.0, 1e3],
+        )?;
         let margin = self.stopping.margin;
-        accept((0.0..=1.0).contains(&margin), file, "stopping.margin", margin, "0 to 1: a share, not percent")?;
+        accept(
+            (0.0..=1.0).contains(&margin),
+            file,
+            "stopping.margin",
+            margin,
+            "0 to 1: a share, not percent",
+        )?;
         self.gates.check(file)
     }
 }
@@ -402,11 +537,18 @@ impl Campaign {
 /// units. It is None if the error is about a missing key.
 fn place_of(error: &toml::de::Error, source: &Source) -> Option<(usize, usize)> {
     let (message, whole) = (error.message(), error.to_string());
-    let between = |text: &str, before: &str| Some(text.split_once(before)?.1.split_once('`')?.0.to_string());
+    let between =
+        |text: &str, before: &str| Some(text.split_once(before)?.1.split_once('`')?.0.to_string());
     let path = between(&whole, "\nin `");
     let unknown = between(message, "unknown field `");
-    let key = [path, unknown].into_iter().flatten().collect::<Vec<_>>().join(".");
-    keys_in_file(&key).into_iter().find_map(|key| assets::position(&source.text, &key))
+    let key = [path, unknown]
+        .into_iter()
+        .flatten()
+        .collect::<Vec<_>>()
+        .join(".");
+    keys_in_file(&key)
+        .into_iter()
+        .find_map(|key| assets::position(&source.text, &key))
 }
 
 /// Replaces values of `base` by the values of `asked`.
@@ -422,7 +564,10 @@ fn merge(base: &mut Table, asked: Table) {
 }
 
 fn not_toml(e: toml::ser::Error) -> Error {
-    Error::Syntax { file: "campaign".into(), message: e.to_string() }
+    Error::Syntax {
+        file: "campaign".into(),
+        message: e.to_string(),
+    }
 }
 
 #[cfg(test)]
@@ -434,52 +579,127 @@ pub(crate) mod tests {
     fn builtin_campaigns_load_and_survive_a_round_trip() {
         let dir = tempfile::tempdir().unwrap();
         for name in InputKind::Campaign.names() {
-            let (campaign, path) = (campaign(name, &["push.height_m={normal=[0.01, 0.003]}"]), dir.path().join(name));
+            let (campaign, path) = (
+                campaign(name, &["push.height_m={normal=[0.01, 0.003]}"]),
+                dir.path().join(name),
+            );
             assert_eq!(campaign.name, name);
             std::fs::write(&path, campaign.to_toml().unwrap()).unwrap();
-            assert_eq!(Campaign::load(path.to_str().unwrap(), &Overrides::default()).unwrap(), campaign);
+            assert_eq!(
+                Campaign::load(path.to_str().unwrap(), &Overrides::default()).unwrap(),
+                campaign
+            );
         }
     }
 
     #[test]
     fn errors_of_an_assignment_name_the_key_and_what_is_accepted() {
-        let forms = "string \"hard\"; accepted: a number, { uniform = [a, b] } or { normal = [mean, sd] }";
+        let forms =
+            "string \"hard\"; accepted: a number, { uniform = [a, b] } or { normal = [mean, sd] }";
         for (bad, expected) in [
             ("push.impulse_n_s=nan", &["push.impulse_n_s = NaN"][..]),
-            ("push.impulse_n_s={uniform=[2, 1]}", &["push.impulse_n_s.uniform = 1", "smaller number first"]),
+            (
+                "push.impulse_n_s={uniform=[2, 1]}",
+                &["push.impulse_n_s.uniform = 1", "smaller number first"],
+            ),
             ("push.impulse_n_s=hard", &["--set", forms]),
-            ("push.impulse_n_s={unifrom=[1, 2]}", &["unifrom", "`uniform` or `normal`"]),
-            ("push.impulse_n_s={uniform=[1, 2], normal=[1, 2]}", &["invalid length 2", "a number, {"]),
+            (
+                "push.impulse_n_s={unifrom=[1, 2]}",
+                &["unifrom", "`uniform` or `normal`"],
+            ),
+            (
+                "push.impulse_n_s={uniform=[1, 2], normal=[1, 2]}",
+                &["invalid length 2", "a number, {"],
+            ),
             // With what 1 of the robot's own unit is.
-            ("push.impulse=-1", &["push.impulse_n_s = -2.16", "(1 of push.impulse is 2.16"]),
+            (
+                "push.impulse=-1",
+                &["push.impulse_n_s = -2.16", "(1 of push.impulse is 2.16"],
+            ),
             ("push.impulse=hard", &[forms]),
-            ("push.impuls=1", &["--set", "push.impulse, push.impulse_n_s"]),
-            ("push.duration_s=0", &["push.duration_s = 0", "0.001 to 1.5"]),
+            (
+                "push.impuls=1",
+                &["--set", "push.impulse, push.impulse_n_s"],
+            ),
+            (
+                "push.duration_s=0",
+                &["push.duration_s = 0", "0.001 to 1.5"],
+            ),
             ("pushes.impulse_n_s=1", &["--set", "sensors"]),
             ("trials=many", &["--set", "integer"]),
             ("trials.x=1", &["--set", "accepted: trials"]),
             ("trials", &["--set", "KEY=VALUE"]),
             ("units.mass_kg=1", &["unknown key"]),
-            ("episode.physics_step_s=0.0015", &["episode.physics_step_s = 0.0015"]),
-            ("variations.mass_scale=0", &["variations.mass_scale = 0", "0.5 to 2"]),
-            ("variations.friction=0", &["variations.friction = 0", "0.01 to 10"]),
-            ("variations.trunk_com_x_m={uniform=[0, 0.1]}", &["variations.trunk_com_x_m.uniform = 0.1", "to 0.04959"]),
-            ("variations.slope_deg={normal=[20, 1]}", &["variations.slope_deg.normal = 20", "-15 to 15"]),
-            ("variations.slope_deg=-2", &["push.start_s = 0.5: the ground is still tilting", "accepted: 0.5972 to 3"]),
-            ("variations.delay_s=1", &["variations.delay_s = 1", "0 to 0.1"]),
-            ("variations.ground_step_m=1", &["variations.ground_step_m = 1", "-0.04959 to 0.04959"]),
-            ("variations.kp_scale=nominl", &["variations.kp_scale", "{ uniform = [a, b] }", "nominal"]),
-            ("variations.mass_kg=1", &["variations.mass_kg", "variations.mass_scale"]),
-            ("second_push.impuls=1", &["second_push.impulse, second_push.impulse_n_s"]),
-            ("second_push={impulse_n_s=-1}", &["second_push.impulse_n_s = -1", "0 to 10000"]),
-            ("second_push={impulse_n_s=1, after_s=4}", &["second_push.after_s = 4", "0 to 3.9"]),
+            (
+                "episode.physics_step_s=0.0015",
+                &["episode.physics_step_s = 0.0015"],
+            ),
+            (
+                "variations.mass_scale=0",
+                &["variations.mass_scale = 0", "0.5 to 2"],
+            ),
+            (
+                "variations.friction=0",
+                &["variations.friction = 0", "0.01 to 10"],
+            ),
+            (
+                "variations.trunk_com_x_m={uniform=[0, 0.1]}",
+                &["variations.trunk_com_x_m.uniform = 0.1", "to 0.04959"],
+            ),
+            (
+                "variations.slope_deg={normal=[20, 1]}",
+                &["variations.slope_deg.normal = 20", "-15 to 15"],
+            ),
+            (
+                "variations.slope_deg=-2",
+                &[
+                    "push.start_s = 0.5: the ground is still tilting",
+                    "accepted: 0.5972 to 3",
+                ],
+            ),
+            (
+                "variations.delay_s=1",
+                &["variations.delay_s = 1", "0 to 0.1"],
+            ),
+            (
+                "variations.ground_step_m=1",
+                &["variations.ground_step_m = 1", "-0.04959 to 0.04959"],
+            ),
+            (
+                "variations.kp_scale=nominl",
+                &["variations.kp_scale", "{ uniform = [a, b] }", "nominal"],
+            ),
+            (
+                "variations.mass_kg=1",
+                &["variations.mass_kg", "variations.mass_scale"],
+            ),
+            (
+                "second_push.impuls=1",
+                &["second_push.impulse, second_push.impulse_n_s"],
+            ),
+            (
+                "second_push={impulse_n_s=-1}",
+                &["second_push.impulse_n_s = -1", "0 to 10000"],
+            ),
+            (
+                "second_push={impulse_n_s=1, after_s=4}",
+                &["second_push.after_s = 4", "0 to 3.9"],
+            ),
             (
                 "second_push={impulse=1, impulse_n_s=2}",
-                &["second_push.impulse, second_push.impulse_n_s = 1, 2", "twice"],
+                &[
+                    "second_push.impulse, second_push.impulse_n_s = 1, 2",
+                    "twice",
+                ],
             ),
         ] {
-            let overrides = Overrides { set: vec![bad.into()], ..Overrides::default() };
-            let message = Campaign::load("nominal", &overrides).unwrap_err().to_string();
+            let overrides = Overrides {
+                set: vec![bad.into()],
+                ..Overrides::default()
+            };
+            let message = Campaign::load("nominal", &overrides)
+                .unwrap_err()
+                .to_string();
             for part in expected {
                 assert!(message.contains(part), "{bad}: {part:?} not in {message:?}");
             }

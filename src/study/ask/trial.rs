@@ -54,7 +54,13 @@ fn stream(seed: u64, trial: u64, quantity: u64) -> ChaCha8Rng {
 pub fn push(campaign: &Campaign, trial: u64) -> Push {
     let spec = &campaign.push;
     let bounds = campaign.push_bounds();
-    let draw = |distribution, bounds, quantity| draw(distribution, bounds, &mut stream(campaign.seed, trial, quantity));
+    let draw = |distribution, bounds, quantity| {
+        draw(
+            distribution,
+            bounds,
+            &mut stream(campaign.seed, trial, quantity),
+        )
+    };
     Push {
         impulse_n_s: draw(spec.impulse_n_s, bounds.impulse_n_s, IMPULSE),
         heading_deg: draw(spec.heading_deg, bounds.heading_deg, HEADING),
@@ -73,8 +79,18 @@ fn second_push(campaign: &Campaign, trial: u64, first: &Push) -> Option<Push> {
     }
     let horizon_s = campaign.episode.horizon_s;
     let bounds = PushBounds::new(horizon_s);
-    let draw = |distribution, bounds, quantity| draw(distribution, bounds, &mut stream(campaign.seed, trial, quantity));
-    let after_s = draw(spec.after_s, SecondPushSpec::after_bounds(&campaign.push, horizon_s), SECOND_AFTER);
+    let draw = |distribution, bounds, quantity| {
+        draw(
+            distribution,
+            bounds,
+            &mut stream(campaign.seed, trial, quantity),
+        )
+    };
+    let after_s = draw(
+        spec.after_s,
+        SecondPushSpec::after_bounds(&campaign.push, horizon_s),
+        SECOND_AFTER,
+    );
     Some(Push {
         impulse_n_s: draw(spec.impulse_n_s, bounds.impulse_n_s, SECOND_IMPULSE),
         heading_deg: draw(spec.heading_deg, bounds.heading_deg, SECOND_HEADING),
@@ -86,7 +102,9 @@ fn second_push(campaign: &Campaign, trial: u64, first: &Push) -> Option<Push> {
 /// All pushes of a trial, in order of time.
 pub fn pushes(campaign: &Campaign, trial: u64) -> Vec<Push> {
     let first = push(campaign, trial);
-    std::iter::once(first).chain(second_push(campaign, trial, &first)).collect()
+    std::iter::once(first)
+        .chain(second_push(campaign, trial, &first))
+        .collect()
 }
 
 /// The differences of a replica from the push that it repeats, as shares of the largest differences: in impulse and
@@ -116,9 +134,18 @@ pub fn share(seed: u64, trial: u64) -> f64 {
 /// Variation of robot and ground in a trial.
 pub fn variation(campaign: &Campaign, trial: u64) -> Variation {
     let drawn = variations::drawn(&campaign.variations);
-    drawn.zip(variations::bounds(&campaign.units)).zip(VARIATION).map(|_, ((distribution, bounds), quantity)| {
-        distribution.map(|distribution| draw(distribution, bounds, &mut stream(campaign.seed, trial, quantity)))
-    })
+    drawn
+        .zip(variations::bounds(&campaign.units))
+        .zip(VARIATION)
+        .map(|_, ((distribution, bounds), quantity)| {
+            distribution.map(|distribution| {
+                draw(
+                    distribution,
+                    bounds,
+                    &mut stream(campaign.seed, trial, quantity),
+                )
+            })
+        })
 }
 
 /// Sensor errors of a trial; None if the campaign has ideal sensors.
@@ -137,14 +164,20 @@ pub fn sensor_errors(campaign: &Campaign, trial: u64) -> Option<SensorErrors> {
 /// Whether all trials are alike, to the bit, until the first push starts: same start, robot and ground, and ideal
 /// sensors.
 pub fn begin_alike(campaign: &Campaign) -> bool {
-    let varied = variations::drawn(&campaign.variations).list().into_iter().filter_map(|(_, varied)| varied);
+    let varied = variations::drawn(&campaign.variations)
+        .list()
+        .into_iter()
+        .filter_map(|(_, varied)| varied);
     let mut drawn = std::iter::once(campaign.push.start_s).chain(varied);
     sensor_errors(campaign, 0).is_none() && drawn.all(|distribution| distribution.is_constant())
 }
 
 /// The disturbance of trial 0 on the robot and the ground as they are designed.
 pub fn as_designed(campaign: &Campaign) -> Disturbance {
-    Disturbance { variation: Variation::default(), ..disturbance(campaign, 0) }
+    Disturbance {
+        variation: Variation::default(),
+        ..disturbance(campaign, 0)
+    }
 }
 
 /// All disturbances of a trial. They are the same for every controller, so controllers are compared on the same trials.
@@ -165,7 +198,11 @@ pub fn synthetic(campaign: &Campaign, trial: u64, set: usize, hardness: f64) -> 
     let end_s = campaign.episode.horizon_s;
     let pushed_s = push(campaign, trial).end_s();
     Record {
-        outcome: if recovers { Outcome::Recovered } else { Outcome::Fell },
+        outcome: if recovers {
+            Outcome::Recovered
+        } else {
+            Outcome::Fell
+        },
         end_s,
         settled_at_s: recovers.then_some(pushed_s + 0.1 * hardness),
         fell_at_s: (!recovers).then_some(pushed_s + 0.5),
@@ -197,13 +234,18 @@ mod tests {
     use standfast_sim::{NoiseDraw, Sensor};
 
     fn campaign(set: &[&str]) -> Campaign {
-        Campaign { seed: 7, ..with("standard", set) }
+        Campaign {
+            seed: 7,
+            ..with("standard", set)
+        }
     }
 
     fn noise(campaign: &Campaign, trial: u64) -> Vec<f64> {
         let errors = sensor_errors(campaign, trial).unwrap();
         let mut numbers = vec![0.0; 8];
-        errors.normal.draw(NoiseDraw::Tick(5), Sensor::Gyro, &mut numbers);
+        errors
+            .normal
+            .draw(NoiseDraw::Tick(5), Sensor::Gyro, &mut numbers);
         numbers
     }
 
@@ -212,31 +254,56 @@ mod tests {
         let campaign = campaign(&["push.impulse_n_s={uniform=[1,3]}"]);
         assert_eq!(stream(7, 3, IMPULSE).random::<u64>(), 620569656280253422);
         assert_eq!(push(&campaign, 3).impulse_n_s, 1.0672822969517632);
-        assert_eq!(noise(&campaign, 3)[..2], [-0.5153864478030405, 0.3668892082252608]);
+        assert_eq!(
+            noise(&campaign, 3)[..2],
+            [-0.5153864478030405, 0.3668892082252608]
+        );
     }
 
     #[test]
     fn a_trial_depends_on_no_other_and_on_the_seed() {
         let campaign = campaign(&[]);
         let forward: Vec<Push> = (0..50).map(|i| push(&campaign, i)).collect();
-        let fewer = Campaign { trials: 50, ..campaign.clone() };
-        assert!((0..50).rev().all(|i| push(&fewer, i) == forward[i as usize]));
+        let fewer = Campaign {
+            trials: 50,
+            ..campaign.clone()
+        };
+        assert!(
+            (0..50)
+                .rev()
+                .all(|i| push(&fewer, i) == forward[i as usize])
+        );
         assert_ne!(forward[0].impulse_n_s, forward[1].impulse_n_s);
         assert_ne!(noise(&campaign, 0), noise(&campaign, 1));
-        assert_ne!(push(&Campaign { seed: 8, ..campaign }, 0), forward[0]);
+        assert_ne!(
+            push(
+                &Campaign {
+                    seed: 8,
+                    ..campaign
+                },
+                0
+            ),
+            forward[0]
+        );
     }
 
     /// Each quantity is drawn from its own random numbers: to draw one more, or from another range, changes no other.
     #[test]
     fn each_quantity_has_a_stream_of_its_own() {
         let all = |changed: Option<&str>| {
-            let mut set = vec!["second_push={impulse_n_s={uniform=[0, 1]}, after_s={uniform=[0, 1]}}".to_string()];
+            let mut set = vec![
+                "second_push={impulse_n_s={uniform=[0, 1]}, after_s={uniform=[0, 1]}}".to_string(),
+            ];
             // The push starts after the ground has tilted.
             set.push("push.start_s=1".into());
             set.push("push.height_m={uniform=[0, 0.02]}".into());
             for (field, [least, most]) in variations::bounds(&with("standard", &[]).units).list() {
                 let middle = 0.5 * (least + most);
-                let [a, b] = if changed == Some(field) { [middle, most] } else { [least, middle] };
+                let [a, b] = if changed == Some(field) {
+                    [middle, most]
+                } else {
+                    [least, middle]
+                };
                 set.push(format!("variations.{field}={{uniform=[{a}, {b}]}}"));
             }
             set.extend(changed.filter(|key| key.contains('=')).map(String::from));
@@ -247,21 +314,49 @@ mod tests {
             let after = all(Some(name));
             for i in 0..5 {
                 let (a, b) = (variation(&before, i).list(), variation(&after, i).list());
-                assert!(a.iter().zip(&b).all(|(a, b)| (a.1 == b.1) == (a.0 != name)), "{name}: {a:?} {b:?}");
-                assert_eq!((pushes(&before, i), noise(&before, i)), (pushes(&after, i), noise(&after, i)));
+                assert!(
+                    a.iter().zip(&b).all(|(a, b)| (a.1 == b.1) == (a.0 != name)),
+                    "{name}: {a:?} {b:?}"
+                );
+                assert_eq!(
+                    (pushes(&before, i), noise(&before, i)),
+                    (pushes(&after, i), noise(&after, i))
+                );
             }
-            assert_eq!(VARIATION.list().iter().filter(|(_, other)| *other == what).count(), 1, "{name}");
+            assert_eq!(
+                VARIATION
+                    .list()
+                    .iter()
+                    .filter(|(_, other)| *other == what)
+                    .count(),
+                1,
+                "{name}"
+            );
         }
         let after = all(Some("push.height_m=0"));
         for i in 0..5 {
             let (a, b) = (push(&before, i), push(&after, i));
-            assert!(a.height_m != b.height_m && a == Push { height_m: a.height_m, ..b });
+            assert!(
+                a.height_m != b.height_m
+                    && a == Push {
+                        height_m: a.height_m,
+                        ..b
+                    }
+            );
         }
         // No two quantities are drawn from the same random numbers.
-        let shares = variation(&before, 0).zip(variations::bounds(&before.units)).list();
-        let shares: Vec<f64> =
-            shares.iter().map(|(_, (v, [least, most]))| (v.unwrap() - least) / (most - least)).collect();
-        let different = |i: usize| shares[..i].iter().all(|other| (other - shares[i]).abs() > 1e-6);
+        let shares = variation(&before, 0)
+            .zip(variations::bounds(&before.units))
+            .list();
+        let shares: Vec<f64> = shares
+            .iter()
+            .map(|(_, (v, [least, most]))| (v.unwrap() - least) / (most - least))
+            .collect();
+        let different = |i: usize| {
+            shares[..i]
+                .iter()
+                .all(|other| (other - shares[i]).abs() > 1e-6)
+        };
         assert!((0..shares.len()).all(different), "{shares:?}");
     }
 
@@ -271,29 +366,51 @@ mod tests {
         assert!((0..2000).all(|i| push(&normal, i).impulse_n_s >= 0.0));
         let standard = campaign(&[]);
         let drawn: Vec<_> = (0..400).map(|i| variation(&standard, i).list()).collect();
-        for (k, (name, variations::Varied(distribution))) in standard.variations.list().into_iter().enumerate() {
+        for (k, (name, variations::Varied(distribution))) in
+            standard.variations.list().into_iter().enumerate()
+        {
             let values: Vec<f64> = drawn.iter().filter_map(|values| values[k].1).collect();
             let Some(Distribution::Uniform { uniform: [a, b] }) = distribution else {
                 assert!(values.is_empty(), "{name}");
                 continue;
             };
-            let [low, high] = [f64::min, f64::max].map(|f| values.iter().copied().reduce(f).unwrap());
+            let [low, high] =
+                [f64::min, f64::max].map(|f| values.iter().copied().reduce(f).unwrap());
             let slack = 0.02 * (b - a);
-            assert!(low >= a && high <= b && low < a + slack && high > b - slack, "{name}: {low} to {high}");
+            assert!(
+                low >= a && high <= b && low < a + slack && high > b - slack,
+                "{name}: {low} to {high}"
+            );
         }
         let nominal = with("nominal", &[]);
-        assert_eq!((variation(&nominal, 3), pushes(&nominal, 3).len()), (Variation::default(), 1));
+        assert_eq!(
+            (variation(&nominal, 3), pushes(&nominal, 3).len()),
+            (Variation::default(), 1)
+        );
         let ideal = campaign(&["sensors.noise_scale=0", "sensors.bias_scale=0"]);
-        assert!([nominal, ideal].iter().all(|campaign| sensor_errors(campaign, 3).is_none()));
+        assert!(
+            [nominal, ideal]
+                .iter()
+                .all(|campaign| sensor_errors(campaign, 3).is_none())
+        );
     }
 
     #[test]
     fn a_second_push_comes_after_the_first() {
-        let campaign = campaign(&["second_push={impulse_n_s={uniform=[1, 2]}, after_s={normal=[0.5, 0.5]}}"]);
+        let campaign =
+            campaign(&["second_push={impulse_n_s={uniform=[1, 2]}, after_s={normal=[0.5, 0.5]}}"]);
         for i in 0..50 {
-            let [first, second] = pushes(&campaign, i)[..] else { panic!() };
-            assert!(second.start_s >= first.end_s() && second.end_s() <= 0.75 * 6.0 + 1e-9, "{first:?} {second:?}");
-            assert_eq!((second.height_m, second.duration_s), (first.height_m, first.duration_s));
+            let [first, second] = pushes(&campaign, i)[..] else {
+                panic!()
+            };
+            assert!(
+                second.start_s >= first.end_s() && second.end_s() <= 0.75 * 6.0 + 1e-9,
+                "{first:?} {second:?}"
+            );
+            assert_eq!(
+                (second.height_m, second.duration_s),
+                (first.height_m, first.duration_s)
+            );
             assert_eq!(first, push(&campaign, i));
         }
     }
@@ -312,13 +429,24 @@ mod tests {
         let mut sums = [0.0; 4];
         for tick in 0..TICKS {
             let (a, b) = (draw(tick, Sensor::Gyro), draw(tick, Sensor::JointSpeeds));
-            let products = [a[0], a[0] * a[0], a[0] * b[0] + a[0] * a[1], a[0] * draw(tick + 1, Sensor::Gyro)[0]];
-            sums.iter_mut().zip(products).for_each(|(sum, product)| *sum += product / TICKS as f64);
+            let products = [
+                a[0],
+                a[0] * a[0],
+                a[0] * b[0] + a[0] * a[1],
+                a[0] * draw(tick + 1, Sensor::Gyro)[0],
+            ];
+            sums.iter_mut()
+                .zip(products)
+                .for_each(|(sum, product)| *sum += product / TICKS as f64);
         }
         // Five standard errors of each mean.
-        let limits = [1.0, 2.0, 2.0, 1.0].map(|variance: f64| 5.0 * (variance / TICKS as f64).sqrt());
+        let limits =
+            [1.0, 2.0, 2.0, 1.0].map(|variance: f64| 5.0 * (variance / TICKS as f64).sqrt());
         let expected = [0.0, 1.0, 0.0, 0.0];
-        assert!((0..4).all(|i| (sums[i] - expected[i]).abs() < limits[i]), "{sums:?}, within {limits:?}");
+        assert!(
+            (0..4).all(|i| (sums[i] - expected[i]).abs() < limits[i]),
+            "{sums:?}, within {limits:?}"
+        );
         let again = draw(7, Sensor::Accelerometer);
         assert_eq!(draw(7, Sensor::Accelerometer), again);
         let mut one = [0.0];

@@ -43,16 +43,23 @@ pub fn bounds(units: &Units) -> Variation<[f64; 2]> {
 /// Checks every distribution. Errors name `file` as the origin of the values.
 pub(crate) fn check(spec: &VariationSpec, units: &Units, file: &str) -> Result<()> {
     let fields = spec.zip(bounds(units)).list().into_iter();
-    let mut drawn = fields.filter_map(|(name, (Varied(distribution), bounds))| Some((name, distribution?, bounds)));
-    drawn.try_for_each(|(name, distribution, bounds)| distribution.check(file, &format!("variations.{name}"), bounds))
+    let mut drawn = fields
+        .filter_map(|(name, (Varied(distribution), bounds))| Some((name, distribution?, bounds)));
+    drawn.try_for_each(|(name, distribution, bounds)| {
+        distribution.check(file, &format!("variations.{name}"), bounds)
+    })
 }
 
 /// Heading in which a slope rises if none is given.
-const ALL_AROUND_DEG: Distribution = Distribution::Uniform { uniform: [-180.0, 180.0] };
+const ALL_AROUND_DEG: Distribution = Distribution::Uniform {
+    uniform: [-180.0, 180.0],
+};
 
 /// Whether the ground may be inclined.
 fn is_sloped(spec: &VariationSpec) -> bool {
-    spec.slope_deg.0.is_some_and(|distribution| !(distribution.is_constant() && distribution.mean() == 0.0))
+    spec.slope_deg
+        .0
+        .is_some_and(|distribution| !(distribution.is_constant() && distribution.mean() == 0.0))
 }
 
 /// The quantities that are drawn. The heading of a slope is drawn exactly if there is a slope.
@@ -70,13 +77,18 @@ pub fn earliest_push_s(spec: &VariationSpec, units: &Units) -> f64 {
         let [least, most] = slope.range(SLOPE_DEG);
         least.abs().max(most.abs())
     };
-    spec.slope_deg.0.filter(|_| is_sloped(spec)).map_or(0.0, |slope| tilting(steepest(slope)) * units.time_s())
+    spec.slope_deg
+        .0
+        .filter(|_| is_sloped(spec))
+        .map_or(0.0, |slope| tilting(steepest(slope)) * units.time_s())
 }
 
 /// The varied quantities and their distributions, in words.
 pub fn described(spec: &VariationSpec) -> Vec<String> {
     let fields = spec.list().into_iter();
-    fields.filter_map(|(name, Varied(distribution))| Some(format!("{name} {}", distribution?))).collect()
+    fields
+        .filter_map(|(name, Varied(distribution))| Some(format!("{name} {}", distribution?)))
+        .collect()
 }
 
 // Written by hand: TOML has no value for "not there", and `--set` must find each key.
@@ -99,6 +111,8 @@ impl<'de> Deserialize<'de> for Varied {
             let problem = e.message().trim_end().to_string();
             serde::de::Error::custom(format!("{problem}; or \"{NOMINAL}\""))
         };
-        Distribution::deserialize(value).map(|distribution| Varied(Some(distribution))).map_err(expected)
+        Distribution::deserialize(value)
+            .map(|distribution| Varied(Some(distribution)))
+            .map_err(expected)
     }
 }

@@ -106,12 +106,26 @@ impl<'a> Searches<'a> {
         let yardstick = PendulumBounds::new(&plan.robot, campaign)?;
         let usual_n_s = two_digits(USUAL_PRECISION * campaign.units.impulse_n_s());
         let precision_n_s = options.precision_n_s.unwrap_or(usual_n_s);
-        in_range("command line", "--precision", precision_n_s, [usual_n_s / FINER, usual_n_s * COARSER])?;
+        in_range(
+            "command line",
+            "--precision",
+            precision_n_s,
+            [usual_n_s / FINER, usual_n_s * COARSER],
+        )?;
         let heading = |i: usize| yardstick.heading(360.0 * i as f64 / options.headings as f64);
         let headings = (0..options.headings).map(heading).collect();
         let pool = pool(options.threads)?;
         let factories = pool.install(|| plan.tried_factories(options.untried))?;
-        Ok(Self { campaign, options, precision_n_s, plan, yardstick, headings, pool, factories })
+        Ok(Self {
+            campaign,
+            options,
+            precision_n_s,
+            plan,
+            yardstick,
+            headings,
+            pool,
+            factories,
+        })
     }
 
     pub fn count(&self) -> u64 {
@@ -133,26 +147,51 @@ impl<'a> Searches<'a> {
         const OF_SEARCH: [f64; 2] = [60.0, 8.0];
         let opening = self.plan.opening(&self.factories);
         let (start, mut pushes) = (Instant::now(), 0);
-        for (set, heading) in (0..self.factories.len()).cycle().zip(self.headings.iter().cycle()).take(SAMPLE) {
+        for (set, heading) in (0..self.factories.len())
+            .cycle()
+            .zip(self.headings.iter().cycle())
+            .take(SAMPLE)
+        {
             if pushes > 0 && start.elapsed().as_secs_f64() > LONG_S {
                 break;
             }
-            let Heading { heading_deg, bound_one_step_n_s, .. } = *heading;
-            let disturbance = pushed(self.campaign, first_trial(heading_deg), 0.5 * bound_one_step_n_s, heading_deg);
-            self.plan.records(&self.factories, opening.as_ref(), disturbance, &[set])?;
+            let Heading {
+                heading_deg,
+                bound_one_step_n_s,
+                ..
+            } = *heading;
+            let disturbance = pushed(
+                self.campaign,
+                first_trial(heading_deg),
+                0.5 * bound_one_step_n_s,
+                heading_deg,
+            );
+            self.plan
+                .records(&self.factories, opening.as_ref(), disturbance, &[set])?;
             pushes += 1;
         }
-        let of_search = OF_SEARCH[usize::from(!is_random(self.campaign))].min(self.options.max_trials as f64);
+        let of_search =
+            OF_SEARCH[usize::from(!is_random(self.campaign))].min(self.options.max_trials as f64);
         let safe = |heading: &Heading| {
-            let of_loss = if self.options.replicas > 0 { of_search } else { 0.0 };
+            let of_loss = if self.options.replicas > 0 {
+                of_search
+            } else {
+                0.0
+            };
             self.options.replicas as f64 * heading.bound_one_step_n_s / self.precision_n_s + of_loss
         };
         let map = |heading: &Heading| {
-            f64::from(self.options.is_dense) * MAP_TO * heading.bound_one_step_n_s / self.precision_n_s
+            f64::from(self.options.is_dense) * MAP_TO * heading.bound_one_step_n_s
+                / self.precision_n_s
         };
-        let of_set: f64 = self.headings.iter().map(|heading| of_search + safe(heading) + map(heading)).sum();
+        let of_set: f64 = self
+            .headings
+            .iter()
+            .map(|heading| of_search + safe(heading) + map(heading))
+            .sum();
         let of_push_s = start.elapsed().as_secs_f64() / pushes as f64;
-        Ok(of_push_s * of_set * self.factories.len() as f64 / self.pool.current_num_threads() as f64)
+        Ok(of_push_s * of_set * self.factories.len() as f64
+            / self.pool.current_num_threads() as f64)
     }
 
     /// Runs all searches. It calls `on_episode` after each episode and `on_search` after each search, from any thread.
@@ -163,14 +202,24 @@ impl<'a> Searches<'a> {
         on_episode: &(dyn Fn() + Sync),
         on_search: &(dyn Fn() + Sync),
     ) -> Result<Limits> {
-        let Self { campaign, options, precision_n_s, plan, yardstick, pool, factories, .. } = self;
+        let Self {
+            campaign,
+            options,
+            precision_n_s,
+            plan,
+            yardstick,
+            pool,
+            factories,
+            ..
+        } = self;
         let (precision_n_s, mut headings) = (*precision_n_s, self.headings.clone());
         let sets = &plan.manifest.sets;
         let random = is_random(campaign);
         let sector_deg = SECTOR_DEG.min(180.0 / options.headings as f64);
         let opening = plan.opening(factories);
-        let jobs: Vec<(usize, usize)> =
-            (0..headings.len()).flat_map(|h| (0..sets.len()).map(move |s| (h, s))).collect();
+        let jobs: Vec<(usize, usize)> = (0..headings.len())
+            .flat_map(|h| (0..sets.len()).map(move |s| (h, s)))
+            .collect();
         let search = |&(h, s): &(usize, usize)| {
             let heading: &Heading = &headings[h];
             let rule = Rule {
@@ -198,9 +247,16 @@ impl<'a> Searches<'a> {
             Ok(limit)
         };
         // One job at a time, so that no core is left with several searches at the end.
-        let found = pool.install(|| jobs.par_iter().with_max_len(1).map(search).collect::<Result<Vec<SetLimit>>>())?;
+        let found = pool.install(|| {
+            jobs.par_iter()
+                .with_max_len(1)
+                .map(search)
+                .collect::<Result<Vec<SetLimit>>>()
+        })?;
         let mut found = found.into_iter();
-        headings.iter_mut().for_each(|heading| heading.sets = found.by_ref().take(sets.len()).collect());
+        headings
+            .iter_mut()
+            .for_each(|heading| heading.sets = found.by_ref().take(sets.len()).collect());
         Ok(Limits {
             campaign: campaign.name.clone(),
             robot: campaign.robot.clone(),
@@ -213,7 +269,11 @@ impl<'a> Searches<'a> {
             replicas: options.replicas,
             sector_deg,
             random,
-            episodes: headings.iter().flat_map(|heading| &heading.sets).map(SetLimit::episodes).sum(),
+            episodes: headings
+                .iter()
+                .flat_map(|heading| &heading.sets)
+                .map(SetLimit::episodes)
+                .sum(),
             yardstick: yardstick.clone(),
             headings,
         })
@@ -223,21 +283,45 @@ impl<'a> Searches<'a> {
 impl Limits {
     /// The holes of the maps with their headings (degrees) and controllers, in the order of the controllers.
     pub fn holes(&self) -> impl Iterator<Item = (f64, &SetLimit, &MapPoint)> {
-        let sets = self.headings.first().map_or(0, |heading| heading.sets.len());
-        let of = |set: usize| self.headings.iter().map(move |heading| (heading.heading_deg, &heading.sets[set]));
-        (0..sets)
-            .flat_map(of)
-            .flat_map(|(heading_deg, limit)| limit.holes().map(move |hole| (heading_deg, limit, hole)))
+        let sets = self
+            .headings
+            .first()
+            .map_or(0, |heading| heading.sets.len());
+        let of = |set: usize| {
+            self.headings
+                .iter()
+                .map(move |heading| (heading.heading_deg, &heading.sets[set]))
+        };
+        (0..sets).flat_map(of).flat_map(|(heading_deg, limit)| {
+            limit.holes().map(move |hole| (heading_deg, limit, hole))
+        })
     }
 }
 
 /// Rounds a number to two digits.
 fn two_digits(x: f64) -> f64 {
-    format!("{x:.1e}").parse().expect("a number that was written is read")
+    format!("{x:.1e}")
+        .parse()
+        .expect("a number that was written is read")
 }
 
 fn check(options: &LimitOptions) -> Result<()> {
-    in_range("command line", "--headings", options.headings as f64, [1.0, MOST_HEADINGS as f64])?;
-    in_range("command line", "--replicas", options.replicas as f64, [0.0, MOST_REPLICAS as f64])?;
-    in_range("command line", "--max-trials", options.max_trials as f64, [1.0, MOST_TRIALS as f64])
+    in_range(
+        "command line",
+        "--headings",
+        options.headings as f64,
+        [1.0, MOST_HEADINGS as f64],
+    )?;
+    in_range(
+        "command line",
+        "--replicas",
+        options.replicas as f64,
+        [0.0, MOST_REPLICAS as f64],
+    )?;
+    in_range(
+        "command line",
+        "--max-trials",
+        options.max_trials as f64,
+        [1.0, MOST_TRIALS as f64],
+    )
 }

@@ -68,7 +68,13 @@ impl PendulumBounds {
             let path = Path::new(&campaign.robot).with_extension("toml");
             let accepted = "regions [[reach]] with name, x_m, y_m and swing_time_s";
             let problem = "the pendulum's bounds depend on where a foot can land, and how soon";
-            return Err(Error::value(&path.to_string_lossy(), "reach", "(none)", problem, accepted));
+            return Err(Error::value(
+                &path.to_string_lossy(),
+                "reach",
+                "(none)",
+                problem,
+                accepted,
+            ));
         }
         let kinematics = Kinematics::at_home(robot);
         let centre = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot).translation.vector);
@@ -77,15 +83,23 @@ impl PendulumBounds {
         let com_height_m = robot.home_com_height();
         // If the soles differ in size, the smaller one counts.
         let half_m = [0, 1].map(|axis| {
-            Foot::BOTH.map(|foot| robot.soles[foot].half_m[axis]).into_iter().fold(f64::INFINITY, f64::min)
+            Foot::BOTH
+                .map(|foot| robot.soles[foot].half_m[axis])
+                .into_iter()
+                .fold(f64::INFINITY, f64::min)
         });
         let weight_n = robot.mass() * GRAVITY;
-        let [held_x_m, held_y_m, held_by_both_x_m] = [(1.0, 0), (1.0, 1), (0.5, 0)].map(|(share, axis)| {
-            let [left, right] = Foot::BOTH.map(|foot| robot.soles[foot].pressable_m(share * weight_n)[axis]);
-            // If the feet differ, the range that both allow counts.
-            [left[0].max(right[0]), left[1].min(right[1])]
-        });
-        let (push_duration_s, push_height_m) = (campaign.push.duration_s.mean(), campaign.push.height_m.mean());
+        let [held_x_m, held_y_m, held_by_both_x_m] =
+            [(1.0, 0), (1.0, 1), (0.5, 0)].map(|(share, axis)| {
+                let [left, right] =
+                    Foot::BOTH.map(|foot| robot.soles[foot].pressable_m(share * weight_n)[axis]);
+                // If the feet differ, the range that both allow counts.
+                [left[0].max(right[0]), left[1].min(right[1])]
+            });
+        let (push_duration_s, push_height_m) = (
+            campaign.push.duration_s.mean(),
+            campaign.push.height_m.mean(),
+        );
         let push_factor = match campaign.push.profile {
             Profile::Rectangular => capture::rectangular_push_factor,
             Profile::HalfSine => capture::half_sine_push_factor,
@@ -112,7 +126,11 @@ impl PendulumBounds {
 
     /// The units of the robot.
     pub fn units(&self) -> Units {
-        Units { mass_kg: self.mass_kg, length_m: self.com_height_m, half_sole_m: self.sole_x_m[1] }
+        Units {
+            mass_kg: self.mass_kg,
+            length_m: self.com_height_m,
+            half_sole_m: self.sole_x_m[1],
+        }
     }
 
     /// The bounds for one heading (degrees), still without controllers.
@@ -134,10 +152,21 @@ impl PendulumBounds {
             regions: self.reach.iter().map(region).collect(),
         };
         let [x_m, y_m] = [self.sole_x_m, self.sole_y_m];
-        let by_soles = SteppingPendulum { sole_x_m: x_m, both_x_m: x_m, sole_y_m: y_m, both_y_m: y_m, ..held.clone() };
+        let by_soles = SteppingPendulum {
+            sole_x_m: x_m,
+            both_x_m: x_m,
+            sole_y_m: y_m,
+            both_y_m: y_m,
+            ..held.clone()
+        };
         let bounds = held.bounds(heading_deg);
-        let limited_by = if bounds == by_soles.bounds(heading_deg) { "soles" } else { "ankle torque" };
-        let [no, one, n] = [bounds.no_step_n_s, bounds.one_step_n_s, bounds.n_step_n_s].map(|j| j * self.push_factor);
+        let limited_by = if bounds == by_soles.bounds(heading_deg) {
+            "soles"
+        } else {
+            "ankle torque"
+        };
+        let [no, one, n] = [bounds.no_step_n_s, bounds.one_step_n_s, bounds.n_step_n_s]
+            .map(|j| j * self.push_factor);
         Heading {
             heading_deg,
             bound_no_step_n_s: no,
@@ -162,20 +191,33 @@ mod tests {
     fn the_yardstick_takes_the_mean_push() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
         let of = |set: &[&str]| PendulumBounds::new(&robot, &campaign("nominal", set)).unwrap();
-        let drawn = of(&["push.height_m={uniform=[-0.05, 0.1]}", "push.duration_s={normal=[0.06, 0.02]}"]);
+        let drawn = of(&[
+            "push.height_m={uniform=[-0.05, 0.1]}",
+            "push.duration_s={normal=[0.06, 0.02]}",
+        ]);
         assert_eq!(drawn, of(&["push.height_m=0.025", "push.duration_s=0.06"]));
         let heading = drawn.heading(0.0);
         let factor = 1.0 / (1.0 + 0.025 / robot.home_com_height());
-        assert!((heading.bound_one_step_at_height_n_s / heading.bound_one_step_n_s - factor).abs() < 1e-12);
+        assert!(
+            (heading.bound_one_step_at_height_n_s / heading.bound_one_step_n_s - factor).abs()
+                < 1e-12
+        );
         // For a push below the COM, the bound stays as it is.
-        assert_eq!(of(&["push.height_m={uniform=[-0.1, 0]}"]).height_factor, 1.0);
+        assert_eq!(
+            of(&["push.height_m={uniform=[-0.1, 0]}"]).height_factor,
+            1.0
+        );
     }
 
     /// Weak ankles hold less than the soles allow, forward by the torque of both over the weight.
     #[test]
     fn weak_ankles_limit_what_is_held_without_a_footstep() {
         let mut robot = standfast_robots::load("ut-mu2").unwrap();
-        let bound = |robot: &Robot| PendulumBounds::new(robot, &campaign("nominal", &[])).unwrap().heading(0.0);
+        let bound = |robot: &Robot| {
+            PendulumBounds::new(robot, &campaign("nominal", &[]))
+                .unwrap()
+                .heading(0.0)
+        };
         let strong = bound(&robot);
         assert_eq!(strong.limited_by, "soles");
         let lever_m = 0.02;
@@ -188,20 +230,32 @@ mod tests {
         let yardstick = PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap();
         let held_m = lever_m - yardstick.com_offset_m[0];
         let expected = robot.mass() * robot.omega() * held_m * yardstick.push_factor;
-        assert!((weak.bound_no_step_n_s / expected - 1.0).abs() < 1e-9, "{} {expected}", weak.bound_no_step_n_s);
-        assert!(weak.bound_one_step_n_s < strong.bound_one_step_n_s && weak.bound_n_step_n_s < strong.bound_n_step_n_s);
+        assert!(
+            (weak.bound_no_step_n_s / expected - 1.0).abs() < 1e-9,
+            "{} {expected}",
+            weak.bound_no_step_n_s
+        );
+        assert!(
+            weak.bound_one_step_n_s < strong.bound_one_step_n_s
+                && weak.bound_n_step_n_s < strong.bound_n_step_n_s
+        );
     }
 
     /// The measure of a push is the bound without a footstep and without the factor for the push's duration.
     #[test]
     fn the_measure_of_a_push_is_the_bound_without_a_footstep() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let (yardstick, no_step) =
-            (PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap(), StandingBound::new(&robot));
+        let (yardstick, no_step) = (
+            PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap(),
+            StandingBound::new(&robot),
+        );
         for heading_deg in [-135.0, -20.0, 0.0, 70.0, 90.0, 180.0] {
             let bound = yardstick.heading(heading_deg).bound_no_step_n_s / yardstick.push_factor;
             let found = no_step.impulse_n_s(heading_deg).unwrap();
-            assert!((found - bound).abs() < 1e-9, "{heading_deg}: {found}, not {bound}");
+            assert!(
+                (found - bound).abs() < 1e-9,
+                "{heading_deg}: {found}, not {bound}"
+            );
         }
     }
 }

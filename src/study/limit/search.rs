@@ -71,7 +71,10 @@ pub struct MapPoint {
     pub outcome: Outcome,
 }
 
-fn by_name<S: Serializer>(outcome: &Outcome, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+fn by_name<S: Serializer>(
+    outcome: &Outcome,
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
     serializer.serialize_str(outcome.name())
 }
 
@@ -86,9 +89,15 @@ impl SetLimit {
 
     /// The holes of the map. Of each run of adjacent lost impulses below the limit, this is the smallest one.
     pub fn holes(&self) -> impl Iterator<Item = &MapPoint> {
-        let is_lost = |tried: &MapPoint| !tried.outcome.is_success() && tried.impulse_n_s < HOLE * self.impulse50_n_s;
+        let is_lost = |tried: &MapPoint| {
+            !tried.outcome.is_success() && tried.impulse_n_s < HOLE * self.impulse50_n_s
+        };
         let is_first = move |i: usize| i == 0 || !is_lost(&self.map[i - 1]);
-        self.map.iter().enumerate().filter(move |&(i, tried)| is_lost(tried) && is_first(i)).map(|(_, tried)| tried)
+        self.map
+            .iter()
+            .enumerate()
+            .filter(move |&(i, tried)| is_lost(tried) && is_first(i))
+            .map(|(_, tried)| tried)
     }
 
     /// Number of episodes of its searches.
@@ -111,7 +120,9 @@ impl SetLimit {
 /// Whether trials with the same impulse and heading can differ.
 pub(super) fn is_random(campaign: &Campaign) -> bool {
     let push = &campaign.push;
-    let drawn = [push.height_m, push.duration_s].into_iter().any(|distribution| !distribution.is_constant());
+    let drawn = [push.height_m, push.duration_s]
+        .into_iter()
+        .any(|distribution| !distribution.is_constant());
     drawn || campaign.second_push.is_random() || !trial::begin_alike(campaign)
 }
 
@@ -164,7 +175,14 @@ pub(super) struct LimitSearch<'a> {
 
 impl LimitSearch<'_> {
     pub fn run(&self, rule: Rule) -> Result<SetLimit> {
-        let [mut recovered, mut survived, mut fell, mut timed_out, mut diverged, mut failed] = [0; 6];
+        let [
+            mut recovered,
+            mut survived,
+            mut fell,
+            mut timed_out,
+            mut diverged,
+            mut failed,
+        ] = [0; 6];
         let posterior = self.limit(rule, self.heading_deg, |outcome| {
             *match outcome {
                 Outcome::Recovered => &mut recovered,
@@ -178,7 +196,11 @@ impl LimitSearch<'_> {
         let (random, grid_n_s) = (rule.random, rule.precision_n_s);
         let safe = self.safe(rule)?;
         let (impulse50, impulse90) = (posterior.impulse50(), posterior.impulse90());
-        let map = if self.is_dense { self.map(grid_n_s, MAP_TO * impulse50.at_n_s)? } else { Vec::new() };
+        let map = if self.is_dense {
+            self.map(grid_n_s, MAP_TO * impulse50.at_n_s)?
+        } else {
+            Vec::new()
+        };
         let [dv_m_s, dv_over_sqrt_g_h] = self.campaign.units.velocity_of(impulse50.at_n_s);
         Ok(SetLimit {
             name: self.plan.manifest.sets[self.set].clone(),
@@ -205,7 +227,12 @@ impl LimitSearch<'_> {
     }
 
     /// Searches the impulse with 50 % recovery at a heading. It calls `on_outcome` after each trial.
-    fn limit(&self, rule: Rule, heading_deg: f64, mut on_outcome: impl FnMut(Outcome)) -> Result<Posterior> {
+    fn limit(
+        &self,
+        rule: Rule,
+        heading_deg: f64,
+        mut on_outcome: impl FnMut(Outcome),
+    ) -> Result<Posterior> {
         let mut posterior = Posterior::new(rule);
         while let Some(impulse_n_s) = posterior.next_impulse() {
             let trial = first_trial(heading_deg) + posterior.trials();
@@ -221,12 +248,19 @@ impl LimitSearch<'_> {
     /// otherwise they are almost the same.
     fn safe(&self, rule: Rule) -> Result<Safe> {
         let (grid_n_s, most_n_s) = (rule.precision_n_s, rule.most_n_s);
-        let mut safe = Safe { up_to_n_s: 0.0, first_loss: None, trials: 0 };
+        let mut safe = Safe {
+            up_to_n_s: 0.0,
+            first_loss: None,
+            trials: 0,
+        };
         let points = ((most_n_s / grid_n_s) as u64).min(MOST_GRID_POINTS);
         for point in 1..=if self.replicas > 0 { points } else { 0 } {
             let impulse_n_s = grid_n_s * point as f64;
             for replica in 0..self.replicas {
-                let trial = first_trial(self.heading_deg) + SAFE_TRIAL_OFFSET + point * MOST_REPLICAS + replica;
+                let trial = first_trial(self.heading_deg)
+                    + SAFE_TRIAL_OFFSET
+                    + point * MOST_REPLICAS
+                    + replica;
                 let [more, turned, later] = trial::replica(self.campaign.seed, trial);
                 let impulse_n_s = impulse_n_s * (1.0 + REPLICA_IMPULSE_SHARE * more);
                 let heading_deg = (self.heading_deg + self.sector_deg * turned).rem_euclid(360.0);
@@ -240,10 +274,18 @@ impl LimitSearch<'_> {
                 safe.trials += 1;
                 if !self.outcome(disturbance)?.is_success() {
                     let posterior = self.limit(rule, heading_deg, |_| ())?;
-                    let (limit_n_s, limit_trials) = (posterior.impulse50().at_n_s, posterior.trials());
+                    let (limit_n_s, limit_trials) =
+                        (posterior.impulse50().at_n_s, posterior.trials());
                     let of_limit = impulse_n_s / limit_n_s;
-                    safe.first_loss =
-                        Some(FirstLoss { impulse_n_s, heading_deg, start_s, trial, limit_n_s, limit_trials, of_limit });
+                    safe.first_loss = Some(FirstLoss {
+                        impulse_n_s,
+                        heading_deg,
+                        start_s,
+                        trial,
+                        limit_n_s,
+                        limit_trials,
+                        of_limit,
+                    });
                     return Ok(safe);
                 }
             }
@@ -256,9 +298,17 @@ impl LimitSearch<'_> {
     fn map(&self, grid_n_s: f64, to_n_s: f64) -> Result<Vec<MapPoint>> {
         let points = ((to_n_s / grid_n_s) as u64).min(MOST_GRID_POINTS);
         let tried = |point: u64| {
-            let (impulse_n_s, trial) = (grid_n_s * point as f64, first_trial(self.heading_deg) + MAP_TRIALS + point);
-            let outcome = self.outcome(pushed(self.campaign, trial, impulse_n_s, self.heading_deg))?;
-            Ok(MapPoint { impulse_n_s, trial, outcome })
+            let (impulse_n_s, trial) = (
+                grid_n_s * point as f64,
+                first_trial(self.heading_deg) + MAP_TRIALS + point,
+            );
+            let outcome =
+                self.outcome(pushed(self.campaign, trial, impulse_n_s, self.heading_deg))?;
+            Ok(MapPoint {
+                impulse_n_s,
+                trial,
+                outcome,
+            })
         };
         (1..=points).map(tried).collect()
     }
@@ -268,7 +318,10 @@ impl LimitSearch<'_> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(Error::Interrupted);
         }
-        let outcome = self.plan.records(self.factories, self.opening, disturbance, &[self.set])?[0].outcome;
+        let outcome = self
+            .plan
+            .records(self.factories, self.opening, disturbance, &[self.set])?[0]
+            .outcome;
         (self.on_episode)();
         Ok(outcome)
     }
@@ -302,15 +355,34 @@ mod tests {
             (vec!["push.height_m={uniform=[0, 0.1]}"], true),
             (vec!["push.height_m=0.1", "push.duration_s=0.1"], false),
             (vec!["variations.mass_scale={uniform=[0.9, 1.1]}"], true),
-            (vec!["variations.mass_scale={normal=[1.1, 0]}", "variations.friction=0.5"], false),
+            (
+                vec![
+                    "variations.mass_scale={normal=[1.1, 0]}",
+                    "variations.friction=0.5",
+                ],
+                false,
+            ),
             (vec!["variations.delay_s={normal=[0.004, 0.001]}"], true),
             // The heading of a slope is drawn unless it is given.
             (vec!["push.start_s=1", "variations.slope_deg=1"], true),
-            (vec!["push.start_s=1", "variations.slope_deg=1", "variations.slope_heading_deg=30"], false),
+            (
+                vec![
+                    "push.start_s=1",
+                    "variations.slope_deg=1",
+                    "variations.slope_heading_deg=30",
+                ],
+                false,
+            ),
             (vec!["variations.slope_deg=0"], false),
             (vec!["second_push.impulse_n_s=1"], false),
-            (vec!["second_push={impulse_n_s=1, after_s={uniform=[0.1, 1]}}"], true),
-            (vec!["second_push={impulse_n_s=0, after_s={uniform=[0.1, 1]}}"], false),
+            (
+                vec!["second_push={impulse_n_s=1, after_s={uniform=[0.1, 1]}}"],
+                true,
+            ),
+            (
+                vec!["second_push={impulse_n_s=0, after_s={uniform=[0.1, 1]}}"],
+                false,
+            ),
         ] {
             let campaign = campaign("nominal", &set);
             assert_eq!(is_random(&campaign), random, "{set:?}");
@@ -323,7 +395,10 @@ mod tests {
                 })
                 .collect();
             let noisy = set[0].starts_with("sensors");
-            assert!(noisy || trials.iter().any(|trial| *trial != trials[0]) == random, "{set:?}");
+            assert!(
+                noisy || trials.iter().any(|trial| *trial != trials[0]) == random,
+                "{set:?}"
+            );
         }
     }
 }

@@ -36,12 +36,19 @@ impl Claim {
     /// another program must not be disturbed, or if the folder belongs to another campaign.
     pub fn of(folder: &Folder, access: Access, begin: impl Fn() -> Result<()>) -> Result<Self> {
         let path = folder.path.join("parts/.lock");
-        let fail = |source| Error::Write { path: path.clone(), source };
+        let fail = |source| Error::Write {
+            path: path.clone(),
+            source,
+        };
         fs::create_dir_all(folder.path.join("parts")).map_err(fail)?;
         if is_no_file(&path) {
             return Err(fail(std::io::Error::other("it is no file")));
         }
-        let lock = File::options().create(true).append(true).open(&path).map_err(fail)?;
+        let lock = File::options()
+            .create(true)
+            .append(true)
+            .open(&path)
+            .map_err(fail)?;
         let since = Instant::now();
         let ours = || match Manifest::stated_hash(&folder.path) {
             Some(_) => folder.check_owner(),
@@ -64,7 +71,10 @@ impl Claim {
                 Err(TryLockError::WouldBlock) => {}
                 Err(TryLockError::Error(error)) => {
                     let advice = "run one command at a time in this folder";
-                    log::warn!("{}: the file system has no locks ({error}); {advice}", path.display());
+                    log::warn!(
+                        "{}: the file system has no locks ({error}); {advice}",
+                        path.display()
+                    );
                     ours()?;
                     begin()?;
                     return Ok(Self { _lock: None });
@@ -95,7 +105,10 @@ impl Folder {
             Some(_) => "has been taken by another campaign; give each its own --out",
             None => "its manifest (parts/campaign.json) has disappeared",
         };
-        Err(Error::Parts { path: self.path.clone(), problem: problem.into() })
+        Err(Error::Parts {
+            path: self.path.clone(),
+            problem: problem.into(),
+        })
     }
 
     /// Fails if the manifest in the folder, which the shards at work there use, differs from this one: other trials, or
@@ -104,9 +117,11 @@ impl Folder {
         if Manifest::read(&self.path)? == self.manifest {
             return Ok(());
         }
-        let problem =
-            "others are at work in this folder, with another campaign or with other gates; give another --out";
-        Err(Error::Parts { path: self.path.clone(), problem: problem.into() })
+        let problem = "others are at work in this folder, with another campaign or with other gates; give another --out";
+        Err(Error::Parts {
+            path: self.path.clone(),
+            problem: problem.into(),
+        })
     }
 }
 
@@ -124,17 +139,31 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let folder = folder(dir.path());
         let exclusive = claim(&folder, Access::Exclusive).unwrap();
-        assert!(matches!(claim(&folder, Access::Exclusive), Err(Error::Busy(_))));
+        assert!(matches!(
+            claim(&folder, Access::Exclusive),
+            Err(Error::Busy(_))
+        ));
         drop(exclusive);
-        let shards = [claim(&folder, Access::SharedByShards).unwrap(), claim(&folder, Access::SharedByShards).unwrap()];
-        assert!(matches!(claim(&folder, Access::Exclusive), Err(Error::Busy(_))));
+        let shards = [
+            claim(&folder, Access::SharedByShards).unwrap(),
+            claim(&folder, Access::SharedByShards).unwrap(),
+        ];
+        assert!(matches!(
+            claim(&folder, Access::Exclusive),
+            Err(Error::Busy(_))
+        ));
         let mut other = folder.clone();
         other.manifest.campaign.stopping.margin = 0.1;
-        let message = claim(&other, Access::SharedByShards).unwrap_err().to_string();
+        let message = claim(&other, Access::SharedByShards)
+            .unwrap_err()
+            .to_string();
         assert!(message.contains("other gates"), "{message}");
         drop(shards);
         // A program that is alone may apply other gates to the same trials.
-        assert!(claim(&other, Access::SharedByShards).is_ok() && claim(&folder, Access::Exclusive).is_ok());
+        assert!(
+            claim(&other, Access::SharedByShards).is_ok()
+                && claim(&folder, Access::Exclusive).is_ok()
+        );
         assert!(folder.check_owner().is_ok());
         other.manifest.config_hash = "another".into();
         for access in [Access::Exclusive, Access::SharedByShards] {
@@ -142,6 +171,12 @@ mod tests {
             assert!(message.contains("another campaign"), "{message}");
         }
         std::fs::remove_file(dir.path().join("parts/campaign.json")).unwrap();
-        assert!(folder.check_owner().unwrap_err().to_string().contains("disappeared"));
+        assert!(
+            folder
+                .check_owner()
+                .unwrap_err()
+                .to_string()
+                .contains("disappeared")
+        );
     }
 }

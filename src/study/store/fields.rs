@@ -2,7 +2,10 @@
 
 use csv::StringRecord;
 use serde::de::value::Error;
-use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, Error as _, IntoDeserializer, SeqAccess, Visitor};
+use serde::de::{
+    DeserializeOwned, DeserializeSeed, Deserializer, Error as _, IntoDeserializer, SeqAccess,
+    Visitor,
+};
 use standfast_files::columns::{Data, DataColumn};
 use standfast_sim::episode::Totals;
 
@@ -44,18 +47,37 @@ pub fn columns<'a>(
         let data = match (field.kind, field.is_optional) {
             (FieldKind::Count, _) => Data::I64(cells.map(parsed).collect()),
             (FieldKind::Number, false) => Data::F64(cells.map(parsed).collect()),
-            (FieldKind::Number, true) => Data::OptF64(cells.map(|cell| some(cell).map(parsed)).collect()),
+            (FieldKind::Number, true) => {
+                Data::OptF64(cells.map(|cell| some(cell).map(parsed)).collect())
+            }
             (FieldKind::Word, false) => Data::Text(cells.map(String::from).collect()),
-            (FieldKind::Word, true) => Data::OptText(cells.map(|cell| some(cell).map(String::from)).collect()),
+            (FieldKind::Word, true) => {
+                Data::OptText(cells.map(|cell| some(cell).map(String::from)).collect())
+            }
         };
         DataColumn::new(field.name, data)
     };
     let last = fields.len() - 1;
-    let of_controllers: Vec<Totals> = rows.iter().map(|row| Totals::read(&row[last]).unwrap_or_default()).collect();
+    let of_controllers: Vec<Totals> = rows
+        .iter()
+        .map(|row| Totals::read(&row[last]).unwrap_or_default())
+        .collect();
     let of_total = move |name: &String| {
-        DataColumn::new(name, Data::OptF64(of_controllers.iter().map(|totals| totals.0.get(name).copied()).collect()))
+        DataColumn::new(
+            name,
+            Data::OptF64(
+                of_controllers
+                    .iter()
+                    .map(|totals| totals.0.get(name).copied())
+                    .collect(),
+            ),
+        )
     };
-    fields[..last].iter().enumerate().map(of_field).chain(totals.iter().map(of_total))
+    fields[..last]
+        .iter()
+        .enumerate()
+        .map(of_field)
+        .chain(totals.iter().map(of_total))
 }
 
 /// The value of a cell that was written as one.
@@ -75,7 +97,11 @@ struct Lister {
 impl Lister {
     fn note(&mut self, kind: FieldKind) {
         let is_optional = std::mem::take(&mut self.is_optional);
-        self.fields.push(Field { name: self.name, kind, is_optional });
+        self.fields.push(Field {
+            name: self.name,
+            kind,
+            is_optional,
+        });
     }
 }
 
@@ -83,7 +109,10 @@ impl<'de> Deserializer<'de> for &mut Lister {
     type Error = Error;
 
     fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Error> {
-        Err(Error::custom(format!("{} is of a kind that no column has", self.name)))
+        Err(Error::custom(format!(
+            "{} is of a kind that no column has",
+            self.name
+        )))
     }
 
     fn deserialize_u32<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
@@ -127,7 +156,10 @@ impl<'de> Deserializer<'de> for &mut Lister {
         names: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Error> {
-        visitor.visit_seq(InTurn { lister: self, names: names.iter() })
+        visitor.visit_seq(InTurn {
+            lister: self,
+            names: names.iter(),
+        })
     }
 
     serde::forward_to_deserialize_any! {
@@ -145,8 +177,13 @@ struct InTurn<'a> {
 impl<'de> SeqAccess<'de> for InTurn<'_> {
     type Error = Error;
 
-    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Error> {
-        let Some(name) = self.names.next() else { return Ok(None) };
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, Error> {
+        let Some(name) = self.names.next() else {
+            return Ok(None);
+        };
         self.lister.name = name;
         seed.deserialize(&mut *self.lister).map(Some)
     }

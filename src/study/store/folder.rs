@@ -15,8 +15,14 @@ use std::ops::Range;
 use std::{fs, path::Path, path::PathBuf};
 
 /// Files that are made from the parts.
-pub const RESULT_FILES: [&str; 6] =
-    ["summary.json", "trials.parquet", "report.html", "summary.md", "junit.xml", "success.svg"];
+pub const RESULT_FILES: [&str; 6] = [
+    "summary.json",
+    "trials.parquet",
+    "report.html",
+    "summary.md",
+    "junit.xml",
+    "success.svg",
+];
 
 /// Names that a run creates before its first part is written.
 const BEGUN: [&str; 3] = ["parts", "inputs", "campaign.toml"];
@@ -54,55 +60,97 @@ impl Folder {
         let empty = match fs::read_dir(path) {
             Ok(mut entries) => entries.next().is_none(),
             Err(e) if e.kind() == std::io::ErrorKind::NotFound && path.is_symlink() => {
-                return fail("result folder", path, "it is a link to what does not exist", accepted);
+                return fail(
+                    "result folder",
+                    path,
+                    "it is a link to what does not exist",
+                    accepted,
+                );
             }
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => true,
             Err(e) if e.kind() == std::io::ErrorKind::NotADirectory => {
                 return fail("result folder", path, "it is a file", accepted);
             }
-            Err(source) => return Err(Error::Read { path: path.into(), source }),
+            Err(source) => {
+                return Err(Error::Read {
+                    path: path.into(),
+                    source,
+                });
+            }
         };
         if empty {
             return Ok(None);
         }
-        let parts = fs::read_dir(path.join("parts")).into_iter().flatten().flatten();
+        let parts = fs::read_dir(path.join("parts"))
+            .into_iter()
+            .flatten()
+            .flatten();
         if let Some(part) = parts.map(|entry| entry.path()).find(|part| part.is_dir()) {
-            return fail("part of a result", &part, "it is a folder", "a file; remove the folder");
+            return fail(
+                "part of a result",
+                &part,
+                "it is a folder",
+                "a file; remove the folder",
+            );
         }
         if path.join(MANIFEST).exists() {
-            return Ok(Some(Folder { path: path.into(), manifest: Manifest::read(path)? }));
+            return Ok(Some(Folder {
+                path: path.into(),
+                manifest: Manifest::read(path)?,
+            }));
         }
         if Self::markers(path)?.is_empty() {
             return Ok(None);
         }
-        let [file, out] = [path.join("campaign.toml"), path.into()].map(|path| shell_word(&path.display().to_string()));
+        let [file, out] = [path.join("campaign.toml"), path.into()]
+            .map(|path| shell_word(&path.display().to_string()));
         let problem = format!(
             "holds parts, but their manifest (parts/campaign.json) is lost. The command that began it writes it again, \
              and so does: standfast run {file} --out {out}"
         );
-        Err(Error::Parts { path: path.into(), problem })
+        Err(Error::Parts {
+            path: path.into(),
+            problem,
+        })
     }
 
     /// The markers of the parts in a folder, which can be read without a manifest. There are none if a run failed
     /// before its first part. It fails if the folder has other content.
     pub fn markers(path: &Path) -> Result<Vec<Marker>> {
         let names = |folder: &Path| -> Result<Vec<OsString>> {
-            let fail = |source| Error::Read { path: folder.into(), source };
+            let fail = |source| Error::Read {
+                path: folder.into(),
+                source,
+            };
             let names: std::io::Result<_> =
                 fs::read_dir(folder).and_then(|all| all.map(|e| Ok(e?.file_name())).collect());
             names.map_err(fail)
         };
         let parts = path.join("parts");
-        let is_marker = |name: &OsString| name.to_str().is_some_and(|n| n.starts_with("part-") && n.ends_with(".json"));
-        let of_parts = if parts.is_dir() { names(&parts)? } else { Vec::new() };
+        let is_marker = |name: &OsString| {
+            name.to_str()
+                .is_some_and(|n| n.starts_with("part-") && n.ends_with(".json"))
+        };
+        let of_parts = if parts.is_dir() {
+            names(&parts)?
+        } else {
+            Vec::new()
+        };
         let names_of_markers = of_parts.iter().filter(|name| is_marker(name));
-        let markers: Vec<Marker> = names_of_markers.filter_map(|name| Marker::read(&parts.join(name))).collect();
+        let markers: Vec<Marker> = names_of_markers
+            .filter_map(|name| Marker::read(&parts.join(name)))
+            .collect();
         // A run creates `parts` first. If that is missing, a `campaign.toml` is a file of the user.
-        let is_ours = |name: &OsString| (parts.is_dir() && BEGUN.iter().any(|ours| name == ours)) || is_temporary(name);
+        let is_ours = |name: &OsString| {
+            (parts.is_dir() && BEGUN.iter().any(|ours| name == ours)) || is_temporary(name)
+        };
         if markers.is_empty() && !names(path)?.iter().all(is_ours) {
             let problem =
                 "is not the folder of a campaign: it has no parts/campaign.json, and holds other files".into();
-            return Err(Error::Parts { path: path.into(), problem });
+            return Err(Error::Parts {
+                path: path.into(),
+                problem,
+            });
         }
         Ok(markers)
     }
@@ -111,13 +159,19 @@ impl Folder {
     pub fn existing(path: &Path) -> Result<Folder> {
         Folder::open(path)?.ok_or_else(|| Error::Parts {
             path: path.into(),
-            problem: "there is no such folder, or it is empty; give the result folder of `standfast run`".into(),
+            problem:
+                "there is no such folder, or it is empty; give the result folder of `standfast run`"
+                    .into(),
         })
     }
 
     /// The builds of the program that made the parts ([`build_id`]).
     pub fn builds(&self) -> BTreeSet<String> {
-        Self::markers(&self.path).unwrap_or_default().into_iter().map(|marker| marker.build).collect()
+        Self::markers(&self.path)
+            .unwrap_or_default()
+            .into_iter()
+            .map(|marker| marker.build)
+            .collect()
     }
 
     /// Whether parts in the folder were made by another build of the program than this one.
@@ -127,13 +181,17 @@ impl Folder {
 
     /// Whether the manifest in the folder differs from this one in its gates, its margin or its number of trials.
     pub fn asks_anew(&self) -> bool {
-        Folder::open(&self.path).ok().flatten().is_some_and(|found| found.manifest != self.manifest)
+        Folder::open(&self.path)
+            .ok()
+            .flatten()
+            .is_some_and(|found| found.manifest != self.manifest)
     }
 
     /// Number of trials in the result. It is the number of the campaign or, if the campaign ended early, the number at
     /// its decision.
     pub fn trials(&self) -> u64 {
-        self.stopped().map_or(self.manifest.campaign.trials, |stopped| stopped.trials)
+        self.stopped()
+            .map_or(self.manifest.campaign.trials, |stopped| stopped.trials)
     }
 
     /// Number of trials of each controller in the result. It is None if the campaign ends when decided and has not
@@ -154,22 +212,34 @@ impl Folder {
 
     fn stopped(&self) -> Option<Stopped> {
         let Manifest { campaign, sets, .. } = &self.manifest;
-        let stopped =
-            || -> Option<Stopped> { serde_json::from_slice(&read(&self.stopped_path(), MOST_BYTES).ok()?).ok() };
+        let stopped = || -> Option<Stopped> {
+            serde_json::from_slice(&read(&self.stopped_path(), MOST_BYTES).ok()?).ok()
+        };
         let valid = |stopped: &Stopped| {
             let is_end = |trials: &u64| {
-                let mut looks = self.manifest.looks().into_iter().flat_map(|looks| looks.until(*trials));
+                let mut looks = self
+                    .manifest
+                    .looks()
+                    .into_iter()
+                    .flat_map(|looks| looks.until(*trials));
                 *trials == campaign.trials || looks.any(|look| look == *trials)
             };
             let of_sets = |trials: &Vec<u64>| {
-                trials.len() == sets.len() && trials.iter().max() == Some(&stopped.trials) && trials.iter().all(is_end)
+                trials.len() == sets.len()
+                    && trials.iter().max() == Some(&stopped.trials)
+                    && trials.iter().all(is_end)
             };
             stopped.config_hash == self.manifest.config_hash
                 && stopped.trials <= campaign.trials
                 && is_end(&stopped.trials)
                 && stopped.set_trials.as_ref().is_none_or(of_sets)
         };
-        campaign.stopping.until_resolved.then(stopped).flatten().filter(valid)
+        campaign
+            .stopping
+            .until_resolved
+            .then(stopped)
+            .flatten()
+            .filter(valid)
     }
 
     /// Writes that the campaign was decided and has ended, with the number of trials of each controller.
@@ -177,7 +247,11 @@ impl Folder {
         let trials = set_trials.iter().copied().max().unwrap_or_default();
         let are_same = set_trials.iter().all(|of_set| *of_set == trials);
         let config_hash = self.manifest.config_hash.clone();
-        let stopped = Stopped { trials, config_hash, set_trials: (!are_same).then(|| set_trials.to_vec()) };
+        let stopped = Stopped {
+            trials,
+            config_hash,
+            set_trials: (!are_same).then(|| set_trials.to_vec()),
+        };
         write_atomic(&self.stopped_path(), json(&stopped)?.as_bytes())
     }
 
@@ -193,7 +267,10 @@ impl Folder {
     /// The number of the first trial of a block, and the number after its last one.
     pub fn range(&self, block: u64) -> (u64, u64) {
         let trials = self.manifest.part_trials.get();
-        (block * trials, ((block + 1) * trials).min(self.manifest.campaign.trials))
+        (
+            block * trials,
+            ((block + 1) * trials).min(self.manifest.campaign.trials),
+        )
     }
 
     /// The blocks that are not complete, in order.
@@ -211,22 +288,43 @@ impl Folder {
     pub fn lacks(&self, block: u64, set_trials: &[u64]) -> Vec<bool> {
         let (first, _) = self.range(block);
         let holds = self.part(block).holds();
-        set_trials.iter().zip(holds).map(|(&trials, is_there)| first < trials && !is_there).collect()
+        set_trials
+            .iter()
+            .zip(holds)
+            .map(|(&trials, is_there)| first < trials && !is_there)
+            .collect()
     }
 
     /// Fails if complete parts have impossible rows, with a problem for each such part.
     pub fn check_rows(&self) -> Result<()> {
         let blocks = (0..self.blocks()).into_par_iter();
-        Error::all(blocks.filter_map(|block| self.part(block).contradiction()).collect())
+        Error::all(
+            blocks
+                .filter_map(|block| self.part(block).contradiction())
+                .collect(),
+        )
     }
 
     /// The part of a block, whether it is complete or not.
     pub fn part(&self, block: u64) -> PartFile<'_> {
         let stem = self.path.join(format!("parts/part-{block:06}"));
         let (first, end) = self.range(block);
-        let Manifest { sets, config_hash, planned_trials, campaign, .. } = &self.manifest;
+        let Manifest {
+            sets,
+            config_hash,
+            planned_trials,
+            campaign,
+            ..
+        } = &self.manifest;
         let planned_trials = campaign.stopping.until_resolved.then_some(*planned_trials);
-        PartFile { stem, trials: first..end, sets, config_hash, planned_trials, campaign }
+        PartFile {
+            stem,
+            trials: first..end,
+            sets,
+            config_hash,
+            planned_trials,
+            campaign,
+        }
     }
 
     /// Writes the manifest. It fails if the folder is not writable.
@@ -247,12 +345,20 @@ impl Folder {
                 self.trials_of(&missing),
                 self.resume_command(),
             );
-            return Err(Error::Parts { path: self.path.clone(), problem });
+            return Err(Error::Parts {
+                path: self.path.clone(),
+                problem,
+            });
         }
         let Some(set_trials) = self.set_trials() else {
-            let problem =
-                format!("incomplete: it was stopped before its end; to complete it, run: {}", self.resume_command());
-            return Err(Error::Parts { path: self.path.clone(), problem });
+            let problem = format!(
+                "incomplete: it was stopped before its end; to complete it, run: {}",
+                self.resume_command()
+            );
+            return Err(Error::Parts {
+                path: self.path.clone(),
+                problem,
+            });
         };
         Ok((0..self.blocks()).map(move |block| self.rows_of(block..block + 1, &set_trials)))
     }
@@ -260,9 +366,16 @@ impl Folder {
     /// The rows of these blocks. Rows beyond the number of trials of their controller are left out. It fails if a part
     /// is missing or damaged.
     pub fn rows_of(&self, blocks: Range<u64>, set_trials: &[u64]) -> Result<Vec<TrialRow>> {
-        let mut rows = blocks.map(|block| self.part(block).rows()).collect::<Result<Vec<_>>>()?.concat();
+        let mut rows = blocks
+            .map(|block| self.part(block).rows())
+            .collect::<Result<Vec<_>>>()?
+            .concat();
         let of_set: HashMap<&String, &u64> = self.manifest.sets.iter().zip(set_trials).collect();
-        rows.retain(|row| of_set.get(&row.set).is_some_and(|trials| row.trial < **trials));
+        rows.retain(|row| {
+            of_set
+                .get(&row.set)
+                .is_some_and(|trials| row.trial < **trials)
+        });
         Ok(rows)
     }
 
@@ -273,7 +386,10 @@ impl Folder {
 
     /// Writes `campaign.toml`, with which the campaign can be run again.
     pub fn write_campaign(&self) -> Result<()> {
-        write_atomic(&self.path.join("campaign.toml"), self.manifest.campaign.to_toml()?.as_bytes())
+        write_atomic(
+            &self.path.join("campaign.toml"),
+            self.manifest.campaign.to_toml()?.as_bytes(),
+        )
     }
 
     /// The ranges of the trials of some blocks, as text such as `0-49, 75-99`.
@@ -284,35 +400,61 @@ impl Folder {
     /// The command that computes the missing trials.
     pub fn resume_command(&self) -> String {
         let file = shell_word(&self.path.join("campaign.toml").display().to_string());
-        format!("standfast run {file} --out {}{}", shell_word(&self.path.display().to_string()), self.baseline_option())
+        format!(
+            "standfast run {file} --out {}{}",
+            shell_word(&self.path.display().to_string()),
+            self.baseline_option()
+        )
     }
 
     /// The error if `gates` are added to a finished campaign whose trials do not decide them.
     pub fn undecided(&self, gates: &[String]) -> Error {
-        let gates: String = gates.iter().map(|gate| format!(" --gate {}", shell_word(gate))).collect();
+        let gates: String = gates
+            .iter()
+            .map(|gate| format!(" --gate {}", shell_word(gate)))
+            .collect();
         let problem = format!(
             "its {} trials do not decide what is asked, and nothing was changed; to continue it, run: {}{gates}",
             self.trials(),
             self.resume_command()
         );
-        Error::Parts { path: self.path.clone(), problem }
+        Error::Parts {
+            path: self.path.clone(),
+            problem,
+        }
     }
 
     /// The command that joins the finished parts.
     pub fn merge_command(&self) -> String {
-        format!("standfast merge {}{}", shell_word(&self.path.display().to_string()), self.baseline_option())
+        format!(
+            "standfast merge {}{}",
+            shell_word(&self.path.display().to_string()),
+            self.baseline_option()
+        )
     }
 
     /// The option that commands on this folder need if a gate compares with a baseline.
     fn baseline_option(&self) -> &'static str {
-        if self.manifest.campaign.gates.ask_for_baseline(&self.manifest.sets) { " --baseline DIR" } else { "" }
+        if self
+            .manifest
+            .campaign
+            .gates
+            .ask_for_baseline(&self.manifest.sets)
+        {
+            " --baseline DIR"
+        } else {
+            ""
+        }
     }
 
     /// Removes temporary files of programs that ended while they were writing. No program may be at work in the folder.
     pub fn remove_unfinished(&self) -> Result<()> {
         for folder in ["", "parts", "inputs", "inputs/gains", REPLAYS] {
-            let Ok(entries) = fs::read_dir(self.path.join(folder)) else { continue };
-            let is_left = |entry: &fs::DirEntry| entry.path().is_file() && is_temporary(&entry.file_name());
+            let Ok(entries) = fs::read_dir(self.path.join(folder)) else {
+                continue;
+            };
+            let is_left =
+                |entry: &fs::DirEntry| entry.path().is_file() && is_temporary(&entry.file_name());
             for entry in entries.flatten().filter(is_left) {
                 remove(&entry.path())?;
             }
@@ -323,11 +465,17 @@ impl Folder {
     /// Removes the files that were made from the parts, before the parts change.
     pub fn remove_result(&self) -> Result<()> {
         remove(&self.stopped_path())?;
-        RESULT_FILES.iter().try_for_each(|name| remove(&self.path.join(name)))?;
-        let Ok(pages) = fs::read_dir(self.path.join(REPLAYS)) else { return Ok(()) };
+        RESULT_FILES
+            .iter()
+            .try_for_each(|name| remove(&self.path.join(name)))?;
+        let Ok(pages) = fs::read_dir(self.path.join(REPLAYS)) else {
+            return Ok(());
+        };
         pages
             .flatten()
-            .filter(|page| page.path().is_file() && page.file_name().to_string_lossy().starts_with("trial-"))
+            .filter(|page| {
+                page.path().is_file() && page.file_name().to_string_lossy().starts_with("trial-")
+            })
             .try_for_each(|page| remove(&page.path()))
     }
 }
@@ -342,15 +490,23 @@ pub fn joined(ranges: impl IntoIterator<Item = (u64, u64)>) -> Vec<String> {
             _ => joined.push((first, end)),
         }
     }
-    let text =
-        |(first, end): (u64, u64)| if end - first == 1 { first.to_string() } else { format!("{first}-{}", end - 1) };
+    let text = |(first, end): (u64, u64)| {
+        if end - first == 1 {
+            first.to_string()
+        } else {
+            format!("{first}-{}", end - 1)
+        }
+    };
     joined.into_iter().map(text).collect()
 }
 
 /// Removes a file if it exists.
 fn remove(path: &Path) -> Result<()> {
     match fs::remove_file(path) {
-        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(Error::Write { path: path.into(), source }),
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(Error::Write {
+            path: path.into(),
+            source,
+        }),
         _ => Ok(()),
     }
 }
@@ -369,29 +525,53 @@ pub(crate) mod tests {
 
     pub(crate) fn folder(path: &Path) -> Folder {
         let gains = ["hold", "fixed"];
-        let overrides = Overrides { trials: Some(60), gains: gains.map(String::from).to_vec(), ..Overrides::default() };
+        let overrides = Overrides {
+            trials: Some(60),
+            gains: gains.map(String::from).to_vec(),
+            ..Overrides::default()
+        };
         let part_trials = NonZeroU64::new(25).unwrap();
-        let mut manifest = Manifest { part_trials, ..manifest(&gains, overrides) };
+        let mut manifest = Manifest {
+            part_trials,
+            ..manifest(&gains, overrides)
+        };
         manifest.config_hash = manifest.hash().unwrap();
-        Folder { path: path.into(), manifest }
+        Folder {
+            path: path.into(),
+            manifest,
+        }
     }
 
     /// A new folder of a campaign with three blocks. These blocks are written.
     fn written(blocks: &[u64]) -> (tempfile::TempDir, Folder) {
         let dir = tempfile::tempdir().unwrap();
         let folder = folder(dir.path());
-        blocks.iter().for_each(|block| folder.part(*block).write(&rows(&folder, *block)).unwrap());
+        blocks
+            .iter()
+            .for_each(|block| folder.part(*block).write(&rows(&folder, *block)).unwrap());
         (dir, folder)
     }
 
     fn rows(folder: &Folder, block: u64) -> Vec<TrialRow> {
         let (first, end) = folder.range(block);
-        let outcomes = [Outcome::Fell, Outcome::Recovered, Outcome::Diverged, Outcome::Failed, Outcome::TimedOut];
+        let outcomes = [
+            Outcome::Fell,
+            Outcome::Recovered,
+            Outcome::Diverged,
+            Outcome::Failed,
+            Outcome::TimedOut,
+        ];
         let campaign = &folder.manifest.campaign;
         let of_trial = |t: u64| {
             let record = record(outcomes[t as usize % 5]);
-            let row = TrialRow { record, ..TrialRow::drawn(campaign, t) };
-            ["hold", "fixed"].map(|set| TrialRow { set: set.into(), ..row.clone() })
+            let row = TrialRow {
+                record,
+                ..TrialRow::drawn(campaign, t)
+            };
+            ["hold", "fixed"].map(|set| TrialRow {
+                set: set.into(),
+                ..row.clone()
+            })
         };
         (first..end).flat_map(of_trial).collect()
     }
@@ -414,15 +594,24 @@ pub(crate) mod tests {
     /// error.
     fn contradicted(folder: &Folder, outcome: Outcome, change: impl Fn(&mut TrialRow)) -> String {
         let mut rows = rows(folder, 0);
-        change(rows.iter_mut().find(|row| row.record.outcome == outcome).unwrap());
+        change(
+            rows.iter_mut()
+                .find(|row| row.record.outcome == outcome)
+                .unwrap(),
+        );
         folder.part(0).write(&rows).unwrap();
-        let read = folder.parts().and_then(|parts| parts.collect::<Result<Vec<_>>>());
+        let read = folder
+            .parts()
+            .and_then(|parts| parts.collect::<Result<Vec<_>>>());
         let errors = [read.unwrap_err(), folder.check_rows().unwrap_err()];
         assert_eq!(errors.each_ref().map(Error::exit_code), [3, 3]);
         let [message, told_by_status] = errors.map(|error| error.to_string());
         assert_eq!(message, told_by_status);
         let advice = "To have its trials run again, remove part-000000.csv and part-000000.json";
-        assert!(message.contains("part-000000.csv: trial ") && message.contains(advice), "{message}");
+        assert!(
+            message.contains("part-000000.csv: trial ") && message.contains(advice),
+            "{message}"
+        );
         message
     }
 
@@ -433,20 +622,42 @@ pub(crate) mod tests {
         let (_dir, folder) = written(&[1, 2]);
         type RowContradiction = (&'static str, Outcome, fn(&mut TrialRow));
         let changes: [RowContradiction; 9] = [
-            ("fell_at_s = 1.5", Outcome::Fell, |r| r.record.outcome = Outcome::Recovered),
-            ("fell_at_s = (none)", Outcome::Recovered, |r| r.record.outcome = Outcome::Fell),
-            ("settled_at_s = (none)", Outcome::TimedOut, |r| r.record.outcome = Outcome::Recovered),
-            ("settled_at_s = 0.1", Outcome::Recovered, |r| r.record.settled_at_s = Some(0.1)),
-            ("fall_cause = (none)", Outcome::Fell, |r| r.record.fall_cause = None),
-            ("home_at_s = 1", Outcome::Fell, |r| r.record.home_at_s = Some(1.0)),
+            ("fell_at_s = 1.5", Outcome::Fell, |r| {
+                r.record.outcome = Outcome::Recovered
+            }),
+            ("fell_at_s = (none)", Outcome::Recovered, |r| {
+                r.record.outcome = Outcome::Fell
+            }),
+            ("settled_at_s = (none)", Outcome::TimedOut, |r| {
+                r.record.outcome = Outcome::Recovered
+            }),
+            ("settled_at_s = 0.1", Outcome::Recovered, |r| {
+                r.record.settled_at_s = Some(0.1)
+            }),
+            ("fall_cause = (none)", Outcome::Fell, |r| {
+                r.record.fall_cause = None
+            }),
+            ("home_at_s = 1", Outcome::Fell, |r| {
+                r.record.home_at_s = Some(1.0)
+            }),
             ("end_s = 1000", Outcome::TimedOut, |r| r.record.end_s = 1e3),
-            ("peak_tilt_deg = 170", Outcome::Recovered, |r| r.record.peak_tilt_deg = 170.0),
-            ("peak_slip_m = -0.1", Outcome::TimedOut, |r| r.record.peak_slip_m = -0.1),
+            ("peak_tilt_deg = 170", Outcome::Recovered, |r| {
+                r.record.peak_tilt_deg = 170.0
+            }),
+            ("peak_slip_m = -0.1", Outcome::TimedOut, |r| {
+                r.record.peak_slip_m = -0.1
+            }),
         ];
         for (expected, outcome, change) in changes {
             let message = contradicted(&folder, outcome, change);
-            assert!(message.contains(" of hold: ") && message.contains(expected), "{expected}: {message}");
-            assert!(message.contains(": cannot be in an episode that "), "{message}");
+            assert!(
+                message.contains(" of hold: ") && message.contains(expected),
+                "{expected}: {message}"
+            );
+            assert!(
+                message.contains(": cannot be in an episode that "),
+                "{message}"
+            );
         }
     }
 
@@ -456,35 +667,60 @@ pub(crate) mod tests {
         let (_dir, mut folder) = written(&[]);
         let campaign = campaign(
             "smoke",
-            &["second_push={impulse_n_s={uniform=[1, 2]}, after_s=0.2}", "variations.friction={uniform=[0.5, 1]}"],
+            &[
+                "second_push={impulse_n_s={uniform=[1, 2]}, after_s=0.2}",
+                "variations.friction={uniform=[0.5, 1]}",
+            ],
         );
-        folder.manifest.campaign = Campaign { trials: 60, ..campaign };
-        [1, 2].into_iter().for_each(|block| folder.part(block).write(&rows(&folder, block)).unwrap());
+        folder.manifest.campaign = Campaign {
+            trials: 60,
+            ..campaign
+        };
+        [1, 2]
+            .into_iter()
+            .for_each(|block| folder.part(block).write(&rows(&folder, block)).unwrap());
         let a_bit_more = |value: f64| f64::from_bits(value.to_bits() + 1);
         type DrawnChange<'a> = (&'static str, &'a dyn Fn(&mut TrialRow));
         let changes: [DrawnChange; 12] = [
             ("impulse_n_s", &|r| r.push.impulse_n_s = 0.001),
             ("impulse_n_s", &|r| r.push.impulse_n_s = f64::NAN),
-            ("impulse_n_s", &|r| r.push.impulse_n_s = a_bit_more(r.push.impulse_n_s)),
+            ("impulse_n_s", &|r| {
+                r.push.impulse_n_s = a_bit_more(r.push.impulse_n_s)
+            }),
             ("heading_deg", &|r| r.push.heading_deg = 1e300),
             ("height_m", &|r| r.push.height_m = -0.0),
             ("duration_s", &|r| r.push.duration_s = -1.0),
             ("start_s", &|r| r.push.start_s = a_bit_more(r.push.start_s)),
             ("profile", &|r| r.push.profile = Profile::HalfSine),
-            ("second_impulse_n_s", &|r| r.second.second_impulse_n_s = None),
-            ("second_start_s", &|r| r.second.second_start_s = r.second.second_start_s.map(a_bit_more)),
-            ("friction", &|r| r.variation.friction = r.variation.friction.map(a_bit_more)),
+            ("second_impulse_n_s", &|r| {
+                r.second.second_impulse_n_s = None
+            }),
+            ("second_start_s", &|r| {
+                r.second.second_start_s = r.second.second_start_s.map(a_bit_more)
+            }),
+            ("friction", &|r| {
+                r.variation.friction = r.variation.friction.map(a_bit_more)
+            }),
             ("delay_s", &|r| r.variation.delay_s = Some(0.01)),
         ];
         for (column, change) in changes {
             let message = contradicted(&folder, Outcome::Fell, change);
             let seed = folder.manifest.campaign.seed;
             let told = format!("is not what seed {seed} draws for this trial; accepted: ");
-            assert!(message.contains(&format!(" of hold: {column} = ")) && message.contains(&told), "{message}");
+            assert!(
+                message.contains(&format!(" of hold: {column} = ")) && message.contains(&told),
+                "{message}"
+            );
         }
         // The parts are of another seed, with markers that state this one.
         folder.manifest.campaign.seed += 1;
-        assert!(folder.check_rows().unwrap_err().to_string().starts_with("3 problems"));
+        assert!(
+            folder
+                .check_rows()
+                .unwrap_err()
+                .to_string()
+                .starts_with("3 problems")
+        );
     }
 
     #[test]
@@ -492,13 +728,19 @@ pub(crate) mod tests {
         let (dir, folder) = written(&[0]);
         fs::create_dir(folder.path.join("parts/part-000001.csv")).unwrap();
         let message = Folder::open(&folder.path).unwrap_err().to_string();
-        assert!(message.contains("part-000001.csv: it is a folder; accepted: a file"), "{message}");
+        assert!(
+            message.contains("part-000001.csv: it is a folder; accepted: a file"),
+            "{message}"
+        );
         #[cfg(unix)]
         {
             let link = dir.path().join("link");
             std::os::unix::fs::symlink("nowhere", &link).unwrap();
             let message = Folder::open(&link).unwrap_err().to_string();
-            assert!(message.contains("it is a link to what does not exist"), "{message}");
+            assert!(
+                message.contains("it is a link to what does not exist"),
+                "{message}"
+            );
         }
     }
 
@@ -507,7 +749,11 @@ pub(crate) mod tests {
     #[test]
     fn a_folder_without_a_manifest_is_told_by_its_parts() {
         let dir = tempfile::tempdir().unwrap();
-        assert!([dir.path(), &dir.path().join("new")].into_iter().all(|path| Folder::open(path).unwrap().is_none()));
+        assert!(
+            [dir.path(), &dir.path().join("new")]
+                .into_iter()
+                .all(|path| Folder::open(path).unwrap().is_none())
+        );
         fs::create_dir_all(dir.path().join("parts")).unwrap();
         fs::write(dir.path().join("parts/.tmp-a"), "{").unwrap();
         assert!(Folder::open(dir.path()).unwrap().is_none());
@@ -516,9 +762,15 @@ pub(crate) mod tests {
         let folder = folder(dir.path());
         folder.part(0).write(&rows(&folder, 0)).unwrap();
         let message = Folder::open(dir.path()).unwrap_err().to_string();
-        assert!(message.contains("is lost") && message.contains("standfast run "), "{message}");
+        assert!(
+            message.contains("is lost") && message.contains("standfast run "),
+            "{message}"
+        );
         let markers = Folder::markers(dir.path()).unwrap();
-        assert_eq!((markers.len(), &markers[0].config_hash), (1, &folder.manifest.config_hash));
+        assert_eq!(
+            (markers.len(), &markers[0].config_hash),
+            (1, &folder.manifest.config_hash)
+        );
         assert_eq!(markers[0].trials, 25);
     }
 }

@@ -92,7 +92,10 @@ impl Manifest {
 
     /// The looks at which the campaign may end. It is None if its number of trials is fixed.
     pub fn looks(&self) -> Option<Looks> {
-        self.campaign.stopping.until_resolved.then(|| Looks::up_to(self.planned_trials))
+        self.campaign
+            .stopping
+            .until_resolved
+            .then(|| Looks::up_to(self.planned_trials))
     }
 
     /// The value that `config_hash` must have: the SHA-256 of the versions, the campaign without the settings on which
@@ -121,8 +124,11 @@ impl Manifest {
             differences(key, &now[key], &there[key], &mut found);
         }
         let both = self.inputs.iter().zip(&here.inputs);
-        let changed = both.filter(|(there, here)| there.file == here.file && there.sha256 != here.sha256);
-        found.extend(each_once(changed.map(|(_, here)| format!("{} has changed", here.file))));
+        let changed =
+            both.filter(|(there, here)| there.file == here.file && there.sha256 != here.sha256);
+        found.extend(each_once(
+            changed.map(|(_, here)| format!("{} has changed", here.file)),
+        ));
         found
     }
 
@@ -130,12 +136,18 @@ impl Manifest {
     /// was changed. It also fails if an input in the folder was changed.
     pub fn read(folder: &Path) -> Result<Manifest> {
         let path = folder.join(MANIFEST);
-        let problem = |problem: String| Error::Parts { path: path.clone(), problem };
+        let problem = |problem: String| Error::Parts {
+            path: path.clone(),
+            problem,
+        };
         let text = assets::read(&path, MOST_BYTES)?;
-        const ADVICE: &str = "Restore it, or remove it: the command that began the campaign writes it again";
+        const ADVICE: &str =
+            "Restore it, or remove it: the command that began the campaign writes it again";
         let damaged = |e: serde_json::Error| problem(format!("it is damaged ({e}). {ADVICE}"));
         let mut value: serde_json::Value = serde_json::from_slice(&text).map_err(damaged)?;
-        let seal = value.as_object_mut().and_then(|fields| fields.shift_remove("seal"));
+        let seal = value
+            .as_object_mut()
+            .and_then(|fields| fields.shift_remove("seal"));
         let is_sealed = seal.is_some_and(|seal| seal == sha256_hex(value.to_string().as_bytes()));
         let manifest: Manifest = serde_json::from_value(value).map_err(damaged)?;
         manifest.check(&path.display().to_string())?;
@@ -157,7 +169,10 @@ impl Manifest {
 
     /// Writes the manifest to a folder, with its seal.
     pub fn write(&self, folder: &Path) -> Result<()> {
-        let fail = |e: serde_json::Error| Error::Syntax { file: MANIFEST.into(), message: e.to_string() };
+        let fail = |e: serde_json::Error| Error::Syntax {
+            file: MANIFEST.into(),
+            message: e.to_string(),
+        };
         let mut value = serde_json::to_value(self).map_err(fail)?;
         value["seal"] = sha256_hex(value.to_string().as_bytes()).into();
         write_atomic(&folder.join(MANIFEST), json_pretty(&value)?.as_bytes())
@@ -169,27 +184,53 @@ impl Manifest {
         let (sets, gains) = (&self.sets, &self.campaign.gains);
         let is_repeated = |(i, set): (usize, &String)| sets[..i].contains(set);
         if sets.len() != gains.len() || sets.iter().enumerate().any(is_repeated) {
-            let (problem, accepted) = ("not one for each controller", format!("{} different names", gains.len()));
-            return Err(Error::value(file, "sets", sets.join(", "), problem, accepted));
+            let (problem, accepted) = (
+                "not one for each controller",
+                format!("{} different names", gains.len()),
+            );
+            return Err(Error::value(
+                file,
+                "sets",
+                sets.join(", "),
+                problem,
+                accepted,
+            ));
         }
         let part_trials = self.part_trials.get();
         let is_between_looks = self.looks().is_none() || LOOK_TRIALS.is_multiple_of(part_trials);
         if part_trials > self.campaign.trials.max(MOST_PART_TRIALS) || !is_between_looks {
             let accepted = "5 to 500; up to 25 in a campaign that ends when decided";
-            return Err(Error::value(file, "part_trials", part_trials, "no size of a part", accepted));
+            return Err(Error::value(
+                file,
+                "part_trials",
+                part_trials,
+                "no size of a part",
+                accepted,
+            ));
         }
         if !(1..=MOST_TRIALS).contains(&self.planned_trials) {
-            return Err(Error::value(file, "planned_trials", self.planned_trials, "out of range", "1 to 1e7"));
+            return Err(Error::value(
+                file,
+                "planned_trials",
+                self.planned_trials,
+                "out of range",
+                "1 to 1e7",
+            ));
         }
         Ok(())
     }
 
     /// Fails if an input that lies in the folder has changed. A missing one is noticed when it is needed.
     fn check_inputs(&self, folder: &Path) -> Result<()> {
-        for input in self.inputs.iter().filter(|input| !input.file.starts_with("builtin:")) {
+        for input in self
+            .inputs
+            .iter()
+            .filter(|input| !input.file.starts_with("builtin:"))
+        {
             let path = folder.join(&input.file);
             if path.exists() && sha256_hex(&assets::read(&path, MOST_BYTES)?) != input.sha256 {
-                let problem = "it is not the file with which the trials were run; restore it".into();
+                let problem =
+                    "it is not the file with which the trials were run; restore it".into();
                 return Err(Error::Parts { path, problem });
             }
         }
@@ -199,12 +240,20 @@ impl Manifest {
     /// The controller of which all other controllers are variants, in the result of a sweep. It is None in any other
     /// result.
     pub fn reference(&self) -> Option<&str> {
-        let listed: Vec<ControllerName> =
-            self.campaign.gains.iter().map(|listed| ControllerName::split(listed)).collect();
+        let listed: Vec<ControllerName> = self
+            .campaign
+            .gains
+            .iter()
+            .map(|listed| ControllerName::split(listed))
+            .collect();
         let mut unchanged = (0..listed.len()).filter(|&i| listed[i].change.is_none());
-        let (Some(only), None) = (unchanged.next(), unchanged.next()) else { return None };
+        let (Some(only), None) = (unchanged.next(), unchanged.next()) else {
+            return None;
+        };
         let is_sweep = listed.len() > 1 && listed.len() == self.sets.len();
-        let all_its = listed.iter().all(|variant| variant.base == listed[only].base);
+        let all_its = listed
+            .iter()
+            .all(|variant| variant.base == listed[only].base);
         (is_sweep && all_its).then(|| &self.sets[only][..])
     }
 }
@@ -214,15 +263,27 @@ pub fn differences(key: &str, here: &Value, there: &Value, found: &mut Vec<Strin
     match (here, there) {
         (Value::Object(a), Value::Object(b)) if a.keys().eq(b.keys()) => {
             for (name, value) in a {
-                let key = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
+                let key = if key.is_empty() {
+                    name.clone()
+                } else {
+                    format!("{key}.{name}")
+                };
                 differences(&key, value, &b[name], found);
             }
         }
         _ if here == there => {}
         _ => {
-            let rounded =
-                [there, here].map(|value| value.as_f64().filter(|_| value.is_f64()).map_or(value.to_string(), shown));
-            let [there, here] = if rounded[0] == rounded[1] { [there, here].map(Value::to_string) } else { rounded };
+            let rounded = [there, here].map(|value| {
+                value
+                    .as_f64()
+                    .filter(|_| value.is_f64())
+                    .map_or(value.to_string(), shown)
+            });
+            let [there, here] = if rounded[0] == rounded[1] {
+                [there, here].map(Value::to_string)
+            } else {
+                rounded
+            };
             found.push(format!("{key} is {there} there and {here} here"));
         }
     }
@@ -239,9 +300,18 @@ const MOST_PART_TRIALS: u64 = 500;
 pub fn part_trials(campaign: &Campaign) -> NonZeroU64 {
     const LEAST: u64 = 5;
     const PARTS: u64 = 2000;
-    let trials = campaign.trials.div_ceil(PARTS).next_multiple_of(LEAST).min(MOST_PART_TRIALS);
+    let trials = campaign
+        .trials
+        .div_ceil(PARTS)
+        .next_multiple_of(LEAST)
+        .min(MOST_PART_TRIALS);
     let between_looks = if trials > LEAST { LOOK_TRIALS } else { LEAST };
-    NonZeroU64::new(if campaign.stopping.until_resolved { between_looks } else { trials }).unwrap_or(NonZeroU64::MIN)
+    NonZeroU64::new(if campaign.stopping.until_resolved {
+        between_looks
+    } else {
+        trials
+    })
+    .unwrap_or(NonZeroU64::MIN)
 }
 
 /// The campaign without the settings on which no trial depends. The number of trials is left out if the campaign ends
@@ -249,7 +319,10 @@ pub fn part_trials(campaign: &Campaign) -> NonZeroU64 {
 /// fixed number of trials may not be continued, because to add trials after having seen the result would be a second
 /// look.
 fn what_trials_are(campaign: &Campaign) -> Campaign {
-    let mut trials = Campaign { gates: GateSpec::default(), ..campaign.clone() };
+    let mut trials = Campaign {
+        gates: GateSpec::default(),
+        ..campaign.clone()
+    };
     trials.stopping.margin = 0.0;
     // The step of the other engine does not matter.
     trials.episode.physics_step_s = PhysicsStep::all(trials.episode.clock().physics_step_s);
@@ -297,7 +370,10 @@ mod tests {
             }
             std::fs::write(&path, changed.to_string()).unwrap();
             let message = Manifest::read(dir.path()).unwrap_err().to_string();
-            assert!(message.contains(expected) && message.contains(MANIFEST), "{pointer}: {message}");
+            assert!(
+                message.contains(expected) && message.contains(MANIFEST),
+                "{pointer}: {message}"
+            );
         }
     }
 
@@ -305,7 +381,10 @@ mod tests {
     fn an_input_that_was_changed_is_refused() {
         let dir = tempfile::tempdir().unwrap();
         let (mut manifest, file) = (folder(dir.path()).manifest, "inputs/gains/mine.toml");
-        manifest.inputs = vec![Input { file: file.into(), sha256: sha256_hex(b"name = 'mine'") }];
+        manifest.inputs = vec![Input {
+            file: file.into(),
+            sha256: sha256_hex(b"name = 'mine'"),
+        }];
         manifest.config_hash = manifest.hash().unwrap();
         manifest.write(dir.path()).unwrap();
         assert!(Manifest::read(dir.path()).is_ok(), "it is not needed yet");
@@ -313,7 +392,10 @@ mod tests {
         assert!(Manifest::read(dir.path()).is_ok());
         write_atomic(&dir.path().join(file), b"name = 'more'").unwrap();
         let message = Manifest::read(dir.path()).unwrap_err().to_string();
-        assert!(message.contains(file) && message.contains("restore it"), "{message}");
+        assert!(
+            message.contains(file) && message.contains("restore it"),
+            "{message}"
+        );
     }
 
     #[test]
@@ -324,11 +406,23 @@ mod tests {
             manifest.sets = (0..sets).map(|i| format!("set {i}")).collect();
             manifest.reference().map(String::from)
         };
-        assert_eq!(of(&["paper:zmp_margin=0", "paper", "paper:zmp_margin=1"], 3), Some("set 1".into()));
-        for other in [&["paper"][..], &["paper", "hold"], &["paper:zmp_margin=0", "hold"], &["paper:zmp_margin=0"]] {
+        assert_eq!(
+            of(&["paper:zmp_margin=0", "paper", "paper:zmp_margin=1"], 3),
+            Some("set 1".into())
+        );
+        for other in [
+            &["paper"][..],
+            &["paper", "hold"],
+            &["paper:zmp_margin=0", "hold"],
+            &["paper:zmp_margin=0"],
+        ] {
             assert_eq!(of(other, other.len()), None, "{other:?}");
         }
-        assert_eq!(of(&["paper", "paper:zmp_margin=0"], 4), None, "a comparison of two results");
+        assert_eq!(
+            of(&["paper", "paper:zmp_margin=0"], 4),
+            None,
+            "a comparison of two results"
+        );
     }
 
     #[test]
@@ -342,8 +436,15 @@ mod tests {
             (1000, true, 5),
             (100_000, true, 25),
         ] {
-            let set = [format!("trials={trials}"), format!("stopping.until_resolved={until_resolved}")];
-            assert_eq!(part_trials(&campaign("standard", &set.each_ref().map(|s| &s[..]))).get(), expected, "{trials}");
+            let set = [
+                format!("trials={trials}"),
+                format!("stopping.until_resolved={until_resolved}"),
+            ];
+            assert_eq!(
+                part_trials(&campaign("standard", &set.each_ref().map(|s| &s[..]))).get(),
+                expected,
+                "{trials}"
+            );
         }
     }
 
@@ -351,7 +452,13 @@ mod tests {
     fn the_hash_tells_inputs_apart() {
         let with = |shas: &[&str]| {
             let mut manifest = folder(Path::new("")).manifest;
-            manifest.inputs = shas.iter().map(|sha| Input { file: String::new(), sha256: sha.to_string() }).collect();
+            manifest.inputs = shas
+                .iter()
+                .map(|sha| Input {
+                    file: String::new(),
+                    sha256: sha.to_string(),
+                })
+                .collect();
             manifest.hash().unwrap()
         };
         assert_ne!(with(&["ab", "c"]), with(&["a", "bc"]));

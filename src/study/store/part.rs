@@ -62,10 +62,16 @@ impl PartFile<'_> {
     /// must have rows of the same controllers.
     pub fn write(&self, rows: &[TrialRow]) -> Result<()> {
         let path = self.path("csv");
-        let fail = |e: csv::Error| Error::Write { path: path.clone(), source: std::io::Error::other(e) };
+        let fail = |e: csv::Error| Error::Write {
+            path: path.clone(),
+            source: std::io::Error::other(e),
+        };
         let bytes = write_csv(rows).map_err(fail)?;
         write_atomic(&path, &bytes)?;
-        write_atomic(&self.path("json"), json(&self.marker(build_id(), &self.held_by(rows), &bytes))?.as_bytes())
+        write_atomic(
+            &self.path("json"),
+            json(&self.marker(build_id(), &self.held_by(rows), &bytes))?.as_bytes(),
+        )
     }
 
     /// Reads the rows, sorted by trial and then by controller. It fails if the part is missing or damaged, belongs to
@@ -87,19 +93,28 @@ impl PartFile<'_> {
     fn checked(&self, content: &[u8], sets: &[&String]) -> Result<Vec<TrialRow>> {
         let [csv, marker] = ["csv", "json"].map(|extension| self.path(extension));
         let refused = |problem: String| {
-            let [csv, marker] = [&csv, &marker].map(|path| path.file_name().unwrap_or_default().display());
+            let [csv, marker] =
+                [&csv, &marker].map(|path| path.file_name().unwrap_or_default().display());
             let advice = format!("To have its trials run again, remove {csv} and {marker}");
-            self.damaged(format!("{problem}. {advice}, and give the command that began the campaign again"))
+            self.damaged(format!(
+                "{problem}. {advice}, and give the command that began the campaign again"
+            ))
         };
         let rows = read_csv(content).map_err(|e| refused(e.to_string()))?;
-        let expected = self.trials.clone().flat_map(|trial| sets.iter().map(move |&set| (trial, set)));
+        let expected = self
+            .trials
+            .clone()
+            .flat_map(|trial| sets.iter().map(move |&set| (trial, set)));
         if !rows.iter().map(|row| (row.trial, &row.set)).eq(expected) {
-            return Err(refused("its rows are not those of its trials and sets, each once and in order".into()));
+            return Err(refused(
+                "its rows are not those of its trials and sets, each once and in order".into(),
+            ));
         }
         for of_trial in rows.chunk_by(|a, b| a.trial == b.trial) {
             let drawn = TrialRow::drawn(self.campaign, of_trial[0].trial);
             for row in of_trial {
-                row.check_drawn(&drawn, self.campaign.seed).map_err(refused)?;
+                row.check_drawn(&drawn, self.campaign.seed)
+                    .map_err(refused)?;
                 row.check(&self.campaign.episode).map_err(refused)?;
             }
         }
@@ -114,7 +129,10 @@ impl PartFile<'_> {
 
     /// The controllers that have rows in `rows`, in the order of the campaign.
     fn held_by(&self, rows: &[TrialRow]) -> Vec<&String> {
-        self.sets.iter().filter(|set| rows.iter().any(|row| row.set == **set)).collect()
+        self.sets
+            .iter()
+            .filter(|set| rows.iter().any(|row| row.set == **set))
+            .collect()
     }
 
     fn path(&self, extension: &str) -> PathBuf {
@@ -122,7 +140,10 @@ impl PartFile<'_> {
     }
 
     fn damaged(&self, problem: String) -> Error {
-        Error::Parts { path: self.path("csv"), problem }
+        Error::Parts {
+            path: self.path("csv"),
+            problem,
+        }
     }
 
     fn marker(&self, build: &str, sets: &[&String], content: &[u8]) -> Marker {
@@ -144,9 +165,10 @@ impl PartFile<'_> {
     fn content(&self) -> Result<(Vec<u8>, Vec<&String>)> {
         let marker = read(&self.path("json"), MOST_BYTES)
             .map_err(|e| self.damaged(format!("its marker cannot be read: {e}")))?;
-        let content = read(&self.path("csv"), MOST_BYTES).map_err(|e| self.damaged(e.to_string()))?;
-        let found: Marker =
-            serde_json::from_slice(&marker).map_err(|e| self.damaged(format!("its marker is damaged: {e}")))?;
+        let content =
+            read(&self.path("csv"), MOST_BYTES).map_err(|e| self.damaged(e.to_string()))?;
+        let found: Marker = serde_json::from_slice(&marker)
+            .map_err(|e| self.damaged(format!("its marker is damaged: {e}")))?;
         let is_held = |set: &&String| found.sets.as_ref().is_none_or(|held| held.contains(set));
         let sets: Vec<&String> = self.sets.iter().filter(is_held).collect();
         if found == self.marker(&found.build, &sets, &content) {

@@ -67,29 +67,61 @@ impl TrialRow {
         };
         let impulse_over_m_omega_d = no_step_n_s.map(|bound_n_s| push.impulse_n_s / bound_n_s);
         let repeats = None;
-        Self { trial, set: set.into(), impulse_over_m_omega_d, push, second, variation, repeats, record }
+        Self {
+            trial,
+            set: set.into(),
+            impulse_over_m_omega_d,
+            push,
+            second,
+            variation,
+            repeats,
+            record,
+        }
     }
 
     /// The pushes, in order of time.
     pub fn pushes(&self) -> Vec<Push> {
-        let SecondPush { second_impulse_n_s, second_heading_deg, second_start_s } = self.second;
+        let SecondPush {
+            second_impulse_n_s,
+            second_heading_deg,
+            second_start_s,
+        } = self.second;
         let second = || {
             let (impulse_n_s, heading_deg) = (second_impulse_n_s?, second_heading_deg?);
-            Some(Push { impulse_n_s, heading_deg, start_s: second_start_s?, ..self.push })
+            Some(Push {
+                impulse_n_s,
+                heading_deg,
+                start_s: second_start_s?,
+                ..self.push
+            })
         };
         std::iter::once(self.push).chain(second()).collect()
     }
 
     /// A row of this trial before it was run: with all drawn quantities, and without a controller.
     pub fn drawn(campaign: &Campaign, trial: u64) -> Self {
-        let (pushes, variation) = (trial::pushes(campaign, trial), trial::variation(campaign, trial));
+        let (pushes, variation) = (
+            trial::pushes(campaign, trial),
+            trial::variation(campaign, trial),
+        );
         Self::new(trial, "", &pushes, None, variation, Record::default())
     }
 
     /// The columns with drawn numbers.
     fn drawn_columns(&self) -> Vec<(&'static str, Option<f64>)> {
-        let Push { impulse_n_s, heading_deg, height_m, duration_s, start_s, profile: _ } = self.push;
-        let SecondPush { second_impulse_n_s, second_heading_deg, second_start_s } = self.second;
+        let Push {
+            impulse_n_s,
+            heading_deg,
+            height_m,
+            duration_s,
+            start_s,
+            profile: _,
+        } = self.push;
+        let SecondPush {
+            second_impulse_n_s,
+            second_heading_deg,
+            second_start_s,
+        } = self.second;
         let mut columns = vec![
             ("impulse_n_s", Some(impulse_n_s)),
             ("heading_deg", Some(heading_deg)),
@@ -107,19 +139,33 @@ impl TrialRow {
     /// Fails, in words, if a column differs by a bit from what `seed` [draws](Self::drawn) for this trial.
     pub fn check_drawn(&self, drawn: &Self, seed: u64) -> Result<(), String> {
         let bits = |value: Option<f64>| value.map(f64::to_bits);
-        let told = |value: Option<f64>| value.map_or("(none)".to_string(), |value| value.to_string());
+        let told =
+            |value: Option<f64>| value.map_or("(none)".to_string(), |value| value.to_string());
         let mut numbers = self.drawn_columns().into_iter().zip(drawn.drawn_columns());
         let other = numbers.find(|((_, found), (_, drawn))| bits(*found) != bits(*drawn));
         let other = other.map(|((name, found), (_, drawn))| (name, told(found), told(drawn)));
         let [found, of_seed] = [self, drawn].map(|row| row.push.profile);
-        let other = other.or((found != of_seed).then(|| ("profile", found.name().into(), of_seed.name().into())));
-        let Some((name, value, accepted)) = other else { return Ok(()) };
-        Err(self.refused(name, &value, &format!("is not what seed {seed} draws for this trial"), &accepted))
+        let other =
+            other
+                .or((found != of_seed)
+                    .then(|| ("profile", found.name().into(), of_seed.name().into())));
+        let Some((name, value, accepted)) = other else {
+            return Ok(());
+        };
+        Err(self.refused(
+            name,
+            &value,
+            &format!("is not what seed {seed} draws for this trial"),
+            &accepted,
+        ))
     }
 
     /// In words, why a column cannot have a value.
     fn refused(&self, column: &str, value: &str, problem: &str, accepted: &str) -> String {
-        format!("trial {} of {}: {column} = {value}: {problem}; accepted: {accepted}", self.trial, self.set)
+        format!(
+            "trial {} of {}: {column} = {value}: {problem}; accepted: {accepted}",
+            self.trial, self.set
+        )
     }
 
     /// Checks that an episode with these settings can have this record, whose columns must not contradict each other.
@@ -129,13 +175,26 @@ impl TrialRow {
         let [fell, recovered] = [Outcome::Fell, Outcome::Recovered].map(|other| outcome == other);
         let broke = matches!(outcome, Outcome::Diverged | Outcome::Failed);
         // A fall may tilt the trunk by any angle.
-        let (tilt_deg, least_height) =
-            if fell || broke { (180.0, f64::MIN) } else { (judge.fallen_tilt_deg, judge.fallen_com_height_ratio) };
+        let (tilt_deg, least_height) = if fell || broke {
+            (180.0, f64::MIN)
+        } else {
+            (judge.fallen_tilt_deg, judge.fallen_com_height_ratio)
+        };
         let from_s = self.pushed_until_s() - 1e-9;
-        let up_to_end = |from_s: f64, at_s: Option<f64>| at_s.is_none_or(|at_s| (from_s..=r.end_s).contains(&at_s));
-        let none_or = |at_s: Option<f64>| at_s.map_or("(none)".to_string(), |at_s| at_s.to_string());
+        let up_to_end = |from_s: f64, at_s: Option<f64>| {
+            at_s.is_none_or(|at_s| (from_s..=r.end_s).contains(&at_s))
+        };
+        let none_or =
+            |at_s: Option<f64>| at_s.map_or("(none)".to_string(), |at_s| at_s.to_string());
         let among = |value: f64, most: f64| (0.0..=most).contains(&value);
-        let positive = |name, value: f64| (name, value.to_string(), among(value, f64::INFINITY), "0 or more");
+        let positive = |name, value: f64| {
+            (
+                name,
+                value.to_string(),
+                among(value, f64::INFINITY),
+                "0 or more",
+            )
+        };
         let height = r.lowest_com_height_ratio;
         let counts = match outcome {
             Outcome::Survived => judge.counts == Counts::Survived,
@@ -179,7 +238,12 @@ impl TrialRow {
                 !(r.home_at_s.is_some() && (fell || broke)) && up_to_end(from_s, r.home_at_s),
                 "none, or a time from the end of the push to end_s if it did not fall",
             ),
-            ("peak_tilt_deg", r.peak_tilt_deg.to_string(), among(r.peak_tilt_deg, tilt_deg), "that of the outcome"),
+            (
+                "peak_tilt_deg",
+                r.peak_tilt_deg.to_string(),
+                among(r.peak_tilt_deg, tilt_deg),
+                "that of the outcome",
+            ),
             (
                 "lowest_com_height_ratio",
                 none_or(height),
@@ -193,10 +257,17 @@ impl TrialRow {
             positive("peak_dcm_outside_m", r.peak_dcm_outside_m),
             positive("peak_slip_m", r.peak_slip_m),
         ];
-        let Some((name, value, _, accepted)) = columns.into_iter().find(|(_, _, can_be, _)| !can_be) else {
+        let Some((name, value, _, accepted)) =
+            columns.into_iter().find(|(_, _, can_be, _)| !can_be)
+        else {
             return Ok(());
         };
-        Err(self.refused(name, &value, &format!("cannot be in an episode that {}", outcome.name()), accepted))
+        Err(self.refused(
+            name,
+            &value,
+            &format!("cannot be in an episode that {}", outcome.name()),
+            accepted,
+        ))
     }
 
     /// Where the true state lay at the end of the last push; None without a promise.
@@ -219,7 +290,8 @@ impl TrialRow {
     }
 
     fn after_last_push_s(&self, at_s: Option<f64>) -> Option<f64> {
-        at_s.filter(|_| self.has_recovered()).map(|at_s| (at_s - self.pushed_until_s()).max(0.0))
+        at_s.filter(|_| self.has_recovered())
+            .map(|at_s| (at_s - self.pushed_until_s()).max(0.0))
     }
 
     fn pushed_until_s(&self) -> f64 {
@@ -229,7 +301,9 @@ impl TrialRow {
 
 /// The rows as CSV, with the names of the columns in the first line and floats with all their digits.
 pub fn write_csv(rows: &[TrialRow]) -> csv::Result<Vec<u8>> {
-    let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+    let mut csv = csv::WriterBuilder::new()
+        .has_headers(false)
+        .from_writer(Vec::new());
     csv.write_record(fields::<TrialRow>().iter().map(|field| field.name))?;
     rows.iter().try_for_each(|row| csv.serialize(row))?;
     csv.into_inner().map_err(|e| e.into_error().into())
@@ -238,10 +312,18 @@ pub fn write_csv(rows: &[TrialRow]) -> csv::Result<Vec<u8>> {
 /// The rows of a CSV text. Fails if its columns are not the columns of a row.
 pub fn read_csv(text: &[u8]) -> csv::Result<Vec<TrialRow>> {
     let mut csv = csv::Reader::from_reader(text);
-    if !csv.headers()?.iter().eq(fields::<TrialRow>().iter().map(|field| field.name)) {
-        return Err(std::io::Error::other("its columns are not those of this build of standfast").into());
+    if !csv
+        .headers()?
+        .iter()
+        .eq(fields::<TrialRow>().iter().map(|field| field.name))
+    {
+        return Err(
+            std::io::Error::other("its columns are not those of this build of standfast").into(),
+        );
     }
-    csv.records().map(|record| record?.deserialize(None)).collect()
+    csv.records()
+        .map(|record| record?.deserialize(None))
+        .collect()
 }
 
 /// Number of rows in a row group of `trials.parquet`; the last group may have fewer. The rows of a group wait in memory
@@ -263,8 +345,15 @@ impl<W: Write + Send> TrialsFile<W> {
     /// written there.
     pub fn new(to: W, totals: &[String]) -> Result<Self> {
         let (fields, totals) = (fields::<TrialRow>(), totals.to_vec());
-        let file = ParquetFile::new(Hashing::new(to), columns(&fields, &totals, &[])).map_err(not_written)?;
-        Ok(Self { file, waiting: Vec::new(), groups: 0, fields, totals })
+        let file = ParquetFile::new(Hashing::new(to), columns(&fields, &totals, &[]))
+            .map_err(not_written)?;
+        Ok(Self {
+            file,
+            waiting: Vec::new(),
+            groups: 0,
+            fields,
+            totals,
+        })
     }
 
     /// Adds the next rows.
@@ -289,9 +378,13 @@ impl<W: Write + Send> TrialsFile<W> {
 
     fn write_group(&mut self) -> Result<()> {
         let text = write_csv(&self.waiting).map_err(not_written)?;
-        let cells: Vec<_> =
-            csv::Reader::from_reader(&text[..]).into_records().collect::<Result<_, _>>().map_err(not_written)?;
-        self.file.group(columns(&self.fields, &self.totals, &cells)).map_err(not_written)?;
+        let cells: Vec<_> = csv::Reader::from_reader(&text[..])
+            .into_records()
+            .collect::<Result<_, _>>()
+            .map_err(not_written)?;
+        self.file
+            .group(columns(&self.fields, &self.totals, &cells))
+            .map_err(not_written)?;
         self.waiting.clear();
         self.groups += 1;
         Ok(())
@@ -299,7 +392,10 @@ impl<W: Write + Send> TrialsFile<W> {
 }
 
 fn not_written(source: impl std::error::Error + Send + Sync + 'static) -> Error {
-    Error::Write { path: "trials.parquet".into(), source: std::io::Error::other(source) }
+    Error::Write {
+        path: "trials.parquet".into(),
+        source: std::io::Error::other(source),
+    }
 }
 
 #[cfg(test)]
@@ -316,8 +412,17 @@ pub(crate) mod tests {
 
     /// The rows as columns, with these totals.
     fn as_columns(rows: &[TrialRow], totals: &[&str]) -> Vec<DataColumn> {
-        let (text, totals) = (write_csv(rows).unwrap(), totals.iter().map(|name| name.to_string()).collect::<Vec<_>>());
-        let cells: Vec<_> = csv::Reader::from_reader(&text[..]).into_records().map(Result::unwrap).collect();
+        let (text, totals) = (
+            write_csv(rows).unwrap(),
+            totals
+                .iter()
+                .map(|name| name.to_string())
+                .collect::<Vec<_>>(),
+        );
+        let cells: Vec<_> = csv::Reader::from_reader(&text[..])
+            .into_records()
+            .map(Result::unwrap)
+            .collect();
         columns(&fields::<TrialRow>(), &totals, &cells).collect()
     }
 
@@ -328,32 +433,66 @@ pub(crate) mod tests {
         odd.second.second_start_s = Some(f64::MIN_POSITIVE);
         odd.record.promise_margin = Some(f64::NEG_INFINITY);
         odd.record.peak_torque_n_m = f64::NAN;
-        (odd.record.footsteps.count, odd.record.footsteps.unfinished_footstep) = (3, Some(Foot::Left));
+        (
+            odd.record.footsteps.count,
+            odd.record.footsteps.unfinished_footstep,
+        ) = (3, Some(Foot::Left));
         let rows = [row(0, "a, \"b\"", 2.0, Outcome::TimedOut), odd];
         let text = write_csv(&rows).unwrap();
         // Compared as text, since NaN is not equal to itself.
-        assert_eq!(format!("{:?}", read_csv(&text).unwrap()), format!("{rows:?}"));
+        assert_eq!(
+            format!("{:?}", read_csv(&text).unwrap()),
+            format!("{rows:?}")
+        );
     }
 
     #[test]
     fn rows_with_other_columns_are_not_read() {
-        let text = String::from_utf8(write_csv(&[row(0, "a", 1.0, Outcome::Fell)]).unwrap()).unwrap();
+        let text =
+            String::from_utf8(write_csv(&[row(0, "a", 1.0, Outcome::Fell)]).unwrap()).unwrap();
         let swapped = text.replacen("height_m,duration_s", "duration_s,height_m", 1);
         assert_ne!(text, swapped);
-        assert!(read_csv(swapped.as_bytes()).unwrap_err().to_string().contains("not those of this build"));
+        assert!(
+            read_csv(swapped.as_bytes())
+                .unwrap_err()
+                .to_string()
+                .contains("not those of this build")
+        );
     }
 
     #[test]
     fn words_and_totals_are_columns() {
-        let found = as_columns(&[row(0, "hold", 2.0, Outcome::TimedOut)], &["gain_switches", "left_sets_at_s"]);
-        let column = |name: &str| found.iter().find(|column| column.name == name).map(|column| column.data.clone());
-        for (name, expected) in [("set", "hold"), ("profile", "rectangular"), ("outcome", "TimedOut")] {
-            assert_eq!(column(name), Some(Data::Text(vec![expected.into()])), "{name}");
+        let found = as_columns(
+            &[row(0, "hold", 2.0, Outcome::TimedOut)],
+            &["gain_switches", "left_sets_at_s"],
+        );
+        let column = |name: &str| {
+            found
+                .iter()
+                .find(|column| column.name == name)
+                .map(|column| column.data.clone())
+        };
+        for (name, expected) in [
+            ("set", "hold"),
+            ("profile", "rectangular"),
+            ("outcome", "TimedOut"),
+        ] {
+            assert_eq!(
+                column(name),
+                Some(Data::Text(vec![expected.into()])),
+                "{name}"
+            );
         }
-        assert_eq!(column("promise_margin"), Some(Data::OptF64(vec![Some(-0.25)])));
+        assert_eq!(
+            column("promise_margin"),
+            Some(Data::OptF64(vec![Some(-0.25)]))
+        );
         assert_eq!(column("gain_switches"), Some(Data::OptF64(vec![Some(3.0)])));
         assert_eq!(column("left_sets_at_s"), Some(Data::OptF64(vec![None])));
-        assert_eq!(column("unfinished_footstep"), Some(Data::OptText(vec![None])));
+        assert_eq!(
+            column("unfinished_footstep"),
+            Some(Data::OptText(vec![None]))
+        );
         assert_eq!(column("totals"), None);
         // A part lists its columns in the order in which it writes their values.
         assert_eq!(column("peak_slip_m"), Some(Data::F64(vec![0.003])));
@@ -363,7 +502,9 @@ pub(crate) mod tests {
     /// Rows may also come a few at a time.
     #[test]
     fn rows_beyond_the_first_row_group_read_back() {
-        let rows = |trials: std::ops::Range<u64>| trials.map(|i| row(i, "hold", i as f64 / 7.0, Outcome::Fell));
+        let rows = |trials: std::ops::Range<u64>| {
+            trials.map(|i| row(i, "hold", i as f64 / 7.0, Outcome::Fell))
+        };
         let trials = GROUP_ROWS as u64 + 3;
         let mut file = TrialsFile::new(Vec::new(), &[]).unwrap();
         file.push(rows(0..10)).unwrap();
@@ -375,8 +516,16 @@ pub(crate) mod tests {
         let reader = SerializedFileReader::new(at).unwrap();
         assert_eq!(reader.num_row_groups(), 2);
         let mut found = 0;
-        for (row, i) in reader.get_row_iter(None).unwrap().map(Result::unwrap).zip(0..) {
-            assert_eq!((row.get_long(0).unwrap(), row.get_double(3).unwrap()), (i, i as f64 / 7.0));
+        for (row, i) in reader
+            .get_row_iter(None)
+            .unwrap()
+            .map(Result::unwrap)
+            .zip(0..)
+        {
+            assert_eq!(
+                (row.get_long(0).unwrap(), row.get_double(3).unwrap()),
+                (i, i as f64 / 7.0)
+            );
             found += 1;
         }
         assert_eq!(found, trials);
@@ -384,7 +533,10 @@ pub(crate) mod tests {
 
     #[test]
     fn a_push_is_measured_by_what_standing_takes() {
-        assert_eq!(row(0, "hold", 3.0, Outcome::Fell).impulse_over_m_omega_d, Some(1.5));
+        assert_eq!(
+            row(0, "hold", 3.0, Outcome::Fell).impulse_over_m_omega_d,
+            Some(1.5)
+        );
     }
 
     /// A full disk may have room later, so it has an exit code of its own.

@@ -26,7 +26,12 @@ impl FromStr for Shard {
     type Err = String;
     fn from_str(text: &str) -> Result<Self, String> {
         text.split_once('/')
-            .and_then(|(k, n)| Some(Shard { index: k.parse().ok()?, count: n.parse().ok()? }))
+            .and_then(|(k, n)| {
+                Some(Shard {
+                    index: k.parse().ok()?,
+                    count: n.parse().ok()?,
+                })
+            })
             .filter(|s| (1..=s.count).contains(&s.index))
             .ok_or_else(|| "expected k/n with 1 <= k <= n, e.g. 1/4".into())
     }

@@ -33,20 +33,34 @@ impl StoredTrial {
         let found = Folder::existing(folder)?;
         let (campaign, sets) = (&found.manifest.campaign, &found.manifest.sets);
         campaign.check_trial(trial)?;
-        found.manifest.told_not_kept().iter().for_each(|told| log::warn!("{told}"));
+        found
+            .manifest
+            .told_not_kept()
+            .iter()
+            .for_each(|told| log::warn!("{told}"));
         if let Some(name) = set.filter(|name| !sets.iter().any(|set| set == name)) {
-            return Err(Error::Unknown { what: "controller", name: name.into(), accepted: sets.join(", ") });
+            return Err(Error::Unknown {
+                what: "controller",
+                name: name.into(),
+                accepted: sets.join(", "),
+            });
         }
         let block = (0..found.blocks()).find(|&block| found.range(block).1 > trial);
         let mut rows = match block.map(|block| found.part(block)) {
             // A part that is not there yet has no row. A part that is there must be right.
-            Some(part) => {
-                part.rows().or_else(|e| if part.holds().contains(&true) { Err(e) } else { Ok(Vec::new()) })?
-            }
+            Some(part) => part.rows().or_else(|e| {
+                if part.holds().contains(&true) {
+                    Err(e)
+                } else {
+                    Ok(Vec::new())
+                }
+            })?,
             None => Vec::new(),
         };
         rows.retain(|row| row.trial == trial);
-        let lost = sets.iter().find(|set| rows.iter().any(|r| r.set == **set && !r.has_recovered()));
+        let lost = sets
+            .iter()
+            .find(|set| rows.iter().any(|r| r.set == **set && !r.has_recovered()));
         let first = rows.first().map_or(&sets[0], |row| &row.set);
         let set = set.unwrap_or_else(|| lost.unwrap_or(first)).to_string();
         let campaign = found.campaign();
@@ -54,7 +68,15 @@ impl StoredTrial {
         let settings = standfast_controllers::load(&campaign.gains_named(&set))?;
         let factory = settings.prepare(&robot, campaign.episode.control_period_s)?;
         let row = rows.into_iter().find(|row| row.set == set);
-        Ok(Self { campaign, trial, set, sets: found.manifest.sets, robot, factory, row })
+        Ok(Self {
+            campaign,
+            trial,
+            set,
+            sets: found.manifest.sets,
+            robot,
+            factory,
+            row,
+        })
     }
 
     pub fn engine(&self) -> Engine {
@@ -65,7 +87,10 @@ impl StoredTrial {
     /// lacks the engine, or if the engine does not take the robot.
     pub fn config_in(&self, engine: Engine) -> Result<EpisodeConfig> {
         engine.check(&self.robot)?;
-        Ok(EpisodeConfig { engine, ..self.campaign.episode })
+        Ok(EpisodeConfig {
+            engine,
+            ..self.campaign.episode
+        })
     }
 
     /// The disturbance, which is the same at every call.
@@ -78,11 +103,15 @@ impl StoredTrial {
     pub fn difference(&self, record: &Record) -> Option<String> {
         let row = self.row.as_ref()?;
         let bits = |time_s: Option<f64>| time_s.map(f64::to_bits);
-        let same = (row.record.outcome, row.record.end_s.to_bits()) == (record.outcome, record.end_s.to_bits())
+        let same = (row.record.outcome, row.record.end_s.to_bits())
+            == (record.outcome, record.end_s.to_bits())
             && bits(record.fell_at_s) == bits(row.record.fell_at_s)
             && bits(record.settled_at_s) == bits(row.record.settled_at_s);
         let told = |outcome: Outcome, end_s: f64| format!("{} at {end_s:.3} s", outcome.name());
-        let [now, then] = [told(record.outcome, record.end_s), told(row.record.outcome, row.record.end_s)];
+        let [now, then] = [
+            told(record.outcome, record.end_s),
+            told(row.record.outcome, row.record.end_s),
+        ];
         (!same).then(|| {
             let why = match self.factory.can_be_copied() {
                 true => "The result was made by another build of standfast, or its inputs have changed",

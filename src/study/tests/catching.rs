@@ -41,7 +41,11 @@ impl Course {
         };
         if now.is_some() || !self.landings.is_empty() {
             self.flies |= tick.truth.contact_force.z < CARRIES_N;
-            self.wrong_m_s.push((tick.report.com_vel.unwrap() - tick.truth.com_vel).xy().norm());
+            self.wrong_m_s.push(
+                (tick.report.com_vel.unwrap() - tick.truth.com_vel)
+                    .xy()
+                    .norm(),
+            );
         }
         if let (Some(foot), true) = (self.in_air, self.in_air != now) {
             self.landings.push(from_stance(foot));
@@ -52,7 +56,9 @@ impl Course {
     /// Runs an episode until it is decided.
     fn of(bench: &Bench, push: Push) -> (Record, Self) {
         let mut course = Self::default();
-        let record = bench.run(vec![push], None, 6.0, Until::Decided, |tick| course.watch(tick));
+        let record = bench.run(vec![push], None, 6.0, Until::Decided, |tick| {
+            course.watch(tick)
+        });
         (record, course)
     }
 }
@@ -72,28 +78,59 @@ static HARD: LazyLock<Vec<Hard>> = LazyLock::new(|| {
     // The bounds are for footsteps that do not cross, since `catch` takes no others.
     let mut robot = bench.robot.clone();
     robot.reach.truncate(1);
-    let yardstick = PendulumBounds::new(&robot, &Campaign::load("nominal", &Overrides::default()).unwrap()).unwrap();
+    let yardstick = PendulumBounds::new(
+        &robot,
+        &Campaign::load("nominal", &Overrides::default()).unwrap(),
+    )
+    .unwrap();
     assert!((yardstick.push_duration_s - 0.05).abs() < 1e-5 && yardstick.push_height_m == 0.0);
     let of = |heading_deg: &f64| {
         let bounds = yardstick.heading(*heading_deg);
         let push = push(0.9 * bounds.bound_one_step_n_s, *heading_deg);
         let (record, course) = Course::of(&bench, push);
-        Hard { push, steps: bounds.bound_one_step_n_s > 1.01 * bounds.bound_no_step_n_s, record, course }
+        Hard {
+            push,
+            steps: bounds.bound_one_step_n_s > 1.01 * bounds.bound_no_step_n_s,
+            record,
+            course,
+        }
     };
     HEADINGS.par_iter().with_max_len(1).map(of).collect()
 });
 
 #[test]
 fn nine_tenths_of_what_the_pendulum_takes_with_one_footstep_is_caught_at_every_heading() {
-    for Hard { push: Push { impulse_n_s, heading_deg, .. }, record, .. } in HARD.iter() {
+    for Hard {
+        push: Push {
+            impulse_n_s,
+            heading_deg,
+            ..
+        },
+        record,
+        ..
+    } in HARD.iter()
+    {
         let steps = record.footsteps.taken.len();
-        println!("{impulse_n_s:.2} N s at {heading_deg}: {:?}, {steps} footsteps", record.outcome);
+        println!(
+            "{impulse_n_s:.2} N s at {heading_deg}: {:?}, {steps} footsteps",
+            record.outcome
+        );
     }
-    for Hard { push, steps, record, .. } in HARD.iter() {
+    for Hard {
+        push,
+        steps,
+        record,
+        ..
+    } in HARD.iter()
+    {
         assert_eq!(record.outcome, Outcome::Recovered, "{push:?}: {record:?}");
         assert!(record.footsteps.lifted.is_none(), "{push:?}: {record:?}");
         // Sideways the feet are apart, so the robot can take this push standing.
-        assert_eq!(record.footsteps.taken.is_empty(), !steps, "{push:?}: {record:?}");
+        assert_eq!(
+            record.footsteps.taken.is_empty(),
+            !steps,
+            "{push:?}: {record:?}"
+        );
     }
 }
 
@@ -108,20 +145,51 @@ fn feet_land_in_their_regions_and_cross_where_that_helps() {
         .map(|&heading| {
             let push = push(4.7, heading);
             let (record, course) = Course::of(&bench, push);
-            assert_eq!(record.outcome, Outcome::Recovered, "at {heading}: {record:?}");
-            assert!(course.landings[0].y < regions[0].y_m[0] - OFF_M, "at {heading} it crosses: {:?}", course.landings);
-            Hard { push, steps: true, record, course }
+            assert_eq!(
+                record.outcome,
+                Outcome::Recovered,
+                "at {heading}: {record:?}"
+            );
+            assert!(
+                course.landings[0].y < regions[0].y_m[0] - OFF_M,
+                "at {heading} it crosses: {:?}",
+                course.landings
+            );
+            Hard {
+                push,
+                steps: true,
+                record,
+                course,
+            }
         })
         .collect();
-    for Hard { push: Push { heading_deg, .. }, record, course, .. } in HARD.iter().chain(&sideways) {
-        println!("at {heading_deg}: {:.4?}, met {:?}", course.landings, record.legs_met);
+    for Hard {
+        push: Push { heading_deg, .. },
+        record,
+        course,
+        ..
+    } in HARD.iter().chain(&sideways)
+    {
+        println!(
+            "at {heading_deg}: {:.4?}, met {:?}",
+            course.landings, record.legs_met
+        );
         // If the legs cross, the knees may touch.
-        let crosses = course.landings.iter().any(|place| place.y < regions[0].y_m[0] - OFF_M);
-        assert!(crosses || record.legs_met.is_none(), "at {heading_deg}: {:?}", record.legs_met);
+        let crosses = course
+            .landings
+            .iter()
+            .any(|place| place.y < regions[0].y_m[0] - OFF_M);
+        assert!(
+            crosses || record.legs_met.is_none(),
+            "at {heading_deg}: {:?}",
+            record.legs_met
+        );
         // Planned places lie in a region. A foot that comes down early or late is off by a little more.
         for place in course.landings.iter().take(1) {
-            let within = |[least, most]: [f64; 2], at: f64| (least - OFF_M..=most + OFF_M).contains(&at);
-            let in_region = |region: &LandingRegion| within(region.x_m, place.x) && within(region.y_m, place.y);
+            let within =
+                |[least, most]: [f64; 2], at: f64| (least - OFF_M..=most + OFF_M).contains(&at);
+            let in_region =
+                |region: &LandingRegion| within(region.x_m, place.x) && within(region.y_m, place.y);
             assert!(regions.iter().any(in_region), "at {heading_deg}: {place}");
         }
     }
@@ -130,45 +198,77 @@ fn feet_land_in_their_regions_and_cross_where_that_helps() {
 /// The trunk's accelerometer gives the velocity also while a leg swings, in flight, and when a foot strikes the ground.
 #[test]
 fn the_velocity_of_the_com_is_known_in_the_swing_in_flight_and_at_landing() {
-    let seen = HARD.iter().filter(|hard| hard.steps).map(|Hard { push, course, .. }| {
-        let wrong = &course.wrong_m_s;
-        let rms = (wrong.iter().map(|v| v * v).sum::<f64>() / wrong.len() as f64).sqrt();
-        let worst = wrong.iter().copied().fold(0.0, f64::max);
-        println!("at {}: rms {rms:.4} m/s, worst {worst:.4} m/s, {} ticks", push.heading_deg, wrong.len());
-        (push.heading_deg, rms, worst, course.flies)
-    });
+    let seen = HARD
+        .iter()
+        .filter(|hard| hard.steps)
+        .map(|Hard { push, course, .. }| {
+            let wrong = &course.wrong_m_s;
+            let rms = (wrong.iter().map(|v| v * v).sum::<f64>() / wrong.len() as f64).sqrt();
+            let worst = wrong.iter().copied().fold(0.0, f64::max);
+            println!(
+                "at {}: rms {rms:.4} m/s, worst {worst:.4} m/s, {} ticks",
+                push.heading_deg,
+                wrong.len()
+            );
+            (push.heading_deg, rms, worst, course.flies)
+        });
     let seen = seen.collect::<Vec<_>>();
     assert!(seen.iter().any(|(.., flies)| *flies), "no flight is tested");
     for (heading, rms, worst, _) in seen {
-        assert!(rms < 0.01 && worst < 0.06, "at {heading}: {rms}, at most {worst} m/s");
+        assert!(
+            rms < 0.01 && worst < 0.06,
+            "at {heading}: {rms}, at most {worst} m/s"
+        );
     }
 }
 
 #[test]
 fn where_standing_suffices_no_foot_is_lifted() {
     let bench = Bench::new("catch");
-    [(2.0, 0.0), (2.0, 180.0), (3.0, 90.0), (0.0, 0.0)].par_iter().for_each(|&(impulse, heading)| {
-        let record = bench.push(push(impulse, heading));
-        assert_eq!(record.outcome, Outcome::Recovered, "{impulse} N s at {heading}: {record:?}");
-        assert!(record.footsteps.taken.is_empty(), "{impulse} N s at {heading}: {record:?}");
-    });
+    [(2.0, 0.0), (2.0, 180.0), (3.0, 90.0), (0.0, 0.0)]
+        .par_iter()
+        .for_each(|&(impulse, heading)| {
+            let record = bench.push(push(impulse, heading));
+            assert_eq!(
+                record.outcome,
+                Outcome::Recovered,
+                "{impulse} N s at {heading}: {record:?}"
+            );
+            assert!(
+                record.footsteps.taken.is_empty(),
+                "{impulse} N s at {heading}: {record:?}"
+            );
+        });
 }
 
 /// Left and right are alike. At 0 and 180 degrees either foot may go.
 #[test]
 fn a_mirrored_push_is_caught_by_the_mirrored_foot() {
     let bench = Bench::with(symmetric_robot(), "catch");
-    [(4.2, 45.0), (4.2, 90.0), (4.2, 135.0)].par_iter().for_each(|&(impulse, heading)| {
-        let [one, other] = [heading, -heading].map(|heading| bench.push(push(impulse, heading)));
-        let (a, b) = (&one.footsteps.taken[0], &other.footsteps.taken[0]);
-        let apart = |p: [f64; 3], q: [f64; 3]| (p[0] - q[0]).hypot(p[1] + q[1]);
-        let (from, to, land) = (apart(a.from_m, b.from_m), apart(a.to_m, b.to_m), (a.land_s - b.land_s).abs());
-        println!("{heading} degrees: {} foot, {from:.1e} m, {to:.1e} m, {land:.1e} s", a.foot.name());
-        assert_eq!(a.foot, b.foot.other(), "{heading} degrees");
-        assert_eq!(a.lift_s, b.lift_s, "{heading} degrees");
-        assert!(from < 1e-4 && to < 1e-3 && land < 0.005, "{heading} degrees: {a:?} {b:?}");
-        assert_eq!(one.outcome, other.outcome, "{heading} degrees");
-    });
+    [(4.2, 45.0), (4.2, 90.0), (4.2, 135.0)]
+        .par_iter()
+        .for_each(|&(impulse, heading)| {
+            let [one, other] =
+                [heading, -heading].map(|heading| bench.push(push(impulse, heading)));
+            let (a, b) = (&one.footsteps.taken[0], &other.footsteps.taken[0]);
+            let apart = |p: [f64; 3], q: [f64; 3]| (p[0] - q[0]).hypot(p[1] + q[1]);
+            let (from, to, land) = (
+                apart(a.from_m, b.from_m),
+                apart(a.to_m, b.to_m),
+                (a.land_s - b.land_s).abs(),
+            );
+            println!(
+                "{heading} degrees: {} foot, {from:.1e} m, {to:.1e} m, {land:.1e} s",
+                a.foot.name()
+            );
+            assert_eq!(a.foot, b.foot.other(), "{heading} degrees");
+            assert_eq!(a.lift_s, b.lift_s, "{heading} degrees");
+            assert!(
+                from < 1e-4 && to < 1e-3 && land < 0.005,
+                "{heading} degrees: {a:?} {b:?}"
+            );
+            assert_eq!(one.outcome, other.outcome, "{heading} degrees");
+        });
 }
 
 /// The landing place changes after the lift: after another push in the same direction with the foot in the air, the
@@ -176,19 +276,36 @@ fn a_mirrored_push_is_caught_by_the_mirrored_foot() {
 #[test]
 fn a_second_push_while_the_foot_is_in_the_air_moves_its_landing_place_along() {
     let bench = Bench::new("catch");
-    let first_footstep =
-        |pushes: Vec<Push>| -> Footstep { bench.run(pushes, None, 1.2, Until::Fallen, |_| {}).footsteps.taken[0] };
+    let first_footstep = |pushes: Vec<Push>| -> Footstep {
+        bench
+            .run(pushes, None, 1.2, Until::Fallen, |_| {})
+            .footsteps
+            .taken[0]
+    };
     let first = push(3.4, 0.0);
     let alone = first_footstep(vec![first]);
     // The time is from the lift until shortly before the landing place is fixed.
-    let again = |heading_deg| Push { impulse_n_s: 0.5, heading_deg, duration_s: 0.02, start_s: alone.lift_s, ..first };
+    let again = |heading_deg| Push {
+        impulse_n_s: 0.5,
+        heading_deg,
+        duration_s: 0.02,
+        start_s: alone.lift_s,
+        ..first
+    };
     [0.0, 90.0, 180.0, -90.0].par_iter().for_each(|&heading| {
         let second = again(heading);
         let moved = first_footstep(vec![first, second]);
-        assert_eq!((moved.foot, moved.lift_s), (alone.foot, alone.lift_s), "the push comes after the lift");
+        assert_eq!(
+            (moved.foot, moved.lift_s),
+            (alone.foot, alone.lift_s),
+            "the push comes after the lift"
+        );
         let [a, b] = [alone.to_m, moved.to_m].map(|[x, y, _]| Point2::new(x, y));
         let along = (b - a).dot(&second.direction().xy());
-        println!("{} foot to {a:.4}, pushed at {heading} again to {b:.4}: {along:.4} m", alone.foot.name());
+        println!(
+            "{} foot to {a:.4}, pushed at {heading} again to {b:.4}: {along:.4} m",
+            alone.foot.name()
+        );
         assert!(along > 0.005, "pushed at {heading} again: {a} {b}");
     });
 }

@@ -22,7 +22,10 @@ fn at_most_allowed() -> f64 {
 
 /// Shares of campaigns that pass, that fail, and that fail by a raw threshold on the observed value. Equal draws are
 /// judged once.
-fn shares<T: Copy + Eq + Hash>(draw: impl Fn(&mut ChaCha8Rng) -> T, judge: impl Fn(T) -> GateAnswer) -> [f64; 3] {
+fn shares<T: Copy + Eq + Hash>(
+    draw: impl Fn(&mut ChaCha8Rng) -> T,
+    judge: impl Fn(T) -> GateAnswer,
+) -> [f64; 3] {
     let (mut rng, mut known, mut counts) = (ChaCha8Rng::seed_from_u64(5), HashMap::new(), [0; 3]);
     for _ in 0..CAMPAIGNS {
         let drawn = draw(&mut rng);
@@ -50,8 +53,14 @@ fn a_gate_of_a_rate_errs_as_seldom_as_said_and_sees_what_is_far() {
     };
     for trials in [100, 1000] {
         let [passed, failed, raw] = of_rate(0.80, trials);
-        assert!(passed < at_most_allowed() && failed < at_most_allowed(), "{passed} {failed}");
-        assert!(passed > 0.01 && failed > 0.01, "needlessly careful: {passed} {failed}");
+        assert!(
+            passed < at_most_allowed() && failed < at_most_allowed(),
+            "{passed} {failed}"
+        );
+        assert!(
+            passed > 0.01 && failed > 0.01,
+            "needlessly careful: {passed} {failed}"
+        );
         assert!(raw > 0.4, "{raw}");
     }
     assert!(of_rate(0.64, 100)[1] > 0.9 && of_rate(0.93, 100)[0] > 0.9);
@@ -69,7 +78,12 @@ fn a_gate_of_a_difference_errs_as_seldom_as_said_and_sees_what_is_far() {
             (only_a, differ - only_a)
         };
         let judge = |(only_a, only_b)| {
-            let counts = PairedCounts { both: trials - only_a - only_b, only_a, only_b, neither: 0 };
+            let counts = PairedCounts {
+                both: trials - only_a - only_b,
+                only_a,
+                only_b,
+                neither: 0,
+            };
             Evidence::difference(&counts, 0.95, false).answer(&gate, 0.95)
         };
         let shares = shares(pairs, judge);
@@ -78,17 +92,27 @@ fn a_gate_of_a_difference_errs_as_seldom_as_said_and_sees_what_is_far() {
     };
     for discordance in [0.2, 0.4] {
         for trials in [100, 1000] {
-            let [passed, failed, raw] = of_difference("catch >= hold + 0.10", discordance, 0.10, trials);
-            assert!(passed < at_most_allowed() && failed < at_most_allowed(), "{passed} {failed}");
+            let [passed, failed, raw] =
+                of_difference("catch >= hold + 0.10", discordance, 0.10, trials);
+            assert!(
+                passed < at_most_allowed() && failed < at_most_allowed(),
+                "{passed} {failed}"
+            );
             assert!(raw > 0.4, "{raw}");
         }
     }
     // The score interval is approximate. If nearly all discordant trials are of one kind, and few, it is wrong more
     // often on the side away from zero: in up to 5.6 % by a sum over all tables.
     let [passed, failed, _] = of_difference("catch >= hold + 0.10", 0.12, 0.10, 100);
-    assert!(passed < 0.056 && failed < at_most_allowed(), "{passed} {failed}");
+    assert!(
+        passed < 0.056 && failed < at_most_allowed(),
+        "{passed} {failed}"
+    );
     let [passed, failed, _] = of_difference("catch >= baseline - 0.01", 0.0125, -0.01, 400);
-    assert!(passed < at_most_allowed() && failed < 0.056, "{passed} {failed}");
+    assert!(
+        passed < at_most_allowed() && failed < 0.056,
+        "{passed} {failed}"
+    );
     assert!(of_difference("catch >= hold + 0.10", 0.2, 0.05, 1000)[1] > 0.9);
     assert!(of_difference("catch >= hold + 0.10", 0.2, 0.15, 1000)[0] > 0.9);
     // Nothing has changed, but the two results lose trials independently in 3 % each.
@@ -101,12 +125,19 @@ fn so_many_more_trials_resolve_in_about_four_of_five_campaigns() {
     for sequential in [false, true] {
         for (rate, required) in [(0.85, 0.80), (0.90, 0.92), (0.90, 0.93)] {
             let gate = gate(&format!("catch >= {required}"));
-            let seen = Evidence::rate((rate * 200.0) as u64, 200, 0.95, sequential).answer(&gate, 0.95);
-            assert_eq!((seen.status, seen.sequential), (Status::Unresolved, sequential));
+            let seen =
+                Evidence::rate((rate * 200.0) as u64, 200, 0.95, sequential).answer(&gate, 0.95);
+            assert_eq!(
+                (seen.status, seen.sequential),
+                (Status::Unresolved, sequential)
+            );
             let trials = if sequential { 200 } else { 0 } + seen.more_trials.unwrap();
-            let judge = |recovered| Evidence::rate(recovered, trials, 0.95, sequential).answer(&gate, 0.95);
+            let judge =
+                |recovered| Evidence::rate(recovered, trials, 0.95, sequential).answer(&gate, 0.95);
             let [passed, failed, _] = shares(|rng| draw(rng, trials, rate), judge);
-            println!("{rate} for {required}, sequential {sequential}: {trials} trials, {passed} {failed}");
+            println!(
+                "{rate} for {required}, sequential {sequential}: {trials} trials, {passed} {failed}"
+            );
             let resolved = if rate > required { passed } else { failed };
             assert!((0.7..0.97).contains(&resolved), "{resolved}");
         }
@@ -126,15 +157,21 @@ fn so_many_more_trials_resolve_in_about_four_of_five_campaigns() {
             only_b,
             neither: 0,
         };
-        let judge = |counts: &PairedCounts| Evidence::difference(counts, 0.95, false).answer(&gate, 0.95);
+        let judge =
+            |counts: &PairedCounts| Evidence::difference(counts, 0.95, false).answer(&gate, 0.95);
         let seen = judge(&counts(100, only_a, only_b));
-        let (trials, [a, b]) = (seen.more_trials.unwrap(), [only_a, only_b].map(|count| count as f64 / 100.0));
+        let (trials, [a, b]) = (
+            seen.more_trials.unwrap(),
+            [only_a, only_b].map(|count| count as f64 / 100.0),
+        );
         let pairs = |rng: &mut ChaCha8Rng| {
             let differ = draw(rng, trials, a + b);
             let only_a = draw(rng, differ, a / (a + b));
             (only_a, differ - only_a)
         };
-        let [passed, failed, _] = shares(pairs, |(only_a, only_b)| judge(&counts(trials, only_a, only_b)));
+        let [passed, failed, _] = shares(pairs, |(only_a, only_b)| {
+            judge(&counts(trials, only_a, only_b))
+        });
         println!("{text}, {only_a} and {only_b} of 100: {trials} trials, {passed} {failed}");
         let resolved = if a - b > gate.offset { passed } else { failed };
         assert!((0.72..0.9).contains(&resolved), "{text}: {resolved}");
@@ -156,15 +193,25 @@ fn a_gate_that_is_looked_at_until_it_is_resolved_errs_as_seldom_as_said() {
                 let next = Looks::up_to(most).after(trials);
                 recovered += draw(&mut rng, next - trials, rate);
                 trials = next;
-                let judge = || Evidence::rate(recovered, trials, 0.95, sequential).answer(&gate, 0.95).status;
-                status = *known.entry((recovered, trials, sequential)).or_insert_with(judge);
+                let judge = || {
+                    Evidence::rate(recovered, trials, 0.95, sequential)
+                        .answer(&gate, 0.95)
+                        .status
+                };
+                status = *known
+                    .entry((recovered, trials, sequential))
+                    .or_insert_with(judge);
             }
             passed += u32::from(status == Status::Passed);
             failed += u32::from(status == Status::Failed);
             spent += trials;
         }
         let share = |count: u32| f64::from(count) / f64::from(campaigns);
-        let seen = (share(passed), share(failed), spent as f64 / f64::from(campaigns));
+        let seen = (
+            share(passed),
+            share(failed),
+            spent as f64 / f64::from(campaigns),
+        );
         println!("{rate}, sequential {sequential}: passed, failed, trials {seen:?}");
         seen
     };

@@ -13,7 +13,10 @@ use standfast_sim::{PhysicsStep, Push, Variation};
 use standfast_study::ask::trial;
 use standfast_study::{Campaign, Overrides};
 
-const OWN_SIZE: SizeRatio = SizeRatio { length: 1.0, mass: 1.0 };
+const OWN_SIZE: SizeRatio = SizeRatio {
+    length: 1.0,
+    mass: 1.0,
+};
 
 /// A robot with the settings of its episodes.
 struct Bench {
@@ -27,7 +30,13 @@ impl Bench {
     /// UT-mu2 in a built-in campaign, scaled.
     fn new(campaign: &str, scale: SizeRatio) -> Self {
         let campaign = Campaign::load(campaign, &Overrides::default()).unwrap();
-        let (usual, time) = (EpisodeConfig { engine: crate::common::engine(), ..campaign.episode }, scale.time());
+        let (usual, time) = (
+            EpisodeConfig {
+                engine: crate::common::engine(),
+                ..campaign.episode
+            },
+            scale.time(),
+        );
         let judge = Judge {
             standing_com_speed_m_s: usual.judge.standing_com_speed_m_s * time,
             standing_time_s: usual.judge.standing_time_s * time,
@@ -44,11 +53,19 @@ impl Bench {
             judge,
             ..usual
         };
-        Self { robot: standfast_robots::load("ut-mu2").unwrap().scaled(scale), scale, campaign, config }
+        Self {
+            robot: standfast_robots::load("ut-mu2").unwrap().scaled(scale),
+            scale,
+            campaign,
+            config,
+        }
     }
 
     fn factory(&self, gains: &str) -> PreparedController {
-        standfast_controllers::load(gains).unwrap().prepare(&self.robot, self.config.control_period_s).unwrap()
+        standfast_controllers::load(gains)
+            .unwrap()
+            .prepare(&self.robot, self.config.control_period_s)
+            .unwrap()
     }
 
     fn disturbance(&self, trial: u64) -> Disturbance {
@@ -69,24 +86,43 @@ impl Bench {
             delay_s: by(time, usual.variation.delay_s),
             ..usual.variation
         };
-        Disturbance { pushes: usual.pushes.into_iter().map(push).collect(), variation, ..usual }
+        Disturbance {
+            pushes: usual.pushes.into_iter().map(push).collect(),
+            variation,
+            ..usual
+        }
     }
 
     /// Runs the first trials with a controller.
     fn run(&self, gains: &str, trials: u64) -> Vec<Motion> {
         let factory = self.factory(gains);
-        (0..trials).into_par_iter().map(|trial| self.run_trial(&factory, trial)).collect()
+        (0..trials)
+            .into_par_iter()
+            .map(|trial| self.run_trial(&factory, trial))
+            .collect()
     }
 
     fn run_trial(&self, factory: &PreparedController, trial: u64) -> Motion {
         let (mut ticks, length) = (Vec::new(), self.scale.length);
         let disturbance = self.disturbance(trial);
-        let record = episode::run(&self.robot, factory, &self.config, disturbance, self.config.until(), &mut |tick| {
-            let zmp = tick.report.zmp_ref.unwrap_or_default();
-            ticks.push([tick.dcm.x, tick.dcm.y, zmp.x, zmp.y, tick.dcm_outside_m].map(|v| v / length));
-        })
+        let record = episode::run(
+            &self.robot,
+            factory,
+            &self.config,
+            disturbance,
+            self.config.until(),
+            &mut |tick| {
+                let zmp = tick.report.zmp_ref.unwrap_or_default();
+                ticks.push(
+                    [tick.dcm.x, tick.dcm.y, zmp.x, zmp.y, tick.dcm_outside_m].map(|v| v / length),
+                );
+            },
+        )
         .unwrap();
-        Motion { outcome: record.outcome, ticks }
+        Motion {
+            outcome: record.outcome,
+            ticks,
+        }
     }
 }
 
@@ -107,20 +143,41 @@ impl Motion {
 
 /// Number of outcomes that differ.
 fn differences(some: &[Motion], others: &[Motion]) -> usize {
-    some.iter().zip(others).filter(|(one, other)| one.outcome != other.outcome).count()
+    some.iter()
+        .zip(others)
+        .filter(|(one, other)| one.outcome != other.outcome)
+        .count()
 }
 
 #[test]
 fn a_robot_four_times_as_long_moves_alike_to_the_bit() {
-    for scale in [SizeRatio { length: 4.0, mass: 64.0 }, SizeRatio { length: 0.25, mass: 1.0 }] {
-        for (campaign, sets) in [("standard", ["switching", "paper", "catch"]), ("harsh", ["hold", "robust", "catch"])]
-        {
+    for scale in [
+        SizeRatio {
+            length: 4.0,
+            mass: 64.0,
+        },
+        SizeRatio {
+            length: 0.25,
+            mass: 1.0,
+        },
+    ] {
+        for (campaign, sets) in [
+            ("standard", ["switching", "paper", "catch"]),
+            ("harsh", ["hold", "robust", "catch"]),
+        ] {
             let [own, similar] = [OWN_SIZE, scale].map(|scale| Bench::new(campaign, scale));
             for gains in sets {
                 let pairs = own.run(gains, 10).into_iter().zip(similar.run(gains, 10));
                 for (trial, (one, other)) in pairs.enumerate() {
-                    assert_eq!(one.parts_from(&other), None, "{gains}, trial {trial} of {campaign}, {scale:?}");
-                    assert_eq!(one.outcome, other.outcome, "{gains}, trial {trial} of {campaign}, {scale:?}");
+                    assert_eq!(
+                        one.parts_from(&other),
+                        None,
+                        "{gains}, trial {trial} of {campaign}, {scale:?}"
+                    );
+                    assert_eq!(
+                        one.outcome, other.outcome,
+                        "{gains}, trial {trial} of {campaign}, {scale:?}"
+                    );
                 }
             }
         }
@@ -131,11 +188,21 @@ fn a_robot_four_times_as_long_moves_alike_to_the_bit() {
 /// here.
 #[test]
 fn robots_of_any_size_move_alike_to_the_bit() {
-    let [light, heavy] = [-30, 26].map(|power| SizeRatio { length: 1.0, mass: 2.0_f64.powi(power) });
-    let [small, large] = [-3, 4].map(|power| SizeRatio { length: 4.0_f64.powi(power), mass: 64.0_f64.powi(power) });
+    let [light, heavy] = [-30, 26].map(|power| SizeRatio {
+        length: 1.0,
+        mass: 2.0_f64.powi(power),
+    });
+    let [small, large] = [-3, 4].map(|power| SizeRatio {
+        length: 4.0_f64.powi(power),
+        mass: 64.0_f64.powi(power),
+    });
     let own = Bench::new("standard", OWN_SIZE).run("catch", 12);
     for scale in [light, heavy, small, large] {
-        for (trial, (one, other)) in own.iter().zip(Bench::new("standard", scale).run("catch", 12)).enumerate() {
+        for (trial, (one, other)) in own
+            .iter()
+            .zip(Bench::new("standard", scale).run("catch", 12))
+            .enumerate()
+        {
             assert_eq!(one.parts_from(&other), None, "trial {trial}, {scale:?}");
             assert_eq!(one.outcome, other.outcome, "trial {trial}, {scale:?}");
         }
@@ -143,10 +210,22 @@ fn robots_of_any_size_move_alike_to_the_bit() {
 }
 
 const SIZES: [SizeRatio; 4] = [
-    SizeRatio { length: 0.5, mass: 0.125 },
-    SizeRatio { length: 2.0, mass: 8.0 },
-    SizeRatio { length: 3.0, mass: 27.0 },
-    SizeRatio { length: 1.0, mass: 3.0 },
+    SizeRatio {
+        length: 0.5,
+        mass: 0.125,
+    },
+    SizeRatio {
+        length: 2.0,
+        mass: 8.0,
+    },
+    SizeRatio {
+        length: 3.0,
+        mass: 27.0,
+    },
+    SizeRatio {
+        length: 1.0,
+        mass: 3.0,
+    },
 ];
 
 #[test]
@@ -156,7 +235,10 @@ fn robots_of_other_sizes_have_the_same_outcomes() {
         let own = Bench::new("standard", OWN_SIZE).run(gains, TRIALS);
         for scale in SIZES {
             let differ = differences(&own, &Bench::new("standard", scale).run(gains, TRIALS));
-            assert!(differ <= 1, "{gains}, {scale:?}: {differ} of {TRIALS} outcomes differ");
+            assert!(
+                differ <= 1,
+                "{gains}, {scale:?}: {differ} of {TRIALS} outcomes differ"
+            );
         }
     }
 }
@@ -169,11 +251,15 @@ fn table_of_other_sizes() {
     println!("outcomes of {TRIALS} trials of `standard` that differ from those of UT-mu2");
     println!(
         "| controller | {} |",
-        SIZES.map(|SizeRatio { length, mass }| format!("L = {length}, M = {mass}")).join(" | ")
+        SIZES
+            .map(|SizeRatio { length, mass }| format!("L = {length}, M = {mass}"))
+            .join(" | ")
     );
     for gains in ["hold", "switching", "robust", "paper", "catch"] {
         let own = Bench::new("standard", OWN_SIZE).run(gains, TRIALS);
-        let of = |scale| differences(&own, &Bench::new("standard", scale).run(gains, TRIALS)).to_string();
+        let of = |scale| {
+            differences(&own, &Bench::new("standard", scale).run(gains, TRIALS)).to_string()
+        };
         println!("| `{gains}` | {} |", SIZES.map(of).join(" | "));
     }
 }

@@ -32,7 +32,10 @@ impl<'a> IncumbentSample<'a> {
     /// Takes the incumbent's outcomes of the first trials.
     pub fn new(campaign: &'a Campaign, won: &[bool]) -> Self {
         let push = |(i, won): (usize, &bool)| (trial::push(campaign, i as u64), *won);
-        Self { campaign, won: won.iter().enumerate().map(push).collect() }
+        Self {
+            campaign,
+            won: won.iter().enumerate().map(push).collect(),
+        }
     }
 
     /// The estimated chance that the incumbent recovers from a push.
@@ -41,7 +44,9 @@ impl<'a> IncumbentSample<'a> {
         for (other, has_won) in &self.won {
             let turned = (push.heading_deg - other.heading_deg + 180.0).rem_euclid(360.0) - 180.0;
             let harder = (push.impulse_n_s.max(1e-9) / other.impulse_n_s.max(1e-9)).ln();
-            let near = (-0.5 * ((turned / SIMILAR_HEADING_DEG).powi(2) + (harder / SIMILAR_IMPULSE).powi(2))).exp();
+            let near = (-0.5
+                * ((turned / SIMILAR_HEADING_DEG).powi(2) + (harder / SIMILAR_IMPULSE).powi(2)))
+            .exp();
             all += near;
             won += if *has_won { near } else { 0.0 };
         }
@@ -55,7 +60,10 @@ impl<'a> IncumbentSample<'a> {
             let chance = self.chance(&trial::push(self.campaign, trial));
             let kept = (2.0 * (chance * (1.0 - chance)).sqrt()).clamp(LEAST, 1.0);
             let is_kept = trial::share(self.campaign.seed, trial) < kept;
-            is_kept.then_some(WeightedTrial { trial, weight: 1.0 / kept })
+            is_kept.then_some(WeightedTrial {
+                trial,
+                weight: 1.0 / kept,
+            })
         });
         kept.take(count).collect()
     }
@@ -74,11 +82,22 @@ mod tests {
         let won: Vec<bool> = (0..200).map(is_won).collect();
         let drawn = IncumbentSample::new(&campaign, &won).draw(3, 4000);
         let near = |trial: u64| (1.8..2.2).contains(&trial::push(&campaign, trial).impulse_n_s);
-        let share = drawn.iter().filter(|drawn| near(drawn.trial)).count() as f64 / drawn.len() as f64;
+        let share =
+            drawn.iter().filter(|drawn| near(drawn.trial)).count() as f64 / drawn.len() as f64;
         assert!(share > 1.4 * 0.4 / 5.5, "{share}");
-        let sum = |of: &dyn Fn(u64) -> bool| drawn.iter().filter(|d| of(d.trial)).map(|d| d.weight).sum::<f64>();
+        let sum = |of: &dyn Fn(u64) -> bool| {
+            drawn
+                .iter()
+                .filter(|d| of(d.trial))
+                .map(|d| d.weight)
+                .sum::<f64>()
+        };
         let rate = sum(&is_won) / sum(&|_| true);
         assert!((rate - 1.5 / 5.5).abs() < 0.03, "{rate}");
-        assert!(drawn.iter().all(|drawn| drawn.trial >= 3 * TRIALS_APART && drawn.trial < 4 * TRIALS_APART));
+        assert!(
+            drawn
+                .iter()
+                .all(|drawn| drawn.trial >= 3 * TRIALS_APART && drawn.trial < 4 * TRIALS_APART)
+        );
     }
 }

@@ -109,15 +109,26 @@ pub struct Task {
 impl Task {
     /// SHA-256 of all but the seed of the final campaign. Every file of the search carries it.
     pub fn hash(&self) -> Result<String> {
-        Ok(sha256_hex(json(&Self { final_seed: 0, ..self.clone() })?.as_bytes()))
+        Ok(sha256_hex(
+            json(&Self {
+                final_seed: 0,
+                ..self.clone()
+            })?
+            .as_bytes(),
+        ))
     }
 
     /// The seed of the final campaign for a task with this [hash](Self::hash). It has judged nothing before, and it is
     /// not the seed of the search.
     fn final_seed_of(&self, hash: &str) -> u64 {
-        let seed = u64::from_str_radix(&hash[..16], 16).expect("a hash begins with 16 hexadecimal digits");
-        let is_new = |derived: &u64| *derived != self.search_seed && !self.judged_before.contains(derived);
-        (0..).map(|number| trial::derived_seed(seed, number)).find(is_new).expect("one of so many is new")
+        let seed =
+            u64::from_str_radix(&hash[..16], 16).expect("a hash begins with 16 hexadecimal digits");
+        let is_new =
+            |derived: &u64| *derived != self.search_seed && !self.judged_before.contains(derived);
+        (0..)
+            .map(|number| trial::derived_seed(seed, number))
+            .find(is_new)
+            .expect("one of so many is new")
     }
 }
 
@@ -128,10 +139,18 @@ const JUDGED_BY: &str = "# judged_by_seeds = ";
 fn judged_by(source: &Source) -> Result<Vec<u64>> {
     let mut seeds = Vec::new();
     for (number, line) in source.text.lines().enumerate() {
-        let Some(list) = line.strip_prefix(JUDGED_BY) else { continue };
+        let Some(list) = line.strip_prefix(JUDGED_BY) else {
+            continue;
+        };
         let listed: Vec<u64> = serde_json::from_str(list).map_err(|_| {
-            let message = format!("line {}: `{list}` is no list of seeds; accepted: such as [17, 4]", number + 1);
-            Error::Syntax { file: source.file.clone(), message }
+            let message = format!(
+                "line {}: `{list}` is no list of seeds; accepted: such as [17, 4]",
+                number + 1
+            );
+            Error::Syntax {
+                file: source.file.clone(),
+                message,
+            }
         })?;
         seeds.extend(listed);
     }
@@ -195,7 +214,11 @@ impl CaseVerdict {
     /// The verdict from the result of a final campaign with the incumbent and the proposed controller.
     pub fn of(case: &CaseId, folder: &str, summary: &Summary, proposed: &str) -> Option<Self> {
         let pair = summary.pairs.first()?;
-        let counts = if pair.a == proposed { pair.counts } else { pair.counts.swapped() };
+        let counts = if pair.a == proposed {
+            pair.counts
+        } else {
+            pair.counts.swapped()
+        };
         Some(Self {
             robot: case.robot.clone(),
             engine: case.engine.clone(),
@@ -232,15 +255,30 @@ impl Tuning {
     /// Reads and checks everything. `campaigns` are the cases, all with the same single controller, each with the files
     /// of its robot. Errors: a controller without numbers to tune, a range that cannot be used, a budget that is too
     /// small, a folder that holds another search.
-    pub fn new(campaigns: &[(Campaign, Files)], options: TuneOptions, folder: &Path) -> Result<Self> {
+    pub fn new(
+        campaigns: &[(Campaign, Files)],
+        options: TuneOptions,
+        folder: &Path,
+    ) -> Result<Self> {
         let (first, _) = campaigns.first().expect("a search has a case");
-        let [entry] = &first.gains[..] else { unreachable!("a search has one controller") };
+        let [entry] = &first.gains[..] else {
+            unreachable!("a search has one controller")
+        };
         let base = standfast_controllers::load(entry)?;
         check_files(&*base, entry)?;
-        let judged_before = judged_by(&assets::open(InputKind::Controller, ControllerName::split(entry).base)?)?;
+        let judged_before = judged_by(&assets::open(
+            InputKind::Controller,
+            ControllerName::split(entry).base,
+        )?)?;
         let search_seed = trial::derived_seed(first.seed, 0);
         let plan = |(campaign, files): &(Campaign, Files)| {
-            PreparedCampaign::with(&Campaign { seed: search_seed, ..campaign.clone() }, files.clone())
+            PreparedCampaign::with(
+                &Campaign {
+                    seed: search_seed,
+                    ..campaign.clone()
+                },
+                files.clone(),
+            )
         };
         let plans = campaigns.iter().map(plan).collect::<Result<Vec<_>>>()?;
         let case = |plan: &PreparedCampaign, (campaign, _): &(Campaign, Files)| CaseId {
@@ -252,7 +290,11 @@ impl Tuning {
             standfast: env!("CARGO_PKG_VERSION").into(),
             controller: base.name().into(),
             campaign: first.name.clone(),
-            cases: plans.iter().zip(campaigns).map(|(plan, campaign)| case(plan, campaign)).collect(),
+            cases: plans
+                .iter()
+                .zip(campaigns)
+                .map(|(plan, campaign)| case(plan, campaign))
+                .collect(),
             tunables: Vec::new(),
             seed: first.seed,
             search_seed,
@@ -267,14 +309,26 @@ impl Tuning {
             check_new(folder)?;
         }
         let (goes_on, hash) = (there.is_some(), String::new());
-        let mut tuning = Self { task, goes_on, hash, folder: folder.into(), base, plans, options };
+        let mut tuning = Self {
+            task,
+            goes_on,
+            hash,
+            folder: folder.into(),
+            base,
+            plans,
+            options,
+        };
         tuning.task.tunables = tuning.tunables()?;
         tuning.set_budget(there.as_ref())?;
         tuning.hash = tuning.task.hash()?;
         tuning.task.final_seed = tuning.task.final_seed_of(&tuning.hash);
         if there.is_some_and(|there| there != tuning.task) {
-            let problem = "holds another search (its task differs); give a new folder, or remove this one";
-            return Err(Error::Parts { path: folder.into(), problem: problem.into() });
+            let problem =
+                "holds another search (its task differs); give a new folder, or remove this one";
+            return Err(Error::Parts {
+                path: folder.into(),
+                problem: problem.into(),
+            });
         }
         Ok(tuning)
     }
@@ -284,21 +338,47 @@ impl Tuning {
         let (base, vary) = (&*self.base, &self.options.vary);
         let mut named = match vary.is_empty() {
             true => base.tunables(),
-            false => vary.iter().map(|text| number_to_vary(text, base)).collect::<Result<_>>()?,
+            false => vary
+                .iter()
+                .map(|text| number_to_vary(text, base))
+                .collect::<Result<_>>()?,
         };
         if named.is_empty() {
             let accepted = "--vary KEY=FROM..TO with a number of its file, or another controller";
-            return Err(Error::option("CONTROLLER", base.name(), "names no number to tune", accepted));
+            return Err(Error::option(
+                "CONTROLLER",
+                base.name(),
+                "names no number to tune",
+                accepted,
+            ));
         }
-        if let Some(twice) = (1..named.len()).find(|&i| named[..i].iter().any(|other| other.key == named[i].key)) {
-            return Err(Error::option("--vary", &named[twice].key, "is given twice", "each key once"));
+        if let Some(twice) =
+            (1..named.len()).find(|&i| named[..i].iter().any(|other| other.key == named[i].key))
+        {
+            return Err(Error::option(
+                "--vary",
+                &named[twice].key,
+                "is given twice",
+                "each key once",
+            ));
         }
         for tunable in &mut named {
             let problem = Tunable::problem(tunable.range);
-            if let Some(problem) = problem.or((!tunable.now.is_finite()).then_some("its present value is not finite")) {
-                let Tunable { key, now, range: [from, to] } = &*tunable;
+            if let Some(problem) =
+                problem.or((!tunable.now.is_finite()).then_some("its present value is not finite"))
+            {
+                let Tunable {
+                    key,
+                    now,
+                    range: [from, to],
+                } = &*tunable;
                 let value = format!("{key}={from}..{to}, now {now}");
-                return Err(Error::option("--vary", value, problem, "finite numbers, the smaller end first"));
+                return Err(Error::option(
+                    "--vary",
+                    value,
+                    problem,
+                    "finite numbers, the smaller end first",
+                ));
             }
             for end in 0..2 {
                 let mut refused = self.refuses(tunable, tunable.range[end])?;
@@ -310,9 +390,18 @@ impl Tuning {
                     left -= 1;
                 }
                 if let Some(error) = refused {
-                    let Tunable { key, range: [from, to], .. } = &*tunable;
+                    let Tunable {
+                        key,
+                        range: [from, to],
+                        ..
+                    } = &*tunable;
                     let problem = format!("its end {} cannot be used: {error}", tunable.range[end]);
-                    return Err(Error::option("--vary", format!("{key}={from}..{to}"), problem, "a narrower range"));
+                    return Err(Error::option(
+                        "--vary",
+                        format!("{key}={from}..{to}"),
+                        problem,
+                        "a narrower range",
+                    ));
                 }
             }
         }
@@ -321,46 +410,84 @@ impl Tuning {
 
     /// The reason why a number cannot have a value. It is None if the number can.
     fn refuses(&self, tunable: &Tunable, value: f64) -> Result<Option<Error>> {
-        self.prepared(&[(&tunable.key, value)]).err().map(Error::refusal).transpose()
+        self.prepared(&[(&tunable.key, value)])
+            .err()
+            .map(Error::refusal)
+            .transpose()
     }
 
     /// The controller with these values, for each case.
     fn prepared(&self, values: &[(&str, f64)]) -> Result<Vec<PreparedController>> {
         let settings = with_values(&*self.base, self.base.name(), values)?;
-        let prepare =
-            |plan: &PreparedCampaign| settings.prepare(&plan.robot, plan.manifest.campaign.episode.control_period_s);
+        let prepare = |plan: &PreparedCampaign| {
+            settings.prepare(&plan.robot, plan.manifest.campaign.episode.control_period_s)
+        };
         self.plans.iter().map(prepare).collect()
     }
 
     /// Converts the budget to a number of episodes, and fails if it is too small. A search that was begun keeps its
     /// number of episodes, because a time would give another number on another day.
     fn set_budget(&mut self, there: Option<&Task>) -> Result<()> {
-        let (cases, Task { tunables, final_trials, .. }) = (self.plans.len() as u64, &self.task);
+        let (
+            cases,
+            Task {
+                tunables,
+                final_trials,
+                ..
+            },
+        ) = (self.plans.len() as u64, &self.task);
         let search = least_episodes(tunables.len(), self.plans.len());
         let least = SAMPLE * cases + 2 * final_trials * cases + search;
         let (budget_s, episodes, episode_s) = match self.options.budget {
             Budget::Episodes(episodes) => (None, episodes, 0.0),
             Budget::Time(time_s) if self.options.shard.is_some() => {
-                let (problem, accepted) = ("each shard would measure another pace", "a number of episodes");
-                return Err(Error::option("--budget", format!("{time_s} s"), problem, accepted));
+                let (problem, accepted) = (
+                    "each shard would measure another pace",
+                    "a number of episodes",
+                );
+                return Err(Error::option(
+                    "--budget",
+                    format!("{time_s} s"),
+                    problem,
+                    accepted,
+                ));
             }
             Budget::Time(time_s) if there.is_some_and(|there| there.budget_s == Some(time_s)) => {
                 (Some(time_s), there.map_or(0, |there| there.episodes), 0.0)
             }
             Budget::Time(time_s) => {
-                let of_each = self.plans.iter().map(PreparedCampaign::seconds_a_trial).collect::<Result<Vec<_>>>()?;
+                let of_each = self
+                    .plans
+                    .iter()
+                    .map(PreparedCampaign::seconds_a_trial)
+                    .collect::<Result<Vec<_>>>()?;
                 let episode_s = of_each.iter().sum::<f64>() / cases as f64 / self.threads()? as f64;
-                (Some(time_s), ((time_s / episode_s) as u64).min(MOST_EPISODES), episode_s)
+                (
+                    Some(time_s),
+                    ((time_s / episode_s) as u64).min(MOST_EPISODES),
+                    episode_s,
+                )
             }
         };
         if episodes < least {
-            let problem = format!("is too small for {} numbers and {final_trials} final trials", tunables.len());
+            let problem = format!(
+                "is too small for {} numbers and {final_trials} final trials",
+                tunables.len()
+            );
             let (stated, accepted) = match budget_s {
-                None => (format!("{episodes} episodes"), format!("{least} episodes or more")),
+                None => (
+                    format!("{episodes} episodes"),
+                    format!("{least} episodes or more"),
+                ),
                 Some(time_s) => {
                     let [stated, least_time] = [time_s, least as f64 * episode_s].map(in_minutes);
-                    let accepted = format!("{least_time} or more on this machine as it is now ({least} episodes)");
-                    (format!("{stated}, which are {episodes} episodes here"), accepted)
+                    let accepted = format!(
+                        "{least_time} or more on this machine as it is now ({least} episodes)"
+                    );
+                    (
+                        format!("{stated}, which are {episodes} episodes here"),
+                        accepted,
+                    )
                 }
             };
             let accepted = format!("{accepted}; less with --vary or --trials");
@@ -372,9 +499,16 @@ impl Tuning {
 
     /// Episodes of the search that are in the folder already. Fails if a file there is not as a search writes it.
     pub fn episodes_there(&self) -> Result<u64> {
-        let mut episodes = self.sample_there()?.iter().flatten().map(Vec::len).sum::<usize>() as u64;
+        let mut episodes = self
+            .sample_there()?
+            .iter()
+            .flatten()
+            .map(Vec::len)
+            .sum::<usize>() as u64;
         for number in 1.. {
-            let Some(there) = self.generation_there(number)? else { break };
+            let Some(there) = self.generation_there(number)? else {
+                break;
+            };
             episodes += there.episodes;
         }
         Ok(episodes)
@@ -385,20 +519,31 @@ impl Tuning {
         let path = self.folder.join(SAMPLE_FILE);
         let there: Option<Vec<Vec<bool>>> = read_of(&path, &self.hash)?;
         let are_all = |all: &Vec<Vec<bool>>| {
-            all.len() == self.plans.len() && all.iter().all(|of_case| of_case.len() as u64 == SAMPLE)
+            all.len() == self.plans.len()
+                && all.iter().all(|of_case| of_case.len() as u64 == SAMPLE)
         };
         match there.as_ref().is_none_or(are_all) {
             true => Ok(there),
-            false => Err(damaged(&path, &format!("it has not {SAMPLE} outcomes for each case"))),
+            false => Err(damaged(
+                &path,
+                &format!("it has not {SAMPLE} outcomes for each case"),
+            )),
         }
     }
 
     /// A generation that is in the folder.
     fn generation_there(&self, number: usize) -> Result<Option<Generation>> {
-        let (path, tunables, cases) = (self.generation_file(number), self.task.tunables.len(), self.plans.len());
+        let (path, tunables, cases) = (
+            self.generation_file(number),
+            self.task.tunables.len(),
+            self.plans.len(),
+        );
         let there: Option<Generation> = read_of(&path, &self.hash)?;
         let trials = trials_of(tunables, cases, self.search_episodes());
-        match there.as_ref().and_then(|there| there.problem(number as u64, trials, tunables, cases)) {
+        match there
+            .as_ref()
+            .and_then(|there| there.problem(number as u64, trials, tunables, cases))
+        {
             None => Ok(there),
             Some(problem) => Err(damaged(&path, problem)),
         }
@@ -434,17 +579,41 @@ impl Tuning {
     }
 
     fn searched(&self, watch: &TuneEvents) -> Result<Tuned> {
-        let Self { options, folder, .. } = self;
-        let team =
-            ShardPool { shard: options.shard, folder, task: &self.hash, stop: watch.stop, on_wait: watch.on_wait };
+        let Self {
+            options, folder, ..
+        } = self;
+        let team = ShardPool {
+            shard: options.shard,
+            folder,
+            task: &self.hash,
+            stop: watch.stop,
+            on_wait: watch.on_wait,
+        };
         let sampled = self.sample(team, watch)?;
-        let samples =
-            self.plans.iter().zip(&sampled).map(|(plan, won)| IncumbentSample::new(&plan.manifest.campaign, won));
-        let arena = Robots { tuning: self, samples: samples.collect(), on_episode: watch.on_episode };
-        let Task { tunables, search_seed, .. } = &self.task;
+        let samples = self
+            .plans
+            .iter()
+            .zip(&sampled)
+            .map(|(plan, won)| IncumbentSample::new(&plan.manifest.campaign, won));
+        let arena = Robots {
+            tuning: self,
+            samples: samples.collect(),
+            on_episode: watch.on_episode,
+        };
+        let Task {
+            tunables,
+            search_seed,
+            ..
+        } = &self.task;
         let mut spent = SAMPLE * self.plans.len() as u64;
         let most = spent + self.search_episodes();
-        let mut search = TuneSearch::new(&arena, tunables, *search_seed, self.plans.len(), self.search_episodes());
+        let mut search = TuneSearch::new(
+            &arena,
+            tunables,
+            *search_seed,
+            self.plans.len(),
+            self.search_episodes(),
+        );
         let mut generations: Vec<Generation> = Vec::new();
         while spent + search.next_episodes() <= most {
             let number = generations.len() + 1;
@@ -464,7 +633,8 @@ impl Tuning {
             generations.push(generation);
         }
         let proposed = search.proposed()?;
-        let rate = |won: &Vec<bool>| won.iter().filter(|won| **won).count() as f64 / won.len() as f64;
+        let rate =
+            |won: &Vec<bool>| won.iter().filter(|won| **won).count() as f64 / won.len() as f64;
         Ok(Tuned {
             task: self.task.clone(),
             sampled: sampled.iter().map(rate).collect(),
@@ -492,14 +662,22 @@ impl Tuning {
             };
             team.gather(&format!("sample-{}", case + 1), SAMPLE as usize, won)
         };
-        let sampled = self.plans.iter().enumerate().map(of_plan).collect::<Result<Vec<_>>>()?;
+        let sampled = self
+            .plans
+            .iter()
+            .enumerate()
+            .map(of_plan)
+            .collect::<Result<Vec<_>>>()?;
         self.write(&self.folder.join(SAMPLE_FILE), &sampled)?;
         Ok(sampled)
     }
 
     /// Writes a file of the search, with the hash of its task.
     fn write<T: Clone + Serialize>(&self, path: &Path, found: &T) -> Result<()> {
-        let bound = SearchFile { task: self.hash.clone(), found: found.clone() };
+        let bound = SearchFile {
+            task: self.hash.clone(),
+            found: found.clone(),
+        };
         write_atomic(path, json_pretty(&bound)?.as_bytes())
     }
 
@@ -510,13 +688,28 @@ impl Tuning {
     /// Writes the proposed controller to a file of the folder, beside the files that it needs. The file begins with the
     /// lines of `comment`. A last line of comment names the seeds of the campaigns that have judged this controller and
     /// those before it. Returns the path.
-    pub fn write_controller(&self, tuned: &Tuned, file: &str, comment: &[String]) -> Result<PathBuf> {
-        let keys = self.task.tunables.iter().map(|tunable| tunable.key.as_str());
+    pub fn write_controller(
+        &self,
+        tuned: &Tuned,
+        file: &str,
+        comment: &[String],
+    ) -> Result<PathBuf> {
+        let keys = self
+            .task
+            .tunables
+            .iter()
+            .map(|tunable| tunable.key.as_str());
         let values: Vec<(&str, f64)> = keys.zip(tuned.proposed.iter().copied()).collect();
         let settings = with_values(&*self.base, &tuned.name, &values)?;
         let text = settings.text();
         let mut head: String = comment.iter().map(|line| format!("# {line}\n")).collect();
-        let seeds: Vec<u64> = self.task.judged_before.iter().copied().chain([self.task.final_seed]).collect();
+        let seeds: Vec<u64> = self
+            .task
+            .judged_before
+            .iter()
+            .copied()
+            .chain([self.task.final_seed])
+            .collect();
         head += &format!("{JUDGED_BY}{}\n", json(&seeds)?);
         for (name, bytes) in self.base.files()? {
             write_atomic(&self.folder.join(name), &bytes)?;
@@ -529,41 +722,81 @@ impl Tuning {
 
 /// A time (s) as `--budget` takes it, in whole minutes, rounded up.
 fn in_minutes(time_s: f64) -> String {
-    if time_s < 60.0 { format!("{time_s:.0}s") } else { format!("{:.0}min", (time_s / 60.0).ceil()) }
+    if time_s < 60.0 {
+        format!("{time_s:.0}s")
+    } else {
+        format!("{:.0}min", (time_s / 60.0).ceil())
+    }
 }
 
 /// The tallies of these controllers in one trial of a plan's campaign.
-fn tallies(plan: &PreparedCampaign, factories: &[&PreparedController], number: u64) -> Result<Vec<EpisodeScore>> {
+fn tallies(
+    plan: &PreparedCampaign,
+    factories: &[&PreparedController],
+    number: u64,
+) -> Result<Vec<EpisodeScore>> {
     let campaign = &plan.manifest.campaign;
     let run = |factories: &[&PreparedController]| {
         let disturbance = trial::disturbance(campaign, number);
-        ClosedLoop::new(&plan.robot, factories.iter().copied(), &campaign.episode, disturbance).finish()
+        ClosedLoop::new(
+            &plan.robot,
+            factories.iter().copied(),
+            &campaign.episode,
+            disturbance,
+        )
+        .finish()
     };
     let tally = |record: standfast_sim::episode::Record| EpisodeScore {
         won: record.outcome.is_success(),
         footsteps: record.footsteps.taken.len() as u64,
         // The torque of a robot whose simulation broke may be any number.
-        torque: Some(record.peak_torque_ratio).filter(|ratio| ratio.is_finite()).unwrap_or(1.0),
+        torque: Some(record.peak_torque_ratio)
+            .filter(|ratio| ratio.is_finite())
+            .unwrap_or(1.0),
     };
-    Ok(each_caught(factories, run)?.into_iter().map(tally).collect())
+    Ok(each_caught(factories, run)?
+        .into_iter()
+        .map(tally)
+        .collect())
 }
 
 /// Names of the files and folders that a search writes, and the beginnings of such names.
-const WRITTEN: [&str; 7] = [TASK, SAMPLE_FILE, "parts", "final", "proposed.toml", "tune.html", "tune.json"];
+const WRITTEN: [&str; 7] = [
+    TASK,
+    SAMPLE_FILE,
+    "parts",
+    "final",
+    "proposed.toml",
+    "tune.html",
+    "tune.json",
+];
 const WRITTEN_FROM: [&str; 3] = ["generation-", "final-", ".tmp-"];
 
 /// Fails if a file that the controller needs has a name that the search writes itself, because both lie in one folder.
 fn check_files(base: &dyn ControllerSpec, entry: &str) -> Result<()> {
     let own = format!("{}-tuned.toml", base.name());
     for (name, _) in base.files()? {
-        let mut parts = Path::new(&name).components().filter(|part| *part != Component::CurDir);
+        let mut parts = Path::new(&name)
+            .components()
+            .filter(|part| *part != Component::CurDir);
         // Some file systems do not distinguish capitals.
-        let first = parts.next().map(|part| part.as_os_str().to_string_lossy().to_lowercase()).unwrap_or_default();
+        let first = parts
+            .next()
+            .map(|part| part.as_os_str().to_string_lossy().to_lowercase())
+            .unwrap_or_default();
         let is_written = first == own.to_lowercase() || WRITTEN.contains(&first.as_str());
         if is_written || WRITTEN_FROM.iter().any(|start| first.starts_with(start)) {
             let [names, starts] = [WRITTEN.join(", "), WRITTEN_FROM.join(", ")];
-            let accepted = format!("a name other than {own}, {names}, and one that does not begin with {starts}");
-            return Err(Error::value(entry, "file", name, "the search writes what has this name", accepted));
+            let accepted = format!(
+                "a name other than {own}, {names}, and one that does not begin with {starts}"
+            );
+            return Err(Error::value(
+                entry,
+                "file",
+                name,
+                "the search writes what has this name",
+                accepted,
+            ));
         }
     }
     Ok(())
@@ -572,14 +805,22 @@ fn check_files(base: &dyn ControllerSpec, entry: &str) -> Result<()> {
 /// Fails if a folder without a task has files of a search, because their task is not known.
 fn check_new(folder: &Path) -> Result<()> {
     let names = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut names: Vec<String> = names.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    let mut names: Vec<String> = names
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .collect();
     names.sort();
-    let of_search = |name: &&String| name.as_str() == SAMPLE_FILE || name.starts_with("generation-");
-    let Some(name) = names.iter().find(of_search) else { return Ok(()) };
+    let of_search =
+        |name: &&String| name.as_str() == SAMPLE_FILE || name.starts_with("generation-");
+    let Some(name) = names.iter().find(of_search) else {
+        return Ok(());
+    };
     let problem = format!(
         "holds {name} of a search, but no {TASK} that says of which; restore {TASK}, give a new folder, or remove this one"
     );
-    Err(Error::Parts { path: folder.into(), problem })
+    Err(Error::Parts {
+        path: folder.into(),
+        problem,
+    })
 }
 
 /// The robots of a search as an arena.
@@ -593,16 +834,31 @@ impl Arena for Robots<'_> {
     type Entrant = Vec<PreparedController>;
 
     fn enter(&self, values: &[f64]) -> Result<Vec<PreparedController>> {
-        let keys = self.tuning.task.tunables.iter().map(|tunable| tunable.key.as_str());
-        self.tuning.prepared(&keys.zip(values.iter().copied()).collect::<Vec<_>>())
+        let keys = self
+            .tuning
+            .task
+            .tunables
+            .iter()
+            .map(|tunable| tunable.key.as_str());
+        self.tuning
+            .prepared(&keys.zip(values.iter().copied()).collect::<Vec<_>>())
     }
 
     fn draw(&self, generation: u64, count: usize) -> Vec<Vec<WeightedTrial>> {
-        self.samples.iter().map(|sample| sample.draw(generation, count)).collect()
+        self.samples
+            .iter()
+            .map(|sample| sample.draw(generation, count))
+            .collect()
     }
 
-    fn judge(&self, case: usize, trial: u64, entrants: &[&Vec<PreparedController>]) -> Result<Vec<EpisodeScore>> {
-        let factories: Vec<&PreparedController> = entrants.iter().map(|of_cases| &of_cases[case]).collect();
+    fn judge(
+        &self,
+        case: usize,
+        trial: u64,
+        entrants: &[&Vec<PreparedController>],
+    ) -> Result<Vec<EpisodeScore>> {
+        let factories: Vec<&PreparedController> =
+            entrants.iter().map(|of_cases| &of_cases[case]).collect();
         let found = tallies(&self.tuning.plans[case], &factories, trial)?;
         found.iter().for_each(|_| (self.on_episode)());
         Ok(found)
@@ -633,9 +889,38 @@ mod tests {
         };
         let hash = task.hash().unwrap();
         let first = task.final_seed_of(&hash);
-        assert_eq!(Task { final_seed: first, ..task.clone() }.hash().unwrap(), hash);
-        let others = [Task { judged_before: vec![first], ..task.clone() }, Task { search_seed: first, ..task.clone() }];
-        assert!(others.iter().all(|other| other.final_seed_of(&hash) != first && other.hash().unwrap() != hash));
-        assert_ne!(Task { episodes: 3001, ..task }.hash().unwrap(), hash);
+        assert_eq!(
+            Task {
+                final_seed: first,
+                ..task.clone()
+            }
+            .hash()
+            .unwrap(),
+            hash
+        );
+        let others = [
+            Task {
+                judged_before: vec![first],
+                ..task.clone()
+            },
+            Task {
+                search_seed: first,
+                ..task.clone()
+            },
+        ];
+        assert!(
+            others
+                .iter()
+                .all(|other| other.final_seed_of(&hash) != first && other.hash().unwrap() != hash)
+        );
+        assert_ne!(
+            Task {
+                episodes: 3001,
+                ..task
+            }
+            .hash()
+            .unwrap(),
+            hash
+        );
     }
 }

@@ -78,13 +78,17 @@ impl Race<'_> {
     /// Runs the race. Fails as [`ShardPool::gather`] does.
     pub fn run(&self) -> Result<Raced> {
         let all = self.cases.iter().map(Vec::len).min().unwrap_or(0);
-        let mut board = Board { cases: self.cases, tallies: vec![Vec::new(); self.cases.len()] };
+        let mut board = Board {
+            cases: self.cases,
+            tallies: vec![Vec::new(); self.cases.len()],
+        };
         let mut active: Vec<usize> = (0..self.candidates).collect();
         let (mut stopped, mut episodes, mut from) = (Vec::new(), 0, 0);
         for (look, share) in LOOKS.into_iter().enumerate() {
             let to = ((all as f64 * share).ceil() as usize).min(all);
-            let jobs: Vec<(usize, usize)> =
-                (from..to).flat_map(|i| (0..self.cases.len()).map(move |case| (case, i))).collect();
+            let jobs: Vec<(usize, usize)> = (from..to)
+                .flat_map(|i| (0..self.cases.len()).map(move |case| (case, i)))
+                .collect();
             let run = |job: usize| {
                 let (case, i) = jobs[job];
                 (self.judge)(case, self.cases[case][i].trial, &active)
@@ -92,13 +96,20 @@ impl Race<'_> {
             let name = format!("{}-{}", self.name, look + 1);
             let found = self.team.gather(&name, jobs.len(), run)?;
             if found.iter().any(|tallies| tallies.len() != active.len()) {
-                let problem =
-                    format!("parts of {name} do not have all candidates; remove them, and start all shards again");
-                return Err(Error::Parts { path: self.team.folder.into(), problem });
+                let problem = format!(
+                    "parts of {name} do not have all candidates; remove them, and start all shards again"
+                );
+                return Err(Error::Parts {
+                    path: self.team.folder.into(),
+                    problem,
+                });
             }
             for ((case, _), tallies) in jobs.iter().zip(found) {
                 let mut row = vec![None; self.candidates];
-                active.iter().zip(tallies).for_each(|(&candidate, tally)| row[candidate] = Some(tally));
+                active
+                    .iter()
+                    .zip(tallies)
+                    .for_each(|(&candidate, tally)| row[candidate] = Some(tally));
                 board.tallies[*case].push(row);
             }
             episodes += (jobs.len() * active.len()) as u64;
@@ -107,19 +118,35 @@ impl Race<'_> {
                 stopped.splice(0..0, self.losers(&board, &mut active));
             }
         }
-        let mut order: Vec<usize> = active.into_iter().filter(|&candidate| candidate >= self.guests).collect();
+        let mut order: Vec<usize> = active
+            .into_iter()
+            .filter(|&candidate| candidate >= self.guests)
+            .collect();
         order.sort_by(|a, b| board.compare(*a, *b));
         order.extend(stopped);
-        let standings = (0..self.candidates).map(|candidate| board.standing(candidate)).collect();
-        Ok(Raced { standings, order, episodes })
+        let standings = (0..self.candidates)
+            .map(|candidate| board.standing(candidate))
+            .collect();
+        Ok(Raced {
+            standings,
+            order,
+            episodes,
+        })
     }
 
     /// Removes the candidates from `active` that have certainly lost against the leader. Returns them, the best one
     /// first.
     fn losers(&self, board: &Board, active: &mut Vec<usize>) -> Vec<usize> {
-        let runners = active.iter().copied().filter(|&candidate| candidate >= self.guests);
-        let Some(leader) = runners.clone().min_by(|a, b| board.compare(*a, *b)) else { return Vec::new() };
-        let mut losers: Vec<usize> = runners.filter(|&other| board.is_beaten(other, leader)).collect();
+        let runners = active
+            .iter()
+            .copied()
+            .filter(|&candidate| candidate >= self.guests);
+        let Some(leader) = runners.clone().min_by(|a, b| board.compare(*a, *b)) else {
+            return Vec::new();
+        };
+        let mut losers: Vec<usize> = runners
+            .filter(|&other| board.is_beaten(other, leader))
+            .collect();
         losers.sort_by(|a, b| board.compare(*a, *b));
         active.retain(|candidate| !losers.contains(candidate));
         losers
@@ -134,7 +161,12 @@ struct Board<'a> {
 
 impl Board<'_> {
     /// The trials of a case that both candidates have run, each with its weight.
-    fn both(&self, case: usize, a: usize, b: usize) -> impl Iterator<Item = (f64, EpisodeScore, EpisodeScore)> + '_ {
+    fn both(
+        &self,
+        case: usize,
+        a: usize,
+        b: usize,
+    ) -> impl Iterator<Item = (f64, EpisodeScore, EpisodeScore)> + '_ {
         let rows = self.cases[case].iter().zip(&self.tallies[case]);
         rows.filter_map(move |(drawn, row)| Some((drawn.weight, row[a]?, row[b]?)))
     }
@@ -148,22 +180,42 @@ impl Board<'_> {
             sum += difference;
             squares += difference * difference;
         }
-        if all > 0.0 { (sum / all, squares.sqrt() / all) } else { (0.0, 0.0) }
+        if all > 0.0 {
+            (sum / all, squares.sqrt() / all)
+        } else {
+            (0.0, 0.0)
+        }
     }
 
     /// The case in which a candidate has the least advantage over the incumbent, and that advantage with its error.
     fn worst(&self, candidate: usize) -> (usize, (f64, f64)) {
         let of_case = |case: usize| (case, self.difference(case, candidate, 0));
         let cases = (0..self.cases.len()).map(of_case);
-        cases.min_by(|a, b| a.1.0.total_cmp(&b.1.0)).unwrap_or((0, (0.0, 0.0)))
+        cases
+            .min_by(|a, b| a.1.0.total_cmp(&b.1.0))
+            .unwrap_or((0, (0.0, 0.0)))
     }
 
     fn standing(&self, candidate: usize) -> CandidateScore {
         let (case, (advantage, error)) = self.worst(candidate);
-        let own: Vec<EpisodeScore> = self.both(case, candidate, candidate).map(|(_, own, _)| own).collect();
-        let mean = |of: &dyn Fn(&EpisodeScore) -> f64| own.iter().map(of).sum::<f64>() / own.len().max(1) as f64;
-        let (footsteps, torque) = (mean(&|tally| tally.footsteps as f64), mean(&|tally| tally.torque));
-        CandidateScore { advantage, error, footsteps, torque, trials: own.len() }
+        let own: Vec<EpisodeScore> = self
+            .both(case, candidate, candidate)
+            .map(|(_, own, _)| own)
+            .collect();
+        let mean = |of: &dyn Fn(&EpisodeScore) -> f64| {
+            own.iter().map(of).sum::<f64>() / own.len().max(1) as f64
+        };
+        let (footsteps, torque) = (
+            mean(&|tally| tally.footsteps as f64),
+            mean(&|tally| tally.torque),
+        );
+        CandidateScore {
+            advantage,
+            error,
+            footsteps,
+            torque,
+            trials: own.len(),
+        }
     }
 
     /// Orders candidates by larger advantage, then by fewer footsteps, then by less torque.
@@ -181,7 +233,10 @@ impl Board<'_> {
     fn is_beaten(&self, candidate: usize, leader: usize) -> bool {
         let ((case, (own, _)), (_, (best, _))) = (self.worst(candidate), self.worst(leader));
         let (_, error) = self.difference(case, leader, candidate);
-        let different = self.both(case, leader, candidate).filter(|(_, a, b)| a.won != b.won).count();
+        let different = self
+            .both(case, leader, candidate)
+            .filter(|(_, a, b)| a.won != b.won)
+            .count();
         different >= LEAST_DIFFERENT && best - own > CERTAIN * error
     }
 }
@@ -196,10 +251,32 @@ mod tests {
 
     /// A race of the incumbent, the mean and some samples on 40 trials of each case.
     fn race(candidates: usize, cases: usize, judge: &TrialJudge) -> Raced {
-        let team = ShardPool { shard: None, folder: Path::new("."), task: "", stop: &GO_ON, on_wait: &|_| {} };
-        let trials =
-            vec![(0..40).map(|trial| WeightedTrial { trial, weight: 1.0 + (trial % 2) as f64 }).collect(); cases];
-        Race { candidates, guests: 2, cases: &trials, judge, team, name: "race".into() }.run().unwrap()
+        let team = ShardPool {
+            shard: None,
+            folder: Path::new("."),
+            task: "",
+            stop: &GO_ON,
+            on_wait: &|_| {},
+        };
+        let trials = vec![
+            (0..40)
+                .map(|trial| WeightedTrial {
+                    trial,
+                    weight: 1.0 + (trial % 2) as f64
+                })
+                .collect();
+            cases
+        ];
+        Race {
+            candidates,
+            guests: 2,
+            cases: &trials,
+            judge,
+            team,
+            name: "race".into(),
+        }
+        .run()
+        .unwrap()
     }
 
     #[test]
@@ -214,15 +291,28 @@ mod tests {
                 3 => true,
                 _ => !trial.is_multiple_of(8),
             };
-            Ok(active.iter().map(|candidate| EpisodeScore { won: won(candidate), ..EpisodeScore::default() }).collect())
+            Ok(active
+                .iter()
+                .map(|candidate| EpisodeScore {
+                    won: won(candidate),
+                    ..EpisodeScore::default()
+                })
+                .collect())
         };
         let raced = race(5, 1, &judge);
         assert_eq!(raced.order, [3, 4, 2]);
-        let trials: Vec<usize> = raced.standings.iter().map(|standing| standing.trials).collect();
+        let trials: Vec<usize> = raced
+            .standings
+            .iter()
+            .map(|standing| standing.trials)
+            .collect();
         assert_eq!(trials, [40, 40, 10, 40, 40]);
         assert_eq!((raced.episodes, episodes.into_inner()), (170, 170));
         // Even trials are a third of the weight. The incumbent wins exactly these, so candidate 3 wins two thirds more.
-        assert!((raced.standings[3].advantage - 2.0 / 3.0).abs() < 1e-12 && raced.standings[1].advantage == 0.0);
+        assert!(
+            (raced.standings[3].advantage - 2.0 / 3.0).abs() < 1e-12
+                && raced.standings[1].advantage == 0.0
+        );
     }
 
     #[test]
@@ -237,12 +327,19 @@ mod tests {
                     // The other candidates are a little better in both cases, and one of them takes more footsteps.
                     (_, _) => trial.is_multiple_of(2) || trial % 5 == 1,
                 };
-                EpisodeScore { won, footsteps: if *candidate == 3 { 4 } else { 2 }, ..EpisodeScore::default() }
+                EpisodeScore {
+                    won,
+                    footsteps: if *candidate == 3 { 4 } else { 2 },
+                    ..EpisodeScore::default()
+                }
             };
             Ok(active.iter().map(of).collect())
         };
         let raced = race(5, 2, &judge);
         assert_eq!(raced.order, [4, 3, 2]);
-        assert!(raced.standings[2].advantage < 0.0 && raced.standings[3].advantage > 0.0, "{raced:?}");
+        assert!(
+            raced.standings[2].advantage < 0.0 && raced.standings[3].advantage > 0.0,
+            "{raced:?}"
+        );
     }
 }

@@ -56,19 +56,36 @@ impl Response {
     /// Fits the candidates that were tried, generation by generation. It is None if there are none.
     pub fn fit(start: &[f64], generations: &[Vec<EvaluatedCandidate>]) -> Option<Self> {
         let n = start.len();
-        let mut precision =
-            DMatrix::from_diagonal(&DVector::from_fn(2 * n, |i, _| if i < n { SLOPE } else { BEND }.powi(-2)));
+        let mut precision = DMatrix::from_diagonal(&DVector::from_fn(2 * n, |i, _| {
+            if i < n { SLOPE } else { BEND }.powi(-2)
+        }));
         let mut sum = DVector::zeros(2 * n);
         for generation in generations {
             let off = |one: &EvaluatedCandidate, i: usize| one.shares[i] - start[i];
             let terms = |one: &EvaluatedCandidate| {
-                DVector::from_fn(2 * n, |i, _| if i < n { off(one, i) } else { off(one, i - n).powi(2) })
+                DVector::from_fn(2 * n, |i, _| {
+                    if i < n {
+                        off(one, i)
+                    } else {
+                        off(one, i - n).powi(2)
+                    }
+                })
             };
-            let rows: Vec<_> = generation.iter().map(|one| (one.error.powi(-2), terms(one), one.rate)).collect();
+            let rows: Vec<_> = generation
+                .iter()
+                .map(|one| (one.error.powi(-2), terms(one), one.rate))
+                .collect();
             // The mean of the generation is subtracted, which removes the constant.
             let all: f64 = rows.iter().map(|(weight, ..)| weight).sum();
-            let common = rows.iter().fold(DVector::zeros(2 * n), |sum, (weight, terms, _)| sum + *weight / all * terms);
-            let common_rate: f64 = rows.iter().map(|(weight, _, rate)| weight / all * rate).sum();
+            let common = rows
+                .iter()
+                .fold(DVector::zeros(2 * n), |sum, (weight, terms, _)| {
+                    sum + *weight / all * terms
+                });
+            let common_rate: f64 = rows
+                .iter()
+                .map(|(weight, _, rate)| weight / all * rate)
+                .sum();
             for (weight, terms, rate) in &rows {
                 let own = terms - &common;
                 precision.ger(*weight, &own, &own, 1.0);
@@ -80,23 +97,44 @@ impl Response {
         let count = tried.len() as f64;
         let spread = |i: usize| {
             let mean = tried.iter().map(|one| one.shares[i]).sum::<f64>() / count;
-            let variance = tried.iter().map(|one| (one.shares[i] - mean).powi(2)).sum::<f64>() / count;
+            let variance = tried
+                .iter()
+                .map(|one| (one.shares[i] - mean).powi(2))
+                .sum::<f64>()
+                / count;
             [mean, variance.sqrt()]
         };
         let (fitted, tried) = (&covariance * sum, (0..n).map(spread).collect());
-        (count > 0.0).then(|| Self { start: start.to_vec(), fitted, covariance, tried })
+        (count > 0.0).then(|| Self {
+            start: start.to_vec(),
+            fitted,
+            covariance,
+            tried,
+        })
     }
 
     /// The fitted effect of a number, and the gain if the incumbent changes only this number, to another share of its
     /// range.
     pub fn effect(&self, number: usize, share: f64) -> Effect {
-        let (at, off) = ([number, self.start.len() + number], share - self.start[number]);
+        let (at, off) = (
+            [number, self.start.len() + number],
+            share - self.start[number],
+        );
         let terms = [off, off * off];
-        let of_pair = |(i, j): (usize, usize)| terms[i] * terms[j] * self.covariance[(at[i], at[j])];
+        let of_pair =
+            |(i, j): (usize, usize)| terms[i] * terms[j] * self.covariance[(at[i], at[j])];
         let variance: f64 = [(0, 0), (0, 1), (1, 0), (1, 1)].map(of_pair).iter().sum();
         let [slope, bend] = at.map(|i| self.fitted[i]);
-        let effect = Effect { slope, bend, alone: 0.0, error: variance.max(0.0).sqrt() };
-        Effect { alone: effect.gain(off), ..effect }
+        let effect = Effect {
+            slope,
+            bend,
+            alone: 0.0,
+            error: variance.max(0.0).sqrt(),
+        };
+        Effect {
+            alone: effect.gain(off),
+            ..effect
+        }
     }
 
     /// The mean loss in the rate of samples with this spread in every number, compared with their middle.
@@ -109,11 +147,15 @@ impl Response {
         let best = |i: usize| {
             let [mean, deviation] = self.tried[i];
             let effect = self.effect(i, mean);
-            let [from, to] = [mean - deviation, mean + deviation].map(|share| share.clamp(0.0, 1.0));
-            let top = (effect.bend < 0.0).then(|| (self.start[i] - 0.5 * effect.slope / effect.bend).clamp(from, to));
+            let [from, to] =
+                [mean - deviation, mean + deviation].map(|share| share.clamp(0.0, 1.0));
+            let top = (effect.bend < 0.0)
+                .then(|| (self.start[i] - 0.5 * effect.slope / effect.bend).clamp(from, to));
             let choices = [from, to].into_iter().chain(top);
             let gain = |share: &f64| effect.gain(share - self.start[i]);
-            choices.max_by(|a, b| gain(a).total_cmp(&gain(b))).unwrap_or(mean)
+            choices
+                .max_by(|a, b| gain(a).total_cmp(&gain(b)))
+                .unwrap_or(mean)
         };
         (0..self.start.len()).map(best).collect()
     }
@@ -134,13 +176,22 @@ mod tests {
             let shares: Vec<f64> = shares.iter().zip(start).map(|(z, x)| x + 0.2 * z).collect();
             // Some generations have harder trials.
             let harder = 0.2 * (i / 10 % 3) as f64;
-            EvaluatedCandidate { rate: truth(&shares) - harder + 0.05 * noise[0], shares, error: 0.05 }
+            EvaluatedCandidate {
+                rate: truth(&shares) - harder + 0.05 * noise[0],
+                shares,
+                error: 0.05,
+            }
         };
-        let tried: Vec<Vec<EvaluatedCandidate>> = (0..15).map(|g| (10 * g..10 * g + 10).map(one).collect()).collect();
+        let tried: Vec<Vec<EvaluatedCandidate>> = (0..15)
+            .map(|g| (10 * g..10 * g + 10).map(one).collect())
+            .collect();
         let response = Response::fit(&start, &tried).unwrap();
         for (number, share, alone) in [(0, 0.6, 0.08), (1, 0.3, 0.04), (2, 0.7, 0.0)] {
             let effect = response.effect(number, share);
-            assert!((effect.alone - alone).abs() < 3.0 * effect.error && effect.error < 0.02, "{effect:?}");
+            assert!(
+                (effect.alone - alone).abs() < 3.0 * effect.error && effect.error < 0.02,
+                "{effect:?}"
+            );
         }
         let best = response.best();
         assert!(best[0] > 0.55 && best[1] < 0.35, "{best:?}");

@@ -28,7 +28,12 @@ pub trait Arena: Sync {
     fn draw(&self, generation: u64, count: usize) -> Vec<Vec<WeightedTrial>>;
 
     /// The tallies of these candidates in a trial of a case. Fails if a trial ends without an outcome.
-    fn judge(&self, case: usize, trial: u64, entrants: &[&Self::Entrant]) -> Result<Vec<EpisodeScore>>;
+    fn judge(
+        &self,
+        case: usize,
+        trial: u64,
+        entrants: &[&Self::Entrant],
+    ) -> Result<Vec<EpisodeScore>>;
 }
 
 /// First spread of the samples: root of the sum of the squared spreads of all numbers, each as a share of its range.
@@ -81,28 +86,63 @@ pub struct ScoredCandidate {
 impl Generation {
     /// The reason, in words, why this cannot be generation `number` of a search of `tunables` numbers on `cases` cases,
     /// with `trials` trials in each case. It is None if it can.
-    pub fn problem(&self, number: u64, trials: usize, tunables: usize, cases: usize) -> Option<&'static str> {
+    pub fn problem(
+        &self,
+        number: u64,
+        trials: usize,
+        tunables: usize,
+        cases: usize,
+    ) -> Option<&'static str> {
         let count = samples_of(tunables) + GUEST_COUNT;
-        let has_values =
-            |one: &ScoredCandidate| one.values.len() == tunables && one.values.iter().all(|value| value.is_finite());
+        let has_values = |one: &ScoredCandidate| {
+            one.values.len() == tunables && one.values.iter().all(|value| value.is_finite())
+        };
         let can_be = |(i, one): (usize, &ScoredCandidate)| {
-            let CandidateScore { advantage, error, footsteps, torque, trials: own } = one.standing;
+            let CandidateScore {
+                advantage,
+                error,
+                footsteps,
+                torque,
+                trials: own,
+            } = one.standing;
             let are_shares = (-1.0..=1.0).contains(&advantage) && (0.0..=1.0).contains(&error);
-            let are_means = [footsteps, torque].iter().all(|mean| mean.is_finite() && *mean >= 0.0);
-            are_shares && are_means && (1..=trials).contains(&own) && (own == trials || i >= GUEST_COUNT)
+            let are_means = [footsteps, torque]
+                .iter()
+                .all(|mean| mean.is_finite() && *mean >= 0.0);
+            are_shares
+                && are_means
+                && (1..=trials).contains(&own)
+                && (own == trials || i >= GUEST_COUNT)
         };
         let mut order = self.order.clone();
         order.sort_unstable();
         // A candidate has the same number of trials in all cases.
-        let episodes = || cases * self.candidates.iter().map(|one| one.standing.trials).sum::<usize>();
+        let episodes = || {
+            cases
+                * self
+                    .candidates
+                    .iter()
+                    .map(|one| one.standing.trials)
+                    .sum::<usize>()
+        };
         match () {
             () if self.number != number => Some("`number` is not that of its name"),
             () if self.trials != trials => Some("`trials` are not those that the budget allows"),
-            () if self.candidates.len() != count => Some("`candidates` are not as many as there are in a generation"),
-            () if !self.candidates.iter().all(has_values) => Some("`values` are not a finite number for each key"),
-            () if !self.candidates.iter().enumerate().all(can_be) => Some("a candidate cannot have done so"),
-            () if !order.into_iter().eq(GUEST_COUNT..count) => Some("`order` does not name each sample once"),
-            () if self.episodes != episodes() as u64 => Some("`episodes` are not those of its candidates"),
+            () if self.candidates.len() != count => {
+                Some("`candidates` are not as many as there are in a generation")
+            }
+            () if !self.candidates.iter().all(has_values) => {
+                Some("`values` are not a finite number for each key")
+            }
+            () if !self.candidates.iter().enumerate().all(can_be) => {
+                Some("a candidate cannot have done so")
+            }
+            () if !order.into_iter().eq(GUEST_COUNT..count) => {
+                Some("`order` does not name each sample once")
+            }
+            () if self.episodes != episodes() as u64 => {
+                Some("`episodes` are not those of its candidates")
+            }
             () => None,
         }
     }
@@ -148,12 +188,32 @@ pub struct TuneSearch<'a, A: Arena> {
 
 impl<'a, A: Arena> TuneSearch<'a, A> {
     /// A search on `cases` cases with a budget of `episodes`.
-    pub fn new(arena: &'a A, tunables: &'a [Tunable], seed: u64, cases: usize, episodes: u64) -> Self {
+    pub fn new(
+        arena: &'a A,
+        tunables: &'a [Tunable],
+        seed: u64,
+        cases: usize,
+        episodes: u64,
+    ) -> Self {
         let trials = trials_of(tunables.len(), cases, episodes);
-        let start: Vec<f64> = tunables.iter().map(|tunable| tunable.share_of(tunable.now)).collect();
+        let start: Vec<f64> = tunables
+            .iter()
+            .map(|tunable| tunable.share_of(tunable.now))
+            .collect();
         let spread = (DISTANCE / (tunables.len() as f64).sqrt()).min(WIDEST);
         let (middles, tried, response) = (vec![start.clone()], Vec::new(), None);
-        Self { arena, tunables, seed, cases, trials, start, middles, spread, tried, response }
+        Self {
+            arena,
+            tunables,
+            seed,
+            cases,
+            trials,
+            start,
+            middles,
+            spread,
+            tried,
+            response,
+        }
     }
 
     /// Largest number of episodes of the next generation.
@@ -167,11 +227,19 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
     }
 
     fn values(&self, shares: &[f64]) -> Vec<f64> {
-        self.tunables.iter().zip(shares).map(|(tunable, share)| tunable.at(*share)).collect()
+        self.tunables
+            .iter()
+            .zip(shares)
+            .map(|(tunable, share)| tunable.at(*share))
+            .collect()
     }
 
     fn shares(&self, values: &[f64]) -> Vec<f64> {
-        self.tunables.iter().zip(values).map(|(tunable, value)| tunable.share_of(*value)).collect()
+        self.tunables
+            .iter()
+            .zip(values)
+            .map(|(tunable, value)| tunable.share_of(*value))
+            .collect()
     }
 
     /// Runs the next generation. Fails as [`ShardPool::gather`] does, or if no sample can be a candidate.
@@ -187,22 +255,33 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
                 (now.clone(), self.arena.enter(&now)?)
             }
         };
-        let samples = (0..samples_of(self.tunables.len()) as u64).map(|slot| self.sample(number, slot));
+        let samples =
+            (0..samples_of(self.tunables.len()) as u64).map(|slot| self.sample(number, slot));
         let samples = samples.collect::<Result<Vec<_>>>()?;
-        let (values, entrants): (Vec<_>, Vec<_>) = [incumbent, middle].into_iter().chain(samples).unzip();
+        let (values, entrants): (Vec<_>, Vec<_>) =
+            [incumbent, middle].into_iter().chain(samples).unzip();
         let cases = self.arena.draw(number, self.trials);
         let judge = |case: usize, trial: u64, active: &[usize]| {
             let entrants: Vec<&A::Entrant> = active.iter().map(|&i| &entrants[i]).collect();
             self.arena.judge(case, trial, &entrants)
         };
         let (candidates, name) = (values.len(), format!("generation-{number:03}"));
-        let race = Race { candidates, guests: GUEST_COUNT, cases: &cases, judge: &judge, team, name };
+        let race = Race {
+            candidates,
+            guests: GUEST_COUNT,
+            cases: &cases,
+            judge: &judge,
+            team,
+            name,
+        };
         let raced = race.run()?;
         let candidates = values.into_iter().zip(raced.standings);
         let generation = Generation {
             number,
             trials: self.trials,
-            candidates: candidates.map(|(values, standing)| ScoredCandidate { values, standing }).collect(),
+            candidates: candidates
+                .map(|(values, standing)| ScoredCandidate { values, standing })
+                .collect(),
             order: raced.order,
             episodes: raced.episodes,
         };
@@ -214,17 +293,32 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
     fn sample(&self, generation: u64, slot: u64) -> Result<(Vec<f64>, A::Entrant)> {
         let mut refused = None;
         for attempt in 0..ATTEMPTS {
-            let normal = trial::normals(self.seed, generation, slot * ATTEMPTS + attempt, self.tunables.len());
+            let normal = trial::normals(
+                self.seed,
+                generation,
+                slot * ATTEMPTS + attempt,
+                self.tunables.len(),
+            );
             let middle = &self.middles[self.middles.len() - 1];
-            let shares: Vec<f64> = middle.iter().zip(&normal).map(|(x, z)| mirrored(x + self.spread * z)).collect();
+            let shares: Vec<f64> = middle
+                .iter()
+                .zip(&normal)
+                .map(|(x, z)| mirrored(x + self.spread * z))
+                .collect();
             let values = self.values(&shares);
             match self.arena.enter(&values) {
                 Ok(entrant) => return Ok((values, entrant)),
                 Err(error) => refused = Some(error.refusal()?),
             }
         }
-        let (what, problem) = ("tune".into(), "no values within the ranges can be used, such as these: ".to_string());
-        Err(Error::Numeric { what, problem: problem + &refused.map_or(String::new(), |error| error.to_string()) })
+        let (what, problem) = (
+            "tune".into(),
+            "no values within the ranges can be used, such as these: ".to_string(),
+        );
+        Err(Error::Numeric {
+            what,
+            problem: problem + &refused.map_or(String::new(), |error| error.to_string()),
+        })
     }
 
     /// Updates the state by a generation, which was run now or earlier.
@@ -232,12 +326,19 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
         let incumbent = &generation.candidates[0].standing;
         // All candidates get the same error of a trial, because the error of a single candidate may be small by chance.
         // Half of the variance of a difference comes from the incumbent.
-        let others = || generation.candidates[1..].iter().map(|candidate| &candidate.standing);
-        let variance =
-            others().map(|one| 0.5 * one.error.powi(2) * one.trials as f64).sum::<f64>() / others().count() as f64;
+        let others = || {
+            generation.candidates[1..]
+                .iter()
+                .map(|candidate| &candidate.standing)
+        };
+        let variance = others()
+            .map(|one| 0.5 * one.error.powi(2) * one.trials as f64)
+            .sum::<f64>()
+            / others().count() as f64;
         let tried = generation.candidates.iter().map(|candidate| {
             let standing = &candidate.standing;
-            let effort = standing.footsteps - incumbent.footsteps + standing.torque - incumbent.torque;
+            let effort =
+                standing.footsteps - incumbent.footsteps + standing.torque - incumbent.torque;
             let error = (variance.max(LEAST_VARIANCE) / standing.trials as f64).sqrt();
             EvaluatedCandidate {
                 shares: self.shares(&candidate.values),
@@ -247,7 +348,9 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
         });
         self.tried.push(tried.collect());
         self.response = Response::fit(&self.start, &self.tried);
-        let Some(response) = &self.response else { return };
+        let Some(response) = &self.response else {
+            return;
+        };
         self.middles.push(response.best());
         let factor = (LOSS / response.loss(self.spread).max(f64::MIN_POSITIVE)).sqrt();
         self.spread = (self.spread * factor.clamp(NARROWER, WIDER)).min(WIDEST);
@@ -259,7 +362,9 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
         let count = (((self.middles.len() - 1) as f64 * AVERAGED_SHARE).ceil() as usize).max(1);
         let last = &self.middles[self.middles.len() - count..];
         let sum = |i: usize| last.iter().map(|middle| middle[i]).sum::<f64>();
-        let average: Vec<f64> = (0..self.tunables.len()).map(|i| sum(i) / count as f64).collect();
+        let average: Vec<f64> = (0..self.tunables.len())
+            .map(|i| sum(i) / count as f64)
+            .collect();
         for shares in std::iter::once(&average).chain(self.middles.iter().rev()) {
             let values = self.values(shares);
             match self.arena.enter(&values) {
@@ -272,8 +377,16 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
 
     /// The fitted effect of each number, and the gain by its value in `values`.
     pub fn effects(&self, values: &[f64]) -> Vec<Effect> {
-        let effect = |(i, share): (usize, &f64)| self.response.as_ref().map(|response| response.effect(i, *share));
-        self.shares(values).iter().enumerate().map(|number| effect(number).unwrap_or_default()).collect()
+        let effect = |(i, share): (usize, &f64)| {
+            self.response
+                .as_ref()
+                .map(|response| response.effect(i, *share))
+        };
+        self.shares(values)
+            .iter()
+            .enumerate()
+            .map(|number| effect(number).unwrap_or_default())
+            .collect()
     }
 }
 
@@ -293,7 +406,13 @@ mod tests {
 
     static GO_ON: AtomicBool = AtomicBool::new(false);
     fn alone() -> ShardPool<'static> {
-        ShardPool { shard: None, folder: Path::new("."), task: "", stop: &GO_ON, on_wait: &|_| {} }
+        ShardPool {
+            shard: None,
+            folder: Path::new("."),
+            task: "",
+            stop: &GO_ON,
+            on_wait: &|_| {},
+        }
     }
 
     /// Trials that are won with a chance that depends on the values.
@@ -306,8 +425,11 @@ mod tests {
         /// Half of a trial's random number comes from the trial, so all candidates share it.
         fn is_won(&self, values: &[f64], trial: u64) -> bool {
             let mut own = DefaultHasher::new();
-            values.iter().for_each(|value| own.write_u64(value.to_bits() ^ trial.rotate_left(20)));
-            let luck = 0.5 * (trial::share(self.seed, trial) + trial::share(self.seed + 1, own.finish() >> 8));
+            values
+                .iter()
+                .for_each(|value| own.write_u64(value.to_bits() ^ trial.rotate_left(20)));
+            let luck = 0.5
+                * (trial::share(self.seed, trial) + trial::share(self.seed + 1, own.finish() >> 8));
             luck < (self.chance)(values)
         }
     }
@@ -320,29 +442,58 @@ mod tests {
         }
 
         fn draw(&self, generation: u64, count: usize) -> Vec<Vec<WeightedTrial>> {
-            vec![(0..count as u64).map(|i| WeightedTrial { trial: generation << 32 | i, weight: 1.0 }).collect()]
+            vec![
+                (0..count as u64)
+                    .map(|i| WeightedTrial {
+                        trial: generation << 32 | i,
+                        weight: 1.0,
+                    })
+                    .collect(),
+            ]
         }
 
-        fn judge(&self, _case: usize, trial: u64, entrants: &[&Vec<f64>]) -> Result<Vec<EpisodeScore>> {
-            let tally =
-                |values: &&Vec<f64>| EpisodeScore { won: self.is_won(values, trial), ..EpisodeScore::default() };
+        fn judge(
+            &self,
+            _case: usize,
+            trial: u64,
+            entrants: &[&Vec<f64>],
+        ) -> Result<Vec<EpisodeScore>> {
+            let tally = |values: &&Vec<f64>| EpisodeScore {
+                won: self.is_won(values, trial),
+                ..EpisodeScore::default()
+            };
             Ok(entrants.iter().map(tally).collect())
         }
     }
 
     fn tunables(now: f64) -> Vec<Tunable> {
-        (0..4).map(|i| Tunable::new(format!("k{i}"), now, [0.0, 1.0])).collect()
+        (0..4)
+            .map(|i| Tunable::new(format!("k{i}"), now, [0.0, 1.0]))
+            .collect()
     }
 
     /// Searches with a budget, and judges what is proposed by sealed trials.
-    fn sealed(landscape: &Landscape, tunables: &[Tunable], episodes: u64, trials: u64) -> (Vec<f64>, PairedCounts) {
+    fn sealed(
+        landscape: &Landscape,
+        tunables: &[Tunable],
+        episodes: u64,
+        trials: u64,
+    ) -> (Vec<f64>, PairedCounts) {
         let mut search = TuneSearch::new(landscape, tunables, landscape.seed, 1, episodes);
         let mut spent = 0;
         while spent + search.next_episodes() <= episodes {
             spent += search.generation(alone()).unwrap().episodes;
         }
-        let (proposed, now) = (search.proposed().unwrap(), tunables.iter().map(|t| t.now).collect::<Vec<_>>());
-        let pair = |trial| (landscape.is_won(&proposed, trial), landscape.is_won(&now, trial));
+        let (proposed, now) = (
+            search.proposed().unwrap(),
+            tunables.iter().map(|t| t.now).collect::<Vec<_>>(),
+        );
+        let pair = |trial| {
+            (
+                landscape.is_won(&proposed, trial),
+                landscape.is_won(&now, trial),
+            )
+        };
         let counts = PairedCounts::of((0..trials).map(|i| pair(u64::MAX / 512 - i)));
         (proposed, counts)
     }
@@ -351,7 +502,10 @@ mod tests {
     #[test]
     fn noise_has_no_winner() {
         let claims = (0..1000).filter(|&seed| {
-            let landscape = Landscape { seed: 2 * seed, chance: |_| 0.5 };
+            let landscape = Landscape {
+                seed: 2 * seed,
+                chance: |_| 0.5,
+            };
             let (_, counts) = sealed(&landscape, &tunables(0.5), 2500, 400);
             counts.difference() > 0.0 && counts.mcnemar_p() < 0.05
         });
@@ -362,11 +516,23 @@ mod tests {
     /// If the tuned numbers matter, the search finds better ones, and the sealed trials show it.
     #[test]
     fn a_hill_is_climbed() {
-        let hill = |values: &[f64]| 0.6 - values.iter().map(|x| (x - 0.7).powi(2)).sum::<f64>().min(0.5);
+        let hill = |values: &[f64]| {
+            0.6 - values
+                .iter()
+                .map(|x| (x - 0.7).powi(2))
+                .sum::<f64>()
+                .min(0.5)
+        };
         for seed in 0..10 {
-            let landscape = Landscape { seed: 2 * seed, chance: hill };
+            let landscape = Landscape {
+                seed: 2 * seed,
+                chance: hill,
+            };
             let (proposed, counts) = sealed(&landscape, &tunables(0.4), 12_000, 1000);
-            assert!(counts.difference() > 0.1 && counts.mcnemar_p() < 1e-6, "{proposed:?}: {counts:?}");
+            assert!(
+                counts.difference() > 0.1 && counts.mcnemar_p() < 1e-6,
+                "{proposed:?}: {counts:?}"
+            );
             assert!(hill(&proposed) > 0.58, "{proposed:?}");
         }
     }
@@ -374,27 +540,47 @@ mod tests {
     /// A search that continues from its written generations is the same search.
     #[test]
     fn a_search_goes_on_where_it_stopped() {
-        let landscape = Landscape { seed: 6, chance: |values| 0.4 + 0.2 * values[0] };
+        let landscape = Landscape {
+            seed: 6,
+            chance: |values| 0.4 + 0.2 * values[0],
+        };
         let tunables = tunables(0.5);
         let mut whole = TuneSearch::new(&landscape, &tunables, 6, 1, 4000);
-        let generations: Vec<Generation> = (0..4).map(|_| whole.generation(alone()).unwrap()).collect();
+        let generations: Vec<Generation> =
+            (0..4).map(|_| whole.generation(alone()).unwrap()).collect();
         let mut again = TuneSearch::new(&landscape, &tunables, 6, 1, 4000);
         let written = serde_json::to_string(&generations[..2]).unwrap();
         let read: Vec<Generation> = serde_json::from_str(&written).unwrap();
         read.iter().for_each(|generation| again.follow(generation));
-        assert_eq!([again.generation(alone()).unwrap(), again.generation(alone()).unwrap()], generations[2..]);
+        assert_eq!(
+            [
+                again.generation(alone()).unwrap(),
+                again.generation(alone()).unwrap()
+            ],
+            generations[2..]
+        );
         assert_eq!(again.proposed().unwrap(), whole.proposed().unwrap());
     }
 
     /// Each case makes a single change to a valid generation.
     #[test]
     fn a_generation_that_no_search_can_have_written_is_told() {
-        let (landscape, tunables) = (Landscape { seed: 6, chance: |values| 0.4 + 0.2 * values[0] }, tunables(0.5));
-        let written = TuneSearch::new(&landscape, &tunables, 6, 1, 4000).generation(alone()).unwrap();
+        let (landscape, tunables) = (
+            Landscape {
+                seed: 6,
+                chance: |values| 0.4 + 0.2 * values[0],
+            },
+            tunables(0.5),
+        );
+        let written = TuneSearch::new(&landscape, &tunables, 6, 1, 4000)
+            .generation(alone())
+            .unwrap();
         let told = |change: &dyn Fn(&mut Generation)| {
             let mut changed = written.clone();
             change(&mut changed);
-            changed.problem(1, trials_of(4, 1, 4000), 4, 1).unwrap_or("nothing")
+            changed
+                .problem(1, trials_of(4, 1, 4000), 4, 1)
+                .unwrap_or("nothing")
         };
         assert_eq!(told(&|_| {}), "nothing");
         type GenerationChange<'a> = (&'static str, &'a dyn Fn(&mut Generation));
@@ -403,12 +589,20 @@ mod tests {
             ("`trials`", &|g| g.trials = 31),
             ("`candidates`", &|g| g.candidates.clear()),
             ("`candidates`", &|g| g.candidates.truncate(1)),
-            ("`candidates`", &|g| g.candidates.push(g.candidates[0].clone())),
+            ("`candidates`", &|g| {
+                g.candidates.push(g.candidates[0].clone())
+            }),
             ("`values`", &|g| g.candidates[3].values.clear()),
             ("`values`", &|g| g.candidates[3].values[1] = f64::NAN),
-            ("a candidate", &|g| g.candidates[3].standing.advantage = 1e300),
-            ("a candidate", &|g| g.candidates[3].standing.error = f64::NAN),
-            ("a candidate", &|g| g.candidates[3].standing.torque = f64::INFINITY),
+            ("a candidate", &|g| {
+                g.candidates[3].standing.advantage = 1e300
+            }),
+            ("a candidate", &|g| {
+                g.candidates[3].standing.error = f64::NAN
+            }),
+            ("a candidate", &|g| {
+                g.candidates[3].standing.torque = f64::INFINITY
+            }),
             ("a candidate", &|g| g.candidates[3].standing.trials = 0),
             ("a candidate", &|g| g.candidates[1].standing.trials -= 1),
             ("`order`", &|g| g.order[0] = 99),
@@ -424,10 +618,29 @@ mod tests {
 
     #[test]
     fn samples_stay_within_their_ranges() {
-        assert_eq!([-0.25, 1.25, 2.5, 0.5].map(mirrored), [0.25, 0.75, 0.5, 0.5]);
-        let (landscape, tunables) = (Landscape { seed: 2, chance: |_| 0.5 }, tunables(1.0));
-        let generation = TuneSearch::new(&landscape, &tunables, 2, 1, 4000).generation(alone()).unwrap();
-        let is_within = |candidate: &ScoredCandidate| candidate.values.iter().all(|value| (0.0..=1.0).contains(value));
-        assert!(generation.candidates.iter().all(is_within), "{generation:?}");
+        assert_eq!(
+            [-0.25, 1.25, 2.5, 0.5].map(mirrored),
+            [0.25, 0.75, 0.5, 0.5]
+        );
+        let (landscape, tunables) = (
+            Landscape {
+                seed: 2,
+                chance: |_| 0.5,
+            },
+            tunables(1.0),
+        );
+        let generation = TuneSearch::new(&landscape, &tunables, 2, 1, 4000)
+            .generation(alone())
+            .unwrap();
+        let is_within = |candidate: &ScoredCandidate| {
+            candidate
+                .values
+                .iter()
+                .all(|value| (0.0..=1.0).contains(value))
+        };
+        assert!(
+            generation.candidates.iter().all(is_within),
+            "{generation:?}"
+        );
     }
 }

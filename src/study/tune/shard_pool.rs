@@ -50,16 +50,27 @@ impl ShardPool<'_> {
             true => Err(Error::Interrupted),
             false => run(*job),
         };
-        let run_own = || own.par_iter().with_max_len(1).map(one).collect::<Result<Vec<T>>>();
-        let Some(shard) = self.shard else { return run_own() };
+        let run_own = || {
+            own.par_iter()
+                .with_max_len(1)
+                .map(one)
+                .collect::<Result<Vec<T>>>()
+        };
+        let Some(shard) = self.shard else {
+            return run_own();
+        };
         let path = self.part(name, shard);
         if read_of::<Vec<T>>(&path, self.task)?.is_none() {
-            let part = SearchFile { task: self.task.into(), found: run_own()? };
+            let part = SearchFile {
+                task: self.task.into(),
+                found: run_own()?,
+            };
             write_atomic(&path, json(&part)?.as_bytes())?;
         }
         let members = (1..=shard.count).map(|index| Shard { index, ..shard });
-        let mut parts =
-            members.map(|member| self.wait(name, member).map(Vec::into_iter)).collect::<Result<Vec<_>>>()?;
+        let mut parts = members
+            .map(|member| self.wait(name, member).map(Vec::into_iter))
+            .collect::<Result<Vec<_>>>()?;
         let turns = (0..jobs).map(|job| parts[job % shard.count as usize].next());
         turns.collect::<Option<Vec<T>>>().ok_or_else(|| {
             let problem =
@@ -69,7 +80,9 @@ impl ShardPool<'_> {
     }
 
     fn part(&self, name: &str, shard: Shard) -> PathBuf {
-        self.folder.join("parts").join(format!("{name}-{}-of-{}.json", shard.index, shard.count))
+        self.folder
+            .join("parts")
+            .join(format!("{name}-{}-of-{}.json", shard.index, shard.count))
     }
 
     /// Waits for the part of a member, and reads it.
@@ -111,15 +124,22 @@ pub fn read_of<T: DeserializeOwned>(path: &Path, task: &str) -> Result<Option<T>
 /// The file of JSON at a path, if there is one. Fails if it is no file, cannot be read, or is no such JSON.
 pub fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
     match assets::read(path, MOST_BYTES) {
-        Err(Error::Read { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        text => serde_json::from_slice(&text?).map(Some).map_err(|e| damaged(path, &e.to_string())),
+        Err(Error::Read { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+            Ok(None)
+        }
+        text => serde_json::from_slice(&text?)
+            .map(Some)
+            .map_err(|e| damaged(path, &e.to_string())),
     }
 }
 
 /// The error of a file that is not as the search wrote it.
 pub fn damaged(path: &Path, problem: &str) -> Error {
     let problem = format!("is damaged ({problem}); remove it, and the same command makes it again");
-    Error::Parts { path: path.into(), problem }
+    Error::Parts {
+        path: path.into(),
+        problem,
+    }
 }
 
 #[cfg(test)]
@@ -137,17 +157,34 @@ mod tests {
         };
         let member = |shard: &str| {
             let shard = Some(shard.parse().unwrap());
-            ShardPool { shard, folder: dir.path(), task: "a", stop: &stop, on_wait: &|_| {} }
-                .gather("squares", 10, job)
-                .unwrap()
+            ShardPool {
+                shard,
+                folder: dir.path(),
+                task: "a",
+                stop: &stop,
+                on_wait: &|_| {},
+            }
+            .gather("squares", 10, job)
+            .unwrap()
         };
         let all = std::thread::scope(|scope| {
-            ["1/3", "2/3", "3/3"].map(|shard| scope.spawn(move || member(shard))).map(|one| one.join().unwrap())
+            ["1/3", "2/3", "3/3"]
+                .map(|shard| scope.spawn(move || member(shard)))
+                .map(|one| one.join().unwrap())
         });
         let squares: Vec<usize> = (0..10).map(|i| i * i).collect();
         assert!(all.iter().all(|gathered| *gathered == squares));
-        assert_eq!((member("2/3"), count.load(Ordering::Relaxed)), (squares.clone(), 10));
-        let alone = ShardPool { shard: None, folder: dir.path(), task: "a", stop: &stop, on_wait: &|_| {} };
+        assert_eq!(
+            (member("2/3"), count.load(Ordering::Relaxed)),
+            (squares.clone(), 10)
+        );
+        let alone = ShardPool {
+            shard: None,
+            folder: dir.path(),
+            task: "a",
+            stop: &stop,
+            on_wait: &|_| {},
+        };
         assert_eq!(alone.gather("squares", 10, job).unwrap(), squares);
         assert_eq!(count.load(Ordering::Relaxed), 20);
     }
@@ -168,10 +205,17 @@ mod tests {
             on_wait: &on_wait,
         };
         assert!(matches!(team.gather("a", 4, Ok), Err(Error::Interrupted)));
-        for (part, problem) in [("{", "EOF"), ("{\"task\": \"b\", \"found\": [1, 3]}", "its task is another one")] {
+        for (part, problem) in [
+            ("{", "EOF"),
+            (
+                "{\"task\": \"b\", \"found\": [1, 3]}",
+                "its task is another one",
+            ),
+        ] {
             std::fs::write(dir.path().join("parts/a-2-of-2.json"), part).unwrap();
             let message = team.gather("a", 4, Ok).unwrap_err().to_string();
-            let is_named = message.contains("parts/a-2-of-2.json: is damaged") && message.contains("remove it");
+            let is_named = message.contains("parts/a-2-of-2.json: is damaged")
+                && message.contains("remove it");
             assert!(is_named && message.contains(problem), "{message}");
         }
     }

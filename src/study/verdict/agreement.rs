@@ -90,26 +90,39 @@ pub struct EngineVerdict {
 pub fn differ_in_engine_alone(a: &Folder, b: &Folder) -> bool {
     // A built-in controller has no file. One version of the program always has the same one.
     let text = |folder: &Folder, gains: &String| {
-        assets::text(&folder.path.join(ControllerName::split(gains).base)).ok().map(|source| source.text)
+        assets::text(&folder.path.join(ControllerName::split(gains).base))
+            .ok()
+            .map(|source| source.text)
     };
     let (ours, theirs) = (&a.manifest, &b.manifest);
     ours.campaign.episode.engine != theirs.campaign.episode.engine
-        && (&ours.standfast, &ours.robot_sha256, &ours.sets) == (&theirs.standfast, &theirs.robot_sha256, &theirs.sets)
+        && (&ours.standfast, &ours.robot_sha256, &ours.sets)
+            == (&theirs.standfast, &theirs.robot_sha256, &theirs.sets)
         && ours.campaign.gains == theirs.campaign.gains
-        && ours.campaign.gains.iter().all(|gains| text(a, gains) == text(b, gains))
+        && ours
+            .campaign
+            .gains
+            .iter()
+            .all(|gains| text(a, gains) == text(b, gains))
 }
 
 impl Agreement {
     /// Compares two results with the same controllers, each given by its manifest and trials. `rows` has the trials of
     /// both results under the names of the comparison, and the controllers of a come first. `pairs` compares each
     /// controller of a with the same controller of b.
-    pub fn new(of: [(&Manifest, &TrialColumns); 2], rows: &TrialColumns, pairs: &[PairSummary]) -> Self {
+    pub fn new(
+        of: [(&Manifest, &TrialColumns); 2],
+        rows: &TrialColumns,
+        pairs: &[PairSummary],
+    ) -> Self {
         let engines = of.map(|(manifest, _)| manifest.campaign.episode.engine);
         let sets = &of[0].0.sets;
         let set = |i: usize| {
             let (a, b) = (i, sets.len() + i);
             let found = |pair: &&PairSummary| {
-                [&pair.a, &pair.b].into_iter().all(|name| [a, b].map(|i| &rows.names[i]).contains(&name))
+                [&pair.a, &pair.b]
+                    .into_iter()
+                    .all(|name| [a, b].map(|i| &rows.names[i]).contains(&name))
             };
             let pair = pairs.iter().find(found);
             // The first controller of a pair is the one that recovers more often.
@@ -118,9 +131,17 @@ impl Agreement {
             let counts = pair.map_or(PairedCounts::default(), |pair| ours(pair.counts));
             let strata = pair.iter().flat_map(|pair| &pair.strata).map(|stratum| {
                 let (by, label, counts) = (stratum.by, stratum.label.clone(), ours(stratum.counts));
-                StratumAgreement { by, label, counts, agreed: Agreed::of(&counts) }
+                StratumAgreement {
+                    by,
+                    label,
+                    counts,
+                    agreed: Agreed::of(&counts),
+                }
             });
-            let parted = rows.common(a, b).enumerate().filter(|(_, (a, b))| a.has_recovered() != b.has_recovered());
+            let parted = rows
+                .common(a, b)
+                .enumerate()
+                .filter(|(_, (a, b))| a.has_recovered() != b.has_recovered());
             let parted = parted.map(|(trial, (a, b))| PartedTrial {
                 trial: trial as u64,
                 impulse_n_s: rows.impulse_n_s(trial),
@@ -133,7 +154,13 @@ impl Agreement {
                 parting: None,
             });
             let (strata, parted) = (strata.collect(), parted.collect());
-            SetAgreement { set: sets[i].clone(), counts, agreed: Agreed::of(&counts), strata, parted }
+            SetAgreement {
+                set: sets[i].clone(),
+                counts,
+                agreed: Agreed::of(&counts),
+                strata,
+                parted,
+            }
         };
         Self {
             engines,
@@ -148,20 +175,32 @@ impl Agreement {
     /// with the largest share.
     pub fn headline(&self) -> String {
         let share = |set: &SetAgreement| format!("{:.1} % ({})", 100.0 * set.agreed.agree, set.set);
-        let by_share = |a: &&SetAgreement, b: &&SetAgreement| a.agreed.agree.total_cmp(&b.agreed.agree);
-        let (least, most) = (self.sets.iter().min_by(by_share), self.sets.iter().max_by(by_share));
+        let by_share =
+            |a: &&SetAgreement, b: &&SetAgreement| a.agreed.agree.total_cmp(&b.agreed.agree);
+        let (least, most) = (
+            self.sets.iter().min_by(by_share),
+            self.sets.iter().max_by(by_share),
+        );
         let mut shares: Vec<String> = least.into_iter().chain(most).map(share).collect();
         shares.dedup();
         let [in_a, in_b] = self.engines.map(Engine::title);
-        format!("{in_a} and {in_b} agree on {} of trials.", shares.join(" to "))
+        format!(
+            "{in_a} and {in_b} agree on {} of trials.",
+            shares.join(" to ")
+        )
     }
 
     /// A warning for each verdict that holds in one engine only. It quotes both verdicts.
     pub fn warnings(&self) -> Vec<String> {
         let told = |[a, b]: &[EngineVerdict; 2]| {
-            let contradict = [a, b].iter().all(|found| found.verdict == PairVerdict::Better);
-            let what =
-                if contradict { "The two engines contradict each other" } else { "A verdict holds in one engine only" };
+            let contradict = [a, b]
+                .iter()
+                .all(|found| found.verdict == PairVerdict::Better);
+            let what = if contradict {
+                "The two engines contradict each other"
+            } else {
+                "A verdict holds in one engine only"
+            };
             let [in_a, in_b] = self.engines.map(Engine::title);
             format!("{what}. {in_a}: {} {in_b}: {}", a.words, b.words)
         };
@@ -173,8 +212,20 @@ impl Agreement {
 fn own_verdicts(manifest: &Manifest, rows: &TrialColumns) -> Vec<EngineVerdict> {
     let pairs = every_pair(manifest.sets.len());
     let pairs = PairSummary::all(rows, &pairs, &[], DecisionRule::of(manifest)).into_iter();
-    let verdict =
-        |PairSummary { a, b, verdict, difference, words, .. }| EngineVerdict { a, b, verdict, difference, words };
+    let verdict = |PairSummary {
+                       a,
+                       b,
+                       verdict,
+                       difference,
+                       words,
+                       ..
+                   }| EngineVerdict {
+        a,
+        b,
+        verdict,
+        difference,
+        words,
+    };
     pairs.map(verdict).collect()
 }
 
@@ -183,9 +234,12 @@ fn own_verdicts(manifest: &Manifest, rows: &TrialColumns) -> Vec<EngineVerdict> 
 fn differing([of_a, mut of_b]: [Vec<EngineVerdict>; 2]) -> Vec<[EngineVerdict; 2]> {
     let mut differing = Vec::new();
     for in_a in of_a {
-        let is_same_pair =
-            |in_b: &EngineVerdict| [&in_b.a, &in_b.b] == [&in_a.a, &in_a.b] || [&in_b.b, &in_b.a] == [&in_a.a, &in_a.b];
-        let Some(at) = of_b.iter().position(is_same_pair) else { continue };
+        let is_same_pair = |in_b: &EngineVerdict| {
+            [&in_b.a, &in_b.b] == [&in_a.a, &in_a.b] || [&in_b.b, &in_b.a] == [&in_a.a, &in_a.b]
+        };
+        let Some(at) = of_b.iter().position(is_same_pair) else {
+            continue;
+        };
         let in_b = of_b.swap_remove(at);
         let contradict = in_a.verdict == PairVerdict::Better && in_a.a != in_b.a;
         if in_a.verdict != in_b.verdict || contradict {
@@ -206,19 +260,59 @@ pub(crate) mod tests {
     /// neither; "catch" recovers from all trials in both engines.
     #[test]
     fn trials_are_counted_by_engine_whichever_recovers_more() {
-        let hold = [([true, true], 20), ([true, false], 5), ([false, true], 10), ([false, false], 15)];
-        let trials: Vec<_> = hold.into_iter().flat_map(|([a, b], count)| vec![[a, true, b, true]; count]).collect();
+        let hold = [
+            ([true, true], 20),
+            ([true, false], 5),
+            ([false, true], 10),
+            ([false, false], 15),
+        ];
+        let trials: Vec<_> = hold
+            .into_iter()
+            .flat_map(|([a, b], count)| vec![[a, true, b, true]; count])
+            .collect();
         let agreement = compared(&trials).0.agreement.unwrap();
-        let [hold, catch] = &agreement.sets[..] else { panic!() };
+        let [hold, catch] = &agreement.sets[..] else {
+            panic!()
+        };
         assert_eq!((&hold.set[..], &catch.set[..]), ("hold", "catch"));
-        assert_eq!(hold.counts, PairedCounts { both: 20, only_a: 5, only_b: 10, neither: 15 });
-        assert!((hold.agreed.kappa.unwrap() - 0.4).abs() < 1e-12, "{:?}", hold.agreed);
-        assert_eq!(agreement.headline(), "Rapier and MuJoCo agree on 70.0 % (hold) to 100.0 % (catch) of trials.");
-        assert_eq!((catch.agreed.agree, catch.agreed.kappa, catch.parted.len()), (1.0, None, 0));
-        let sums: u64 = hold.strata.iter().filter(|of| of.by == "heading").map(|of| of.counts.only_b).sum();
+        assert_eq!(
+            hold.counts,
+            PairedCounts {
+                both: 20,
+                only_a: 5,
+                only_b: 10,
+                neither: 15
+            }
+        );
+        assert!(
+            (hold.agreed.kappa.unwrap() - 0.4).abs() < 1e-12,
+            "{:?}",
+            hold.agreed
+        );
+        assert_eq!(
+            agreement.headline(),
+            "Rapier and MuJoCo agree on 70.0 % (hold) to 100.0 % (catch) of trials."
+        );
+        assert_eq!(
+            (catch.agreed.agree, catch.agreed.kappa, catch.parted.len()),
+            (1.0, None, 0)
+        );
+        let sums: u64 = hold
+            .strata
+            .iter()
+            .filter(|of| of.by == "heading")
+            .map(|of| of.counts.only_b)
+            .sum();
         assert_eq!(sums, 10, "strata are swapped like the whole");
-        let parted: Vec<_> = hold.parted.iter().map(|of| (of.trial, of.recovered_in, of.outcomes)).collect();
-        assert_eq!((parted.len(), parted[0]), (15, (20, Engine::Rapier, [Recovered, Fell])));
+        let parted: Vec<_> = hold
+            .parted
+            .iter()
+            .map(|of| (of.trial, of.recovered_in, of.outcomes))
+            .collect();
+        assert_eq!(
+            (parted.len(), parted[0]),
+            (15, (20, Engine::Rapier, [Recovered, Fell]))
+        );
         assert_eq!(parted[5], (25, Engine::Mujoco, [Fell, Recovered]));
     }
 
@@ -241,10 +335,21 @@ pub(crate) mod tests {
                 ]),
             ),
         ] {
-            let warnings = compared(&[of_each_trial; 40]).0.agreement.unwrap().warnings();
-            assert_eq!(warnings.len(), usize::from(expected.is_some()), "{warnings:?}");
+            let warnings = compared(&[of_each_trial; 40])
+                .0
+                .agreement
+                .unwrap()
+                .warnings();
+            assert_eq!(
+                warnings.len(),
+                usize::from(expected.is_some()),
+                "{warnings:?}"
+            );
             for (warning, [start, part]) in warnings.iter().zip(expected) {
-                assert!(warning.starts_with(start) && warning.contains(part), "{warning}");
+                assert!(
+                    warning.starts_with(start) && warning.contains(part),
+                    "{warning}"
+                );
             }
         }
     }

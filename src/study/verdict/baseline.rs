@@ -43,14 +43,20 @@ impl Baseline {
         for part in folder.parts()? {
             let part = part?;
             for row in &part {
-                let (pushes, variation) = (trial::pushes(campaign, row.trial), trial::variation(campaign, row.trial));
+                let (pushes, variation) = (
+                    trial::pushes(campaign, row.trial),
+                    trial::variation(campaign, row.trial),
+                );
                 if row.pushes() != pushes || row.variation != variation {
                     return Err(other_push(path, row.trial));
                 }
             }
             rows.push(&part);
         }
-        Ok(Baseline { manifest: folder.manifest, rows })
+        Ok(Baseline {
+            manifest: folder.manifest,
+            rows,
+        })
     }
 
     /// Number of trials. A controller that was stopped earlier has fewer.
@@ -60,9 +66,19 @@ impl Baseline {
 
     /// What a report states about the baseline.
     pub fn id(&self) -> BaselineId {
-        let Manifest { standfast, config_hash, campaign, .. } = &self.manifest;
+        let Manifest {
+            standfast,
+            config_hash,
+            campaign,
+            ..
+        } = &self.manifest;
         let (name, trials) = (campaign.name.clone(), self.trials());
-        BaselineId { name, standfast: standfast.clone(), config_hash: config_hash.clone(), trials }
+        BaselineId {
+            name,
+            standfast: standfast.clone(),
+            config_hash: config_hash.clone(),
+            trials,
+        }
     }
 
     /// Whether the baseline ended when it was decided. Then its number of trials depends on its outcomes.
@@ -72,7 +88,11 @@ impl Baseline {
 
     /// How the trials of a controller ended, from trial 0. It is empty if the baseline does not have the controller.
     pub fn rows_of(&self, set: &str) -> &[EpisodeEnd] {
-        self.rows.names.iter().position(|name| name == set).map_or(&[], |set| self.rows.of(set))
+        self.rows
+            .names
+            .iter()
+            .position(|name| name == set)
+            .map_or(&[], |set| self.rows.of(set))
     }
 }
 
@@ -85,16 +105,27 @@ pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
     let differ = |(what, [of_a, of_b]): (&str, [String; 2])| {
         (of_a != of_b).then(|| format!("the {what} differ: {of_a} and {of_b}"))
     };
-    let differences = [("robots", robots), ("versions of standfast", versions), ("physics engines", engines)];
+    let differences = [
+        ("robots", robots),
+        ("versions of standfast", versions),
+        ("physics engines", engines),
+    ];
     let differences = differences.into_iter().filter_map(differ);
     let same = "both results have the same inputs: a difference can only come from another build of standfast";
-    differences.chain((a.config_hash == b.config_hash).then(|| same.to_string())).collect()
+    differences
+        .chain((a.config_hash == b.config_hash).then(|| same.to_string()))
+        .collect()
 }
 
 /// Fails if the trials of `folder` are not drawn and judged as the trials of `campaign`.
 pub(super) fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Result<()> {
     let mut found = Vec::new();
-    differences("", &drawn(campaign), &drawn(&folder.manifest.campaign), &mut found);
+    differences(
+        "",
+        &drawn(campaign),
+        &drawn(&folder.manifest.campaign),
+        &mut found,
+    );
     if found.is_empty() {
         return Ok(());
     }
@@ -103,16 +134,26 @@ pub(super) fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Resul
         more => format!("; and {more} more differ"),
     };
     found.truncate(SHOWN);
-    let problem =
-        format!("its trials are not the same, so they cannot be compared in pairs: {}{more}", found.join("; "));
-    Err(Error::Parts { path: folder.path.clone(), problem })
+    let problem = format!(
+        "its trials are not the same, so they cannot be compared in pairs: {}{more}",
+        found.join("; ")
+    );
+    Err(Error::Parts {
+        path: folder.path.clone(),
+        problem,
+    })
 }
 
 /// The error if a trial of a result has another push, robot or ground than the same trial of the other result or of
 /// this program.
 pub(super) fn other_push(path: &Path, trial: u64) -> Error {
-    let problem = format!("trial {trial} has another push, robot or ground, although the campaigns are the same");
-    Error::Parts { path: path.into(), problem: problem + ": another version of standfast drew it" }
+    let problem = format!(
+        "trial {trial} has another push, robot or ground, although the campaigns are the same"
+    );
+    Error::Parts {
+        path: path.into(),
+        problem: problem + ": another version of standfast drew it",
+    }
 }
 
 /// The settings of a campaign on which its trials and their judgement depend.

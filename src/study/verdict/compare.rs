@@ -33,7 +33,10 @@ impl Comparison {
     pub fn new(a: &Folder, b: &Folder, gates: &[String]) -> Result<Comparison> {
         if is_same_folder(&a.path, &b.path) {
             let problem = "both are this folder: a result does not differ from itself";
-            return Err(Error::Parts { path: b.path.clone(), problem: problem.into() });
+            return Err(Error::Parts {
+                path: b.path.clone(),
+                problem: problem.into(),
+            });
         }
         let mut asked = a.manifest.campaign.clone();
         let (ours, theirs) = (&mut asked.episode, b.manifest.campaign.episode);
@@ -50,7 +53,13 @@ impl Comparison {
         let count = rows.trials();
         let manifest = joined(&a.manifest, &b.manifest, sets, count, gates);
         let pairs = pairs(&a.manifest.sets, &b.manifest.sets);
-        let mut summary = Summary::new(&manifest, &rows, sha256, &pairs, &Gates::new(&manifest, None)?);
+        let mut summary = Summary::new(
+            &manifest,
+            &rows,
+            sha256,
+            &pairs,
+            &Gates::new(&manifest, None)?,
+        );
         let mut found = warnings(a, b, count, engines_alone);
         if engines_alone {
             let own = [TrialColumns::read(a)?, TrialColumns::read(b)?];
@@ -61,27 +70,46 @@ impl Comparison {
             summary.agreement = Some(agreement);
         }
         summary.warnings.splice(..0, found);
-        for (set, origin) in summary.sets.iter_mut().zip([origins(a), origins(b)].concat()) {
+        for (set, origin) in summary
+            .sets
+            .iter_mut()
+            .zip([origins(a), origins(b)].concat())
+        {
             set.origin = origin;
         }
-        Ok(Comparison { summary, rows, of: [a.clone(), b.clone()] })
+        Ok(Comparison {
+            summary,
+            rows,
+            of: [a.clone(), b.clone()],
+        })
     }
 
     /// Reads both results again, and writes `trials.parquet` and `summary.json`. It returns the summary as it was
     /// written, with paths that are relative to `folder`. It fails if a result has changed meanwhile, or if the folder
     /// is not writable.
     pub fn write(&self, folder: &Path) -> Result<Summary> {
-        std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
+        std::fs::create_dir_all(folder).map_err(|source| Error::Write {
+            path: folder.into(),
+            source,
+        })?;
         let mut summary = self.summary.clone();
         for set in &mut summary.sets {
-            set.origin.campaign = seen_from(folder, Path::new(&set.origin.campaign)).display().to_string();
+            set.origin.campaign = seen_from(folder, Path::new(&set.origin.campaign))
+                .display()
+                .to_string();
         }
         let [a, b] = &self.of;
         let to = AtomicFile::create(&folder.join("trials.parquet"))?;
         let (_, trials, sha256) = paired([a, b], &self.rows.names, to)?;
         if sha256 != summary.trials_sha256 {
-            let problem = format!("it or {} changed while the two were compared", b.path.display());
-            return Err(Error::Parts { path: a.path.clone(), problem });
+            let problem = format!(
+                "it or {} changed while the two were compared",
+                b.path.display()
+            );
+            return Err(Error::Parts {
+                path: a.path.clone(),
+                problem,
+            });
         }
         trials.commit()?;
         summary.write(folder)?;
@@ -92,24 +120,41 @@ impl Comparison {
 /// Reads the trials that both folders have. `sets` are the new names of their controllers, those of the first folder
 /// first. The rows are written to `to` as a `trials.parquet`. Returns the columns, `to`, and the SHA-256 of the file. It
 /// fails if a trial is not the same in both.
-fn paired<W: Write + Send>([a, b]: [&Folder; 2], sets: &[String], to: W) -> Result<(TrialColumns, W, String)> {
+fn paired<W: Write + Send>(
+    [a, b]: [&Folder; 2],
+    sets: &[String],
+    to: W,
+) -> Result<(TrialColumns, W, String)> {
     let (names_a, names_b) = sets.split_at(a.manifest.sets.len());
     let renamed = |folder: &Folder, names: &[String]| {
         let sets = folder.manifest.sets.iter().cloned();
         let names: HashMap<String, String> = sets.zip(names.iter().cloned()).collect();
-        move |row: TrialRow| TrialRow { set: names[&row.set].clone(), ..row }
+        move |row: TrialRow| TrialRow {
+            set: names[&row.set].clone(),
+            ..row
+        }
     };
     let (renamed_a, renamed_b) = (renamed(a, names_a), renamed(b, names_b));
-    let totals = each_once([a, b].into_iter().flat_map(|folder| folder.manifest.totals.clone()));
-    let (mut columns, mut file) =
-        (TrialColumns::new(sets, &a.manifest.campaign.episode), TrialsFile::new(to, &totals)?);
+    let totals = each_once(
+        [a, b]
+            .into_iter()
+            .flat_map(|folder| folder.manifest.totals.clone()),
+    );
+    let (mut columns, mut file) = (
+        TrialColumns::new(sets, &a.manifest.campaign.episode),
+        TrialsFile::new(to, &totals)?,
+    );
     for (of_a, of_b) in trials(a)?.zip(trials(b)?) {
         let (of_a, of_b) = (of_a?, of_b?);
         let (ours, theirs) = (&of_a[0], &of_b[0]);
         if ours.pushes() != theirs.pushes() || ours.variation != theirs.variation {
             return Err(other_push(&b.path, ours.trial));
         }
-        let rows: Vec<TrialRow> = of_a.into_iter().map(&renamed_a).chain(of_b.into_iter().map(&renamed_b)).collect();
+        let rows: Vec<TrialRow> = of_a
+            .into_iter()
+            .map(&renamed_a)
+            .chain(of_b.into_iter().map(&renamed_b))
+            .collect();
         columns.push(&rows);
         file.push(rows)?;
     }
@@ -120,8 +165,14 @@ fn paired<W: Write + Send>([a, b]: [&Folder; 2], sets: &[String], to: W) -> Resu
 /// The rows of each trial of a finished folder.
 fn trials(folder: &Folder) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>> {
     let same_trial = |a: &TrialRow, b: &TrialRow| a.trial == b.trial;
-    let of_part = move |rows: Vec<TrialRow>| rows.chunk_by(same_trial).map(|trial| Ok(trial.to_vec())).collect();
-    Ok(folder.parts()?.flat_map(move |part| part.map_or_else(|error| vec![Err(error)], of_part)))
+    let of_part = move |rows: Vec<TrialRow>| {
+        rows.chunk_by(same_trial)
+            .map(|trial| Ok(trial.to_vec()))
+            .collect()
+    };
+    Ok(folder
+        .parts()?
+        .flat_map(move |part| part.map_or_else(|error| vec![Err(error)], of_part)))
 }
 
 /// Pairs of a controller of one result and a controller of the other. Controllers of the same name make a pair. If no
@@ -129,20 +180,42 @@ fn trials(folder: &Folder) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>
 fn pairs(sets_a: &[String], sets_b: &[String]) -> Vec<(usize, usize)> {
     let all = || (0..sets_a.len()).flat_map(|i| (0..sets_b.len()).map(move |j| (i, j)));
     let of_one_name: Vec<_> = all().filter(|&(i, j)| sets_a[i] == sets_b[j]).collect();
-    let pairs = if of_one_name.is_empty() { all().collect() } else { of_one_name };
-    pairs.into_iter().map(|(i, j)| (i, sets_a.len() + j)).collect()
+    let pairs = if of_one_name.is_empty() {
+        all().collect()
+    } else {
+        of_one_name
+    };
+    pairs
+        .into_iter()
+        .map(|(i, j)| (i, sets_a.len() + j))
+        .collect()
 }
 
 /// The manifest of the comparison: the manifest of the first result, with the names, controllers and hashes of both,
 /// and with the number of trials that both have.
-fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[String]) -> Manifest {
-    let both = |a: &str, b: &str| if a == b { a.to_string() } else { format!("{a}, {b}") };
+fn joined(
+    a: &Manifest,
+    b: &Manifest,
+    sets: Vec<String>,
+    trials: u64,
+    gates: &[String],
+) -> Manifest {
+    let both = |a: &str, b: &str| {
+        if a == b {
+            a.to_string()
+        } else {
+            format!("{a}, {b}")
+        }
+    };
     let mut campaign = a.campaign.clone();
     campaign.name = both(&a.campaign.name, &b.campaign.name);
     campaign.robot = both(&a.campaign.robot, &b.campaign.robot);
     campaign.trials = trials;
     campaign.stopping.until_resolved |= b.campaign.stopping.until_resolved;
-    campaign.gates = GateSpec { require: gates.to_vec(), ..a.campaign.gates.clone() };
+    campaign.gates = GateSpec {
+        require: gates.to_vec(),
+        ..a.campaign.gates.clone()
+    };
     Manifest {
         standfast: both(&a.standfast, &b.standfast),
         config_hash: sha256_hex(format!("{} {}", a.config_hash, b.config_hash).as_bytes()),
@@ -154,7 +227,10 @@ fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[S
         sets,
         totals: each_once([a, b].into_iter().flat_map(|of| of.totals.clone())),
         inputs: Vec::new(),
-        not_kept: [a, b].into_iter().flat_map(|of| of.not_kept.clone()).collect(),
+        not_kept: [a, b]
+            .into_iter()
+            .flat_map(|of| of.not_kept.clone())
+            .collect(),
         campaign,
     }
 }
@@ -162,37 +238,66 @@ fn joined(a: &Manifest, b: &Manifest, sets: Vec<String>, trials: u64, gates: &[S
 /// Warns of what a comparison over the first `trials` trials cannot support.
 fn warnings(a: &Folder, b: &Folder, trials: u64, engines_alone: bool) -> Vec<String> {
     let (of_a, of_b) = (a.trials(), b.trials());
-    let counts = format!("the results have {of_a} and {of_b} trials: only the first {trials} are compared");
+    let counts =
+        format!("the results have {of_a} and {of_b} trials: only the first {trials} are compared");
     let [ours, theirs] = [a, b].map(|folder| &folder.manifest.campaign.gates);
-    let decides_otherwise = (ours.confidence, ours.unresolved) != (theirs.confidence, theirs.unresolved);
-    let gates = "the results ask for gates of another confidence, or decide otherwise what is unresolved".to_string();
-    let unlike = if engines_alone { Vec::new() } else { unlike(&a.manifest, &b.manifest) };
-    (of_a != of_b).then_some(counts).into_iter().chain(unlike).chain(decides_otherwise.then_some(gates)).collect()
+    let decides_otherwise =
+        (ours.confidence, ours.unresolved) != (theirs.confidence, theirs.unresolved);
+    let gates =
+        "the results ask for gates of another confidence, or decide otherwise what is unresolved"
+            .to_string();
+    let unlike = if engines_alone {
+        Vec::new()
+    } else {
+        unlike(&a.manifest, &b.manifest)
+    };
+    (of_a != of_b)
+        .then_some(counts)
+        .into_iter()
+        .chain(unlike)
+        .chain(decides_otherwise.then_some(gates))
+        .collect()
 }
 
 /// The names of a folder's controllers. If the other folder has the same name, the name of the folder is added.
 fn names(folder: &Folder, other: &Folder) -> Vec<String> {
     let label = label(&folder.path, &other.path);
     let is_shared = |set: &String| other.manifest.sets.contains(set);
-    let name = |set: &String| if is_shared(set) { format!("{set} ({label})") } else { set.clone() };
+    let name = |set: &String| {
+        if is_shared(set) {
+            format!("{set} ({label})")
+        } else {
+            set.clone()
+        }
+    };
     folder.manifest.sets.iter().map(name).collect()
 }
 
 /// The names of a folder's controllers, each with the name of the folder's physics engine.
 fn named_by_engine(folder: &Folder) -> Vec<String> {
     let engine = folder.manifest.campaign.episode.engine.name();
-    folder.manifest.sets.iter().map(|set| format!("{set} ({engine})")).collect()
+    folder
+        .manifest
+        .sets
+        .iter()
+        .map(|set| format!("{set} ({engine})"))
+        .collect()
 }
 
 fn origins(folder: &Folder) -> Vec<SetOrigin> {
     let campaign = folder.path.join("campaign.toml").display().to_string();
-    let origin = |gains: &String| SetOrigin { campaign: campaign.clone(), gains: gains.clone() };
+    let origin = |gains: &String| SetOrigin {
+        campaign: campaign.clone(),
+        gains: gains.clone(),
+    };
     folder.manifest.sets.iter().map(origin).collect()
 }
 
 /// The path of a file, relative to a folder. Both must exist.
 fn seen_from(folder: &Path, file: &Path) -> PathBuf {
-    let (Ok(folder), Ok(file)) = (folder.canonicalize(), file.canonicalize()) else { return file.into() };
+    let (Ok(folder), Ok(file)) = (folder.canonicalize(), file.canonicalize()) else {
+        return file.into();
+    };
     pathdiff::diff_paths(&file, &folder).unwrap_or(file)
 }
 

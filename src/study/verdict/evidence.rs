@@ -43,27 +43,53 @@ impl Evidence {
     /// Evidence of a rate, with an interval of this `confidence` (a share). For a fixed number of trials it is the
     /// interval of Clopper and Pearson, whose error is never larger than stated.
     pub fn rate(recovered: u64, trials: u64, confidence: f64, sequential: bool) -> Self {
-        let interval = if sequential { sequential::rate_interval } else { clopper_pearson };
+        let interval = if sequential {
+            sequential::rate_interval
+        } else {
+            clopper_pearson
+        };
         let observed = recovered as f64 / trials.max(1) as f64;
-        Self { observed, interval: interval(recovered, trials, confidence), trials, sequential, counts: None }
+        Self {
+            observed,
+            interval: interval(recovered, trials, confidence),
+            trials,
+            sequential,
+            counts: None,
+        }
     }
 
     /// Evidence of the difference of two rates, with an interval of this `confidence` (a share).
     pub fn difference(counts: &PairedCounts, confidence: f64, sequential: bool) -> Self {
         let interval = counts.interval(confidence, sequential);
-        Self { observed: counts.difference(), interval, trials: counts.trials(), sequential, counts: Some(*counts) }
+        Self {
+            observed: counts.difference(),
+            interval,
+            trials: counts.trials(),
+            sequential,
+            counts: Some(*counts),
+        }
     }
 
     /// The answer to a gate. `self` is the evidence of the rate that the gate requires, or of the difference of two
     /// rates. It has an interval with this `confidence` (a two-sided share).
     pub fn answer(&self, gate: &Gate, confidence: f64) -> GateAnswer {
-        let &Self { observed, interval: [least, most], trials, sequential, .. } = self;
+        let &Self {
+            observed,
+            interval: [least, most],
+            trials,
+            sequential,
+            ..
+        } = self;
         let status = match gate.offset {
             required if least >= required => Status::Passed,
             required if most < required => Status::Failed,
             _ => Status::Unresolved,
         };
-        let more_trials = if status == Status::Unresolved { self.more_trials(gate.offset, confidence) } else { None };
+        let more_trials = if status == Status::Unresolved {
+            self.more_trials(gate.offset, confidence)
+        } else {
+            None
+        };
         GateAnswer {
             name: gate.text.clone(),
             status,
@@ -95,11 +121,16 @@ impl Evidence {
         let [least, most] = self.interval;
         // Near a rate of 0 or 1 the side towards the requirement may be the shorter one, but it does not stay so with
         // more trials.
-        let towards = if self.observed > required { self.observed - least } else { most - self.observed };
+        let towards = if self.observed > required {
+            self.observed - least
+        } else {
+            most - self.observed
+        };
         let half_width = towards.max((most - least) / 2.0);
         // This is half the width of the interval in standard errors. The interval decides with a chance of 80 % if the
         // requirement is 0.84 standard errors farther away.
-        let z = Normal::standard().inverse_cdf(0.5 + confidence / 2.0) * if self.sequential { WIDER } else { 1.0 };
+        let z = Normal::standard().inverse_cdf(0.5 + confidence / 2.0)
+            * if self.sequential { WIDER } else { 1.0 };
         let times = (half_width * (1.0 + Z80 / z) / distance).powi(2);
         let again = if self.sequential { 0 } else { self.trials };
         Some(again + (self.trials as f64 * (times - 1.0)).ceil().max(1.0) as u64)
@@ -148,17 +179,30 @@ mod tests {
 
     #[test]
     fn the_whole_interval_has_to_lie_on_one_side_and_the_campaign_says_what_is_a_failure() {
-        let gate = Gate::parse("catch >= hold + 0.10", &["catch", "hold"].map(String::from)).unwrap();
+        let gate =
+            Gate::parse("catch >= hold + 0.10", &["catch", "hold"].map(String::from)).unwrap();
         // The last column says whether it counts as a failure, first if unresolved gates pass, then if they fail.
         for (interval, status, fails) in [
             ([0.1, 0.2], Status::Passed, [false, false]),
             ([0.0, 0.0999], Status::Failed, [true, true]),
             ([0.0, 0.1], Status::Unresolved, [false, true]),
         ] {
-            let found =
-                Evidence { observed: 0.1, interval, trials: 100, sequential: false, counts: None }.answer(&gate, 0.95);
-            assert_eq!((found.status, found.more_trials, &found.name[..]), (status, None, "catch >= hold + 0.10"));
-            assert_eq!([OnUnresolved::Pass, OnUnresolved::Fail].map(|unresolved| status.fails(unresolved)), fails);
+            let found = Evidence {
+                observed: 0.1,
+                interval,
+                trials: 100,
+                sequential: false,
+                counts: None,
+            }
+            .answer(&gate, 0.95);
+            assert_eq!(
+                (found.status, found.more_trials, &found.name[..]),
+                (status, None, "catch >= hold + 0.10")
+            );
+            assert_eq!(
+                [OnUnresolved::Pass, OnUnresolved::Fail].map(|unresolved| status.fails(unresolved)),
+                fails
+            );
         }
     }
 }

@@ -55,7 +55,10 @@ impl Failures {
     }
 
     fn count_fall(&mut self, row: &TrialRow) {
-        *match (row.record.footsteps.unfinished_footstep, row.record.footsteps.count) {
+        *match (
+            row.record.footsteps.unfinished_footstep,
+            row.record.footsteps.count,
+        ) {
             (Some(_), _) => &mut self.fell_in_swing,
             (None, 0) => &mut self.fell_before_any_footstep,
             (None, _) => &mut self.fell_after_landing,
@@ -83,7 +86,9 @@ impl FallCause {
     pub fn add(causes: &mut Vec<Self>, row: &TrialRow) {
         let cause = match (row.record.outcome, &row.record.fall_cause) {
             (Outcome::Fell, Some(cause)) => cause.clone(),
-            (Outcome::Diverged | Outcome::Failed, Some(cause)) => format!("{}, {cause}", row.record.outcome.name()),
+            (Outcome::Diverged | Outcome::Failed, Some(cause)) => {
+                format!("{}, {cause}", row.record.outcome.name())
+            }
             _ => return,
         };
         match causes.binary_search_by(|found| found.cause.cmp(&cause)) {
@@ -110,15 +115,21 @@ mod tests {
 
     #[test]
     fn each_failure_is_of_one_time_and_a_fall_may_have_several_flags() {
-        let with =
-            |(outcome, footsteps, foot, slip_mm, limited_ms, legs_met): (_, u32, Option<Foot>, f64, f64, bool)| {
-                row(0, "paper", 3.0, outcome).with(|row| {
-                    let record = &mut row.record;
-                    (record.footsteps.count, record.footsteps.unfinished_footstep) = (footsteps, foot);
-                    (record.peak_slip_m, record.torque_limited_s) = (1e-3 * slip_mm, 1e-3 * limited_ms);
-                    record.legs_met_at_s = legs_met.then_some(1.0);
-                })
-            };
+        let with = |(outcome, footsteps, foot, slip_mm, limited_ms, legs_met): (
+            _,
+            u32,
+            Option<Foot>,
+            f64,
+            f64,
+            bool,
+        )| {
+            row(0, "paper", 3.0, outcome).with(|row| {
+                let record = &mut row.record;
+                (record.footsteps.count, record.footsteps.unfinished_footstep) = (footsteps, foot);
+                (record.peak_slip_m, record.torque_limited_s) = (1e-3 * slip_mm, 1e-3 * limited_ms);
+                record.legs_met_at_s = legs_met.then_some(1.0);
+            })
+        };
         let mut failures = Failures::default();
         for trial in [
             (Recovered, 1, None, 50.0, 500.0, true),
@@ -154,12 +165,32 @@ mod tests {
     #[test]
     fn causes_of_what_was_lost_are_counted_and_the_most_frequent_is_first() {
         let mut causes = Vec::new();
-        for (cause, outcome) in [("b", Fell), ("c", Fell), ("a", Fell), ("c", Fell), ("b", Diverged), ("b", Failed)] {
-            let row = row(0, "a", 1.0, outcome).with(|row| row.record.fall_cause = Some(cause.into()));
+        for (cause, outcome) in [
+            ("b", Fell),
+            ("c", Fell),
+            ("a", Fell),
+            ("c", Fell),
+            ("b", Diverged),
+            ("b", Failed),
+        ] {
+            let row =
+                row(0, "a", 1.0, outcome).with(|row| row.record.fall_cause = Some(cause.into()));
             FallCause::add(&mut causes, &row);
         }
         let causes = FallCause::most_frequent_first(&causes);
-        let causes: Vec<_> = causes.iter().map(|c| (c.cause.as_str(), c.trials)).collect();
-        assert_eq!(causes, [("c", 2), ("a", 1), ("b", 1), ("diverged, b", 1), ("failed, b", 1)]);
+        let causes: Vec<_> = causes
+            .iter()
+            .map(|c| (c.cause.as_str(), c.trials))
+            .collect();
+        assert_eq!(
+            causes,
+            [
+                ("c", 2),
+                ("a", 1),
+                ("b", 1),
+                ("diverged, b", 1),
+                ("failed, b", 1)
+            ]
+        );
     }
 }

@@ -18,7 +18,10 @@ impl ByFootsteps {
         if trials.iter().all(|ended| begun(ended) == 0) {
             return None;
         }
-        Some(Self { by_footsteps: [0, 1, 2, 3].map(|n| success_count_of(trials, |ended| begun(ended).min(3) == n)) })
+        Some(Self {
+            by_footsteps: [0, 1, 2, 3]
+                .map(|n| success_count_of(trials, |ended| begun(ended).min(3) == n)),
+        })
     }
 }
 
@@ -46,7 +49,10 @@ mod tests {
                 row.record.footsteps.unfinished_footstep = in_the_air;
             }))
         });
-        let counts = ByFootsteps::new(&rows).unwrap().by_footsteps.map(|count| (count.recovered, count.trials));
+        let counts = ByFootsteps::new(&rows)
+            .unwrap()
+            .by_footsteps
+            .map(|count| (count.recovered, count.trials));
         assert_eq!(counts, [(1, 2), (1, 2), (0, 1), (0, 1)]);
         assert_eq!(ByFootsteps::new(&rows[..2]), None, "a set that only stands");
     }

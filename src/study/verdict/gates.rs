@@ -64,25 +64,60 @@ impl Gates {
     pub fn new(manifest: &Manifest, baseline: Option<&Path>) -> Result<Gates> {
         let campaign = &manifest.campaign;
         let spec = campaign.gates.clone();
-        let gates = spec.require.iter().map(|text| Gate::parse(text, &manifest.sets)).collect::<Result<Vec<_>>>()?;
-        let baseline = baseline.map(|path| Baseline::open(path, manifest)).transpose()?;
-        for gate in gates.iter().filter(|gate| gate.against == Against::Baseline) {
+        let gates = spec
+            .require
+            .iter()
+            .map(|text| Gate::parse(text, &manifest.sets))
+            .collect::<Result<Vec<_>>>()?;
+        let baseline = baseline
+            .map(|path| Baseline::open(path, manifest))
+            .transpose()?;
+        for gate in gates
+            .iter()
+            .filter(|gate| gate.against == Against::Baseline)
+        {
             let Some(baseline) = &baseline else {
                 let accepted = "--baseline with the folder of an earlier result, as an option of `run` or `merge`";
-                return Err(Error::value("gates", "--gate", &gate.text, "there is no baseline", accepted));
+                return Err(Error::value(
+                    "gates",
+                    "--gate",
+                    &gate.text,
+                    "there is no baseline",
+                    accepted,
+                ));
             };
             if !baseline.manifest.sets.contains(&gate.set) {
                 let problem = format!("the baseline has no controller {}", gate.set);
-                return Err(Error::value("gates", "--gate", &gate.text, problem, baseline.manifest.sets.join(", ")));
+                return Err(Error::value(
+                    "gates",
+                    "--gate",
+                    &gate.text,
+                    problem,
+                    baseline.manifest.sets.join(", "),
+                ));
             }
         }
         if campaign.stopping.until_resolved && gates.is_empty() && manifest.sets.len() < 2 {
             let problem = "there is nothing to decide: one controller, and no gate";
-            let accepted = "a second controller to compare with, or a gate, e.g. --gate 'catch >= 0.80'";
-            return Err(Error::value("campaign", "stopping.until_resolved", true, problem, accepted));
+            let accepted =
+                "a second controller to compare with, or a gate, e.g. --gate 'catch >= 0.80'";
+            return Err(Error::value(
+                "campaign",
+                "stopping.until_resolved",
+                true,
+                problem,
+                accepted,
+            ));
         }
         let (sets, looks) = (manifest.sets.clone(), manifest.looks());
-        Ok(Gates { spec, gates, sets, baseline, stopping: campaign.stopping, looks })
+        Ok(Gates {
+            spec,
+            gates,
+            sets,
+            baseline,
+            stopping: campaign.stopping,
+            looks,
+        })
     }
 
     /// The identity of the earlier result, if there is one.
@@ -93,12 +128,17 @@ impl Gates {
     /// Whether a gate waits for more trials than the baseline has.
     pub fn outlasts_baseline(&self, rows: &TrialColumns) -> bool {
         let is_open = |gate: &Gate| self.judge(gate, rows).judged.status == Status::Unresolved;
-        self.gates.iter().any(|gate| self.is_used_up(gate, rows) && is_open(gate))
+        self.gates
+            .iter()
+            .any(|gate| self.is_used_up(gate, rows) && is_open(gate))
     }
 
     /// Number of a controller in the campaign. A gate names only controllers of the campaign.
     fn number(&self, set: &str) -> usize {
-        self.sets.iter().position(|name| name == set).unwrap_or_default()
+        self.sets
+            .iter()
+            .position(|name| name == set)
+            .unwrap_or_default()
     }
 
     /// Whether a gate compares with a baseline that has no more trials of the gate's controller than these rows have.
@@ -110,11 +150,21 @@ impl Gates {
 
     /// Warns of what the baseline cannot support for a result with these rows.
     pub fn warnings(&self, manifest: &Manifest, rows: &TrialColumns) -> Vec<String> {
-        let Some(baseline) = &self.baseline else { return Vec::new() };
+        let Some(baseline) = &self.baseline else {
+            return Vec::new();
+        };
         let mut found = unlike(&baseline.manifest, manifest);
-        let gates = self.gates.iter().filter(|gate| gate.against == Against::Baseline);
+        let gates = self
+            .gates
+            .iter()
+            .filter(|gate| gate.against == Against::Baseline);
         let mut counts: Vec<[u64; 2]> = gates
-            .map(|gate| [baseline.rows_of(&gate.set).len(), rows.of(self.number(&gate.set)).len()])
+            .map(|gate| {
+                [
+                    baseline.rows_of(&gate.set).len(),
+                    rows.of(self.number(&gate.set)).len(),
+                ]
+            })
             .map(|counts| counts.map(|count| count as u64))
             .collect();
         if counts.is_empty() {
@@ -124,7 +174,11 @@ impl Gates {
         counts.sort_unstable();
         counts.dedup();
         for [have, trials] in counts {
-            let some = if have == baseline.trials() { "" } else { " of some controllers" };
+            let some = if have == baseline.trials() {
+                ""
+            } else {
+                " of some controllers"
+            };
             if have < trials {
                 found.push(format!(
                     "the baseline has {have} trials{some}: gates that compare with it go by the first {have}"
@@ -140,7 +194,10 @@ impl Gates {
 
     /// The answer to each gate.
     pub fn judged(&self, rows: &TrialColumns) -> Vec<GateResult> {
-        self.gates.iter().map(|gate| self.judge(gate, rows)).collect()
+        self.gates
+            .iter()
+            .map(|gate| self.judge(gate, rows))
+            .collect()
     }
 
     /// The questions that a campaign that ends when decided has still to decide after these trials: gates or, without
@@ -149,50 +206,84 @@ impl Gates {
     pub fn open(&self, rows: &TrialColumns) -> Vec<Open> {
         if !self.gates.is_empty() {
             let open = |gate: &Gate| {
-                let GateResult { judged, is_difference, .. } = self.judge(gate, rows);
+                let GateResult {
+                    judged,
+                    is_difference,
+                    ..
+                } = self.judge(gate, rows);
                 let unit = if is_difference { "points" } else { "%" };
                 let other = match &gate.against {
                     Against::Set(other) => Some(self.number(other)),
                     Against::Rate | Against::Baseline => None,
                 };
                 (judged.status == Status::Unresolved).then(|| Open {
-                    sets: std::iter::once(self.number(&gate.set)).chain(other).collect(),
+                    sets: std::iter::once(self.number(&gate.set))
+                        .chain(other)
+                        .collect(),
                     words: words(&judged.name, judged.observed, judged.interval, unit),
                 })
             };
-            return self.gates.iter().filter(|gate| !self.is_used_up(gate, rows)).filter_map(open).collect();
+            return self
+                .gates
+                .iter()
+                .filter(|gate| !self.is_used_up(gate, rows))
+                .filter_map(open)
+                .collect();
         }
         let pairs = every_pair(self.sets.len());
-        let when = self.looks.map_or(DecisionTiming::AnyTime, DecisionTiming::At);
+        let when = self
+            .looks
+            .map_or(DecisionTiming::AnyTime, DecisionTiming::At);
         let open = |pair: (usize, usize)| {
-            let PairDecision { a, b, counts, decision: Decision { ci95, verdict, .. }, .. } =
-                PairDecision::of(rows, pair, pairs.len(), when, self.stopping.margin);
+            let PairDecision {
+                a,
+                b,
+                counts,
+                decision: Decision { ci95, verdict, .. },
+                ..
+            } = PairDecision::of(rows, pair, pairs.len(), when, self.stopping.margin);
             let pair = format!("{} - {}", self.sets[a], self.sets[b]);
-            (verdict == PairVerdict::Open)
-                .then(|| Open { sets: vec![a, b], words: words(&pair, counts.difference(), ci95, "points") })
+            (verdict == PairVerdict::Open).then(|| Open {
+                sets: vec![a, b],
+                words: words(&pair, counts.difference(), ci95, "points"),
+            })
         };
         pairs.iter().copied().filter_map(open).collect()
     }
 
     fn judge(&self, gate: &Gate, rows: &TrialColumns) -> GateResult {
         let own = rows.of(self.number(&gate.set));
-        let (other, ends_when_decided): (Option<&[EpisodeEnd]>, bool) = match (&gate.against, &self.baseline) {
-            (Against::Set(set), _) => (Some(rows.of(self.number(set))), false),
-            (Against::Baseline, Some(baseline)) => (Some(baseline.rows_of(&gate.set)), baseline.is_sequential()),
-            _ => (None, false),
-        };
+        let (other, ends_when_decided): (Option<&[EpisodeEnd]>, bool) =
+            match (&gate.against, &self.baseline) {
+                (Against::Set(set), _) => (Some(rows.of(self.number(set))), false),
+                (Against::Baseline, Some(baseline)) => {
+                    (Some(baseline.rows_of(&gate.set)), baseline.is_sequential())
+                }
+                _ => (None, false),
+            };
         // If the number of trials depends on outcomes, an interval has to hold at every look. In a campaign that ends
         // when decided, the intervals of all gates hold together at the confidence.
         let sequential = self.stopping.until_resolved || ends_when_decided;
         let confidence = self.spec.confidence;
-        let level = if self.stopping.until_resolved { each_of(self.gates.len(), confidence) } else { confidence };
+        let level = if self.stopping.until_resolved {
+            each_of(self.gates.len(), confidence)
+        } else {
+            confidence
+        };
         let own_and_other = |trials: u64| {
-            let recovered = |(a, b): (&EpisodeEnd, &EpisodeEnd)| (a.has_recovered(), b.has_recovered());
-            let pairs =
-                |other: &[EpisodeEnd]| PairedCounts::of(own.iter().zip(other).take(trials as usize).map(recovered));
+            let recovered =
+                |(a, b): (&EpisodeEnd, &EpisodeEnd)| (a.has_recovered(), b.has_recovered());
+            let pairs = |other: &[EpisodeEnd]| {
+                PairedCounts::of(own.iter().zip(other).take(trials as usize).map(recovered))
+            };
             other.map(pairs)
         };
-        let saved = |trials: u64| own.iter().take(trials as usize).filter(|ended| ended.has_recovered()).count() as u64;
+        let saved = |trials: u64| {
+            own.iter()
+                .take(trials as usize)
+                .filter(|ended| ended.has_recovered())
+                .count() as u64
+        };
         let evidence_at = |trials: u64| match own_and_other(trials) {
             None => Evidence::rate(saved(trials), trials, level, sequential),
             Some(counts) => Evidence::difference(&counts, level, sequential),
@@ -203,21 +294,37 @@ impl Gates {
             let intervals = looks.until(trials).map(|look| evidence_at(look).interval);
             evidence.interval = narrowed(intervals.chain([evidence.interval]));
         }
-        let saved_by_other =
-            |i: &usize| other.is_some_and(|other| other.get(*i).is_some_and(EpisodeEnd::has_recovered));
+        let saved_by_other = |i: &usize| {
+            other.is_some_and(|other| other.get(*i).is_some_and(EpisodeEnd::has_recovered))
+        };
         let lost = || (0..own.len()).filter(|&i| !own[i].has_recovered());
         let hardness = |i: &usize| rows.hardness(self.number(&gate.set), *i);
         let least_hard = || lost().min_by(|a, b| hardness(a).total_cmp(&hardness(b)));
-        let lost_trial = lost().find(saved_by_other).or_else(least_hard).map(|i| i as u64);
+        let lost_trial = lost()
+            .find(saved_by_other)
+            .or_else(least_hard)
+            .map(|i| i as u64);
         let judged = evidence.answer(gate, level);
         let passes = !judged.status.fails(self.spec.unresolved);
         let is_difference = gate.against != Against::Rate;
-        GateResult { judged, passes, set: gate.set.clone(), is_difference, counts, lost_trial }
+        GateResult {
+            judged,
+            passes,
+            set: gate.set.clone(),
+            is_difference,
+            counts,
+            lost_trial,
+        }
     }
 }
 
 fn words(what: &str, observed: f64, [least, most]: [f64; 2], unit: &str) -> String {
-    format!("{what}: {:.1} {unit} ({:.1} to {:.1})", 100.0 * observed, 100.0 * least, 100.0 * most)
+    format!(
+        "{what}: {:.1} {unit} ({:.1} to {:.1})",
+        100.0 * observed,
+        100.0 * least,
+        100.0 * most
+    )
 }
 
 #[cfg(test)]
@@ -230,7 +337,12 @@ mod tests {
     /// The gates of a campaign with these controllers that ends when decided.
     fn gates(sets: &[&str], gates: &[&str]) -> Result<Gates> {
         let gates = gates.iter().map(|s| s.to_string()).collect();
-        let overrides = Overrides { gates, until_resolved: true, trials: Some(400), ..Overrides::default() };
+        let overrides = Overrides {
+            gates,
+            until_resolved: true,
+            trials: Some(400),
+            ..Overrides::default()
+        };
         Gates::new(&manifest(sets, overrides), None)
     }
 
@@ -241,11 +353,31 @@ mod tests {
         let rows = crate::fixtures::columns_of_outcomes(&(0..300).map(kind).collect::<Vec<_>>());
         let gates_of_two = gates(&["a", "b"], &["a >= 0.8", "a >= b + 0.1", "b >= 0.6"]).unwrap();
         let results = gates_of_two.judged(&rows);
-        let found: Vec<_> = results.iter().map(|gate| (gate.judged.status, gate.is_difference)).collect();
-        assert_eq!(found, [(Status::Passed, false), (Status::Passed, true), (Status::Unresolved, false)]);
-        assert!(results.iter().all(|gate| (gate.judged.confidence - (1.0 - 0.05 / 3.0)).abs() < 1e-12));
+        let found: Vec<_> = results
+            .iter()
+            .map(|gate| (gate.judged.status, gate.is_difference))
+            .collect();
+        assert_eq!(
+            found,
+            [
+                (Status::Passed, false),
+                (Status::Passed, true),
+                (Status::Unresolved, false)
+            ]
+        );
+        assert!(
+            results
+                .iter()
+                .all(|gate| (gate.judged.confidence - (1.0 - 0.05 / 3.0)).abs() < 1e-12)
+        );
         let open = gates_of_two.open(&rows);
-        assert!(open.len() == 1 && open[0].words.starts_with("b >= 0.6: ") && open[0].sets == [1], "{open:?}");
-        assert!(gates(&["a"], &[]).is_err(), "one set, no gate: nothing to decide");
+        assert!(
+            open.len() == 1 && open[0].words.starts_with("b >= 0.6: ") && open[0].sets == [1],
+            "{open:?}"
+        );
+        assert!(
+            gates(&["a"], &[]).is_err(),
+            "one set, no gate: nothing to decide"
+        );
     }
 }

@@ -8,24 +8,43 @@ use standfast_stats::decision::PairVerdict;
 
 /// The controllers that recover most often, in the order of `sets`.
 pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[PairSummary]) -> Vec<&'a SetSummary> {
-    let behind = pairs.iter().filter(|pair| pair.difference > 0.0 || pair.verdict == PairVerdict::Better);
+    let behind = pairs
+        .iter()
+        .filter(|pair| pair.difference > 0.0 || pair.verdict == PairVerdict::Better);
     let behind = behind.filter_map(|pair| sets.iter().position(|set| set.name == pair.b));
     let rates: Vec<f64> = sets.iter().map(|set| set.count.success_rate).collect();
-    pairs::leaders(&rates, behind).into_iter().map(|set| &sets[set]).collect()
+    pairs::leaders(&rates, behind)
+        .into_iter()
+        .map(|set| &sets[set])
+        .collect()
 }
 
 /// One or two sentences. Two controllers count as the same if they differ by less than `margin` (a share). The text is
 /// empty if there are no controllers.
 pub fn of(sets: &[SetSummary], pairs: &[PairSummary], margin: f64) -> String {
     let leaders = leaders(sets, pairs);
-    let Some(first) = leaders.first() else { return String::new() };
-    let others: Vec<_> = sets.iter().filter(|set| leaders.iter().all(|leader| leader.name != set.name)).collect();
-    let trials = match leaders.iter().all(|leader| leader.count.trials == first.count.trials) {
+    let Some(first) = leaders.first() else {
+        return String::new();
+    };
+    let others: Vec<_> = sets
+        .iter()
+        .filter(|set| leaders.iter().all(|leader| leader.name != set.name))
+        .collect();
+    let trials = match leaders
+        .iter()
+        .all(|leader| leader.count.trials == first.count.trials)
+    {
         true => format!("{} trials", first.count.trials),
         false => "its trials".into(),
     };
     let rate = format!("{:.1} % of {trials}", 100.0 * first.count.success_rate);
-    let names = listed(&leaders.iter().map(|set| set.name.as_str()).collect::<Vec<_>>(), "and");
+    let names = listed(
+        &leaders
+            .iter()
+            .map(|set| set.name.as_str())
+            .collect::<Vec<_>>(),
+        "and",
+    );
     let are_several = leaders.len() > 1;
     let who = match (are_several, others.is_empty()) {
         (false, true) => return format!("{names} recovers from {rate}."),
@@ -37,8 +56,11 @@ pub fn of(sets: &[SetSummary], pairs: &[PairSummary], margin: f64) -> String {
     // with that controller, as may be in a comparison of two results.
     let verdict_on = |other: &SetSummary| {
         let on = |leader: &&SetSummary| {
-            let is_of = |pair: &&PairSummary, a: &SetSummary, b: &SetSummary| pair.a == a.name && pair.b == b.name;
-            let is_theirs = |pair: &&PairSummary| is_of(pair, leader, other) || is_of(pair, other, leader);
+            let is_of = |pair: &&PairSummary, a: &SetSummary, b: &SetSummary| {
+                pair.a == a.name && pair.b == b.name
+            };
+            let is_theirs =
+                |pair: &&PairSummary| is_of(pair, leader, other) || is_of(pair, other, leader);
             pairs.iter().find(is_theirs).map(|pair| match pair.verdict {
                 // Of three controllers with different trials, each may be better than the next, in a circle.
                 PairVerdict::Better if pair.b == leader.name => PairVerdict::Open,
@@ -47,25 +69,50 @@ pub fn of(sets: &[SetSummary], pairs: &[PairSummary], margin: f64) -> String {
         };
         let found = leaders.iter().map(on).collect::<Option<Vec<_>>>()?;
         let all_are = |verdict| found.iter().all(|found| *found == verdict);
-        let decided = [PairVerdict::Better, PairVerdict::Same].into_iter().find(|verdict| all_are(*verdict));
+        let decided = [PairVerdict::Better, PairVerdict::Same]
+            .into_iter()
+            .find(|verdict| all_are(*verdict));
         Some(decided.unwrap_or(PairVerdict::Open))
     };
-    let on: Vec<_> = others.iter().filter_map(|other| Some((other.name.as_str(), verdict_on(other)?))).collect();
-    let with = |verdict| on.iter().filter(|(_, found)| *found == verdict).map(|(name, _)| *name).collect::<Vec<_>>();
-    let (beaten, same, open) = (with(PairVerdict::Better), with(PairVerdict::Same), with(PairVerdict::Open));
+    let on: Vec<_> = others
+        .iter()
+        .filter_map(|other| Some((other.name.as_str(), verdict_on(other)?)))
+        .collect();
+    let with = |verdict| {
+        on.iter()
+            .filter(|(_, found)| *found == verdict)
+            .map(|(name, _)| *name)
+            .collect::<Vec<_>>()
+    };
+    let (beaten, same, open) = (
+        with(PairVerdict::Better),
+        with(PairVerdict::Same),
+        with(PairVerdict::Open),
+    );
     let mut findings = Vec::new();
     if !beaten.is_empty() {
         findings.push(format!("better than {}", listed(&beaten, "and")));
     }
     if !same.is_empty() {
-        findings.push(format!("within {} points of {}", points(margin), listed(&same, "and")));
+        findings.push(format!(
+            "within {} points of {}",
+            points(margin),
+            listed(&same, "and")
+        ));
     }
     if !open.is_empty() {
-        findings.push(format!("not shown to be better than {}", listed(&open, "or")));
+        findings.push(format!(
+            "not shown to be better than {}",
+            listed(&open, "or")
+        ));
     }
     match findings.is_empty() {
         true => who,
-        false => format!("{who} {} {}.", if are_several { "They are" } else { "It is" }, findings.join(", and ")),
+        false => format!(
+            "{who} {} {}.",
+            if are_several { "They are" } else { "It is" },
+            findings.join(", and ")
+        ),
     }
 }
 
@@ -81,8 +128,19 @@ mod tests {
 
     fn headline(rows: &TrialColumns, when: DecisionTiming, margin: f64) -> String {
         let pairs = every_pair(rows.names.len());
-        let pairs = PairSummary::all(rows, &pairs, &[], DecisionRule { when, margin, end_early: true });
-        let sets: Vec<SetSummary> = (0..rows.names.len()).map(|i| SetSummary::new(i, rows, &[], &[], true)).collect();
+        let pairs = PairSummary::all(
+            rows,
+            &pairs,
+            &[],
+            DecisionRule {
+                when,
+                margin,
+                end_early: true,
+            },
+        );
+        let sets: Vec<SetSummary> = (0..rows.names.len())
+            .map(|i| SetSummary::new(i, rows, &[], &[], true))
+            .collect();
         of(&sets, &pairs, margin)
     }
 
@@ -94,11 +152,19 @@ mod tests {
             _ => vec![("b", !trial.is_multiple_of(5))],
         };
         let of_trial = |i: u64| {
-            trial(i).into_iter().map(move |(set, saved)| row(i, set, 1.0, if saved { Recovered } else { Fell }))
+            trial(i)
+                .into_iter()
+                .map(move |(set, saved)| row(i, set, 1.0, if saved { Recovered } else { Fell }))
         };
-        let rows = crate::fixtures::columns_of_rows(&(0..100).flat_map(of_trial).collect::<Vec<_>>(), &["a", "b"]);
+        let rows = crate::fixtures::columns_of_rows(
+            &(0..100).flat_map(of_trial).collect::<Vec<_>>(),
+            &["a", "b"],
+        );
         let told = headline(&rows, DecisionTiming::At(Looks::up_to(100)), 0.02);
-        assert_eq!(told, "b recovers most often: in 85.0 % of 100 trials. It is not shown to be better than a.");
+        assert_eq!(
+            told,
+            "b recovers most often: in 85.0 % of 100 trials. It is not shown to be better than a."
+        );
     }
 
     /// Each controller recovers from the first trials, up to its number in `recovered`, of 200.
@@ -106,7 +172,10 @@ mod tests {
     fn it_says_who_recovers_most_and_than_which_it_is_better() {
         for (recovered, expected) in [
             (&[][..], ""),
-            (&[("catch", 172)], "catch recovers from 86.0 % of 200 trials."),
+            (
+                &[("catch", 172)],
+                "catch recovers from 86.0 % of 200 trials.",
+            ),
             (
                 &[("hold", 90), ("paper", 100), ("catch", 172)],
                 "catch recovers most often: in 86.0 % of 200 trials. It is better than hold and paper.",
@@ -124,9 +193,20 @@ mod tests {
                 &[("hold", 90), ("paper", 172), ("catch", 172)],
                 "paper and catch recover most often: in 86.0 % of 200 trials each. They are better than hold.",
             ),
-            (&[("hold", 0), ("paper", 0)], "hold and paper recover equally often: in 0.0 % of 200 trials each."),
             (
-                &[("a", 1), ("b", 2), ("c", 3), ("d", 4), ("e", 5), ("f", 6), ("g", 200)],
+                &[("hold", 0), ("paper", 0)],
+                "hold and paper recover equally often: in 0.0 % of 200 trials each.",
+            ),
+            (
+                &[
+                    ("a", 1),
+                    ("b", 2),
+                    ("c", 3),
+                    ("d", 4),
+                    ("e", 5),
+                    ("f", 6),
+                    ("g", 200),
+                ],
                 "g recovers most often: in 100.0 % of 200 trials. It is better than 6 controllers.",
             ),
             (
@@ -135,11 +215,20 @@ mod tests {
             ),
         ] {
             let trial = |i: u64| {
-                recovered.iter().map(move |(name, n)| row(i, name, 1.0, if i < *n { Recovered } else { Fell }))
+                recovered
+                    .iter()
+                    .map(move |(name, n)| row(i, name, 1.0, if i < *n { Recovered } else { Fell }))
             };
             let names: Vec<&str> = recovered.iter().map(|(name, _)| *name).collect();
-            let rows = crate::fixtures::columns_of_rows(&(0..200).flat_map(trial).collect::<Vec<_>>(), &names);
-            let margin = if expected.contains("within 10.0") { 0.1 } else { 0.02 };
+            let rows = crate::fixtures::columns_of_rows(
+                &(0..200).flat_map(trial).collect::<Vec<_>>(),
+                &names,
+            );
+            let margin = if expected.contains("within 10.0") {
+                0.1
+            } else {
+                0.02
+            };
             assert_eq!(headline(&rows, DecisionTiming::Once, margin), expected);
         }
     }

@@ -94,14 +94,25 @@ pub struct DecisionRule {
 impl DecisionRule {
     pub fn of(manifest: &Manifest) -> Self {
         let campaign = &manifest.campaign;
-        let when = manifest.looks().map_or(DecisionTiming::Once, DecisionTiming::At);
-        Self { when, margin: campaign.stopping.margin, end_early: campaign.episode.end_early }
+        let when = manifest
+            .looks()
+            .map_or(DecisionTiming::Once, DecisionTiming::At);
+        Self {
+            when,
+            margin: campaign.stopping.margin,
+            end_early: campaign.episode.end_early,
+        }
     }
 }
 
 impl PairSummary {
     /// The comparisons of these pairs of controllers, ordered by their verdicts.
-    pub fn all(rows: &TrialColumns, pairs: &[(usize, usize)], strata: &[Stratum], deciding: DecisionRule) -> Vec<Self> {
+    pub fn all(
+        rows: &TrialColumns,
+        pairs: &[(usize, usize)],
+        strata: &[Stratum],
+        deciding: DecisionRule,
+    ) -> Vec<Self> {
         let pair = |&sets: &(usize, usize)| Self::new(rows, sets, strata, pairs.len(), deciding);
         let mut all: Vec<Self> = pairs.iter().map(pair).collect();
         all.sort_by(|x, y| by_verdict((x.verdict, x.difference), (y.verdict, y.difference)));
@@ -114,27 +125,53 @@ impl PairSummary {
         sets: (usize, usize),
         strata: &[Stratum],
         pairs: usize,
-        DecisionRule { when, margin, end_early }: DecisionRule,
+        DecisionRule {
+            when,
+            margin,
+            end_early,
+        }: DecisionRule,
     ) -> Self {
         let standing = PairDecision::of(rows, sets, pairs, when, margin);
-        let PairDecision { a, b, counts, decision: Decision { ci95, p, verdict }, better_after } = standing;
+        let PairDecision {
+            a,
+            b,
+            counts,
+            decision: Decision { ci95, p, verdict },
+            better_after,
+        } = standing;
         let first = |wins: usize, loses: usize| {
-            let only =
-                |&(_, (won, lost)): &(u64, (&EpisodeEnd, &EpisodeEnd))| won.has_recovered() && !lost.has_recovered();
-            (0..).zip(rows.common(wins, loses)).filter(only).take(EXAMPLES).map(|(trial, _)| trial).collect()
+            let only = |&(_, (won, lost)): &(u64, (&EpisodeEnd, &EpisodeEnd))| {
+                won.has_recovered() && !lost.has_recovered()
+            };
+            (0..)
+                .zip(rows.common(wins, loses))
+                .filter(only)
+                .take(EXAMPLES)
+                .map(|(trial, _)| trial)
+                .collect()
         };
         let shift = |get: &dyn Fn(&EpisodeEnd) -> Option<f64>| {
-            let both = rows.common(a, b).filter(|(a, b)| a.has_recovered() && b.has_recovered());
+            let both = rows
+                .common(a, b)
+                .filter(|(a, b)| a.has_recovered() && b.has_recovered());
             let differences = both.filter_map(|(a, b)| Some(get(a)? - get(b)?));
             signed_rank(&differences.collect::<Vec<_>>())
         };
         let stratum = |stratum: &Stratum| {
-            let of = |set: usize, trial: usize| rows.of(set).get(trial).map(EpisodeEnd::has_recovered);
+            let of =
+                |set: usize, trial: usize| rows.of(set).get(trial).map(EpisodeEnd::has_recovered);
             let recovered = |trial: usize| Some((of(a, trial)?, of(b, trial)?));
             let counts = PairedCounts::of(stratum.trials().filter_map(recovered));
             let (by, label, trials) = (stratum.by, stratum.label.clone(), counts.trials());
             let (difference, ci95) = (counts.difference(), counts.difference_interval(LEVEL));
-            PairStratum { by, label, trials, counts, difference, ci95 }
+            PairStratum {
+                by,
+                label,
+                trials,
+                counts,
+                difference,
+                ci95,
+            }
         };
         let alpha = alpha_of_each(pairs);
         let more_trials = match when {
@@ -142,7 +179,9 @@ impl PairSummary {
             DecisionTiming::At(looks) => {
                 trials_to_resolve(&counts, looks, alpha).map(|trials| trials - counts.trials())
             }
-            DecisionTiming::Once | DecisionTiming::AnyTime => counts.trials_to_resolve(0.0, POWER, alpha),
+            DecisionTiming::Once | DecisionTiming::AnyTime => {
+                counts.trials_to_resolve(0.0, POWER, alpha)
+            }
         };
         let mut pair = Self {
             a: rows.names[a].clone(),
@@ -158,7 +197,11 @@ impl PairSummary {
             first_only_a: first(a, b),
             first_only_b: first(b, a),
             settling_s: shift(&EpisodeEnd::settling_s),
-            homing_s: if end_early { None } else { shift(&EpisodeEnd::homing_s) },
+            homing_s: if end_early {
+                None
+            } else {
+                shift(&EpisodeEnd::homing_s)
+            },
             footsteps: shift(&|ended| Some(ended.footsteps.into())),
             strata: strata.iter().map(stratum).collect(),
         };
@@ -168,7 +211,9 @@ impl PairSummary {
 
     fn in_words(&self, margin: f64) -> String {
         let (a, b, [least, most]) = (&self.a, &self.b, self.adjusted_ci95.map(points));
-        let p = self.adjusted_p.map_or(String::new(), |p| format!(", {}", p_value(p)));
+        let p = self
+            .adjusted_p
+            .map_or(String::new(), |p| format!(", {}", p_value(p)));
         let least = match self.verdict {
             PairVerdict::Better if self.adjusted_ci95[0] == 0.0 => "above 0".into(),
             _ => least,
@@ -190,15 +235,25 @@ impl PairSummary {
                     "{a} was found better than {b} after {after} trials, which stands; all {all} trials show {since}."
                 )
             }
-            (PairVerdict::Better, _) => format!("{a} is better than {b} by {difference} points {interval}."),
-            (PairVerdict::Same, _) => format!("{a} and {b} differ by less than {} points. {seen}", points(margin)),
+            (PairVerdict::Better, _) => {
+                format!("{a} is better than {b} by {difference} points {interval}.")
+            }
+            (PairVerdict::Same, _) => format!(
+                "{a} and {b} differ by less than {} points. {seen}",
+                points(margin)
+            ),
             (PairVerdict::Open, None) => format!("{a} and {b}: not resolved. {seen}"),
             (PairVerdict::Open, Some(more)) => {
                 let pushes = match self.adjusted_p {
-                    Some(_) => format!("a new campaign with another seed and about {} trials", rounded(more)),
+                    Some(_) => format!(
+                        "a new campaign with another seed and about {} trials",
+                        rounded(more)
+                    ),
                     None => format!("about {} more trials", rounded(more)),
                 };
-                format!("{a} and {b}: not resolved. {seen} If that is the true difference, {pushes} would show it.")
+                format!(
+                    "{a} and {b}: not resolved. {seen} If that is the true difference, {pushes} would show it."
+                )
             }
         }
     }
@@ -208,7 +263,9 @@ impl PairSummary {
 /// has more digits, so that it does not look like 0.
 pub(super) fn points(share: f64) -> String {
     let points = 100.0 * share;
-    let digits = (1..6).find(|&digits| points == 0.0 || points.abs() >= 0.5 * 10f64.powi(-digits)).unwrap_or(6);
+    let digits = (1..6)
+        .find(|&digits| points == 0.0 || points.abs() >= 0.5 * 10f64.powi(-digits))
+        .unwrap_or(6);
     format!("{points:.*}", digits as usize)
 }
 
@@ -221,9 +278,18 @@ pub fn by_verdict(x: (PairVerdict, f64), y: (PairVerdict, f64)) -> Ordering {
 /// observed. The estimate supposes a single test at that look, with all the error that may be spent by then. It is None
 /// if no difference was observed.
 fn trials_to_resolve(counts: &PairedCounts, looks: Looks, alpha: f64) -> Option<u64> {
-    let enough =
-        |look: &u64| counts.trials_to_resolve(0.0, POWER, alpha * looks.spent(*look)).is_some_and(|n| n <= *look);
-    let next = |look: u64| if look < u64::MAX / 2 { looks.after(look) } else { u64::MAX };
+    let enough = |look: &u64| {
+        counts
+            .trials_to_resolve(0.0, POWER, alpha * looks.spent(*look))
+            .is_some_and(|n| n <= *look)
+    };
+    let next = |look: u64| {
+        if look < u64::MAX / 2 {
+            looks.after(look)
+        } else {
+            u64::MAX
+        }
+    };
     (counts.only_a != counts.only_b).then(|| {
         let mut look = next(counts.trials());
         while !enough(&look) && look < u64::MAX {
@@ -240,9 +306,17 @@ fn trials_to_resolve(counts: &PairedCounts, looks: Looks, alpha: f64) -> Option<
 pub fn leaders(rates: &[f64], behind: impl IntoIterator<Item = usize>) -> Vec<usize> {
     let mut better = vec![0; rates.len()];
     behind.into_iter().for_each(|set| better[set] += 1);
-    let rank = |a: usize, b: usize| better[a].cmp(&better[b]).then(rates[b].total_cmp(&rates[a]));
-    let Some(first) = (0..rates.len()).min_by(|&a, &b| rank(a, b)) else { return Vec::new() };
-    (0..rates.len()).filter(|&set| rank(set, first).is_eq()).collect()
+    let rank = |a: usize, b: usize| {
+        better[a]
+            .cmp(&better[b])
+            .then(rates[b].total_cmp(&rates[a]))
+    };
+    let Some(first) = (0..rates.len()).min_by(|&a, &b| rank(a, b)) else {
+        return Vec::new();
+    };
+    (0..rates.len())
+        .filter(|&set| rank(set, first).is_eq())
+        .collect()
 }
 
 /// Whether a pair is named where there is little room. If there are many `pairs`, only those with the leader are named.
@@ -268,7 +342,9 @@ pub fn rounded(count: u64) -> u64 {
 
 /// Every pair of `sets` controllers, each with the earlier controller first.
 pub fn every_pair(sets: usize) -> Vec<(usize, usize)> {
-    (0..sets).flat_map(|a| (a + 1..sets).map(move |b| (a, b))).collect()
+    (0..sets)
+        .flat_map(|a| (a + 1..sets).map(move |b| (a, b)))
+        .collect()
 }
 
 #[cfg(test)]
@@ -277,29 +353,58 @@ mod tests {
     use crate::fixtures::{row, rows};
     use standfast_sim::episode::Outcome::{self, Fell, Recovered, TimedOut};
 
-    const AT_ONCE: DecisionRule = DecisionRule { when: DecisionTiming::Once, margin: 0.02, end_early: true };
+    const AT_ONCE: DecisionRule = DecisionRule {
+        when: DecisionTiming::Once,
+        margin: 0.02,
+        end_early: true,
+    };
 
     fn at_looks(planned: u64) -> DecisionRule {
-        DecisionRule { when: DecisionTiming::At(Looks::up_to(planned)), ..AT_ONCE }
+        DecisionRule {
+            when: DecisionTiming::At(Looks::up_to(planned)),
+            ..AT_ONCE
+        }
     }
 
     /// The pair of the controllers "a" and "b".
     fn pair(outcomes: &[[Outcome; 2]], deciding: DecisionRule) -> PairSummary {
-        PairSummary::all(&crate::fixtures::columns_of_outcomes(outcomes), &[(0, 1)], &[], deciding).remove(0)
+        PairSummary::all(
+            &crate::fixtures::columns_of_outcomes(outcomes),
+            &[(0, 1)],
+            &[],
+            deciding,
+        )
+        .remove(0)
     }
 
     /// Trials that are won by both, then trials that only a wins, then trials that only b wins.
     fn in_turn(both: usize, only_a: usize, only_b: usize) -> Vec<[Outcome; 2]> {
-        [vec![[Recovered; 2]; both], vec![[Recovered, Fell]; only_a], vec![[Fell, Recovered]; only_b]].concat()
+        [
+            vec![[Recovered; 2]; both],
+            vec![[Recovered, Fell]; only_a],
+            vec![[Fell, Recovered]; only_b],
+        ]
+        .concat()
     }
 
     /// All pairs of the controllers `names`. A controller recovers from the trials for which `saved` is true.
-    fn all_pairs(names: &[&str], saved: impl Fn(u64, usize) -> bool, deciding: DecisionRule) -> Vec<PairSummary> {
+    fn all_pairs(
+        names: &[&str],
+        saved: impl Fn(u64, usize) -> bool,
+        deciding: DecisionRule,
+    ) -> Vec<PairSummary> {
         let outcome = |trial, set| if saved(trial, set) { Recovered } else { Fell };
         let of_trial = |i: u64| (0..names.len()).map(move |set| (i, set));
-        let rows = (0..100).flat_map(of_trial).map(|(i, set)| row(i, names[set], 1.0, outcome(i, set)));
+        let rows = (0..100)
+            .flat_map(of_trial)
+            .map(|(i, set)| row(i, names[set], 1.0, outcome(i, set)));
         let pairs = every_pair(names.len());
-        PairSummary::all(&crate::fixtures::columns_of_rows(&rows.collect::<Vec<_>>(), names), &pairs, &[], deciding)
+        PairSummary::all(
+            &crate::fixtures::columns_of_rows(&rows.collect::<Vec<_>>(), names),
+            &pairs,
+            &[],
+            deciding,
+        )
     }
 
     #[test]
@@ -307,8 +412,19 @@ mod tests {
         let mut outcomes = vec![[Recovered, Recovered], [Fell, TimedOut], [Fell, Recovered]];
         outcomes.extend([[Recovered, Fell]; 7]);
         let pair = pair(&outcomes, AT_ONCE);
-        assert_eq!(pair.counts, PairedCounts { both: 1, only_a: 7, only_b: 1, neither: 1 });
-        assert_eq!((&pair.first_only_a[..], &pair.first_only_b[..]), (&[3, 4, 5, 6, 7][..], &[2][..]));
+        assert_eq!(
+            pair.counts,
+            PairedCounts {
+                both: 1,
+                only_a: 7,
+                only_b: 1,
+                neither: 1
+            }
+        );
+        assert_eq!(
+            (&pair.first_only_a[..], &pair.first_only_b[..]),
+            (&[3, 4, 5, 6, 7][..], &[2][..])
+        );
         assert_eq!(pair.difference, 0.6);
     }
 
@@ -316,9 +432,19 @@ mod tests {
     fn a_verdict_is_what_the_trials_support() {
         use PairVerdict::{Better, Open, Same};
         for (counts, first, verdict, words) in [
-            ([80, 18, 2], "a", Better, "a is better than b by 16.0 points (8.2 to 25.1, p = 0.0004)."),
+            (
+                [80, 18, 2],
+                "a",
+                Better,
+                "a is better than b by 16.0 points (8.2 to 25.1, p = 0.0004).",
+            ),
             // The better controller comes first.
-            ([80, 2, 18], "b", Better, "b is better than a by 16.0 points (8.2 to 25.1, p = 0.0004)."),
+            (
+                [80, 2, 18],
+                "b",
+                Better,
+                "b is better than a by 16.0 points (8.2 to 25.1, p = 0.0004).",
+            ),
             (
                 [95, 5, 0],
                 "a",
@@ -326,7 +452,12 @@ mod tests {
                 "a and b: not resolved. a recovered 5.0 points more often (0.0 to 11.2, p = 0.0625). If that is the true \
                  difference, a new campaign with another seed and about 160 trials would show it.",
             ),
-            ([98, 1, 1], "a", Open, "a and b: not resolved. No difference was seen (-4.6 to 4.6, p = 1.00)."),
+            (
+                [98, 1, 1],
+                "a",
+                Open,
+                "a and b: not resolved. No difference was seen (-4.6 to 4.6, p = 1.00).",
+            ),
             (
                 [998, 1, 1],
                 "a",
@@ -335,11 +466,17 @@ mod tests {
             ),
         ] {
             let found = pair(&in_turn(counts[0], counts[1], counts[2]), AT_ONCE);
-            assert_eq!((&found.a[..], found.verdict, &found.words[..]), (first, verdict, words));
+            assert_eq!(
+                (&found.a[..], found.verdict, &found.words[..]),
+                (first, verdict, words)
+            );
             assert_eq!(found.more_trials.is_some(), words.contains("would show it"));
         }
         let worse = pair(&in_turn(80, 2, 18), AT_ONCE);
-        assert_eq!((&worse.first_only_a[..2], &worse.first_only_b[..]), (&[82, 83][..], &[80, 81][..]));
+        assert_eq!(
+            (&worse.first_only_a[..2], &worse.first_only_b[..]),
+            (&[82, 83][..], &[80, 81][..])
+        );
     }
 
     /// Every hundred trials have the same number of each kind of trial.
@@ -347,14 +484,56 @@ mod tests {
     fn at_every_look_more_is_asked_for_than_once() {
         use PairVerdict::{Better, Open};
         for (trials, [only_a, only_b], deciding, verdict, better_after, words) in [
-            (100, [9, 1], AT_ONCE, Better, None, "a is better than b by 8.0 points ("),
-            (100, [9, 1], at_looks(1000), Open, None, "a and b: not resolved. "),
-            (100, [18, 1], at_looks(1000), Better, Some(75), "a is better than b by 17.0 points (4.2 to 31.9)."),
+            (
+                100,
+                [9, 1],
+                AT_ONCE,
+                Better,
+                None,
+                "a is better than b by 8.0 points (",
+            ),
+            (
+                100,
+                [9, 1],
+                at_looks(1000),
+                Open,
+                None,
+                "a and b: not resolved. ",
+            ),
+            (
+                100,
+                [18, 1],
+                at_looks(1000),
+                Better,
+                Some(75),
+                "a is better than b by 17.0 points (4.2 to 31.9).",
+            ),
             // By betting alone it would not be better.
-            (100, [12, 2], at_looks(100), Better, Some(75), "a is better than b by 10.0 points (above 0 to "),
+            (
+                100,
+                [12, 2],
+                at_looks(100),
+                Better,
+                Some(75),
+                "a is better than b by 10.0 points (above 0 to ",
+            ),
             // Trials after the last look do not count yet.
-            (74, [18, 1], at_looks(1000), Open, None, "a and b: not resolved. "),
-            (500, [12, 8], at_looks(1000), Open, None, "a and b: not resolved. a recovered 4.0 points more often ("),
+            (
+                74,
+                [18, 1],
+                at_looks(1000),
+                Open,
+                None,
+                "a and b: not resolved. ",
+            ),
+            (
+                500,
+                [12, 8],
+                at_looks(1000),
+                Open,
+                None,
+                "a and b: not resolved. a recovered 4.0 points more often (",
+            ),
         ] {
             let kind = |i: usize| match i % 100 * 37 % 100 {
                 i if i < only_a => [Recovered, Fell],
@@ -362,12 +541,20 @@ mod tests {
                 _ => [Recovered; 2],
             };
             let found = pair(&(0..trials).map(kind).collect::<Vec<_>>(), deciding);
-            assert_eq!((found.verdict, found.better_after), (verdict, better_after), "{}", found.words);
+            assert_eq!(
+                (found.verdict, found.better_after),
+                (verdict, better_after),
+                "{}",
+                found.words
+            );
             assert!(found.words.starts_with(words), "{}", found.words);
             let more = (trials == 500).then_some(750);
             assert!(
                 more.is_none()
-                    || found.more_trials == more && found.words.ends_with("about 750 more trials would show it.")
+                    || found.more_trials == more
+                        && found
+                            .words
+                            .ends_with("about 750 more trials would show it.")
             );
         }
     }
@@ -379,7 +566,11 @@ mod tests {
         let at_first = pair(&in_turn(0, 25, 0), at_looks(200)).adjusted_ci95;
         for (only_b, difference, words) in [
             (0, 1.0, "a is better than b by 100.0 points ("),
-            (25, 0.0, "a was found better than b after 25 trials, which stands; all 50 trials show no difference."),
+            (
+                25,
+                0.0,
+                "a was found better than b after 25 trials, which stands; all 50 trials show no difference.",
+            ),
             (
                 175,
                 -0.75,
@@ -387,11 +578,17 @@ mod tests {
             ),
         ] {
             let found = pair(&in_turn(0, 25, only_b), at_looks(200));
-            assert_eq!((&found.a[..], found.verdict, found.better_after), ("a", PairVerdict::Better, Some(25)));
+            assert_eq!(
+                (&found.a[..], found.verdict, found.better_after),
+                ("a", PairVerdict::Better, Some(25))
+            );
             assert_eq!((found.difference, found.more_trials), (difference, None));
             assert!(found.words.starts_with(words), "{}", found.words);
             // If intervals exclude each other, the first one counts.
-            assert!(only_b != 175 || found.adjusted_ci95 == at_first, "{found:?}");
+            assert!(
+                only_b != 175 || found.adjusted_ci95 == at_first,
+                "{found:?}"
+            );
         }
     }
 
@@ -400,16 +597,36 @@ mod tests {
         let found = [0.0834, -0.02, 0.0, 0.0004, 0.0005, -0.0000712].map(points);
         assert_eq!(found, ["8.3", "-2.0", "0.0", "0.04", "0.1", "-0.01"]);
         let found = [0.76, 0.0625, 0.04998, 0.05, 0.0007, 1e-5].map(p_value);
-        assert_eq!(found, ["p = 0.76", "p = 0.0625", "p = 0.0499", "p = 0.0500", "p = 0.0007", "p < 0.0001"]);
+        assert_eq!(
+            found,
+            [
+                "p = 0.76",
+                "p = 0.0625",
+                "p = 0.0499",
+                "p = 0.0500",
+                "p = 0.0007",
+                "p < 0.0001"
+            ]
+        );
     }
 
     #[test]
     fn pairs_are_ordered_by_their_verdicts() {
         // Each controller recovers from the first pushes, up to its number in `recovered`.
         let recovered = [50, 51, 90, 90, 45];
-        let deciding = DecisionRule { margin: 0.09, ..AT_ONCE };
-        let all = all_pairs(&["hold", "paper", "catch", "twin", "fixed"], |i, set| i < recovered[set], deciding);
-        let told: Vec<_> = all.iter().map(|pair| format!("{} {} {:?}", pair.a, pair.b, pair.verdict)).collect();
+        let deciding = DecisionRule {
+            margin: 0.09,
+            ..AT_ONCE
+        };
+        let all = all_pairs(
+            &["hold", "paper", "catch", "twin", "fixed"],
+            |i, set| i < recovered[set],
+            deciding,
+        );
+        let told: Vec<_> = all
+            .iter()
+            .map(|pair| format!("{} {} {:?}", pair.a, pair.b, pair.verdict))
+            .collect();
         let expected = "catch fixed Better, twin fixed Better, catch hold Better, twin hold Better, catch paper Better, \
                         twin paper Better, catch twin Same, paper fixed Open, hold fixed Open, paper hold Open";
         assert_eq!(told.join(", "), expected);
@@ -418,9 +635,19 @@ mod tests {
     /// A count of 8 : 1 has p = 0.039: enough for one pair, not for three.
     #[test]
     fn claims_are_adjusted_for_how_many_there_are() {
-        let all = all_pairs(&["a", "b", "c"], |i, set| if set == 1 { i == 0 || i > 8 } else { i != 0 }, AT_ONCE);
-        let open = all.iter().find(|pair| (&pair.a[..], &pair.b[..]) == ("a", "b")).unwrap();
-        assert!(open.counts.mcnemar_p() < 0.05 && open.verdict == PairVerdict::Open, "{open:?}");
+        let all = all_pairs(
+            &["a", "b", "c"],
+            |i, set| if set == 1 { i == 0 || i > 8 } else { i != 0 },
+            AT_ONCE,
+        );
+        let open = all
+            .iter()
+            .find(|pair| (&pair.a[..], &pair.b[..]) == ("a", "b"))
+            .unwrap();
+        assert!(
+            open.counts.mcnemar_p() < 0.05 && open.verdict == PairVerdict::Open,
+            "{open:?}"
+        );
         assert_eq!(open.adjusted_p, Some(3.0 * open.counts.mcnemar_p()));
     }
 
@@ -428,13 +655,32 @@ mod tests {
     fn times_are_compared_trial_by_trial_where_both_recover() {
         let mut rows = rows(&[vec![[Recovered; 2]; 12], vec![[Recovered, Fell]]].concat());
         for row in rows.iter_mut().filter(|row| row.set == "b") {
-            row.record.settled_at_s = row.record.settled_at_s.map(|s| s + 0.1 + 0.001 * row.trial as f64);
+            row.record.settled_at_s = row
+                .record
+                .settled_at_s
+                .map(|s| s + 0.1 + 0.001 * row.trial as f64);
             row.record.footsteps.count = 1;
         }
-        let pair =
-            PairSummary::all(&crate::fixtures::columns_of_rows(&rows, &["a", "b"]), &[(0, 1)], &[], AT_ONCE).remove(0);
+        let pair = PairSummary::all(
+            &crate::fixtures::columns_of_rows(&rows, &["a", "b"]),
+            &[(0, 1)],
+            &[],
+            AT_ONCE,
+        )
+        .remove(0);
         let (settling, footsteps) = (pair.settling_s.unwrap(), pair.footsteps.unwrap());
-        assert_eq!((settling.pairs, footsteps.pairs, footsteps.median, pair.homing_s), (12, 12, -1.0, None));
-        assert!((settling.median + 0.1055).abs() < 1e-9 && settling.p < 0.001, "{settling:?}");
+        assert_eq!(
+            (
+                settling.pairs,
+                footsteps.pairs,
+                footsteps.median,
+                pair.homing_s
+            ),
+            (12, 12, -1.0, None)
+        );
+        assert!(
+            (settling.median + 0.1055).abs() < 1e-9 && settling.p < 0.001,
+            "{settling:?}"
+        );
     }
 }

@@ -42,26 +42,42 @@ pub struct MarginBin {
 impl Prediction {
     /// It is None for a controller without feedback gains.
     pub fn new(all: &[EpisodeEnd]) -> Option<Self> {
-        let is_inside = |ended: &EpisodeEnd| ended.set_after_push.map(|side| side == Membership::Inside);
-        let [inside, outside] = [true, false].map(|side| success_count_of(all, |ended| is_inside(ended) == Some(side)));
+        let is_inside =
+            |ended: &EpisodeEnd| ended.set_after_push.map(|side| side == Membership::Inside);
+        let [inside, outside] =
+            [true, false].map(|side| success_count_of(all, |ended| is_inside(ended) == Some(side)));
         let trials = inside.trials + outside.trials;
         if trials == 0 {
             return None;
         }
-        let agreement = (inside.recovered + outside.trials - outside.recovered) as f64 / trials as f64;
+        let agreement =
+            (inside.recovered + outside.trials - outside.recovered) as f64 / trials as f64;
         let known = all.iter().filter(|ended| ended.set_after_push.is_some());
-        let as_estimated = known.filter(|ended| ended.is_inside_est == ended.has_recovered()).count();
+        let as_estimated = known
+            .filter(|ended| ended.is_inside_est == ended.has_recovered())
+            .count();
         let agreement_est = as_estimated as f64 / trials as f64;
         let by_margin = (0..=MARGIN_EDGES.len())
             .map(|i| {
-                let (from, to) = (i.checked_sub(1).map(|i| MARGIN_EDGES[i]), MARGIN_EDGES.get(i).copied());
-                let within = |m: f64| from.is_none_or(|from| m >= from) && to.is_none_or(|to| m < to);
-                let count = success_count_of(all, |ended| ended.promise_margin().is_some_and(within));
+                let (from, to) = (
+                    i.checked_sub(1).map(|i| MARGIN_EDGES[i]),
+                    MARGIN_EDGES.get(i).copied(),
+                );
+                let within =
+                    |m: f64| from.is_none_or(|from| m >= from) && to.is_none_or(|to| m < to);
+                let count =
+                    success_count_of(all, |ended| ended.promise_margin().is_some_and(within));
                 MarginBin { from, to, count }
             })
             .filter(|bin| bin.count.trials > 0)
             .collect();
-        Some(Self { inside, outside, agreement, agreement_est, by_margin })
+        Some(Self {
+            inside,
+            outside,
+            agreement,
+            agreement_est,
+            by_margin,
+        })
     }
 }
 
@@ -95,14 +111,30 @@ mod tests {
             .map(ended),
         )
         .unwrap();
-        let counts = [foretold.inside, foretold.outside].map(|count| (count.trials, count.recovered));
+        let counts =
+            [foretold.inside, foretold.outside].map(|count| (count.trials, count.recovered));
         assert_eq!(counts, [(3, 2), (3, 1)]);
         // By the estimate the first state is outside, and so is the third, which fell.
-        assert_eq!((foretold.agreement, foretold.agreement_est), (4.0 / 6.0, 4.0 / 6.0));
-        let bins: Vec<_> = foretold.by_margin.iter().map(|b| (b.from, b.to, b.count.trials)).collect();
-        let expected =
-            [(None, Some(-0.5), 1), (Some(-0.25), Some(0.0), 1), (Some(0.0), Some(0.25), 2), (Some(0.75), None, 1)];
+        assert_eq!(
+            (foretold.agreement, foretold.agreement_est),
+            (4.0 / 6.0, 4.0 / 6.0)
+        );
+        let bins: Vec<_> = foretold
+            .by_margin
+            .iter()
+            .map(|b| (b.from, b.to, b.count.trials))
+            .collect();
+        let expected = [
+            (None, Some(-0.5), 1),
+            (Some(-0.25), Some(0.0), 1),
+            (Some(0.0), Some(0.25), 2),
+            (Some(0.75), None, 1),
+        ];
         assert_eq!(bins, expected);
-        assert_eq!(Prediction::new(&[ended((None, None, Fell))]), None, "without gains nothing is foretold");
+        assert_eq!(
+            Prediction::new(&[ended((None, None, Fell))]),
+            None,
+            "without gains nothing is foretold"
+        );
     }
 }

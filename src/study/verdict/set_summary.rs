@@ -69,7 +69,10 @@ pub struct SetOrigin {
 impl SetOrigin {
     /// The origin of a controller of the result's own campaign.
     pub fn own(set: &str) -> Self {
-        Self { campaign: "campaign.toml".into(), gains: set.into() }
+        Self {
+            campaign: "campaign.toml".into(),
+            gains: set.into(),
+        }
     }
 }
 
@@ -96,22 +99,42 @@ impl FittedCurve {
         let pushes = Pushes::new(&pooled(trials));
         let fit = match pushes.curve() {
             Ok(fit) => fit,
-            Err(why) => return Self { fit: None, none_because: Some(why), points: Vec::new() },
+            Err(why) => {
+                return Self {
+                    fit: None,
+                    none_because: Some(why),
+                    points: Vec::new(),
+                };
+            }
         };
         let [from, to] = fit.range;
         let at = |i: usize| from + (to - from) * i as f64 / (CURVE_POINTS - 1) as f64;
-        let point = |x: f64| CurvePoint { x, chance: fit.chance(x), ci95: pushes.band(x) };
-        Self { fit: Some(fit), none_because: None, points: (0..CURVE_POINTS).map(at).map(point).collect() }
+        let point = |x: f64| CurvePoint {
+            x,
+            chance: fit.chance(x),
+            ci95: pushes.band(x),
+        };
+        Self {
+            fit: Some(fit),
+            none_because: None,
+            points: (0..CURVE_POINTS).map(at).map(point).collect(),
+        }
     }
 }
 
 /// Rounds impulses to one of [`MANY`] values if there are more than [`MANY`] trials, because a fit takes time for each
 /// different impulse. An impulse changes by at most 0.02 % of the range.
 fn pooled(mut trials: Vec<(f64, bool)>) -> Vec<(f64, bool)> {
-    let ends = trials.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], (x, _)| [a.min(*x), b.max(*x)]);
+    let ends = trials
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], (x, _)| {
+            [a.min(*x), b.max(*x)]
+        });
     let unit = (ends[1] - ends[0]) / MANY as f64;
     if trials.len() > MANY && unit != 0.0 {
-        trials.iter_mut().for_each(|(x, _)| *x = ends[0] + unit * ((*x - ends[0]) / unit).round());
+        trials
+            .iter_mut()
+            .for_each(|(x, _)| *x = ends[0] + unit * ((*x - ends[0]) / unit).round());
     }
     trials
 }
@@ -137,25 +160,60 @@ pub struct ImpulseBin {
 impl SetSummary {
     /// Sums up controller number `set`. `bins` are the edges of bins of impulse (N s), and `strata` are the strata of
     /// the campaign. `end_early` is as for [`Times::of`].
-    pub(super) fn new(set: usize, all: &TrialColumns, bins: &[f64], strata: &[Stratum], end_early: bool) -> Self {
+    pub(super) fn new(
+        set: usize,
+        all: &TrialColumns,
+        bins: &[f64],
+        strata: &[Stratum],
+        end_early: bool,
+    ) -> Self {
         let (name, trials) = (&all.names[set], all.of(set));
-        let Counted { failures, fall_causes, moving_at_push, run_twice, not_repeated } = all.counted(set);
-        let with = |outcome| trials.iter().filter(|ended| ended.outcome == outcome).count() as u64;
-        let survived = [Outcome::Recovered, Outcome::Survived, Outcome::TimedOut].map(with).iter().sum();
+        let Counted {
+            failures,
+            fall_causes,
+            moving_at_push,
+            run_twice,
+            not_repeated,
+        } = all.counted(set);
+        let with = |outcome| {
+            trials
+                .iter()
+                .filter(|ended| ended.outcome == outcome)
+                .count() as u64
+        };
+        let survived = [Outcome::Recovered, Outcome::Survived, Outcome::TimedOut]
+            .map(with)
+            .iter()
+            .sum();
         let within = |bin: &[f64]| {
             let (from_n_s, to_n_s) = (bin[0], bin[1]);
             let is_within = |trial: &usize| (from_n_s..to_n_s).contains(&all.impulse_n_s(*trial));
             let is_empty = !(0..all.drawn.trials()).any(|trial| is_within(&trial));
-            let count = || success_count((0..trials.len()).filter(is_within).map(|trial| &trials[trial]));
-            (!is_empty).then(|| ImpulseBin { from_n_s, to_n_s, count: count() })
+            let count = || {
+                success_count(
+                    (0..trials.len())
+                        .filter(is_within)
+                        .map(|trial| &trials[trial]),
+                )
+            };
+            (!is_empty).then(|| ImpulseBin {
+                from_n_s,
+                to_n_s,
+                count: count(),
+            })
         };
         let stratum = |stratum: &Stratum| {
             let count = success_count(stratum.trials().filter_map(|trial| trials.get(trial)));
-            SetStratum { by: stratum.by, label: stratum.label.clone(), count }
+            SetStratum {
+                by: stratum.by,
+                label: stratum.label.clone(),
+                count,
+            }
         };
         let over = |impulse: &dyn Fn(usize, &EpisodeEnd) -> Option<f64>| {
             let trials = trials.iter().enumerate();
-            let trials = trials.filter_map(|(trial, ended)| Some((impulse(trial, ended)?, ended.has_recovered())));
+            let trials = trials
+                .filter_map(|(trial, ended)| Some((impulse(trial, ended)?, ended.has_recovered())));
             FittedCurve::through(trials.collect())
         };
         let curve = over(&|trial, _| Some(all.impulse_n_s(trial)));
@@ -189,7 +247,9 @@ impl SetSummary {
 
 /// Edges of about eight bins of a round width (1, 2, 2.5 or 5 times a power of ten) that cover the values.
 pub(super) fn bin_edges(values: impl Iterator<Item = f64>) -> Vec<f64> {
-    let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
+        (a.min(x), b.max(x))
+    });
     let span = most - least;
     if !span.is_finite() {
         return Vec::new();
@@ -199,8 +259,15 @@ pub(super) fn bin_edges(values: impl Iterator<Item = f64>) -> Vec<f64> {
         return vec![(least - 0.5).max(0.0), most + 0.5];
     }
     let decade = 10f64.powi((span / 8.0).log10().floor() as i32);
-    let width = [1.0, 2.0, 2.5, 5.0, 10.0].map(|m| m * decade).into_iter().find(|w| span / w <= 8.5).unwrap_or(span);
-    let (first, last) = ((least / width).floor() as i64, (most / width).floor() as i64);
+    let width = [1.0, 2.0, 2.5, 5.0, 10.0]
+        .map(|m| m * decade)
+        .into_iter()
+        .find(|w| span / w <= 8.5)
+        .unwrap_or(span);
+    let (first, last) = (
+        (least / width).floor() as i64,
+        (most / width).floor() as i64,
+    );
     (first..=last + 1).map(|i| i as f64 * width).collect()
 }
 
@@ -210,12 +277,18 @@ mod tests {
 
     #[test]
     fn bins_are_round_and_hold_every_value() {
-        assert_eq!(bin_edges([0.51, 4.49].into_iter()), [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5]);
+        assert_eq!(
+            bin_edges([0.51, 4.49].into_iter()),
+            [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5]
+        );
         assert_eq!(bin_edges([2.0, 2.0].into_iter()), [1.5, 2.5]);
         assert!(bin_edges([].into_iter()).is_empty());
         for most in [0.001, 0.3, 1.0, 7.7, 4e4] {
             let edges = bin_edges([0.0, most].into_iter());
-            assert!(edges[0] <= 0.0 && most < edges[edges.len() - 1] && edges.len() <= 11, "{edges:?}");
+            assert!(
+                edges[0] <= 0.0 && most < edges[edges.len() - 1] && edges.len() <= 11,
+                "{edges:?}"
+            );
         }
     }
 }

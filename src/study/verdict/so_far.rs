@@ -26,23 +26,46 @@ impl SuccessTally {
     /// A tally without trials. `names` are the controllers in the order of the campaign.
     pub fn new(names: &[String]) -> Self {
         let pairs = vec![PairedCounts::default(); every_pair(names.len()).len()];
-        Self { names: names.to_vec(), trials: 0, sets: vec![[0; 2]; names.len()], pairs }
+        Self {
+            names: names.to_vec(),
+            trials: 0,
+            sets: vec![[0; 2]; names.len()],
+            pairs,
+        }
     }
 
     /// Counts more trials. `rows` are sorted by trial, and have all rows of each of their trials.
     pub fn add(&mut self, rows: &[TrialRow]) {
-        let recovered =
-            |trial: &[TrialRow], name: &String| trial.iter().find(|row| row.set == *name).map(TrialRow::has_recovered);
+        let recovered = |trial: &[TrialRow], name: &String| {
+            trial
+                .iter()
+                .find(|row| row.set == *name)
+                .map(TrialRow::has_recovered)
+        };
         let trials = rows.chunk_by(|a, b| a.trial == b.trial);
-        let trials: Vec<Vec<Option<bool>>> =
-            trials.map(|trial| self.names.iter().map(|name| recovered(trial, name)).collect()).collect();
+        let trials: Vec<Vec<Option<bool>>> = trials
+            .map(|trial| {
+                self.names
+                    .iter()
+                    .map(|name| recovered(trial, name))
+                    .collect()
+            })
+            .collect();
         self.trials += trials.len() as u64;
         for (set, [count, recovered]) in self.sets.iter_mut().enumerate() {
             *count += trials.iter().filter(|trial| trial[set].is_some()).count() as u64;
-            *recovered += trials.iter().filter(|trial| trial[set] == Some(true)).count() as u64;
+            *recovered += trials
+                .iter()
+                .filter(|trial| trial[set] == Some(true))
+                .count() as u64;
         }
-        for ((a, b), counts) in every_pair(self.names.len()).into_iter().zip(&mut self.pairs) {
-            let common = trials.iter().filter_map(|trial| Some((trial[a]?, trial[b]?)));
+        for ((a, b), counts) in every_pair(self.names.len())
+            .into_iter()
+            .zip(&mut self.pairs)
+        {
+            let common = trials
+                .iter()
+                .filter_map(|trial| Some((trial[a]?, trial[b]?)));
             common.for_each(|(a, b)| counts.add(a, b));
         }
     }
@@ -82,25 +105,48 @@ impl SoFar {
             ci95: rate_interval(recovered, trials, LEVEL),
             ..SuccessCount::new(recovered, trials)
         };
-        let sets: Vec<(String, SuccessCount)> = names.iter().cloned().zip(tally.sets.iter().map(count)).collect();
+        let sets: Vec<(String, SuccessCount)> = names
+            .iter()
+            .cloned()
+            .zip(tally.sets.iter().map(count))
+            .collect();
         let every = every_pair(sets.len());
-        let behind = every.iter().zip(&tally.pairs).filter_map(|(&(a, b), counts)| match counts.difference() {
-            0.0 => None,
-            difference => Some(if difference > 0.0 { b } else { a }),
-        });
+        let behind = every
+            .iter()
+            .zip(&tally.pairs)
+            .filter_map(|(&(a, b), counts)| match counts.difference() {
+                0.0 => None,
+                difference => Some(if difference > 0.0 { b } else { a }),
+            });
         let rates: Vec<f64> = sets.iter().map(|(_, count)| count.success_rate).collect();
         let leader = leaders(&rates, behind).first().copied();
         let shown = every.iter().zip(&tally.pairs);
-        let shown = shown.filter(|(pair, _)| is_worth_a_line(every.len(), |set| Some(set) == leader, **pair));
+        let shown = shown
+            .filter(|(pair, _)| is_worth_a_line(every.len(), |set| Some(set) == leader, **pair));
         let pair = |(&sets, counts): (&(usize, usize), &PairedCounts)| {
-            let PairDecision { a, b, counts, decision, .. } =
-                PairDecision::at_any_time(sets, *counts, every.len(), margin);
+            let PairDecision {
+                a,
+                b,
+                counts,
+                decision,
+                ..
+            } = PairDecision::at_any_time(sets, *counts, every.len(), margin);
             let (a, b, difference) = (names[a].clone(), names[b].clone(), counts.difference());
-            PairSoFar { a, b, difference, ci95: decision.ci95, verdict: decision.verdict }
+            PairSoFar {
+                a,
+                b,
+                difference,
+                ci95: decision.ci95,
+                verdict: decision.verdict,
+            }
         };
         let mut pairs: Vec<PairSoFar> = shown.map(pair).collect();
         pairs.sort_by(|x, y| by_verdict((x.verdict, x.difference), (y.verdict, y.difference)));
-        Self { trials: *trials, sets, pairs }
+        Self {
+            trials: *trials,
+            sets,
+            pairs,
+        }
     }
 }
 
@@ -115,10 +161,16 @@ pub(crate) mod tests {
     fn every_pair_of_few_sets_and_those_with_the_best_of_many() {
         let pairs = |sets: usize| {
             let found = so_far(sets, 60, |set| set.to_string()).pairs;
-            found.into_iter().map(|pair| (pair.a, pair.b)).collect::<Vec<_>>()
+            found
+                .into_iter()
+                .map(|pair| (pair.a, pair.b))
+                .collect::<Vec<_>>()
         };
         assert_eq!(pairs(4).len(), 6);
-        assert_eq!(pairs(5), ["0", "1", "2", "3"].map(|other| ("4".to_string(), other.to_string())));
+        assert_eq!(
+            pairs(5),
+            ["0", "1", "2", "3"].map(|other| ("4".to_string(), other.to_string()))
+        );
     }
 
     /// One of the controllers stops after the first part.
@@ -128,11 +180,21 @@ pub(crate) mod tests {
         assert!(tally.is_empty());
         let both = |trial: u64| [row(trial, "a", 1.0, Recovered), row(trial, "b", 1.0, Fell)];
         tally.add(&(0..25).flat_map(both).collect::<Vec<_>>());
-        tally.add(&(25..40).map(|trial| row(trial, "a", 1.0, Recovered)).collect::<Vec<_>>());
+        tally.add(
+            &(25..40)
+                .map(|trial| row(trial, "a", 1.0, Recovered))
+                .collect::<Vec<_>>(),
+        );
         let found = SoFar::new(&tally, 0.02);
-        assert_eq!((found.trials, found.sets[0].1.trials, found.sets[1].1.trials), (40, 40, 25));
+        assert_eq!(
+            (found.trials, found.sets[0].1.trials, found.sets[1].1.trials),
+            (40, 40, 25)
+        );
         let pair = &found.pairs[0];
-        assert_eq!((&pair.a[..], pair.difference, pair.verdict), ("a", 1.0, PairVerdict::Better));
+        assert_eq!(
+            (&pair.a[..], pair.difference, pair.verdict),
+            ("a", 1.0, PairVerdict::Better)
+        );
     }
 
     /// Because a user may look often, the intervals are wider than intervals for a fixed number of trials.
@@ -140,11 +202,24 @@ pub(crate) mod tests {
     fn it_may_be_looked_at_often() {
         let found = so_far(2, 300, |set| set.to_string());
         let (_, count) = &found.sets[1];
-        assert_eq!((count.recovered, count.trials, found.trials), (200, 300, 300));
+        assert_eq!(
+            (count.recovered, count.trials, found.trials),
+            (200, 300, 300)
+        );
         let fixed = SuccessCount::new(200, 300).ci95;
-        assert!(count.ci95[0] < fixed[0] && fixed[1] < count.ci95[1], "{:?} {fixed:?}", count.ci95);
+        assert!(
+            count.ci95[0] < fixed[0] && fixed[1] < count.ci95[1],
+            "{:?} {fixed:?}",
+            count.ci95
+        );
         let pair = &found.pairs[0];
-        assert_eq!((&pair.a[..], pair.verdict, pair.difference), ("1", PairVerdict::Better, 50.0 / 300.0));
-        assert_eq!(so_far(2, 10, |set| set.to_string()).pairs[0].verdict, PairVerdict::Open);
+        assert_eq!(
+            (&pair.a[..], pair.verdict, pair.difference),
+            ("1", PairVerdict::Better, 50.0 / 300.0)
+        );
+        assert_eq!(
+            so_far(2, 10, |set| set.to_string()).pairs[0].verdict,
+            PairVerdict::Open
+        );
     }
 }

@@ -39,7 +39,13 @@ pub struct PairDecision {
 impl PairDecision {
     /// Compares two controllers, given by their numbers, as one of `pairs` pairs. Controllers that differ by less than
     /// `margin` (a share) are the same.
-    pub fn of(rows: &TrialColumns, sets: (usize, usize), pairs: usize, when: DecisionTiming, margin: f64) -> Self {
+    pub fn of(
+        rows: &TrialColumns,
+        sets: (usize, usize),
+        pairs: usize,
+        when: DecisionTiming,
+        margin: f64,
+    ) -> Self {
         let next = |trials: u64| match when {
             DecisionTiming::At(looks) => looks.after(trials),
             DecisionTiming::Once | DecisionTiming::AnyTime => u64::MAX,
@@ -56,7 +62,12 @@ impl PairDecision {
     }
 
     /// Compares two controllers at any time, from counts of trials in any order.
-    pub fn at_any_time(sets: (usize, usize), counts: PairedCounts, pairs: usize, margin: f64) -> Self {
+    pub fn at_any_time(
+        sets: (usize, usize),
+        counts: PairedCounts,
+        pairs: usize,
+        margin: f64,
+    ) -> Self {
         Self::new(sets, counts, &[], pairs, DecisionTiming::AnyTime, margin)
     }
 
@@ -75,25 +86,41 @@ impl PairDecision {
         let a_is_first = winner.map_or(counts.only_a >= counts.only_b, |winner| winner.is_a);
         let ordered = |counts: PairedCounts| if a_is_first { counts } else { counts.swapped() };
         let (a, b) = if a_is_first { (a, b) } else { (b, a) };
-        let betting = |counts: &PairedCounts| ordered(*counts).interval(each_of(pairs, 1.0 - ALPHA), true);
+        let betting =
+            |counts: &PairedCounts| ordered(*counts).interval(each_of(pairs, 1.0 - ALPHA), true);
         let decision = match when {
             DecisionTiming::Once => Decision::once(&ordered(counts), pairs, margin),
             DecisionTiming::AnyTime => Decision::by_interval(betting(&counts), margin),
-            DecisionTiming::At(_) => {
-                Decision::at_looks(narrowed(at_looks.iter().chain([&counts]).map(betting)), winner.is_some(), margin)
-            }
+            DecisionTiming::At(_) => Decision::at_looks(
+                narrowed(at_looks.iter().chain([&counts]).map(betting)),
+                winner.is_some(),
+                margin,
+            ),
         };
-        Self { a, b, counts: ordered(counts), decision, better_after: winner.map(|winner| winner.trials) }
+        Self {
+            a,
+            b,
+            counts: ordered(counts),
+            decision,
+            better_after: winner.map(|winner| winner.trials),
+        }
     }
 }
 
 /// The intersection of the intervals of all looks, in their order. An interval that does not overlap the intersection
 /// of the earlier ones is left out: at least one interval then misses the truth, and it cannot be known which one.
 pub fn narrowed(intervals: impl IntoIterator<Item = [f64; 2]>) -> [f64; 2] {
-    intervals.into_iter().fold([f64::NEG_INFINITY, f64::INFINITY], |[low, high], [least, most]| {
-        let common = [low.max(least), high.min(most)];
-        if common[0] <= common[1] { common } else { [low, high] }
-    })
+    intervals.into_iter().fold(
+        [f64::NEG_INFINITY, f64::INFINITY],
+        |[low, high], [least, most]| {
+            let common = [low.max(least), high.min(most)];
+            if common[0] <= common[1] {
+                common
+            } else {
+                [low, high]
+            }
+        },
+    )
 }
 
 #[cfg(test)]
@@ -108,7 +135,15 @@ mod tests {
         let mut outcomes = vec![[Recovered; 2]; 300];
         let verdict = |outcomes: &[[Outcome; 2]]| {
             let rows = crate::fixtures::columns_of_outcomes(outcomes);
-            PairDecision::of(&rows, (0, 1), 1, DecisionTiming::At(Looks::up_to(100)), 0.05).decision.verdict
+            PairDecision::of(
+                &rows,
+                (0, 1),
+                1,
+                DecisionTiming::At(Looks::up_to(100)),
+                0.05,
+            )
+            .decision
+            .verdict
         };
         assert_eq!(verdict(&outcomes), PairVerdict::Same);
         outcomes.extend([[Recovered, Fell], [Fell, Recovered]].repeat(50));

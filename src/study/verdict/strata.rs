@@ -25,7 +25,11 @@ pub struct Stratum {
 impl Stratum {
     /// Numbers of the trials, ascending.
     pub fn trials(&self) -> impl Iterator<Item = usize> {
-        self.places.iter().enumerate().filter(|(_, place)| **place == self.own).map(|(trial, _)| trial)
+        self.places
+            .iter()
+            .enumerate()
+            .filter(|(_, place)| **place == self.own)
+            .map(|(trial, _)| trial)
     }
 }
 
@@ -34,27 +38,54 @@ pub fn strata(drawn: &TrialConditions) -> Vec<Stratum> {
     let mut strata = Vec::new();
     let headings = drawn.heading_deg.iter();
     if range(headings.clone()).is_some() {
-        strata.extend(sorted("heading", headings, SECTORS.map(|(label, _)| label.to_string()), sector));
+        strata.extend(sorted(
+            "heading",
+            headings,
+            SECTORS.map(|(label, _)| label.to_string()),
+            sector,
+        ));
     }
     strata.extend(at_quantiles("impulse", drawn.impulse_n_s.iter(), 3, " N s"));
     strata.extend(at_quantiles("duration", drawn.duration_s.iter(), 2, " s"));
     strata.extend(by_height(drawn.height_m.iter()));
-    strata.extend(at_quantiles("second push", drawn.second_impulse_n_s.iter(), 2, " N s"));
+    strata.extend(at_quantiles(
+        "second push",
+        drawn.second_impulse_n_s.iter(),
+        2,
+        " N s",
+    ));
     // The sign of a slope has a meaning only relative to the direction of the push.
-    let slopes = drawn.varied("slope_deg").zip(drawn.varied("slope_heading_deg"));
+    let slopes = drawn
+        .varied("slope_deg")
+        .zip(drawn.varied("slope_heading_deg"));
     let along = slopes.into_iter().flat_map(|(slopes, headings)| {
-        slopes.iter().zip(headings.iter()).zip(drawn.heading_deg.iter()).map(
-            |((slope_deg, towards_deg), heading_deg)| {
+        slopes
+            .iter()
+            .zip(headings.iter())
+            .zip(drawn.heading_deg.iter())
+            .map(|((slope_deg, towards_deg), heading_deg)| {
                 let between_deg = towards_deg? - heading_deg?;
                 Some(slope_deg? * between_deg.to_radians().cos())
-            },
-        )
+            })
     });
     let labels = ["downhill", "uphill"].map(String::from);
-    strata.extend(sorted("slope along the push", along, labels, |rise| usize::from(rise > 0.0)));
-    for (name, values) in drawn.variation.iter().filter(|(name, _)| !name.starts_with("slope")) {
-        let unit = [("_m", " m"), ("_s", " s")].into_iter().find(|(end, _)| name.ends_with(end));
-        strata.extend(at_quantiles(name, values.iter(), 2, unit.map_or("", |(_, unit)| unit)));
+    strata.extend(sorted("slope along the push", along, labels, |rise| {
+        usize::from(rise > 0.0)
+    }));
+    for (name, values) in drawn
+        .variation
+        .iter()
+        .filter(|(name, _)| !name.starts_with("slope"))
+    {
+        let unit = [("_m", " m"), ("_s", " s")]
+            .into_iter()
+            .find(|(end, _)| name.ends_with(end));
+        strata.extend(at_quantiles(
+            name,
+            values.iter(),
+            2,
+            unit.map_or("", |(_, unit)| unit),
+        ));
     }
     strata
 }
@@ -72,14 +103,23 @@ const SECTORS: [(&str, f64); 5] = [
 fn sector(heading_deg: f64) -> usize {
     let turned = heading_deg.rem_euclid(360.0);
     let from_forward = turned.min(360.0 - turned);
-    SECTORS.iter().position(|&(_, end)| from_forward <= end).unwrap_or(SECTORS.len() - 1)
+    SECTORS
+        .iter()
+        .position(|&(_, end)| from_forward <= end)
+        .unwrap_or(SECTORS.len() - 1)
 }
 
 /// Strata below the COM and above it. If all pushes are on one side, they are the lower and the upper half.
 fn by_height(heights: impl Iterator<Item = Option<f64>> + Clone) -> Vec<Stratum> {
     let labels = ["below the COM", "above the COM"].map(String::from);
-    let sides = sorted("height", heights.clone(), labels, |height| usize::from(height >= 0.0));
-    if sides.is_empty() { at_quantiles("height", heights, 2, " m above the COM") } else { sides }
+    let sides = sorted("height", heights.clone(), labels, |height| {
+        usize::from(height >= 0.0)
+    });
+    if sides.is_empty() {
+        at_quantiles("height", heights, 2, " m above the COM")
+    } else {
+        sides
+    }
 }
 
 /// Makes `parts` strata with about equal numbers of trials. There are none if the values vary too little for `parts`
@@ -90,7 +130,9 @@ fn at_quantiles(
     parts: usize,
     unit: &str,
 ) -> Vec<Stratum> {
-    let Some([least, most]) = range(values.clone()) else { return Vec::new() };
+    let Some([least, most]) = range(values.clone()) else {
+        return Vec::new();
+    };
     let mut ascending: Vec<f64> = values.clone().flatten().collect();
     ascending.sort_unstable_by(f64::total_cmp);
     // Number of digits after the point: 0 for whole numbers, 1 for tenths, ...
@@ -102,13 +144,18 @@ fn at_quantiles(
         (rounded, format!("{:.digits$}", rounded + 0.0))
     };
     let edges: Vec<(f64, String)> = (1..parts).map(edge).collect();
-    let label = |part: usize| match (part.checked_sub(1).map(|below| &edges[below].1), edges.get(part)) {
+    let label = |part: usize| match (
+        part.checked_sub(1).map(|below| &edges[below].1),
+        edges.get(part),
+    ) {
         (None, Some((_, to))) => format!("below {to}{unit}"),
         (Some(from), Some((_, to))) => format!("{from} to {to}{unit}"),
         (Some(from), None) => format!("from {from}{unit}"),
         (None, None) => "all".into(),
     };
-    sorted(by, values, (0..parts).map(label), |value| edges.iter().filter(|(edge, _)| value >= *edge).count())
+    sorted(by, values, (0..parts).map(label), |value| {
+        edges.iter().filter(|(edge, _)| value >= *edge).count()
+    })
 }
 
 /// Sorts trials into the strata of `labels`, by the index that `of` gives for a value. Empty strata are left out, and
@@ -119,9 +166,19 @@ fn sorted(
     labels: impl IntoIterator<Item = String>,
     of: impl Fn(f64) -> usize,
 ) -> Vec<Stratum> {
-    let places: Rc<[u8]> = values.map(|value| value.map_or(u8::MAX, |value| of(value) as u8)).collect();
-    let stratum = |(own, label)| Stratum { by, label, places: places.clone(), own };
-    let strata = (0..).zip(labels).map(stratum).filter(|stratum| stratum.trials().next().is_some());
+    let places: Rc<[u8]> = values
+        .map(|value| value.map_or(u8::MAX, |value| of(value) as u8))
+        .collect();
+    let stratum = |(own, label)| Stratum {
+        by,
+        label,
+        places: places.clone(),
+        own,
+    };
+    let strata = (0..)
+        .zip(labels)
+        .map(stratum)
+        .filter(|stratum| stratum.trials().next().is_some());
     let strata: Vec<Stratum> = strata.collect();
     if strata.len() < 2 { Vec::new() } else { strata }
 }
@@ -152,7 +209,10 @@ mod tests {
     fn drawn(name: &str, trials: u64, set: &[&str]) -> Vec<Stratum> {
         let campaign = campaign(name, set);
         of_rows((0..trials).map(|trial| {
-            let (pushes, variation) = (trial::pushes(&campaign, trial), trial::variation(&campaign, trial));
+            let (pushes, variation) = (
+                trial::pushes(&campaign, trial),
+                trial::variation(&campaign, trial),
+            );
             TrialRow::new(trial, "a", &pushes, None, variation, record(Recovered))
         }))
     }
@@ -164,11 +224,20 @@ mod tests {
     }
 
     fn labels<'a>(strata: &'a [Stratum], by: &str) -> Vec<&'a str> {
-        strata.iter().filter(|stratum| stratum.by == by).map(|stratum| stratum.label.as_str()).collect()
+        strata
+            .iter()
+            .filter(|stratum| stratum.by == by)
+            .map(|stratum| stratum.label.as_str())
+            .collect()
     }
 
     fn trials(strata: &[Stratum], label: &str) -> Vec<usize> {
-        strata.iter().find(|stratum| stratum.label == label).unwrap().trials().collect()
+        strata
+            .iter()
+            .find(|stratum| stratum.label == label)
+            .unwrap()
+            .trials()
+            .collect()
     }
 
     #[test]
@@ -180,34 +249,70 @@ mod tests {
             (&[113.0, -135.0, 225.0], "diagonally backward"),
             (&[158.0, 180.0, -180.0, 190.0], "backward"),
         ] {
-            headings.iter().for_each(|of| assert_eq!(SECTORS[sector(*of)].0, label, "{of}"));
+            headings
+                .iter()
+                .for_each(|of| assert_eq!(SECTORS[sector(*of)].0, label, "{of}"));
         }
     }
 
     #[test]
     fn what_varies_is_sorted_and_nothing_else() {
-        assert_eq!(quantities(&drawn("nominal", 100, &[])), ["heading", "impulse"]);
-        assert_eq!(drawn("nominal", 100, &["push.heading_deg=30", "push.impulse_n_s=2"]), []);
+        assert_eq!(
+            quantities(&drawn("nominal", 100, &[])),
+            ["heading", "impulse"]
+        );
+        assert_eq!(
+            drawn(
+                "nominal",
+                100,
+                &["push.heading_deg=30", "push.impulse_n_s=2"]
+            ),
+            []
+        );
         let standard = drawn("standard", 300, &[]);
-        let of_push = ["heading", "impulse", "duration", "height", "slope along the push", "mass_scale"];
-        let of_robot = ["trunk_com_x_m", "trunk_com_y_m", "friction", "torque_scale", "delay_s"];
+        let of_push = [
+            "heading",
+            "impulse",
+            "duration",
+            "height",
+            "slope along the push",
+            "mass_scale",
+        ];
+        let of_robot = [
+            "trunk_com_x_m",
+            "trunk_com_y_m",
+            "friction",
+            "torque_scale",
+            "delay_s",
+        ];
         assert_eq!(quantities(&standard), [&of_push[..], &of_robot].concat());
-        assert_eq!(labels(&standard, "heading"), SECTORS.map(|(label, _)| label));
-        assert_eq!(labels(&standard, "height"), ["below the COM", "above the COM"]);
+        assert_eq!(
+            labels(&standard, "heading"),
+            SECTORS.map(|(label, _)| label)
+        );
+        assert_eq!(
+            labels(&standard, "height"),
+            ["below the COM", "above the COM"]
+        );
         assert_eq!(of_rows(std::iter::empty()), []);
     }
 
     #[test]
     fn every_trial_is_in_one_stratum_of_each_quantity_and_halves_are_halves() {
         let strata = drawn("harsh", 300, &["push.height_m={uniform=[0.0, 0.2]}"]);
-        assert!(["second push", "ground_step_m"].iter().all(|by| quantities(&strata).contains(by)));
+        assert!(
+            ["second push", "ground_step_m"]
+                .iter()
+                .all(|by| quantities(&strata).contains(by))
+        );
         for by in quantities(&strata) {
             let of: Vec<&Stratum> = strata.iter().filter(|stratum| stratum.by == by).collect();
             let mut trials: Vec<usize> = of.iter().flat_map(|stratum| stratum.trials()).collect();
             trials.sort_unstable();
             assert!(trials.into_iter().eq(0..300), "{by}");
-            let even =
-                |stratum: &&Stratum| (stratum.trials().count() as f64 / 300.0 * of.len() as f64 - 1.0).abs() < 0.2;
+            let even = |stratum: &&Stratum| {
+                (stratum.trials().count() as f64 / 300.0 * of.len() as f64 - 1.0).abs() < 0.2
+            };
             assert!(by == "heading" || of.iter().all(even), "{of:?}");
         }
     }
@@ -224,28 +329,47 @@ mod tests {
             })
         }));
         for (by, expected) in [
-            ("impulse", &["below 2.0 N s", "2.0 to 3.0 N s", "from 3.0 N s"][..]),
+            (
+                "impulse",
+                &["below 2.0 N s", "2.0 to 3.0 N s", "from 3.0 N s"][..],
+            ),
             ("duration", &["below 0.035 s", "from 0.035 s"]),
             ("friction", &["below 0.65", "from 0.65"]),
             ("trunk_com_x_m", &["below 0.000 m", "from 0.000 m"]),
-            ("height", &["below 0.130 m above the COM", "from 0.130 m above the COM"]),
+            (
+                "height",
+                &["below 0.130 m above the COM", "from 0.130 m above the COM"],
+            ),
         ] {
             assert_eq!(labels(&strata, by), expected);
         }
-        assert_eq!(trials(&strata, "2.0 to 3.0 N s"), (10..20).collect::<Vec<_>>());
+        assert_eq!(
+            trials(&strata, "2.0 to 3.0 N s"),
+            (10..20).collect::<Vec<_>>()
+        );
     }
 
     #[test]
     fn a_slope_counts_by_its_rise_along_the_push() {
-        let slopes =
-            [(1.0, 0.0, 10.0), (1.0, 180.0, 10.0), (-1.0, 180.0, 10.0), (-1.0, 0.0, 10.0), (1.0, -90.0, -100.0)];
-        let strata = of_rows((0..).zip(slopes).map(|(i, (slope_deg, towards_deg, heading_deg))| {
-            row(i, "a", 1.0, Fell).with(|row| {
-                row.variation.slope_deg = Some(slope_deg);
-                row.variation.slope_heading_deg = Some(towards_deg);
-                row.push.heading_deg = heading_deg;
-            })
-        }));
-        assert_eq!((trials(&strata, "uphill"), trials(&strata, "downhill")), (vec![0, 2, 4], vec![1, 3]));
+        let slopes = [
+            (1.0, 0.0, 10.0),
+            (1.0, 180.0, 10.0),
+            (-1.0, 180.0, 10.0),
+            (-1.0, 0.0, 10.0),
+            (1.0, -90.0, -100.0),
+        ];
+        let strata = of_rows((0..).zip(slopes).map(
+            |(i, (slope_deg, towards_deg, heading_deg))| {
+                row(i, "a", 1.0, Fell).with(|row| {
+                    row.variation.slope_deg = Some(slope_deg);
+                    row.variation.slope_heading_deg = Some(towards_deg);
+                    row.push.heading_deg = heading_deg;
+                })
+            },
+        ));
+        assert_eq!(
+            (trials(&strata, "uphill"), trials(&strata, "downhill")),
+            (vec![0, 2, 4], vec![1, 3])
+        );
     }
 }

@@ -98,14 +98,22 @@ impl Summary {
         let deciding = DecisionRule::of(manifest);
         let bins = bin_edges(rows.drawn.impulse_n_s.iter().flatten());
         let (trials, strata) = (rows.trials(), strata(&rows.drawn));
-        let sets: Vec<SetSummary> =
-            (0..manifest.sets.len()).map(|i| SetSummary::new(i, rows, &bins, &strata, deciding.end_early)).collect();
+        let sets: Vec<SetSummary> = (0..manifest.sets.len())
+            .map(|i| SetSummary::new(i, rows, &bins, &strata, deciding.end_early))
+            .collect();
         let mut pairs = PairSummary::all(rows, pairs, &strata, deciding);
         let reference = manifest.reference().map(String::from);
-        pairs.sort_by_key(|pair| reference.as_ref().is_some_and(|name| pair.a != *name && pair.b != *name));
-        let warnings =
-            [manifest.told_not_kept(), warnings::of(campaign, trials, &sets, &pairs), gates.warnings(manifest, rows)]
-                .concat();
+        pairs.sort_by_key(|pair| {
+            reference
+                .as_ref()
+                .is_some_and(|name| pair.a != *name && pair.b != *name)
+        });
+        let warnings = [
+            manifest.told_not_kept(),
+            warnings::of(campaign, trials, &sets, &pairs),
+            gates.warnings(manifest, rows),
+        ]
+        .concat();
         Self {
             name: campaign.name.clone(),
             standfast: manifest.standfast.clone(),
@@ -126,7 +134,11 @@ impl Summary {
             second_push: campaign.second_push,
             variations: campaign.variations,
             units: campaign.units,
-            interval: if deciding.when == DecisionTiming::Once { INTERVAL } else { SEQUENTIAL_INTERVAL },
+            interval: if deciding.when == DecisionTiming::Once {
+                INTERVAL
+            } else {
+                SEQUENTIAL_INTERVAL
+            },
             sets,
             reference,
             common_survivors: CommonSurvivors::new(rows, deciding.end_early),
@@ -169,7 +181,13 @@ impl Summary {
             trials.push(part)?;
         }
         let (written, sha256) = trials.finish()?;
-        let summary = Summary::new(&folder.manifest, &rows, sha256, &every_pair(sets.len()), gates);
+        let summary = Summary::new(
+            &folder.manifest,
+            &rows,
+            sha256,
+            &every_pair(sets.len()),
+            gates,
+        );
         Ok((summary, rows, written))
     }
 
@@ -183,18 +201,27 @@ impl Summary {
 fn stopped(sets: &[SetSummary], trials: u64) -> Option<String> {
     let mut by_trials: BTreeMap<u64, Vec<&str>> = BTreeMap::new();
     for set in sets.iter().filter(|set| set.count.trials < trials) {
-        by_trials.entry(set.count.trials).or_default().push(&set.name);
+        by_trials
+            .entry(set.count.trials)
+            .or_default()
+            .push(&set.name);
     }
     let are_several = by_trials.values().flatten().count() > 1;
-    let after = |(trials, names): (&u64, &Vec<&str>)| format!("{} after {trials} trials", listed(names, "and"));
+    let after = |(trials, names): (&u64, &Vec<&str>)| {
+        format!("{} after {trials} trials", listed(names, "and"))
+    };
     let after: Vec<String> = by_trials.iter().map(after).collect();
     let told = listed(&after.iter().map(String::as_str).collect::<Vec<_>>(), "and");
     let about = if are_several { "them" } else { "it" };
     let why = format!("because all that was to be decided about {about} was decided by then");
-    let subject = if are_several { "Some controllers" } else { "One controller" };
-    let rates =
-        "Each rate is over the controller's own trials, and each pair is compared over the trials that both have.";
-    (!by_trials.is_empty()).then(|| format!("{subject} stopped before the others, {why}: {told}. {rates}"))
+    let subject = if are_several {
+        "Some controllers"
+    } else {
+        "One controller"
+    };
+    let rates = "Each rate is over the controller's own trials, and each pair is compared over the trials that both have.";
+    (!by_trials.is_empty())
+        .then(|| format!("{subject} stopped before the others, {why}: {told}. {rates}"))
 }
 
 /// Explains the intervals of a campaign with a fixed number of trials.
@@ -221,21 +248,59 @@ pub(crate) mod tests {
     #[test]
     fn a_set_counts_its_own_trials_and_a_pair_those_that_both_sets_have() {
         let (summary, _) = ragged(&["a >= b + 0.1", "c >= 0.5"]);
-        let counts: Vec<_> = summary.sets.iter().map(|set| (set.count.trials, set.count.recovered)).collect();
-        assert_eq!((summary.trials, counts), (100, vec![(100, 90), (25, 5), (100, 90)]));
+        let counts: Vec<_> = summary
+            .sets
+            .iter()
+            .map(|set| (set.count.trials, set.count.recovered))
+            .collect();
+        assert_eq!(
+            (summary.trials, counts),
+            (100, vec![(100, 90), (25, 5), (100, 90)])
+        );
         for pair in &summary.pairs {
             let is_common = pair.a == "b" || pair.b == "b";
-            assert_eq!(pair.counts.trials(), if is_common { 25 } else { 100 }, "{pair:?}");
-            assert!(pair.strata.iter().all(|stratum| stratum.counts.trials() == stratum.trials));
+            assert_eq!(
+                pair.counts.trials(),
+                if is_common { 25 } else { 100 },
+                "{pair:?}"
+            );
+            assert!(
+                pair.strata
+                    .iter()
+                    .all(|stratum| stratum.counts.trials() == stratum.trials)
+            );
         }
-        assert_eq!(summary.gates.iter().map(|gate| gate.judged.trials).collect::<Vec<_>>(), [25, 100]);
+        assert_eq!(
+            summary
+                .gates
+                .iter()
+                .map(|gate| gate.judged.trials)
+                .collect::<Vec<_>>(),
+            [25, 100]
+        );
         // All controllers have the same bins, although the later pushes are harder and "b" has no trial with them.
-        assert!(summary.sets.iter().all(|set| set.by_impulse.len() == summary.sets[0].by_impulse.len()));
+        assert!(
+            summary
+                .sets
+                .iter()
+                .all(|set| set.by_impulse.len() == summary.sets[0].by_impulse.len())
+        );
         assert_eq!(summary.sets[1].by_impulse.last().unwrap().count.trials, 0);
-        assert!(summary.sets[1].telling.iter().all(|telling| telling.trial < 25));
+        assert!(
+            summary.sets[1]
+                .telling
+                .iter()
+                .all(|telling| telling.trial < 25)
+        );
         assert!(summary.common_survivors.trials <= 5);
         let stopped = summary.stopped.clone().unwrap();
-        assert!(stopped.starts_with("One controller stopped before the others, because "), "{stopped}");
-        assert!(stopped.contains("was decided by then: b after 25 trials. Each rate is over "), "{stopped}");
+        assert!(
+            stopped.starts_with("One controller stopped before the others, because "),
+            "{stopped}"
+        );
+        assert!(
+            stopped.contains("was decided by then: b after 25 trials. Each rate is over "),
+            "{stopped}"
+        );
     }
 }

@@ -23,11 +23,22 @@ impl Times {
     /// Times of the trials that recovered. Others are left out.
     pub fn of<'a>(trials: impl Iterator<Item = &'a EpisodeEnd> + Clone, end_early: bool) -> Self {
         let recovered = trials.filter(|ended| ended.has_recovered());
-        let median_settling_s = median(recovered.clone().filter_map(EpisodeEnd::settling_s).collect());
+        let median_settling_s = median(
+            recovered
+                .clone()
+                .filter_map(EpisodeEnd::settling_s)
+                .collect(),
+        );
         if end_early {
-            return Self { median_settling_s, ..Self::default() };
+            return Self {
+                median_settling_s,
+                ..Self::default()
+            };
         }
-        let homing = recovered.clone().map(|ended| ended.homing_s().unwrap_or(f64::INFINITY)).collect();
+        let homing = recovered
+            .clone()
+            .map(|ended| ended.homing_s().unwrap_or(f64::INFINITY))
+            .collect();
         Self {
             median_settling_s,
             median_homing_s: median(homing).filter(|s| s.is_finite()),
@@ -48,11 +59,24 @@ impl CommonSurvivors {
     /// `end_early` as for [`Times::of`].
     pub fn new(rows: &TrialColumns, end_early: bool) -> Self {
         let sets = 0..rows.names.len();
-        let has_survived = |set: usize, trial: usize| rows.of(set).get(trial).is_some_and(EpisodeEnd::has_recovered);
-        let survived: Vec<usize> =
-            (0..rows.drawn.trials()).filter(|&trial| sets.clone().all(|set| has_survived(set, trial))).collect();
-        let times = |set: usize| Times::of(survived.iter().map(|&trial| &rows.of(set)[trial]), end_early);
-        Self { trials: survived.len() as u64, sets: sets.clone().map(times).collect() }
+        let has_survived = |set: usize, trial: usize| {
+            rows.of(set)
+                .get(trial)
+                .is_some_and(EpisodeEnd::has_recovered)
+        };
+        let survived: Vec<usize> = (0..rows.drawn.trials())
+            .filter(|&trial| sets.clone().all(|set| has_survived(set, trial)))
+            .collect();
+        let times = |set: usize| {
+            Times::of(
+                survived.iter().map(|&trial| &rows.of(set)[trial]),
+                end_early,
+            )
+        };
+        Self {
+            trials: survived.len() as u64,
+            sets: sets.clone().map(times).collect(),
+        }
     }
 }
 
@@ -65,7 +89,11 @@ mod tests {
 
     #[test]
     fn common_times_leave_out_what_one_set_lost() {
-        let mut rows = rows(&[[Recovered, Recovered], [Recovered, Fell], [Recovered, Recovered]]);
+        let mut rows = rows(&[
+            [Recovered, Recovered],
+            [Recovered, Fell],
+            [Recovered, Recovered],
+        ]);
         for (row, settled) in rows.iter_mut().zip([1.0, 2.0, 9.0, 9.0, 3.0, 4.0]) {
             row.record.settled_at_s = Some(row.push.start_s + row.push.duration_s + settled);
         }
@@ -74,18 +102,29 @@ mod tests {
         assert_eq!((common.trials, common.sets[0].home), (2, None));
         let own = Times::of(rows.of(0).iter(), true);
         for (times, expected) in [(common.sets[0], 2.0), (common.sets[1], 3.0), (own, 3.0)] {
-            assert!((times.median_settling_s.unwrap() - expected).abs() < 1e-12, "{times:?}");
+            assert!(
+                (times.median_settling_s.unwrap() - expected).abs() < 1e-12,
+                "{times:?}"
+            );
         }
     }
 
     #[test]
     fn a_trial_that_never_gets_home_is_the_latest() {
         let mut rows = rows(&[[Recovered, Recovered]; 3]);
-        let times = |rows: &[TrialRow]| Times::of(crate::fixtures::columns_of_rows(rows, &["a"]).of(0).iter(), false);
+        let times = |rows: &[TrialRow]| {
+            Times::of(
+                crate::fixtures::columns_of_rows(rows, &["a"]).of(0).iter(),
+                false,
+            )
+        };
         rows[0].record.home_at_s = None;
         assert_eq!(times(&rows).home, Some(2));
         assert!((times(&rows).median_homing_s.unwrap() - (1.75 - 0.55)).abs() < 1e-12);
         rows[2].record.home_at_s = None;
-        assert_eq!((times(&rows).home, times(&rows).median_homing_s), (Some(1), None));
+        assert_eq!(
+            (times(&rows).home, times(&rows).median_homing_s),
+            (Some(1), None)
+        );
     }
 }

@@ -89,26 +89,38 @@ impl TrialColumns {
     pub fn new(names: &[String], episode: &EpisodeConfig) -> Self {
         let sets = vec![OfSet::default(); names.len()];
         let standing_com_speed_m_s = episode.judge.standing_com_speed_m_s;
-        Self { names: names.to_vec(), drawn: TrialConditions::default(), sets, standing_com_speed_m_s }
+        Self {
+            names: names.to_vec(),
+            drawn: TrialConditions::default(),
+            sets,
+            standing_com_speed_m_s,
+        }
     }
 
     /// Reads the trials of a finished campaign. It fails as [`Folder::parts`] does.
     pub fn read(folder: &Folder) -> Result<Self> {
         let mut columns = Self::new(&folder.manifest.sets, &folder.manifest.campaign.episode);
-        folder.parts()?.try_for_each(|rows| rows.map(|rows| columns.push(&rows)))?;
+        folder
+            .parts()?
+            .try_for_each(|rows| rows.map(|rows| columns.push(&rows)))?;
         Ok(columns)
     }
 
     /// Adds the next rows, which are in the order of trials. Rows of controllers that are not named are left out.
     pub fn push(&mut self, rows: &[TrialRow]) {
         for row in rows {
-            let Some(set) = self.names.iter().position(|name| *name == row.set) else { continue };
+            let Some(set) = self.names.iter().position(|name| *name == row.set) else {
+                continue;
+            };
             if row.trial >= self.trials() {
                 self.drawn.push(row);
             }
             let OfSet { ended, counted } = &mut self.sets[set];
             ended.push(EpisodeEnd::of(row));
-            let is_moving = row.record.com_speed_at_push_m_s.is_some_and(|speed| speed > self.standing_com_speed_m_s);
+            let is_moving = row
+                .record
+                .com_speed_at_push_m_s
+                .is_some_and(|speed| speed > self.standing_com_speed_m_s);
             counted.moving_at_push += u64::from(is_moving);
             counted.run_twice += u64::from(row.repeats.is_some());
             counted.not_repeated += u64::from(row.repeats == Some(Repeats::No));
@@ -138,7 +150,9 @@ impl TrialColumns {
 
     /// Impulse of the first push divided by m omega d. If there is no d, it is the impulse (N s).
     pub fn hardness(&self, set: usize, trial: usize) -> f64 {
-        self.of(set)[trial].impulse_over_m_omega_d().unwrap_or_else(|| self.impulse_n_s(trial))
+        self.of(set)[trial]
+            .impulse_over_m_omega_d()
+            .unwrap_or_else(|| self.impulse_n_s(trial))
     }
 
     /// Impulse of the first push.
@@ -158,11 +172,18 @@ impl EpisodeEnd {
             impulse_over_m_omega_d: or_nan(row.impulse_over_m_omega_d),
             settling_s: or_nan(row.settling_s()),
             homing_s: or_nan(row.homing_s()),
-            promise_margin: or_nan(row.record.promise_margin.filter(|margin| margin.is_finite())),
+            promise_margin: or_nan(
+                row.record
+                    .promise_margin
+                    .filter(|margin| margin.is_finite()),
+            ),
             footsteps: row.record.footsteps.count,
             outcome: row.record.outcome,
             set_after_push: row.set_after_push(),
-            is_inside_est: row.record.promise_margin_est.is_some_and(|margin| margin >= 0.0),
+            is_inside_est: row
+                .record
+                .promise_margin_est
+                .is_some_and(|margin| margin >= 0.0),
             in_swing: row.record.footsteps.unfinished_footstep.is_some(),
         }
     }
@@ -203,14 +224,23 @@ impl TrialConditions {
         self.second_impulse_n_s.push(row.second.second_impulse_n_s);
         let varied = row.variation.list();
         if self.variation.is_empty() {
-            self.variation = varied.iter().map(|(name, _)| (*name, Values::default())).collect();
+            self.variation = varied
+                .iter()
+                .map(|(name, _)| (*name, Values::default()))
+                .collect();
         }
-        self.variation.iter_mut().zip(varied).for_each(|((_, values), (_, value))| values.push(value));
+        self.variation
+            .iter_mut()
+            .zip(varied)
+            .for_each(|((_, values), (_, value))| values.push(value));
     }
 
     /// A quantity of robot and ground.
     pub fn varied(&self, name: &str) -> Option<&Values> {
-        self.variation.iter().find(|(found, _)| *found == name).map(|(_, values)| values)
+        self.variation
+            .iter()
+            .find(|(found, _)| *found == name)
+            .map(|(_, values)| values)
     }
 }
 
@@ -230,7 +260,11 @@ impl Values {
 
     /// The value of trial number `trial`.
     pub fn at(&self, trial: usize) -> Option<f64> {
-        if self.each.is_empty() { self.first } else { some(self.each[trial]) }
+        if self.each.is_empty() {
+            self.first
+        } else {
+            some(self.each[trial])
+        }
     }
 
     /// The values of all trials, in order.
@@ -272,8 +306,21 @@ mod tests {
     #[test]
     fn a_trial_takes_few_bytes() {
         assert_eq!(size_of::<EpisodeEnd>(), 40);
-        let rows: Vec<TrialRow> = (0..20).map(|trial| row(trial, "a", trial as f64, Outcome::Fell)).collect();
-        let TrialConditions { impulse_n_s, heading_deg, .. } = crate::fixtures::columns_of_rows(&rows, &["a"]).drawn;
-        assert_eq!((impulse_n_s.each.len(), heading_deg.each.len(), heading_deg.at(19)), (20, 0, Some(0.0)));
+        let rows: Vec<TrialRow> = (0..20)
+            .map(|trial| row(trial, "a", trial as f64, Outcome::Fell))
+            .collect();
+        let TrialConditions {
+            impulse_n_s,
+            heading_deg,
+            ..
+        } = crate::fixtures::columns_of_rows(&rows, &["a"]).drawn;
+        assert_eq!(
+            (
+                impulse_n_s.each.len(),
+                heading_deg.each.len(),
+                heading_deg.at(19)
+            ),
+            (20, 0, Some(0.0))
+        );
     }
 }

@@ -17,7 +17,12 @@ const NEARLY: f64 = 0.98;
 const MOVING: f64 = 0.02;
 
 /// The warnings as sentences, the gravest first. A sound design has none.
-pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[PairSummary]) -> Vec<String> {
+pub fn of(
+    campaign: &Campaign,
+    trials: u64,
+    sets: &[SetSummary],
+    pairs: &[PairSummary],
+) -> Vec<String> {
     let mut found = Vec::new();
     if campaign.synthetic {
         found.push("Nothing was simulated: the outcomes are made up (--synthetic).".into());
@@ -40,7 +45,9 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[PairSu
     }
     if trials < FEW_TRIALS {
         let points = 98.0 / (trials as f64).sqrt();
-        found.push(format!("{trials} trials are few: a rate near 50 % is known to {points:.0} points either way."));
+        found.push(format!(
+            "{trials} trials are few: a rate near 50 % is known to {points:.0} points either way."
+        ));
     }
     let rates = || sets.iter().map(|set| set.count.success_rate);
     if sets.len() > 1 && rates().all(|rate| rate > NEARLY) {
@@ -59,11 +66,21 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[PairSu
     let enough = (2.0 * pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
     let is_thin = |pair: &&PairSummary| {
         let discordant = pair.counts.only_a + pair.counts.only_b;
-        pair.verdict == PairVerdict::Open && discordant < enough && pair.counts.trials() >= FEW_TRIALS
+        pair.verdict == PairVerdict::Open
+            && discordant < enough
+            && pair.counts.trials() >= FEW_TRIALS
     };
-    let thin: Vec<String> = pairs.iter().filter(is_thin).map(|pair| format!("{} and {}", pair.a, pair.b)).collect();
+    let thin: Vec<String> = pairs
+        .iter()
+        .filter(is_thin)
+        .map(|pair| format!("{} and {}", pair.a, pair.b))
+        .collect();
     if !thin.is_empty() {
-        let more = if thin.len() > NAMED { format!(" and {} more pairs", thin.len() - NAMED) } else { String::new() };
+        let more = if thin.len() > NAMED {
+            format!(" and {} more pairs", thin.len() - NAMED)
+        } else {
+            String::new()
+        };
         let named = thin[..thin.len().min(NAMED)].join(", ");
         found.push(format!(
             "It cannot be said which is better of {named}{more}: fewer than {enough} trials were survived with only one \
@@ -78,7 +95,10 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[PairSu
                 .into(),
         );
     }
-    for set in sets.iter().filter(|set| set.moving_at_push as f64 > MOVING * set.count.trials as f64) {
+    for set in sets
+        .iter()
+        .filter(|set| set.moving_at_push as f64 > MOVING * set.count.trials as f64)
+    {
         let trials = set.count.trials;
         let speed_m_s = digits(campaign.episode.judge.standing_com_speed_m_s);
         found.push(format!(
@@ -88,9 +108,18 @@ pub fn of(campaign: &Campaign, trials: u64, sets: &[SetSummary], pairs: &[PairSu
         ));
     }
     for set in sets.iter().filter(|set| set.diverged > 0) {
-        found.push(format!("With {}, {} trials diverged numerically and count as lost.", set.name, set.diverged));
+        found.push(format!(
+            "With {}, {} trials diverged numerically and count as lost.",
+            set.name, set.diverged
+        ));
     }
-    for SetSummary { name, run_twice, not_repeated, .. } in sets.iter().filter(|set| set.not_repeated > 0) {
+    for SetSummary {
+        name,
+        run_twice,
+        not_repeated,
+        ..
+    } in sets.iter().filter(|set| set.not_repeated > 0)
+    {
         found.push(format!(
             "{name} does not repeat itself: of {run_twice} trials that were run twice, {not_repeated} had another record \
              the second time. Its replays are not exact, and trials cannot be compared one by one."
@@ -110,25 +139,60 @@ mod tests {
 
     #[test]
     fn a_design_that_cannot_support_a_claim_is_told_so() {
-        let [strong, no_noise] =
-            [["push.impulse_n_s=2", "push.heading_deg=0"], ["sensors.noise_scale=0", "sensors.bias_scale=0"]];
+        let [strong, no_noise] = [
+            ["push.impulse_n_s=2", "push.heading_deg=0"],
+            ["sensors.noise_scale=0", "sensors.bias_scale=0"],
+        ];
         for (words, times, trials, outcomes, set) in [
             ("are few", 1, 99, [Recovered, Fell], &[][..]),
             ("too weak", 1, 100, [Recovered, Recovered], &[]),
             ("too hard", 1, 100, [Fell, Fell], &[]),
             ("cannot be said", 1, 100, [Recovered, Recovered], &[]),
-            ("same push on the same robot", 1, 100, [Recovered, Fell], &strong),
-            ("count as one", 1, 100, [Recovered, Fell], &[strong, no_noise].concat()),
-            ("could end when decided", 1, 100, [Recovered, Fell], &["stopping.until_resolved=true"]),
+            (
+                "same push on the same robot",
+                1,
+                100,
+                [Recovered, Fell],
+                &strong,
+            ),
+            (
+                "count as one",
+                1,
+                100,
+                [Recovered, Fell],
+                &[strong, no_noise].concat(),
+            ),
+            (
+                "could end when decided",
+                1,
+                100,
+                [Recovered, Fell],
+                &["stopping.until_resolved=true"],
+            ),
             ("diverged numerically", 1, 100, [Recovered, Diverged], &[]),
-            ("since the controller failed", 1, 100, [Recovered, Failed], &[]),
+            (
+                "since the controller failed",
+                1,
+                100,
+                [Recovered, Failed],
+                &[],
+            ),
             // The same warning comes with either controller.
-            ("not at rest", 2, 100, [Recovered, Fell], &["episode.judge.standing_com_speed_m_s=0.0005"]),
+            (
+                "not at rest",
+                2,
+                100,
+                [Recovered, Fell],
+                &["episode.judge.standing_com_speed_m_s=0.0005"],
+            ),
             // A sound design has no warning.
             ("", 0, 100, [Recovered, Fell], &[]),
         ] {
             let warnings = summary(&vec![outcomes; trials], set, &[]).warnings;
-            let found = warnings.iter().filter(|warning| warning.contains(words)).count();
+            let found = warnings
+                .iter()
+                .filter(|warning| warning.contains(words))
+                .count();
             assert_eq!(found, times, "{words}: {warnings:?}");
         }
     }

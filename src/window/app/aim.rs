@@ -26,16 +26,32 @@ impl Aim {
     /// The first push, from the options, for a robot with these units. Fails if `--impulse` or `--heading` is out of
     /// range.
     pub fn new(args: &Options, units: &Units) -> Result<Self> {
-        let [most_n_s, step_n_s] = [MOST, STEP].map(|factor| round(factor * Push::of(units).impulse_n_s));
+        let [most_n_s, step_n_s] =
+            [MOST, STEP].map(|factor| round(factor * Push::of(units).impulse_n_s));
         let impulse_n_s = args.impulse.unwrap_or(Push::first(units).impulse_n_s);
         if !(0.0..=most_n_s).contains(&impulse_n_s) {
             let accepted = format!("0 to {most_n_s}");
-            return Err(Error::option("--impulse", impulse_n_s, "out of range", accepted));
+            return Err(Error::option(
+                "--impulse",
+                impulse_n_s,
+                "out of range",
+                accepted,
+            ));
         }
         if !args.heading.is_finite() {
-            return Err(Error::option("--heading", args.heading, "out of range", "-180 to 180"));
+            return Err(Error::option(
+                "--heading",
+                args.heading,
+                "out of range",
+                "-180 to 180",
+            ));
         }
-        Ok(Self { impulse_n_s, heading_deg: wrapped(args.heading), most_n_s, step_n_s })
+        Ok(Self {
+            impulse_n_s,
+            heading_deg: wrapped(args.heading),
+            most_n_s,
+            step_n_s,
+        })
     }
 
     /// Sets the impulse (N s), clamped to the accepted range.
@@ -66,12 +82,25 @@ mod tests {
 
     /// The aim for an impulse (None for the default) and a heading (degrees).
     fn aim(units: &Units, impulse: Option<f64>, heading: f64) -> Result<Aim> {
-        Aim::new(&Options { impulse, heading, ..Options::default() }, units)
+        Aim::new(
+            &Options {
+                impulse,
+                heading,
+                ..Options::default()
+            },
+            units,
+        )
     }
 
     #[test]
     fn headings_are_wrapped() {
-        for (given, expected) in [(0.0, 0.0), (180.0, 180.0), (-180.0, 180.0), (195.0, -165.0), (-540.0, 180.0)] {
+        for (given, expected) in [
+            (0.0, 0.0),
+            (180.0, 180.0),
+            (-180.0, 180.0),
+            (195.0, -165.0),
+            (-540.0, 180.0),
+        ] {
             assert_eq!(wrapped(given), expected);
         }
     }
@@ -79,18 +108,36 @@ mod tests {
     #[test]
     fn a_heavier_robot_is_pushed_harder() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let [ut_mu2, thrice] = [&robot, &robot.scaled(SizeRatio { length: 3.0, mass: 27.0 })].map(Units::of);
+        let [ut_mu2, thrice] = [
+            &robot,
+            &robot.scaled(SizeRatio {
+                length: 3.0,
+                mass: 27.0,
+            }),
+        ]
+        .map(Units::of);
         for (units, first, most, step) in [(ut_mu2, 5.0, 20.0, 0.1), (thrice, 250.0, 1000.0, 5.0)] {
             let mut aim = aim(&units, None, 0.0).unwrap();
-            assert_eq!((aim.impulse_n_s, aim.most_n_s, aim.step_n_s), (first, most, step));
+            assert_eq!(
+                (aim.impulse_n_s, aim.most_n_s, aim.step_n_s),
+                (first, most, step)
+            );
             aim.harder(-2);
-            assert!((aim.impulse_n_s - (first - 2.0 * step)).abs() < 1e-12, "{aim:?}");
+            assert!(
+                (aim.impulse_n_s - (first - 2.0 * step)).abs() < 1e-12,
+                "{aim:?}"
+            );
             aim.set_impulse(1e9);
             assert_eq!(aim.impulse_n_s, most);
         }
         let refused = aim(&ut_mu2, Some(60.0), 0.0).unwrap_err().to_string();
-        assert!(refused.contains("--impulse") && refused.contains("0 to 20"), "{refused}");
+        assert!(
+            refused.contains("--impulse") && refused.contains("0 to 20"),
+            "{refused}"
+        );
         assert_eq!(aim(&thrice, Some(60.0), 0.0).unwrap().impulse_n_s, 60.0);
-        assert!(aim(&ut_mu2, Some(-1.0), 0.0).is_err() && aim(&ut_mu2, None, f64::INFINITY).is_err());
+        assert!(
+            aim(&ut_mu2, Some(-1.0), 0.0).is_err() && aim(&ut_mu2, None, f64::INFINITY).is_err()
+        );
     }
 }

@@ -10,9 +10,13 @@ use standfast_pictures::scene::scale::RobotScale;
 /// The camera at the start, at the front left of the robot, which appears to the left of the panel.
 pub fn camera(scale: RobotScale) -> OrbitCamera3d {
     let length = scale.length() as f32;
-    let (eye, at) = (length * Vec3::new(0.80, 0.56, 0.68), length * Vec3::new(-0.07, 0.09, 0.19));
+    let (eye, at) = (
+        length * Vec3::new(0.80, 0.56, 0.68),
+        length * Vec3::new(-0.07, 0.09, 0.19),
+    );
     let field_rad = std::f32::consts::FRAC_PI_4;
-    let mut camera = OrbitCamera3d::new_with_frustum(field_rad, 0.05 * length, 50.0 * length, eye, at);
+    let mut camera =
+        OrbitCamera3d::new_with_frustum(field_rad, 0.05 * length, 50.0 * length, eye, at);
     camera.set_up_axis(Vec3::Z);
     camera.look_at(eye, at);
     camera.set_min_dist(0.1 * length);
@@ -45,7 +49,11 @@ const CATCH_UP_S: f32 = 0.25;
 impl Leash {
     /// A leash for a robot of this size.
     pub fn of(scale: RobotScale) -> Self {
-        Self { gone: Vec3::ZERO, speed: Vec3::ZERO, length_m: LEASH_M * scale.length() as f32 }
+        Self {
+            gone: Vec3::ZERO,
+            speed: Vec3::ZERO,
+            length_m: LEASH_M * scale.length() as f32,
+        }
     }
 
     /// Desired place of the camera for a COM, as an offset from its start (m).
@@ -104,22 +112,38 @@ impl Lens {
     pub fn new(camera: &impl Camera3d, size: Vec2) -> Self {
         let eye = camera.eye();
         let eye = Point3::new(f64::from(eye.x), f64::from(eye.y), f64::from(eye.z));
-        Self { to_clip: camera.transformation(), from_clip: camera.inverse_transformation(), eye, size }
+        Self {
+            to_clip: camera.transformation(),
+            from_clip: camera.inverse_transformation(),
+            eye,
+            size,
+        }
     }
 
     /// Place of a point in the picture. None if it is behind the viewer.
     pub fn project(&self, at: &Point3<f64>) -> Option<Pos2> {
         let clip = self.to_clip * vec3(at).extend(1.0);
-        (clip.w > 1e-3)
-            .then(|| pos2((1.0 + clip.x / clip.w) * self.size.x / 2.0, (1.0 - clip.y / clip.w) * self.size.y / 2.0))
+        (clip.w > 1e-3).then(|| {
+            pos2(
+                (1.0 + clip.x / clip.w) * self.size.x / 2.0,
+                (1.0 - clip.y / clip.w) * self.size.y / 2.0,
+            )
+        })
     }
 
     /// The ray through a place in the picture.
     pub fn sight(&self, at: Pos2) -> Sight {
-        let (x, y) = (2.0 * at.x / self.size.x - 1.0, 1.0 - 2.0 * at.y / self.size.y);
+        let (x, y) = (
+            2.0 * at.x / self.size.x - 1.0,
+            1.0 - 2.0 * at.y / self.size.y,
+        );
         let far = self.from_clip * Vec4::new(x, y, 0.9, 1.0);
-        let far = Point3::new(f64::from(far.x), f64::from(far.y), f64::from(far.z)) / f64::from(far.w);
-        Sight { origin: self.eye, direction: Unit::new_normalize(far - self.eye) }
+        let far =
+            Point3::new(f64::from(far.x), f64::from(far.y), f64::from(far.z)) / f64::from(far.w);
+        Sight {
+            origin: self.eye,
+            direction: Unit::new_normalize(far - self.eye),
+        }
     }
 
     /// Direction of the ray through the middle of the picture.
@@ -151,7 +175,10 @@ mod tests {
         };
         assert_eq!(look(Point3::new(0.02, -0.04, 0.3)), Vec3::ZERO);
         let gone = look(Point3::new(-1.0, 0.0, 0.1));
-        assert!((gone - Vec3::new(-0.95, 0.0, 0.0)).length() < 2e-3, "{gone}");
+        assert!(
+            (gone - Vec3::new(-0.95, 0.0, 0.0)).length() < 2e-3,
+            "{gone}"
+        );
         assert!(look(Point3::new(f64::NAN, 0.0, 0.0)) == gone);
         assert!(look(Point3::new(0.0, 0.0, 0.3)).length() < 0.051);
     }
@@ -168,10 +195,18 @@ mod tests {
             let before = camera.at();
             leash.pull(&mut camera, &com, FRAME_S);
             let speed = (camera.at() - before) / FRAME_S as f32;
-            assert!((speed - last).length() < 0.3, "frame {k}: from {last} to {speed} m/s");
+            assert!(
+                (speed - last).length() < 0.3,
+                "frame {k}: from {last} to {speed} m/s"
+            );
             (last, fastest) = (speed, fastest.max(speed.length()));
-            let seen = Lens::new(&camera, vec2(860.0, 720.0)).project(&com).unwrap();
-            assert!((100.0..760.0).contains(&seen.x) && (100.0..620.0).contains(&seen.y), "frame {k}: {seen}");
+            let seen = Lens::new(&camera, vec2(860.0, 720.0))
+                .project(&com)
+                .unwrap();
+            assert!(
+                (100.0..760.0).contains(&seen.x) && (100.0..620.0).contains(&seen.y),
+                "frame {k}: {seen}"
+            );
         }
         assert!(fastest > 0.7, "it went at {fastest} m/s at most");
     }
@@ -182,8 +217,9 @@ mod tests {
         camera.set_yaw(camera.yaw() + 0.7);
         camera.set_dist(0.4);
         let com = Point3::new(0.5, 0.2, 0.3);
-        let seen =
-            |camera: &OrbitCamera3d, com: Point3<f64>| Lens::new(camera, vec2(860.0, 720.0)).project(&com).unwrap();
+        let seen = |camera: &OrbitCamera3d, com: Point3<f64>| {
+            Lens::new(camera, vec2(860.0, 720.0)).project(&com).unwrap()
+        };
         let before = seen(&camera, Point3::new(0.0, 0.0, 0.3));
         leash.jump(&mut camera, &com);
         let after = seen(&camera, com);

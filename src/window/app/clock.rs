@@ -61,8 +61,15 @@ impl FrameClock {
 
     /// Chooses the next speed of the list, up or down.
     pub fn change_speed(&mut self, up: bool) {
-        let (slower, faster) = (|s: &f64| *s < self.speed * (1.0 - 1e-6), |s: &f64| *s > self.speed * (1.0 + 1e-6));
-        let other = if up { SPEEDS.into_iter().find(faster) } else { SPEEDS.into_iter().rfind(slower) };
+        let (slower, faster) = (
+            |s: &f64| *s < self.speed * (1.0 - 1e-6),
+            |s: &f64| *s > self.speed * (1.0 + 1e-6),
+        );
+        let other = if up {
+            SPEEDS.into_iter().find(faster)
+        } else {
+            SPEEDS.into_iter().rfind(slower)
+        };
         self.set_speed(other.unwrap_or(self.speed));
     }
 
@@ -150,7 +157,10 @@ mod tests {
             });
         }
         let passed_s = start.elapsed().as_secs_f64();
-        assert!((0.5 * passed_s - f64::from(ticks) * 0.002).abs() < 0.004, "{ticks} ticks in {passed_s} s");
+        assert!(
+            (0.5 * passed_s - f64::from(ticks) * 0.002).abs() < 0.004,
+            "{ticks} ticks in {passed_s} s"
+        );
         assert_eq!(clock.frames, 4);
         assert!(clock.dropped >= 8, "{}", clock.dropped);
         clock.paused = true;
@@ -171,8 +181,16 @@ mod tests {
             true
         });
         // Three seconds at twice the speed are 3000 ticks, or one less by rounding.
-        assert!((2999..=3000).contains(&ticks) && clock.lost_s == 0.0, "{ticks} {}", clock.lost_s);
-        assert!(clock.stretch[0] <= clock.speed * clock.stretch[1], "{:?}", clock.stretch);
+        assert!(
+            (2999..=3000).contains(&ticks) && clock.lost_s == 0.0,
+            "{ticks} {}",
+            clock.lost_s
+        );
+        assert!(
+            clock.stretch[0] <= clock.speed * clock.stretch[1],
+            "{:?}",
+            clock.stretch
+        );
     }
 
     #[test]
@@ -190,7 +208,10 @@ mod tests {
     #[test]
     fn only_physics_slower_than_real_time_loses_time() {
         let ticks = |tick_ms: u64, speed: f64| {
-            let mut clock = FrameClock { due_s: 2.0, ..FrameClock::new(speed) };
+            let mut clock = FrameClock {
+                due_s: 2.0,
+                ..FrameClock::new(speed)
+            };
             let mut ticks = 0;
             clock.catch_up(0.02, || {
                 ticks += 1;
@@ -201,17 +222,26 @@ mod tests {
         };
         // This takes longer than the patience, but is faster than real time.
         let (done, lost_s, due_s) = ticks(6, 1.0);
-        assert!(done >= 99 && lost_s == 0.0 && due_s < 0.0201, "{done} {lost_s} {due_s}");
+        assert!(
+            done >= 99 && lost_s == 0.0 && due_s < 0.0201,
+            "{done} {lost_s} {due_s}"
+        );
         // This is slower than real time, and stops when the patience ends.
         let (done, lost_s, due_s) = ticks(6, 4.0);
         assert!((10..90).contains(&done) && due_s == 0.0, "{done} {due_s}");
-        assert!((lost_s - (2.0 - 0.02 * f64::from(done))).abs() < 1e-6, "{lost_s}");
+        assert!(
+            (lost_s - (2.0 - 0.02 * f64::from(done))).abs() < 1e-6,
+            "{lost_s}"
+        );
     }
 
     #[test]
     fn the_measured_speed_is_forgotten_when_the_speed_changes_or_time_stops() {
         let measured = || {
-            let mut clock = FrameClock { stretch: [2.0, 1.0, 1.0], ..FrameClock::new(2.0) };
+            let mut clock = FrameClock {
+                stretch: [2.0, 1.0, 1.0],
+                ..FrameClock::new(2.0)
+            };
             clock.begin_frame();
             assert_eq!(clock.factor, Some(2.0));
             clock
@@ -219,7 +249,10 @@ mod tests {
         let mut clock = measured();
         clock.change_speed(false);
         assert_eq!((clock.speed, clock.factor), (1.0, None));
-        let mut clock = FrameClock { due_s: 0.1, ..measured() };
+        let mut clock = FrameClock {
+            due_s: 0.1,
+            ..measured()
+        };
         clock.catch_up(0.002, || false);
         assert_eq!((clock.factor, clock.lost_s), (None, 0.0));
     }

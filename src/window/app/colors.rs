@@ -51,7 +51,13 @@ impl OnScreen for Color {
 
 /// Linear light of an sRGB colour (code values from 0 to 1).
 pub fn light(color: [f64; 3]) -> Rgb {
-    let of = |code: f64| if code <= 0.04045 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) };
+    let of = |code: f64| {
+        if code <= 0.04045 {
+            code / 12.92
+        } else {
+            ((code + 0.055) / 1.055).powf(2.4)
+        }
+    };
     let [r, g, b] = color.map(|code| of(code) as f32);
     Rgb::new(r, g, b)
 }
@@ -64,6 +70,9 @@ mod tests {
     fn colours_become_light() {
         // Middle grey has this value in the table of the standard.
         let light = light([0.0, 0.5, 1.0]);
-        assert!(light.x == 0.0 && (light.y - 0.214).abs() < 1e-3 && (light.z - 1.0).abs() < 1e-6, "{light}");
+        assert!(
+            light.x == 0.0 && (light.y - 0.214).abs() < 1e-3 && (light.z - 1.0).abs() < 1e-6,
+            "{light}"
+        );
     }
 }

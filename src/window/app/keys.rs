@@ -74,7 +74,11 @@ pub struct Keyboard {
 impl Keyboard {
     /// The wish of a key that goes down or up, if the key has a name.
     pub fn key(&mut self, key: Key, action: Action) -> Option<Wish> {
-        let before = self.down.iter().position(|(down, _)| *down == key).map(|i| self.down.swap_remove(i).1);
+        let before = self
+            .down
+            .iter()
+            .position(|(down, _)| *down == key)
+            .map(|i| self.down.swap_remove(i).1);
         if action == Action::Release {
             self.struck = None;
             return None;
@@ -89,9 +93,20 @@ impl Keyboard {
     pub fn sign(&mut self, sign: char) -> Option<Wish> {
         let (key, is_held) = self.struck.take()?;
         // On a keyboard without Latin letters, keys are recognised by their place.
-        let sign = if sign.is_ascii() { Some(sign.to_ascii_lowercase()) } else { in_place(key) };
-        let digit = || in_place(key)?.to_digit(10)?.checked_sub(1).map(|i| Wish::GainSet(i as usize));
-        sign.and_then(signed).or_else(digit).filter(|wish| !is_held || wish.repeats())
+        let sign = if sign.is_ascii() {
+            Some(sign.to_ascii_lowercase())
+        } else {
+            in_place(key)
+        };
+        let digit = || {
+            in_place(key)?
+                .to_digit(10)?
+                .checked_sub(1)
+                .map(|i| Wish::GainSet(i as usize))
+        };
+        sign.and_then(signed)
+            .or_else(digit)
+            .filter(|wish| !is_held || wish.repeats())
     }
 }
 
@@ -111,7 +126,10 @@ fn named(key: Key) -> Option<Wish> {
 
 /// The wish of a letter (lower case) or another sign.
 fn signed(sign: char) -> Option<Wish> {
-    if let Some(overlay) = Overlay::ALL.into_iter().find(|overlay| overlay.look().key == sign) {
+    if let Some(overlay) = Overlay::ALL
+        .into_iter()
+        .find(|overlay| overlay.look().key == sign)
+    {
         return Some(Wish::Toggle(overlay));
     }
     Some(match sign {
@@ -176,12 +194,20 @@ mod tests {
         ] {
             let mut keyboard = Keyboard::default();
             let mut count = || press(&mut keyboard, key, sign).len();
-            assert_eq!([count(), count(), count()], if repeats { [1, 1, 1] } else { [1, 0, 0] }, "{key:?}");
+            assert_eq!(
+                [count(), count(), count()],
+                if repeats { [1, 1, 1] } else { [1, 0, 0] },
+                "{key:?}"
+            );
             keyboard.key(key, Action::Release);
             assert_eq!(press(&mut keyboard, key, sign).len(), 1, "{key:?} again");
             // The key was released, and the window did not get the event.
             keyboard.down[0].1 -= LONGEST_REPEAT;
-            assert_eq!(press(&mut keyboard, key, sign).len(), 1, "{key:?} another time");
+            assert_eq!(
+                press(&mut keyboard, key, sign).len(),
+                1,
+                "{key:?} another time"
+            );
         }
     }
 
@@ -204,7 +230,11 @@ mod tests {
             (Key::Period, '\u{44e}', Some(Wish::Tick)),
         ];
         for (key, sign, expected) in french.into_iter().chain(others) {
-            assert_eq!(press(&mut Keyboard::default(), key, sign), Vec::from_iter(expected), "{key:?} {sign}");
+            assert_eq!(
+                press(&mut Keyboard::default(), key, sign),
+                Vec::from_iter(expected),
+                "{key:?} {sign}"
+            );
         }
     }
 }

@@ -65,15 +65,30 @@ impl<'a> Live<'a> {
 
     /// Starts again, with the present controller.
     pub fn restart(&mut self) {
-        let counts = LiveCounts { restarts: self.counts.restarts + 1, ..self.counts };
+        let counts = LiveCounts {
+            restarts: self.counts.restarts + 1,
+            ..self.counts
+        };
         *self = Self::start(self.world, self.acting, counts);
     }
 
     fn start(world: &'a LiveSetup, acting: usize, counts: LiveCounts) -> Self {
         let shown = Simulation::start(world, &world.config, acting);
-        let ghost = world.ghost_config.as_ref().map(|config| Simulation::start(world, config, acting));
+        let ghost = world
+            .ghost_config
+            .as_ref()
+            .map(|config| Simulation::start(world, config, acting));
         let start = shown.now.com;
-        Self { world, shown, ghost, acting, grab: None, lingering: None, counts, start }
+        Self {
+            world,
+            shown,
+            ghost,
+            acting,
+            grab: None,
+            lingering: None,
+            counts,
+            start,
+        }
     }
 
     /// Simulates one control period. Returns false if the simulation cannot continue, because it has diverged or its
@@ -84,13 +99,21 @@ impl<'a> Live<'a> {
         if !self.shown.advance(pull) {
             return false;
         }
-        self.ghost.iter_mut().for_each(|ghost| _ = ghost.advance(pull));
+        self.ghost
+            .iter_mut()
+            .for_each(|ghost| _ = ghost.advance(pull));
         let now = &self.shown.now;
         self.counts.ticks += 1;
         self.counts.falls += u32::from(!fell_before && self.shown.record().fell_at_s.is_some());
-        self.counts.drag_n = pull.iter().map(|pull| pull.force.norm()).fold(self.counts.drag_n, f64::max);
+        self.counts.drag_n = pull
+            .iter()
+            .map(|pull| pull.force.norm())
+            .fold(self.counts.drag_n, f64::max);
         self.counts.com_m = self.counts.com_m.max((now.com - self.start).xy().norm());
-        if let Some(push) = now.push.filter(|push| pull.is_none() && push.force.norm() > LEAST_N) {
+        if let Some(push) = now
+            .push
+            .filter(|push| pull.is_none() && push.force.norm() > LEAST_N)
+        {
             self.lingering = Some((now.time_s + LINGERING_S, push));
         }
         true
@@ -99,7 +122,12 @@ impl<'a> Live<'a> {
     /// Pushes the robot, from now on.
     pub fn push(&mut self, impulse_n_s: f64, heading_deg: f64) {
         let start_s = self.shown.now.time_s;
-        let push = Push { impulse_n_s, heading_deg, start_s, ..Push::first(&Units::of(&self.world.robot)) };
+        let push = Push {
+            impulse_n_s,
+            heading_deg,
+            start_s,
+            ..Push::first(&Units::of(&self.world.robot))
+        };
         self.both().for_each(|robot| robot.push(push));
         self.counts.pushes += 1;
     }
@@ -135,19 +163,34 @@ impl<'a> Live<'a> {
     /// The marks, among them a push that acts or has just ended. The pull of the mouse replaces the push.
     pub fn marks(&self, stage: &Stage, shown: &[Overlay]) -> Vec<SceneMark> {
         let now = &self.shown.now;
-        let lingering = self.lingering.filter(|(until_s, _)| self.grab.is_none() && now.time_s <= *until_s);
+        let lingering = self
+            .lingering
+            .filter(|(until_s, _)| self.grab.is_none() && now.time_s <= *until_s);
         let push = lingering.map(|(_, push)| push);
-        let mut marks = stage.marks(&Snapshot { push, ..now.clone() }, shown);
-        let hand = self.grab.filter(|_| shown.contains(&Overlay::Push)).map(|grab| grab.arrow(&self.shown.kinematics));
+        let mut marks = stage.marks(
+            &Snapshot {
+                push,
+                ..now.clone()
+            },
+            shown,
+        );
+        let hand = self
+            .grab
+            .filter(|_| shown.contains(&Overlay::Push))
+            .map(|grab| grab.arrow(&self.shown.kinematics));
         // The arrow begins at the pulled point.
         let drawing = hand.and_then(|hand| arrow_along(Overlay::Push, &hand, false, stage.scale));
-        marks.extend(drawing.map(|drawing| SceneMark { overlay: Overlay::Push, drawing }));
+        marks.extend(drawing.map(|drawing| SceneMark {
+            overlay: Overlay::Push,
+            drawing,
+        }));
         marks
     }
 
     /// Name of the link that a drag from this place would pull. None while a link is pulled.
     pub fn link_at(&self, stage: &Stage, lens: &Lens, mouse: Pos2) -> Option<&str> {
-        let hit = pick_near(stage, &self.shown.kinematics, lens, mouse).filter(|_| self.grab.is_none())?;
+        let hit = pick_near(stage, &self.shown.kinematics, lens, mouse)
+            .filter(|_| self.grab.is_none())?;
         Some(self.world.simulated.links[hit.link].name.as_str())
     }
 
@@ -157,11 +200,18 @@ impl<'a> Live<'a> {
         match (record.outcome, record.settled_at_s) {
             (Outcome::Fell, _) => {
                 let cause = record.fall_cause.as_deref().unwrap_or("fell");
-                (format!("fell at {:.2} s: {cause}", record.fell_at_s.unwrap_or(record.end_s)), true)
+                (
+                    format!(
+                        "fell at {:.2} s: {cause}",
+                        record.fell_at_s.unwrap_or(record.end_s)
+                    ),
+                    true,
+                )
             }
-            (Outcome::Diverged | Outcome::Failed, _) => {
-                (format!("{} at {:.2} s", record.outcome.name(), record.end_s), true)
-            }
+            (Outcome::Diverged | Outcome::Failed, _) => (
+                format!("{} at {:.2} s", record.outcome.name(), record.end_s),
+                true,
+            ),
             _ if self.grab.is_some() => ("held by hand".into(), false),
             (_, Some(since_s)) => (format!("has stood still since {since_s:.2} s"), false),
             (_, None) => ("in motion".into(), false),
@@ -172,10 +222,17 @@ impl<'a> Live<'a> {
     pub fn account(&self) -> String {
         let counts = self.counts;
         let verdict = |name: &str, robot: &Simulation| {
-            format!("\n{name}, in {}: {}", robot.config.engine.title(), self.verdict_on(robot).0)
+            format!(
+                "\n{name}, in {}: {}",
+                robot.config.engine.title(),
+                self.verdict_on(robot).0
+            )
         };
         let robot = verdict("robot", &self.shown);
-        let ghost = self.ghost.as_ref().map_or_else(String::new, |ghost| verdict("ghost", ghost));
+        let ghost = self
+            .ghost
+            .as_ref()
+            .map_or_else(String::new, |ghost| verdict("ghost", ghost));
         format!(
             "{}, {} (up to {:.1} N), {}, {}, {}; the COM was up to {:.1} mm from its start\n\
              {} ({} single), {:.3} s simulated{robot}{ghost}",
@@ -203,7 +260,11 @@ mod tests {
     /// A ghost in the same engine moves to the last bit as the robot does, whatever the user does to the robot.
     #[test]
     fn what_happens_to_the_robot_happens_to_its_ghost() {
-        let mut world = LiveSetup::new(&Options { speed: 1.0, ..Options::default() }).unwrap();
+        let mut world = LiveSetup::new(&Options {
+            speed: 1.0,
+            ..Options::default()
+        })
+        .unwrap();
         world.ghost_config = Some(world.config);
         let mut live = Live::new(&world);
         let stage = Stage::new(&world.simulated, world.ground());
@@ -217,7 +278,13 @@ mod tests {
                     let mouse = lens.project(&live.shown.now.com).unwrap();
                     let kinematics = &live.shown.kinematics;
                     let hit = pick_near(&stage, kinematics, &lens, mouse).unwrap();
-                    let mut grab = Grab::new(hit, &lens.sight(mouse), kinematics, lens.looking(), stage.scale);
+                    let mut grab = Grab::new(
+                        hit,
+                        &lens.sight(mouse),
+                        kinematics,
+                        lens.looking(),
+                        stage.scale,
+                    );
                     grab.follow(&lens.sight(mouse + vec2(60.0, 0.0)));
                     live.take(grab);
                 }
@@ -227,13 +294,21 @@ mod tests {
             }
             assert!(live.advance());
             let ghost = live.ghost.as_ref().unwrap();
-            assert_eq!((ghost.now.time_s, ghost.now.com), (live.shown.now.time_s, live.shown.now.com), "tick {k}");
+            assert_eq!(
+                (ghost.now.time_s, ghost.now.com),
+                (live.shown.now.time_s, live.shown.now.com),
+                "tick {k}"
+            );
             seen_n.extend(ghost.now.push.map(|push| push.force.norm()));
             if k == 150 || k == 250 {
                 assert_eq!(ghost.now.gain.is_some(), k == 150, "the set {k}");
             }
         }
-        assert!(seen_n.len() > 100 && live.counts.pushes + live.counts.drags == 2, "{} ticks", seen_n.len());
+        assert!(
+            seen_n.len() > 100 && live.counts.pushes + live.counts.drags == 2,
+            "{} ticks",
+            seen_n.len()
+        );
         assert!(live.shown.now.time_s < 0.21, "it began anew");
     }
 }

@@ -9,7 +9,9 @@ use kiss3d::egui::{self, Align2, Color32, FontId, Painter, Pos2, Shape, pos2, ve
 use nalgebra::{Point2, Point3};
 use standfast_pictures::scene::palette::{Color, GHOST, Overlay};
 use standfast_pictures::scene::scale::RobotScale;
-use standfast_pictures::scene::{Drawing, FlatShape, SceneMark, ScreenPoint, Stroke, arrow, on_ground, strokes};
+use standfast_pictures::scene::{
+    Drawing, FlatShape, SceneMark, ScreenPoint, Stroke, arrow, on_ground, strokes,
+};
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
 
@@ -26,23 +28,54 @@ pub struct Marks<'a> {
 
 impl Marks<'_> {
     pub fn draw(&self, mark: &SceneMark) {
-        strokes(mark, |at| self.seen(at)).iter().for_each(|stroke| self.stroke(stroke));
+        strokes(mark, |at| self.seen(at))
+            .iter()
+            .for_each(|stroke| self.stroke(stroke));
         // Only pushes and pulls have their size written at the end of the arrow that is farther from the robot.
-        if let (Overlay::Push, Drawing::Arrow { tail, along, ends, force_n, .. }) = (mark.overlay, &mark.drawing)
-            && let (Some(from), Some(to)) = (self.lens.project(tail), self.lens.project(&(tail + along)))
+        if let (
+            Overlay::Push,
+            Drawing::Arrow {
+                tail,
+                along,
+                ends,
+                force_n,
+                ..
+            },
+        ) = (mark.overlay, &mark.drawing)
+            && let (Some(from), Some(to)) =
+                (self.lens.project(tail), self.lens.project(&(tail + along)))
         {
             let size = format!("{force_n:.1} N");
-            let half = self.painter.layout_no_wrap(size.clone(), FONT, Color32::BLACK).size() / 2.0;
-            let (at, away) = if *ends { (from, from - to) } else { (to, to - from) };
+            let half = self
+                .painter
+                .layout_no_wrap(size.clone(), FONT, Color32::BLACK)
+                .size()
+                / 2.0;
+            let (at, away) = if *ends {
+                (from, from - to)
+            } else {
+                (to, to - from)
+            };
             let away = away.normalized();
-            self.text(&self.painter, at + away * 6.0 + away * half, &size, mark.overlay.color());
+            self.text(
+                &self.painter,
+                at + away * 6.0 + away * half,
+                &size,
+                mark.overlay.color(),
+            );
         }
     }
 
     /// Draws the marks of a ghost.
     pub fn faint(&self, marks: &[SceneMark]) {
-        for stroke in marks.iter().flat_map(|mark| strokes(mark, |at| self.seen(at))) {
-            self.stroke(&Stroke { opacity: GHOST.marks_opacity * stroke.opacity, ..stroke });
+        for stroke in marks
+            .iter()
+            .flat_map(|mark| strokes(mark, |at| self.seen(at)))
+        {
+            self.stroke(&Stroke {
+                opacity: GHOST.marks_opacity * stroke.opacity,
+                ..stroke
+            });
         }
     }
 
@@ -51,12 +84,27 @@ impl Marks<'_> {
         self.lens.project(at).map(|at| [at.x.into(), at.y.into()])
     }
 
-    fn stroke(&self, Stroke { form, color, opacity }: &Stroke) {
+    fn stroke(
+        &self,
+        Stroke {
+            form,
+            color,
+            opacity,
+        }: &Stroke,
+    ) {
         let color = color.faint(*opacity as f32);
         let stroke = |width: f64| egui::Stroke::new(width as f32, color);
-        let points = |path: &[ScreenPoint]| path.iter().map(|[x, y]| pos2(*x as f32, *y as f32)).collect::<Vec<Pos2>>();
+        let points = |path: &[ScreenPoint]| {
+            path.iter()
+                .map(|[x, y]| pos2(*x as f32, *y as f32))
+                .collect::<Vec<Pos2>>()
+        };
         self.painter.add(match form {
-            FlatShape::Area { path } => Shape::Path(PathShape::convex_polygon(points(path), color, egui::Stroke::NONE)),
+            FlatShape::Area { path } => Shape::Path(PathShape::convex_polygon(
+                points(path),
+                color,
+                egui::Stroke::NONE,
+            )),
             FlatShape::Outline { path, width } => Shape::closed_line(points(path), stroke(*width)),
             FlatShape::Line { path, width } => Shape::line(points(path), stroke(*width)),
         });
@@ -71,10 +119,16 @@ impl Marks<'_> {
         let text = format!("{:.1} N s", aim.impulse_n_s);
         let faint = colors::PUSH.towards(colors::FLOOR, 0.35);
         if let (Some(from), Some(to)) = (self.seen(&at(-0.31)), self.seen(&at(-0.19))) {
-            let strokes = arrow(from, to, 2.5).into_iter().map(|form| Stroke { form, color: faint, opacity: 1.0 });
+            let strokes = arrow(from, to, 2.5).into_iter().map(|form| Stroke {
+                form,
+                color: faint,
+                opacity: 1.0,
+            });
             strokes.for_each(|stroke| self.stroke(&stroke));
         }
-        self.at(at(-0.34), |painter, place| self.text(painter, place, &text, faint));
+        self.at(at(-0.34), |painter, place| {
+            self.text(painter, place, &text, faint)
+        });
     }
 
     /// Writes the names of the axes at the ends of the grid.
@@ -82,7 +136,9 @@ impl Marks<'_> {
         let end_m = space::grid_m(self.scale) + 0.05 * self.scale.length();
         for (name, x, y) in [("x, forward", end_m, 0.0), ("y, left", 0.0, end_m)] {
             let color = colors::GRID.towards(colors::INK, 0.4);
-            self.at(self.on_ground(&Point2::new(x, y)), |painter, at| self.text(painter, at, name, color));
+            self.at(self.on_ground(&Point2::new(x, y)), |painter, at| {
+                self.text(painter, at, name, color)
+            });
         }
     }
 
@@ -103,7 +159,13 @@ impl Marks<'_> {
 
     fn text(&self, painter: &Painter, at: Pos2, text: &str, color: Color) {
         for (x, y) in [(-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0)] {
-            painter.text(at + vec2(x, y), Align2::CENTER_CENTER, text, FONT, Color32::from_white_alpha(150));
+            painter.text(
+                at + vec2(x, y),
+                Align2::CENTER_CENTER,
+                text,
+                FONT,
+                Color32::from_white_alpha(150),
+            );
         }
         painter.text(at, Align2::CENTER_CENTER, text, FONT, color.egui());
     }

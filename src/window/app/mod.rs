@@ -64,10 +64,16 @@ fn check(args: &Options) -> Result<()> {
         if value > 0.0 && value <= most {
             return Ok(());
         }
-        Err(Error::option(name, value, "out of range", format!("more than 0, at most {most}")))
+        Err(Error::option(
+            name,
+            value,
+            "out of range",
+            format!("more than 0, at most {most}"),
+        ))
     };
     positive("--speed", args.speed, 10.0)?;
-    args.seconds.map_or(Ok(()), |seconds| positive("--seconds", seconds, 1e6))
+    args.seconds
+        .map_or(Ok(()), |seconds| positive("--seconds", seconds, 1e6))
 }
 
 /// The window and its state.
@@ -120,25 +126,33 @@ impl<'a> App<'a> {
 
     fn run(mut self, args: &Options) -> Result<String> {
         let (start, watch) = (Instant::now(), Watchdog::start());
-        let is_due = |start: &Instant| args.seconds.is_some_and(|s| start.elapsed().as_secs_f64() >= s);
+        let is_due = |start: &Instant| {
+            args.seconds
+                .is_some_and(|s| start.elapsed().as_secs_f64() >= s)
+        };
         loop {
             let mut wishes = self.input();
             self.clock.begin_frame();
             self.advance();
             // While the mouse pulls, the camera stays, because otherwise the camera would move the pulled point.
             if self.live.grab.is_none() {
-                self.leash.pull(&mut self.camera, &self.live.shown.now.com, self.clock.frame_s);
+                self.leash.pull(
+                    &mut self.camera,
+                    &self.live.shown.now.com,
+                    self.clock.frame_s,
+                );
             }
             self.draw(&mut wishes);
             wishes.into_iter().for_each(|wish| self.grant(wish));
-            let goes_on = match window::render(&mut self.window, &mut self.space.root, &mut self.camera) {
-                Ok(goes_on) => goes_on,
-                Err(error) => {
-                    // Closing a window that is lost would fail again.
-                    std::mem::forget(self);
-                    return Err(error);
-                }
-            };
+            let goes_on =
+                match window::render(&mut self.window, &mut self.space.root, &mut self.camera) {
+                    Ok(goes_on) => goes_on,
+                    Err(error) => {
+                        // Closing a window that is lost would fail again.
+                        std::mem::forget(self);
+                        return Err(error);
+                    }
+                };
             watch.beat();
             let FrameClock { frames, speed, .. } = self.clock;
             if frames == 1 {
@@ -146,7 +160,10 @@ impl<'a> App<'a> {
             }
             let now = &self.live.shown.now;
             let [x_mm, y_mm, _] = <[f64; 3]>::from(now.com * 1000.0);
-            log::trace!("frame {frames}: {:.3} s, speed {speed}, COM {x_mm:.1} {y_mm:.1} mm", now.time_s);
+            log::trace!(
+                "frame {frames}: {:.3} s, speed {speed}, COM {x_mm:.1} {y_mm:.1} mm",
+                now.time_s
+            );
             let is_slow = (0.1..SLOW_FRAMES_PER_S).contains(&self.clock.frames_per_s);
             if is_slow && self.window.samples() > 1 {
                 self.window.set_samples(NumSamples::One);
@@ -158,8 +175,16 @@ impl<'a> App<'a> {
         if let Some(path) = &args.screenshot {
             write_picture(&self.window, path)?;
         }
-        let FrameClock { frames, dropped, lost_s, .. } = self.clock;
-        let (frames, seconds) = (several(frames, "frame", "frames"), start.elapsed().as_secs_f64());
+        let FrameClock {
+            frames,
+            dropped,
+            lost_s,
+            ..
+        } = self.clock;
+        let (frames, seconds) = (
+            several(frames, "frame", "frames"),
+            start.elapsed().as_secs_f64(),
+        );
         let mut drawn = format!("{frames} drawn, {dropped} dropped, in {seconds:.1} s");
         // A smaller delay would be printed as 0.0 s.
         if lost_s >= 0.05 {
@@ -177,7 +202,9 @@ impl<'a> App<'a> {
                 WindowEvent::Key(key, action, _) => {
                     wishes.extend(self.keyboard.key(key, action).filter(|_| !is_typing));
                 }
-                WindowEvent::Char(sign) => wishes.extend(self.keyboard.sign(sign).filter(|_| !is_typing)),
+                WindowEvent::Char(sign) => {
+                    wishes.extend(self.keyboard.sign(sign).filter(|_| !is_typing))
+                }
                 WindowEvent::CursorPos(x, y, _) => self.cursor = Some((x, y)),
                 WindowEvent::MouseButton(MouseButton::Button1, action, _) => match action {
                     Action::Press if !self.window.is_egui_capturing_mouse() => self.take(),
@@ -196,10 +223,17 @@ impl<'a> App<'a> {
 
     /// Begins to pull on the link under the mouse or near to it. If there is none, the camera turns.
     fn take(&mut self) {
-        let (lens, stage, kinematics) = (self.lens(), &self.space.stage, &self.live.shown.kinematics);
+        let (lens, stage, kinematics) =
+            (self.lens(), &self.space.stage, &self.live.shown.kinematics);
         let Some(mouse) = self.mouse() else { return };
         if let Some(hit) = pick_near(stage, kinematics, &lens, mouse) {
-            let grab = Grab::new(hit, &lens.sight(mouse), kinematics, lens.looking(), stage.scale);
+            let grab = Grab::new(
+                hit,
+                &lens.sight(mouse),
+                kinematics,
+                lens.looking(),
+                stage.scale,
+            );
             self.live.take(grab);
             self.camera.rebind_rotate_button(None);
         }
@@ -220,39 +254,76 @@ impl<'a> App<'a> {
         let lens = self.lens();
         let eye = kiss3d::camera::Camera3d::eye(&self.camera);
         let marks = self.live.marks(&self.space.stage, &self.shown);
-        let Simulation { now, kinematics, .. } = &self.live.shown;
-        self.space.draw(now, kinematics, &marks, eye, &mut self.window);
-        let mouse = self.mouse().filter(|_| !self.window.is_egui_capturing_mouse());
+        let Simulation {
+            now, kinematics, ..
+        } = &self.live.shown;
+        self.space
+            .draw(now, kinematics, &marks, eye, &mut self.window);
+        let mouse = self
+            .mouse()
+            .filter(|_| !self.window.is_egui_capturing_mouse());
         // This begins a frame of egui, to which the context below then belongs.
         self.window.draw_ui(|_| {});
         let ctx = &self.window.egui_context().clone();
         let stage = &self.space.stage;
         let wide = ctx.content_rect().width() - panel::WIDTH;
         let free = Rect::from_min_max(Pos2::ZERO, pos2(wide, ctx.content_rect().bottom()));
-        let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(free);
-        let drawn = Marks { painter, lens: &lens, ground: stage.ground(now), scale: stage.scale };
+        let painter = ctx
+            .layer_painter(LayerId::background())
+            .with_clip_rect(free);
+        let drawn = Marks {
+            painter,
+            lens: &lens,
+            ground: stage.ground(now),
+            scale: stage.scale,
+        };
         drawn.axes();
         drawn.aim(now, &self.aim);
         if let Some(ghost) = self.live.ghost.as_ref().filter(|_| self.shows_ghost) {
             let eye = Point3::new(eye.x, eye.y, eye.z).cast();
-            drawn.painter.add(ghost::shape(stage, kinematics, &ghost.kinematics, &lens, eye));
+            drawn.painter.add(ghost::shape(
+                stage,
+                kinematics,
+                &ghost.kinematics,
+                &lens,
+                eye,
+            ));
             drawn.faint(&stage.marks(&ghost.now, &self.of_ghost()));
         }
         marks.iter().for_each(|mark| drawn.draw(mark));
-        if let Some((at, name)) = mouse.and_then(|at| Some((at, self.live.link_at(stage, &lens, at)?))) {
+        if let Some((at, name)) =
+            mouse.and_then(|at| Some((at, self.live.link_at(stage, &lens, at)?)))
+        {
             drawn.name(at, name);
         }
         if self.help {
             panel::help(ctx);
         }
-        let Self { live, clock, shown, shows_ghost, aim, .. } = &*self;
-        let seen = Seen { live, clock, shown, shows_ghost: *shows_ghost, aim: *aim, scale: stage.scale };
+        let Self {
+            live,
+            clock,
+            shown,
+            shows_ghost,
+            aim,
+            ..
+        } = &*self;
+        let seen = Seen {
+            live,
+            clock,
+            shown,
+            shows_ghost: *shows_ghost,
+            aim: *aim,
+            scale: stage.scale,
+        };
         panel::draw(ctx, &seen, wishes);
     }
 
     /// The marks of a ghost, which are some of the shown marks.
     fn of_ghost(&self) -> Vec<Overlay> {
-        [Overlay::Com, Overlay::Zmp].into_iter().filter(|overlay| self.shown.contains(overlay)).collect()
+        [Overlay::Com, Overlay::Zmp]
+            .into_iter()
+            .filter(|overlay| self.shown.contains(overlay))
+            .collect()
     }
 
     /// Fulfils a wish of the user.
@@ -283,7 +354,10 @@ impl<'a> App<'a> {
             },
             Wish::ToggleGhost => self.shows_ghost ^= true,
             Wish::ResetCamera => {
-                (self.camera, self.leash) = (camera(self.space.stage.scale), Leash::of(self.space.stage.scale));
+                (self.camera, self.leash) = (
+                    camera(self.space.stage.scale),
+                    Leash::of(self.space.stage.scale),
+                );
                 self.leash.jump(&mut self.camera, &self.live.shown.now.com);
             }
             Wish::Help => self.help ^= true,
@@ -294,21 +368,31 @@ impl<'a> App<'a> {
     /// Position of the mouse (points of egui).
     fn mouse(&self) -> Option<Pos2> {
         let scale = self.window.scale_factor();
-        self.cursor.map(|(x, y)| pos2((x / scale) as f32, (y / scale) as f32))
+        self.cursor
+            .map(|(x, y)| pos2((x / scale) as f32, (y / scale) as f32))
     }
 
     fn lens(&self) -> Lens {
         let (size, scale) = (self.window.size(), self.window.scale_factor() as f32);
-        Lens::new(&self.camera, egui::vec2(size.x as f32 / scale, size.y as f32 / scale))
+        Lens::new(
+            &self.camera,
+            egui::vec2(size.x as f32 / scale, size.y as f32 / scale),
+        )
     }
 }
 
 fn write_picture(window: &Window, path: &Path) -> Result<()> {
     let written = window.snap_image().save(path);
-    written.map_err(|e| Error::Write { path: path.into(), source: std::io::Error::other(e) })
+    written.map_err(|e| Error::Write {
+        path: path.into(),
+        source: std::io::Error::other(e),
+    })
 }
 
 /// A robot three times as long as the window is made for, of the same density.
 #[cfg(test)]
 const THRICE: standfast_pictures::scene::scale::RobotScale =
-    standfast_pictures::scene::scale::RobotScale { length: 3.0, mass: 27.0 };
+    standfast_pictures::scene::scale::RobotScale {
+        length: 3.0,
+        mass: 27.0,
+    };

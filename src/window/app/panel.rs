@@ -8,7 +8,8 @@ use super::live::Live;
 use super::simulation::Simulation;
 use super::{colors, plots, space};
 use kiss3d::egui::{
-    Align2, Area, Button, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText, ScrollArea, Sense, Ui, vec2,
+    Align2, Area, Button, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText,
+    ScrollArea, Sense, Ui, vec2,
 };
 use standfast_pictures::scene::palette::{GHOST, Overlay, OverlayLook};
 use standfast_pictures::scene::scale::RobotScale;
@@ -34,38 +35,56 @@ pub struct Seen<'a> {
 /// Draws the panel, and adds the wishes of the user.
 pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
     let height = ctx.content_rect().height();
-    let frame = Frame::NONE.fill(Color32::from_rgb(0xf8, 0xf9, 0xfb)).inner_margin(Margin::same(12));
-    Area::new(Id::new("panel")).anchor(Align2::RIGHT_TOP, vec2(0.0, 0.0)).show(ctx, |ui| {
-        frame.show(ui, |ui| {
-            ui.set_width(WIDTH - 24.0);
-            ui.set_max_width(WIDTH - 24.0);
-            ui.set_height(height - 24.0);
-            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                let (live, scale) = (seen.live, seen.scale);
-                state(ui, live, wishes);
-                ui.separator();
-                time(ui, seen, wishes);
-                push(ui, seen.aim, wishes);
-                ui.separator();
-                overlays(ui, seen, wishes);
-                ui.separator();
-                // Both plots, their names and the last line fill the rest of the window.
-                let height = (0.5 * (ui.available_height() - 3.0 * LINE)).max(LEAST_PLOT);
-                let ghost = live.ghost.as_ref().filter(|_| seen.shows_ghost).map(|ghost| &ghost.trail);
-                plots::draw(ui, &live.shown.trail, ghost, scale.length(), live.shown.now.time_s, height);
-                ui.horizontal(|ui| {
-                    for (name, wish) in [("Keys (H)", Wish::Help), ("First view (V)", Wish::ResetCamera)] {
-                        wishes.extend(ui.small_button(name).clicked().then_some(wish));
-                    }
-                    ui.weak(format!(
-                        "{}; floor lines: {} m",
-                        live.shown.config.engine.title(),
-                        space::spacing_m(scale)
-                    ));
+    let frame = Frame::NONE
+        .fill(Color32::from_rgb(0xf8, 0xf9, 0xfb))
+        .inner_margin(Margin::same(12));
+    Area::new(Id::new("panel"))
+        .anchor(Align2::RIGHT_TOP, vec2(0.0, 0.0))
+        .show(ctx, |ui| {
+            frame.show(ui, |ui| {
+                ui.set_width(WIDTH - 24.0);
+                ui.set_max_width(WIDTH - 24.0);
+                ui.set_height(height - 24.0);
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                    let (live, scale) = (seen.live, seen.scale);
+                    state(ui, live, wishes);
+                    ui.separator();
+                    time(ui, seen, wishes);
+                    push(ui, seen.aim, wishes);
+                    ui.separator();
+                    overlays(ui, seen, wishes);
+                    ui.separator();
+                    // Both plots, their names and the last line fill the rest of the window.
+                    let height = (0.5 * (ui.available_height() - 3.0 * LINE)).max(LEAST_PLOT);
+                    let ghost = live
+                        .ghost
+                        .as_ref()
+                        .filter(|_| seen.shows_ghost)
+                        .map(|ghost| &ghost.trail);
+                    plots::draw(
+                        ui,
+                        &live.shown.trail,
+                        ghost,
+                        scale.length(),
+                        live.shown.now.time_s,
+                        height,
+                    );
+                    ui.horizontal(|ui| {
+                        for (name, wish) in [
+                            ("Keys (H)", Wish::Help),
+                            ("First view (V)", Wish::ResetCamera),
+                        ] {
+                            wishes.extend(ui.small_button(name).clicked().then_some(wish));
+                        }
+                        ui.weak(format!(
+                            "{}; floor lines: {} m",
+                            live.shown.config.engine.title(),
+                            space::spacing_m(scale)
+                        ));
+                    });
                 });
             });
         });
-    });
 }
 
 /// The controllers, the verdict, and the state of the controller.
@@ -80,55 +99,70 @@ fn state(ui: &mut Ui, live: &Live, wishes: &mut Vec<Wish>) {
     let told = |ui: &mut Ui, robot: &Simulation, name: &str| {
         let (verdict, badly) = live.verdict_on(robot);
         let color = if badly { colors::BADLY } else { colors::WELL };
-        ui.label(RichText::new(format!("{name}{verdict}")).color(color.egui()).strong());
+        ui.label(
+            RichText::new(format!("{name}{verdict}"))
+                .color(color.egui())
+                .strong(),
+        );
     };
     match &live.ghost {
         Some(ghost) => {
-            told(ui, &live.shown, &format!("{}: ", live.shown.config.engine.title()));
-            told(ui, ghost, &format!("{} (ghost): ", ghost.config.engine.title()));
+            told(
+                ui,
+                &live.shown,
+                &format!("{}: ", live.shown.config.engine.title()),
+            );
+            told(
+                ui,
+                ghost,
+                &format!("{} (ghost): ", ghost.config.engine.title()),
+            );
         }
         None => told(ui, &live.shown, ""),
     }
     let now = &live.shown.now;
-    Grid::new("state").num_columns(2).spacing([10.0, 3.0]).show(ui, |ui| {
-        ui.label("gain");
-        ui.horizontal_wrapped(|ui| {
-            ui.spacing_mut().item_spacing.x = 6.0;
-            let Some(of_now) = &now.gain else {
-                ui.label(without_gain(&now.phase));
-                return;
-            };
-            // The gains are in the order from slow to fast.
-            for name in &factories[acting].regions {
-                match name == of_now {
-                    true => ui.label(
-                        RichText::new(format!(" {name} "))
-                            .color(Color32::WHITE)
-                            .background_color(Overlay::Slices.color().egui()),
-                    ),
-                    false => ui.weak(name),
+    Grid::new("state")
+        .num_columns(2)
+        .spacing([10.0, 3.0])
+        .show(ui, |ui| {
+            ui.label("gain");
+            ui.horizontal_wrapped(|ui| {
+                ui.spacing_mut().item_spacing.x = 6.0;
+                let Some(of_now) = &now.gain else {
+                    ui.label(without_gain(&now.phase));
+                    return;
                 };
-            }
+                // The gains are in the order from slow to fast.
+                for name in &factories[acting].regions {
+                    match name == of_now {
+                        true => ui.label(
+                            RichText::new(format!(" {name} "))
+                                .color(Color32::WHITE)
+                                .background_color(Overlay::Slices.color().egui()),
+                        ),
+                        false => ui.weak(name),
+                    };
+                }
+            });
+            ui.end_row();
+            ui.label("phase");
+            ui.label(doing(&now.phase));
+            ui.end_row();
+            ui.label("margin");
+            match now.margin {
+                Some(margin) => ui.label(format!("{margin:.2}  (1 at rest, negative outside)")),
+                None => ui.label("none"),
+            };
+            ui.end_row();
+            ui.label("DCM");
+            let mm = 1000.0 * now.dcm_outside_m;
+            ui.label(match mm {
+                mm if mm.is_infinite() => "no sole on the ground".to_string(),
+                mm if mm > 0.0 => format!("{mm:.0} mm outside of the soles"),
+                mm => format!("{:.0} mm inside of the soles", -mm),
+            });
+            ui.end_row();
         });
-        ui.end_row();
-        ui.label("phase");
-        ui.label(doing(&now.phase));
-        ui.end_row();
-        ui.label("margin");
-        match now.margin {
-            Some(margin) => ui.label(format!("{margin:.2}  (1 at rest, negative outside)")),
-            None => ui.label("none"),
-        };
-        ui.end_row();
-        ui.label("DCM");
-        let mm = 1000.0 * now.dcm_outside_m;
-        ui.label(match mm {
-            mm if mm.is_infinite() => "no sole on the ground".to_string(),
-            mm if mm > 0.0 => format!("{mm:.0} mm outside of the soles"),
-            mm => format!("{:.0} mm inside of the soles", -mm),
-        });
-        ui.end_row();
-    });
 }
 
 /// The time, the measured speed, and their controls.
@@ -142,14 +176,28 @@ fn time(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
             Some(factor) => {
                 let late = factor < 0.9 * clock.speed;
                 let late_words = if late { "physics is slow: " } else { "" };
-                (format!("{late_words}{factor:.2} of real time, {:.0} frames/s", clock.frames_per_s), late)
+                (
+                    format!(
+                        "{late_words}{factor:.2} of real time, {:.0} frames/s",
+                        clock.frames_per_s
+                    ),
+                    late,
+                )
             }
         };
-        ui.label(if slow { RichText::new(text).color(colors::BADLY.egui()) } else { RichText::new(text).weak() });
+        ui.label(if slow {
+            RichText::new(text).color(colors::BADLY.egui())
+        } else {
+            RichText::new(text).weak()
+        });
     });
     ui.horizontal(|ui| {
         let pause = if clock.paused { "Go on" } else { "Pause" };
-        for (name, wish) in [(pause, Wish::Pause), ("Tick", Wish::Tick), ("Restart", Wish::Restart)] {
+        for (name, wish) in [
+            (pause, Wish::Pause),
+            ("Tick", Wish::Tick),
+            ("Restart", Wish::Restart),
+        ] {
             wishes.extend(ui.button(name).clicked().then_some(wish));
         }
     });
@@ -157,9 +205,17 @@ fn time(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
         ui.spacing_mut().item_spacing.x = 3.0;
         ui.label("speed ");
         for speed in SPEEDS {
-            let name = if speed < 1.0 { format!("1/{:.0}", 1.0 / speed) } else { format!("{speed:.0}") };
+            let name = if speed < 1.0 {
+                format!("1/{:.0}", 1.0 / speed)
+            } else {
+                format!("{speed:.0}")
+            };
             let is_it = (clock.speed / speed - 1.0).abs() < 1e-6;
-            wishes.extend(ui.selectable_label(is_it, name).clicked().then_some(Wish::Speed(speed)));
+            wishes.extend(
+                ui.selectable_label(is_it, name)
+                    .clicked()
+                    .then_some(Wish::Speed(speed)),
+            );
         }
     });
 }
@@ -167,15 +223,30 @@ fn time(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
 /// The button that pushes, with impulse and heading.
 fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
     ui.horizontal(|ui| {
-        let button = Button::new(RichText::new("Push").color(Color32::WHITE)).fill(colors::PUSH.egui());
+        let button =
+            Button::new(RichText::new("Push").color(Color32::WHITE)).fill(colors::PUSH.egui());
         wishes.extend(ui.add(button).clicked().then_some(Wish::Push));
         let (mut impulse, mut heading) = (aim.impulse_n_s, aim.heading_deg);
         let speed = 0.2 * aim.step_n_s;
-        let dragged = ui.add(DragValue::new(&mut impulse).speed(speed).fixed_decimals(2).suffix(" N s"));
+        let dragged = ui.add(
+            DragValue::new(&mut impulse)
+                .speed(speed)
+                .fixed_decimals(2)
+                .suffix(" N s"),
+        );
         wishes.extend(dragged.changed().then_some(Wish::Impulse(impulse)));
         ui.label("to");
-        let dragged = ui.add(DragValue::new(&mut heading).speed(1.0).fixed_decimals(0).suffix(" deg"));
-        wishes.extend(dragged.changed().then_some(Wish::Heading(heading - aim.heading_deg)));
+        let dragged = ui.add(
+            DragValue::new(&mut heading)
+                .speed(1.0)
+                .fixed_decimals(0)
+                .suffix(" deg"),
+        );
+        wishes.extend(
+            dragged
+                .changed()
+                .then_some(Wish::Heading(heading - aim.heading_deg)),
+        );
         ui.weak("0 forward, 90 left");
     });
 }
@@ -184,40 +255,79 @@ fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
 fn overlays(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
     let mut boxes = Vec::new();
     for overlay in Overlay::ALL {
-        let OverlayLook { key, name, hint, color, .. } = overlay.look();
-        boxes.push((name.to_string(), key, hint, color, seen.shown.contains(&overlay), Wish::Toggle(overlay)));
+        let OverlayLook {
+            key,
+            name,
+            hint,
+            color,
+            ..
+        } = overlay.look();
+        boxes.push((
+            name.to_string(),
+            key,
+            hint,
+            color,
+            seen.shown.contains(&overlay),
+            Wish::Toggle(overlay),
+        ));
     }
     if let Some(ghost) = &seen.live.ghost {
-        let (name, hint) = (format!("ghost: {}", ghost.config.engine.title()), "the robot in the other engine");
-        boxes.push((name, GHOST.key, hint, GHOST.color, seen.shows_ghost, Wish::ToggleGhost));
+        let (name, hint) = (
+            format!("ghost: {}", ghost.config.engine.title()),
+            "the robot in the other engine",
+        );
+        boxes.push((
+            name,
+            GHOST.key,
+            hint,
+            GHOST.color,
+            seen.shows_ghost,
+            Wish::ToggleGhost,
+        ));
     }
-    Grid::new("overlays").num_columns(2).spacing([8.0, 2.0]).show(ui, |ui| {
-        for (i, (name, key, hint, color, mut is_shown, wish)) in boxes.into_iter().enumerate() {
-            ui.horizontal(|ui| {
-                let (place, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
-                ui.painter().rect_filled(place, 2, color.egui());
-                let switch = ui.checkbox(&mut is_shown, format!("{name} ({})", key.to_ascii_uppercase()));
-                wishes.extend(switch.on_hover_text(hint).changed().then_some(wish));
-            });
-            if i % 2 == 1 {
-                ui.end_row();
+    Grid::new("overlays")
+        .num_columns(2)
+        .spacing([8.0, 2.0])
+        .show(ui, |ui| {
+            for (i, (name, key, hint, color, mut is_shown, wish)) in boxes.into_iter().enumerate() {
+                ui.horizontal(|ui| {
+                    let (place, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
+                    ui.painter().rect_filled(place, 2, color.egui());
+                    let switch = ui.checkbox(
+                        &mut is_shown,
+                        format!("{name} ({})", key.to_ascii_uppercase()),
+                    );
+                    wishes.extend(switch.on_hover_text(hint).changed().then_some(wish));
+                });
+                if i % 2 == 1 {
+                    ui.end_row();
+                }
             }
-        }
-    });
+        });
 }
 
 /// The help on keys, at the upper left of the picture.
 pub fn help(ctx: &Context) {
-    let frame = Frame::NONE.fill(Color32::from_white_alpha(210)).corner_radius(6).inner_margin(Margin::same(8));
-    Area::new(Id::new("keys")).anchor(Align2::LEFT_TOP, vec2(10.0, 10.0)).interactable(false).show(ctx, |ui| {
-        frame.show(ui, |ui| {
-            Grid::new("keys").num_columns(2).spacing([10.0, 0.0]).min_row_height(15.0).show(ui, |ui| {
-                for (key, what) in HELP {
-                    ui.label(RichText::new(key).size(11.5).strong());
-                    ui.label(RichText::new(what).size(11.5));
-                    ui.end_row();
-                }
+    let frame = Frame::NONE
+        .fill(Color32::from_white_alpha(210))
+        .corner_radius(6)
+        .inner_margin(Margin::same(8));
+    Area::new(Id::new("keys"))
+        .anchor(Align2::LEFT_TOP, vec2(10.0, 10.0))
+        .interactable(false)
+        .show(ctx, |ui| {
+            frame.show(ui, |ui| {
+                Grid::new("keys")
+                    .num_columns(2)
+                    .spacing([10.0, 0.0])
+                    .min_row_height(15.0)
+                    .show(ui, |ui| {
+                        for (key, what) in HELP {
+                            ui.label(RichText::new(key).size(11.5).strong());
+                            ui.label(RichText::new(what).size(11.5));
+                            ui.end_row();
+                        }
+                    });
             });
         });
-    });
 }

@@ -53,20 +53,33 @@ fn pick(stage: &Stage, kinematics: &Kinematics, sight: &Sight) -> Option<Hit> {
         let distance_m = (!is_beside).then(|| distance_m(&solid.mesh, &pose, sight))??;
         Some((solid.link, distance_m))
     };
-    let (link, distance_m) = stage.solids(kinematics).filter_map(distance_m).min_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(Hit { link, at: sight.origin + sight.direction.into_inner() * distance_m })
+    let (link, distance_m) = stage
+        .solids(kinematics)
+        .filter_map(distance_m)
+        .min_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(Hit {
+        link,
+        at: sight.origin + sight.direction.into_inner() * distance_m,
+    })
 }
 
 /// Distance of a mesh along the ray (m). None if the ray misses it.
 fn distance_m(mesh: &DrawnMesh, pose: &Pose, sight: &Sight) -> Option<f64> {
     let single = |v: Vector3<f64>| Vec3::new(v.x as f32, v.y as f32, v.z as f32);
     let origin = pose.inverse_transform_point(&sight.origin);
-    let ray = Ray::new(single(origin.coords), single(pose.inverse_transform_vector(&sight.direction)));
+    let ray = Ray::new(
+        single(origin.coords),
+        single(pose.inverse_transform_vector(&sight.direction)),
+    );
     let on_face = |face: &[usize; 3]| {
         let [a, b, c] = face.map(|i| single(mesh.corners[i].0.coords));
         Triangle::new(a, b, c).cast_local_ray(&ray, REACH_M, true)
     };
-    mesh.faces.iter().filter_map(on_face).min_by(f32::total_cmp).map(f64::from)
+    mesh.faces
+        .iter()
+        .filter_map(on_face)
+        .min_by(f32::total_cmp)
+        .map(f64::from)
 }
 
 /// A pull on a point of a link by a hand. The hand moves with the mouse on the plane through the point where the pull
@@ -97,7 +110,15 @@ impl Grab {
         let Hit { link, at } = hit;
         let point = kinematics.link_pose(link).inverse_transform_point(&at);
         let (plane_point, plane_normal) = (at, looking);
-        let mut grab = Self { link, point, plane_point, plane_normal, beside: Vector3::zeros(), hand: at, scale };
+        let mut grab = Self {
+            link,
+            point,
+            plane_point,
+            plane_normal,
+            beside: Vector3::zeros(),
+            hand: at,
+            scale,
+        };
         grab.follow(sight);
         grab.beside = at - grab.hand;
         grab.hand = at;
@@ -117,12 +138,19 @@ impl Grab {
     pub fn pull(&self, kinematics: &Kinematics) -> Pull {
         let spring = STIFFNESS_N_M * self.scale.stiffness() * (self.hand - self.held(kinematics));
         let force = spring.cap_magnitude(MOST_N * self.scale.force());
-        Pull { link: self.link, point: self.point, force }
+        Pull {
+            link: self.link,
+            point: self.point,
+            force,
+        }
     }
 
     /// The force of the pull as an arrow.
     pub fn arrow(&self, kinematics: &Kinematics) -> Arrow {
-        Arrow { point: self.held(kinematics), force: self.pull(kinematics).force }
+        Arrow {
+            point: self.held(kinematics),
+            force: self.pull(kinematics).force,
+        }
     }
 
     /// The pulled point (m, world frame).
@@ -147,20 +175,37 @@ mod tests {
     }
 
     fn sight(origin: [f64; 3], direction: Vector3<f64>) -> Sight {
-        Sight { origin: Point3::from(origin), direction: Unit::new_normalize(direction) }
+        Sight {
+            origin: Point3::from(origin),
+            direction: Unit::new_normalize(direction),
+        }
     }
 
     #[test]
     fn the_nearest_link_is_picked() {
         let (robot, kinematics) = standing();
         let (com, stage) = (kinematics.com(), Stage::new(&robot, Ground::default()));
-        let hit = pick(&stage, &kinematics, &sight([1.0, 0.0, com.z + 0.05], -Vector3::x())).unwrap();
+        let hit = pick(
+            &stage,
+            &kinematics,
+            &sight([1.0, 0.0, com.z + 0.05], -Vector3::x()),
+        )
+        .unwrap();
         assert_eq!(hit.link, robot.trunk);
         assert!((-0.1..0.2).contains(&hit.at.x), "{hit:?}");
         // Seen from the left, the arm hides the trunk.
-        let shoulder = sight([0.0, 1.0, kinematics.link_pose(robot.trunk).translation.z], -Vector3::y());
-        assert_ne!(pick(&stage, &kinematics, &shoulder).unwrap().link, robot.trunk);
-        assert_eq!(pick(&stage, &kinematics, &sight([1.0, 0.0, 2.0], -Vector3::x())), None);
+        let shoulder = sight(
+            [0.0, 1.0, kinematics.link_pose(robot.trunk).translation.z],
+            -Vector3::y(),
+        );
+        assert_ne!(
+            pick(&stage, &kinematics, &shoulder).unwrap().link,
+            robot.trunk
+        );
+        assert_eq!(
+            pick(&stage, &kinematics, &sight([1.0, 0.0, 2.0], -Vector3::x())),
+            None
+        );
     }
 
     /// Beside the robot's edge, a link is picked from as far away as the circles reach, and pulled only when the mouse
@@ -168,12 +213,20 @@ mod tests {
     #[test]
     fn a_link_near_the_mouse_is_pulled_without_a_jerk() {
         let (robot, kinematics) = standing();
-        let (stage, scale) = (Stage::new(&robot, Ground::default()), RobotScale::of(&robot));
+        let (stage, scale) = (
+            Stage::new(&robot, Ground::default()),
+            RobotScale::of(&robot),
+        );
         let lens = Lens::new(&camera(scale), vec2(860.0, 720.0));
-        let row = lens.project(&(kinematics.com() + Vector3::z() * 0.05)).unwrap();
+        let row = lens
+            .project(&(kinematics.com() + Vector3::z() * 0.05))
+            .unwrap();
         let picked = |x: f32| pick_near(&stage, &kinematics, &lens, pos2(x, row.y));
         let exact = |x: f32| pick(&stage, &kinematics, &lens.sight(pos2(x, row.y)));
-        let edge = (0..860).map(|x| x as f32).find(|x| exact(*x).is_some()).unwrap();
+        let edge = (0..860)
+            .map(|x| x as f32)
+            .find(|x| exact(*x).is_some())
+            .unwrap();
         assert_eq!(picked(edge), exact(edge));
         for px in [1.0, 8.0, 18.0] {
             assert_eq!(exact(edge - px), None);
@@ -182,9 +235,17 @@ mod tests {
             let mut grab = Grab::new(hit, &sight, &kinematics, lens.looking(), scale);
             assert!(grab.pull(&kinematics).force.norm() < 1e-9);
             grab.follow(&sight);
-            assert!(grab.pull(&kinematics).force.norm() < 1e-6, "{}", grab.pull(&kinematics).force);
+            assert!(
+                grab.pull(&kinematics).force.norm() < 1e-6,
+                "{}",
+                grab.pull(&kinematics).force
+            );
             grab.follow(&lens.sight(pos2(edge - px - 50.0, row.y)));
-            assert!(grab.pull(&kinematics).force.norm() > 3.0, "{}", grab.pull(&kinematics).force);
+            assert!(
+                grab.pull(&kinematics).force.norm() > 3.0,
+                "{}",
+                grab.pull(&kinematics).force
+            );
         }
         assert_eq!(picked(edge - 150.0), None);
     }
@@ -193,7 +254,12 @@ mod tests {
     fn the_hand_pulls_like_a_spring_up_to_its_limit() {
         let (robot, kinematics) = standing();
         let at = |y: f64| sight([1.0, y, kinematics.com().z + 0.05], -Vector3::x());
-        let hit = pick(&Stage::new(&robot, Ground::default()), &kinematics, &at(0.0)).unwrap();
+        let hit = pick(
+            &Stage::new(&robot, Ground::default()),
+            &kinematics,
+            &at(0.0),
+        )
+        .unwrap();
         let forces = |scale: RobotScale| {
             let mut grab = Grab::new(hit, &at(0.0), &kinematics, -Vector3::x_axis(), scale);
             [0.0, 0.1, 90.0].map(|y| {
@@ -202,11 +268,19 @@ mod tests {
             })
         };
         let scale = RobotScale::of(&robot);
-        let is_near = |force: Vector3<f64>, y_n: f64| (force - Vector3::new(0.0, y_n, 0.0)).norm() < 0.01 * y_n + 1e-9;
+        let is_near = |force: Vector3<f64>, y_n: f64| {
+            (force - Vector3::new(0.0, y_n, 0.0)).norm() < 0.01 * y_n + 1e-9
+        };
         let [none, some, most] = forces(scale);
-        assert!(is_near(none, 0.0) && is_near(some, 15.0) && is_near(most, MOST_N), "{some} {most}");
+        assert!(
+            is_near(none, 0.0) && is_near(some, 15.0) && is_near(most, MOST_N),
+            "{some} {most}"
+        );
         // On a larger robot, the same share of its length gives the same share of its weight.
         let [_, some, most] = forces(THRICE);
-        assert!(is_near(some, 9.0 * 15.0) && is_near(most, 27.0 * MOST_N), "{some} {most}");
+        assert!(
+            is_near(some, 9.0 * 15.0) && is_near(most, 27.0 * MOST_N),
+            "{some} {most}"
+        );
     }
 }

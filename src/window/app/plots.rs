@@ -29,8 +29,21 @@ pub struct Plotted {
 
 impl Plotted {
     pub fn of(snapshot: &Snapshot) -> Self {
-        let Snapshot { time_s, com, dcm, zmp, zmp_ref, .. } = snapshot;
-        Self { time_s: *time_s, com: com.xy(), dcm: *dcm, zmp: *zmp, zmp_ref: *zmp_ref }
+        let Snapshot {
+            time_s,
+            com,
+            dcm,
+            zmp,
+            zmp_ref,
+            ..
+        } = snapshot;
+        Self {
+            time_s: *time_s,
+            com: com.xy(),
+            dcm: *dcm,
+            zmp: *zmp,
+            zmp_ref: *zmp_ref,
+        }
     }
 }
 
@@ -45,7 +58,11 @@ pub struct Trail {
 impl Trail {
     /// Adds a sample, and removes samples that are too old for the plots.
     pub fn push(&mut self, sample: Plotted) {
-        while self.samples.front().is_some_and(|first| first.time_s < sample.time_s - SPAN_S) {
+        while self
+            .samples
+            .front()
+            .is_some_and(|first| first.time_s < sample.time_s - SPAN_S)
+        {
             self.samples.pop_front();
             self.gone += 1;
         }
@@ -55,7 +72,10 @@ impl Trail {
 
 impl FromIterator<Plotted> for Trail {
     fn from_iter<T: IntoIterator<Item = Plotted>>(samples: T) -> Self {
-        Self { samples: samples.into_iter().collect(), gone: 0 }
+        Self {
+            samples: samples.into_iter().collect(),
+            gone: 0,
+        }
     }
 }
 
@@ -83,7 +103,14 @@ const ROUND_MM: f64 = 20.0;
 
 /// Draws both plots until the time `now_s`, each `height` points high, for a robot of this length (as a multiple of
 /// UT-mu2's). For a ghost, only the COM is drawn.
-pub fn draw(ui: &mut Ui, trail: &Trail, ghost: Option<&Trail>, length: f64, now_s: f64, height: f32) {
+pub fn draw(
+    ui: &mut Ui,
+    trail: &Trail,
+    ghost: Option<&Trail>,
+    length: f64,
+    now_s: f64,
+    height: f32,
+) {
     let end_s = now_s.max(SPAN_S);
     for (axis, name) in ["x (mm), forward", "y (mm), left"].into_iter().enumerate() {
         ui.label(name);
@@ -111,21 +138,31 @@ pub fn draw(ui: &mut Ui, trail: &Trail, ghost: Option<&Trail>, length: f64, now_
                     .formatter(|mark, _| format!("{}", (10.0 * mark.value).round() / 10.0)),
             ])
             .custom_y_axes(vec![
-                AxisHints::new_y().label_spacing(Rangef::new(NUMBER - 1.0, NUMBER)).min_thickness(30.0),
+                AxisHints::new_y()
+                    .label_spacing(Rangef::new(NUMBER - 1.0, NUMBER))
+                    .min_thickness(30.0),
             ])
             .x_grid_spacer(uniform_grid_spacer(|_| [0.5, 1.0, 5.0]))
-            .y_grid_spacer(uniform_grid_spacer(move |_| [line_mm / 2.0, line_mm, 10.0 * line_mm]))
+            .y_grid_spacer(uniform_grid_spacer(move |_| {
+                [line_mm / 2.0, line_mm, 10.0 * line_mm]
+            }))
             .show(ui, |plot| {
                 for (overlay, of) in CURVES {
                     for points in thinned(trail, axis, of) {
                         // Many people cannot distinguish the green of the DCM from the red of the ZMP.
                         let dashed = LineStyle::Dashed { length: 5.0 };
-                        let style = if overlay == Overlay::Dcm { dashed } else { LineStyle::Solid };
+                        let style = if overlay == Overlay::Dcm {
+                            dashed
+                        } else {
+                            LineStyle::Solid
+                        };
                         let line = Line::new(overlay.look().name, PlotPoints::Owned(points));
                         plot.line(line.color(overlay.color().egui()).width(1.6).style(style));
                     }
                 }
-                for points in ghost.map_or_else(Vec::new, |ghost| thinned(ghost, axis, |s| Some(s.com))) {
+                for points in
+                    ghost.map_or_else(Vec::new, |ghost| thinned(ghost, axis, |s| Some(s.com)))
+                {
                     let line = Line::new("COM of the ghost", PlotPoints::Owned(points));
                     plot.line(line.color(GHOST.color.egui()).width(1.6));
                 }
@@ -137,22 +174,36 @@ pub fn draw(ui: &mut Ui, trail: &Trail, ghost: Option<&Trail>, length: f64, now_
 fn line_mm(range_mm: f64, height: f32) -> f64 {
     let points_per_mm = f64::from(height - TIMES) / range_mm;
     let steps = [10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
-    steps.into_iter().find(|mm| mm * points_per_mm > f64::from(NUMBER)).unwrap_or(1000.0)
+    steps
+        .into_iter()
+        .find(|mm| mm * points_per_mm > f64::from(NUMBER))
+        .unwrap_or(1000.0)
 }
 
 /// Ends of the plot of an axis (mm) for a robot of this length. They follow the COM.
 fn bounds(trail: &Trail, length: f64, axis: usize) -> [f64; 2] {
-    let [least_mm, most_mm] = [LEAST_MM, MOST_MM].map(|mm| (mm * length / ROUND_MM).round() * ROUND_MM);
+    let [least_mm, most_mm] =
+        [LEAST_MM, MOST_MM].map(|mm| (mm * length / ROUND_MM).round() * ROUND_MM);
     let extent = |values: &mut dyn Iterator<Item = f64>| {
-        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], mm| [low.min(mm), high.max(mm)])
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], mm| {
+            [low.min(mm), high.max(mm)]
+        })
     };
     let com = extent(&mut trail.samples.iter().map(|sample| 1000.0 * sample.com[axis]));
-    let of = |sample| CURVES.iter().filter_map(move |(_, of)| of(sample)).map(|at| 1000.0 * at[axis]);
+    let of = |sample| {
+        CURVES
+            .iter()
+            .filter_map(move |(_, of)| of(sample))
+            .map(|at| 1000.0 * at[axis])
+    };
     let all = extent(&mut trail.samples.iter().flat_map(of));
     let [least, greatest] = com.map(|mm| (mm / ROUND_MM).round() * ROUND_MM);
     let low = (all[0] / ROUND_MM).floor() * ROUND_MM;
     let high = (all[1] / ROUND_MM).ceil() * ROUND_MM;
-    [low.clamp(least - most_mm, least - least_mm), high.clamp(greatest + least_mm, greatest + most_mm)]
+    [
+        low.clamp(least - most_mm, least - least_mm),
+        high.clamp(greatest + least_mm, greatest + most_mm),
+    ]
 }
 
 /// The uninterrupted runs of a curve (s, mm). Each bucket of ticks keeps its smallest and its largest value, in order
@@ -162,10 +213,20 @@ fn thinned(trail: &Trail, axis: usize, of: PlottedAt) -> Vec<Vec<PlotPoint>> {
     let size = trail.samples.len().div_ceil(BUCKETS).max(1);
     let point = |sample| of(sample).map(|at| PlotPoint::new(sample.time_s, 1000.0 * at[axis]));
     let ticks = trail.samples.iter().enumerate();
-    let numbered: Vec<_> = ticks.map(|(i, sample)| ((trail.gone + i) / size, point(sample))).collect();
+    let numbered: Vec<_> = ticks
+        .map(|(i, sample)| ((trail.gone + i) / size, point(sample)))
+        .collect();
     let stretches = numbered.chunk_by(|(_, a), (_, b)| a.is_some() == b.is_some());
-    let thin = |stretch: &[_]| stretch.chunk_by(|(a, _), (b, _)| a == b).flat_map(extremes).collect::<Vec<_>>();
-    stretches.map(thin).filter(|stretch| !stretch.is_empty()).collect()
+    let thin = |stretch: &[_]| {
+        stretch
+            .chunk_by(|(a, _), (b, _)| a == b)
+            .flat_map(extremes)
+            .collect::<Vec<_>>()
+    };
+    stretches
+        .map(thin)
+        .filter(|stretch| !stretch.is_empty())
+        .collect()
 }
 
 /// The points of a bucket with the smallest and the largest value, in order of time. The two may be the same point. An
@@ -173,7 +234,12 @@ fn thinned(trail: &Trail, axis: usize, of: PlottedAt) -> Vec<Vec<PlotPoint>> {
 fn extremes(bucket: &[(usize, Option<PlotPoint>)]) -> Vec<PlotPoint> {
     let by_value = |a: &&PlotPoint, b: &&PlotPoint| a.y.total_cmp(&b.y);
     let points = || bucket.iter().filter_map(|(_, point)| point.as_ref());
-    let mut ends: Vec<_> = points().min_by(by_value).into_iter().chain(points().max_by(by_value)).copied().collect();
+    let mut ends: Vec<_> = points()
+        .min_by(by_value)
+        .into_iter()
+        .chain(points().max_by(by_value))
+        .copied()
+        .collect();
     ends.sort_by(|a, b| a.x.total_cmp(&b.x));
     ends.dedup();
     ends
@@ -185,7 +251,13 @@ mod tests {
 
     fn sample(k: u32) -> Plotted {
         let time_s = f64::from(k) * 0.002;
-        Plotted { time_s, com: Point2::origin(), dcm: Point2::origin(), zmp: None, zmp_ref: None }
+        Plotted {
+            time_s,
+            com: Point2::origin(),
+            dcm: Point2::origin(),
+            zmp: None,
+            zmp_ref: None,
+        }
     }
 
     #[test]
@@ -204,18 +276,26 @@ mod tests {
             samples[peak].dcm.x = 0.1;
             samples[peak + 1].dcm.x = -0.1;
             let trail: Trail = samples.into_iter().collect();
-            let [points] = &thinned(&trail, 0, |s| Some(s.dcm))[..] else { panic!("one stretch") };
+            let [points] = &thinned(&trail, 0, |s| Some(s.dcm))[..] else {
+                panic!("one stretch")
+            };
             assert!(points.len() <= 2 * BUCKETS, "{}", points.len());
             assert!(points.windows(2).all(|pair| pair[0].x < pair[1].x));
             for mm in [100.0, -100.0] {
-                assert!(points.iter().any(|point| (point.y - mm).abs() < 1e-9), "{mm} mm at tick {peak}");
+                assert!(
+                    points.iter().any(|point| (point.y - mm).abs() < 1e-9),
+                    "{mm} mm at tick {peak}"
+                );
             }
         }
     }
 
     #[test]
     fn a_curve_ends_where_there_is_no_point() {
-        let with_zmp = |k: u32| Plotted { zmp: (!(300..400).contains(&k)).then(Point2::origin), ..sample(k) };
+        let with_zmp = |k: u32| Plotted {
+            zmp: (!(300..400).contains(&k)).then(Point2::origin),
+            ..sample(k)
+        };
         let trail: Trail = (0..1000).map(with_zmp).collect();
         let stretches = thinned(&trail, 1, |s| s.zmp);
         let ends = |stretch: &Vec<PlotPoint>| [stretch[0].x, stretch[stretch.len() - 1].x];
@@ -227,7 +307,17 @@ mod tests {
     fn the_plots_follow_the_com() {
         let of = |length: f64, com: f64, dcm: f64| {
             let (com, dcm) = (Point2::new(com, 0.0), Point2::new(dcm, 0.0));
-            bounds(&std::iter::once(Plotted { com, dcm, zmp_ref: Some(com), ..sample(0) }).collect(), length, 0)
+            bounds(
+                &std::iter::once(Plotted {
+                    com,
+                    dcm,
+                    zmp_ref: Some(com),
+                    ..sample(0)
+                })
+                .collect(),
+                length,
+                0,
+            )
         };
         let at = |com: f64, dcm: f64| of(0.999, com, dcm);
         assert_eq!(at(0.0, 0.0), [-40.0, 40.0]);

@@ -23,14 +23,26 @@ impl<'a> Simulation<'a> {
     /// Starts at rest at home. `acting` is the index of the controller in `world.factories`.
     pub fn start(world: &'a LiveSetup, config: &'a EpisodeConfig, acting: usize) -> Self {
         let simulated = &world.simulated;
-        let closed_loop = ClosedLoop::new(&world.robot, [&world.factories[acting]], config, world.disturbance());
+        let closed_loop = ClosedLoop::new(
+            &world.robot,
+            [&world.factories[acting]],
+            config,
+            world.disturbance(),
+        );
         let mut closed_loop = closed_loop.until(Until::Horizon, 0.0);
         let mut now = None;
         closed_loop.decide(&mut |_, tick| now = Some(Snapshot::of(simulated, tick)));
         let now = now.expect("a closed loop starts with a tick");
         let kinematics = Kinematics::at(simulated, &now.posture);
         let trail = std::iter::once(Plotted::of(&now)).collect();
-        Self { world, config, closed_loop, now, kinematics, trail }
+        Self {
+            world,
+            config,
+            closed_loop,
+            now,
+            kinematics,
+            trail,
+        }
     }
 
     /// Simulates one control period, with a pull at a link. Returns false if the simulation cannot continue, because it
@@ -42,12 +54,14 @@ impl<'a> Simulation<'a> {
         self.closed_loop.pull(pull);
         self.closed_loop.advance();
         let mut now = None;
-        let mut see =
-            |_, tick: &Tick| now = Some(Snapshot::of(&self.world.simulated, tick)).filter(|_| !tick.is_broken());
+        let mut see = |_, tick: &Tick| {
+            now = Some(Snapshot::of(&self.world.simulated, tick)).filter(|_| !tick.is_broken())
+        };
         self.closed_loop.decide(&mut see);
         let Some(now) = now else { return false };
         self.now = now;
-        self.kinematics.update(&self.world.simulated, &self.now.posture);
+        self.kinematics
+            .update(&self.world.simulated, &self.now.posture);
         self.trail.push(Plotted::of(&self.now));
         true
     }
@@ -60,14 +74,19 @@ impl<'a> Simulation<'a> {
     /// Continues with the controller of this index in `world.factories`.
     pub fn switch_to(&mut self, acting: usize) {
         let (factory, seed) = (&self.world.factories[acting], self.world.disturbance().seed);
-        self.closed_loop.controllers().for_each(|controller| standfast_controllers::replace(controller, factory, seed));
+        self.closed_loop
+            .controllers()
+            .for_each(|controller| standfast_controllers::replace(controller, factory, seed));
         self.judge_anew();
     }
 
     /// Judges anew after a push, a pull or a change of controllers, unless the robot has fallen. The judge waits for
     /// the last push to end.
     pub fn judge_anew(&mut self) {
-        if matches!(self.record().outcome, Outcome::TimedOut | Outcome::Survived | Outcome::Recovered) {
+        if matches!(
+            self.record().outcome,
+            Outcome::TimedOut | Outcome::Survived | Outcome::Recovered
+        ) {
             self.closed_loop.judge_anew();
         }
     }

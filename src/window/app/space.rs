@@ -56,7 +56,12 @@ pub struct Space<'a> {
 impl<'a> Space<'a> {
     pub fn new(stage: Stage<'a>) -> Self {
         let mut root = SceneNode3d::empty();
-        Self { on_card: OnCard::new(&mut root), root, stage, triangles: ColoredTriangles::default() }
+        Self {
+            on_card: OnCard::new(&mut root),
+            root,
+            stage,
+            triangles: ColoredTriangles::default(),
+        }
     }
 
     /// Draws a moment as seen from `eye` (m, world frame).
@@ -72,12 +77,19 @@ impl<'a> Space<'a> {
         self.triangles.clear();
         floor(&ground, self.stage.scale, &mut self.triangles);
         grid(&ground, self.stage.scale, window);
-        self.robot(kinematics, Point3::new(eye.x, eye.y, eye.z).cast(), &(ground.slope * Vector3::z()), layer_m);
+        self.robot(
+            kinematics,
+            Point3::new(eye.x, eye.y, eye.z).cast(),
+            &(ground.slope * Vector3::z()),
+            layer_m,
+        );
         for (i, SceneMark { overlay, drawing }) in marks.iter().enumerate() {
             if let Drawing::Polygon { corners, sheet } = drawing
                 && sheet.fill >= LEAST_FILL
             {
-                let color = colors::FLOOR.towards(overlay.color(), sheet.fill as f32).linear();
+                let color = colors::FLOOR
+                    .towards(overlay.color(), sheet.fill as f32)
+                    .linear();
                 let lift = Vector3::z() * layer_m * (3 + i) as f64;
                 let corners: Vec<_> = corners.iter().map(|at| (at + lift, color)).collect();
                 self.triangles.polygon(&corners);
@@ -88,27 +100,44 @@ impl<'a> Space<'a> {
 
     /// Draws the robot, and its shadow on the plane with the normal `up`. The shadow is drawn `above_m` above the
     /// plane, so that the floor does not hide it.
-    fn robot(&mut self, kinematics: &Kinematics, eye: Point3<f64>, up: &Vector3<f64>, above_m: f64) {
+    fn robot(
+        &mut self,
+        kinematics: &Kinematics,
+        eye: Point3<f64>,
+        up: &Vector3<f64>,
+        above_m: f64,
+    ) {
         let (sun, shadow) = (to_sun(), colors::SHADOW.linear());
         for (solid, pose) in self.stage.solids(kinematics) {
             let [r, g, b, _] = solid.color;
             let color = colors::light([r, g, b]);
-            let corners: Vec<_> = solid.mesh.corners.iter().map(|(at, n)| (pose * at, pose * n)).collect();
+            let corners: Vec<_> = solid
+                .mesh
+                .corners
+                .iter()
+                .map(|(at, n)| (pose * at, pose * n))
+                .collect();
             let lit = |(at, normal): &(Point3<f64>, Vector3<f64>)| {
-                (vec3(at), color * brightness(normal, &(eye - at).normalize(), &sun) as f32)
+                (
+                    vec3(at),
+                    color * brightness(normal, &(eye - at).normalize(), &sun) as f32,
+                )
             };
             let lit: Vec<(Vec3, Rgb)> = corners.iter().map(lit).collect();
-            let thrown = |at: Point3<f64>| vec3(&(at - sun * ((at.coords.dot(up) - above_m) / sun.dot(up))));
+            let thrown =
+                |at: Point3<f64>| vec3(&(at - sun * ((at.coords.dot(up) - above_m) / sun.dot(up))));
             for face in &solid.mesh.faces {
                 // If thinning has collapsed a thin wall, its inner side lies on the outer one. So only triangles that
                 // face the eye are drawn, as in replays and pictures.
                 let [a, b, c] = face.map(|i| corners[i].0);
                 if (b - a).cross(&(c - a)).dot(&(eye - a)) > 0.0 {
-                    face.iter().for_each(|&i| self.triangles.corner(lit[i].0, lit[i].1));
+                    face.iter()
+                        .for_each(|&i| self.triangles.corner(lit[i].0, lit[i].1));
                 }
                 // The lit side of a closed mesh casts its whole shadow.
                 if face.iter().any(|&i| corners[i].1.dot(&sun) > 0.0) {
-                    face.iter().for_each(|&i| self.triangles.corner(thrown(corners[i].0), shadow));
+                    face.iter()
+                        .for_each(|&i| self.triangles.corner(thrown(corners[i].0), shadow));
                 }
             }
         }
@@ -124,7 +153,11 @@ pub fn brightness(normal: &Vector3<f64>, to_eye: &Vector3<f64>, to_sun: &Vector3
 /// Draws the floor, which fades into the sky.
 fn floor(ground: &Ground, scale: RobotScale, out: &mut ColoredTriangles) {
     let [horizon_m, tile_m] = [HORIZON_M, TILE_M].map(|m| m * scale.length());
-    let (near, far, wall) = (colors::FLOOR.linear(), colors::SKY.linear(), colors::GRID.linear());
+    let (near, far, wall) = (
+        colors::FLOOR.linear(),
+        colors::SKY.linear(),
+        colors::GRID.linear(),
+    );
     for face in faces(ground, horizon_m, tile_m) {
         let away_m = |corner: &Point3<f64>| corner.x.hypot(corner.y);
         if face.corners.iter().all(|corner| away_m(corner) > horizon_m) {
@@ -132,7 +165,11 @@ fn floor(ground: &Ground, scale: RobotScale, out: &mut ColoredTriangles) {
         }
         out.polygon(&face.corners.map(|corner| {
             let share = ((away_m(&corner) / horizon_m - 0.25) / 0.65).clamp(0.0, 1.0) as f32;
-            let color = if face.part == GroundPart::Wall { wall } else { near + share * (far - near) };
+            let color = if face.part == GroundPart::Wall {
+                wall
+            } else {
+                near + share * (far - near)
+            };
             (ground.slope * corner, color)
         }));
     }
@@ -141,7 +178,11 @@ fn floor(ground: &Ground, scale: RobotScale, out: &mut ColoredTriangles) {
 /// Draws the lines of the grid.
 fn grid(ground: &Ground, scale: RobotScale, window: &mut Window) {
     let [low, high] = ground.patch;
-    let (grid_m, spacing_m, above_m) = (grid_m(scale), spacing_m(scale), 2.0 * LAYER_M * scale.length());
+    let (grid_m, spacing_m, above_m) = (
+        grid_m(scale),
+        spacing_m(scale),
+        2.0 * LAYER_M * scale.length(),
+    );
     for i in -LINES..=LINES {
         let at = f64::from(i) * spacing_m;
         for axis in 0..2 {
@@ -157,7 +198,11 @@ fn grid(ground: &Ground, scale: RobotScale, window: &mut Window) {
                     let (x, y) = if axis == 0 { (at, t) } else { (t, at) };
                     vec3(&(ground.slope * Point3::new(x, y, ground.step_m + above_m)))
                 };
-                let color = if i == 0 { colors::GRID.towards(colors::INK, 0.3) } else { colors::GRID };
+                let color = if i == 0 {
+                    colors::GRID.towards(colors::INK, 0.3)
+                } else {
+                    colors::GRID
+                };
                 window.draw_line(end(from), end(to), color.line(), 1.0, false);
             }
         }

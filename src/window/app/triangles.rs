@@ -68,8 +68,10 @@ impl OnCard {
     /// Shows these triangles from the next frame on.
     pub fn show(&mut self, triangles: &ColoredTriangles) {
         let count = triangles.corners.len() as VertexIndex;
-        self.node.modify_vertices(&mut |corners| corners.clone_from(&triangles.corners));
-        self.node.modify_normals(&mut |normals| normals.clone_from(&triangles.colors));
+        self.node
+            .modify_vertices(&mut |corners| corners.clone_from(&triangles.corners));
+        self.node
+            .modify_normals(&mut |normals| normals.clone_from(&triangles.colors));
         self.node.modify_faces(&mut |faces| {
             faces.clear();
             faces.extend((0..count / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]));

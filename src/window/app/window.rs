@@ -16,30 +16,45 @@ const NO_DISPLAY: &str = "start it from a desktop session, or under Xvfb (apt-ge
                           without a display: `standfast push --replay push.html`, or `standfast replay` of a result";
 const NO_DRIVER: &str = "install a Vulkan driver (apt-get install mesa-vulkan-drivers libvulkan1); without one: \
                          `standfast push --replay push.html`, or `standfast replay` of a result";
-const NO_LIBRARY: &str =
-    "install the libraries that windows under X need (apt-get install libxkbcommon-x11-0 libxcursor1 libxi6)";
+const NO_LIBRARY: &str = "install the libraries that windows under X need (apt-get install libxkbcommon-x11-0 libxcursor1 libxi6)";
 
 /// Opens a window of a size (pixels). Fails if no display answers, or if a graphics driver or a library is missing.
 pub fn open(title: &str, width: u32, height: u32) -> Result<Window> {
     // This connection is kept until the window has its own, since an X server restarts when its last connection ends,
     // and refuses connections during the restart.
     let _held = display().map_err(|missing| no_window(missing, NO_DISPLAY))?;
-    let setup = CanvasSetup { vsync: true, samples: NumSamples::Four, ..CanvasSetup::default() };
-    quietly(|| pollster::block_on(Window::new_with_setup(title, width, height, setup))).map_err(|told| {
-        let is_about = |words: &[&str]| words.iter().any(|word| told.contains(word));
-        if is_about(&["Library", "library", ".so"]) {
-            no_window(format!("a library for the window is missing ({told})"), NO_LIBRARY)
-        } else if is_about(&["adapter", "device", "urface"]) {
-            no_window(format!("no graphics driver for the window ({told})"), NO_DRIVER)
-        } else {
-            no_window(format!("the window cannot be opened ({told})"), NO_DISPLAY)
-        }
-    })
+    let setup = CanvasSetup {
+        vsync: true,
+        samples: NumSamples::Four,
+        ..CanvasSetup::default()
+    };
+    quietly(|| pollster::block_on(Window::new_with_setup(title, width, height, setup))).map_err(
+        |told| {
+            let is_about = |words: &[&str]| words.iter().any(|word| told.contains(word));
+            if is_about(&["Library", "library", ".so"]) {
+                no_window(
+                    format!("a library for the window is missing ({told})"),
+                    NO_LIBRARY,
+                )
+            } else if is_about(&["adapter", "device", "urface"]) {
+                no_window(
+                    format!("no graphics driver for the window ({told})"),
+                    NO_DRIVER,
+                )
+            } else {
+                no_window(format!("the window cannot be opened ({told})"), NO_DISPLAY)
+            }
+        },
+    )
 }
 
 /// Draws a frame and collects the input. Returns false if the window is to be closed. Fails if the window is lost
 /// ([`Error::LostWindow`]).
-pub fn render(window: &mut Window, root: &mut SceneNode3d, camera: &mut impl Camera3d) -> Result<bool> {
+pub fn render(
+    window: &mut Window,
+    root: &mut SceneNode3d,
+    camera: &mut impl Camera3d,
+) -> Result<bool> {
     quietly(|| pollster::block_on(window.render_3d(root, camera))).map_err(lost)
 }
 
@@ -62,12 +77,13 @@ pub fn display() -> std::result::Result<Option<Held>, String> {
         // A name that begins with a slash is a whole path.
         let path = Path::new(&set("XDG_RUNTIME_DIR").unwrap_or_default()).join(&name);
         let connection = std::os::unix::net::UnixStream::connect(path);
-        let connection = connection.map_err(|e| format!("no display: Wayland's {name} does not answer ({e})"))?;
+        let connection = connection
+            .map_err(|e| format!("no display: Wayland's {name} does not answer ({e})"))?;
         return Ok(Some(Box::new(connection)));
     }
     let name = set("DISPLAY").ok_or("no display: neither DISPLAY nor WAYLAND_DISPLAY is set")?;
-    let (connection, _) =
-        x11rb::connect(Some(&name)).map_err(|e| format!("no display: DISPLAY={name} does not answer ({e})"))?;
+    let (connection, _) = x11rb::connect(Some(&name))
+        .map_err(|e| format!("no display: DISPLAY={name} does not answer ({e})"))?;
     Ok(Some(Box::new(connection)))
 }
 
@@ -91,12 +107,17 @@ fn quietly<T>(run: impl FnOnce() -> T) -> std::result::Result<T, String> {
     log::set_max_level(level);
     done.map_err(|panic| {
         let told = panic.downcast_ref::<String>().map(String::as_str);
-        let told = told.or(panic.downcast_ref::<&str>().copied()).unwrap_or("unknown cause");
+        let told = told
+            .or(panic.downcast_ref::<&str>().copied())
+            .unwrap_or("unknown cause");
         // The rest of the message only helps to debug the graphics stack.
         told.split([':', '\n']).next().unwrap_or_default().into()
     })
 }
 
 fn no_window(missing: String, remedy: &str) -> Error {
-    Error::NoWindow { missing, remedy: remedy.into() }
+    Error::NoWindow {
+        missing,
+        remedy: remedy.into(),
+    }
 }

@@ -30,37 +30,74 @@ impl LiveSetup {
     /// accepted, or if an engine is missing or does not take the robot.
     pub fn new(args: &Options) -> Result<Self> {
         let campaign = match &args.campaign {
-            Some(name) => Some(Campaign::load(name, &Overrides { robot: args.robot.clone(), ..Overrides::default() })?),
+            Some(name) => Some(Campaign::load(
+                name,
+                &Overrides {
+                    robot: args.robot.clone(),
+                    ..Overrides::default()
+                },
+            )?),
             None => None,
         };
         if let Some(index) = args.trial {
             let Some(campaign) = &campaign else {
-                let accepted = "a trial of --campaign; `standfast replay DIR --trial I` shows one of a result";
-                return Err(Error::option("--trial", index, "no campaign is given", accepted));
+                let accepted =
+                    "a trial of --campaign; `standfast replay DIR --trial I` shows one of a result";
+                return Err(Error::option(
+                    "--trial",
+                    index,
+                    "no campaign is given",
+                    accepted,
+                ));
             };
             campaign.check_trial(index)?;
         }
-        let named = args.robot.as_ref().or(campaign.as_ref().map(|campaign| &campaign.robot));
+        let named = args
+            .robot
+            .as_ref()
+            .or(campaign.as_ref().map(|campaign| &campaign.robot));
         let robot = standfast_robots::load(named.map_or(DEFAULT_ROBOT, String::as_str))?;
-        let mut config =
-            campaign.as_ref().map_or_else(|| EpisodeConfig::of(&Units::of(&robot)), |campaign| campaign.episode);
+        let mut config = campaign.as_ref().map_or_else(
+            || EpisodeConfig::of(&Units::of(&robot)),
+            |campaign| campaign.episode,
+        );
         config.engine = args.engine.unwrap_or(config.engine);
-        let ghost_config = args.ghost.then(|| EpisodeConfig { engine: config.engine.other(), ..config });
+        let ghost_config = args.ghost.then(|| EpisodeConfig {
+            engine: config.engine.other(),
+            ..config
+        });
         for config in std::iter::once(&config).chain(&ghost_config) {
             config.engine.check(&robot)?;
             check_steps("command line", config, &robot)?;
         }
         let defaults = DEFAULT_GAINS.map(String::from);
-        let names = if args.gains.is_empty() { &defaults[..] } else { &args.gains };
+        let names = if args.gains.is_empty() {
+            &defaults[..]
+        } else {
+            &args.gains
+        };
         let prepared = |name: &String| {
-            let entry = campaign.as_ref().map_or_else(|| name.clone(), |campaign| campaign.gains_named(name));
-            let factory = standfast_controllers::load(&entry)?.prepare(&robot, config.control_period_s)?;
-            factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
+            let entry = campaign
+                .as_ref()
+                .map_or_else(|| name.clone(), |campaign| campaign.gains_named(name));
+            let factory =
+                standfast_controllers::load(&entry)?.prepare(&robot, config.control_period_s)?;
+            factory
+                .warning
+                .iter()
+                .for_each(|warning| log::warn!("{warning}"));
             Ok(factory)
         };
         let factories = names.iter().map(prepared).collect::<Result<Vec<_>>>()?;
-        let mut world =
-            Self { simulated: robot.clone(), robot, factories, config, ghost_config, campaign, trial: args.trial };
+        let mut world = Self {
+            simulated: robot.clone(),
+            robot,
+            factories,
+            config,
+            ghost_config,
+            campaign,
+            trial: args.trial,
+        };
         world.simulated = world.disturbance().variation.robot(&world.robot);
         Ok(world)
     }
@@ -69,9 +106,10 @@ impl LiveSetup {
     pub fn disturbance(&self) -> Disturbance {
         match (&self.campaign, self.trial) {
             (Some(campaign), Some(index)) => trial::disturbance(campaign, index),
-            (Some(campaign), None) => {
-                Disturbance { sensor_errors: trial::sensor_errors(campaign, 0), ..Disturbance::default() }
-            }
+            (Some(campaign), None) => Disturbance {
+                sensor_errors: trial::sensor_errors(campaign, 0),
+                ..Disturbance::default()
+            },
             _ => Disturbance::default(),
         }
     }

@@ -28,7 +28,12 @@ const AMPLITUDES_M: [f64; 2] = [0.0001, 0.05];
   standfast-paper response --plot response.svg        gain and phase over frequency")]
 pub struct ResponseArgs {
     /// Gain set by name or file
-    #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE", default_value = "switching")]
+    #[arg(
+        long = "controller",
+        visible_alias = "gains",
+        value_name = "NAME|FILE",
+        default_value = "switching"
+    )]
     pub gains: String,
     /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_ROBOT)]
@@ -40,7 +45,12 @@ pub struct ResponseArgs {
     #[arg(long, value_parser = one_of::<Axis, 2>(["x", "y"]), default_value = "x")]
     pub axis: Axis,
     /// Amplitude of the sine that is added to the commanded ZMP (m)
-    #[arg(long, value_name = "M", default_value_t = 0.005, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "M",
+        default_value_t = 0.005,
+        allow_negative_numbers = true
+    )]
     pub amplitude: f64,
     /// Draw gain and phase over frequency to this file
     #[arg(long, value_name = "FILE.svg")]
@@ -54,21 +64,51 @@ pub fn run(args: &ResponseArgs) -> Result<ExitCode> {
     let [least, most] = AMPLITUDES_M;
     if !(least..=most).contains(&args.amplitude) {
         let accepted = format!("{least} to {most}");
-        return Err(Error::option("--amplitude", args.amplitude, "out of range", accepted));
+        return Err(Error::option(
+            "--amplitude",
+            args.amplitude,
+            "out of range",
+            accepted,
+        ));
     }
     let robot = standfast::robots::load(&args.robot)?;
-    let config = EpisodeConfig { engine: args.engine, ..EpisodeConfig::of(&Units::of(&robot)) };
+    let config = EpisodeConfig {
+        engine: args.engine,
+        ..EpisodeConfig::of(&Units::of(&robot))
+    };
     config.engine.check(&robot)?;
-    let design = Design::new(&robot, &standfast::controllers::gain_set(&args.gains)?, config.control_period_s)?;
-    design.warning.iter().for_each(|warning| log::warn!("{warning}"));
-    let experiment = Experiment { axis: args.axis, amplitude_m: args.amplitude, config, settle_s: 2.0, measure_s: 2.0 };
+    let design = Design::new(
+        &robot,
+        &standfast::controllers::gain_set(&args.gains)?,
+        config.control_period_s,
+    )?;
+    design
+        .warning
+        .iter()
+        .for_each(|warning| log::warn!("{warning}"));
+    let experiment = Experiment {
+        axis: args.axis,
+        amplitude_m: args.amplitude,
+        config,
+        settle_s: 2.0,
+        measure_s: 2.0,
+    };
     let (from, to, count) = FREQUENCIES_HZ;
-    let points = response::measure(&robot, &design, &experiment, &response::log_spaced(from, to, count))?;
+    let points = response::measure(
+        &robot,
+        &design,
+        &experiment,
+        &response::log_spaced(from, to, count),
+    )?;
     let measured = Response::new(&args.robot, &design.family, &experiment, points);
     if let Some(path) = &args.plot {
         bode::write(path, &measured)?;
     }
-    print(&if args.json { report::json(&measured.as_json()) } else { measured.text() })
+    print(&if args.json {
+        report::json(&measured.as_json())
+    } else {
+        measured.text()
+    })
 }
 
 #[cfg(test)]
@@ -90,10 +130,19 @@ mod tests {
     #[test]
     fn bad_input_is_refused_before_anything_runs() {
         for amplitude in [-0.005, 0.0, 0.2, f64::NAN] {
-            let error = run(&ResponseArgs { amplitude, ..args("switching") }).unwrap_err();
+            let error = run(&ResponseArgs {
+                amplitude,
+                ..args("switching")
+            })
+            .unwrap_err();
             assert!(error.to_string().contains("--amplitude = "), "{error}");
             assert_eq!(error.exit_code(), 2);
         }
-        assert!(run(&args("best")).unwrap_err().to_string().contains("controller \"best\" not found"));
+        assert!(
+            run(&args("best"))
+                .unwrap_err()
+                .to_string()
+                .contains("controller \"best\" not found")
+        );
     }
 }

@@ -31,7 +31,12 @@ pub struct ScenarioArgs {
     /// Scenario by its built-in name or TOML file; without it, all built-in scenarios are listed
     pub scenario: Option<String>,
     /// Gain set by name or file, in place of the scenario's
-    #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE", requires = "scenario")]
+    #[arg(
+        long = "controller",
+        visible_alias = "gains",
+        value_name = "NAME|FILE",
+        requires = "scenario"
+    )]
     pub gains: Option<String>,
     /// Robot by name or URDF file, in place of the scenario's
     #[arg(long, value_name = "NAME|FILE", requires = "scenario")]
@@ -49,14 +54,19 @@ pub struct ScenarioArgs {
 }
 
 pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
-    let Some(name) = &args.scenario else { return list(args) };
+    let Some(name) = &args.scenario else {
+        return list(args);
+    };
     let scenario = Scenario::load(name)?;
     let robot = standfast::robots::load(args.robot.as_ref().unwrap_or(&scenario.robot))?;
     let (cause, mut config) = (scenario.cause()?, scenario.episode(&robot));
     config.engine = args.engine.unwrap_or(config.engine);
     let gains = args.gains.as_ref().unwrap_or(&scenario.gains);
     let factory = controllers::load(gains)?.prepare(&robot, config.control_period_s)?;
-    factory.warning.iter().for_each(|warning| log::warn!("{warning}"));
+    factory
+        .warning
+        .iter()
+        .for_each(|warning| log::warn!("{warning}"));
     if matches!(cause, Cause::Imposed(_)) {
         check_without_physics(args)?;
     }
@@ -64,26 +74,52 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     args.outputs.check()?;
     args.outputs.check_length(&config)?;
     if args.check.check {
-        return fine(&format!("scenario {}, gain set {}", scenario.name, factory.name));
+        return fine(&format!(
+            "scenario {}, gain set {}",
+            scenario.name, factory.name
+        ));
     }
-    let case = EpisodeRun { robot: &robot, factory: &factory, config: &config };
+    let case = EpisodeRun {
+        robot: &robot,
+        factory: &factory,
+        config: &config,
+    };
     let answer = match cause {
         Cause::Push(push) => {
-            let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-            case.run(disturbance, &args.outputs, args.json, command_line("standfast-paper"))?.0
+            let disturbance = Disturbance {
+                pushes: vec![push],
+                ..Disturbance::default()
+            };
+            case.run(
+                disturbance,
+                &args.outputs,
+                args.json,
+                command_line("standfast-paper"),
+            )?
+            .0
         }
         Cause::Imposed(error) => {
-            let design = Design::new(&robot, &standfast::controllers::gain_set(gains)?, config.control_period_s)?;
+            let design = Design::new(
+                &robot,
+                &standfast::controllers::gain_set(gains)?,
+                config.control_period_s,
+            )?;
             impose(args, &scenario, &case, &design, &error)?
         }
     };
-    print(&if args.json { answer } else { format!("{}\n{answer}", wrapped("", &scenario.description)) })
+    print(&if args.json {
+        answer
+    } else {
+        format!("{}\n{answer}", wrapped("", &scenario.description))
+    })
 }
 
 fn list(args: &ScenarioArgs) -> Result<ExitCode> {
     if !args.outputs.is_empty() {
-        let (problem, accepted) =
-            ("no scenario is named, so there is nothing to write", "a scenario that `standfast-paper scenario` lists");
+        let (problem, accepted) = (
+            "no scenario is named, so there is nothing to write",
+            "a scenario that `standfast-paper scenario` lists",
+        );
         return Err(Error::option("SCENARIO", "none", problem, accepted));
     }
     let all = Scenario::builtin()?;
@@ -93,7 +129,9 @@ fn list(args: &ScenarioArgs) -> Result<ExitCode> {
     print(&if args.json {
         report::json(&json!({ "scenarios": all }))
     } else {
-        let lines = all.iter().map(|scenario| wrapped(&format!("{:<20} ", scenario.name), &scenario.description));
+        let lines = all
+            .iter()
+            .map(|scenario| wrapped(&format!("{:<20} ", scenario.name), &scenario.description));
         lines.collect::<String>() + "\nTo run one: standfast-paper scenario NAME\n"
     })?;
     Ok(ExitCode::SUCCESS)
@@ -101,14 +139,32 @@ fn list(args: &ScenarioArgs) -> Result<ExitCode> {
 
 /// Fails if an engine is asked for, or a file that only an episode with physics can fill.
 fn check_without_physics(args: &ScenarioArgs) -> Result<()> {
-    let OutputArgs { trace, plot: _, replay, frames } = &args.outputs;
-    let files = [("--trace", trace), ("--replay", replay), ("--frames", frames)];
-    let files = files.map(|(option, path)| (option, path.as_ref().map(|path| path.display().to_string())));
-    let engine = ("--engine", args.engine.map(|engine| engine.name().to_string()));
+    let OutputArgs {
+        trace,
+        plot: _,
+        replay,
+        frames,
+    } = &args.outputs;
+    let files = [
+        ("--trace", trace),
+        ("--replay", replay),
+        ("--frames", frames),
+    ];
+    let files =
+        files.map(|(option, path)| (option, path.as_ref().map(|path| path.display().to_string())));
+    let engine = (
+        "--engine",
+        args.engine.map(|engine| engine.name().to_string()),
+    );
     for (option, value) in files.into_iter().chain([engine]) {
         if let Some(value) = value {
             let accepted = "a scenario with a push; an imposed error has no physics, and can only be drawn with --plot";
-            return Err(Error::option(option, value, "nothing to simulate", accepted));
+            return Err(Error::option(
+                option,
+                value,
+                "nothing to simulate",
+                accepted,
+            ));
         }
     }
     Ok(())
@@ -124,12 +180,28 @@ fn impose(
 ) -> Result<String> {
     let EpisodeRun { robot, config, .. } = *case;
     let mut plot = MotionPlot::default();
-    let record = imposed::run(robot, design, config, error.zmp_error_m.into(), error.start, &mut |tick| {
-        plot.push(robot, tick);
-    })?;
-    let told = ImposedStory { scenario: &scenario.name, gain_set: &design.family.name, start: error.start, record };
+    let record = imposed::run(
+        robot,
+        design,
+        config,
+        error.zmp_error_m.into(),
+        error.start,
+        &mut |tick| {
+            plot.push(robot, tick);
+        },
+    )?;
+    let told = ImposedStory {
+        scenario: &scenario.name,
+        gain_set: &design.family.name,
+        start: error.start,
+        record,
+    };
     if let Some(path) = &args.outputs.plot {
         plot.write(path, &told.headline())?;
     }
-    Ok(if args.json { report::json(&told.as_json()) } else { told.text() })
+    Ok(if args.json {
+        report::json(&told.as_json())
+    } else {
+        told.text()
+    })
 }

@@ -17,7 +17,11 @@ impl ImposedStory<'_> {
     /// The story on one line, for the title of a picture.
     pub fn headline(&self) -> String {
         let [x, y] = self.record.zmp_error_m.map(|v| 1000.0 * v);
-        format!("ZMP error ({x:.1}, {y:.1}) mm imposed, controller {}: {}", self.gain_set, self.outcome())
+        format!(
+            "ZMP error ({x:.1}, {y:.1}) mm imposed, controller {}: {}",
+            self.gain_set,
+            self.outcome()
+        )
     }
 
     fn outcome(&self) -> String {
@@ -29,7 +33,8 @@ impl ImposedStory<'_> {
     }
 
     pub fn as_json(&self) -> Value {
-        let head = json!({ "scenario": self.scenario, "gains": self.gain_set, "start": self.start });
+        let head =
+            json!({ "scenario": self.scenario, "gains": self.gain_set, "start": self.start });
         with_fields_of(head, &self.record)
     }
 
@@ -41,13 +46,17 @@ impl ImposedStory<'_> {
         let [x, y] = record.zmp_error_m.map(|v| 1000.0 * v);
         line(
             "error",
-            format!("({x:.1}, {y:.1}) mm, imposed on the ideal pendulum. The body follows by inverse kinematics"),
+            format!(
+                "({x:.1}, {y:.1}) mm, imposed on the ideal pendulum. The body follows by inverse kinematics"
+            ),
         );
         let [vx, vy] = record.com_vel_m_s;
         line(
             "start",
             match self.start {
-                Start::AtRest => "the COM is at rest; only the rule for footsteps is told of the error".into(),
+                Start::AtRest => {
+                    "the COM is at rest; only the rule for footsteps is told of the error".into()
+                }
                 Start::Moving => format!(
                     "the COM moves at ({vx:.3}, {vy:.3}) m/s, as after a push of {:.2} N s without duration, for which the \
                      slowest gain asks for that error",

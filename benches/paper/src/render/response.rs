@@ -18,9 +18,21 @@ pub struct Response<'a> {
 }
 
 impl<'a> Response<'a> {
-    pub fn new(robot: &'a str, family: &'a GainFamily, what: &Experiment, points: Vec<Point>) -> Self {
+    pub fn new(
+        robot: &'a str,
+        family: &'a GainFamily,
+        what: &Experiment,
+        points: Vec<Point>,
+    ) -> Self {
         let bandwidth = response::bandwidth(&points);
-        Self { robot, family, axis: what.axis, amplitude_m: what.amplitude_m, points, bandwidth }
+        Self {
+            robot,
+            family,
+            axis: what.axis,
+            amplitude_m: what.amplitude_m,
+            points,
+            bandwidth,
+        }
     }
 
     pub fn axis_name(&self) -> &'static str {
@@ -91,7 +103,8 @@ impl<'a> Response<'a> {
             None => format!("only above {most:.0} rad/s ({:.0} omega)", most / omega),
         };
         let (fastest, pole) = (self.fastest_pole(), self.fastest_pole_rad_s());
-        let [gain, phase] = [self.bandwidth.gain_rad_s, self.bandwidth.phase_rad_s].map(|w| w.unwrap_or(most));
+        let [gain, phase] =
+            [self.bandwidth.gain_rad_s, self.bandwidth.phase_rad_s].map(|w| w.unwrap_or(most));
         let side = |limit: f64| if pole < limit { "below" } else { "above" };
         let follows = if pole < phase.min(gain) {
             "The ZMP can follow the gains."
@@ -121,18 +134,47 @@ mod tests {
     fn the_pole_is_judged_by_the_bandwidth() {
         let gains = standfast::controllers::gain_set("switching").unwrap();
         let robot = standfast::robots::load("ut-mu2").unwrap();
-        let family = GainFamily::design(&gains, Pendulum { omega: robot.omega(), dt: 0.002 }, 0.048).unwrap();
+        let family = GainFamily::design(
+            &gains,
+            Pendulum {
+                omega: robot.omega(),
+                dt: 0.002,
+            },
+            0.048,
+        )
+        .unwrap();
         let say = |gain_rad_s, phase_rad_s| {
-            let bandwidth = Bandwidth { gain_rad_s, phase_rad_s };
+            let bandwidth = Bandwidth {
+                gain_rad_s,
+                phase_rad_s,
+            };
             let (axis, points) = (Axis::Y, Vec::new());
-            let told =
-                Response { robot: "ut-mu2", family: &family, axis, amplitude_m: 0.005, points, bandwidth }.text();
+            let told = Response {
+                robot: "ut-mu2",
+                family: &family,
+                axis,
+                amplitude_m: 0.005,
+                points,
+                bandwidth,
+            }
+            .text();
             told.split_whitespace().collect::<Vec<_>>().join(" ")
         };
-        let pole = family.gains.iter().flat_map(|gain| gain.y.poles).fold(0.0, f64::max) * family.pendulum.omega;
+        let pole = family
+            .gains
+            .iter()
+            .flat_map(|gain| gain.y.poles)
+            .fold(0.0, f64::max)
+            * family.pendulum.omega;
         assert!(say(Some(2.0 * pole), Some(1.5 * pole)).contains("can follow"));
         let mixed = say(Some(2.0 * pole), Some(0.5 * pole));
-        assert!(mixed.contains("is above the -45 degrees bandwidth and below the -3 dB bandwidth"), "{mixed}");
-        assert!(mixed.contains("lags behind what the CPI sets assume"), "{mixed}");
+        assert!(
+            mixed.contains("is above the -45 degrees bandwidth and below the -3 dB bandwidth"),
+            "{mixed}"
+        );
+        assert!(
+            mixed.contains("lags behind what the CPI sets assume"),
+            "{mixed}"
+        );
     }
 }

@@ -25,10 +25,18 @@ impl Bench {
     pub fn new(gains: &str) -> Self {
         let robot = standfast::robots::load("ut-mu2").unwrap();
         let period_s = config(1.0).control_period_s;
-        let factory = controllers::load(gains).unwrap().prepare(&robot, period_s).unwrap();
-        let design =
-            standfast::controllers::gain_set(gains).ok().map(|gains| Design::new(&robot, &gains, period_s).unwrap());
-        Self { robot, factory, design }
+        let factory = controllers::load(gains)
+            .unwrap()
+            .prepare(&robot, period_s)
+            .unwrap();
+        let design = standfast::controllers::gain_set(gains)
+            .ok()
+            .map(|gains| Design::new(&robot, &gains, period_s).unwrap());
+        Self {
+            robot,
+            factory,
+            design,
+        }
     }
 
     pub fn design(&self) -> &Design {
@@ -40,12 +48,32 @@ impl Bench {
         self.run(push, 6.0, Until::Decided, |_| {})
     }
 
-    pub fn run(&self, push: Push, horizon_s: f64, until: Until, mut observe: impl FnMut(&Tick)) -> Record {
-        let disturbance = Disturbance { pushes: vec![push], ..Disturbance::default() };
-        episode::run(&self.robot, &self.factory, &config(horizon_s), disturbance, until, &mut observe).unwrap()
+    pub fn run(
+        &self,
+        push: Push,
+        horizon_s: f64,
+        until: Until,
+        mut observe: impl FnMut(&Tick),
+    ) -> Record {
+        let disturbance = Disturbance {
+            pushes: vec![push],
+            ..Disturbance::default()
+        };
+        episode::run(
+            &self.robot,
+            &self.factory,
+            &config(horizon_s),
+            disturbance,
+            until,
+            &mut observe,
+        )
+        .unwrap()
     }
 }
 
 pub fn config(horizon_s: f64) -> EpisodeConfig {
-    EpisodeConfig { horizon_s, ..EpisodeConfig::of(&Units::of(&standfast::robots::load("ut-mu2").unwrap())) }
+    EpisodeConfig {
+        horizon_s,
+        ..EpisodeConfig::of(&Units::of(&standfast::robots::load("ut-mu2").unwrap()))
+    }
 }

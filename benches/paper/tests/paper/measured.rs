@@ -22,18 +22,31 @@ use std::sync::OnceLock;
 /// Load below which a sole counts as unloaded (N).
 const LEAST_N: f64 = 0.5;
 /// The pushed runs: scenario, its figure, and its key in other figures.
-const PUSHED: [(&str, &str, &str); 2] =
-    [("push-behind", "12", "push_behind"), ("push-diagonal", "13", "push_diagonal")];
+const PUSHED: [(&str, &str, &str); 2] = [
+    ("push-behind", "12", "push_behind"),
+    ("push-diagonal", "13", "push_diagonal"),
+];
 
 pub fn scenario_push(name: &str) -> Push {
-    let Cause::Push(push) = Scenario::load(name).unwrap().cause().unwrap() else { panic!("{name} is a push") };
+    let Cause::Push(push) = Scenario::load(name).unwrap().cause().unwrap() else {
+        panic!("{name} is a push")
+    };
     push
 }
 
 pub fn impose(bench: &Bench, name: &str) -> ImposedRecord {
-    let Cause::Imposed(asked) = Scenario::load(name).unwrap().cause().unwrap() else { panic!("{name} is imposed") };
-    imposed::run(&bench.robot, bench.design(), &config(2.0), asked.zmp_error_m.into(), asked.start, &mut |_| {})
-        .unwrap()
+    let Cause::Imposed(asked) = Scenario::load(name).unwrap().cause().unwrap() else {
+        panic!("{name} is imposed")
+    };
+    imposed::run(
+        &bench.robot,
+        bench.design(),
+        &config(2.0),
+        asked.zmp_error_m.into(),
+        asked.start,
+        &mut |_| {},
+    )
+    .unwrap()
 }
 
 /// What is measured here in the run of a push.
@@ -62,19 +75,26 @@ fn seen() -> &'static [Seen; 2] {
 fn see(bench: &Bench, name: &str) -> Seen {
     let push = scenario_push(name);
     let record = bench.push(push);
-    let (swing, land_s) = (record.footsteps.taken[0].foot, record.footsteps.taken[0].land_s);
+    let (swing, land_s) = (
+        record.footsteps.taken[0].foot,
+        record.footsteps.taken[0].land_s,
+    );
     let (mut squares, mut count, mut most_yaw_deg) = ([0.0; 2], 0, 0.0_f64);
     let (mut regions, mut at_lift_rad) = ([None; 2], None);
     let (mut tip_turn_deg, mut unloaded_s) = ([0.0_f64; 2], PerFoot::<Vec<f64>>::default());
     let mut at_limit = vec![0; bench.robot.joints.len()];
-    let take_larger = |most: &mut f64, now: f64| *most = if now.abs() > most.abs() { now } else { *most };
+    let take_larger =
+        |most: &mut f64, now: f64| *most = if now.abs() > most.abs() { now } else { *most };
     bench.run(push, record.end_s + 0.5, Until::Fallen, |tick| {
         let (truth, account) = (tick.truth, account(tick).unwrap());
         let loaded = PerFoot::from_fn(|foot| truth.sole_wrenches[foot].force.z >= LEAST_N);
         let swings = !account.stands() && truth.time_s < land_s;
         if let (true, false, Some(zmp)) = (swings, loaded[swing], truth.zmp) {
             let wanted = to_world(tick) * account.zmp_ref;
-            squares = [squares[0] + (zmp[0] - wanted.x).powi(2), squares[1] + (zmp[1] - wanted.y).powi(2)];
+            squares = [
+                squares[0] + (zmp[0] - wanted.x).powi(2),
+                squares[1] + (zmp[1] - wanted.y).powi(2),
+            ];
             count += 1;
         }
         if swings {
@@ -91,11 +111,16 @@ fn see(bench: &Bench, name: &str) -> Seen {
             }
         }
         if truth.time_s <= record.end_s {
-            for ((count, tau), servo) in at_limit.iter_mut().zip(&truth.tau).zip(&bench.robot.servos) {
+            for ((count, tau), servo) in
+                at_limit.iter_mut().zip(&truth.tau).zip(&bench.robot.servos)
+            {
                 *count += usize::from(tau.abs() >= 0.999 * servo.torque_n_m);
             }
         }
-        take_larger(&mut most_yaw_deg, truth.posture.base.rotation.euler_angles().2.to_degrees());
+        take_larger(
+            &mut most_yaw_deg,
+            truth.posture.base.rotation.euler_angles().2.to_degrees(),
+        );
         let estimate = account.estimate;
         if account.stands() && estimate.in_contact.left && estimate.in_contact.right {
             if truth.time_s < record.footsteps.taken[0].lift_s {
@@ -107,7 +132,15 @@ fn see(bench: &Bench, name: &str) -> Seen {
     });
     let rms_m = squares.map(|sum| (sum / f64::from(count)).sqrt());
     let regions = regions.map(Option::unwrap);
-    Seen { record, rms_m, most_yaw_deg, regions, tip_turn_deg, unloaded_s, at_limit }
+    Seen {
+        record,
+        rms_m,
+        most_yaw_deg,
+        regions,
+        tip_turn_deg,
+        unloaded_s,
+        at_limit,
+    }
 }
 
 fn near(told: &Value, here: f64, tolerance: f64) {
@@ -128,32 +161,64 @@ fn vector(value: &Value) -> Vector2<f64> {
 fn captions_tell_the_responses_of_the_runs() {
     for (i, (run, (_, number, key))) in seen().iter().zip(PUSHED).enumerate() {
         for axis in 0..2 {
-            near(&numbers("14")["zmp_error_rms_m"][key][axis], run.rms_m[axis], 1e-4);
+            near(
+                &numbers("14")["zmp_error_rms_m"][key][axis],
+                run.rms_m[axis],
+                1e-4,
+            );
         }
-        near(&numbers("14")["home_at_s"][i], run.record.home_at_s.unwrap(), 1e-9);
+        near(
+            &numbers("14")["home_at_s"][i],
+            run.record.home_at_s.unwrap(),
+            1e-9,
+        );
         let ([tip_deg, turn_deg], told) = (run.tip_turn_deg, &numbers(number)["stride"]);
         near(&told["stance_tip_deg"], tip_deg, 1e-3);
         near(&told["stance_turn_deg"], turn_deg, 1e-3);
         assert!(tip_deg > 1.0, "{tip_deg}");
         let side = if turn_deg > 0.0 { "left" } else { "right" };
         // A round number is told without decimals.
-        let told = |key: &str| format!("{:.1}", told[key].as_f64().unwrap().abs()).trim_end_matches(".0").to_owned();
+        let told = |key: &str| {
+            format!("{:.1}", told[key].as_f64().unwrap().abs())
+                .trim_end_matches(".0")
+                .to_owned()
+        };
         let [tip, turn] = ["stance_tip_deg", "stance_turn_deg"].map(told);
-        tells(&format!("tips by up to {tip} degrees and turns to the {side} by {turn} degrees."));
+        tells(&format!(
+            "tips by up to {tip} degrees and turns to the {side} by {turn} degrees."
+        ));
     }
-    let Seen { rms_m: [x, y], most_yaw_deg: most, .. } = seen()[1];
+    let Seen {
+        rms_m: [x, y],
+        most_yaw_deg: most,
+        ..
+    } = seen()[1];
     assert!(y > x && y >= 0.005);
-    tells(&format!("{:.0} mm in x and {:.0} mm in y", 1e3 * x, 1e3 * y));
+    tells(&format!(
+        "{:.0} mm in x and {:.0} mm in y",
+        1e3 * x,
+        1e3 * y
+    ));
     near(&numbers("13")["most_yaw_deg"], most, 0.01);
     tells(&format!("The trunk turns by at most {most:.1} degrees"));
     let bench = Bench::new("paper");
     for (name, key) in [("error-backward", "a"), ("error-diagonal", "b")] {
-        near(&numbers("9")[key]["home_at_s"], impose(&bench, name).home_at_s.unwrap(), 1e-9);
+        near(
+            &numbers("9")[key]["home_at_s"],
+            impose(&bench, name).home_at_s.unwrap(),
+            1e-9,
+        );
     }
     let moving = ["moving-backward", "moving-diagonal"].map(|name| impose(&bench, name));
     assert_eq!(numbers("9")["moving"], json!(moving));
-    tells(&format!("the COM is home from {:.2} s on.", moving[0].home_at_s.unwrap()));
-    tells(&format!("it runs away at {:.2} s", moving[1].lost_at_s.unwrap()));
+    tells(&format!(
+        "the COM is home from {:.2} s on.",
+        moving[0].home_at_s.unwrap()
+    ));
+    tells(&format!(
+        "it runs away at {:.2} s",
+        moving[1].lost_at_s.unwrap()
+    ));
     near(&numbers("7")["mass_kg"], bench.robot.mass(), 1e-9);
 }
 
@@ -166,7 +231,13 @@ fn captions_tell_the_regions_of_the_runs() {
     }
     let allowed = regions[1].inset(bench.design().family.zmp_margin).unwrap();
     let (mut excess, mut horizons) = (0.0_f64, Vec::new());
-    for (gain, old) in bench.design().family.gains.iter().zip(list(&numbers("4")["horizon_k_before"])) {
+    for (gain, old) in bench
+        .design()
+        .family
+        .gains
+        .iter()
+        .zip(list(&numbers("4")["horizon_k_before"]))
+    {
         let set = CpiSet::search(gain, bench.design().family.pendulum, &allowed).unwrap();
         horizons.push(set.horizon);
         let stored = CpiSet::stacked(gain, &allowed, old.as_u64().unwrap() as usize).unwrap();
@@ -190,14 +261,32 @@ fn captions_tell_the_soles_without_load_and_the_joints_at_their_limits() {
             let own = spans.iter().filter(|span| span[0] == json!(foot));
             let own: Vec<[f64; 2]> = own.map(|span| vector(&span[1]).into()).collect();
             for [from, to] in &own {
-                tells(&format!("the {} sole carries none from {from:.3} to {to:.3} s", foot.name()));
-                let ticks = seen.unloaded_s[foot].iter().filter(|t| (*from..=*to).contains(t)).count();
-                assert_eq!(ticks, ((to - from) / 0.002).round() as usize + 1, "{name}: {from} to {to}");
+                tells(&format!(
+                    "the {} sole carries none from {from:.3} to {to:.3} s",
+                    foot.name()
+                ));
+                let ticks = seen.unloaded_s[foot]
+                    .iter()
+                    .filter(|t| (*from..=*to).contains(t))
+                    .count();
+                assert_eq!(
+                    ticks,
+                    ((to - from) / 0.002).round() as usize + 1,
+                    "{name}: {from} to {to}"
+                );
             }
             // Outside of all spans there are only short runs of ticks.
             let in_none = |t: &&f64| !own.iter().any(|[from, to]| (*from..=*to).contains(*t));
-            let rest: Vec<f64> = seen.unloaded_s[foot].iter().filter(in_none).copied().collect();
-            assert!(rest.chunk_by(|a, b| b - a < 0.003).all(|run| run.len() <= 5), "{name}: {rest:?}");
+            let rest: Vec<f64> = seen.unloaded_s[foot]
+                .iter()
+                .filter(in_none)
+                .copied()
+                .collect();
+            assert!(
+                rest.chunk_by(|a, b| b - a < 0.003)
+                    .all(|run| run.len() <= 5),
+                "{name}: {rest:?}"
+            );
         }
         let told = &numbers("14")["joints_at_torque_limit_s"][i];
         for (ticks, joint) in seen.at_limit.iter().zip(&Bench::new("paper").robot.joints) {
@@ -206,7 +295,11 @@ fn captions_tell_the_soles_without_load_and_the_joints_at_their_limits() {
                 continue;
             }
             near(&told[&joint.name], 0.002 * *ticks as f64, 1e-9);
-            tells(&format!("{} for {} ms", joint.name.replace('_', " "), 2 * ticks));
+            tells(&format!(
+                "{} for {} ms",
+                joint.name.replace('_', " "),
+                2 * ticks
+            ));
         }
         assert!(seen.at_limit.iter().any(|ticks| *ticks > 0), "{name}");
     }
@@ -215,35 +308,61 @@ fn captions_tell_the_soles_without_load_and_the_joints_at_their_limits() {
 /// For Fig. 13: the table, push by push.
 #[test]
 fn the_table_tells_what_other_pushes_lead_to() {
-    let (bench, tried, diagonal) = (Bench::new("paper"), list(&numbers("13")["tried"]), scenario_push("push-diagonal"));
-    let turned = [-120.0, -130.0, -140.0, -150.0, -160.0, -170.0].map(|heading_deg| Push { heading_deg, ..diagonal });
+    let (bench, tried, diagonal) = (
+        Bench::new("paper"),
+        list(&numbers("13")["tried"]),
+        scenario_push("push-diagonal"),
+    );
+    let turned = [-120.0, -130.0, -140.0, -150.0, -160.0, -170.0].map(|heading_deg| Push {
+        heading_deg,
+        ..diagonal
+    });
     let like = ["push-error-backward", "push-error-diagonal"].map(scenario_push);
     assert_eq!(tried.len(), turned.len() + like.len());
     let mut off_deg = Vec::new();
     for (told, push) in tried.iter().zip(turned.into_iter().chain(like)) {
         let record = bench.push(push);
-        assert_eq!((&told["push"], &told["outcome"]), (&json!(push), &json!(record.outcome)));
+        assert_eq!(
+            (&told["push"], &told["outcome"]),
+            (&json!(push), &json!(record.outcome))
+        );
         assert_eq!(told["footsteps"], json!(record.footsteps.taken));
         tells(&match record.fell_at_s {
             Some(at) => format!("<td>falls at {at:.2} s</td>"),
-            None => format!("<td>stands still from {:.2} s</td>", record.settled_at_s.unwrap()),
+            None => format!(
+                "<td>stands still from {:.2} s</td>",
+                record.settled_at_s.unwrap()
+            ),
         });
         off_deg.push(record.footsteps.taken.first().map(|footstep| {
-            tells(&format!("<td>{}: {}</td>", footstep.foot.name(), in_words(footstep)));
+            tells(&format!(
+                "<td>{}: {}</td>",
+                footstep.foot.name(),
+                in_words(footstep)
+            ));
             let (sin, cos) = push.heading_deg.to_radians().sin_cos();
             let way = [0, 1].map(|axis| footstep.to_m[axis] - footstep.from_m[axis]);
-            ((way[0] * cos + way[1] * sin) / way[0].hypot(way[1])).acos().to_degrees()
+            ((way[0] * cos + way[1] * sin) / way[0].hypot(way[1]))
+                .acos()
+                .to_degrees()
         }));
     }
     // Fig. 12 states the angles between push and footstep: for its own run, for Fig. 13, and for these headings.
     let told = list(&numbers("12")["footstep_off_push_deg"]);
     for (told, off_deg) in told[2..].iter().zip(&off_deg) {
         assert_eq!(told.is_null(), off_deg.is_none());
-        off_deg.iter().for_each(|off_deg| near(told, *off_deg, 1e-6));
+        off_deg
+            .iter()
+            .for_each(|off_deg| near(told, *off_deg, 1e-6));
     }
     assert_eq!((told.len(), &told[1]), (8, &told[5]));
-    let worst = off_deg[..6].iter().flatten().fold(0.0_f64, |most, deg| most.max(*deg));
-    tells(&format!("at most {worst:.0} degrees in the table of Fig. 13, where 5 of 6 headings lead to"));
+    let worst = off_deg[..6]
+        .iter()
+        .flatten()
+        .fold(0.0_f64, |most, deg| most.max(*deg));
+    tells(&format!(
+        "at most {worst:.0} degrees in the table of Fig. 13, where 5 of 6 headings lead to"
+    ));
     tells("towards \u{2212}120 degrees the robot recovers without a footstep");
     tells("towards \u{2212}130 degrees the robot steps and falls");
 }
@@ -256,8 +375,18 @@ fn captions_tell_the_stride_that_was_asked_for_and_where_the_foot_landed() {
     // The ZMP error, and how far the foot can go along the error from its place beside the other foot.
     let reach = |footstep: &Value| {
         let error = vector(&footstep["zmp_error_m"]);
-        let side = if footstep["foot"] == json!(Foot::Left) { 1.0 } else { -1.0 };
-        (error, rules.range.reach(Vector2::new(0.0, 0.097), Vector2::new(error.x, side * error.y).normalize()))
+        let side = if footstep["foot"] == json!(Foot::Left) {
+            1.0
+        } else {
+            -1.0
+        };
+        (
+            error,
+            rules.range.reach(
+                Vector2::new(0.0, 0.097),
+                Vector2::new(error.x, side * error.y).normalize(),
+            ),
+        )
     };
     for number in ["12", "13"] {
         let (footstep, told) = (&numbers(number)["footsteps"][0], &numbers(number)["stride"]);
@@ -271,22 +400,40 @@ fn captions_tell_the_stride_that_was_asked_for_and_where_the_foot_landed() {
         assert!((landed - asked).norm() > 0.01);
         tells(&format!("{:.0} mm off", 1e3 * (landed - asked).norm()));
     }
-    let imposed = ["a", "b", "moving_a", "moving_b"].iter().map(|run| &numbers("8")[run]);
-    let runs = [numbers("12"), numbers("13")].into_iter().chain(imposed).chain(list(&numbers("13")["tried"]));
+    let imposed = ["a", "b", "moving_a", "moving_b"]
+        .iter()
+        .map(|run| &numbers("8")[run]);
+    let runs = [numbers("12"), numbers("13")]
+        .into_iter()
+        .chain(imposed)
+        .chain(list(&numbers("13")["tried"]));
     let all: Vec<&Value> = runs.flat_map(|run| list(&run["footsteps"])).collect();
-    let most = all.iter().map(|footstep| reach(footstep)).filter(|(error, reach)| 60.0 * error.norm() >= *reach);
-    tells(&format!("{} of the {} footsteps of the runs on this page have the longest stride", most.count(), all.len()));
+    let most = all
+        .iter()
+        .map(|footstep| reach(footstep))
+        .filter(|(error, reach)| 60.0 * error.norm() >= *reach);
+    tells(&format!(
+        "{} of the {} footsteps of the runs on this page have the longest stride",
+        most.count(),
+        all.len()
+    ));
 }
 
 /// For Fig. 12 and 13: what shows that a footstep is necessary.
 #[test]
 fn captions_tell_who_falls_without_a_footstep_and_the_pendulums_bound() {
     let (switching, stiff) = (Bench::new("switching"), Bench::new("hold"));
-    let yardstick =
-        PendulumBounds::new(&stiff.robot, &Campaign::load("nominal", &Overrides::default()).unwrap()).unwrap();
+    let yardstick = PendulumBounds::new(
+        &stiff.robot,
+        &Campaign::load("nominal", &Overrides::default()).unwrap(),
+    )
+    .unwrap();
     for (name, number, _) in PUSHED {
         let (push, told) = (scenario_push(name), numbers(number));
-        for (bench, key) in [(&switching, "without_footstep_fell_at_s"), (&stiff, "stiff_fell_at_s")] {
+        for (bench, key) in [
+            (&switching, "without_footstep_fell_at_s"),
+            (&stiff, "stiff_fell_at_s"),
+        ] {
             near(&told[key], bench.push(push).fell_at_s.unwrap(), 1e-9);
         }
         assert!((yardstick.push_duration_s - push.duration_s).abs() < 1e-5);
@@ -307,7 +454,10 @@ fn by_plain_distance_the_diagonal_push_would_move_the_other_foot_straight_back()
     let by_gauge = vector(&numbers("13")["footsteps"][0]["zmp_error_m"]).x;
     assert!((x / by_gauge - 1.0).abs() < 0.1, "{x} {by_gauge}");
     tells("by plain distance the left foot would go.");
-    tells(&format!("by plain distance it would be (\u{2212}{:.1}, 0) mm.", -1e3 * x));
+    tells(&format!(
+        "by plain distance it would be (\u{2212}{:.1}, 0) mm.",
+        -1e3 * x
+    ));
 }
 
 /// For Fig. 3: simulated here, with the membership from the matrices.
@@ -320,7 +470,11 @@ fn captions_tell_how_fast_the_gains_bring_the_com_home() {
     let home_radius_m = config(1.0).judge.home_radius_m;
     let home_s = |of: usize, choose: &dyn Fn(&State) -> usize| {
         let com_vel = 0.98 * sets[of].largest_com_vel_from_rest(Vector2::x());
-        let mut state = State::new(Point2::origin(), Vector2::new(com_vel, 0.0), Point2::origin());
+        let mut state = State::new(
+            Point2::origin(),
+            Vector2::new(com_vel, 0.0),
+            Point2::origin(),
+        );
         let mut last_away = 0;
         for k in 0..5000 {
             if state.x[0].abs() > home_radius_m {
@@ -330,14 +484,23 @@ fn captions_tell_how_fast_the_gains_bring_the_com_home() {
         }
         0.002 * f64::from(last_away + 1)
     };
-    let own: Vec<f64> = (0..sets.len()).map(|gain| home_s(sets.len() - 1, &|_| gain)).collect();
+    let own: Vec<f64> = (0..sets.len())
+        .map(|gain| home_s(sets.len() - 1, &|_| gain))
+        .collect();
     assert!(own.windows(2).all(|pair| pair[1] < pair[0]), "{own:?}");
     for (told, own) in list(&numbers("3")["sets"]).iter().zip(&own) {
         near(&told["home_after_s"], *own, 1e-9);
         tells(&format!("<td>{own:.2} s</td>"));
     }
-    let holding = |state: &State| (0..sets.len()).rev().find(|i| sets[*i].set.contains(state.stacked().as_slice()));
-    let [alone, switched] = [home_s(0, &|_| 0), home_s(0, &|state| holding(state).unwrap_or(0))];
+    let holding = |state: &State| {
+        (0..sets.len())
+            .rev()
+            .find(|i| sets[*i].set.contains(state.stacked().as_slice()))
+    };
+    let [alone, switched] = [
+        home_s(0, &|_| 0),
+        home_s(0, &|state| holding(state).unwrap_or(0)),
+    ];
     let told = &numbers("3")["home_after_s_slowest_and_switching"];
     near(&told[0], alone, 1e-9);
     near(&told[1], switched, 0.01);

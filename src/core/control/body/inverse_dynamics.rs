@@ -16,11 +16,14 @@
 
 use super::nnls::{Nnls, Quadratic, SIZE, Unknowns};
 use super::tasks::{
-    DYNAMICS, NormalEquations, TaskJacobians, led_axes, legs, reachable, trunk_origin, weight_of_lengths,
+    DYNAMICS, NormalEquations, TaskJacobians, led_axes, legs, reachable, trunk_origin,
+    weight_of_lengths,
 };
 use crate::robot::dynamics::Dynamics;
 use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot, Servo, Units, Wrench};
-use nalgebra::{Cholesky, DMatrix, DVector, Matrix6, MatrixXx6, Point2, Point3, SMatrix, Vector3, Vector6};
+use nalgebra::{
+    Cholesky, DMatrix, DVector, Matrix6, MatrixXx6, Point2, Point3, SMatrix, Vector3, Vector6,
+};
 
 /// Rate of the critically damped spring that drives a joint back from its limit, as a multiple of omega.
 const LIMIT_RATE: f64 = 3.55;
@@ -168,14 +171,22 @@ impl InverseDynamics {
 
     fn add_soles(&mut self, robot: &Robot, wanted: &DesiredAcceleration) {
         for foot in Foot::BOTH {
-            let weight = if wanted.standing[foot] { DYNAMICS.stance } else { DYNAMICS.swing };
+            let weight = if wanted.standing[foot] {
+                DYNAMICS.stance
+            } else {
+                DYNAMICS.swing
+            };
             let pose = self.kinematics.sole_pose(robot, foot);
-            let bias =
-                self.dynamics.point_bias_acc(&self.kinematics, robot.soles[foot].link, &pose.translation.vector.into());
+            let bias = self.dynamics.point_bias_acc(
+                &self.kinematics,
+                robot.soles[foot].link,
+                &pose.translation.vector.into(),
+            );
             let jacobian = &self.jacobians.soles[foot];
             let [linear, angular] = [0, 1].map(|part| wanted.sole_acc[foot][part] - bias[part]);
             for k in 0..3 {
-                self.equations.add_row(weight * self.of_lengths, |i| jacobian[(k, i)], [linear[k]]);
+                self.equations
+                    .add_row(weight * self.of_lengths, |i| jacobian[(k, i)], [linear[k]]);
             }
             for axis in led_axes(robot, foot, &pose) {
                 let row = |i: usize| axis.dot(&jacobian.fixed_view::<3, 1>(3, i));
@@ -186,23 +197,43 @@ impl InverseDynamics {
 
     fn add_com(&mut self, wanted: &DesiredAcceleration) {
         let acc = wanted.com_acc - self.dynamics.com_bias_acc();
-        for (k, weight) in [DYNAMICS.com, DYNAMICS.com, DYNAMICS.height].into_iter().enumerate() {
-            self.equations.add_row(weight * self.of_lengths, |i| self.jacobians.com[(k, i)], [acc[k]]);
+        for (k, weight) in [DYNAMICS.com, DYNAMICS.com, DYNAMICS.height]
+            .into_iter()
+            .enumerate()
+        {
+            self.equations.add_row(
+                weight * self.of_lengths,
+                |i| self.jacobians.com[(k, i)],
+                [acc[k]],
+            );
         }
     }
 
     fn add_trunk(&mut self, robot: &Robot, wanted: &DesiredAcceleration) {
         let origin = trunk_origin(robot, &self.kinematics);
-        let [_, bias] = self.dynamics.point_bias_acc(&self.kinematics, robot.trunk, &origin);
+        let [_, bias] = self
+            .dynamics
+            .point_bias_acc(&self.kinematics, robot.trunk, &origin);
         for k in 0..3 {
             let acc = wanted.trunk_acc[k] - bias[k];
             let weight = if k == 2 { DYNAMICS.yaw } else { DYNAMICS.trunk };
-            self.equations.add_row(weight, |i| self.jacobians.trunk[(3 + k, i)], [acc]);
+            self.equations
+                .add_row(weight, |i| self.jacobians.trunk[(3 + k, i)], [acc]);
         }
     }
 
-    fn add_joints(&mut self, robot: &Robot, posture: &Posture, velocity: &DVector<f64>, wanted: &DesiredAcceleration) {
-        let NormalEquations { matrix, right: [target], .. } = &mut self.equations;
+    fn add_joints(
+        &mut self,
+        robot: &Robot,
+        posture: &Posture,
+        velocity: &DVector<f64>,
+        wanted: &DesiredAcceleration,
+    ) {
+        let NormalEquations {
+            matrix,
+            right: [target],
+            ..
+        } = &mut self.equations;
         for i in 0..6 {
             matrix[(i, i)] += DYNAMICS.base * if i < 3 { self.of_lengths } else { 1.0 };
         }
@@ -211,12 +242,22 @@ impl InverseDynamics {
                 matrix[(6 + j, 6 + j)] += weight;
                 target[6 + j] += weight * acc;
             };
-            add(if self.in_leg[j] { DYNAMICS.legs } else { DYNAMICS.arms }, wanted.joint_acc[j]);
+            add(
+                if self.in_leg[j] {
+                    DYNAMICS.legs
+                } else {
+                    DYNAMICS.arms
+                },
+                wanted.joint_acc[j],
+            );
             let [lower, upper] = reachable(joint, robot.home_rad[j]);
             let beyond = posture.q[j] - posture.q[j].clamp(lower, upper);
             if beyond != 0.0 {
                 let rate = self.limit_rate;
-                add(DYNAMICS.limit, -rate * (rate * beyond + 2.0 * velocity[6 + j]));
+                add(
+                    DYNAMICS.limit,
+                    -rate * (rate * beyond + 2.0 * velocity[6 + j]),
+                );
             }
         }
     }
@@ -226,7 +267,11 @@ impl InverseDynamics {
         let base = self.kinematics.link_pose(0).translation.vector;
         for (side, foot) in Foot::BOTH.into_iter().enumerate() {
             let sole = self.kinematics.sole_pose(robot, foot);
-            for (k, corner) in robot.soles[foot].pressable_corners(self.weight_n).iter().enumerate() {
+            for (k, corner) in robot.soles[foot]
+                .pressable_corners(self.weight_n)
+                .iter()
+                .enumerate()
+            {
                 let point = sole * (corner * self.contact.sole_share);
                 for edge in 0..EDGES {
                     let lean = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()][edge];
@@ -236,7 +281,9 @@ impl InverseDynamics {
                     let mut column = self.spread.column_mut(i);
                     if wanted.standing[foot] {
                         column.fixed_rows_mut::<3>(0).copy_from(&direction);
-                        column.fixed_rows_mut::<3>(3).copy_from(&(point.coords - base).cross(&direction));
+                        column
+                            .fixed_rows_mut::<3>(3)
+                            .copy_from(&(point.coords - base).cross(&direction));
                     } else {
                         column.fill(0.0);
                     }
@@ -247,7 +294,11 @@ impl InverseDynamics {
 
     /// Solves for accelerations and contact forces; None if the equations have no solution.
     fn solve_tasks(&mut self, wanted: &DesiredAcceleration) -> Option<()> {
-        let NormalEquations { matrix, right: [target], .. } = &mut self.equations;
+        let NormalEquations {
+            matrix,
+            right: [target],
+            ..
+        } = &mut self.equations;
         let size = target.len();
         let Some(factor) = Cholesky::new(std::mem::replace(matrix, DMatrix::zeros(0, 0))) else {
             *matrix = DMatrix::zeros(size, size);
@@ -271,7 +322,8 @@ impl InverseDynamics {
             let weighted = stiffness * spread;
             self.quadratic = spread.transpose() * weighted + Quadratic::identity() * self.rho;
             let linear: Unknowns = weighted.transpose() * asked;
-            let allowed: [bool; SIZE] = std::array::from_fn(|i| wanted.standing[Foot::BOTH[i / PER_SOLE]]);
+            let allowed: [bool; SIZE] =
+                std::array::from_fn(|i| wanted.standing[Foot::BOTH[i / PER_SOLE]]);
             self.nnls.solve(&self.quadratic, &linear, &allowed);
             let excess = stiffness * (spread * self.nnls.f - asked);
             for i in 0..size {
@@ -295,7 +347,8 @@ impl InverseDynamics {
             let (force, moment) = (self.edges[i] * f, self.lever(i).cross(&(self.edges[i] * f)));
             for (j, tau) in self.tau.iter_mut().enumerate() {
                 let column = jacobian.column(6 + j);
-                *tau -= column.fixed_rows::<3>(0).dot(&force) + column.fixed_rows::<3>(3).dot(&moment);
+                *tau -=
+                    column.fixed_rows::<3>(0).dot(&force) + column.fixed_rows::<3>(3).dot(&moment);
             }
         }
     }
@@ -319,13 +372,22 @@ impl InverseDynamics {
             press += self.edges[i].z * f;
             pressed += self.points[i].coords * (self.edges[i].z * f);
         }
-        debug_assert!(Foot::BOTH.iter().all(|&f| wanted.standing[f] || wrenches[f] == Wrench::default()));
+        debug_assert!(
+            Foot::BOTH
+                .iter()
+                .all(|&f| wanted.standing[f] || wrenches[f] == Wrench::default())
+        );
         let ratio = |(tau, servo): (&f64, &Servo)| tau.abs() / servo.torque_n_m;
         PredictedContact {
             com_acc: force / robot.mass() - Vector3::z() * GRAVITY,
             wrenches,
             zmp: (press > 0.0).then(|| (pressed / press).xy().into()),
-            torque_ratio: self.tau.iter().zip(&robot.servos).map(ratio).fold(0.0, f64::max),
+            torque_ratio: self
+                .tau
+                .iter()
+                .zip(&robot.servos)
+                .map(ratio)
+                .fold(0.0, f64::max),
             is_optimal: self.nnls.is_optimal,
         }
     }

@@ -6,7 +6,9 @@
 //! weighted least-squares solution for the velocities of the base (six) and of the joints. The weights rank the tasks
 //! in the order soles, joint limits, COM, trunk, posture.
 
-use super::tasks::{KINEMATICS, NormalEquations, TaskJacobians, led_axes, legs, reachable, weight_of_lengths};
+use super::tasks::{
+    KINEMATICS, NormalEquations, TaskJacobians, led_axes, legs, reachable, weight_of_lengths,
+};
 use crate::robot::{Foot, Kinematics, PerFoot, Pose, Posture, Robot};
 use nalgebra::{Cholesky, DMatrix, DVector, Isometry3, Point3, UnitQuaternion, Vector3};
 
@@ -97,7 +99,8 @@ impl InverseKinematics {
             UnitQuaternion::from_scaled_axis(angular) * posture.base.rotation,
         );
         for (i, q) in posture.q.iter_mut().enumerate() {
-            *q = (*q + self.step[6 + i]).clamp(robot.joints[i].lower_rad, robot.joints[i].upper_rad);
+            *q =
+                (*q + self.step[6 + i]).clamp(robot.joints[i].lower_rad, robot.joints[i].upper_rad);
         }
     }
 
@@ -115,10 +118,20 @@ impl InverseKinematics {
             let angular = (wanted.rotation * pose.rotation.inverse()).scaled_axis();
             for k in 0..3 {
                 let weight = KINEMATICS.stance * self.of_lengths;
-                self.add_row(weight, JacobianRow::Sole(foot, k), linear[k], targets.sole_vel[foot][k]);
+                self.add_row(
+                    weight,
+                    JacobianRow::Sole(foot, k),
+                    linear[k],
+                    targets.sole_vel[foot][k],
+                );
             }
             for axis in led_axes(robot, foot, &pose) {
-                self.add_row(KINEMATICS.stance, JacobianRow::Turn(foot, axis), angular.dot(&axis), 0.0);
+                self.add_row(
+                    KINEMATICS.stance,
+                    JacobianRow::Turn(foot, axis),
+                    angular.dot(&axis),
+                    0.0,
+                );
             }
         }
     }
@@ -127,8 +140,16 @@ impl InverseKinematics {
         let mut error = targets.com - self.kinematics.com();
         // After a long stride the body is low. It must not leap off the ground when a foot is lifted again.
         error.z = error.z.min(targets.rise);
-        for (k, weight) in [KINEMATICS.com, KINEMATICS.com, KINEMATICS.height].into_iter().enumerate() {
-            self.add_row(weight * self.of_lengths, JacobianRow::Com(k), error[k], targets.com_vel[k]);
+        for (k, weight) in [KINEMATICS.com, KINEMATICS.com, KINEMATICS.height]
+            .into_iter()
+            .enumerate()
+        {
+            self.add_row(
+                weight * self.of_lengths,
+                JacobianRow::Com(k),
+                error[k],
+                targets.com_vel[k],
+            );
         }
     }
 
@@ -136,19 +157,31 @@ impl InverseKinematics {
         let rotation = self.kinematics.link_pose(robot.trunk).rotation;
         let angular = (targets.trunk * rotation.inverse()).scaled_axis();
         for k in 0..3 {
-            let weight = if k == 2 { KINEMATICS.yaw } else { KINEMATICS.trunk };
+            let weight = if k == 2 {
+                KINEMATICS.yaw
+            } else {
+                KINEMATICS.trunk
+            };
             self.add_row(weight, JacobianRow::Trunk(3 + k), angular[k], 0.0);
         }
     }
 
     /// Pulls the joints outside of the legs to their home angles.
     fn add_posture(&mut self, robot: &Robot) {
-        let NormalEquations { matrix, right: [displacement, _], .. } = &mut self.equations;
+        let NormalEquations {
+            matrix,
+            right: [displacement, _],
+            ..
+        } = &mut self.equations;
         for i in 0..6 {
             matrix[(i, i)] += KINEMATICS.base * if i < 3 { self.of_lengths } else { 1.0 };
         }
         for (j, &home) in robot.home_rad.iter().enumerate() {
-            let weight = if self.in_leg[j] { KINEMATICS.legs } else { KINEMATICS.arms };
+            let weight = if self.in_leg[j] {
+                KINEMATICS.legs
+            } else {
+                KINEMATICS.arms
+            };
             matrix[(6 + j, 6 + j)] += weight;
             displacement[6 + j] += weight * (home - self.posture.q[j]);
         }
@@ -158,7 +191,8 @@ impl InverseKinematics {
     /// negligible while all tasks are met, and prevents leaps of the joints when they cannot be met.
     fn add_damping(&mut self) {
         for i in 0..self.step.len() {
-            self.equations.matrix[(i, i)] += 0.5 * self.squared_error * if i < 3 { self.of_lengths } else { 1.0 };
+            self.equations.matrix[(i, i)] +=
+                0.5 * self.squared_error * if i < 3 { self.of_lengths } else { 1.0 };
         }
         self.squared_error = 0.0;
     }
@@ -168,20 +202,29 @@ impl InverseKinematics {
         let jacobians = &self.jacobians;
         let entry = |i: usize| match row {
             JacobianRow::Sole(foot, k) => jacobians.soles[foot][(k, i)],
-            JacobianRow::Turn(foot, axis) => axis.dot(&jacobians.soles[foot].fixed_view::<3, 1>(3, i)),
+            JacobianRow::Turn(foot, axis) => {
+                axis.dot(&jacobians.soles[foot].fixed_view::<3, 1>(3, i))
+            }
             JacobianRow::Trunk(k) => jacobians.trunk[(k, i)],
             JacobianRow::Com(k) => jacobians.com[(k, i)],
         };
-        self.equations.add_row(weight, entry, [displacement, velocity]);
+        self.equations
+            .add_row(weight, entry, [displacement, velocity]);
     }
 
     /// Solves for displacement and velocity. Joints that would pass a limit are held at it, and the equations are
     /// solved again for the others. If there is no solution, the posture stays as it is.
     fn solve_within_limits(&mut self, robot: &Robot) {
-        let NormalEquations { matrix, right: [displacement, velocity], .. } = &mut self.equations;
+        let NormalEquations {
+            matrix,
+            right: [displacement, velocity],
+            ..
+        } = &mut self.equations;
         for _ in 0..LIMIT_ROUNDS {
             self.factor.copy_from(matrix);
-            let Some(factor) = Cholesky::new(std::mem::replace(&mut self.factor, DMatrix::zeros(0, 0))) else {
+            let Some(factor) =
+                Cholesky::new(std::mem::replace(&mut self.factor, DMatrix::zeros(0, 0)))
+            else {
                 self.factor = matrix.clone();
                 self.step.fill(0.0);
                 self.velocity.fill(0.0);

@@ -51,9 +51,17 @@ impl ComReference {
 
     /// Integrates the horizontal part over a period with the given ZMP (eq. 1, 2), and returns its acceleration
     /// (m/s^2).
-    pub fn advance(&mut self, pendulum: &Pendulum, estimate: &Estimate, zmp: Point2<f64>) -> Vector2<f64> {
+    pub fn advance(
+        &mut self,
+        pendulum: &Pendulum,
+        estimate: &Estimate,
+        zmp: Point2<f64>,
+    ) -> Vector2<f64> {
         let (com, com_vel, dt) = (estimate.com_xy(), estimate.com_vel_xy(), pendulum.dt);
-        let (acceleration, forgotten) = (pendulum.com_acc(com, zmp), FORGETTING_RATE * pendulum.phase());
+        let (acceleration, forgotten) = (
+            pendulum.com_acc(com, zmp),
+            FORGETTING_RATE * pendulum.phase(),
+        );
         self.place += self.vel * dt + acceleration * (0.5 * dt * dt);
         self.vel += acceleration * dt;
         self.place += (com - self.place) * forgotten;
@@ -98,7 +106,12 @@ impl Body {
             shaping: Vector2::zeros(),
         };
         let kinematics = InverseKinematics::at(robot, estimate.posture.clone());
-        Self { com, tilt: Vector2::zeros(), kinematics, rising_m_s: RISING * units.speed_m_s() }
+        Self {
+            com,
+            tilt: Vector2::zeros(),
+            kinematics,
+            rising_m_s: RISING * units.speed_m_s(),
+        }
     }
 
     /// The reference posture, to which the joints are sent.
@@ -134,7 +147,9 @@ impl Body {
             },
         );
         command.q_ref.copy_from_slice(&kinematics.posture.q);
-        command.dq_ref.copy_from_slice(&kinematics.velocity.as_slice()[6..]);
+        command
+            .dq_ref
+            .copy_from_slice(&kinematics.velocity.as_slice()[6..]);
     }
 
     /// The desired orientation of the trunk.
@@ -145,7 +160,10 @@ impl Body {
 
 /// Orientation of an upright trunk that faces in the mean direction of the feet.
 pub fn upright(estimate: &Estimate) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_axis_angle(&Vector3::z_axis(), control_frame(&estimate.footholds).rotation.angle())
+    UnitQuaternion::from_axis_angle(
+        &Vector3::z_axis(),
+        control_frame(&estimate.footholds).rotation.angle(),
+    )
 }
 
 /// Writes to `tau` the joint torques (N m) of a body that stands on the `standing` feet with its ZMP at `zmp` (m),

@@ -69,11 +69,20 @@ impl Nnls {
     }
 
     /// The bound whose release lowers the objective fastest; None at the optimum.
-    fn steepest(&self, g: &Quadratic, c: &Unknowns, allowed: &[bool; SIZE], tolerance: f64) -> Option<usize> {
+    fn steepest(
+        &self,
+        g: &Quadratic,
+        c: &Unknowns,
+        allowed: &[bool; SIZE],
+        tolerance: f64,
+    ) -> Option<usize> {
         let mut steepest = (tolerance, None);
         for i in (0..SIZE).filter(|&i| allowed[i] && !self.free[i]) {
             // Only the lower triangle is stored.
-            let slope = c[i] - (0..SIZE).map(|j| g[(i.max(j), i.min(j))] * self.f[j]).sum::<f64>();
+            let slope = c[i]
+                - (0..SIZE)
+                    .map(|j| g[(i.max(j), i.min(j))] * self.f[j])
+                    .sum::<f64>();
             if slope > steepest.0 {
                 steepest = (slope, Some(i));
             }
@@ -92,7 +101,11 @@ impl Nnls {
             let mut first = None;
             for i in (0..SIZE).filter(|&i| self.free[i] && self.trial[i] <= 0.0) {
                 // An entry that was just freed and would turn negative stays at its bound: the step is 0.
-                let step = if self.f[i] > 0.0 { self.f[i] / (self.f[i] - self.trial[i]) } else { 0.0 };
+                let step = if self.f[i] > 0.0 {
+                    self.f[i] / (self.f[i] - self.trial[i])
+                } else {
+                    0.0
+                };
                 if first.is_none() || step < share {
                     (share, first) = (step, Some(i));
                 }
@@ -156,12 +169,20 @@ mod tests {
     fn problem(entries: &[f64], wanted: &[f64]) -> (Quadratic, Unknowns) {
         let rows = SMatrix::<f64, 6, SIZE>::from_row_slice(entries);
         let wanted = SVector::<f64, 6>::from_row_slice(wanted);
-        (rows.transpose() * rows + Quadratic::identity() * 1e-6, rows.transpose() * wanted)
+        (
+            rows.transpose() * rows + Quadratic::identity() * 1e-6,
+            rows.transpose() * wanted,
+        )
     }
 
     /// Checks the Karush-Kuhn-Tucker conditions: feasible, zero slope for free entries, no descent for bound ones. The
     /// problem is convex, so they imply the optimum.
-    fn check(nnls: &Nnls, g: &Quadratic, c: &Unknowns, allowed: &[bool; SIZE]) -> Result<(), TestCaseError> {
+    fn check(
+        nnls: &Nnls,
+        g: &Quadratic,
+        c: &Unknowns,
+        allowed: &[bool; SIZE],
+    ) -> Result<(), TestCaseError> {
         let slope = c - g * nnls.f;
         for i in 0..SIZE {
             let (f, slope) = (nnls.f[i], slope[i]);
@@ -171,10 +192,17 @@ mod tests {
                 (true, false) => f == 0.0 && slope < 1e-7,
             };
             if !good {
-                return Err(TestCaseError::fail(format!("entry {i}: {f}, slope {slope}, {} rounds", nnls.rounds)));
+                return Err(TestCaseError::fail(format!(
+                    "entry {i}: {f}, slope {slope}, {} rounds",
+                    nnls.rounds
+                )));
             }
         }
-        if nnls.is_optimal { Ok(()) } else { Err(TestCaseError::fail("out of rounds")) }
+        if nnls.is_optimal {
+            Ok(())
+        } else {
+            Err(TestCaseError::fail("out of rounds"))
+        }
     }
 
     proptest! {

@@ -92,10 +92,20 @@ impl TaskJacobians {
     pub fn update(&mut self, robot: &Robot, kinematics: &Kinematics) {
         for foot in Foot::BOTH {
             let center = sole_center(robot, kinematics, foot);
-            kinematics.point_jacobian(robot, robot.soles[foot].link, &center, &mut self.soles[foot]);
+            kinematics.point_jacobian(
+                robot,
+                robot.soles[foot].link,
+                &center,
+                &mut self.soles[foot],
+            );
         }
         kinematics.com_jacobian(robot, &mut self.com);
-        kinematics.point_jacobian(robot, robot.trunk, &trunk_origin(robot, kinematics), &mut self.trunk);
+        kinematics.point_jacobian(
+            robot,
+            robot.trunk,
+            &trunk_origin(robot, kinematics),
+            &mut self.trunk,
+        );
     }
 }
 
@@ -122,7 +132,11 @@ pub(super) struct NormalEquations<const N: usize> {
 impl<const N: usize> NormalEquations<N> {
     pub fn new(size: usize) -> Self {
         let zeros = DVector::zeros(size);
-        Self { matrix: DMatrix::zeros(size, size), right: std::array::from_fn(|_| zeros.clone()), row: zeros }
+        Self {
+            matrix: DMatrix::zeros(size, size),
+            right: std::array::from_fn(|_| zeros.clone()),
+            row: zeros,
+        }
     }
 
     pub fn clear(&mut self) {
@@ -133,7 +147,10 @@ impl<const N: usize> NormalEquations<N> {
     /// Adds one row, with its N targets.
     pub fn add_row(&mut self, weight: f64, row: impl Fn(usize) -> f64, targets: [f64; N]) {
         let size = self.row.len();
-        self.row.iter_mut().enumerate().for_each(|(i, entry)| *entry = row(i));
+        self.row
+            .iter_mut()
+            .enumerate()
+            .for_each(|(i, entry)| *entry = row(i));
         let row = self.row.as_slice();
         for j in 0..size {
             let scaled = weight * row[j];
@@ -142,7 +159,10 @@ impl<const N: usize> NormalEquations<N> {
             }
             // The matrix is stored by columns, so the entries of a column are contiguous.
             let below = &mut self.matrix.as_mut_slice()[j * size + j..(j + 1) * size];
-            below.iter_mut().zip(&row[j..]).for_each(|(entry, value)| *entry += scaled * value);
+            below
+                .iter_mut()
+                .zip(&row[j..])
+                .for_each(|(entry, value)| *entry += scaled * value);
             for (right, target) in self.right.iter_mut().zip(targets) {
                 right[j] += scaled * target;
             }
@@ -152,10 +172,20 @@ impl<const N: usize> NormalEquations<N> {
 
 /// Axes about which a leg can turn its sole (world frame): the axes of the world or, if the ankle has no joint for
 /// roll, the pitch and yaw axes of the sole.
-pub(super) fn led_axes(robot: &Robot, foot: Foot, sole: &Pose) -> impl Iterator<Item = Vector3<f64>> {
+pub(super) fn led_axes(
+    robot: &Robot,
+    foot: Foot,
+    sole: &Pose,
+) -> impl Iterator<Item = Vector3<f64>> {
     let rolls = robot.soles[foot].ankle.rolls();
-    let axes = if rolls { Matrix3::identity() } else { sole.rotation.to_rotation_matrix().into_inner() };
-    (0..3).filter(move |&k| rolls || k != 0).map(move |k| axes.column(k).into_owned())
+    let axes = if rolls {
+        Matrix3::identity()
+    } else {
+        sole.rotation.to_rotation_matrix().into_inner()
+    };
+    (0..3)
+        .filter(move |&k| rolls || k != 0)
+        .map(move |k| axes.column(k).into_owned())
 }
 
 /// Whether each joint lies between the base and a sole.
@@ -171,5 +201,8 @@ pub(super) fn legs(robot: &Robot) -> Vec<bool> {
 
 /// Range of reference angles of a joint (rad): its limits less the margin, extended to its home angle if need be.
 pub(super) fn reachable(joint: &Joint, home_rad: f64) -> [f64; 2] {
-    [(joint.lower_rad + LIMIT_MARGIN_RAD).min(home_rad), (joint.upper_rad - LIMIT_MARGIN_RAD).max(home_rad)]
+    [
+        (joint.lower_rad + LIMIT_MARGIN_RAD).min(home_rad),
+        (joint.upper_rad - LIMIT_MARGIN_RAD).max(home_rad),
+    ]
 }

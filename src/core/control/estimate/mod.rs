@@ -17,7 +17,9 @@
 mod trunk;
 
 pub use crate::robot::kinematics::{heading, on_ground};
-use crate::robot::{Foot, GRAVITY, Imu, Kinematics, PerFoot, Pose, Posture, Robot, Sensed, Sole, Units};
+use crate::robot::{
+    Foot, GRAVITY, Imu, Kinematics, PerFoot, Pose, Posture, Robot, Sensed, Sole, Units,
+};
 use nalgebra::{Isometry2, Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use trunk::TrunkFilter;
 
@@ -74,10 +76,14 @@ impl Estimate {
             zmp: com.xy(),
             soles,
             footholds: soles,
-            in_contact: PerFoot { left: true, right: true },
+            in_contact: PerFoot {
+                left: true,
+                right: true,
+            },
             load_n: PerFoot::from_fn(|_| 0.5 * robot.mass() * GRAVITY),
-            contact_load_n: CONTACT_LOAD
-                .map(|(share, deviations)| share * robot.mass() * GRAVITY + deviations * robot.noise.sole_force_n),
+            contact_load_n: CONTACT_LOAD.map(|(share, deviations)| {
+                share * robot.mass() * GRAVITY + deviations * robot.noise.sole_force_n
+            }),
         }
     }
 
@@ -109,7 +115,11 @@ impl Estimate {
     /// Sets a known posture. COM and COM velocity stay as they are.
     pub fn place(&mut self, robot: &Robot, posture: &Posture) {
         self.posture.q.copy_from_slice(&posture.q);
-        self.place_base(robot, posture.base.translation.vector, posture.base.rotation);
+        self.place_base(
+            robot,
+            posture.base.translation.vector,
+            posture.base.rotation,
+        );
     }
 
     /// Sets the joint angles to the encoder readings, with the base at the origin. Returns its orientation by the IMU.
@@ -121,7 +131,12 @@ impl Estimate {
         sensed.imu.orientation * trunk_in_base.inverse()
     }
 
-    fn place_base(&mut self, robot: &Robot, translation: Vector3<f64>, rotation: UnitQuaternion<f64>) {
+    fn place_base(
+        &mut self,
+        robot: &Robot,
+        translation: Vector3<f64>,
+        rotation: UnitQuaternion<f64>,
+    ) {
         self.posture.base = Isometry3::from_parts(translation.into(), rotation);
         self.kinematics.update(robot, &self.posture);
         self.soles = self.kinematics.sole_poses(robot);
@@ -156,10 +171,21 @@ impl Estimator {
     /// An estimator for a robot at rest in the state of `start`, with a control period `dt` (s).
     pub fn new(robot: &Robot, dt: f64, start: Estimate) -> Self {
         let trunk = TrunkFilter::new(&robot.noise, robot.home_com_height(), dt, Vector3::zeros());
-        let stands = PerFoot { left: true, right: true };
+        let stands = PerFoot {
+            left: true,
+            right: true,
+        };
         let units = Units::of(robot);
         let phase = dt * units.omega();
-        let mut estimator = Self { units, dt, phase, trunk, lever: Vector3::zeros(), stands, now: start };
+        let mut estimator = Self {
+            units,
+            dt,
+            phase,
+            trunk,
+            lever: Vector3::zeros(),
+            stands,
+            now: start,
+        };
         estimator.rest(robot);
         estimator
     }
@@ -180,11 +206,19 @@ impl Estimator {
         let now = &mut self.now;
         let rotation = now.read_posture(robot, sensed);
         now.place_base(robot, Vector3::zeros(), rotation);
-        let [left, right] = Foot::BOTH.map(|foot| lowest_corner(&robot.soles[foot], &now.soles[foot]));
+        let [left, right] =
+            Foot::BOTH.map(|foot| lowest_corner(&robot.soles[foot], &now.soles[foot]));
         let middle = 0.5 * (now.soles.left.translation.vector + now.soles.right.translation.vector);
-        now.place_base(robot, Vector3::new(-middle.x, -middle.y, -left.min(right)), rotation);
+        now.place_base(
+            robot,
+            Vector3::new(-middle.x, -middle.y, -left.min(right)),
+            rotation,
+        );
         now.footholds = PerFoot::from_fn(|foot| flat(&now.soles[foot]));
-        now.in_contact = PerFoot { left: false, right: false };
+        now.in_contact = PerFoot {
+            left: false,
+            right: false,
+        };
         self.stands = now.in_contact;
         self.rest(robot);
         self.measure_zmp(sensed);
@@ -195,16 +229,27 @@ impl Estimator {
     pub fn update(&mut self, robot: &Robot, sensed: &Sensed, in_air: Option<Foot>) {
         let gravity = Vector3::new(0.0, 0.0, GRAVITY);
         let rotation = self.now.read_posture(robot, sensed);
-        let Imu { orientation, gyro, accelerometer } = sensed.imu;
+        let Imu {
+            orientation,
+            gyro,
+            accelerometer,
+        } = sensed.imu;
         let trunk = *self.now.kinematics.link_pose(robot.trunk);
-        let lever = trunk.inverse_transform_point(&self.now.kinematics.com()).coords;
+        let lever = trunk
+            .inverse_transform_point(&self.now.kinematics.com())
+            .coords;
         let turning = gyro.cross(&lever) + (lever - self.lever) / self.dt;
         self.lever = lever;
         self.trunk.predict(orientation * accelerometer - gravity);
         if let Some(base) = self.base_on_feet(robot, sensed, rotation) {
-            self.trunk.correct(base + rotation * trunk.translation.vector);
+            self.trunk
+                .correct(base + rotation * trunk.translation.vector);
         }
-        self.now.place_base(robot, self.trunk.position - rotation * trunk.translation.vector, rotation);
+        self.now.place_base(
+            robot,
+            self.trunk.position - rotation * trunk.translation.vector,
+            rotation,
+        );
         let force = self.measure_zmp(sensed);
         self.now.com = self.now.kinematics.com();
         let com_vel = &mut self.now.com_vel;
@@ -217,7 +262,12 @@ impl Estimator {
 
     /// Position of the base (m) by the feet that stand, averaged with their loads as weights. It is None if no foot
     /// stands.
-    fn base_on_feet(&self, robot: &Robot, sensed: &Sensed, rotation: UnitQuaternion<f64>) -> Option<Vector3<f64>> {
+    fn base_on_feet(
+        &self,
+        robot: &Robot,
+        sensed: &Sensed,
+        rotation: UnitQuaternion<f64>,
+    ) -> Option<Vector3<f64>> {
         let (mut sum, mut carried) = (Vector3::zeros(), 0.0);
         for foot in Foot::BOTH.into_iter().filter(|&foot| self.stands[foot]) {
             let load = sensed.soles[foot].force.z;
@@ -236,18 +286,28 @@ impl Estimator {
 
     /// Updates the footholds of the feet that stand flat.
     fn feel_ground(&mut self, robot: &Robot, sensed: &Sensed) {
-        let Estimate { footholds, soles, .. } = &mut self.now;
+        let Estimate {
+            footholds, soles, ..
+        } = &mut self.now;
         let flat = PerFoot::from_fn(|foot| {
             let [x, y] = robot.soles[foot].half_m;
             let pressed = pressure_point(&robot.soles[foot], sensed, foot);
-            self.stands[foot] && pressed.x.abs() < FLAT_SHARE * x && pressed.y.abs() < FLAT_SHARE * y
+            self.stands[foot]
+                && pressed.x.abs() < FLAT_SHARE * x
+                && pressed.y.abs() < FLAT_SHARE * y
         });
         for foot in Foot::BOTH.into_iter().filter(|&foot| flat[foot]) {
             let felt = inclined(&footholds[foot], &soles[foot]);
-            footholds[foot].rotation = footholds[foot].rotation.slerp(&felt, GROUND_RATE * self.phase);
+            footholds[foot].rotation = footholds[foot]
+                .rotation
+                .slerp(&felt, GROUND_RATE * self.phase);
         }
         let higher = |poses: &PerFoot<Pose>| poses.left.translation.z - poses.right.translation.z;
-        let apart = if flat.left && flat.right { higher(soles) - higher(footholds) } else { 0.0 };
+        let apart = if flat.left && flat.right {
+            higher(soles) - higher(footholds)
+        } else {
+            0.0
+        };
         let mean = 0.5 * (footholds.left.translation.z + footholds.right.translation.z);
         for foot in Foot::BOTH {
             let rate = 0.5 * foot.side() * apart * GROUND_RATE - mean * LEVEL_RATE;
@@ -276,11 +336,13 @@ impl Estimator {
     fn find_contact(&mut self, robot: &Robot, in_air: Option<Foot>) {
         for foot in Foot::BOTH {
             let now = &mut self.now;
-            let carries = |already: bool| now.load_n[foot] > now.contact_load_n[usize::from(already)];
+            let carries =
+                |already: bool| now.load_n[foot] > now.contact_load_n[usize::from(already)];
             let (stood, touched) = (self.stands[foot], now.in_contact[foot]);
             let ground = now.footholds[foot.other()].translation.z;
             let low = lowest_corner(&robot.soles[foot], &now.soles[foot]) - ground;
-            let touches = carries(touched) || low < CONTACT_HEIGHT[usize::from(touched)] * self.units.length_m;
+            let touches = carries(touched)
+                || low < CONTACT_HEIGHT[usize::from(touched)] * self.units.length_m;
             let [stands, touches] = [carries(stood), touches].map(|is| is && in_air != Some(foot));
             if (stands && !stood) || (touches && !touched) {
                 now.put_down(foot);
@@ -292,7 +354,10 @@ impl Estimator {
 
 /// Height of the lowest corner of a sole (m).
 fn lowest_corner(sole: &Sole, pose: &Pose) -> f64 {
-    sole.corners().into_iter().map(|corner| (pose * corner).z).fold(f64::INFINITY, f64::min)
+    sole.corners()
+        .into_iter()
+        .map(|corner| (pose * corner).z)
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// Centre of pressure of a foot, in the frame of its sole.
@@ -301,15 +366,25 @@ fn pressure_point(sole: &Sole, sensed: &Sensed, foot: Foot) -> Point3<f64> {
     if wrench.force.z <= 0.0 {
         return Point3::origin();
     }
-    let [x, y] = [-wrench.moment.y / wrench.force.z, wrench.moment.x / wrench.force.z];
-    Point3::new(x.clamp(-sole.half_m[0], sole.half_m[0]), y.clamp(-sole.half_m[1], sole.half_m[1]), 0.0)
+    let [x, y] = [
+        -wrench.moment.y / wrench.force.z,
+        wrench.moment.x / wrench.force.z,
+    ];
+    Point3::new(
+        x.clamp(-sole.half_m[0], sole.half_m[0]),
+        y.clamp(-sole.half_m[1], sole.half_m[1]),
+        0.0,
+    )
 }
 
 /// The pose of a sole flat on the ground below `pose`, with its heading.
 fn flat(pose: &Pose) -> Pose {
     let yaw = heading(pose);
     let p = pose.translation.vector;
-    Isometry3::from_parts(Vector3::new(p.x, p.y, 0.0).into(), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
+    Isometry3::from_parts(
+        Vector3::new(p.x, p.y, 0.0).into(),
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw),
+    )
 }
 
 /// The orientation with the heading of one pose and the inclination of another one.
@@ -323,13 +398,17 @@ fn inclined(headed: &Pose, on: &Pose) -> UnitQuaternion<f64> {
 pub fn along(sole: &Pose, place: Point2<f64>) -> Pose {
     let (at, normal) = (sole.translation.vector, sole.rotation * Vector3::z());
     let rise = -normal.xy().dot(&(place.coords - at.xy())) / normal.z;
-    Pose::from_parts(Vector3::new(place.x, place.y, at.z + rise).into(), sole.rotation)
+    Pose::from_parts(
+        Vector3::new(place.x, place.y, at.z + rise).into(),
+        sole.rotation,
+    )
 }
 
 /// Pose of the control frame in the world (paper, Sect. III.A): its origin is midway between the soles' centres, and
 /// its x axis points along the mean heading of the feet.
 pub fn control_frame(footholds: &PerFoot<Pose>) -> Isometry2<f64> {
-    let middle = (footholds.left.translation.vector.xy() + footholds.right.translation.vector.xy()) / 2.0;
+    let middle =
+        (footholds.left.translation.vector.xy() + footholds.right.translation.vector.xy()) / 2.0;
     let [left, right] = [heading(&footholds.left), heading(&footholds.right)];
     // The mean of two directions, also across the jump of the angle from pi to -pi.
     let sum = Vector2::new(left.cos() + right.cos(), left.sin() + right.sin());

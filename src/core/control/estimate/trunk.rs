@@ -35,13 +35,21 @@ impl TrunkFilter {
     /// `height` (m) above the ground.
     pub fn new(noise: &SensorNoise, height: f64, dt: f64, position: Vector3<f64>) -> Self {
         // The IMU of a turned trunk takes some gravity for acceleration, and the position by the feet is off.
-        let acceleration_m_s2 = MORE_NOISE * (noise.accelerometer_m_s2 + GRAVITY * noise.orientation_rad);
+        let acceleration_m_s2 =
+            MORE_NOISE * (noise.accelerometer_m_s2 + GRAVITY * noise.orientation_rad);
         let position_m = height * (noise.orientation_rad + noise.joint_angle_rad).max(LEAST_NOISE);
-        let index = acceleration_m_s2.max(MORE_NOISE * GRAVITY * LEAST_NOISE) * dt * dt / position_m;
+        let index =
+            acceleration_m_s2.max(MORE_NOISE * GRAVITY * LEAST_NOISE) * dt * dt / position_m;
         let r = (4.0 + index - (8.0 * index + index * index).sqrt()) / 4.0;
         let alpha = 1.0 - r * r;
         let beta = 2.0 * (2.0 - alpha) - 4.0 * (1.0 - alpha).sqrt();
-        Self { dt, alpha, beta, position, velocity: Vector3::zeros() }
+        Self {
+            dt,
+            alpha,
+            beta,
+            position,
+            velocity: Vector3::zeros(),
+        }
     }
 
     /// Moves on by a tick with the given mean acceleration (m/s^2, world frame, without gravity).
@@ -85,11 +93,22 @@ mod tests {
         let input = Vector2::new(0.5 * DT * DT, DT) * q;
         let (mut covariance, mut gain) = (Matrix2::identity(), Vector2::zeros());
         for _ in 0..200_000 {
-            let predicted = transition * covariance * transition.transpose() + input * input.transpose();
+            let predicted =
+                transition * covariance * transition.transpose() + input * input.transpose();
             gain = predicted.column(0) / (predicted[(0, 0)] + p * p);
             covariance = predicted - gain * predicted.row(0);
         }
-        assert!((filter.alpha - gain[0]).abs() < 1e-6 * gain[0], "{} {}", filter.alpha, gain[0]);
-        assert!((filter.beta / DT - gain[1]).abs() < 1e-6 * gain[1], "{} {}", filter.beta / DT, gain[1]);
+        assert!(
+            (filter.alpha - gain[0]).abs() < 1e-6 * gain[0],
+            "{} {}",
+            filter.alpha,
+            gain[0]
+        );
+        assert!(
+            (filter.beta / DT - gain[1]).abs() < 1e-6 * gain[1],
+            "{} {}",
+            filter.beta / DT,
+            gain[1]
+        );
     }
 }

@@ -97,7 +97,9 @@ impl Supervisor {
         );
         self.tested = state;
         let mut decision = self.choose(family, &state);
-        let Some(whole) = support.polygon else { return decision };
+        let Some(whole) = support.polygon else {
+            return decision;
+        };
         let gain = &family.gains[self.gain];
         let zmp = if decision.held {
             state.zmp() + gain.zmp_rate(&state) * family.pendulum.dt
@@ -108,7 +110,11 @@ impl Supervisor {
         let inside = self.keep_inside(zmp);
         self.zmp_state = frame.transform_point(&inside);
         let probe = frame.inverse_transform_vector(&self.zmp_probe);
-        let asked = if decision.held { self.keep_inside(inside + probe) } else { zmp };
+        let asked = if decision.held {
+            self.keep_inside(inside + probe)
+        } else {
+            zmp
+        };
         decision.zmp = Some(frame.transform_point(&asked));
         decision
     }
@@ -129,9 +135,14 @@ impl Supervisor {
     /// Margin in the slowest gain's CPI set of another COM state (m and m/s, world frame), for example the true one, on
     /// the support of the last tick.
     pub fn margin_at(&self, com: Point2<f64>, com_vel: Vector2<f64>) -> f64 {
-        let Some(support) = &self.support else { return f64::NEG_INFINITY };
+        let Some(support) = &self.support else {
+            return f64::NEG_INFINITY;
+        };
         let frame = &support.frame;
-        let (com, com_vel) = (frame.inverse_transform_point(&com), frame.inverse_transform_vector(&com_vel));
+        let (com, com_vel) = (
+            frame.inverse_transform_point(&com),
+            frame.inverse_transform_vector(&com_vel),
+        );
         let state = State::new(com, com_vel, self.tested.zmp());
         self.sets.margin(0, &state)
     }
@@ -139,8 +150,16 @@ impl Supervisor {
     /// For pictures: the slice of each gain's CPI set over COM positions, at the COM velocity and ZMP of the last tick,
     /// from slow to fast. Each is a list of corners (m, world frame), empty where the CPI set contains no such state.
     pub fn slices(&self) -> Vec<Vec<Point2<f64>>> {
-        let frame = self.support.map_or_else(Isometry2::identity, |support| support.frame);
-        let slice = |gain| self.sets.slice(gain, &self.tested).iter().map(|corner| frame * corner).collect();
+        let frame = self
+            .support
+            .map_or_else(Isometry2::identity, |support| support.frame);
+        let slice = |gain| {
+            self.sets
+                .slice(gain, &self.tested)
+                .iter()
+                .map(|corner| frame * corner)
+                .collect()
+        };
         (0..self.sets.len()).map(slice).collect()
     }
 
@@ -159,12 +178,18 @@ impl Supervisor {
                 .find(|&i| i == before || self.sets.margin(i, state) > MARGIN_TO_SPEED_UP)
                 .unwrap_or(before),
             Some(fastest) => fastest,
-            None if family.out_of_sets == OutOfSets::Fastest => family.gains.len().saturating_sub(1),
+            None if family.out_of_sets == OutOfSets::Fastest => {
+                family.gains.len().saturating_sub(1)
+            }
             None => 0,
         };
         let held_before = std::mem::replace(&mut self.held, holding.is_some());
         let anew = std::mem::take(&mut self.anew);
-        StandDecision { zmp: None, held: self.held, starts: anew || self.gain != before || (self.held && !held_before) }
+        StandDecision {
+            zmp: None,
+            held: self.held,
+            starts: anew || self.gain != before || (self.held && !held_before),
+        }
     }
 
     /// The point of the allowed support nearest to `zmp`, control frame.
@@ -186,9 +211,15 @@ mod tests {
     /// the edge. The fastest one does.
     #[test]
     fn out_of_the_sets_the_zmp_goes_where_the_gain_set_says() {
-        let pendulum = Pendulum { omega: 5.63, dt: 0.002 };
+        let pendulum = Pendulum {
+            omega: 5.63,
+            dt: 0.002,
+        };
         let polygon = SupportPolygon::rectangle(-0.048, 0.048, -0.083, 0.083);
-        let support = Support { frame: Isometry2::identity(), polygon };
+        let support = Support {
+            frame: Isometry2::identity(),
+            polygon,
+        };
         let (com, com_vel) = (Point2::new(0.0, 0.06), Vector2::new(0.1, 0.09));
         let zmp_of = |gains: &str| {
             let mut set = built_in(gains.split(',').next().unwrap());
@@ -203,10 +234,16 @@ mod tests {
         };
         let dcm = com + com_vel / pendulum.omega;
         let (zmp, gain) = zmp_of("switching");
-        assert!(gain == 0 && (zmp.x - 1.12 * dcm.x).abs() < 1e-3, "{gain} {zmp} {dcm}");
+        assert!(
+            gain == 0 && (zmp.x - 1.12 * dcm.x).abs() < 1e-3,
+            "{gain} {zmp} {dcm}"
+        );
         for (set, fastest) in [("robust", 2), ("switching, else the fastest", 4)] {
             let (zmp, gain) = zmp_of(set);
-            assert!(gain == fastest && zmp.x > 1.7 * dcm.x && zmp.y == 0.083, "{set}: {gain} {zmp} {dcm}");
+            assert!(
+                gain == fastest && zmp.x > 1.7 * dcm.x && zmp.y == 0.083,
+                "{set}: {gain} {zmp} {dcm}"
+            );
         }
     }
 }

@@ -25,7 +25,12 @@ impl Support {
     }
 
     /// The support of the feet in contact, in the control frame `frame`.
-    fn about(frame: Isometry2<f64>, robot: &Robot, footholds: &PerFoot<Pose>, in_contact: &PerFoot<bool>) -> Self {
+    fn about(
+        frame: Isometry2<f64>,
+        robot: &Robot,
+        footholds: &PerFoot<Pose>,
+        in_contact: &PerFoot<bool>,
+    ) -> Self {
         let mut corners = [Point2::origin(); 8];
         let mut count = 0;
         let feet = Foot::BOTH.into_iter().filter(|&f| in_contact[f]);
@@ -36,7 +41,10 @@ impl Support {
                 count += 1;
             }
         }
-        Self { frame, polygon: SupportPolygon::hull(&corners[..count]) }
+        Self {
+            frame,
+            polygon: SupportPolygon::hull(&corners[..count]),
+        }
     }
 
     /// The support according to an estimate.
@@ -48,7 +56,8 @@ impl Support {
     /// frame) from the point midway between the soles' centres, and the origin of the frame is there.
     pub fn of_leaning(robot: &Robot, estimate: &Estimate, lean: Vector2<f64>) -> Self {
         let middle = control_frame(&estimate.footholds);
-        let frame = Isometry2::from_parts((middle.translation.vector + lean).into(), middle.rotation);
+        let frame =
+            Isometry2::from_parts((middle.translation.vector + lean).into(), middle.rotation);
         Self::about(frame, robot, &estimate.footholds, &estimate.in_contact)
     }
 }

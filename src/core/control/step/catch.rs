@@ -13,7 +13,8 @@ use super::home::WayHome;
 use super::quintic::Quintic;
 use super::swing::{LATE_SPEED, PlannedFootstep, Swing, SwingTiming, Way};
 use crate::control::body::{
-    Body, BodyTargets, ContactModel, DesiredAcceleration, InverseDynamics, InverseKinematics, RISING, SoleReference,
+    Body, BodyTargets, ContactModel, DesiredAcceleration, InverseDynamics, InverseKinematics,
+    RISING, SoleReference,
 };
 use crate::control::design::Design;
 use crate::control::estimate::on_ground;
@@ -76,7 +77,10 @@ impl CatchFootwork {
     /// The rule for a checked design, whose robot states how far its feet reach.
     pub fn new(rules: Catching, design: &Design) -> Self {
         let robot = &*design.robot;
-        let contact = ContactModel { friction: robot.friction, sole_share: SOLE_SHARE };
+        let contact = ContactModel {
+            friction: robot.friction,
+            sole_share: SOLE_SHARE,
+        };
         Self {
             rules,
             departures: design.departures,
@@ -116,39 +120,89 @@ impl Footwork for CatchFootwork {
         if !now.has_waited(0.0, rules.pause_s) {
             return None;
         }
-        let departure = rules.every.and(&self.departures.get(self.taken).copied().unwrap_or_default());
+        let departure = rules
+            .every
+            .and(&self.departures.get(self.taken).copied().unwrap_or_default());
         let support = now.support();
         let length_m = now.design.units.length_m;
-        let outside = support.polygon?.signed_distance(support.frame.inverse_transform_point(&dcm_in(0.0, now)))
+        let outside = support
+            .polygon?
+            .signed_distance(support.frame.inverse_transform_point(&dcm_in(0.0, now)))
             - departure.lift * length_m;
         if outside <= 0.0 || falls_back(now) {
             return None;
         }
         let mut best: Option<FootstepCandidate> = None;
-        for foot in Foot::BOTH.into_iter().filter(|foot| estimate.in_contact[foot.other()]) {
+        for foot in Foot::BOTH
+            .into_iter()
+            .filter(|foot| estimate.in_contact[foot.other()])
+        {
             let is_loaded = estimate.load_n[foot] > estimate.load_n[foot.other()];
-            if is_loaded && is_beside(foot, 0.0, now) && outside < OUTSIDE_SHARE * robot.soles[foot].half_m[0] {
+            if is_loaded
+                && is_beside(foot, 0.0, now)
+                && outside < OUTSIDE_SHARE * robot.soles[foot].half_m[0]
+            {
                 continue;
             }
             let stance = on_ground(&estimate.footholds[foot.other()]);
-            let carried = (estimate.load_n[foot] / (estimate.load_n.left + estimate.load_n.right)).clamp(0.0, 1.0);
-            let transfer_s = if carried.is_finite() { carried * rules.transfer_s } else { 0.0 };
-            let dcm = to_side(foot, stance.inverse_transform_point(&dcm_in(transfer_s, now)));
-            let from =
-                to_side(foot, stance.inverse_transform_point(&estimate.footholds[foot].translation.vector.xy().into()));
+            let carried = (estimate.load_n[foot] / (estimate.load_n.left + estimate.load_n.right))
+                .clamp(0.0, 1.0);
+            let transfer_s = if carried.is_finite() {
+                carried * rules.transfer_s
+            } else {
+                0.0
+            };
+            let dcm = to_side(
+                foot,
+                stance.inverse_transform_point(&dcm_in(transfer_s, now)),
+            );
+            let from = to_side(
+                foot,
+                stance.inverse_transform_point(
+                    &estimate.footholds[foot].translation.vector.xy().into(),
+                ),
+            );
             for (number, region) in robot.reach.iter().enumerate() {
-                let Some((way, swing_time_s)) = way_to(region, from, now.design) else { continue };
+                let Some((way, swing_time_s)) = way_to(region, from, now.design) else {
+                    continue;
+                };
                 let problem = problem(region, foot, now);
                 let mut catch = plan(&problem, dcm, swing_time_s - transfer_s);
-                let risk = if is_risky(foot, region, dcm, now) { RISK } else { 0.0 };
-                let crossed = if region.sideways_from > 0.0 { departure.crossed } else { 0.0 };
-                catch.cost += problem.cost_of_miss((risk + crossed + departure.left * foot.side()) * length_m);
-                if best.as_ref().is_none_or(|best| catch.cost < best.catch.cost) {
-                    best = Some(FootstepCandidate { foot, stance, number, way, swing_time_s, catch });
+                let risk = if is_risky(foot, region, dcm, now) {
+                    RISK
+                } else {
+                    0.0
+                };
+                let crossed = if region.sideways_from > 0.0 {
+                    departure.crossed
+                } else {
+                    0.0
+                };
+                catch.cost += problem
+                    .cost_of_miss((risk + crossed + departure.left * foot.side()) * length_m);
+                if best
+                    .as_ref()
+                    .is_none_or(|best| catch.cost < best.catch.cost)
+                {
+                    best = Some(FootstepCandidate {
+                        foot,
+                        stance,
+                        number,
+                        way,
+                        swing_time_s,
+                        catch,
+                    });
                 }
             }
         }
-        let FootstepCandidate { foot, stance, number, way, swing_time_s, catch } = best?;
+        let FootstepCandidate {
+            foot,
+            stance,
+            number,
+            way,
+            swing_time_s,
+            catch,
+        } = best?;
         // A robot that only stands keeps its ZMP at the edge of the support, and the DCM diverges from there.
         let miss_if_it_stands = outside * (now.design.family.pendulum.omega * swing_time_s).exp();
         if catch.miss > miss_if_it_stands {
@@ -159,7 +213,17 @@ impl Footwork for CatchFootwork {
         let place = catch.place + Vector2::from(departure.place) * length_m;
         let to = stance * Point2::from(to_side(foot, place.into()));
         let swing_time_s = swing_time_s * departure.slower.exp();
-        Some(self.start(now, body, PlannedFootstep { foot, to, zmp_error: now.zmp_error }, way, swing_time_s))
+        Some(self.start(
+            now,
+            body,
+            PlannedFootstep {
+                foot,
+                to,
+                zmp_error: now.zmp_error,
+            },
+            way,
+            swing_time_s,
+        ))
     }
 
     fn lean(&mut self, now: &StepState, margin: f64) -> Vector2<f64> {
@@ -172,11 +236,16 @@ impl Footwork for CatchFootwork {
         self.way_home.give_up();
         let (estimate, region) = (now.estimate, &now.design.robot.reach[0]);
         let stance = on_ground(&estimate.footholds[foot.other()]);
-        let from = stance.inverse_transform_point(&estimate.footholds[foot].translation.vector.xy().into());
+        let from = stance
+            .inverse_transform_point(&estimate.footholds[foot].translation.vector.xy().into());
         let (way, swing_time_s) = way_to(region, to_side(foot, from), now.design)?;
         (self.region, self.goes_home, self.departure) = (0, true, Departure::default());
         let to = stance * Point2::from(to_side(foot, problem(region, foot, now).home.into()));
-        let footstep = PlannedFootstep { foot, to, zmp_error: now.zmp_error };
+        let footstep = PlannedFootstep {
+            foot,
+            to,
+            zmp_error: now.zmp_error,
+        };
         Some(self.start(now, body, footstep, way, HOMEWARD_TIME_RATIO * swing_time_s))
     }
 
@@ -188,31 +257,49 @@ impl Footwork for CatchFootwork {
         body: &mut Body,
         command: &mut Command,
     ) -> Result<Point2<f64>, TickError> {
-        let (robot, pendulum, estimate) = (&*now.design.robot, &now.design.family.pendulum, now.estimate);
+        let (robot, pendulum, estimate) = (
+            &*now.design.robot,
+            &now.design.family.pendulum,
+            now.estimate,
+        );
         let (foot, stance, left_s) = (swing.footstep.foot, swing.stance, swing.time_left_s());
         let mut problem = problem(&robot.reach[self.region], foot, now);
         if left_s <= self.rules.settle_s {
-            problem = problem.landing_at(to_side(foot, stance.inverse_transform_point(&swing.footstep.to)));
+            problem = problem.landing_at(to_side(
+                foot,
+                stance.inverse_transform_point(&swing.footstep.to),
+            ));
         }
         let dcm = to_side(foot, stance.inverse_transform_point(&dcm_in(0.0, now)));
         let left_or_late_s = left_s.max(LATE_TICKS * pendulum.dt);
         let to_home = plan(&problem.landing_at(problem.home), dcm, left_or_late_s);
         self.goes_home &= to_home.miss == 0.0;
-        let mut catch = if self.goes_home { to_home } else { plan(&problem, dcm, left_or_late_s) };
-        let Departure { place, zmp, tilt, .. } = self.departure;
+        let mut catch = if self.goes_home {
+            to_home
+        } else {
+            plan(&problem, dcm, left_or_late_s)
+        };
+        let Departure {
+            place, zmp, tilt, ..
+        } = self.departure;
         catch.place += Vector2::from(place) * now.design.units.length_m;
         catch.zmp += Vector2::from(zmp) * now.design.units.length_m;
         for (zmp, [low, high]) in catch.zmp.iter_mut().zip(problem.zmp) {
             *zmp = zmp.clamp(low, high);
         }
-        body.tilt = self.tilt_at_lift.lerp(&tilt.into(), least_jerk(swing.share()));
+        body.tilt = self
+            .tilt_at_lift
+            .lerp(&tilt.into(), least_jerk(swing.share()));
         if left_s > self.rules.settle_s {
             swing.aim(stance * Point2::from(to_side(foot, catch.place.into())));
         }
         let zmp = stance * Point2::from(to_side(foot, catch.zmp.into()));
         self.lower_body(now, swing, zmp, body);
         let acceleration = body.com.advance(pendulum, estimate, zmp);
-        let mut soles = SoleReference { poses: estimate.footholds, velocities: PerFoot::default() };
+        let mut soles = SoleReference {
+            poses: estimate.footholds,
+            velocities: PerFoot::default(),
+        };
         (soles.poses[foot], soles.velocities[foot]) = swing.sole();
         body.follow(robot, pendulum, estimate, soles, command);
         let wanted = &mut self.wanted;
@@ -220,7 +307,9 @@ impl Footwork for CatchFootwork {
         wanted.sole_acc = PerFoot::default();
         wanted.sole_acc[foot][0] = swing.sole_acc();
         wanted.com_acc = Vector3::new(acceleration.x, acceleration.y, body.com.height[2]);
-        let solved = self.dynamics.solve(robot, &estimate.posture, body.velocity(), wanted);
+        let solved = self
+            .dynamics
+            .solve(robot, &estimate.posture, body.velocity(), wanted);
         solved.ok_or(TickError::Unsolvable)?;
         command.tau_ff.copy_from_slice(&self.dynamics.tau);
         Ok(zmp)
@@ -243,15 +332,27 @@ impl CatchFootwork {
         self.at_landing.start_at(body.posture());
         body.com.height = [self.at_landing.com_height(&now.design.robot), 0.0, 0.0];
         let late_speed_m_s = LATE_SPEED * now.design.units.speed_m_s();
-        let timing = SwingTiming { swing_time_s, lift_m, lead: LEAD, late_s, late_speed_m_s };
+        let timing = SwingTiming {
+            swing_time_s,
+            lift_m,
+            lead: LEAD,
+            late_s,
+            late_speed_m_s,
+        };
         Swing::new(timing, way, footstep, &now.estimate.footholds)
     }
 
     /// Moves the COM height towards a height at which the legs reach the landing place.
     fn lower_body(&mut self, now: &StepState, swing: &Swing, zmp: Point2<f64>, body: &mut Body) {
-        let (robot, pendulum, estimate) = (&now.design.robot, &now.design.family.pendulum, now.estimate);
+        let (robot, pendulum, estimate) =
+            (&now.design.robot, &now.design.family.pendulum, now.estimate);
         let (foot, left_s, dt) = (swing.footstep.foot, swing.time_left_s(), pendulum.dt);
-        let com = pendulum.com_in(left_s.max(0.0), estimate.com_xy(), estimate.com_vel_xy(), zmp);
+        let com = pendulum.com_in(
+            left_s.max(0.0),
+            estimate.com_xy(),
+            estimate.com_vel_xy(),
+            zmp,
+        );
         let mut soles = estimate.footholds;
         soles[foot] = swing.landing();
         let targets = BodyTargets {
@@ -289,21 +390,37 @@ fn dcm_in(time_s: f64, now: &StepState) -> Point2<f64> {
 fn is_beside(foot: Foot, time_s: f64, now: &StepState) -> bool {
     let robot = &now.design.robot;
     let [[back, front], _] = robot.soles[foot].pressable_m(robot.mass() * GRAVITY);
-    let along = on_ground(&now.estimate.footholds[foot]).inverse_transform_point(&dcm_in(time_s, now)).x;
+    let along = on_ground(&now.estimate.footholds[foot])
+        .inverse_transform_point(&dcm_in(time_s, now))
+        .x;
     back < along && along < front
 }
 
 /// Whether a robot on the edge of one foot will come down on both feet again, with the DCM between them.
 fn falls_back(now: &StepState) -> bool {
     let (Design { robot, units, .. }, estimate) = (now.design, now.estimate);
-    let Some(hanging) = Foot::BOTH.into_iter().find(|&foot| !estimate.in_contact[foot]) else { return false };
+    let Some(hanging) = Foot::BOTH
+        .into_iter()
+        .find(|&foot| !estimate.in_contact[foot])
+    else {
+        return false;
+    };
     let above = estimate.soles[hanging].translation.z - estimate.footholds[hanging].translation.z;
-    let both = Support::of(robot, &estimate.footholds, &PerFoot { left: true, right: true });
+    let both = Support::of(
+        robot,
+        &estimate.footholds,
+        &PerFoot {
+            left: true,
+            right: true,
+        },
+    );
     let dcm = both.frame.inverse_transform_point(&dcm_in(0.0, now));
     estimate.in_contact[hanging.other()]
         && above < HANGING_HEIGHT * units.length_m
         && is_beside(hanging.other(), FALLS_BACK * units.time_s(), now)
-        && both.polygon.is_some_and(|polygon| polygon.signed_distance(dcm) < 0.0)
+        && both
+            .polygon
+            .is_some_and(|polygon| polygon.signed_distance(dcm) < 0.0)
 }
 
 /// Whether a footstep has a risk that the pendulum does not model. `dcm` (m) has the axes of the stance sole. Knees
@@ -312,7 +429,10 @@ fn falls_back(now: &StepState) -> bool {
 fn is_risky(foot: Foot, region: &LandingRegion, dcm: Vector2<f64>, now: &StepState) -> bool {
     let meets = region.sideways_from > 0.0 && dcm.x < 0.0;
     let just_landed_s = RELIFT_TIME * now.design.units.time_s();
-    meets || now.last_landing.is_some_and(|landing| landing.foot == foot && landing.ago_s < just_landed_s)
+    meets
+        || now
+            .last_landing
+            .is_some_and(|landing| landing.foot == foot && landing.ago_s < just_landed_s)
 }
 
 /// A footstep that could be taken.
@@ -329,11 +449,23 @@ struct FootstepCandidate {
 
 /// The planning problem for a footstep of `foot` to a landing region.
 fn problem(region: &LandingRegion, foot: Foot, now: &StepState) -> CatchProblem {
-    let Design { robot, family, stance, .. } = now.design;
+    let Design {
+        robot,
+        family,
+        stance,
+        ..
+    } = now.design;
     let weight_n = robot.mass() * GRAVITY;
     let pressable = |of: Foot, load_n: f64| {
         let [x, [low, high]] = robot.soles[of].pressable_m(load_n);
-        [x, if foot == Foot::Left { [low, high] } else { [-high, -low] }]
+        [
+            x,
+            if foot == Foot::Left {
+                [low, high]
+            } else {
+                [-high, -low]
+            },
+        ]
     };
     CatchProblem {
         omega: family.pendulum.omega,
@@ -359,10 +491,14 @@ fn way_to(region: &LandingRegion, from: Vector2<f64>, design: &Design) -> Option
     let same_side = |region: &&LandingRegion| region.x_m[0] * from.x > 0.0;
     let has_crossed = from.y < reach[0].y_m[0] - CROSSED * design.units.length_m;
     match (has_crossed, crosses(&region)) {
-        (true, true) => same_side(&region).then(|| (Way::around(region.around()), region.swing_time_s)),
+        (true, true) => {
+            same_side(&region).then(|| (Way::around(region.around()), region.swing_time_s))
+        }
         (true, false) => {
             let back = reach.iter().filter(crosses).find(same_side);
-            let (way, back_s) = back.map_or((Way::STRAIGHT, 0.0), |b| (Way::back_around(b.around()), b.swing_time_s));
+            let (way, back_s) = back.map_or((Way::STRAIGHT, 0.0), |b| {
+                (Way::back_around(b.around()), b.swing_time_s)
+            });
             Some((way, region.swing_time_s.max(back_s)))
         }
         (false, true) => Some((Way::around(region.around()), region.swing_time_s)),

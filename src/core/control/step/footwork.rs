@@ -103,8 +103,9 @@ impl StepState<'_> {
 
     /// Whether the state has been in no CPI set for `patience_s` (s), and the last landing is `pause_s` (s) ago.
     pub(super) fn has_waited(&self, patience_s: f64, pause_s: f64) -> bool {
-        let stands =
-            self.last_landing.is_none_or(|landing| landing.ago_s > 0.0 && self.has_passed(landing.ago_s, pause_s));
+        let stands = self
+            .last_landing
+            .is_none_or(|landing| landing.ago_s > 0.0 && self.has_passed(landing.ago_s, pause_s));
         stands && self.has_passed(self.out_of_sets_s, patience_s)
     }
 

@@ -43,11 +43,23 @@ impl WayHome {
     /// Desired place of the COM, from the point midway between the feet (m, world frame). `margin` is the margin of the
     /// last tick's state in the slowest gain's CPI set.
     pub fn lean(&mut self, now: &StepState, margin: f64) -> Vector2<f64> {
-        let Estimate { footholds, in_contact, com, .. } = now.estimate;
+        let Estimate {
+            footholds,
+            in_contact,
+            com,
+            ..
+        } = now.estimate;
         let pendulum = &now.design.family.pendulum;
-        let rests = || (com - self.rest_at).norm() < REST_WAY * now.design.units.length_m && !is_home(now);
-        if margin < 0.0 || !(in_contact.left && in_contact.right) || (self.leant.is_none() && !rests()) {
-            *self = Self { rest_at: *com, ..Self::default() };
+        let rests =
+            || (com - self.rest_at).norm() < REST_WAY * now.design.units.length_m && !is_home(now);
+        if margin < 0.0
+            || !(in_contact.left && in_contact.right)
+            || (self.leant.is_none() && !rests())
+        {
+            *self = Self {
+                rest_at: *com,
+                ..Self::default()
+            };
             return Vector2::zeros();
         }
         self.rest_s += pendulum.dt;
@@ -55,11 +67,15 @@ impl WayHome {
         let Some((foot, share)) = &mut self.leant else {
             if has_rested {
                 // The foot that landed last goes back.
-                self.leant = Some((now.last_landing.map_or(Foot::Left, |landing| landing.foot), 0.0));
+                self.leant = Some((
+                    now.last_landing.map_or(Foot::Left, |landing| landing.foot),
+                    0.0,
+                ));
             }
             return Vector2::zeros();
         };
-        let way = footholds[foot.other()].translation.vector.xy() - control_frame(footholds).translation.vector;
+        let way = footholds[foot.other()].translation.vector.xy()
+            - control_frame(footholds).translation.vector;
         if *share < 1.0 {
             let speed = LEAN_SPEED * now.design.units.length_m * pendulum.omega;
             *share = (*share + speed * pendulum.dt / way.norm()).min(1.0);
@@ -75,7 +91,8 @@ impl WayHome {
     pub fn unloaded(&self, now: &StepState) -> Option<Foot> {
         let (foot, _) = self.leant?;
         let stance = on_ground(&now.estimate.footholds[foot.other()]);
-        let dcm = now.estimate.com_xy() + now.estimate.com_vel_xy() / now.design.family.pendulum.omega;
+        let dcm =
+            now.estimate.com_xy() + now.estimate.com_vel_xy() / now.design.family.pendulum.omega;
         let [x, y] = now.design.robot.soles[foot.other()].half_m;
         let is_over = [dcm, now.estimate.zmp].into_iter().all(|point| {
             let local = stance.inverse_transform_point(&point);
@@ -94,7 +111,12 @@ impl WayHome {
 fn is_home(now: &StepState) -> bool {
     let (footholds, soles) = (&now.estimate.footholds, &now.design.robot.soles);
     let [left, right] = [&footholds.left, &footholds.right];
-    let apart = control_frame(footholds).inverse() * (left.translation.vector - right.translation.vector).xy();
-    let turned = on_ground(right).rotation.rotation_to(&on_ground(left).rotation).angle();
-    (apart - now.design.stance).norm() < HOME * 2.0 * soles.left.half_m[0] && turned.abs() < PARALLEL_RAD
+    let apart = control_frame(footholds).inverse()
+        * (left.translation.vector - right.translation.vector).xy();
+    let turned = on_ground(right)
+        .rotation
+        .rotation_to(&on_ground(left).rotation)
+        .angle();
+    (apart - now.design.stance).norm() < HOME * 2.0 * soles.left.half_m[0]
+        && turned.abs() < PARALLEL_RAD
 }

@@ -43,18 +43,43 @@ impl Footwork for PaperFootwork {
             return None;
         }
         let footstep = choose(rules, &StanceState::of(now, &now.support()))?;
-        if let Some(landing) = now.last_landing.filter(|landing| landing.foot == footstep.foot)
+        if let Some(landing) = now
+            .last_landing
+            .filter(|landing| landing.foot == footstep.foot)
             && !now.has_passed(landing.ago_s, rules.same_foot_pause_s)
         {
             return None;
         }
-        let Stepping { swing_time_s, lift_m, late_s, .. } = *rules;
+        let Stepping {
+            swing_time_s,
+            lift_m,
+            late_s,
+            ..
+        } = *rules;
         let late_speed_m_s = LATE_SPEED * now.design.units.speed_m_s();
-        let timing = SwingTiming { swing_time_s, lift_m, lead: 0.0, late_s, late_speed_m_s };
+        let timing = SwingTiming {
+            swing_time_s,
+            lift_m,
+            lead: 0.0,
+            late_s,
+            late_speed_m_s,
+        };
         let swing = Swing::new(timing, Way::STRAIGHT, footstep, &estimate.footholds);
         let half_sole_m = now.design.robot.soles[footstep.foot.other()].half_m;
-        let (omega, com, com_vel) = (family.pendulum.omega, estimate.com_xy(), estimate.com_vel_xy());
-        self.plan = Some(StepPlan::new(omega, rules, half_sole_m, family.zmp_margin, &swing, com, com_vel));
+        let (omega, com, com_vel) = (
+            family.pendulum.omega,
+            estimate.com_xy(),
+            estimate.com_vel_xy(),
+        );
+        self.plan = Some(StepPlan::new(
+            omega,
+            rules,
+            half_sole_m,
+            family.zmp_margin,
+            &swing,
+            com,
+            com_vel,
+        ));
         Some(swing)
     }
 
@@ -66,15 +91,29 @@ impl Footwork for PaperFootwork {
         command: &mut Command,
     ) -> Result<Point2<f64>, TickError> {
         let (robot, pendulum) = (&*now.design.robot, &now.design.family.pendulum);
-        let planned = self.plan.as_ref().ok_or(TickError::Unsolvable)?.at(swing.time_s);
+        let planned = self
+            .plan
+            .as_ref()
+            .ok_or(TickError::Unsolvable)?
+            .at(swing.time_s);
         (body.com.place, body.com.vel) = (planned.com, planned.com_vel);
         let acceleration = pendulum.com_acc(planned.com, planned.zmp);
         let foot = swing.footstep.foot;
-        let mut soles = SoleReference { poses: now.estimate.footholds, velocities: PerFoot::default() };
+        let mut soles = SoleReference {
+            poses: now.estimate.footholds,
+            velocities: PerFoot::default(),
+        };
         (soles.poses[foot], soles.velocities[foot]) = swing.sole();
         body.follow(robot, pendulum, now.estimate, soles, command);
         let standing = PerFoot::from_fn(|f| f != foot);
-        carry(robot, now.estimate, &standing, planned.zmp, acceleration, &mut command.tau_ff);
+        carry(
+            robot,
+            now.estimate,
+            &standing,
+            planned.zmp,
+            acceleration,
+            &mut command.tau_ff,
+        );
         Ok(planned.zmp)
     }
 }
@@ -112,8 +151,12 @@ impl StepPlan {
         let com_vel = stance.inverse_transform_vector(&com_vel);
         let axes = [0, 1].map(|axis| {
             let most = (half_sole_m[axis] - zmp_margin).max(0.0);
-            let boundary =
-                Boundary { com: com[axis], com_vel: com_vel[axis], target: 0.5 * to[axis], zmp: [-most, most] };
+            let boundary = Boundary {
+                com: com[axis],
+                com_vel: com_vel[axis],
+                target: 0.5 * to[axis],
+                zmp: [-most, most],
+            };
             AxisPlan::new(omega, rules, &boundary)
         });
         Self { stance, axes }
@@ -172,13 +215,23 @@ pub fn choose(rules: &Stepping, state: &StanceState) -> Option<PlannedFootstep> 
     let direction = state.zmp_error.try_normalize(0.0)?;
     let reach = PerFoot::from_fn(|foot| {
         let side = |v: Vector2<f64>| Vector2::new(v.x, v.y * foot.side());
-        if state.can_lift[foot] { rules.range.reach(side(state.stance * foot.side()), side(direction)) } else { 0.0 }
+        if state.can_lift[foot] {
+            rules
+                .range
+                .reach(side(state.stance * foot.side()), side(direction))
+        } else {
+            0.0
+        }
     });
     let foot = swing_foot(&reach, state.stance.norm(), &state.load_n);
     let stride = (rules.alpha * state.zmp_error.norm()).min(reach[foot]);
     let beside = state.stance * foot.side() + direction * stride;
     let to = state.soles[foot.other()] + state.frame.transform_vector(&beside);
-    (stride > 0.0).then_some(PlannedFootstep { foot, to, zmp_error: state.zmp_error })
+    (stride > 0.0).then_some(PlannedFootstep {
+        foot,
+        to,
+        zmp_error: state.zmp_error,
+    })
 }
 
 /// The foot that can go farther. For a tie (a push straight forward or backward), the paper's text names the left foot,
@@ -188,7 +241,11 @@ fn swing_foot(reach: &PerFoot<f64>, apart_m: f64, load_n: &PerFoot<f64>) -> Foot
     let farther = reach.left - reach.right;
     let heavier = load_n.left - load_n.right;
     if farther.abs() > SAME_STRIDE * apart_m {
-        if farther > 0.0 { Foot::Left } else { Foot::Right }
+        if farther > 0.0 {
+            Foot::Left
+        } else {
+            Foot::Right
+        }
     } else if heavier < -SAME_LOAD * (load_n.left + load_n.right) {
         Foot::Left
     } else {
@@ -206,8 +263,14 @@ mod tests {
 
     /// Half the distance between the soles' centres at home (m).
     const HALF: f64 = 0.0485;
-    const RULES: Stepping = Stepping { alpha: 1.0, ..Stepping::EXAMPLE };
-    const EVEN: PerFoot<f64> = PerFoot { left: 39.0, right: 39.0 };
+    const RULES: Stepping = Stepping {
+        alpha: 1.0,
+        ..Stepping::EXAMPLE
+    };
+    const EVEN: PerFoot<f64> = PerFoot {
+        left: 39.0,
+        right: 39.0,
+    };
 
     struct Case {
         error: [f64; 2],
@@ -218,8 +281,16 @@ mod tests {
 
     impl Case {
         fn new(error: [f64; 2]) -> Self {
-            let can_lift = PerFoot { left: true, right: true };
-            Self { error, load_n: EVEN, can_lift, frame: Isometry2::identity() }
+            let can_lift = PerFoot {
+                left: true,
+                right: true,
+            };
+            Self {
+                error,
+                load_n: EVEN,
+                can_lift,
+                frame: Isometry2::identity(),
+            }
         }
 
         /// Chooses from the home stance.
@@ -244,37 +315,69 @@ mod tests {
         for error in [[0.03, 0.0], [-0.03, 0.0]] {
             let mut case = Case::new(error);
             assert_eq!(case.choose(&RULES).unwrap().foot, Foot::Right);
-            case.load_n = PerFoot { left: 30.0, right: 48.0 };
+            case.load_n = PerFoot {
+                left: 30.0,
+                right: 48.0,
+            };
             assert_eq!(case.choose(&RULES).unwrap().foot, Foot::Left);
-            case.load_n = PerFoot { left: 48.0, right: 30.0 };
+            case.load_n = PerFoot {
+                left: 48.0,
+                right: 30.0,
+            };
             assert_eq!(case.choose(&RULES).unwrap().foot, Foot::Right);
             // A difference within the noise does not count.
-            case.load_n = PerFoot { left: 38.9, right: 39.1 };
+            case.load_n = PerFoot {
+                left: 38.9,
+                right: 39.1,
+            };
             assert_eq!(case.choose(&RULES).unwrap().foot, Foot::Right);
         }
         // The load does not matter if one foot can go farther, but a foot that carries the robot stays.
-        let mut case = Case { load_n: PerFoot { left: 70.0, right: 8.0 }, ..Case::new([0.03, 0.02]) };
-        for (left, right, foot) in
-            [(true, true, Some(Foot::Left)), (false, true, Some(Foot::Right)), (false, false, None)]
-        {
+        let mut case = Case {
+            load_n: PerFoot {
+                left: 70.0,
+                right: 8.0,
+            },
+            ..Case::new([0.03, 0.02])
+        };
+        for (left, right, foot) in [
+            (true, true, Some(Foot::Left)),
+            (false, true, Some(Foot::Right)),
+            (false, false, None),
+        ] {
             case.can_lift = PerFoot { left, right };
             assert_eq!(case.choose(&RULES).map(|footstep| footstep.foot), foot);
         }
-        assert_eq!(Case::new([0.0, 0.0]).choose(&RULES), None, "without an error");
-        assert_eq!(Case::new([0.03, 0.0]).choose(&Stepping { alpha: 0.0, ..RULES }), None, "without a stride");
+        assert_eq!(
+            Case::new([0.0, 0.0]).choose(&RULES),
+            None,
+            "without an error"
+        );
+        assert_eq!(
+            Case::new([0.03, 0.0]).choose(&Stepping {
+                alpha: 0.0,
+                ..RULES
+            }),
+            None,
+            "without a stride"
+        );
     }
 
     #[test]
     fn the_stride_is_alpha_times_the_error_as_far_as_the_range_goes() {
         let stride = |alpha: f64, error: [f64; 2]| {
-            let footstep = Case::new(error).choose(&Stepping { alpha, ..RULES }).unwrap();
+            let footstep = Case::new(error)
+                .choose(&Stepping { alpha, ..RULES })
+                .unwrap();
             (footstep.to - Point2::new(0.0, HALF * footstep.foot.side())).norm()
         };
         assert!((stride(1.0, [-0.03, -0.04]) - 0.05).abs() < 1e-15);
         assert!((stride(2.0, [0.03, 0.0]) - 0.06).abs() < 1e-15);
         // Outward the semi-ellipse ends 0.18 m from the other foot.
         assert!((stride(10.0, [0.0, 0.04]) - (0.18 - 2.0 * HALF)).abs() < 1e-12);
-        let reach = RULES.range.reach(Vector2::new(0.0, 2.0 * HALF), Vector2::new(1.0, 0.0));
+        let reach = RULES
+            .range
+            .reach(Vector2::new(0.0, 2.0 * HALF), Vector2::new(1.0, 0.0));
         assert!((stride(10.0, [0.03, 0.0]) - reach).abs() < 1e-12);
     }
 
@@ -284,15 +387,24 @@ mod tests {
         let frame = Isometry2::identity();
         let state = StanceState {
             frame: &frame,
-            soles: PerFoot { left: Point2::new(0.0, HALF), right: Point2::new(0.12, -HALF) },
+            soles: PerFoot {
+                left: Point2::new(0.0, HALF),
+                right: Point2::new(0.12, -HALF),
+            },
             stance: Vector2::new(0.0, 2.0 * HALF),
             zmp_error: Vector2::new(0.03, 0.01),
             load_n: EVEN,
-            can_lift: PerFoot { left: true, right: true },
+            can_lift: PerFoot {
+                left: true,
+                right: true,
+            },
         };
         let footstep = choose(&RULES, &state).unwrap();
         assert_eq!(footstep.foot, Foot::Left);
-        assert!((footstep.to - Point2::new(0.12 + 0.03, HALF + 0.01)).norm() < 1e-12, "{footstep:?}");
+        assert!(
+            (footstep.to - Point2::new(0.12 + 0.03, HALF + 0.01)).norm() < 1e-12,
+            "{footstep:?}"
+        );
     }
 
     const OMEGA: f64 = 5.63;
@@ -300,22 +412,51 @@ mod tests {
     const HALF_SOLE_M: [f64; 2] = [0.048, 0.0345];
 
     fn flat(x: f64, y: f64, yaw: f64) -> Pose {
-        Pose::from_parts(Vector3::new(x, y, 0.0).into(), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
+        Pose::from_parts(
+            Vector3::new(x, y, 0.0).into(),
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw),
+        )
     }
 
     /// The plan for a footstep of the right foot, from a COM position (m) and velocity (m/s).
     fn plan(to: [f64; 2], com: [f64; 2], com_vel: [f64; 2], footholds: PerFoot<Pose>) -> StepPlan {
-        let Stepping { swing_time_s, lift_m, late_s, .. } = RULES;
-        let footstep = PlannedFootstep { foot: Foot::Right, to: to.into(), zmp_error: Vector2::x() };
-        let timing = SwingTiming { swing_time_s, lift_m, lead: 0.0, late_s, late_speed_m_s: 0.1 };
+        let Stepping {
+            swing_time_s,
+            lift_m,
+            late_s,
+            ..
+        } = RULES;
+        let footstep = PlannedFootstep {
+            foot: Foot::Right,
+            to: to.into(),
+            zmp_error: Vector2::x(),
+        };
+        let timing = SwingTiming {
+            swing_time_s,
+            lift_m,
+            lead: 0.0,
+            late_s,
+            late_speed_m_s: 0.1,
+        };
         let swing = Swing::new(timing, Way::STRAIGHT, footstep, &footholds);
-        StepPlan::new(OMEGA, &RULES, HALF_SOLE_M, 0.003, &swing, com.into(), com_vel.into())
+        StepPlan::new(
+            OMEGA,
+            &RULES,
+            HALF_SOLE_M,
+            0.003,
+            &swing,
+            com.into(),
+            com_vel.into(),
+        )
     }
 
     /// Checks eq. 1 in the world frame, for a stance sole away from the origin and turned.
     #[test]
     fn the_pendulum_starts_at_the_estimate_and_its_zmp_stays_in_the_stance_sole() {
-        let footholds = PerFoot { left: flat(0.01, 0.048, 0.1), right: flat(-0.01, -0.05, -0.05) };
+        let footholds = PerFoot {
+            left: flat(0.01, 0.048, 0.1),
+            right: flat(-0.01, -0.05, -0.05),
+        };
         let plan = plan([-0.1, -0.13], [-0.01, 0.0], [-0.3, -0.2], footholds);
         let start = plan.at(0.0);
         assert!((start.com - Point2::new(-0.01, 0.0)).norm() < 1e-15);
@@ -328,7 +469,10 @@ mod tests {
             let velocity = (after.com - before.com) / (2.0 * h);
             assert!((velocity - now.com_vel).norm() < 1e-6, "{time} s");
             let acceleration = (after.com_vel - before.com_vel) / (2.0 * h);
-            assert!((acceleration - (now.com - now.zmp) * OMEGA * OMEGA).norm() < 1e-4, "{time} s");
+            assert!(
+                (acceleration - (now.com - now.zmp) * OMEGA * OMEGA).norm() < 1e-4,
+                "{time} s"
+            );
             let zmp = stance.inverse_transform_point(&now.zmp);
             assert!(zmp.x.abs() <= x && zmp.y.abs() <= y, "{time} s: {zmp}");
         }

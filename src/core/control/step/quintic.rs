@@ -20,7 +20,11 @@ impl Quintic {
         let c3 = (10.0 * y - 4.0 * v * s + 0.5 * a * s * s) / s.powi(3);
         let c4 = (-15.0 * y + 7.0 * v * s - a * s * s) / s.powi(4);
         let c5 = (6.0 * y - 3.0 * v * s + 0.5 * a * s * s) / s.powi(5);
-        Self { end, end_s, c: [c3, c4, c5] }
+        Self {
+            end,
+            end_s,
+            c: [c3, c4, c5],
+        }
     }
 
     /// Position, velocity and acceleration at `time_s`; at rest after the end.
@@ -47,7 +51,11 @@ mod tests {
             assert!((is - wanted).abs() < 1e-9, "{:?}", axis.at(1.0));
         }
         for late in [1.15, 1.2] {
-            assert_eq!(axis.at(late), [0.25, 0.0, 0.0].map(|v: f64| v + 0.0), "{late}");
+            assert_eq!(
+                axis.at(late),
+                [0.25, 0.0, 0.0].map(|v: f64| v + 0.0),
+                "{late}"
+            );
         }
     }
 

@@ -43,16 +43,35 @@ pub struct Way {
 
 impl Way {
     /// Straight to the landing place.
-    pub const STRAIGHT: Self = Self { moves: [[0.0, 1.0]; 2], arc_m: 0.0 };
+    pub const STRAIGHT: Self = Self {
+        moves: [[0.0, 1.0]; 2],
+        arc_m: 0.0,
+    };
 
     /// To a place on the other side of the stance leg: first forward or backward, then sideways.
-    pub fn around(Around { sideways_from, arc_m }: Around) -> Self {
-        Self { moves: [[0.0, 1.0 - sideways_from], [sideways_from, 1.0]], arc_m }
+    pub fn around(
+        Around {
+            sideways_from,
+            arc_m,
+        }: Around,
+    ) -> Self {
+        Self {
+            moves: [[0.0, 1.0 - sideways_from], [sideways_from, 1.0]],
+            arc_m,
+        }
     }
 
     /// The way back from a place on the other side of the stance leg: first sideways, then forward or backward.
-    pub fn back_around(Around { sideways_from, arc_m }: Around) -> Self {
-        Self { moves: [[sideways_from, 1.0], [0.0, 1.0 - sideways_from]], arc_m }
+    pub fn back_around(
+        Around {
+            sideways_from,
+            arc_m,
+        }: Around,
+    ) -> Self {
+        Self {
+            moves: [[sideways_from, 1.0], [0.0, 1.0 - sideways_from]],
+            arc_m,
+        }
     }
 }
 
@@ -90,7 +109,12 @@ pub struct Swing {
 
 impl Swing {
     /// A footstep that starts from the given footholds (world frame).
-    pub fn new(timing: SwingTiming, way: Way, footstep: PlannedFootstep, footholds: &PerFoot<Pose>) -> Self {
+    pub fn new(
+        timing: SwingTiming,
+        way: Way,
+        footstep: PlannedFootstep,
+        footholds: &PerFoot<Pose>,
+    ) -> Self {
         let [from, foothold] = [footstep.foot, footstep.foot.other()].map(|foot| footholds[foot]);
         let stance = on_ground(&foothold);
         let to = along(&foothold, footstep.to);
@@ -100,13 +124,26 @@ impl Swing {
             [over.x, over.y, place.z]
         };
         let (start, end) = (local(from.translation.vector), local(landing));
-        let Way { moves: [x, y], arc_m } = way;
+        let Way {
+            moves: [x, y],
+            arc_m,
+        } = way;
         let moves = [x, y, [0.0, 1.0]];
         let path = [0, 1, 2].map(|k| {
             let [start_s, end_s] = moves[k].map(|share| share * timing.swing_time_s);
             Quintic::new([start[k], 0.0, 0.0], end[k], start_s, end_s)
         });
-        Self { footstep, timing, stance, path, moves, arc_m, from, to, time_s: 0.0 }
+        Self {
+            footstep,
+            timing,
+            stance,
+            path,
+            moves,
+            arc_m,
+            from,
+            to,
+            time_s: 0.0,
+        }
     }
 
     /// Changes the landing place (m, world frame), starting from the present planned state, before the landing is due.
@@ -139,7 +176,11 @@ impl Swing {
     fn over_ground(&self) -> [Vector2<f64>; 3] {
         let (x, y, arc) = (self.axis(0), self.axis(1), self.bump(self.arc_m, 0.0));
         let turned = |i: usize| self.stance.rotation * Vector2::new(x[i] + arc[i], y[i]);
-        [self.stance.translation.vector + turned(0), turned(1), turned(2)]
+        [
+            self.stance.translation.vector + turned(0),
+            turned(1),
+            turned(2),
+        ]
     }
 
     /// Share of the planned swing time that has passed.
@@ -165,11 +206,18 @@ impl Swing {
         let ([x, y], [vx, vy]): ([f64; 2], [f64; 2]) = (at.into(), vel.into());
         let [bump, bump_rate, _] = self.bump(self.timing.lift_m, self.timing.lead);
         let late_s = (self.time_s - self.timing.swing_time_s).max(0.0);
-        let late_speed = if late_s > 0.0 { self.timing.late_speed_m_s } else { 0.0 };
+        let late_speed = if late_s > 0.0 {
+            self.timing.late_speed_m_s
+        } else {
+            0.0
+        };
         let place = Vector3::new(x, y, z + bump - self.timing.late_speed_m_s * late_s);
         let turned = least_jerk(self.share());
         let rotation = self.from.rotation.slerp(&self.to.rotation, turned);
-        (Pose::from_parts(place.into(), rotation), Vector3::new(vx, vy, vz + bump_rate - late_speed))
+        (
+            Pose::from_parts(place.into(), rotation),
+            Vector3::new(vx, vy, vz + bump_rate - late_speed),
+        )
     }
 
     /// A bump of `height_m` (m) on the way, with its rate and acceleration (m, m/s, m/s^2). `lead` is defined in
@@ -179,12 +227,18 @@ impl Swing {
         let u = self.share().min(1.0);
         let (w, rate) = (u + lead * u * (1.0 - u), 1.0 + lead * (1.0 - 2.0 * u));
         let [height, slope, curvature] = bump(height_m, w);
-        [height, slope * rate / duration, (curvature * rate * rate - 2.0 * lead * slope) / (duration * duration)]
+        [
+            height,
+            slope * rate / duration,
+            (curvature * rate * rate - 2.0 * lead * slope) / (duration * duration),
+        ]
     }
 
     /// Corners of the sole at its landing (m), world frame.
     pub fn landing_corners(&self, robot: &Robot) -> [Point3<f64>; 4] {
-        robot.soles[self.footstep.foot].corners().map(|corner| self.to * corner)
+        robot.soles[self.footstep.foot]
+            .corners()
+            .map(|corner| self.to * corner)
     }
 
     /// Whether the planned landing time is reached.
@@ -209,19 +263,34 @@ mod tests {
     use crate::control::estimate::heading;
     use nalgebra::UnitQuaternion;
 
-    const TIMING: SwingTiming =
-        SwingTiming { swing_time_s: 0.2, lift_m: 0.025, lead: 0.5, late_s: 0.12, late_speed_m_s: 0.1 };
+    const TIMING: SwingTiming = SwingTiming {
+        swing_time_s: 0.2,
+        lift_m: 0.025,
+        lead: 0.5,
+        late_s: 0.12,
+        late_speed_m_s: 0.1,
+    };
     const DT: f64 = 0.002;
 
     fn flat(x: f64, y: f64, yaw: f64) -> Pose {
-        Pose::from_parts(Vector3::new(x, y, 0.0).into(), UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw))
+        Pose::from_parts(
+            Vector3::new(x, y, 0.0).into(),
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw),
+        )
     }
 
     /// A footstep back and to the right, by a right foot that is turned a little.
     fn swing() -> Swing {
         let to = Point2::new(-0.1, -0.13);
-        let footstep = PlannedFootstep { foot: Foot::Right, to, zmp_error: Vector2::new(-0.03, -0.04) };
-        let footholds = PerFoot { left: flat(0.01, 0.048, 0.1), right: flat(-0.01, -0.05, -0.05) };
+        let footstep = PlannedFootstep {
+            foot: Foot::Right,
+            to,
+            zmp_error: Vector2::new(-0.03, -0.04),
+        };
+        let footholds = PerFoot {
+            left: flat(0.01, 0.048, 0.1),
+            right: flat(-0.01, -0.05, -0.05),
+        };
         Swing::new(TIMING, Way::STRAIGHT, footstep, &footholds)
     }
 
@@ -243,15 +312,25 @@ mod tests {
 
     #[test]
     fn with_a_lead_the_sole_is_highest_early_and_comes_down_slowly() {
-        let without = |time_s: f64| Swing { timing: SwingTiming { lead: 0.0, ..TIMING }, ..at(time_s) };
+        let without = |time_s: f64| Swing {
+            timing: SwingTiming {
+                lead: 0.0,
+                ..TIMING
+            },
+            ..at(time_s)
+        };
         let due = TIMING.swing_time_s;
         assert!((without(0.5 * due).sole().0.translation.z - TIMING.lift_m).abs() < 1e-15);
         // u + 1/2 u (1 - u) is 1/2 at u = (3 - sqrt 5) / 2.
         let (highest, velocity) = at(0.5 * (3.0 - 5.0_f64.sqrt()) * due).sole();
         assert!((highest.translation.z - TIMING.lift_m).abs() < 1e-15 && velocity.z.abs() < 1e-12);
         for left_s in [0.01, 0.02, 0.03] {
-            let [slow, fast] = [at(due - left_s), without(due - left_s)].map(|swing| -swing.sole().1.z);
-            assert!(slow > 0.0 && slow < 0.6 * fast, "{left_s} s before the landing: {slow}, not {fast} m/s");
+            let [slow, fast] =
+                [at(due - left_s), without(due - left_s)].map(|swing| -swing.sole().1.z);
+            assert!(
+                slow > 0.0 && slow < 0.6 * fast,
+                "{left_s} s before the landing: {slow}, not {fast} m/s"
+            );
         }
     }
 
@@ -264,7 +343,10 @@ mod tests {
             let (pose, velocity) = at(time).sole();
             // The path has a kink at the planned landing time.
             if (time - TIMING.swing_time_s).abs() > 1e-5 {
-                assert!((velocity - slope).norm() < 1e-6, "{time} s: {velocity} {slope}");
+                assert!(
+                    (velocity - slope).norm() < 1e-6,
+                    "{time} s: {velocity} {slope}"
+                );
             }
             if time < TIMING.swing_time_s {
                 assert!(pose.translation.z > 0.0, "{time} s: {pose}");
@@ -278,7 +360,11 @@ mod tests {
     fn a_late_foot_goes_down_and_gives_up() {
         let due = TIMING.swing_time_s;
         let (pose, velocity) = at(due + 0.05).sole();
-        assert!((pose.translation.vector - Vector3::new(-0.1, -0.13, -0.05 * TIMING.late_speed_m_s)).norm() < 1e-15);
+        assert!(
+            (pose.translation.vector - Vector3::new(-0.1, -0.13, -0.05 * TIMING.late_speed_m_s))
+                .norm()
+                < 1e-15
+        );
         assert_eq!(velocity, Vector3::new(0.0, 0.0, -TIMING.late_speed_m_s));
         assert!(!at(due + TIMING.late_s - DT).is_overdue());
         assert!(at(due + TIMING.late_s).is_overdue(), "it is late for good");

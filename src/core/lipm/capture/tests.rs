@@ -2,8 +2,16 @@ use super::*;
 use proptest::prelude::*;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 
-const BESIDE_REGION: SwingRegion = SwingRegion { x_m: [-0.15, 0.15], y_m: [0.075, 0.18], swing_time_s: 0.2 };
-const IN_FRONT: SwingRegion = SwingRegion { x_m: [0.145, 0.15], y_m: [-0.075, 0.075], swing_time_s: 0.2 };
+const BESIDE_REGION: SwingRegion = SwingRegion {
+    x_m: [-0.15, 0.15],
+    y_m: [0.075, 0.18],
+    swing_time_s: 0.2,
+};
+const IN_FRONT: SwingRegion = SwingRegion {
+    x_m: [0.145, 0.15],
+    y_m: [-0.075, 0.075],
+    swing_time_s: 0.2,
+};
 
 /// Relative tolerance for the impulse that more than [`MOST_STEPS`] footsteps would add.
 const NEARLY: f64 = 1e-3;
@@ -25,17 +33,27 @@ fn ut_mu2() -> SteppingPendulum {
 
 #[test]
 fn ut_mu2_has_the_bounds_that_others_found() {
-    let beside = SteppingPendulum { com: Point2::new(0.06, 0.0), ..ut_mu2() };
+    let beside = SteppingPendulum {
+        com: Point2::new(0.06, 0.0),
+        ..ut_mu2()
+    };
     assert_eq!(beside.at_most_n_s(0.0, 0), 0.0, "a COM beside the support");
     let factor = rectangular_push_factor(5.63, 0.05);
-    for (heading_deg, no_step, one_step) in
-        [(0.0, 2.49, 5.0), (45.0, 3.51, 5.2), (90.0, 4.29, 4.29), (135.0, 3.51, 5.2), (180.0, 2.49, 5.0)]
-    {
+    for (heading_deg, no_step, one_step) in [
+        (0.0, 2.49, 5.0),
+        (45.0, 3.51, 5.2),
+        (90.0, 4.29, 4.29),
+        (135.0, 3.51, 5.2),
+        (180.0, 2.49, 5.0),
+    ] {
         for heading_deg in [heading_deg, -heading_deg] {
             let bounds = ut_mu2().bounds(heading_deg);
             let (no, one) = (factor * bounds.no_step_n_s, factor * bounds.one_step_n_s);
             assert!((no - no_step).abs() < 0.01, "{heading_deg}: no step {no}");
-            assert!((one - one_step).abs() < 0.05, "{heading_deg}: one step {one}");
+            assert!(
+                (one - one_step).abs() < 0.05,
+                "{heading_deg}: one step {one}"
+            );
         }
     }
 }
@@ -43,35 +61,60 @@ fn ut_mu2_has_the_bounds_that_others_found() {
 /// One ankle holds the ZMP within 2 cm until the last foot has landed, and both within 4 cm after that.
 #[test]
 fn weak_ankles_hold_less_on_one_foot_than_on_both() {
-    let weak = SteppingPendulum { sole_x_m: [-0.02, 0.02], both_x_m: [-0.04, 0.04], ..ut_mu2() };
-    let weak = SteppingPendulum { regions: vec![SwingRegion { y_m: [0.0, 1.0], ..BESIDE_REGION }], ..weak };
+    let weak = SteppingPendulum {
+        sole_x_m: [-0.02, 0.02],
+        both_x_m: [-0.04, 0.04],
+        ..ut_mu2()
+    };
+    let weak = SteppingPendulum {
+        regions: vec![SwingRegion {
+            y_m: [0.0, 1.0],
+            ..BESIDE_REGION
+        }],
+        ..weak
+    };
     let q = (-5.63_f64 * 0.2).exp();
     let one = (1.0 - q) * 0.02 + q * (0.15 + 0.04);
     let two = (1.0 - q * q) * 0.02 + q * 0.15 + q * q * (0.15 + 0.04);
     for (steps, expected) in [(0, 0.04), (1, one), (2, two)] {
         let found = weak.at_most_n_s(0.0, steps) / (8.0 * 5.63);
-        assert!((found / expected - 1.0).abs() < 1e-9, "{steps}: {found}, not {expected}");
+        assert!(
+            (found / expected - 1.0).abs() < 1e-9,
+            "{steps}: {found}, not {expected}"
+        );
     }
 }
 
 fn with(regions: &[SwingRegion]) -> SteppingPendulum {
-    SteppingPendulum { regions: regions.to_vec(), ..ut_mu2() }
+    SteppingPendulum {
+        regions: regions.to_vec(),
+        ..ut_mu2()
+    }
 }
 
 #[test]
 fn in_one_dimension_it_is_the_closed_form() {
     // The feet land on the same line, so there is no demand sideways.
-    let pendulum = with(&[SwingRegion { y_m: [0.0, 1.0], ..BESIDE_REGION }]);
+    let pendulum = with(&[SwingRegion {
+        y_m: [0.0, 1.0],
+        ..BESIDE_REGION
+    }]);
     let (r, q) = (0.048086, (-5.63_f64 * 0.2).exp());
     let mut d = r;
     for steps in 1..=6 {
         d = (0.15 - r + d) * q + r;
         let found = pendulum.at_most_n_s(0.0, steps) / (8.0 * 5.63);
-        assert!((found / d - 1.0).abs() < NEARLY, "{steps}: {found}, not {d}");
+        assert!(
+            (found / d - 1.0).abs() < NEARLY,
+            "{steps}: {found}, not {d}"
+        );
     }
     let d_infinite = ((0.15 - r) * q + r) / (1.0 - q);
     let found = pendulum.bounds(0.0).n_step_n_s / (8.0 * 5.63);
-    assert!((found / d_infinite - 1.0).abs() < NEARLY, "{found}, not {d_infinite}");
+    assert!(
+        (found / d_infinite - 1.0).abs() < NEARLY,
+        "{found}, not {d_infinite}"
+    );
 }
 
 /// A foot that crosses by c in T, exactly sideways, and then one outward footstep.
@@ -81,12 +124,28 @@ fn a_foot_that_crosses_catches_more_from_the_side() {
     for (time_s, c) in [(0.2, 0.03), (0.2, 0.075), (0.3, 0.075)] {
         let q = (-omega * time_s).exp();
         // It crosses through the stance sole, so that there is no demand fore and aft.
-        let crossing = SwingRegion { x_m: [0.0, 0.0], y_m: [-c, 0.075], swing_time_s: time_s };
-        let outward = SwingRegion { x_m: [0.0, 0.0], y_m: [0.075, 0.18], swing_time_s: time_s };
+        let crossing = SwingRegion {
+            x_m: [0.0, 0.0],
+            y_m: [-c, 0.075],
+            swing_time_s: time_s,
+        };
+        let outward = SwingRegion {
+            x_m: [0.0, 0.0],
+            y_m: [0.075, 0.18],
+            swing_time_s: time_s,
+        };
         let pendulum = with(&[outward, crossing]);
         let d = |steps| pendulum.at_most_n_s(90.0, steps) / (8.0 * omega);
-        assert!((d(1) - (edge + q * c)).abs() < 1e-7, "{time_s} {c}: {}", d(1));
-        assert!((d(2) - (edge + q * (c + q * 0.18))).abs() < 1e-7, "{time_s} {c}: {}", d(2));
+        assert!(
+            (d(1) - (edge + q * c)).abs() < 1e-7,
+            "{time_s} {c}: {}",
+            d(1)
+        );
+        assert!(
+            (d(2) - (edge + q * (c + q * 0.18))).abs() < 1e-7,
+            "{time_s} {c}: {}",
+            d(2)
+        );
         // Feet that stay on their sides gain nothing.
         assert!((with(&[outward]).at_most_n_s(90.0, 40) / (8.0 * omega) - edge).abs() < 1e-7);
     }
@@ -97,27 +156,52 @@ fn a_longer_push_may_be_harder() {
     assert_eq!(rectangular_push_factor(5.63, 0.0), 1.0);
     // By quadrature: the effect of f(t) is the integral of f e^(-omega t).
     let (omega, duration_s, n) = (5.63, 0.15, 20_000);
-    let mean = |f: &dyn Fn(f64) -> f64| (0..n).map(|i| f((i as f64 + 0.5) / n as f64)).sum::<f64>() / n as f64;
-    let counts = |course: &dyn Fn(f64) -> f64| mean(&|s| course(s) * (-omega * duration_s * s).exp()) / mean(course);
+    let mean = |f: &dyn Fn(f64) -> f64| {
+        (0..n).map(|i| f((i as f64 + 0.5) / n as f64)).sum::<f64>() / n as f64
+    };
+    let counts = |course: &dyn Fn(f64) -> f64| {
+        mean(&|s| course(s) * (-omega * duration_s * s).exp()) / mean(course)
+    };
     assert!((rectangular_push_factor(omega, duration_s) * counts(&|_| 1.0) - 1.0).abs() < 1e-7);
-    assert!((half_sine_push_factor(omega, duration_s) * counts(&|s| (PI * s).sin()) - 1.0).abs() < 1e-7);
+    assert!(
+        (half_sine_push_factor(omega, duration_s) * counts(&|s| (PI * s).sin()) - 1.0).abs() < 1e-7
+    );
 }
 
 /// A dcm from which footsteps recover, by the pendulum's equation backwards from a final position between two soles,
 /// through any ZMPs and landings. Most are at the same end of their ranges, since the extremes are sought.
-fn caught(pendulum: &SteppingPendulum, steps: usize, stance: f64, chance: &mut TestRng) -> Point2<f64> {
-    let SwingRegion { x_m: [backward_m, forward_m], y_m: [inward_m, outward_m], swing_time_s } = pendulum.regions[0];
+fn caught(
+    pendulum: &SteppingPendulum,
+    steps: usize,
+    stance: f64,
+    chance: &mut TestRng,
+) -> Point2<f64> {
+    let SwingRegion {
+        x_m: [backward_m, forward_m],
+        y_m: [inward_m, outward_m],
+        swing_time_s,
+    } = pendulum.regions[0];
     let ([x0, x1], [y0, y1]) = (pendulum.sole_x_m, pendulum.sole_y_m);
     let ends = [chance.random::<f64>() < 0.5, chance.random::<f64>() < 0.5];
     let mut pick = |axis: usize, a: f64, b: f64| {
         let share = chance.random::<f64>();
         let end = if ends[axis] { a.max(b) } else { a.min(b) };
-        if chance.random::<f64>() < 0.8 { end } else { a + (b - a) * share }
+        if chance.random::<f64>() < 0.8 {
+            end
+        } else {
+            a + (b - a) * share
+        }
     };
-    let mut soles = vec![(Point2::new(0.0, stance * pendulum.stance_width_m / 2.0), stance)];
+    let mut soles = vec![(
+        Point2::new(0.0, stance * pendulum.stance_width_m / 2.0),
+        stance,
+    )];
     for k in 0..steps {
         let (at, side) = soles[k];
-        let way = Vector2::new(pick(0, backward_m, forward_m), pick(1, -side * inward_m, -side * outward_m));
+        let way = Vector2::new(
+            pick(0, backward_m, forward_m),
+            pick(1, -side * inward_m, -side * outward_m),
+        );
         soles.push((at + way, -side));
     }
     let mut inside = |at: Point2<f64>| at + Vector2::new(pick(0, x0, x1), pick(1, y0, y1));
@@ -137,25 +221,45 @@ fn caught(pendulum: &SteppingPendulum, steps: usize, stance: f64, chance: &mut T
 fn sampled_footsteps_catch_up_to_the_bound_and_no_more() {
     let normals: Vec<Vector2<f64>> = (0..360).map(|i| direction(i as f64)).collect();
     for (region, most) in [(BESIDE_REGION, 3), (IN_FRONT, 1)] {
-        let pendulum = SteppingPendulum { com: Point2::new(0.004, -0.003), ..with(&[region]) };
+        let pendulum = SteppingPendulum {
+            com: Point2::new(0.004, -0.003),
+            ..with(&[region])
+        };
         let mut chance = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
         let mut hulls = Vec::new();
         for steps in 1..=most {
             for stance in [1.0, -1.0] {
-                let samples: Vec<_> = (0..20_000).map(|_| caught(&pendulum, steps, stance, &mut chance)).collect();
+                let samples: Vec<_> = (0..20_000)
+                    .map(|_| caught(&pendulum, steps, stance, &mut chance))
+                    .collect();
                 let ahead = |n: &Vector2<f64>, at: &Point2<f64>| n.dot(&at.coords);
-                let farthest = |n| samples.iter().max_by(|a, b| ahead(n, a).total_cmp(&ahead(n, b))).unwrap();
+                let farthest = |n| {
+                    samples
+                        .iter()
+                        .max_by(|a, b| ahead(n, a).total_cmp(&ahead(n, b)))
+                        .unwrap()
+                };
                 let mut vertices: Vec<Point2<f64>> = normals.iter().map(|n| *farthest(n)).collect();
                 vertices.dedup_by(|a, b| (*a - *b).norm() < 1e-6);
                 hulls.push(SupportPolygon::hull(&vertices).unwrap());
             }
-            for heading_deg in [0.0, 30.0, 60.0, 75.0, 90.0, 100.0, 120.0, 135.0, -20.0, -70.0, -100.0, -150.0] {
+            for heading_deg in [
+                0.0, 30.0, 60.0, 75.0, 90.0, 100.0, 120.0, 135.0, -20.0, -70.0, -100.0, -150.0,
+            ] {
                 let along = direction(heading_deg);
-                let stands_m = pendulum.both_soles().farthest(along, &pendulum.both_soles());
-                let ways_m = hulls.iter().filter_map(|hull| hull.distance_along(pendulum.com, along));
+                let stands_m = pendulum
+                    .both_soles()
+                    .farthest(along, &pendulum.both_soles());
+                let ways_m = hulls
+                    .iter()
+                    .filter_map(|hull| hull.distance_along(pendulum.com, along));
                 let sampled_m = ways_m.fold(stands_m, f64::max);
-                let bound_m = pendulum.at_most_n_s(heading_deg, steps) / (pendulum.mass_kg * pendulum.omega);
-                assert!((sampled_m - bound_m).abs() < 1e-6, "{steps} steps, {heading_deg}: {sampled_m} m, {bound_m} m");
+                let bound_m =
+                    pendulum.at_most_n_s(heading_deg, steps) / (pendulum.mass_kg * pendulum.omega);
+                assert!(
+                    (sampled_m - bound_m).abs() < 1e-6,
+                    "{steps} steps, {heading_deg}: {sampled_m} m, {bound_m} m"
+                );
             }
         }
     }

@@ -25,7 +25,10 @@ impl OnlineSets {
         let mut corners: Vec<Corner> = [(near, near), (far, near), (far, far), (near, far)]
             .map(|(x, y)| {
                 let com = Point2::new(x, y);
-                Corner { com, points: cascade.start(&State::new(com, state.com_vel(), state.zmp())) }
+                Corner {
+                    com,
+                    points: cascade.start(&State::new(com, state.com_vel(), state.zmp())),
+                }
             })
             .to_vec();
         for tick in 0..MAX_TICKS {
@@ -37,7 +40,10 @@ impl OnlineSets {
                 };
                 corners = cut(&corners, excess);
             }
-            if corners.iter().all(|corner| cascade.bound(&corner.points, 0.0) <= 1.0) {
+            if corners
+                .iter()
+                .all(|corner| cascade.bound(&corner.points, 0.0) <= 1.0)
+            {
                 break;
             }
             for corner in &mut corners {
@@ -64,7 +70,10 @@ impl Corner {
                 *p += share * (q - *p);
             }
         }
-        Self { com: a.com + share * (b.com - a.com), points }
+        Self {
+            com: a.com + share * (b.com - a.com),
+            points,
+        }
     }
 }
 
@@ -97,28 +106,51 @@ mod tests {
         let family = family();
         let mut sets = OnlineSets::new(&family);
         let z = SupportPolygon::hull(
-            &[(-0.05, -0.08), (0.07, -0.06), (0.04, 0.08), (-0.05, 0.06)].map(|(x, y)| Point2::new(x, y)),
+            &[(-0.05, -0.08), (0.07, -0.06), (0.04, 0.08), (-0.05, 0.06)]
+                .map(|(x, y)| Point2::new(x, y)),
         );
         sets.update(&z.unwrap());
-        for (com_vel, zmp) in [((0.0, 0.0), (0.0, 0.0)), ((0.15, -0.1), (0.01, 0.02)), ((-0.2, 0.2), (-0.03, 0.0))] {
-            let state =
-                |com: Point2<f64>| State::new(com, Vector2::new(com_vel.0, com_vel.1), Point2::new(zmp.0, zmp.1));
+        for (com_vel, zmp) in [
+            ((0.0, 0.0), (0.0, 0.0)),
+            ((0.15, -0.1), (0.01, 0.02)),
+            ((-0.2, 0.2), (-0.03, 0.0)),
+        ] {
+            let state = |com: Point2<f64>| {
+                State::new(
+                    com,
+                    Vector2::new(com_vel.0, com_vel.1),
+                    Point2::new(zmp.0, zmp.1),
+                )
+            };
             for gain in 0..family.gains.len() {
                 let slice = sets.slice(gain, &state(Point2::origin()));
                 assert!(slice.len() >= 3, "gain {gain}: {slice:?}");
-                let middle = slice.iter().map(|p| p.coords).sum::<Vector2<f64>>() / slice.len() as f64;
+                let middle =
+                    slice.iter().map(|p| p.coords).sum::<Vector2<f64>>() / slice.len() as f64;
                 for (i, a) in slice.iter().enumerate() {
                     let b = slice[(i + 1) % slice.len()];
                     for on_edge in [*a, a + 0.5 * (b - a)] {
-                        let at = |share: f64| state(Point2::from(middle + share * (on_edge.coords - middle)));
-                        assert!(sets.holds(gain, &at(1.0 - 1e-6)), "gain {gain}: {on_edge} is not in the set");
-                        assert!(!sets.holds(gain, &at(1.0 + 1e-6)), "gain {gain}: {on_edge} is not at the border");
+                        let at = |share: f64| {
+                            state(Point2::from(middle + share * (on_edge.coords - middle)))
+                        };
+                        assert!(
+                            sets.holds(gain, &at(1.0 - 1e-6)),
+                            "gain {gain}: {on_edge} is not in the set"
+                        );
+                        assert!(
+                            !sets.holds(gain, &at(1.0 + 1e-6)),
+                            "gain {gain}: {on_edge} is not at the border"
+                        );
                     }
                 }
             }
         }
         // The COM is faster than this support can stop, with the ZMP far behind.
-        let lost = State::new(Point2::origin(), Vector2::new(3.0, 0.0), Point2::new(-0.5, 0.0));
+        let lost = State::new(
+            Point2::origin(),
+            Vector2::new(3.0, 0.0),
+            Point2::new(-0.5, 0.0),
+        );
         assert!(sets.slice(0, &lost).is_empty());
         sets.clear();
         assert!(sets.slice(0, &State::default()).is_empty());

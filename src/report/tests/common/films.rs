@@ -25,13 +25,27 @@ pub fn fallen() -> &'static Film {
 
 pub fn film(gains: &str, impulse_n_s: f64, config: EpisodeConfig) -> Film {
     let bench = Bench::new(gains);
-    let disturbance = Disturbance { pushes: vec![push(impulse_n_s, -20.0)], ..Disturbance::default() };
-    Film::take(&bench.robot, &bench.factory, &config, disturbance, (config.until(), 0.8), &mut |_| {}).unwrap()
+    let disturbance = Disturbance {
+        pushes: vec![push(impulse_n_s, -20.0)],
+        ..Disturbance::default()
+    };
+    Film::take(
+        &bench.robot,
+        &bench.factory,
+        &config,
+        disturbance,
+        (config.until(), 0.8),
+        &mut |_| {},
+    )
+    .unwrap()
 }
 
 /// A substitute for a film of the same push in another engine: the film of `hold`.
 pub fn ghost() -> Film {
-    Film { engine: Engine::Mujoco, ..fallen().clone() }
+    Film {
+        engine: Engine::Mujoco,
+        ..fallen().clone()
+    }
 }
 
 pub fn head() -> Head {
@@ -95,8 +109,14 @@ pub fn time_s(tab: &mut Page) -> f64 {
 }
 
 pub fn press(tab: &mut Page, key: &str) {
-    tab.call("Input.dispatchKeyEvent", json!({ "type": "keyDown", "key": key }));
-    tab.call("Input.dispatchKeyEvent", json!({ "type": "keyUp", "key": key }));
+    tab.call(
+        "Input.dispatchKeyEvent",
+        json!({ "type": "keyDown", "key": key }),
+    );
+    tab.call(
+        "Input.dispatchKeyEvent",
+        json!({ "type": "keyUp", "key": key }),
+    );
 }
 
 /// Clicks into an element, at shares of its width and height.
@@ -114,5 +134,8 @@ pub fn click_in(tab: &mut Page, id: &str, across: f64, down: f64) {
 }
 
 pub fn text(tab: &mut Page, id: &str) -> String {
-    tab.evaluate(&format!("document.getElementById('{id}').textContent")).as_str().unwrap().into()
+    tab.evaluate(&format!("document.getElementById('{id}').textContent"))
+        .as_str()
+        .unwrap()
+        .into()
 }

@@ -28,9 +28,15 @@ pub fn symmetric_robot() -> Robot {
     trunk.com_m.y = 0.0;
     trunk.inertia_kg_m2 = 0.5 * (trunk.inertia_kg_m2 + mirror * trunk.inertia_kg_m2 * mirror);
     for right in 1..robot.links.len() {
-        let Some(side) = robot.links[right].name.strip_prefix("right_") else { continue };
+        let Some(side) = robot.links[right].name.strip_prefix("right_") else {
+            continue;
+        };
         let name = format!("left_{side}");
-        let left = robot.links.iter().position(|link| link.name == name).expect("legs and arms come in pairs");
+        let left = robot
+            .links
+            .iter()
+            .position(|link| link.name == name)
+            .expect("legs and arms come in pairs");
         let model = robot.links[left].clone();
         let link = &mut robot.links[right];
         link.mass_kg = model.mass_kg;
@@ -42,12 +48,20 @@ pub fn symmetric_robot() -> Robot {
         let model = robot.joints[left - 1].clone();
         let joint = &mut robot.joints[right - 1];
         joint.origin = mirrored_pose(&model.origin);
-        assert!((*joint.axis - *mirrored_axis(&model.axis)).norm() < 1e-6, "{} turns the other way", joint.name);
+        assert!(
+            (*joint.axis - *mirrored_axis(&model.axis)).norm() < 1e-6,
+            "{} turns the other way",
+            joint.name
+        );
         joint.axis = mirrored_axis(&model.axis);
         (joint.lower_rad, joint.upper_rad) = (model.lower_rad, model.upper_rad);
         assert_eq!(robot.home_rad[right - 1], robot.home_rad[left - 1]);
     }
     let left = robot.soles.left;
-    robot.soles.right = Sole { center: mirrored_pose(&left.center), half_m: left.half_m, ..robot.soles.right };
+    robot.soles.right = Sole {
+        center: mirrored_pose(&left.center),
+        half_m: left.half_m,
+        ..robot.soles.right
+    };
     robot
 }

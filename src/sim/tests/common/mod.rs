@@ -33,9 +33,15 @@ impl Bench {
         match standfast_controllers::gain_set(gains) {
             Ok(gains) => Self::with_set(robot, &gains),
             Err(_) => {
-                let factory =
-                    standfast_controllers::load(gains).unwrap().prepare(&robot, config(1.0).control_period_s).unwrap();
-                Self { robot, factory, design: None }
+                let factory = standfast_controllers::load(gains)
+                    .unwrap()
+                    .prepare(&robot, config(1.0).control_period_s)
+                    .unwrap();
+                Self {
+                    robot,
+                    factory,
+                    design: None,
+                }
             }
         }
     }
@@ -46,7 +52,11 @@ impl Bench {
     }
 
     pub fn with_design(robot: Robot, design: Design) -> Self {
-        Self { robot, factory: design.clone().into(), design: Some(design) }
+        Self {
+            robot,
+            factory: design.clone().into(),
+            design: Some(design),
+        }
     }
 
     /// The design of the controller, which must be a gain set.
@@ -67,14 +77,29 @@ impl Bench {
         until: Until,
         mut observe: impl FnMut(&Tick),
     ) -> Record {
-        let disturbance = Disturbance { pushes, sensor_errors, ..Disturbance::default() };
-        episode::run(&self.robot, &self.factory, &config(horizon_s), disturbance, until, &mut observe).unwrap()
+        let disturbance = Disturbance {
+            pushes,
+            sensor_errors,
+            ..Disturbance::default()
+        };
+        episode::run(
+            &self.robot,
+            &self.factory,
+            &config(horizon_s),
+            disturbance,
+            until,
+            &mut observe,
+        )
+        .unwrap()
     }
 }
 
 /// The account of our own controller at a tick, which says more than its report.
 pub fn account<'a>(tick: &Tick<'a>) -> Account<'a> {
-    (tick.controller.unwrap() as &dyn Any).downcast_ref::<CpiController>().unwrap().account()
+    (tick.controller.unwrap() as &dyn Any)
+        .downcast_ref::<CpiController>()
+        .unwrap()
+        .account()
 }
 
 /// The present tick of a closed loop with one controller.
@@ -86,22 +111,39 @@ pub fn ticked<T>(live: &mut ClosedLoop, see: impl Fn(&Tick) -> T) -> T {
 
 pub fn config(horizon_s: f64) -> EpisodeConfig {
     let units = Units::of(&standfast_robots::load("ut-mu2").unwrap());
-    EpisodeConfig { horizon_s, engine: engine(), ..EpisodeConfig::of(&units) }
+    EpisodeConfig {
+        horizon_s,
+        engine: engine(),
+        ..EpisodeConfig::of(&units)
+    }
 }
 
 /// The physics engine under test: Rapier, or the one that the environment variable STANDFAST_ENGINE names.
 pub fn engine() -> Engine {
-    let named = |name: String| Engine::ALL.into_iter().find(|engine| engine.name() == name).expect("an engine");
+    let named = |name: String| {
+        Engine::ALL
+            .into_iter()
+            .find(|engine| engine.name() == name)
+            .expect("an engine")
+    };
     std::env::var("STANDFAST_ENGINE").map_or(Engine::Rapier, named)
 }
 
 pub fn push(impulse_n_s: f64, heading_deg: f64) -> Push {
-    Push { impulse_n_s, heading_deg, ..Push::default() }
+    Push {
+        impulse_n_s,
+        heading_deg,
+        ..Push::default()
+    }
 }
 
 /// Sensor errors with the robot's own noise, and a bias of half that size, from a seed.
 pub fn sensor_errors(seed: u64) -> SensorErrors {
-    SensorErrors { noise_scale: 1.0, bias_scale: 0.5, normal: Arc::new(Normals(ChaCha8Rng::seed_from_u64(seed))) }
+    SensorErrors {
+        noise_scale: 1.0,
+        bias_scale: 0.5,
+        normal: Arc::new(Normals(ChaCha8Rng::seed_from_u64(seed))),
+    }
 }
 
 /// Angular momentum about the COM (N m s), of the links without the rotors' spin.
@@ -110,6 +152,9 @@ pub fn angular_momentum(robot: &Robot, truth: &Truth) -> Vector3<f64> {
     let mut dynamics = Dynamics::new(robot);
     dynamics.update(robot, &kinematics, &truth.velocity);
     let row = |i: usize| dynamics.mass_matrix().column(i).dot(&truth.velocity);
-    let (linear, about_base) = (Vector3::from_fn(|i, _| row(i)), Vector3::from_fn(|i, _| row(3 + i)));
+    let (linear, about_base) = (
+        Vector3::from_fn(|i, _| row(i)),
+        Vector3::from_fn(|i, _| row(3 + i)),
+    );
     about_base - (truth.com.coords - truth.posture.base.translation.vector).cross(&linear)
 }

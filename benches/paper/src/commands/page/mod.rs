@@ -58,8 +58,11 @@ pub fn run(args: &PageArgs) -> Result<ExitCode> {
         write_atomic(&args.out.join(&figure.words.file), figure.svg().as_bytes())?;
     }
     write_atomic(&args.out.join(PAGE), html.as_bytes())?;
-    let text =
-        if args.json { as_json(&study, &page, &numbers) } else { tell(&args.out, &page, &numbers["update_time"]) };
+    let text = if args.json {
+        as_json(&study, &page, &numbers)
+    } else {
+        tell(&args.out, &page, &numbers["update_time"])
+    };
     print(&text)
 }
 
@@ -85,15 +88,26 @@ fn as_json(study: &Study, page: &Page, numbers: &Value) -> String {
 /// The summary for the terminal: the counts of verdicts for each figure and in all, and the measured times.
 fn tell(folder: &Path, page: &Page, timing: &Value) -> String {
     fn told<'a>(claims: impl IntoIterator<Item = &'a Claim>) -> String {
-        counts(claims).iter().map(Count::in_words).collect::<Vec<_>>().join(", ")
+        counts(claims)
+            .iter()
+            .map(Count::in_words)
+            .collect::<Vec<_>>()
+            .join(", ")
     }
     let mut text = String::new();
     for Figure { words, claims, .. } in &page.figures {
         let number = format!("Fig. {}", words.number);
         _ = writeln!(text, "{number:<8}{:<30}{}", words.file, told(claims));
     }
-    _ = writeln!(text, "in all  {:<30}{}", format!("{} statements", page.claims().count()), told(page.claims()));
-    if let [Some(online), Some(stored)] = ["online", "stored_phi"].map(|way| timing[way]["median_ms"].as_f64()) {
+    _ = writeln!(
+        text,
+        "in all  {:<30}{}",
+        format!("{} statements", page.claims().count()),
+        told(page.claims())
+    );
+    if let [Some(online), Some(stored)] =
+        ["online", "stored_phi"].map(|way| timing[way]["median_ms"].as_f64())
+    {
         let printed = &timing["paper_ms"];
         _ = writeln!(
             text,

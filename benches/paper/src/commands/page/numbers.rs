@@ -42,7 +42,10 @@ pub fn all(study: &Study) -> Result<Map<String, Value>> {
         ("13", with_turns(study, pushed(study, diagonal))),
         ("14", pushed_responses(study)),
     ];
-    Ok(found.map(|(figure, numbers)| (figure.into(), numbers)).into_iter().collect())
+    Ok(found
+        .map(|(figure, numbers)| (figure.into(), numbers))
+        .into_iter()
+        .collect())
 }
 
 /// Fig. 3: inclusion of the CPI sets.
@@ -50,20 +53,35 @@ fn inclusion(study: &Study) -> Result<Value> {
     let (sets, family) = (&study.sets, &study.design.family);
     let impulses: Vec<[f64; 2]> = sets.iter().map(|set| impulses_of(study, set)).collect();
     let start = held(&sets[sets.len() - 1]);
-    let settles: Vec<Option<f64>> = (0..sets.len()).map(|gain| home_s(study, start, |_| gain)).collect();
+    let settles: Vec<Option<f64>> = (0..sets.len())
+        .map(|gain| home_s(study, start, |_| gain))
+        .collect();
     let mut online = OnlineSets::new(family);
     online.update(&study.allowed);
     let start = held(&sets[0]);
     let alone = home_s(study, start, |_| 0);
-    let switching = home_s(study, start, |state| online.fastest_holding(state).unwrap_or(0));
+    let switching = home_s(study, start, |state| {
+        online.fastest_holding(state).unwrap_or(0)
+    });
     let [slow, fast] = NOT_NESTED.map(|poles| {
-        let gain = Gain::design(&family.pendulum, &GainPoles { name: "other".into(), x: poles, y: poles });
+        let gain = Gain::design(
+            &family.pendulum,
+            &GainPoles {
+                name: "other".into(),
+                x: poles,
+                y: poles,
+            },
+        );
         CpiSet::search(&gain, family.pendulum, &study.allowed)
     });
     let others = [slow?, fast?];
     let inside = Inclusion::of(&others)?.inside;
-    let shrinks = impulses.windows(2).all(|pair| (0..2).all(|axis| pair[1][axis] < pair[0][axis]));
-    let quickens = settles.windows(2).all(|pair| matches!(pair, [Some(slow), Some(fast)] if fast < slow));
+    let shrinks = impulses
+        .windows(2)
+        .all(|pair| (0..2).all(|axis| pair[1][axis] < pair[0][axis]));
+    let quickens = settles
+        .windows(2)
+        .all(|pair| matches!(pair, [Some(slow), Some(fast)] if fast < slow));
     let set = |(i, set): (usize, &CpiSet)| {
         let [forward, left] = impulses[i];
         json!({
@@ -84,7 +102,8 @@ fn inclusion(study: &Study) -> Result<Value> {
 
 /// Largest impulse from rest that a CPI set holds: forward, and to the left (N s).
 fn impulses_of(study: &Study, set: &CpiSet) -> [f64; 2] {
-    [Vector2::x(), Vector2::y()].map(|direction| study.robot.mass() * set.largest_com_vel_from_rest(direction))
+    [Vector2::x(), Vector2::y()]
+        .map(|direction| study.robot.mass() * set.largest_com_vel_from_rest(direction))
 }
 
 /// Horizon of each CPI set (control ticks).
@@ -95,7 +114,11 @@ fn horizons(sets: &[CpiSet]) -> Vec<usize> {
 /// State after an instantaneous push forward from rest at home, just inside of the boundary of a CPI set.
 fn held(set: &CpiSet) -> State {
     let com_vel = SHARE * set.largest_com_vel_from_rest(Vector2::x());
-    State::new(Point2::origin(), Vector2::new(com_vel, 0.0), Point2::origin())
+    State::new(
+        Point2::origin(),
+        Vector2::new(com_vel, 0.0),
+        Point2::origin(),
+    )
 }
 
 /// Time (s) from which on the COM of the pendulum stays within the judge's radius of home. `choose` gives the index of
@@ -113,13 +136,26 @@ fn home_s(study: &Study, start: State, choose: impl Fn(&State) -> usize) -> Opti
 
 /// Fig. 4: the regions for the ZMP before and after a footstep.
 fn regions(study: &Study) -> Result<Value> {
-    let Pushed { lift, landing, footstep, .. } = &study.pushes[0];
+    let Pushed {
+        lift,
+        landing,
+        footstep,
+        ..
+    } = &study.pushes[0];
     // `excess` is the largest share by which the CPI set of eq. 25 is larger than the true set, if the horizon k is
     // taken from the region before the footstep.
     let mut excess = 0.0_f64;
-    for ((gain, old), new) in study.design.family.gains.iter().zip(&study.sets).zip(&study.landed_sets) {
+    for ((gain, old), new) in study
+        .design
+        .family
+        .gains
+        .iter()
+        .zip(&study.sets)
+        .zip(&study.landed_sets)
+    {
         if new.horizon > old.horizon {
-            let mut programs = CpiSet::stacked(gain, &study.landed_allowed, old.horizon)?.programs()?;
+            let mut programs =
+                CpiSet::stacked(gain, &study.landed_allowed, old.horizon)?.programs()?;
             let missing = study.landed_allowed.vertices().len() * (old.horizon + 1);
             for row in new.set.rows.row_iter().skip(missing) {
                 excess = excess.max(programs.maximise(&row.into_owned())?.value - 1.0);
@@ -156,13 +192,22 @@ fn sequence(study: &Study) -> Value {
 /// Times of the events of a run (s), and its phases from the push on.
 fn events(pushed: &Pushed) -> Value {
     let Pushed { film, footstep, .. } = pushed;
-    let since = film.snapshots.iter().filter(|s| s.time_s >= pushed.push.start_s);
+    let since = film
+        .snapshots
+        .iter()
+        .filter(|s| s.time_s >= pushed.push.start_s);
     let mut phases: Vec<_> = since.map(|s| &*s.phase).collect();
     phases.dedup();
-    let swings = phases.iter().filter(|name| name.starts_with("swing")).count();
-    let in_order =
-        matches!(phases[..], ["switching", "out-of-sets", swing, .., "switching"] if swing.starts_with("swing"));
-    let after = || film.snapshots.iter().filter(|s| s.time_s >= footstep.land_s);
+    let swings = phases
+        .iter()
+        .filter(|name| name.starts_with("swing"))
+        .count();
+    let in_order = matches!(phases[..], ["switching", "out-of-sets", swing, .., "switching"] if swing.starts_with("swing"));
+    let after = || {
+        film.snapshots
+            .iter()
+            .filter(|s| s.time_s >= footstep.land_s)
+    };
     let fastest = film.regions.last();
     let left_sets_at_s = film.record.totals.get("left_sets_at_s");
     let last_other = after().rfind(|s| s.gain.as_ref() != fastest);
@@ -187,9 +232,13 @@ fn events(pushed: &Pushed) -> Value {
 fn unloaded(pushed: &Pushed) -> Vec<(Foot, [f64; 2])> {
     let span_s = pushed.footstep.land_s..=pushed.end_s();
     let ticks = pushed.motion.moments.iter().zip(&pushed.seen.loaded);
-    let after: Vec<_> = ticks.filter(|(moment, _)| span_s.contains(&moment.time_s)).collect();
+    let after: Vec<_> = ticks
+        .filter(|(moment, _)| span_s.contains(&moment.time_s))
+        .collect();
     let spans_of = |foot: Foot| {
-        let runs = after.chunk_by(move |(_, a), (_, b)| a[foot] == b[foot]).filter(move |run| !run[0].1[foot]);
+        let runs = after
+            .chunk_by(move |(_, a), (_, b)| a[foot] == b[foot])
+            .filter(move |run| !run[0].1[foot]);
         let spans = runs.map(move |run| (foot, [run[0].0.time_s, run[run.len() - 1].0.time_s]));
         spans.filter(|(_, [from, to])| to - from >= LIFTED_S)
     };
@@ -208,9 +257,20 @@ fn decision(study: &Study) -> Value {
         let foot = choice.chosen.map(|(foot, _)| foot);
         json!({ "direction_deg": deg, "foot": foot, "reach_left_right_m": [choice.reach.left, choice.reach.right] })
     });
-    let imposed = study.errors.iter().map(|run| &run.record).chain(&study.moving).flat_map(|record| &record.footsteps);
-    let footsteps: Vec<_> = study.records().flat_map(|(_, record)| &record.footsteps.taken).chain(imposed).collect();
-    let at_most = footsteps.iter().filter(|footstep| study.is_at_most(footstep.foot, zmp_error(footstep)));
+    let imposed = study
+        .errors
+        .iter()
+        .map(|run| &run.record)
+        .chain(&study.moving)
+        .flat_map(|record| &record.footsteps);
+    let footsteps: Vec<_> = study
+        .records()
+        .flat_map(|(_, record)| &record.footsteps.taken)
+        .chain(imposed)
+        .collect();
+    let at_most = footsteps
+        .iter()
+        .filter(|footstep| study.is_at_most(footstep.foot, zmp_error(footstep)));
     json!({
         "alpha": study.rules.alpha,
         "examples": examples,
@@ -224,7 +284,11 @@ fn decision(study: &Study) -> Value {
 fn machine(study: &Study) -> Value {
     let robot = &study.robot;
     let limb = |words: [&str; 3]| {
-        let of_limb = |joint: &&Joint| words.iter().any(|word| joint.name.starts_with(&format!("left_{word}")));
+        let of_limb = |joint: &&Joint| {
+            words
+                .iter()
+                .any(|word| joint.name.starts_with(&format!("left_{word}")))
+        };
         robot.joints.iter().filter(of_limb).count()
     };
     let left = robot.joints.iter().enumerate().filter_map(|(i, joint)| {
@@ -237,7 +301,10 @@ fn machine(study: &Study) -> Value {
             "torque_n_m": robot.servos[i].torque_n_m,
         }))
     });
-    let knee = robot.joints.iter().position(|joint| joint.name == "left_knee_flexion");
+    let knee = robot
+        .joints
+        .iter()
+        .position(|joint| joint.name == "left_knee_flexion");
     json!({
         "joints": robot.joints.len(),
         "joints_arm": limb(["shoulder", "elbow", "wrist"]),
@@ -259,7 +326,9 @@ fn height(robot: &Robot) -> f64 {
     let tops = robot.links.iter().enumerate().flat_map(|(i, link)| {
         let pose = *kinematics.link_pose(i);
         let up = pose.rotation.inverse() * Vector3::z();
-        link.visuals.iter().map(move |solid| pose.translation.z + solid.reach_m(&up))
+        link.visuals
+            .iter()
+            .map(move |solid| pose.translation.z + solid.reach_m(&up))
     });
     tops.fold(f64::NEG_INFINITY, f64::max) - kinematics.sole_pose(robot, Foot::Left).translation.z
 }
@@ -276,7 +345,11 @@ fn imposed(study: &Study) -> Value {
 /// Fig. 9: responses to imposed errors over time.
 fn imposed_responses(study: &Study) -> Value {
     let of_run = |run: &ImposedRun| {
-        let after = run.motion.moments.iter().filter(|moment| moment.time_s >= run.footstep.land_s);
+        let after = run
+            .motion
+            .moments
+            .iter()
+            .filter(|moment| moment.time_s >= run.footstep.land_s);
         let mut gains: Vec<&str> = after.filter_map(|moment| moment.gain.as_deref()).collect();
         gains.dedup();
         json!({
@@ -289,10 +362,18 @@ fn imposed_responses(study: &Study) -> Value {
 
 /// Fig. 12 and 13: the numbers about its push that each figure has.
 fn pushed(study: &Study, pushed: &Pushed) -> Value {
-    let Pushed { push, film, footstep, .. } = pushed;
+    let Pushed {
+        push,
+        film,
+        footstep,
+        ..
+    } = pushed;
     let error = zmp_error(footstep);
     let reach = study.reach(error.normalize());
-    let (gone, asked) = (Vector2::from(way(footstep)), study.choose(error).map_or(Vector2::zeros(), |(_, way)| way));
+    let (gone, asked) = (
+        Vector2::from(way(footstep)),
+        study.choose(error).map_or(Vector2::zeros(), |(_, way)| way),
+    );
     // The largest impulse of this duration that the pendulum can take without a footstep.
     let factor = match push.profile {
         Profile::Rectangular => capture::rectangular_push_factor,
@@ -323,7 +404,9 @@ fn with_directions(study: &Study, mut numbers: Value) -> Value {
         let way = Vector2::from(way(record.footsteps.taken.first()?));
         Some(push.direction().xy().angle(&way).to_degrees())
     };
-    let runs = study.records().take(study.pushes.len() + HEADINGS_DEG.len());
+    let runs = study
+        .records()
+        .take(study.pushes.len() + HEADINGS_DEG.len());
     numbers["footstep_off_push_deg"] = runs.map(off).collect();
     numbers
 }
@@ -331,11 +414,19 @@ fn with_directions(study: &Study, mut numbers: Value) -> Value {
 /// Adds to the numbers of Fig. 13 how the trunk turns, and the other pushes that were tried.
 fn with_turns(study: &Study, mut numbers: Value) -> Value {
     let pushed = &study.pushes[1];
-    let yaws: Vec<f64> =
-        pushed.film.snapshots.iter().map(|s| estimate::heading(&s.posture.base).to_degrees()).collect();
-    let most = yaws.iter().fold(0.0, |most: f64, yaw| if yaw.abs() > most.abs() { *yaw } else { most });
+    let yaws: Vec<f64> = pushed
+        .film
+        .snapshots
+        .iter()
+        .map(|s| estimate::heading(&s.posture.base).to_degrees())
+        .collect();
+    let most = yaws.iter().fold(
+        0.0,
+        |most: f64, yaw| if yaw.abs() > most.abs() { *yaw } else { most },
+    );
     let plain = study.by_plain_distance(&pushed.lift);
-    let plain = plain.map(|(error, foot)| json!({ "zmp_error_m": [error.x, error.y], "foot": foot }));
+    let plain =
+        plain.map(|(error, foot)| json!({ "zmp_error_m": [error.x, error.y], "foot": foot }));
     let tried = |(push, record): (&Push, &Record)| {
         let asked = record.footsteps.taken.first().map(|f| f.zmp_error_m);
         let asked = asked.or(record.footsteps.lifted.map(|f| f.zmp_error_m));
@@ -353,7 +444,11 @@ fn with_turns(study: &Study, mut numbers: Value) -> Value {
     numbers["most_yaw_deg"] = json!(most);
     numbers["last_yaw_deg"] = json!(yaws.last());
     numbers["by_plain_distance"] = json!(plain);
-    numbers["tried"] = study.records().skip(study.pushes.len()).map(tried).collect();
+    numbers["tried"] = study
+        .records()
+        .skip(study.pushes.len())
+        .map(tried)
+        .collect();
     numbers
 }
 
@@ -361,8 +456,15 @@ fn with_turns(study: &Study, mut numbers: Value) -> Value {
 fn pushed_responses(study: &Study) -> Value {
     let [a, b] = study.pushes.each_ref().map(zmp_errors);
     let at_limit = |pushed: &Pushed| -> Map<String, Value> {
-        let joints = study.robot.joints.iter().zip(&pushed.seen.at_limit_s).filter(|(_, time_s)| **time_s > 0.0);
-        joints.map(|(joint, time_s)| (joint.name.clone(), json!(time_s))).collect()
+        let joints = study
+            .robot
+            .joints
+            .iter()
+            .zip(&pushed.seen.at_limit_s)
+            .filter(|(_, time_s)| **time_s > 0.0);
+        joints
+            .map(|(joint, time_s)| (joint.name.clone(), json!(time_s)))
+            .collect()
     };
     json!({
         "zmp_error_rms_m": { "push_behind": a, "push_diagonal": b },
@@ -380,7 +482,13 @@ fn zmp_errors(pushed: &Pushed) -> [f64; 2] {
     let is_swing = |moment: &Snapshot| moment.in_air.is_some();
     let in_air = moments.filter(|(s, loaded)| is_swing(s) && s.time_s < land_s && !loaded[foot]);
     let errors: Vec<[f64; 2]> = in_air
-        .filter_map(|(s, _)| s.zmp.zip(s.zmp_ref).map(|(zmp, zmp_ref)| [0, 1].map(|axis| zmp[axis] - zmp_ref[axis])))
+        .filter_map(|(s, _)| {
+            s.zmp
+                .zip(s.zmp_ref)
+                .map(|(zmp, zmp_ref)| [0, 1].map(|axis| zmp[axis] - zmp_ref[axis]))
+        })
         .collect();
-    [0, 1].map(|axis| (errors.iter().map(|e| e[axis] * e[axis]).sum::<f64>() / errors.len().max(1) as f64).sqrt())
+    [0, 1].map(|axis| {
+        (errors.iter().map(|e| e[axis] * e[axis]).sum::<f64>() / errors.len().max(1) as f64).sqrt()
+    })
 }

@@ -33,12 +33,20 @@ pub fn run() -> Result<Study> {
     let progress = Progress::of(PARTS, "simulations and searches");
     let first = Scenario::load("push-behind")?;
     let robot = standfast::robots::load(&first.robot)?;
-    let EpisodeConfig { control_period_s: period_s, judge, .. } = first.episode(&robot);
-    let design_of = |gains: &str| Design::new(&robot, &standfast::controllers::gain_set(gains)?, period_s);
+    let EpisodeConfig {
+        control_period_s: period_s,
+        judge,
+        ..
+    } = first.episode(&robot);
+    let design_of =
+        |gains: &str| Design::new(&robot, &standfast::controllers::gain_set(gains)?, period_s);
     let factory_of = |name: &str| controllers::load(name)?.prepare(&robot, period_s);
     let design = design_of(&first.gains)?;
-    let (factory, standing, stiff) =
-        (PreparedController::from(design.clone()), factory_of(WITHOUT_FOOTSTEP)?, factory_of(STIFF)?);
+    let (factory, standing, stiff) = (
+        PreparedController::from(design.clone()),
+        factory_of(WITHOUT_FOOTSTEP)?,
+        factory_of(STIFF)?,
+    );
     let Some(rules) = design.stepping().copied() else {
         return Err(is_not(&first.name, "a gain set that takes footsteps"));
     };
@@ -48,7 +56,14 @@ pub fn run() -> Result<Study> {
     let inclusion = Inclusion::of(&sets)?;
     progress.tick();
     let run = |factory: &PreparedController, (push, config): &(Push, EpisodeConfig)| {
-        let record = episode::run(&robot, factory, config, by(*push), config.until(), &mut |_| {});
+        let record = episode::run(
+            &robot,
+            factory,
+            config,
+            by(*push),
+            config.until(),
+            &mut |_| {},
+        );
         progress.tick();
         record
     };
@@ -57,10 +72,20 @@ pub fn run() -> Result<Study> {
         let (push, config) = asked;
         let mut motion = MotionPlot::of_pushes(&[push]);
         let mut watch = PushedWatch::default();
-        let film = Film::take(&robot, &factory, &config, by(push), (config.until(), AFTERMATH_S), &mut |tick| {
-            let support = watch.see(&robot, period_s, tick);
-            motion.moments.push(Snapshot { support, ..Snapshot::of(&robot, tick) });
-        })?;
+        let film = Film::take(
+            &robot,
+            &factory,
+            &config,
+            by(push),
+            (config.until(), AFTERMATH_S),
+            &mut |tick| {
+                let support = watch.see(&robot, period_s, tick);
+                motion.moments.push(Snapshot {
+                    support,
+                    ..Snapshot::of(&robot, tick)
+                });
+            },
+        )?;
         progress.tick();
         let seen = watch.seen;
         let (Some(lift), Some(landing), Some(&footstep)) =
@@ -69,10 +94,30 @@ pub fn run() -> Result<Study> {
             return Err(is_not(name, "one that leads to a footstep"));
         };
         let (without_footstep, stiff) = (run(&standing, &asked)?, run(&stiff, &asked)?);
-        Ok(Pushed { push, film, footstep, motion, lift, landing, seen, without_footstep, stiff })
+        Ok(Pushed {
+            push,
+            film,
+            footstep,
+            motion,
+            lift,
+            landing,
+            seen,
+            without_footstep,
+            stiff,
+        })
     };
     let (diagonal, config) = push_of(&robot, "push-diagonal")?;
-    let mut asked = HEADINGS_DEG.map(|heading_deg| (Push { heading_deg, ..diagonal }, config)).to_vec();
+    let mut asked = HEADINGS_DEG
+        .map(|heading_deg| {
+            (
+                Push {
+                    heading_deg,
+                    ..diagonal
+                },
+                config,
+            )
+        })
+        .to_vec();
     for name in LIKE_IMPOSED {
         asked.push(push_of(&robot, name)?);
     }
@@ -89,10 +134,16 @@ pub fn run() -> Result<Study> {
             return Err(is_not(name, "an imposed error"));
         };
         let mut motion = MotionPlot::default();
-        let record =
-            imposed::run(&robot, &design, &scenario.episode(&robot), zmp_error_m.into(), start, &mut |tick| {
+        let record = imposed::run(
+            &robot,
+            &design,
+            &scenario.episode(&robot),
+            zmp_error_m.into(),
+            start,
+            &mut |tick| {
                 motion.push(&robot, tick);
-            })?;
+            },
+        )?;
         progress.tick();
         Ok((record, motion))
     };
@@ -101,12 +152,18 @@ pub fn run() -> Result<Study> {
         let Some(&footstep) = record.footsteps.first() else {
             return Err(is_not(name, "one that leads to a footstep"));
         };
-        Ok(ImposedRun { record, footstep, motion })
+        Ok(ImposedRun {
+            record,
+            footstep,
+            motion,
+        })
     };
     let errors = [at_rest("error-backward")?, at_rest("error-diagonal")?];
     let moving = [impose("moving-backward")?.0, impose("moving-diagonal")?.0];
     progress.finish();
-    let landed_allowed = design.family.allowed_support(&pushes[0].landing.polygon, &design.family.name)?;
+    let landed_allowed = design
+        .family
+        .allowed_support(&pushes[0].landing.polygon, &design.family.name)?;
     let landed_sets = CpiSet::search_family(&design.family, &landed_allowed)?;
     let kinematics = Kinematics::at_home(&robot);
     let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(&robot, foot).translation.vector.xy());
@@ -132,17 +189,28 @@ pub fn run() -> Result<Study> {
 
 fn push_of(robot: &Robot, name: &str) -> Result<(Push, EpisodeConfig)> {
     let scenario = Scenario::load(name)?;
-    let Cause::Push(push) = scenario.cause()? else { return Err(is_not(name, "a push")) };
+    let Cause::Push(push) = scenario.cause()? else {
+        return Err(is_not(name, "a push"));
+    };
     Ok((push, scenario.episode(robot)))
 }
 
 fn by(push: Push) -> Disturbance {
-    Disturbance { pushes: vec![push], ..Disturbance::default() }
+    Disturbance {
+        pushes: vec![push],
+        ..Disturbance::default()
+    }
 }
 
 /// The error for a scenario that is not of the kind that the figures need.
 fn is_not(scenario: &str, accepted: &str) -> Error {
-    Error::value("standfast-paper page", "scenario", scenario, "the figures cannot be made from it", accepted)
+    Error::value(
+        "standfast-paper page",
+        "scenario",
+        scenario,
+        "the figures cannot be made from it",
+        accepted,
+    )
 }
 
 #[cfg(test)]
@@ -154,7 +222,13 @@ mod tests {
     fn the_papers_scenarios_share_robot_and_gain_set() {
         let same = |scenario: &Scenario| (scenario.robot.clone(), scenario.gains.clone());
         let first = same(&Scenario::load("push-behind").unwrap());
-        let others = ["push-diagonal", "error-backward", "error-diagonal", "moving-backward", "moving-diagonal"];
+        let others = [
+            "push-diagonal",
+            "error-backward",
+            "error-diagonal",
+            "moving-backward",
+            "moving-diagonal",
+        ];
         for name in others.into_iter().chain(LIKE_IMPOSED) {
             assert_eq!(same(&Scenario::load(name).unwrap()), first, "{name}");
         }

@@ -41,8 +41,13 @@ impl Stored {
         let closed = gain.closed_loop();
         let mut row = Matrix2x6::zeros();
         (row[(0, 2)], row[(1, 5)]) = (1.0, 1.0);
-        let phi: Vec<_> = std::iter::successors(Some(row), |row| Some(row * closed)).take(horizon + 1).collect();
-        Self { phi, s: DMatrix::zeros(edges * (horizon + 1), 6) }
+        let phi: Vec<_> = std::iter::successors(Some(row), |row| Some(row * closed))
+            .take(horizon + 1)
+            .collect();
+        Self {
+            phi,
+            s: DMatrix::zeros(edges * (horizon + 1), 6),
+        }
     }
 
     /// Computes S for a contact region by eq. 25.
@@ -51,7 +56,9 @@ impl Stored {
         for (i, edge) in polygon.half_planes().enumerate() {
             let normal = (edge.normal / edge.distance).transpose();
             for (j, block) in self.phi.iter().enumerate() {
-                self.s.fixed_view_mut::<1, 6>(edges * j + i, 0).copy_from(&(normal * block));
+                self.s
+                    .fixed_view_mut::<1, 6>(edges * j + i, 0)
+                    .copy_from(&(normal * block));
             }
         }
     }
@@ -67,7 +74,11 @@ impl Stored {
 /// the time to compute eq. 25 for all gains and to ask each matrix S the same question. Null if the origin of the
 /// control frame is not inside of the region.
 pub fn measure(study: &Study) -> Value {
-    let (polygon, state, family) = (study.landed_allowed, study.pushes[0].landing.state, &study.design.family);
+    let (polygon, state, family) = (
+        study.landed_allowed,
+        study.pushes[0].landing.state,
+        &study.design.family,
+    );
     if polygon.half_planes().any(|edge| edge.distance <= 0.0) {
         return Value::Null;
     }
@@ -81,17 +92,27 @@ pub fn measure(study: &Study) -> Value {
         }
     });
     let edges = polygon.vertices().len();
-    let mut stored: Vec<Stored> =
-        family.gains.iter().zip(&study.sets).map(|(gain, set)| Stored::new(gain, set.horizon, edges)).collect();
+    let mut stored: Vec<Stored> = family
+        .gains
+        .iter()
+        .zip(&study.sets)
+        .map(|(gain, set)| Stored::new(gain, set.horizon, edges))
+        .collect();
     let x = state.stacked();
     let stored_phi = spread(|| {
-        stored.iter_mut().for_each(|stored| stored.update(black_box(&polygon)));
+        stored
+            .iter_mut()
+            .for_each(|stored| stored.update(black_box(&polygon)));
         for stored in &stored {
             black_box(stored.margin(black_box(&x)) >= 0.0);
         }
     });
     let by_stored = stored.iter().rposition(|stored| stored.margin(&x) >= 0.0);
-    let name = |gain: Option<usize>| gain.map_or("no gain".into(), |i| format!("gain {}", family.gains[i].name));
+    let name = |gain: Option<usize>| {
+        gain.map_or("no gain".into(), |i| {
+            format!("gain {}", family.gains[i].name)
+        })
+    };
     json!({
         "paper_ms": PAPER_MS, "repetitions": TIMES, "online": online, "stored_phi": stored_phi,
         "rows": stored.iter().map(|stored| stored.s.nrows()).sum::<usize>(),
@@ -109,8 +130,16 @@ mod tests {
     /// The timed computation gives the rows of eq. 25.
     #[test]
     fn the_stored_phi_gives_the_rows_of_the_stack() {
-        let pendulum = Pendulum { omega: 5.63, dt: 0.002 };
-        let family = GainFamily::design(&standfast::controllers::gain_set("paper").unwrap(), pendulum, 0.048).unwrap();
+        let pendulum = Pendulum {
+            omega: 5.63,
+            dt: 0.002,
+        };
+        let family = GainFamily::design(
+            &standfast::controllers::gain_set("paper").unwrap(),
+            pendulum,
+            0.048,
+        )
+        .unwrap();
         let polygon = SupportPolygon::rectangle(-0.05, 0.07, -0.08, 0.09).unwrap();
         for gain in &family.gains {
             let mut stored = Stored::new(gain, 20, 4);

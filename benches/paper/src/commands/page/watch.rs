@@ -37,7 +37,11 @@ impl PushedWatch {
             && estimate.in_contact.left
             && estimate.in_contact.right
             && self.seen.landing.is_none()
-            && let Support { frame, polygon: Some(polygon), .. } = account.support()
+            && let Support {
+                frame,
+                polygon: Some(polygon),
+                ..
+            } = account.support()
         {
             let stand = Stand {
                 time_s: truth.time_s,
@@ -51,7 +55,11 @@ impl PushedWatch {
                 soles: PerFoot::from_fn(|foot| on_ground(&estimate.footholds[foot])),
                 load_n: estimate.load_n,
             };
-            *(if self.heading_at_lift.is_some() { &mut self.seen.landing } else { &mut self.seen.lift }) = Some(stand);
+            *(if self.heading_at_lift.is_some() {
+                &mut self.seen.landing
+            } else {
+                &mut self.seen.lift
+            }) = Some(stand);
         }
         hull(robot, truth, &loaded)
     }
@@ -60,7 +68,11 @@ impl PushedWatch {
     fn note_stance(&mut self, truth: &Truth, stance: Foot) {
         let rotation = truth.soles[stance].rotation;
         let heading = on_ground(&truth.soles[stance]).rotation.angle();
-        let tip_deg = (rotation * Vector3::z()).z.clamp(-1.0, 1.0).acos().to_degrees();
+        let tip_deg = (rotation * Vector3::z())
+            .z
+            .clamp(-1.0, 1.0)
+            .acos()
+            .to_degrees();
         self.seen.stance_tip_deg = self.seen.stance_tip_deg.max(tip_deg);
         let turn_deg = (heading - *self.heading_at_lift.get_or_insert(heading)).to_degrees();
         if turn_deg.abs() > self.seen.stance_turn_deg.abs() {
@@ -71,15 +83,33 @@ impl PushedWatch {
     /// Adds up for how long each joint is at its torque limit.
     fn note_torques(&mut self, robot: &Robot, period_s: f64, truth: &Truth) {
         self.seen.at_limit_s.resize(robot.joints.len(), 0.0);
-        for ((time_s, tau), servo) in self.seen.at_limit_s.iter_mut().zip(&truth.tau).zip(&robot.servos) {
-            *time_s += if tau.abs() >= AT_LIMIT * servo.torque_n_m { period_s } else { 0.0 };
+        for ((time_s, tau), servo) in self
+            .seen
+            .at_limit_s
+            .iter_mut()
+            .zip(&truth.tau)
+            .zip(&robot.servos)
+        {
+            *time_s += if tau.abs() >= AT_LIMIT * servo.torque_n_m {
+                period_s
+            } else {
+                0.0
+            };
         }
     }
 }
 
 /// Corners of the hull of the soles that carry load (m, world frame).
 fn hull(robot: &Robot, truth: &Truth, loaded: &PerFoot<bool>) -> Vec<Point2<f64>> {
-    let corners = |foot: Foot| robot.soles[foot].corners().map(|corner| (truth.soles[foot] * corner).xy());
-    let of_loaded: Vec<Point2<f64>> = Foot::BOTH.into_iter().filter(|f| loaded[*f]).flat_map(corners).collect();
+    let corners = |foot: Foot| {
+        robot.soles[foot]
+            .corners()
+            .map(|corner| (truth.soles[foot] * corner).xy())
+    };
+    let of_loaded: Vec<Point2<f64>> = Foot::BOTH
+        .into_iter()
+        .filter(|f| loaded[*f])
+        .flat_map(corners)
+        .collect();
     SupportPolygon::hull(&of_loaded).map_or_else(Vec::new, |polygon| polygon.vertices().to_vec())
 }

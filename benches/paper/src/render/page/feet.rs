@@ -14,7 +14,11 @@ const WIDTH: f64 = 460.0;
 /// The panels of Fig. 6.
 pub fn decision(study: &Study) -> Vec<Panel> {
     let [a, b] = EXAMPLES_DEG.map(|deg| study.choice(deg));
-    vec![example(study, &a, "(A)"), example(study, &b, "(B)"), fan(study)]
+    vec![
+        example(study, &a, "(A)"),
+        example(study, &b, "(B)"),
+        fan(study),
+    ]
 }
 
 /// Outline of D_L or D_R (eq. 27, 28), from the middle of the feet (m; x forward, y left).
@@ -30,11 +34,19 @@ fn range(study: &Study, foot: Foot) -> Vec<Point2<f64>> {
 
 /// An example: both ranges, the arrow of each foot, and the landing place of the chosen one.
 fn example(study: &Study, choice: &Choice, name: &str) -> Panel {
-    let Choice { direction, reach, chosen } = choice;
+    let Choice {
+        direction,
+        reach,
+        chosen,
+    } = choice;
     let title = format!(
         "{name}  |\u{394}L| = {} {} |\u{394}R| = {} mm: {} foot",
         short(1e3 * reach.left, 0),
-        if reach.left >= reach.right { "\u{2265}" } else { "<" },
+        if reach.left >= reach.right {
+            "\u{2265}"
+        } else {
+            "<"
+        },
         short(1e3 * reach.right, 0),
         chosen.map_or("no", |(foot, _)| foot.name())
     );
@@ -48,7 +60,10 @@ fn example(study: &Study, choice: &Choice, name: &str) -> Panel {
             ground.sole("sole ghost", &sole, to.coords.into());
         }
     }
-    for (foot, way, range) in [(Foot::Left, "\u{394}L", "D_L"), (Foot::Right, "\u{394}R", "D_R")] {
+    for (foot, way, range) in [
+        (Foot::Left, "\u{394}L", "D_L"),
+        (Foot::Right, "\u{394}R", "D_R"),
+    ] {
         let class = format!("{} halo", foot.name());
         let center = study.sole_at_home(foot);
         let end = center + direction * reach[foot];
@@ -64,9 +79,15 @@ fn example(study: &Study, choice: &Choice, name: &str) -> Panel {
 
 /// How far each foot can go in every direction, with the chosen foot as colour.
 fn fan(study: &Study) -> Panel {
-    let mut ground = Panel::ground(WIDTH, [0.16, 0.168], "All directions: how far each foot can go");
+    let mut ground = Panel::ground(
+        WIDTH,
+        [0.16, 0.168],
+        "All directions: how far each foot can go",
+    );
     let tip = |choice: &Choice, foot: Foot| PanelPoint::from(choice.direction * choice.reach[foot]);
-    let fan: Vec<Choice> = (0..=720).map(|half_deg| study.choice(0.5 * f64::from(half_deg))).collect();
+    let fan: Vec<Choice> = (0..=720)
+        .map(|half_deg| study.choice(0.5 * f64::from(half_deg)))
+        .collect();
     // A sector spans one degree, and has the colour of the foot that is chosen in its middle.
     for sector in fan.windows(3).step_by(2) {
         if let Some((foot, _)) = sector[1].chosen {
@@ -75,19 +96,35 @@ fn fan(study: &Study) -> Panel {
         }
     }
     for foot in Foot::BOTH {
-        ground.polyline(foot.name(), fan.iter().step_by(2).map(|choice| tip(choice, foot)));
+        ground.polyline(
+            foot.name(),
+            fan.iter().step_by(2).map(|choice| tip(choice, foot)),
+        );
         let class = format!("{} halo", foot.name());
-        ground.text(&class, [-0.112, foot.side() * 0.1], [0.0, 0.0], &format!("{} foot", foot.name()));
+        ground.text(
+            &class,
+            [-0.112, foot.side() * 0.1],
+            [0.0, 0.0],
+            &format!("{} foot", foot.name()),
+        );
     }
     let imposed = study.errors.iter().map(|run| run.record.zmp_error_m);
-    let pushed = study.pushes.iter().map(|pushed| pushed.footstep.zmp_error_m.unwrap_or_default());
+    let pushed = study
+        .pushes
+        .iter()
+        .map(|pushed| pushed.footstep.zmp_error_m.unwrap_or_default());
     for (error, name) in imposed.chain(pushed).zip(["8 (a)", "8 (b)", "12", "13"]) {
         let direction = Vector2::from(error).normalize();
         ground.arrow("push", direction * 0.115, direction * 0.132);
         // A name near the edge is moved below its arrow, so that it stays in the frame.
         let beyond = (ground.view.at(direction * 0.148)[0] - (WIDTH - 48.0)).max(0.0);
         let offset = [-beyond, if beyond > 0.0 { 15.0 } else { 4.0 }];
-        ground.text("push small halo", direction * 0.148, offset, &format!("Fig. {name}"));
+        ground.text(
+            "push small halo",
+            direction * 0.148,
+            offset,
+            &format!("Fig. {name}"),
+        );
     }
     ground
 }
@@ -100,16 +137,36 @@ pub fn placement(study: &Study, width: f64) -> Panel {
         let center = study.sole_at_home(foot);
         ground.sole("sole", &study.sole(), center.coords.into());
         ground.circle("frame", center, 3.0);
-        ground.text("", center + Vector2::new(0.018, 0.0), [0.0, 0.0], foot.name());
+        ground.text(
+            "",
+            center + Vector2::new(0.018, 0.0),
+            [0.0, 0.0],
+            foot.name(),
+        );
     }
     ground.polygon("support", study.home.vertices().iter().copied());
     let ([length, breadth], side) = (study.robot.soles.left.half_m, 0.5 * study.stance.y);
     ground.arrow("axis", [-0.022, side], [-0.022, -side]);
     ground.arrow("axis", [-0.022, -side], [-0.022, side]);
     ground.text("small halo", [-0.031, 0.0], [0.0, 0.0], &mm(2.0 * side));
-    ground.text("small", [length + 0.006, side], [0.0, 0.0], &mm(2.0 * breadth));
-    ground.turned_text("small", [0.0, side + breadth + 0.006], -90.0, &mm(2.0 * length));
+    ground.text(
+        "small",
+        [length + 0.006, side],
+        [0.0, 0.0],
+        &mm(2.0 * breadth),
+    );
+    ground.turned_text(
+        "small",
+        [0.0, side + breadth + 0.006],
+        -90.0,
+        &mm(2.0 * length),
+    );
     ground.circle("com", study.com, 4.0);
-    ground.text("com small halo", study.com + Vector2::new(0.008, 0.0), [0.0, 0.0], "COM");
+    ground.text(
+        "com small halo",
+        study.com + Vector2::new(0.008, 0.0),
+        [0.0, 0.0],
+        "COM",
+    );
     ground
 }

@@ -30,19 +30,32 @@ impl Study {
     /// None if neither foot can go that way.
     pub fn choose(&self, zmp_error: Vector2<f64>) -> Option<(Foot, Vector2<f64>)> {
         let load_n = 0.5 * GRAVITY * self.robot.mass();
-        let PlannedFootstep { foot, to, .. } = self.choose_under(PerFoot { left: load_n, right: load_n }, zmp_error)?;
+        let PlannedFootstep { foot, to, .. } = self.choose_under(
+            PerFoot {
+                left: load_n,
+                right: load_n,
+            },
+            zmp_error,
+        )?;
         Some((foot, to - self.sole_at_home(foot)))
     }
 
     /// The footstep for a ZMP error (m) and a load on each foot (N), which decides a tie.
-    fn choose_under(&self, load_n: PerFoot<f64>, zmp_error: Vector2<f64>) -> Option<PlannedFootstep> {
+    fn choose_under(
+        &self,
+        load_n: PerFoot<f64>,
+        zmp_error: Vector2<f64>,
+    ) -> Option<PlannedFootstep> {
         let stance = StanceState {
             frame: &Isometry2::identity(),
             soles: PerFoot::from_fn(|foot| self.sole_at_home(foot)),
             stance: self.stance,
             zmp_error,
             load_n,
-            can_lift: PerFoot { left: true, right: true },
+            can_lift: PerFoot {
+                left: true,
+                right: true,
+            },
         };
         choose(&self.rules, &stance)
     }
@@ -50,7 +63,11 @@ impl Study {
     /// Length of Delta_max of each foot along a unit vector (m).
     pub fn reach(&self, direction: Vector2<f64>) -> PerFoot<f64> {
         let side = |foot: Foot, v: Vector2<f64>| Vector2::new(v.x, v.y * foot.side());
-        PerFoot::from_fn(|foot| self.rules.range.reach(side(foot, self.stance * foot.side()), side(foot, direction)))
+        PerFoot::from_fn(|foot| {
+            self.rules
+                .range
+                .reach(side(foot, self.stance * foot.side()), side(foot, direction))
+        })
     }
 
     /// The choice for a direction (degrees; 0 is forward, 90 to the left).
@@ -58,7 +75,11 @@ impl Study {
         let direction = unit(deg);
         let chosen = self.choose(direction * self.rules.range.outward_m);
         let chosen = chosen.map(|(foot, way)| (foot, self.sole_at_home(foot) + way));
-        Choice { direction, reach: self.reach(direction), chosen }
+        Choice {
+            direction,
+            reach: self.reach(direction),
+            chosen,
+        }
     }
 
     /// Whether a footstep of this foot for this ZMP error (m) is as long as its range allows (eq. 29).

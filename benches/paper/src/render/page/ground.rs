@@ -47,11 +47,16 @@ mod tests {
     #[test]
     fn forward_is_up_and_left_is_left_in_equal_scales() {
         let ground = Panel::ground(460.0, [0.1, 0.1], "a < b & c");
-        let [middle, forward, left] = [[0.0, 0.0], [0.05, 0.0], [0.0, 0.05]].map(|p| ground.view.at(p));
+        let [middle, forward, left] =
+            [[0.0, 0.0], [0.05, 0.0], [0.0, 0.05]].map(|p| ground.view.at(p));
         assert!(forward[1] < middle[1] && (forward[0] - middle[0]).abs() < 1e-9);
         assert!(left[0] < middle[0] && (left[1] - middle[1]).abs() < 1e-9);
         assert!((middle[1] - forward[1] - (middle[0] - left[0])).abs() < 1e-9);
         assert!(ground.height > ground.width - 60.0);
-        assert!(ground.svg("").contains("a &lt; b &amp; c"), "{}", ground.svg(""));
+        assert!(
+            ground.svg("").contains("a &lt; b &amp; c"),
+            "{}",
+            ground.svg("")
+        );
     }
 }

@@ -58,15 +58,28 @@ impl Page {
                 words: words.clone(),
                 reading: teller.reading(words, numbers)?,
                 panels: panels(&words.number, study, numbers),
-                table: words.table.as_ref().map(|table| teller.table(table, numbers)).transpose()?,
+                table: words
+                    .table
+                    .as_ref()
+                    .map(|table| teller.table(table, numbers))
+                    .transpose()?,
                 claims: teller.claims(&words.claims, numbers)?,
             })
         };
         let update = &numbers["update_time"];
-        let on_update: &[String] = if update.is_null() { &[] } else { &teller.words.update_time };
+        let on_update: &[String] = if update.is_null() {
+            &[]
+        } else {
+            &teller.words.update_time
+        };
         Ok(Self {
             found: teller.found()?,
-            figures: teller.words.figure.iter().map(figure).collect::<Result<_>>()?,
+            figures: teller
+                .words
+                .figure
+                .iter()
+                .map(figure)
+                .collect::<Result<_>>()?,
             update_claims: teller.claims(on_update, update)?,
             repetitions: update["repetitions"].clone(),
             not_made: teller.words.not_made,
@@ -75,7 +88,10 @@ impl Page {
 
     /// All claims, in their order.
     pub fn claims(&self) -> impl Iterator<Item = &Claim> {
-        self.figures.iter().flat_map(|figure| &figure.claims).chain(&self.update_claims)
+        self.figures
+            .iter()
+            .flat_map(|figure| &figure.claims)
+            .chain(&self.update_claims)
     }
 
     /// `index.html`: all figures as one page that loads nothing else. Fails only if the template is wrong.
@@ -93,7 +109,13 @@ impl Page {
             "facts": { "robot": study.robot.name, "gains": study.design.family.name, "judge": study.judge },
         });
         let template = include_str!("index.html.jinja");
-        html_page::render("index.html", template, UndefinedBehavior::Strict, |_| (), &context)
+        html_page::render(
+            "index.html",
+            template,
+            UndefinedBehavior::Strict,
+            |_| (),
+            &context,
+        )
     }
 }
 
@@ -115,20 +137,39 @@ fn panels(number: &str, study: &Study, numbers: &Value) -> Vec<Panel> {
 
 /// The number of claims with each verdict, in words.
 fn told<'a>(claims: impl IntoIterator<Item = &'a Claim>) -> Vec<Value> {
-    counts(claims).iter().map(|count| json!({ "verdict": count.verdict, "told": count.in_words() })).collect()
+    counts(claims)
+        .iter()
+        .map(|count| json!({ "verdict": count.verdict, "told": count.in_words() }))
+        .collect()
 }
 
 impl Figure {
     /// The values that the template reads.
     fn shown(&self) -> Value {
-        let layout = match self.panels.iter().map(|panel| panel.width).fold(0.0, f64::max) {
+        let layout = match self
+            .panels
+            .iter()
+            .map(|panel| panel.width)
+            .fold(0.0, f64::max)
+        {
             w if w < 300.0 => "strip",
             w if w < 420.0 => "thirds",
             w if w < 600.0 => "halves",
             _ => "wide",
         };
-        let label = |i: usize| format!("role=\"img\" aria-label=\"Fig. {}, part {}\"", self.words.number, i + 1);
-        let panels: Vec<String> = self.panels.iter().enumerate().map(|(i, panel)| panel.svg(&label(i))).collect();
+        let label = |i: usize| {
+            format!(
+                "role=\"img\" aria-label=\"Fig. {}, part {}\"",
+                self.words.number,
+                i + 1
+            )
+        };
+        let panels: Vec<String> = self
+            .panels
+            .iter()
+            .enumerate()
+            .map(|(i, panel)| panel.svg(&label(i)))
+            .collect();
         json!({
             "number": self.words.number, "title": self.words.title, "reading": self.reading, "layout": layout,
             "panels": panels, "table": self.table, "claims": self.claims, "counts": told(&self.claims),

@@ -36,15 +36,28 @@ const ARROW_M: f64 = 0.07;
 /// Name of the axis of a joint with all joints at zero: roll, pitch or yaw, or oblique if the axis is parallel to none
 /// of x, y and z.
 pub fn axis_name(joint: &Joint) -> &'static str {
-    if joint.axis.amax() > ALONG { ["roll", "pitch", "yaw"][joint.axis.iamax()] } else { "oblique" }
+    if joint.axis.amax() > ALONG {
+        ["roll", "pitch", "yaw"][joint.axis.iamax()]
+    } else {
+        "oblique"
+    }
 }
 
 /// The panels of Fig. 7.
 pub fn machine(study: &Study) -> Vec<Panel> {
     let mut view = Panel::new(SIZE[0], SIZE[1]);
-    let image = draw_posture(&study.robot, &study.robot.home_posture(), &AT_HOME, fine(SIZE));
+    let image = draw_posture(
+        &study.robot,
+        &study.robot.home_posture(),
+        &AT_HOME,
+        fine(SIZE),
+    );
     view.image(SIZE, &png(&image), "the robot at home");
-    vec![view, skeleton(&study.robot), feet::placement(study, SIZE[0])]
+    vec![
+        view,
+        skeleton(&study.robot),
+        feet::placement(study, SIZE[0]),
+    ]
 }
 
 /// Size of a picture in dots, from its size on the page (px).
@@ -56,11 +69,19 @@ fn fine(size: [f64; 2]) -> [u32; 2] {
 fn skeleton(robot: &Robot) -> Panel {
     let kinematics = Kinematics::at_home(robot);
     let mut panel = Panel::new(SIZE[0], SIZE[1]);
-    let seen = |point: Point3<f64>| AT_HOME.project(point, SIZE.map(|side| side as u32)).unwrap_or_default();
+    let seen = |point: Point3<f64>| {
+        AT_HOME
+            .project(point, SIZE.map(|side| side as u32))
+            .unwrap_or_default()
+    };
     for foot in Foot::BOTH {
         let (pose, sole) = (kinematics.sole_pose(robot, foot), &robot.soles[foot]);
         panel.polygon("sole", sole.corners().map(|corner| seen(pose * corner)));
-        panel.line("bone", seen(kinematics.joint_position(sole.link - 1)), seen(pose.translation.vector.into()));
+        panel.line(
+            "bone",
+            seen(kinematics.joint_position(sole.link - 1)),
+            seen(pose.translation.vector.into()),
+        );
     }
     for (i, joint) in robot.joints.iter().enumerate() {
         let from = match joint.parent {
@@ -74,13 +95,25 @@ fn skeleton(robot: &Robot) -> Panel {
         panel.text("small", seen(toe), [0.0, 6.0], foot.name());
     }
     for (i, joint) in robot.joints.iter().enumerate() {
-        let (at, axis) = (kinematics.joint_position(i), AXIS_M * kinematics.joint_axis(i));
-        panel.line(&format!("joint {}", axis_name(joint)), seen(at - axis), seen(at + axis));
+        let (at, axis) = (
+            kinematics.joint_position(i),
+            AXIS_M * kinematics.joint_axis(i),
+        );
+        panel.line(
+            &format!("joint {}", axis_name(joint)),
+            seen(at - axis),
+            seen(at + axis),
+        );
         panel.circle(axis_name(joint), seen(at), 3.0);
     }
-    let key = |class: &str, words: &str| (format!("joint {class}"), LegendSample::Line, words.into());
-    let axes =
-        [("roll", "along x: roll"), ("pitch", "along y: pitch"), ("yaw", "along z: yaw"), ("oblique", "oblique")];
+    let key =
+        |class: &str, words: &str| (format!("joint {class}"), LegendSample::Line, words.into());
+    let axes = [
+        ("roll", "along x: roll"),
+        ("pitch", "along y: pitch"),
+        ("yaw", "along z: yaw"),
+        ("oblique", "oblique"),
+    ];
     panel.legend([16.0, 12.0], &axes.map(|(class, words)| key(class, words)));
     panel
 }
@@ -88,12 +121,17 @@ fn skeleton(robot: &Robot) -> Panel {
 /// The panels of Fig. 8.
 pub fn imposed(study: &Study) -> Vec<Panel> {
     let runs = study.errors.iter().zip(["(a)", "(b)"]);
-    runs.flat_map(|(run, name)| imposed_strip(study, run, name)).collect()
+    runs.flat_map(|(run, name)| imposed_strip(study, run, name))
+        .collect()
 }
 
 fn imposed_strip(study: &Study, run: &ImposedRun, name: &str) -> [Panel; 6] {
     let (size, fov_deg) = PLAIN;
-    let Footstep { lift_s: lift, land_s: land, .. } = run.footstep;
+    let Footstep {
+        lift_s: lift,
+        land_s: land,
+        ..
+    } = run.footstep;
     let end_s = run.record.home_at_s.unwrap_or(land + 0.6);
     let camera = camera(middle(&run.footstep), fov_deg);
     [
@@ -106,15 +144,25 @@ fn imposed_strip(study: &Study, run: &ImposedRun, name: &str) -> [Panel; 6] {
     ]
     .map(|(at, what)| {
         let moments = &run.motion.moments;
-        let i = moments.partition_point(|moment| moment.time_s < at - 1e-9).min(moments.len() - 1);
-        let Snapshot { time_s, posture, .. } = &moments[i];
+        let i = moments
+            .partition_point(|moment| moment.time_s < at - 1e-9)
+            .min(moments.len() - 1);
+        let Snapshot {
+            time_s, posture, ..
+        } = &moments[i];
         let image = draw_posture(&study.robot, posture, &camera, fine(size));
         let mut panel = snapshot(&image, size, &format!("{name}  {time_s:.3} s"), what);
         // The outlines of the soles where they stood at first.
         for foot in Foot::BOTH {
-            let corners = study.sole().map(|corner| study.sole_at_home(foot) + corner.coords);
+            let corners = study
+                .sole()
+                .map(|corner| study.sole_at_home(foot) + corner.coords);
             let on_floor = corners.map(|corner| Point3::new(corner.x, corner.y, 0.0));
-            let seen = on_floor.map(|at| camera.project(at, size.map(|side| side as u32)).unwrap_or_default());
+            let seen = on_floor.map(|at| {
+                camera
+                    .project(at, size.map(|side| side as u32))
+                    .unwrap_or_default()
+            });
             panel.polygon("stood", seen);
         }
         panel
@@ -124,7 +172,10 @@ fn imposed_strip(study: &Study, run: &ImposedRun, name: &str) -> [Panel; 6] {
 /// The panels of Fig. 12 or 13.
 pub fn pushed(study: &Study, pushed: &Pushed) -> Vec<Panel> {
     let (size, fov_deg) = MARKED;
-    let camera = camera(middle(&pushed.footstep) - ARROW_M * pushed.push.direction().xy(), fov_deg);
+    let camera = camera(
+        middle(&pushed.footstep) - ARROW_M * pushed.push.direction().xy(),
+        fov_deg,
+    );
     let shown = |(i, what): (usize, &str)| {
         let moment = &pushed.film.snapshots[i];
         let image = draw(&study.robot, moment, &camera, fine(size), &Overlay::ALL);
@@ -142,7 +193,13 @@ fn middle(footstep: &Footstep) -> Vector2<f64> {
 /// the pictures show how far it moves.
 fn camera(over: Vector2<f64>, fov_deg: f64) -> Camera {
     let target = Point3::new(over.x, over.y, 0.255);
-    Camera { target, azimuth_deg: -48.0, elevation_deg: 12.0, distance_m: 1.7, fov_deg }
+    Camera {
+        target,
+        azimuth_deg: -48.0,
+        elevation_deg: 12.0,
+        distance_m: 1.7,
+        fov_deg,
+    }
 }
 
 fn snapshot(image: &RgbImage, [width, height]: [f64; 2], time: &str, what: &str) -> Panel {

@@ -113,14 +113,20 @@ impl Study {
     /// The records of all pushes, the pushes of the figures first.
     pub fn records(&self) -> impl Iterator<Item = (&Push, &Record)> {
         let tried = self.tried.iter().map(|(push, record)| (push, record));
-        self.pushes.iter().map(|pushed| (&pushed.push, &pushed.film.record)).chain(tried)
+        self.pushes
+            .iter()
+            .map(|pushed| (&pushed.push, &pushed.film.record))
+            .chain(tried)
     }
 }
 
 impl Pushed {
     /// Time from which on the robot stands still, or else the end of the episode (s).
     pub fn end_s(&self) -> f64 {
-        self.film.record.settled_at_s.unwrap_or(self.film.record.end_s)
+        self.film
+            .record
+            .settled_at_s
+            .unwrap_or(self.film.record.end_s)
     }
 
     /// The moments that the snapshots show: index into the snapshots of the film, and what happens.
@@ -135,6 +141,13 @@ impl Pushed {
             (land_s + 0.2 * (end_s - land_s), "switching control"),
             (end_s, "stands still"),
         ]
-        .map(|(at, what)| (snapshots.partition_point(|s| s.time_s < at - 1e-9).min(snapshots.len() - 1), what))
+        .map(|(at, what)| {
+            (
+                snapshots
+                    .partition_point(|s| s.time_s < at - 1e-9)
+                    .min(snapshots.len() - 1),
+                what,
+            )
+        })
     }
 }

@@ -34,7 +34,11 @@ pub fn sequence(study: &Study, numbers: &Value) -> Vec<Panel> {
     let [a, b] = &study.pushes;
     vec![
         phases(a, &numbers["push_behind"], "(a) from behind"),
-        phases(b, &numbers["push_diagonal"], "(b) from diagonally forward left"),
+        phases(
+            b,
+            &numbers["push_diagonal"],
+            "(b) from diagonally forward left",
+        ),
     ]
 }
 
@@ -48,20 +52,35 @@ fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
         .filter_map(|(name, what)| Some((told[name].as_f64()?, *what)))
         .collect();
     let (from, to) = (pushed.push.start_s - BEFORE_S, pushed.end_s() + STILL_S);
-    let seen: Vec<&Snapshot> = pushed.film.snapshots.iter().filter(|s| (from..=to).contains(&s.time_s)).collect();
+    let seen: Vec<&Snapshot> = pushed
+        .film
+        .snapshots
+        .iter()
+        .filter(|s| (from..=to).contains(&s.time_s))
+        .collect();
     let mut panel = Panel::new(WIDTH, 414.0 + 17.0 * events.len() as f64);
     panel.text("title start", [LEFT, 20.0], [0.0, 0.0], title);
-    let keys = [("switching", "switching"), ("out", "no set holds"), ("swing", "foot in the air"), ("pushed", "push")];
+    let keys = [
+        ("switching", "switching"),
+        ("out", "no set holds"),
+        ("swing", "foot in the air"),
+        ("pushed", "push"),
+    ];
     for ((class, words), x) in keys.into_iter().zip([LEFT, 154.0, 264.0, 384.0]) {
         panel.rect(class, [x, 30.0], [x + 14.0, 42.0]);
         panel.text("start small", [x, 41.0], [19.0, 0.0], words);
     }
-    let lane = |[top, bottom]: PanelPoint, y: PanelPoint| PanelView::chart([LEFT, top, RIGHT, bottom], [from, to], y);
+    let lane = |[top, bottom]: PanelPoint, y: PanelPoint| {
+        PanelView::chart([LEFT, top, RIGHT, bottom], [from, to], y)
+    };
     const LANES: [PanelPoint; 3] = [[64.0, 92.0], [104.0, 226.0], [238.0, 350.0]];
     panel.view = lane(LANES[0], [0.0, 1.0]);
     panel.text("name end", [from, 0.0], [-6.0, -10.0], "phase");
     for run in seen.chunk_by(|a, b| a.phase == b.phase) {
-        let (start, end) = (run[0].time_s, run[run.len() - 1].time_s + pushed.film.control_period_s);
+        let (start, end) = (
+            run[0].time_s,
+            run[run.len() - 1].time_s + pushed.film.control_period_s,
+        );
         let class = match &*run[0].phase {
             "posture" => "band",
             "switching" => "switching",
@@ -75,17 +94,37 @@ fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
         panel.line("grid", [from, i as f64], [to, i as f64]);
         panel.text("tick end", [from, i as f64], [-6.0, 4.0], name);
     }
-    let gain = |s: &Snapshot| pushed.film.regions.iter().position(|name| Some(name) == s.gain.as_ref());
-    panel.curve("slice", seen.iter().map(|s| Some([s.time_s, gain(s)? as f64])));
+    let gain = |s: &Snapshot| {
+        pushed
+            .film
+            .regions
+            .iter()
+            .position(|name| Some(name) == s.gain.as_ref())
+    };
+    panel.curve(
+        "slice",
+        seen.iter().map(|s| Some([s.time_s, gain(s)? as f64])),
+    );
     panel.in_px(|panel| panel.turned_text("name", [16.0, 165.0], -90.0, "gain"));
     let [top, bottom] = LANES[2];
     let margin = Axis::new("margin of the set", [-1.0, 1.1]);
-    panel.axes([LEFT, top, RIGHT, bottom], &Axis::new("time [s]", [from, to]), &margin);
+    panel.axes(
+        [LEFT, top, RIGHT, bottom],
+        &Axis::new("time [s]", [from, to]),
+        &margin,
+    );
     panel.line("axis", [from, 0.0], [to, 0.0]);
-    panel.curve("zmp", seen.iter().map(|s| Some([s.time_s, s.margin?.max(-1.0)])));
+    panel.curve(
+        "zmp",
+        seen.iter().map(|s| Some([s.time_s, s.margin?.max(-1.0)])),
+    );
     for edges in LANES {
         panel.view = lane(edges, [0.0, 1.0]);
-        panel.rect("pushed", [pushed.push.start_s, 0.0], [pushed.push.end_s(), 1.0]);
+        panel.rect(
+            "pushed",
+            [pushed.push.start_s, 0.0],
+            [pushed.push.end_s(), 1.0],
+        );
     }
     panel.view = lane([60.0, bottom], [0.0, 1.0]);
     let mut label = f64::NEG_INFINITY;
@@ -96,7 +135,12 @@ fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
         let row = 410.0 + 17.0 * i as f64;
         panel.in_px(|panel| {
             panel.text("small", [label, 57.0], [0.0, 0.0], &(i + 1).to_string());
-            panel.text("small start", [LEFT, row], [0.0, 0.0], &format!("{}:  t = {at:.3} s  {what}", i + 1));
+            panel.text(
+                "small start",
+                [LEFT, row],
+                [0.0, 0.0],
+                &format!("{}:  t = {at:.3} s  {what}", i + 1),
+            );
         });
     }
     panel
@@ -107,7 +151,11 @@ pub fn imposed(study: &Study) -> Vec<Panel> {
     let panel = |(run, name): (&ImposedRun, &str)| {
         let [x, y] = run.record.zmp_error_m.map(|m| short(1e3 * m, 1));
         let title = format!("{name}  ZMP error ({x}, {y}) mm imposed at t = 0");
-        motion(&run.motion, &title, run.record.home_at_s.unwrap_or(1.0) + AFTER_S)
+        motion(
+            &run.motion,
+            &title,
+            run.record.home_at_s.unwrap_or(1.0) + AFTER_S,
+        )
     };
     study.errors.iter().zip(["(a)", "(b)"]).map(panel).collect()
 }
@@ -116,8 +164,11 @@ pub fn imposed(study: &Study) -> Vec<Panel> {
 pub fn pushed(study: &Study) -> Vec<Panel> {
     let panel = |(pushed, name): (&Pushed, &str)| {
         let record = &pushed.film.record;
-        let title = story::headline(&[pushed.push], &study.design.family.name, record).replace(" -", " \u{2212}");
-        let end_s = record.settled_at_s.map_or(record.end_s, |at| at.max(record.home_at_s.unwrap_or(at)) + AFTER_S);
+        let title = story::headline(&[pushed.push], &study.design.family.name, record)
+            .replace(" -", " \u{2212}");
+        let end_s = record.settled_at_s.map_or(record.end_s, |at| {
+            at.max(record.home_at_s.unwrap_or(at)) + AFTER_S
+        });
         motion(&pushed.motion, &format!("{name}  {title}"), end_s)
     };
     study.pushes.iter().zip(["(a)", "(b)"]).map(panel).collect()

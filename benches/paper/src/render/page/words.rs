@@ -113,9 +113,15 @@ impl Count {
 
 /// The number of claims with each verdict, without verdicts that no claim has.
 pub fn counts<'a>(claims: impl IntoIterator<Item = &'a Claim>) -> Vec<Count> {
-    let mut counts = [Verdict::Agrees, Verdict::Differs, Verdict::Open].map(|verdict| Count { verdict, claims: 0 });
-    claims.into_iter().for_each(|claim| counts[claim.verdict as usize].claims += 1);
-    counts.into_iter().filter(|count| count.claims > 0).collect()
+    let mut counts = [Verdict::Agrees, Verdict::Differs, Verdict::Open]
+        .map(|verdict| Count { verdict, claims: 0 });
+    claims
+        .into_iter()
+        .for_each(|claim| counts[claim.verdict as usize].claims += 1);
+    counts
+        .into_iter()
+        .filter(|count| count.claims > 0)
+        .collect()
 }
 
 /// The text in place of words that were written for another verdict.
@@ -136,12 +142,20 @@ impl Teller {
         environment.set_undefined_behavior(UndefinedBehavior::Strict);
         environment.add_global("fig", Any::from(Serde(numbers)));
         environment.add_global("design", Any::from(Serde(design)));
-        environment.add_filter("n", |x: f64, digits: Option<usize>| short(x, digits.unwrap_or(0)));
-        environment.add_filter("mm", |m: f64, digits: Option<usize>| short(1e3 * m, digits.unwrap_or(0)));
-        environment.add_filter("s", |s: Option<f64>| s.map_or("never".into(), |s| format!("{s:.2} s")));
+        environment.add_filter("n", |x: f64, digits: Option<usize>| {
+            short(x, digits.unwrap_or(0))
+        });
+        environment.add_filter("mm", |m: f64, digits: Option<usize>| {
+            short(1e3 * m, digits.unwrap_or(0))
+        });
+        environment.add_filter("s", |s: Option<f64>| {
+            s.map_or("never".into(), |s| format!("{s:.2} s"))
+        });
         environment.add_filter("phase", phase);
         environment.add_filter("length_of", |Serde([x, y]): Serde<[f64; 2]>| x.hypot(y));
-        environment.add_filter("towards_deg", |Serde([x, y]): Serde<[f64; 2]>| y.atan2(x).to_degrees());
+        environment.add_filter("towards_deg", |Serde([x, y]): Serde<[f64; 2]>| {
+            y.atan2(x).to_degrees()
+        });
         environment.add_filter("walked", |Serde(way): Serde<[f64; 2]>| walked(way));
         environment.add_filter("way", |Serde(Ends { from_m, to_m }): Serde<Ends>| {
             vec![to_m[0] - from_m[0], to_m[1] - from_m[1]]
@@ -155,10 +169,17 @@ impl Teller {
     }
 
     fn claim(&self, name: &str, numbers: &Value) -> Result<Claim> {
-        let words = self.words.claim.get(name).ok_or_else(|| wrong(format!("there is no claim {name}")))?;
+        let words = self
+            .words
+            .claim
+            .get(name)
+            .ok_or_else(|| wrong(format!("there is no claim {name}")))?;
         let numbers = Any::from(Serde(numbers));
         let holds = match &words.holds {
-            Some(holds) => self.environment.compile_expression(holds).and_then(|it| it.eval(&numbers)),
+            Some(holds) => self
+                .environment
+                .compile_expression(holds)
+                .and_then(|it| it.eval(&numbers)),
             None => Ok(Any::from(())),
         };
         let holds = holds.map_err(|e| wrong(format!("claim {name}: {e:#}")))?;
@@ -167,19 +188,39 @@ impl Teller {
             (_, true) => Verdict::Agrees,
             _ => Verdict::Differs,
         };
-        let usual = if words.holds.is_some() { Verdict::Agrees } else { Verdict::Open };
+        let usual = if words.holds.is_some() {
+            Verdict::Agrees
+        } else {
+            Verdict::Open
+        };
         let is_as_written = verdict == words.verdict.unwrap_or(usual);
-        let here = if is_as_written { self.fill(&words.here, numbers)? } else { OTHERWISE.into() };
+        let here = if is_as_written {
+            self.fill(&words.here, numbers)?
+        } else {
+            OTHERWISE.into()
+        };
         let paper = joined(&words.paper);
-        let quoted =
-            paper.strip_prefix('\u{201c}').and_then(|quoted| quoted.strip_suffix(')')?.rsplit_once("\u{201d} ("));
-        let (paper, place) = quoted.map_or((paper.as_str(), None), |(paper, place)| (paper, Some(place.into())));
-        Ok(Claim { verdict, paper: paper.into(), place, here })
+        let quoted = paper
+            .strip_prefix('\u{201c}')
+            .and_then(|quoted| quoted.strip_suffix(')')?.rsplit_once("\u{201d} ("));
+        let (paper, place) = quoted.map_or((paper.as_str(), None), |(paper, place)| {
+            (paper, Some(place.into()))
+        });
+        Ok(Claim {
+            verdict,
+            paper: paper.into(),
+            place,
+            here,
+        })
     }
 
     /// The sentences that sum up what was found.
     pub fn found(&self) -> Result<Vec<String>> {
-        self.words.found.iter().map(|sentence| self.fill(sentence, context! {})).collect()
+        self.words
+            .found
+            .iter()
+            .map(|sentence| self.fill(sentence, context! {}))
+            .collect()
     }
 
     /// The text on what a figure shows.
@@ -190,11 +231,19 @@ impl Teller {
     /// A table of text: its head and its rows.
     pub fn table(&self, words: &TableWords, numbers: &Value) -> Result<Value> {
         let cells = |row: &Value| -> Result<Vec<String>> {
-            words.columns.iter().map(|[_, cell]| self.fill(cell, context! { row => Serde(row) })).collect()
+            words
+                .columns
+                .iter()
+                .map(|[_, cell]| self.fill(cell, context! { row => Serde(row) }))
+                .collect()
         };
-        let rows = numbers[&words.rows].as_array().ok_or_else(|| wrong(format!("there is no list {}", words.rows)))?;
+        let rows = numbers[&words.rows]
+            .as_array()
+            .ok_or_else(|| wrong(format!("there is no list {}", words.rows)))?;
         let rows = rows.iter().map(cells).collect::<Result<Vec<_>>>()?;
-        Ok(json!({ "head": words.columns.iter().map(|[head, _]| head).collect::<Vec<_>>(), "rows": rows }))
+        Ok(
+            json!({ "head": words.columns.iter().map(|[head, _]| head).collect::<Vec<_>>(), "rows": rows }),
+        )
     }
 
     /// Fills numbers into words, and joins their lines.
@@ -205,7 +254,10 @@ impl Teller {
 }
 
 fn wrong(problem: impl std::fmt::Display) -> Error {
-    Error::Numeric { what: "words.toml".into(), problem: problem.to_string() }
+    Error::Numeric {
+        what: "words.toml".into(),
+        problem: problem.to_string(),
+    }
 }
 
 /// The text on one line.
@@ -232,9 +284,22 @@ fn phase(name: String) -> String {
 
 /// A way (m; x forward, y left) in words.
 fn walked(way: [f64; 2]) -> String {
-    let part = |m: f64, ways: [&str; 2]| format!("{} mm {}", short(1e3 * m.abs(), 0), ways[usize::from(m < 0.0)]);
-    let [along, across] = [part(way[0], ["forward", "backward"]), part(way[1], ["to the left", "to the right"])];
-    if way[1].abs() < 5e-4 { along } else { format!("{along} and {across}") }
+    let part = |m: f64, ways: [&str; 2]| {
+        format!(
+            "{} mm {}",
+            short(1e3 * m.abs(), 0),
+            ways[usize::from(m < 0.0)]
+        )
+    };
+    let [along, across] = [
+        part(way[0], ["forward", "backward"]),
+        part(way[1], ["to the left", "to the right"]),
+    ];
+    if way[1].abs() < 5e-4 {
+        along
+    } else {
+        format!("{along} and {across}")
+    }
 }
 
 #[cfg(test)]
@@ -255,12 +320,24 @@ mod tests {
         let teller = Teller::new(toml::from_str(words).unwrap(), &json!({}), &json!({}));
         let told = |x: u32| {
             let names = ["more", "less", "open"].map(String::from);
-            teller.claims(&names, &json!({ "x": x })).unwrap().into_iter().map(|claim| (claim.verdict, claim.here))
+            teller
+                .claims(&names, &json!({ "x": x }))
+                .unwrap()
+                .into_iter()
+                .map(|claim| (claim.verdict, claim.here))
         };
         let (agrees, differs, open) = (Verdict::Agrees, Verdict::Differs, Verdict::Open);
-        let as_written = [(agrees, "x is 2".into()), (differs, "no, x is 2".into()), (open, "x may be 2".into())];
+        let as_written = [
+            (agrees, "x is 2".into()),
+            (differs, "no, x is 2".into()),
+            (open, "x may be 2".into()),
+        ];
         assert!(told(2).eq(as_written));
         let otherwise = || OTHERWISE.to_string();
-        assert!(told(0).eq([(differs, otherwise()), (agrees, otherwise()), (open, "x may be 0".into())]));
+        assert!(told(0).eq([
+            (differs, otherwise()),
+            (agrees, otherwise()),
+            (open, "x may be 0".into())
+        ]));
     }
 }
