@@ -40,6 +40,7 @@ fn hold(
 /// A robot that is thrown up falls with g, and keeps its horizontal and its angular momentum, although its servos work.
 #[test]
 fn a_robot_in_flight_falls_freely() {
+    standfast::leaves::add();
     let bench = Bench::new("hold");
     let robot = &bench.robot;
     for engine in Engine::ALL {
@@ -90,6 +91,7 @@ fn a_robot_in_flight_falls_freely() {
 /// On a slope of angle a the robot slides like a block: with g (sin a - mu cos a), and not at all if mu > tan a.
 #[test]
 fn on_a_slope_a_robot_slides_like_a_block() {
+    standfast::leaves::add();
     let bench = Bench::new("hold");
     let angle = 5f64.to_radians();
     for engine in Engine::ALL {
@@ -140,6 +142,7 @@ fn on_a_slope_a_robot_slides_like_a_block() {
 /// An arm whose shoulder is free swings like a pendulum with the rotor's inertia: period 2 pi sqrt(M / (dG/dq)).
 #[test]
 fn a_free_arm_swings_with_the_period_of_its_inertia() {
+    standfast::leaves::add();
     let mut robot = standfast::robots::load("ut-mu2").unwrap();
     let shoulder = robot
         .joints
@@ -229,6 +232,7 @@ fn toppling_impulse(bench: &Bench, engine: Engine, heading_deg: f64) -> f64 {
 
 #[test]
 fn a_stiff_robot_topples_at_the_same_pushes() {
+    standfast::leaves::add();
     let bench = Bench::new("hold");
     (0..16).into_par_iter().for_each(|k| {
         let heading_deg = 22.5 * f64::from(k);

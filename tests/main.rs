@@ -20,5 +20,14 @@ mod process;
 mod readme;
 mod replay;
 mod report_html;
+mod tokens;
 mod tune;
 mod view;
+
+/// The physics engine under test: Rapier, or the one that the environment variable STANDFAST_ENGINE names.
+fn engine() -> standfast::sim::Engine {
+    use standfast::sim::Engine;
+    standfast::leaves::add();
+    let name = std::env::var("STANDFAST_ENGINE").unwrap_or("rapier".into());
+    Engine::ALL.into_iter().find(|engine| engine.name() == name).expect("an engine")
+}

@@ -622,6 +622,7 @@ fn a_network_that_cannot_be_is_refused_for_its_cause() {
 /// With any change of a byte, a network is taken or refused.
 #[test]
 fn any_byte_of_a_network_may_be_wrong() {
+    standfast::leaves::add();
     let dir = folder();
     let robot = standfast::robots::load("ut-mu2").unwrap();
     let whole = with_metadata(linear(&vec![vec![0.1; 2]; 3], &[0.0; 2]), &[("a", "b")]);
@@ -657,6 +658,7 @@ fn any_byte_of_a_network_may_be_wrong() {
 /// The motors of a policy are simulated with this policy, and with no other controller.
 #[test]
 fn a_policy_brings_its_own_motors() {
+    standfast::leaves::add();
     let servos = standfast::robots::load("ut-mu2").unwrap().servos;
     let robot = standfast::robots::load("ut-mu2").unwrap();
     let ankle = robot

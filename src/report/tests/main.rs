@@ -3,3 +3,8 @@
 mod common;
 mod replay_data;
 mod replay_html;
+
+/// The physics engine under test.
+fn engine() -> standfast_sim::Engine {
+    standfast_sim::Engine::Rapier
+}

@@ -1,4 +1,4 @@
-//! Laws of the closed loop: robot, controller and ground in Rapier, or in the engine that STANDFAST_ENGINE names.
+//! Laws of the closed loop: robot, controller and ground in Rapier. `src/mujoco/tests` checks some of them in MuJoCo.
 
 mod common;
 mod controller;
@@ -14,3 +14,8 @@ mod stepping;
 mod symmetry;
 mod toppling;
 mod variations;
+
+/// The physics engine under test.
+fn engine() -> standfast_sim::Engine {
+    standfast_sim::Engine::Rapier
+}

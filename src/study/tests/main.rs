@@ -5,3 +5,8 @@ mod catching;
 mod common;
 mod gates;
 mod similarity;
+
+/// The physics engine under test.
+fn engine() -> standfast_sim::Engine {
+    standfast_sim::Engine::Rapier
+}
