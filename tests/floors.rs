@@ -25,10 +25,10 @@ const SOCIABLE: usize = 0;
 
 /// Floors within a room, lowest first.
 const INNER_FLOORS: [(&str, &[&str]); 1] =
-    [("campaign", &["ask", "store", "verdict", "run", "limit", "partings", "ceiling", "tune"])];
+    [("campaign", &["ask", "store", "verdict", "run", "limit", "partings", "cma_es", "ceiling", "tune"])];
 
 /// Crates that only one room or file may use.
-const RESERVED: [(&str, &str); 18] = [
+const RESERVED: [(&str, &str); 17] = [
     ("rapier3d", "sim/rapier"),
     ("mujoco_rs", "sim/mujoco"),
     ("tract_onnx", "contest/onnx"),
@@ -44,7 +44,6 @@ const RESERVED: [(&str, &str); 18] = [
     ("rustix", "contest/child"),
     ("signal_hook", "commands"),
     ("parquet", "columns"),
-    ("cmaes", "campaign/ceiling"),
     ("rand", "campaign/ask"),
     ("rand_distr", "campaign/ask"),
 ];

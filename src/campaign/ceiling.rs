@@ -2,15 +2,16 @@
 //! on the same robot and ground.
 //!
 //! The clairvoyant is the controller itself with other numbers for its first footsteps: when which foot is lifted, where and
-//! when it lands, where the ZMP is meanwhile, and how trunk and COM move ([`Departure`]). CMA-ES, from Hansen and Ostermeier
-//! (2001), changes these numbers until the robot recovers or the tries are used up. It knows the push, the robot and the
-//! ground, since it has tried them before; but it moves only after the push has begun, and by the same rules and readings.
+//! when it lands, where the ZMP is meanwhile, and how trunk and COM move ([`Departure`]). CMA-ES ([`CmaEs`]) changes these
+//! numbers until the robot recovers or the tries are used up. It knows the push, the robot and the ground, since it has
+//! tried them before; but it moves only after the push has begun, and by the same rules and readings.
 //!
 //! A push that it catches can be caught. Of a push that it loses, nothing is proven.
 
 use crate::campaign::ask::bounds::in_range;
 use crate::campaign::ask::spec::Campaign;
 use crate::campaign::ask::trial;
+use crate::campaign::cma_es::CmaEs;
 use crate::campaign::limit::Yardstick;
 use crate::campaign::plan::{Plan, pool};
 use crate::contest::{depart, gain_set};
@@ -22,7 +23,7 @@ use crate::robot::Factory;
 use crate::robot::urdf::Files;
 use crate::sim::Push;
 use crate::stats::rate::SuccessCount;
-use cmaes::{CMAESOptions, DVector};
+use nalgebra::DVector;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -199,12 +200,9 @@ impl<'a> Clairvoyant<'a> {
 
     /// Searches departures with which the robot recovers. Returns how often it tried, and how it recovers.
     fn search(&self, number: u64, again: &Again, stop: &AtomicBool) -> Result<(u64, Option<Recovery>)> {
-        let cost = |numbers: &DVector<f64>| self.cost(&again.record(&departures(numbers.as_slice())));
         let begin = |round: u64| {
-            let options = CMAESOptions::new(vec![0.0; NUMBERS], STEP)
-                .population_size(GENERATION)
-                .seed(self.campaign.seed ^ number.rotate_left(20) ^ round.rotate_left(50));
-            options.build(&cost).expect("the options are within their ranges")
+            let seed = self.campaign.seed ^ number.rotate_left(20) ^ round.rotate_left(50);
+            CmaEs::new(vec![0.0; NUMBERS], STEP, GENERATION, seed)
         };
         let (mut tries, mut round) = (0, 0);
         let mut search = begin(round);
@@ -212,13 +210,16 @@ impl<'a> Clairvoyant<'a> {
             if stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            let has_converged = search.next_parallel().is_some();
+            let points = search.ask();
+            let cost = |point: &DVector<f64>| self.cost(&again.record(&departures(point.as_slice())));
+            let costs: Vec<f64> = points.par_iter().map(cost).collect();
             tries += GENERATION as u64;
-            if let Some(best) = search.overall_best_individual().filter(|best| best.value <= 0.0) {
-                return Ok((tries, Some(again.simplest(best.point.as_slice()))));
+            if let Some(found) = costs.iter().position(|cost| *cost <= 0.0) {
+                return Ok((tries, Some(again.simplest(points[found].as_slice()))));
             }
+            search.tell(&points, &costs);
             // A search that has converged starts again with other random numbers.
-            if has_converged {
+            if search.has_converged() {
                 round += 1;
                 search = begin(round);
             }

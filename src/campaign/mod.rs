@@ -8,6 +8,7 @@
 
 pub mod ask;
 pub mod ceiling;
+pub mod cma_es;
 pub mod interim;
 pub mod limit;
 pub mod partings;
