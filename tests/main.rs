@@ -29,5 +29,8 @@ fn engine() -> standfast::sim::Engine {
     use standfast::sim::Engine;
     standfast::leaves::add();
     let name = std::env::var("STANDFAST_ENGINE").unwrap_or("rapier".into());
-    Engine::ALL.into_iter().find(|engine| engine.name() == name).expect("an engine")
+    Engine::ALL
+        .into_iter()
+        .find(|engine| engine.name() == name)
+        .expect("an engine")
 }

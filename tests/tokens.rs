@@ -25,7 +25,8 @@ fn count(stream: TokenStream, is_test: bool, size: &mut Size) {
         let mut text = String::new();
         if matches!(&token, TokenTree::Punct(punct) if punct.as_char() == '#') {
             // An attribute of the file has a `!` between.
-            tokens.next_if(|next| matches!(next, TokenTree::Punct(punct) if punct.as_char() == '!'));
+            tokens
+                .next_if(|next| matches!(next, TokenTree::Punct(punct) if punct.as_char() == '!'));
             text = tokens.peek().map(ToString::to_string).unwrap_or_default();
         }
         if text.starts_with("[doc =") {
@@ -46,7 +47,11 @@ fn count(stream: TokenStream, is_test: bool, size: &mut Size) {
             }
             _ => 1,
         };
-        *(if in_tests { &mut size.tests } else { &mut size.product }) += own;
+        *(if in_tests {
+            &mut size.tests
+        } else {
+            &mut size.product
+        }) += own;
         is_test_item &= !is_end;
     }
 }
@@ -61,7 +66,9 @@ fn count_folder(folder: &Path, is_test: bool, size: &mut Size) {
             count_folder(&path, is_test, size);
         } else if path.extension().is_some_and(|extension| extension == "rs") {
             let text = fs::read_to_string(&path).unwrap();
-            let stream = text.parse().unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+            let stream = text
+                .parse()
+                .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
             count(stream, is_test, size);
         }
     }
@@ -75,11 +82,19 @@ fn sizes(root: &Path) -> BTreeMap<String, Size> {
     count_folder(&root.join("tests"), true, &mut program);
     count_folder(&root.join("benches/layers"), true, &mut program);
     sizes.insert("program".to_string(), program);
-    let members = fs::read_dir(root.join("src")).unwrap().map(|entry| entry.unwrap().path());
-    for folder in members.chain([root.join("benches/paper")]).filter(|folder| folder.join("Cargo.toml").exists()) {
+    let members = fs::read_dir(root.join("src"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    for folder in members
+        .chain([root.join("benches/paper")])
+        .filter(|folder| folder.join("Cargo.toml").exists())
+    {
         let mut size = Size::default();
         count_folder(&folder, false, &mut size);
-        sizes.insert(folder.file_name().unwrap().to_str().unwrap().to_string(), size);
+        sizes.insert(
+            folder.file_name().unwrap().to_str().unwrap().to_string(),
+            size,
+        );
     }
     sizes
 }
@@ -92,9 +107,9 @@ fn every_crate_is_within_its_budget() {
     let fits = |count: usize, budget: usize| count <= budget && budget <= count + MOST_SPARE;
     let is_within = sizes.len() == budgets.len()
         && sizes.iter().all(|(name, size)| {
-            budgets
-                .get(name)
-                .is_some_and(|budget| fits(size.product, budget.product) && fits(size.tests, budget.tests))
+            budgets.get(name).is_some_and(|budget| {
+                fits(size.product, budget.product) && fits(size.tests, budget.tests)
+            })
         });
     let mut table = String::new();
     for (name, Size { product, tests }) in &sizes {
@@ -111,7 +126,25 @@ fn comments_and_formatting_do_not_count_and_tests_count_apart() {
     let text = "//! A file.\n/// A function.\nfn f(x: u8) -> u8 {\n    // Nothing.\n    x\n}\n";
     let mut size = Size::default();
     count(text.parse().unwrap(), false, &mut size);
-    assert_eq!(size, Size { product: 13, tests: 0 });
-    count("#[cfg(test)] mod tests { fn g() {} } use a;".parse().unwrap(), false, &mut size);
-    assert_eq!(size, Size { product: 13 + 3, tests: 16 });
+    assert_eq!(
+        size,
+        Size {
+            product: 13,
+            tests: 0
+        }
+    );
+    count(
+        "#[cfg(test)] mod tests { fn g() {} } use a;"
+            .parse()
+            .unwrap(),
+        false,
+        &mut size,
+    );
+    assert_eq!(
+        size,
+        Size {
+            product: 13 + 3,
+            tests: 16
+        }
+    );
 }

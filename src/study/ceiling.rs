@@ -2,8 +2,8 @@
 //! again on the same robot and ground.
 //!
 //! The clairvoyant is the controller itself with other numbers for its first footsteps: when which foot is lifted,
-//! where and when it lands, where the ZMP is meanwhile, and how trunk and COM move ([`Departure`]). CMA-ES, from Hansen
-//! and Ostermeier (2001), changes these numbers until the robot recovers or the tries are used up. The clairvoyant
+//! where and when it lands, where the ZMP is meanwhile, and how trunk and COM move ([`Departure`]). CMA-ES
+//! ([`CmaEs`](crate::cma_es)) changes these numbers until the robot recovers or the tries are used up. The clairvoyant
 //! knows the push, the robot and the ground, since it has tried them before. But it moves only after the push has
 //! begun, and it has the same rules and readings as the controller.
 //!
@@ -12,9 +12,10 @@
 use crate::ask::bounds::in_range;
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
+use crate::cma_es::CmaEs;
 use crate::limit::PendulumBounds;
 use crate::plan::{PreparedCampaign, pool};
-use cmaes::{CMAESOptions, DVector};
+use nalgebra::DVector;
 use rayon::prelude::*;
 use serde::Serialize;
 use standfast_controllers::{depart, gain_set};
@@ -277,15 +278,9 @@ impl<'a> CeilingSearch<'a> {
         again: &RepeatedTrial,
         stop: &AtomicBool,
     ) -> Result<(u64, Option<Recovery>)> {
-        let cost =
-            |numbers: &DVector<f64>| self.cost(&again.record(&departures(numbers.as_slice())));
         let begin = |round: u64| {
-            let options = CMAESOptions::new(vec![0.0; NUMBERS], STEP)
-                .population_size(GENERATION)
-                .seed(self.campaign.seed ^ number.rotate_left(20) ^ round.rotate_left(50));
-            options
-                .build(&cost)
-                .expect("the options are within their ranges")
+            let seed = self.campaign.seed ^ number.rotate_left(20) ^ round.rotate_left(50);
+            CmaEs::new(vec![0.0; NUMBERS], STEP, GENERATION, seed)
         };
         let (mut tries, mut round) = (0, 0);
         let mut search = begin(round);
@@ -293,16 +288,17 @@ impl<'a> CeilingSearch<'a> {
             if stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            let has_converged = search.next_parallel().is_some();
+            let points = search.ask();
+            let cost =
+                |point: &DVector<f64>| self.cost(&again.record(&departures(point.as_slice())));
+            let costs: Vec<f64> = points.par_iter().map(cost).collect();
             tries += GENERATION as u64;
-            if let Some(best) = search
-                .overall_best_individual()
-                .filter(|best| best.value <= 0.0)
-            {
-                return Ok((tries, Some(again.simplest(best.point.as_slice()))));
+            if let Some(found) = costs.iter().position(|cost| *cost <= 0.0) {
+                return Ok((tries, Some(again.simplest(points[found].as_slice()))));
             }
+            search.tell(&points, &costs);
             // A search that has converged starts again with other random numbers.
-            if has_converged {
+            if search.has_converged() {
                 round += 1;
                 search = begin(round);
             }
