@@ -15,7 +15,7 @@ extern crate self as standfast_study;
 
 pub mod ask;
 pub mod ceiling;
-mod cma_es;
+pub mod cma_es;
 #[cfg(test)]
 mod fixtures;
 pub mod interim;

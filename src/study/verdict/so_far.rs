@@ -86,7 +86,7 @@ pub struct SoFar {
     pub pairs: Vec<PairSoFar>,
 }
 
-/// Two controllers on the same trials. Which controller is a is decided as for a [`PairSummary`](super::pairs::Pair).
+/// Two controllers on the same trials. Which controller is a is decided as for a [`PairSummary`](super::pairs::PairSummary).
 pub struct PairSoFar {
     pub a: String,
     pub b: String,
