@@ -40,7 +40,7 @@ pub fn load(entry: &str) -> Result<Box<dyn ControllerSpec>> {
     entry.of(read(&assets::open(InputKind::Controller, entry.base)?)?)
 }
 
-/// Loads a gain set as [`sole_wrenches`] does. Fails for a controller of another kind.
+/// Loads a gain set as [`load`] does. Fails for a controller of another kind.
 pub fn gain_set(entry: &str) -> Result<GainSet> {
     let any: Box<dyn Any> = load(entry)?;
     let gains = any.downcast::<GainSet>().map(|gains| *gains);

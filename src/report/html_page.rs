@@ -17,7 +17,7 @@ const STYLES: [(&str, &str); 2] = [
 ];
 
 /// Makes a page from `template`, which reads `context` and the shared styles (`page_style`, `document_style`), and
-/// calls the functions and filters that `add` gives it. All texts in it are [harmless](harmless). `name` must end in
+/// calls the functions and filters that `add` gives it. All texts in it are [`harmless`]. `name` must end in
 /// `.html` or `.xml`, so that values are escaped. Fails only if the template is wrong.
 pub fn render(
     name: &str,

@@ -46,7 +46,7 @@ pub(super) struct Tree {
 
 impl Tree {
     /// Reads the tree of links from a URDF. Meshes are searched from the folder of the file on. Fails as
-    /// [`Robot::load`](super::Robot::load) does, except for the settings. Joints without a range get the range
+    /// [`load`](crate::load) does, except for the settings. Joints without a range get the range
     /// `range_rad` to both sides (rad) or, if it is None, are locked.
     pub fn parse(source: &Source, range_rad: Option<f64>) -> Result<Tree> {
         let mut problems = Problems::new(&source.file);
