@@ -242,16 +242,16 @@ fn a_thing_has_one_name() {
     texts.extend(
         [
             "assets/python/README.md",
-            "src/render/html/report.html.jinja",
+            "src/report/html/report.html.jinja",
         ]
         .map(|file| root().join(file)),
     );
     for folder in [
         "assets/campaigns",
-        "src/render/text",
-        "src/render/tables",
-        "src/render/figure",
-        "src/campaign/verdict",
+        "src/report/text",
+        "src/report/tables",
+        "src/report/figure",
+        "src/study/verdict",
     ] {
         texts.extend(
             fs::read_dir(root().join(folder))

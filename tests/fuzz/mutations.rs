@@ -10,7 +10,7 @@ use std::path::Path;
 use std::{fs, path::PathBuf};
 
 /// Number of cases of each kind unless the environment states another one.
-const USUAL_CASES: u64 = 150;
+const USUAL_CASES: u64 = 40;
 
 /// A small generator of random numbers (splitmix64).
 struct Random(u64);
