@@ -302,12 +302,7 @@ mod tests {
     /// The gain set `paper`, with its own stepping rules or with those given.
     fn bench(stepping: Option<Stepping>) -> (Robot, Design) {
         let robot = standfast::robots::load("ut-mu2").unwrap();
-        let mut design = Design::new(
-            &robot,
-            &standfast::controllers::gain_set("paper").unwrap(),
-            0.002,
-        )
-        .unwrap();
+        let mut design = Design::new(&robot, &crate::gain_set("paper").unwrap(), 0.002).unwrap();
         design.footwork = stepping.map(FootworkRules::Stepping).or(design.footwork);
         (robot, design)
     }
@@ -452,12 +447,7 @@ mod tests {
         }
         let robot = standfast::robots::load("ut-mu2").unwrap();
         for (gains, start) in [("switching", Start::AtRest), ("fixed", Start::AtRest)] {
-            let design = Design::new(
-                &robot,
-                &standfast::controllers::gain_set(gains).unwrap(),
-                0.002,
-            )
-            .unwrap();
+            let design = Design::new(&robot, &crate::gain_set(gains).unwrap(), 0.002).unwrap();
             let refused = run(
                 &robot,
                 &design,

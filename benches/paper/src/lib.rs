@@ -10,9 +10,18 @@
 
 #![forbid(unsafe_code)]
 
+use standfast::core::Result;
+use standfast::core::lipm::GainSet;
+use standfast::files::assets::{self, InputKind};
+
 pub mod account;
 pub mod commands;
 pub mod imposed;
 pub mod render;
 pub mod response;
 pub mod scenario;
+
+/// Reads a built-in gain set by its name, or a file. Fails for a controller of another kind.
+pub fn gain_set(name: &str) -> Result<GainSet> {
+    standfast::controllers::parse_gain_set(&assets::open(InputKind::Controller, name)?)
+}

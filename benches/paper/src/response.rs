@@ -251,12 +251,7 @@ mod tests {
     }
 
     fn design(robot: &Robot, gains: &str) -> Design {
-        Design::new(
-            robot,
-            &standfast::controllers::gain_set(gains).unwrap(),
-            0.002,
-        )
-        .unwrap()
+        Design::new(robot, &crate::gain_set(gains).unwrap(), 0.002).unwrap()
     }
 
     #[test]

@@ -1,8 +1,6 @@
 //! The program from outside: what it refuses, and what it checks without running.
 
-mod common;
-
-use common::program::{files, folder, standfast as program, stderr, stdout};
+use crate::common::program::{files, folder, standfast as program, stderr, stdout};
 
 #[test]
 fn bad_input_is_one_clear_error_and_nothing_is_written() {

@@ -1,9 +1,6 @@
 //! A scenario's file with any content is read or refused in words, and a scenario that is read can be simulated.
 
-#[path = "../../../tests/fuzz/mutations.rs"]
-mod mutations;
-
-use mutations::{fuzz, simulated};
+use crate::mutations::{fuzz, simulated};
 use standfast::core::control::Design;
 use standfast::core::lipm::GainSet;
 use standfast::files::assets::Source;
@@ -21,7 +18,7 @@ fn scenarios() {
         })?;
         let (robot, gains) = (
             standfast::robots::load(&scenario.robot)?,
-            standfast::controllers::gain_set(&scenario.gains)?,
+            standfast_paper::gain_set(&scenario.gains)?,
         );
         let config = EpisodeConfig {
             horizon_s: scenario.horizon_s.min(0.05),

@@ -1,12 +1,8 @@
 //! The commands of this program in the guide and in its help are valid, as far as this can be checked without running
 //! them.
 
-mod common;
-#[path = "../../../tests/readme/shown.rs"]
-mod shown;
-
-use common::program::{folder, standfast as program, stderr, stdout};
-use shown::{commands_of, documents, words_of};
+use crate::common::program::{folder, standfast as program, stderr, stdout};
+use crate::shown::{commands_of, documents, words_of};
 use standfast_paper::scenario::BUILTIN;
 use std::fs;
 use std::path::Path;

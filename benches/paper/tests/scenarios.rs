@@ -1,8 +1,6 @@
 //! The paper's scenarios from outside: which foot goes which way, and how it ends.
 
-mod common;
-
-use common::program::{Run, standfast as run};
+use crate::common::program::{Run, standfast as run};
 use serde_json::Value;
 use std::{fs, path::Path};
 

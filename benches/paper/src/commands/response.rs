@@ -79,7 +79,7 @@ pub fn run(args: &ResponseArgs) -> Result<ExitCode> {
     config.engine.check(&robot)?;
     let design = Design::new(
         &robot,
-        &standfast::controllers::gain_set(&args.gains)?,
+        &crate::gain_set(&args.gains)?,
         config.control_period_s,
     )?;
     design

@@ -99,11 +99,7 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
             .0
         }
         Cause::Imposed(error) => {
-            let design = Design::new(
-                &robot,
-                &standfast::controllers::gain_set(gains)?,
-                config.control_period_s,
-            )?;
+            let design = Design::new(&robot, &crate::gain_set(gains)?, config.control_period_s)?;
             impose(args, &scenario, &case, &design, &error)?
         }
     };

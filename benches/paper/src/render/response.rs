@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn the_pole_is_judged_by_the_bandwidth() {
-        let gains = standfast::controllers::gain_set("switching").unwrap();
+        let gains = crate::gain_set("switching").unwrap();
         let robot = standfast::robots::load("ut-mu2").unwrap();
         let family = GainFamily::design(
             &gains,

@@ -29,7 +29,7 @@ impl Bench {
             .unwrap()
             .prepare(&robot, period_s)
             .unwrap();
-        let design = standfast::controllers::gain_set(gains)
+        let design = standfast_paper::gain_set(gains)
             .ok()
             .map(|gains| Design::new(&robot, &gains, period_s).unwrap());
         Self {

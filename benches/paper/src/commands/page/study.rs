@@ -38,8 +38,7 @@ pub fn run() -> Result<Study> {
         judge,
         ..
     } = first.episode(&robot);
-    let design_of =
-        |gains: &str| Design::new(&robot, &standfast::controllers::gain_set(gains)?, period_s);
+    let design_of = |gains: &str| Design::new(&robot, &crate::gain_set(gains)?, period_s);
     let factory_of = |name: &str| controllers::load(name)?.prepare(&robot, period_s);
     let design = design_of(&first.gains)?;
     let (factory, standing, stiff) = (

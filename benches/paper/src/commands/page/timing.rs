@@ -134,12 +134,8 @@ mod tests {
             omega: 5.63,
             dt: 0.002,
         };
-        let family = GainFamily::design(
-            &standfast::controllers::gain_set("paper").unwrap(),
-            pendulum,
-            0.048,
-        )
-        .unwrap();
+        let family =
+            GainFamily::design(&crate::gain_set("paper").unwrap(), pendulum, 0.048).unwrap();
         let polygon = SupportPolygon::rectangle(-0.05, 0.07, -0.08, 0.09).unwrap();
         for gain in &family.gains {
             let mut stored = Stored::new(gain, 20, 4);

@@ -1,15 +1,12 @@
 //! `standfast-paper page` from outside: what it writes, that it writes the same every time, and that its captions agree
 //! with the library.
 
-mod common;
-#[path = "paper/measured.rs"]
 mod measured;
-#[path = "paper/verdicts.rs"]
 mod verdicts;
 
-use common::Bench;
-use common::browser::Browser;
-use common::program::{files, folder, standfast as program, stderr, stdout};
+use crate::common::Bench;
+use crate::common::browser::Browser;
+use crate::common::program::{files, folder, standfast as program, stderr, stdout};
 use measured::{impose, scenario_push};
 use nalgebra::Vector2;
 use serde_json::{Value, json};

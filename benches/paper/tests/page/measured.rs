@@ -1,7 +1,7 @@
 //! The claims in the captions of `standfast-paper page` about its runs, measured again from their ticks.
 
-use super::common::{Bench, config};
 use super::{in_words, numbers, tells};
+use crate::common::{Bench, config};
 use nalgebra::{Point2, Vector2, Vector3};
 use serde_json::{Value, json};
 use standfast::core::control::home_polygon;
