@@ -12,12 +12,12 @@ pub mod race;
 pub mod response;
 pub mod search;
 pub mod shard_pool;
+pub mod verdict;
 
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use crate::plan::{PreparedCampaign, each_caught, pool};
 use crate::store::shard::Shard;
-use crate::verdict::summary::Summary;
 use draw::IncumbentSample;
 use race::{EpisodeScore, WeightedTrial};
 use response::Effect;
@@ -36,6 +36,7 @@ use standfast_robots::urdf::Files;
 use standfast_sim::episode::ClosedLoop;
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use verdict::CaseVerdict;
 
 /// The file of the task.
 const TASK: &str = "task.json";
@@ -186,55 +187,6 @@ pub struct Tuned {
     pub verdicts: Vec<CaseVerdict>,
     /// Whether the proposed controller is better in all cases.
     pub is_better: bool,
-}
-
-/// What the final campaign says of a case.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct CaseVerdict {
-    pub robot: String,
-    pub engine: String,
-    /// The result folder of the case, relative to the folder of the search.
-    pub folder: String,
-    /// The seed of the pushes, from trial 0 on.
-    pub seed: u64,
-    pub trials: u64,
-    /// Numbers of trials from which the incumbent and the proposed controller recover.
-    pub recovered: [u64; 2],
-    /// The rate of the proposed controller less the rate of the incumbent, with its 95 % interval, and p of the exact
-    /// McNemar test.
-    pub difference: f64,
-    pub ci95: [f64; 2],
-    pub p: f64,
-}
-
-/// The level of the final test.
-const LEVEL: f64 = 0.05;
-
-impl CaseVerdict {
-    /// The verdict from the result of a final campaign with the incumbent and the proposed controller.
-    pub fn of(case: &CaseId, folder: &str, summary: &Summary, proposed: &str) -> Option<Self> {
-        let pair = summary.pairs.first()?;
-        let counts = if pair.a == proposed {
-            pair.counts
-        } else {
-            pair.counts.swapped()
-        };
-        Some(Self {
-            robot: case.robot.clone(),
-            engine: case.engine.clone(),
-            folder: folder.into(),
-            seed: summary.seed,
-            trials: counts.trials(),
-            recovered: [counts.both + counts.only_b, counts.both + counts.only_a],
-            difference: counts.difference(),
-            ci95: counts.difference_interval(1.0 - LEVEL),
-            p: counts.mcnemar_p(),
-        })
-    }
-
-    pub fn is_better(&self) -> bool {
-        self.difference > 0.0 && self.p < LEVEL
-    }
 }
 
 /// A search whose inputs are read and checked.
