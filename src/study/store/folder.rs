@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::read;
-use standfast_files::{build_id, is_temporary, json, shell_word, write_atomic};
+use standfast_files::{build_id, is_temporary, json, write_atomic};
 use std::collections::{BTreeSet, HashMap};
 use std::ffi::OsString;
 use std::ops::Range;
@@ -102,16 +102,7 @@ impl Folder {
         if Self::markers(path)?.is_empty() {
             return Ok(None);
         }
-        let [file, out] = [path.join("campaign.toml"), path.into()]
-            .map(|path| shell_word(&path.display().to_string()));
-        let problem = format!(
-            "holds parts, but their manifest (parts/campaign.json) is lost. The command that began it writes it again, \
-             and so does: standfast run {file} --out {out}"
-        );
-        Err(Error::Parts {
-            path: path.into(),
-            problem,
-        })
+        Err(Error::LostManifest(path.into()))
     }
 
     /// The markers of the parts in a folder, which can be read without a manifest. There are none if a run failed
@@ -338,29 +329,25 @@ impl Folder {
     pub fn parts(&self) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>> {
         let missing = self.missing();
         if !missing.is_empty() {
-            let problem = format!(
-                "incomplete: {} of {} parts are missing or damaged (trials {}); to complete it, run: {}",
+            return Err(self.incomplete(format!(
+                "{} of {} parts are missing or damaged (trials {})",
                 missing.len(),
                 self.blocks(),
                 self.trials_of(&missing),
-                self.resume_command(),
-            );
-            return Err(Error::Parts {
-                path: self.path.clone(),
-                problem,
-            });
+            )));
         }
         let Some(set_trials) = self.set_trials() else {
-            let problem = format!(
-                "incomplete: it was stopped before its end; to complete it, run: {}",
-                self.resume_command()
-            );
-            return Err(Error::Parts {
-                path: self.path.clone(),
-                problem,
-            });
+            return Err(self.incomplete("it was stopped before its end".into()));
         };
         Ok((0..self.blocks()).map(move |block| self.rows_of(block..block + 1, &set_trials)))
+    }
+
+    fn incomplete(&self, problem: String) -> Error {
+        Error::Incomplete {
+            path: self.path.clone(),
+            problem,
+            asks_for_baseline: self.asks_for_baseline(),
+        }
     }
 
     /// The rows of these blocks. Rows beyond the number of trials of their controller are left out. It fails if a part
@@ -397,54 +384,10 @@ impl Folder {
         joined(blocks.iter().map(|&block| self.range(block))).join(", ")
     }
 
-    /// The command that computes the missing trials.
-    pub fn resume_command(&self) -> String {
-        let file = shell_word(&self.path.join("campaign.toml").display().to_string());
-        format!(
-            "standfast run {file} --out {}{}",
-            shell_word(&self.path.display().to_string()),
-            self.baseline_option()
-        )
-    }
-
-    /// The error if `gates` are added to a finished campaign whose trials do not decide them.
-    pub fn undecided(&self, gates: &[String]) -> Error {
-        let gates: String = gates
-            .iter()
-            .map(|gate| format!(" --gate {}", shell_word(gate)))
-            .collect();
-        let problem = format!(
-            "its {} trials do not decide what is asked, and nothing was changed; to continue it, run: {}{gates}",
-            self.trials(),
-            self.resume_command()
-        );
-        Error::Parts {
-            path: self.path.clone(),
-            problem,
-        }
-    }
-
-    /// The command that joins the finished parts.
-    pub fn merge_command(&self) -> String {
-        format!(
-            "standfast merge {}{}",
-            shell_word(&self.path.display().to_string()),
-            self.baseline_option()
-        )
-    }
-
-    /// The option that commands on this folder need if a gate compares with a baseline.
-    fn baseline_option(&self) -> &'static str {
-        if self
-            .manifest
-            .campaign
-            .gates
-            .ask_for_baseline(&self.manifest.sets)
-        {
-            " --baseline DIR"
-        } else {
-            ""
-        }
+    /// Whether a gate compares with a baseline, which commands on this folder then need.
+    pub fn asks_for_baseline(&self) -> bool {
+        let Manifest { campaign, sets, .. } = &self.manifest;
+        campaign.gates.ask_for_baseline(sets)
     }
 
     /// Removes temporary files of programs that ended while they were writing. No program may be at work in the folder.
@@ -761,11 +704,8 @@ pub(crate) mod tests {
         assert!(Folder::open(dir.path()).is_err());
         let folder = folder(dir.path());
         folder.part(0).write(&rows(&folder, 0)).unwrap();
-        let message = Folder::open(dir.path()).unwrap_err().to_string();
-        assert!(
-            message.contains("is lost") && message.contains("standfast run "),
-            "{message}"
-        );
+        let error = Folder::open(dir.path()).unwrap_err();
+        assert!(matches!(error, Error::LostManifest(_)), "{error}");
         let markers = Folder::markers(dir.path()).unwrap();
         assert_eq!(
             (markers.len(), &markers[0].config_hash),
