@@ -27,12 +27,11 @@ pub fn of(
     if campaign.synthetic {
         found.push("Nothing was simulated: the outcomes are made up (--synthetic).".into());
     }
-    let alike = |i: u64| {
-        let (pushes, variation) = (trial::pushes(campaign, i), trial::variation(campaign, i));
-        pushes == trial::pushes(campaign, 0) && variation == trial::variation(campaign, 0)
-    };
+    let are_alike = trials > 1
+        && trial::pushes(campaign, 1) == trial::pushes(campaign, 0)
+        && trial::variation(campaign, 1) == trial::variation(campaign, 0);
     let is_noisy = trial::sensor_errors(campaign, 0).is_some();
-    if trials > 1 && alike(1) {
+    if are_alike {
         found.push(if is_noisy {
             "Every trial is the same push on the same robot. Only sensor noise differs, so rates say nothing of other \
              pushes. Draw impulse and heading, e.g. push.impulse_n_s = { uniform = [a, b] }."
@@ -64,17 +63,16 @@ pub fn of(
     // The smallest number k of discordant trials that show a difference if the same controller recovers in all of them:
     // the smallest k for which 2 / 2^k, times the number of pairs, is below 5 %.
     let enough = (2.0 * pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
-    let is_thin = |pair: &&PairSummary| {
+    let mut thin = Vec::new();
+    for pair in pairs {
         let discordant = pair.counts.only_a + pair.counts.only_b;
-        pair.verdict == PairVerdict::Open
+        if pair.verdict == PairVerdict::Open
             && discordant < enough
             && pair.counts.trials() >= FEW_TRIALS
-    };
-    let thin: Vec<String> = pairs
-        .iter()
-        .filter(is_thin)
-        .map(|pair| format!("{} and {}", pair.a, pair.b))
-        .collect();
+        {
+            thin.push(format!("{} and {}", pair.a, pair.b));
+        }
+    }
     if !thin.is_empty() {
         let more = if thin.len() > NAMED {
             format!(" and {} more pairs", thin.len() - NAMED)
