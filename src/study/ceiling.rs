@@ -121,16 +121,12 @@ impl<'a> CeilingSearch<'a> {
             [1.0, MOST_TRIES as f64],
         )?;
         let [entry] = &campaign.gains[..] else {
-            let (count, accepted) = (
-                format!("{} controllers", campaign.gains.len()),
-                "one, such as catch",
-            );
             return Err(Error::value(
                 "command line",
                 "--controller",
-                count,
+                format!("{} controllers", campaign.gains.len()),
                 "too many",
-                accepted,
+                "one, such as catch",
             ));
         };
         let gains = gain_set(entry)?;
@@ -159,16 +155,15 @@ impl<'a> CeilingSearch<'a> {
 
     /// The gain set with the clairvoyant's departures, which recovers from the push of this trial.
     pub fn gains(&self, trial: u64, recovery: &Recovery) -> GainSet {
-        let (mut gains, departures) = (self.gains.clone(), recovery.departures.clone());
+        let mut gains = self.gains.clone();
         gains.name = format!("trial-{trial}");
         gains.description = format!(
             "Trial {trial} of campaign {}, caught with knowledge of the push",
             self.campaign.name
         );
-        gains
-            .catching
-            .iter_mut()
-            .for_each(|catching| catching.departures = departures.clone());
+        if let Some(catching) = &mut gains.catching {
+            catching.departures = recovery.departures.clone();
+        }
         gains
     }
 
@@ -187,24 +182,19 @@ impl<'a> CeilingSearch<'a> {
             factory,
             ..
         } = self;
-        let run = |trial: u64| {
-            let lost = self.lost(trial, stop, on_episode)?;
-            on_trial();
-            Ok(lost)
-        };
         let numbers: Vec<u64> = (0..campaign.trials).collect();
-        let all = || {
+        let lost: Vec<Option<LostTrial>> = pool(options.threads)?.install(|| {
             numbers
                 .into_par_iter()
                 .with_max_len(1)
-                .map(run)
-                .collect::<Result<Vec<_>>>()
-        };
-        let lost: Vec<LostTrial> = pool(options.threads)?
-            .install(all)?
-            .into_iter()
-            .flatten()
-            .collect();
+                .map(|trial| {
+                    let lost = self.lost(trial, stop, on_episode)?;
+                    on_trial();
+                    Ok(lost)
+                })
+                .collect::<Result<_>>()
+        })?;
+        let lost: Vec<LostTrial> = lost.into_iter().flatten().collect();
         let recovered = campaign.trials - lost.len() as u64;
         let found = lost.iter().filter(|lost| lost.found.is_some()).count() as u64;
         Ok(Ceiling {
@@ -337,9 +327,9 @@ impl RepeatedTrial<'_> {
             .begun
             .with(&[0], self.pushes.clone())
             .expect("a gain set's controller can be copied");
-        again
-            .controllers()
-            .for_each(|controller| depart(controller, departures));
+        for controller in again.controllers() {
+            depart(controller, departures);
+        }
         let record = again.finish().expect("a gain set has no process").remove(0);
         (self.on_episode)();
         record
@@ -373,9 +363,8 @@ impl RepeatedTrial<'_> {
 
 /// The departures that the numbers of the search stand for.
 fn departures(numbers: &[f64]) -> Departures {
-    let of = |footstep: usize| {
-        let at = |i: usize| SPREAD[i] * numbers[footstep * Departure::NUMBERS + i];
-        Departure::of_numbers(std::array::from_fn(at))
-    };
-    std::array::from_fn(of)
+    std::array::from_fn(|footstep| {
+        let numbers = &numbers[footstep * Departure::NUMBERS..];
+        Departure::of_numbers(std::array::from_fn(|i| SPREAD[i] * numbers[i]))
+    })
 }

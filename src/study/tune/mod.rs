@@ -223,30 +223,25 @@ impl Tuning {
             ControllerName::split(entry).base,
         )?)?;
         let search_seed = trial::derived_seed(first.seed, 0);
-        let plan = |(campaign, files): &(Campaign, Files)| {
-            PreparedCampaign::with(
-                &Campaign {
-                    seed: search_seed,
-                    ..campaign.clone()
-                },
-                files.clone(),
-            )
-        };
-        let plans = campaigns.iter().map(plan).collect::<Result<Vec<_>>>()?;
-        let case = |plan: &PreparedCampaign, (campaign, _): &(Campaign, Files)| CaseId {
-            robot: campaign.robot.clone(),
-            engine: plan.manifest.engine.clone(),
-            config_hash: plan.manifest.config_hash.clone(),
-        };
+        let (mut plans, mut cases) = (Vec::new(), Vec::new());
+        for (campaign, files) in campaigns {
+            let searched = Campaign {
+                seed: search_seed,
+                ..campaign.clone()
+            };
+            let plan = PreparedCampaign::with(&searched, files.clone())?;
+            cases.push(CaseId {
+                robot: campaign.robot.clone(),
+                engine: plan.manifest.engine.clone(),
+                config_hash: plan.manifest.config_hash.clone(),
+            });
+            plans.push(plan);
+        }
         let task = Task {
             standfast: env!("CARGO_PKG_VERSION").into(),
             controller: base.name().into(),
             campaign: first.name.clone(),
-            cases: plans
-                .iter()
-                .zip(campaigns)
-                .map(|(plan, campaign)| case(plan, campaign))
-                .collect(),
+            cases,
             tunables: Vec::new(),
             seed: first.seed,
             search_seed,
@@ -605,21 +600,16 @@ impl Tuning {
         if let Some(there) = self.sample_there()? {
             return Ok(there);
         }
-        let of_plan = |(case, plan): (usize, &PreparedCampaign)| {
+        let mut sampled = Vec::new();
+        for (case, plan) in self.plans.iter().enumerate() {
             let factory = &plan.tried_factories(self.options.untried)?[0];
-            let won = |number: usize| {
+            let name = format!("sample-{}", case + 1);
+            sampled.push(team.gather(&name, SAMPLE as usize, |number| {
                 let tally = tallies(plan, &[factory], number as u64)?[0];
                 (watch.on_episode)();
                 Ok(tally.won)
-            };
-            team.gather(&format!("sample-{}", case + 1), SAMPLE as usize, won)
-        };
-        let sampled = self
-            .plans
-            .iter()
-            .enumerate()
-            .map(of_plan)
-            .collect::<Result<Vec<_>>>()?;
+            })?);
+        }
         self.write(&self.folder.join(SAMPLE_FILE), &sampled)?;
         Ok(sampled)
     }
@@ -688,28 +678,26 @@ fn tallies(
     number: u64,
 ) -> Result<Vec<EpisodeScore>> {
     let campaign = &plan.manifest.campaign;
-    let run = |factories: &[&PreparedController]| {
-        let disturbance = trial::disturbance(campaign, number);
+    let records = each_caught(factories, |factories| {
         ClosedLoop::new(
             &plan.robot,
             factories.iter().copied(),
             &campaign.episode,
-            disturbance,
+            trial::disturbance(campaign, number),
         )
         .finish()
-    };
-    let tally = |record: standfast_sim::episode::Record| EpisodeScore {
-        won: record.outcome.is_success(),
-        footsteps: record.footsteps.taken.len() as u64,
-        // The torque of a robot whose simulation broke may be any number.
-        torque: Some(record.peak_torque_ratio)
-            .filter(|ratio| ratio.is_finite())
-            .unwrap_or(1.0),
-    };
-    Ok(each_caught(factories, run)?
-        .into_iter()
-        .map(tally)
-        .collect())
+    })?;
+    let mut scores = Vec::new();
+    for record in records {
+        let torque = record.peak_torque_ratio;
+        scores.push(EpisodeScore {
+            won: record.outcome.is_success(),
+            footsteps: record.footsteps.taken.len() as u64,
+            // The torque of a robot whose simulation broke may be any number.
+            torque: if torque.is_finite() { torque } else { 1.0 },
+        });
+    }
+    Ok(scores)
 }
 
 /// Names of the files and folders that a search writes, and the beginnings of such names.
@@ -811,9 +799,11 @@ impl Arena for Robots<'_> {
     ) -> Result<Vec<EpisodeScore>> {
         let factories: Vec<&PreparedController> =
             entrants.iter().map(|of_cases| &of_cases[case]).collect();
-        let found = tallies(&self.tuning.plans[case], &factories, trial)?;
-        found.iter().for_each(|_| (self.on_episode)());
-        Ok(found)
+        let scores = tallies(&self.tuning.plans[case], &factories, trial)?;
+        for _ in &scores {
+            (self.on_episode)();
+        }
+        Ok(scores)
     }
 }
 

@@ -89,13 +89,12 @@ impl Race<'_> {
             let jobs: Vec<(usize, usize)> = (from..to)
                 .flat_map(|i| (0..self.cases.len()).map(move |case| (case, i)))
                 .collect();
-            let run = |job: usize| {
+            let name = format!("{}-{}", self.name, look + 1);
+            let scores = self.team.gather(&name, jobs.len(), |job| {
                 let (case, i) = jobs[job];
                 (self.judge)(case, self.cases[case][i].trial, &active)
-            };
-            let name = format!("{}-{}", self.name, look + 1);
-            let found = self.team.gather(&name, jobs.len(), run)?;
-            if found.iter().any(|tallies| tallies.len() != active.len()) {
+            })?;
+            if scores.iter().any(|tallies| tallies.len() != active.len()) {
                 let problem = format!(
                     "parts of {name} do not have all candidates; remove them, and start all shards again"
                 );
@@ -104,12 +103,11 @@ impl Race<'_> {
                     problem,
                 });
             }
-            for ((case, _), tallies) in jobs.iter().zip(found) {
+            for ((case, _), tallies) in jobs.iter().zip(scores) {
                 let mut row = vec![None; self.candidates];
-                active
-                    .iter()
-                    .zip(tallies)
-                    .for_each(|(&candidate, tally)| row[candidate] = Some(tally));
+                for (&candidate, tally) in active.iter().zip(tallies) {
+                    row[candidate] = Some(tally);
+                }
                 board.tallies[*case].push(row);
             }
             episodes += (jobs.len() * active.len()) as u64;
@@ -189,9 +187,8 @@ impl Board<'_> {
 
     /// The case in which a candidate has the least advantage over the incumbent, and that advantage with its error.
     fn worst(&self, candidate: usize) -> (usize, (f64, f64)) {
-        let of_case = |case: usize| (case, self.difference(case, candidate, 0));
-        let cases = (0..self.cases.len()).map(of_case);
-        cases
+        (0..self.cases.len())
+            .map(|case| (case, self.difference(case, candidate, 0)))
             .min_by(|a, b| a.1.0.total_cmp(&b.1.0))
             .unwrap_or((0, (0.0, 0.0)))
     }
@@ -205,15 +202,11 @@ impl Board<'_> {
         let mean = |of: &dyn Fn(&EpisodeScore) -> f64| {
             own.iter().map(of).sum::<f64>() / own.len().max(1) as f64
         };
-        let (footsteps, torque) = (
-            mean(&|tally| tally.footsteps as f64),
-            mean(&|tally| tally.torque),
-        );
         CandidateScore {
             advantage,
             error,
-            footsteps,
-            torque,
+            footsteps: mean(&|tally| tally.footsteps as f64),
+            torque: mean(&|tally| tally.torque),
             trials: own.len(),
         }
     }

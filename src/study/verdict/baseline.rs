@@ -102,19 +102,23 @@ pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
     let robots = [a, b].map(|m| format!("{} ({:.8})", m.campaign.robot, m.robot_sha256));
     let versions = [a, b].map(|m| m.standfast.clone());
     let engines = [a, b].map(|m| m.engine.clone());
-    let differ = |(what, [of_a, of_b]): (&str, [String; 2])| {
-        (of_a != of_b).then(|| format!("the {what} differ: {of_a} and {of_b}"))
-    };
-    let differences = [
+    let mut reasons = Vec::new();
+    for (what, [of_a, of_b]) in [
         ("robots", robots),
         ("versions of standfast", versions),
         ("physics engines", engines),
-    ];
-    let differences = differences.into_iter().filter_map(differ);
-    let same = "both results have the same inputs: a difference can only come from another build of standfast";
-    differences
-        .chain((a.config_hash == b.config_hash).then(|| same.to_string()))
-        .collect()
+    ] {
+        if of_a != of_b {
+            reasons.push(format!("the {what} differ: {of_a} and {of_b}"));
+        }
+    }
+    if a.config_hash == b.config_hash {
+        reasons.push(
+            "both results have the same inputs: a difference can only come from another build of standfast"
+                .into(),
+        );
+    }
+    reasons
 }
 
 /// Fails if the trials of `folder` are not drawn and judged as the trials of `campaign`.
