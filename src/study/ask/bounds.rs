@@ -195,9 +195,9 @@ fn fastest_vibration_rad_s(robot: &Robot) -> f64 {
     else {
         return 0.0;
     };
-    let stiffness = |i: usize, j: usize| (robot.servos[i].kp * robot.servos[j].kp).sqrt();
     let of_springs = DMatrix::from_fn(joints, joints, |i, j| {
-        stiffness(i, j) * mobility[(6 + i, 6 + j)]
+        let stiffness = (robot.servos[i].kp * robot.servos[j].kp).sqrt();
+        stiffness * mobility[(6 + i, 6 + j)]
     });
     of_springs.symmetric_eigenvalues().max().max(0.0).sqrt()
 }

@@ -135,11 +135,11 @@ impl PendulumBounds {
 
     /// The bounds for one heading (degrees), still without controllers.
     pub fn heading(&self, heading_deg: f64) -> Heading {
-        let region = |region: &LandingRegion| SwingRegion {
+        let regions = self.reach.iter().map(|region| SwingRegion {
             x_m: region.x_m,
             y_m: region.y_m,
             swing_time_s: region.swing_time_s,
-        };
+        });
         let held = SteppingPendulum {
             mass_kg: self.mass_kg,
             omega: self.omega_rad_s,
@@ -149,7 +149,7 @@ impl PendulumBounds {
             both_x_m: self.held_by_both_x_m,
             both_y_m: self.held_y_m,
             stance_width_m: self.stance_width_m,
-            regions: self.reach.iter().map(region).collect(),
+            regions: regions.collect(),
         };
         let [x_m, y_m] = [self.sole_x_m, self.sole_y_m];
         let by_soles = SteppingPendulum {

@@ -118,19 +118,17 @@ impl Folder {
             names.map_err(fail)
         };
         let parts = path.join("parts");
-        let is_marker = |name: &OsString| {
-            name.to_str()
-                .is_some_and(|n| n.starts_with("part-") && n.ends_with(".json"))
-        };
-        let of_parts = if parts.is_dir() {
-            names(&parts)?
-        } else {
-            Vec::new()
-        };
-        let names_of_markers = of_parts.iter().filter(|name| is_marker(name));
-        let markers: Vec<Marker> = names_of_markers
-            .filter_map(|name| Marker::read(&parts.join(name)))
-            .collect();
+        let mut markers = Vec::new();
+        if parts.is_dir() {
+            for name in names(&parts)? {
+                let is_marker = name
+                    .to_str()
+                    .is_some_and(|name| name.starts_with("part-") && name.ends_with(".json"));
+                if is_marker {
+                    markers.extend(Marker::read(&parts.join(name)));
+                }
+            }
+        }
         // A run creates `parts` first. If that is missing, a `campaign.toml` is a file of the user.
         let is_ours = |name: &OsString| {
             (parts.is_dir() && BEGUN.iter().any(|ours| name == ours)) || is_temporary(name)
@@ -202,35 +200,37 @@ impl Folder {
     }
 
     fn stopped(&self) -> Option<Stopped> {
-        let Manifest { campaign, sets, .. } = &self.manifest;
-        let stopped = || -> Option<Stopped> {
-            serde_json::from_slice(&read(&self.stopped_path(), MOST_BYTES).ok()?).ok()
+        let Manifest {
+            campaign,
+            sets,
+            config_hash,
+            ..
+        } = &self.manifest;
+        if !campaign.stopping.until_resolved {
+            return None;
+        }
+        let stopped: Stopped =
+            serde_json::from_slice(&read(&self.stopped_path(), MOST_BYTES).ok()?).ok()?;
+        let is_end = |trials: u64| {
+            let looks = self.manifest.looks().into_iter();
+            trials == campaign.trials
+                || looks
+                    .flat_map(|looks| looks.until(trials))
+                    .any(|look| look == trials)
         };
-        let valid = |stopped: &Stopped| {
-            let is_end = |trials: &u64| {
-                let mut looks = self
-                    .manifest
-                    .looks()
-                    .into_iter()
-                    .flat_map(|looks| looks.until(*trials));
-                *trials == campaign.trials || looks.any(|look| look == *trials)
-            };
-            let of_sets = |trials: &Vec<u64>| {
-                trials.len() == sets.len()
-                    && trials.iter().max() == Some(&stopped.trials)
-                    && trials.iter().all(is_end)
-            };
-            stopped.config_hash == self.manifest.config_hash
-                && stopped.trials <= campaign.trials
-                && is_end(&stopped.trials)
-                && stopped.set_trials.as_ref().is_none_or(of_sets)
+        let are_ends = match &stopped.set_trials {
+            Some(set_trials) => {
+                set_trials.len() == sets.len()
+                    && set_trials.iter().max() == Some(&stopped.trials)
+                    && set_trials.iter().all(|trials| is_end(*trials))
+            }
+            None => true,
         };
-        campaign
-            .stopping
-            .until_resolved
-            .then(stopped)
-            .flatten()
-            .filter(valid)
+        (stopped.config_hash == *config_hash
+            && stopped.trials <= campaign.trials
+            && is_end(stopped.trials)
+            && are_ends)
+            .then_some(stopped)
     }
 
     /// Writes that the campaign was decided and has ended, with the number of trials of each controller.
@@ -267,12 +267,13 @@ impl Folder {
     /// The blocks that are not complete, in order.
     pub fn missing(&self) -> Vec<u64> {
         let set_trials = self.set_trials();
-        let is_missing = |&block: &u64| match &set_trials {
-            Some(set_trials) => self.lacks(block, set_trials).contains(&true),
-            // If the campaign has not ended, it is not known which controllers a part must have.
-            None => !self.part(block).holds().contains(&true),
-        };
-        (0..self.blocks()).filter(is_missing).collect()
+        (0..self.blocks())
+            .filter(|&block| match &set_trials {
+                Some(set_trials) => self.lacks(block, set_trials).contains(&true),
+                // If the campaign has not ended, it is not known which controllers a part must have.
+                None => !self.part(block).holds().contains(&true),
+            })
+            .collect()
     }
 
     /// For each controller, whether a block is still to be run, if the controllers have these numbers of trials.
@@ -396,10 +397,10 @@ impl Folder {
             let Ok(entries) = fs::read_dir(self.path.join(folder)) else {
                 continue;
             };
-            let is_left =
-                |entry: &fs::DirEntry| entry.path().is_file() && is_temporary(&entry.file_name());
-            for entry in entries.flatten().filter(is_left) {
-                remove(&entry.path())?;
+            for entry in entries.flatten() {
+                if entry.path().is_file() && is_temporary(&entry.file_name()) {
+                    remove(&entry.path())?;
+                }
             }
         }
         Ok(())
@@ -408,18 +409,18 @@ impl Folder {
     /// Removes the files that were made from the parts, before the parts change.
     pub fn remove_result(&self) -> Result<()> {
         remove(&self.stopped_path())?;
-        RESULT_FILES
-            .iter()
-            .try_for_each(|name| remove(&self.path.join(name)))?;
+        for name in RESULT_FILES {
+            remove(&self.path.join(name))?;
+        }
         let Ok(pages) = fs::read_dir(self.path.join(REPLAYS)) else {
             return Ok(());
         };
-        pages
-            .flatten()
-            .filter(|page| {
-                page.path().is_file() && page.file_name().to_string_lossy().starts_with("trial-")
-            })
-            .try_for_each(|page| remove(&page.path()))
+        for page in pages.flatten() {
+            if page.path().is_file() && page.file_name().to_string_lossy().starts_with("trial-") {
+                remove(&page.path())?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -433,14 +434,13 @@ pub fn joined(ranges: impl IntoIterator<Item = (u64, u64)>) -> Vec<String> {
             _ => joined.push((first, end)),
         }
     }
-    let text = |(first, end): (u64, u64)| {
-        if end - first == 1 {
-            first.to_string()
-        } else {
-            format!("{first}-{}", end - 1)
-        }
-    };
-    joined.into_iter().map(text).collect()
+    joined
+        .into_iter()
+        .map(|(first, end)| match end - first {
+            1 => first.to_string(),
+            _ => format!("{first}-{}", end - 1),
+        })
+        .collect()
 }
 
 /// Removes a file if it exists.
@@ -489,9 +489,9 @@ pub(crate) mod tests {
     fn written(blocks: &[u64]) -> (tempfile::TempDir, Folder) {
         let dir = tempfile::tempdir().unwrap();
         let folder = folder(dir.path());
-        blocks
-            .iter()
-            .for_each(|block| folder.part(*block).write(&rows(&folder, *block)).unwrap());
+        for block in blocks {
+            folder.part(*block).write(&rows(&folder, *block)).unwrap();
+        }
         (dir, folder)
     }
 
