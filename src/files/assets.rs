@@ -260,12 +260,10 @@ fn other_kind(path: &Path) -> Option<(&'static str, String)> {
     let extension = path.extension()?.to_str()?.to_lowercase();
     Some(match extension.as_str() {
         "onnx" => {
-            let written = || {
-                format!(
-                    "a TOML file that says what it observes: `standfast init {file} --robot ROBOT` writes it"
-                )
-            };
-            ("a network", beside.unwrap_or_else(written))
+            let written = format!(
+                "a TOML file that says what it observes: `standfast init {file} --robot ROBOT` writes it"
+            );
+            ("a network", beside.unwrap_or(written))
         }
         "pt" | "pth" | "ckpt" | "jit" | "pkl" | "safetensors" => {
             let accepted = "the same network as an ONNX file, which `torch.onnx.export` writes in Python, and for it the TOML file \
@@ -273,12 +271,9 @@ fn other_kind(path: &Path) -> Option<(&'static str, String)> {
             ("a network of PyTorch", accepted.into())
         }
         "py" | "sh" | "js" | "lua" | "cpp" | "cc" | "c" | "rs" => {
-            let written = || {
-                "a TOML file beside it, with kind = \"process\" and the command that starts it; `standfast new python FOLDER` \
-                 writes examples"
-                    .into()
-            };
-            ("a program", beside.unwrap_or_else(written))
+            let written = "a TOML file beside it, with kind = \"process\" and the command that starts it; `standfast new python FOLDER` \
+                           writes examples";
+            ("a program", beside.unwrap_or(written.into()))
         }
         "yaml" | "yml" => {
             let accepted = format!(
@@ -493,8 +488,10 @@ pub fn one_line(text: &str) -> String {
 
 /// The text as one word for a shell, in quotes if it contains special characters.
 pub fn shell_word(text: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
-    if !text.is_empty() && text.chars().all(plain) {
+    let is_plain = text
+        .chars()
+        .all(|c| c.is_alphanumeric() || "-_./:=,+@%".contains(c));
+    if is_plain && !text.is_empty() {
         text.into()
     } else {
         format!("'{}'", text.replace('\'', "'\\''"))
