@@ -205,10 +205,7 @@ impl Pushes {
         } else if place > 1.0 {
             return Err(NoCurve::AboveRange);
         }
-        let unlikely = |place: f64| self.unlikeliness(best, place, logit);
         let deviation = best.deviation(place) / best.slope;
-        let end =
-            |range| crossing(unlikely, place, range, deviation).map(|place| self.impulse(place));
         // A step is put at its centre, but its search starts beside it.
         let at = if best.slope.is_finite() {
             place
@@ -217,7 +214,10 @@ impl Pushes {
         };
         Ok(Level {
             at: self.impulse(at),
-            ci95: [-1.0, 1.0].map(end),
+            ci95: [-1.0, 1.0].map(|end| {
+                let unlikely = |place: f64| self.unlikeliness(best, place, logit);
+                crossing(unlikely, place, end, deviation).map(|place| self.impulse(place))
+            }),
         })
     }
 

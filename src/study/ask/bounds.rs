@@ -277,10 +277,9 @@ mod tests {
             (256.0, 0.001, 0.004),
         ] {
             let mut robot = standfast_robots::load("ut-mu2").unwrap();
-            robot
-                .servos
-                .iter_mut()
-                .for_each(|servo| servo.kp *= stiffer);
+            for servo in &mut robot.servos {
+                servo.kp *= stiffer;
+            }
             let usual = EpisodeConfig::of(&Units::of(&robot));
             let check = |step_s| {
                 check_steps(

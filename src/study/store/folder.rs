@@ -108,15 +108,6 @@ impl Folder {
     /// The markers of the parts in a folder, which can be read without a manifest. There are none if a run failed
     /// before its first part. It fails if the folder has other content.
     pub fn markers(path: &Path) -> Result<Vec<Marker>> {
-        let names = |folder: &Path| -> Result<Vec<OsString>> {
-            let fail = |source| Error::Read {
-                path: folder.into(),
-                source,
-            };
-            let names: std::io::Result<_> =
-                fs::read_dir(folder).and_then(|all| all.map(|e| Ok(e?.file_name())).collect());
-            names.map_err(fail)
-        };
         let parts = path.join("parts");
         let mut markers = Vec::new();
         if parts.is_dir() {
@@ -130,10 +121,11 @@ impl Folder {
             }
         }
         // A run creates `parts` first. If that is missing, a `campaign.toml` is a file of the user.
-        let is_ours = |name: &OsString| {
-            (parts.is_dir() && BEGUN.iter().any(|ours| name == ours)) || is_temporary(name)
-        };
-        if markers.is_empty() && !names(path)?.iter().all(is_ours) {
+        if markers.is_empty()
+            && !names(path)?.iter().all(|name| {
+                (parts.is_dir() && BEGUN.iter().any(|ours| name == ours)) || is_temporary(name)
+            })
+        {
             let problem =
                 "is not the folder of a campaign: it has no parts/campaign.json, and holds other files".into();
             return Err(Error::Parts {
@@ -443,6 +435,16 @@ pub fn joined(ranges: impl IntoIterator<Item = (u64, u64)>) -> Vec<String> {
         .collect()
 }
 
+/// The names of what lies in a folder.
+fn names(folder: &Path) -> Result<Vec<OsString>> {
+    let names: std::io::Result<_> = fs::read_dir(folder)
+        .and_then(|entries| entries.map(|entry| Ok(entry?.file_name())).collect());
+    names.map_err(|source| Error::Read {
+        path: folder.into(),
+        source,
+    })
+}
+
 /// Removes a file if it exists.
 fn remove(path: &Path) -> Result<()> {
     match fs::remove_file(path) {
@@ -505,18 +507,17 @@ pub(crate) mod tests {
             Outcome::TimedOut,
         ];
         let campaign = &folder.manifest.campaign;
-        let of_trial = |t: u64| {
-            let record = record(outcomes[t as usize % 5]);
-            let row = TrialRow {
-                record,
-                ..TrialRow::drawn(campaign, t)
-            };
-            ["hold", "fixed"].map(|set| TrialRow {
-                set: set.into(),
-                ..row.clone()
-            })
-        };
-        (first..end).flat_map(of_trial).collect()
+        let mut rows = Vec::new();
+        for trial in first..end {
+            for set in ["hold", "fixed"] {
+                rows.push(TrialRow {
+                    set: set.into(),
+                    record: record(outcomes[trial as usize % 5]),
+                    ..TrialRow::drawn(campaign, trial)
+                });
+            }
+        }
+        rows
     }
 
     #[test]
@@ -619,9 +620,9 @@ pub(crate) mod tests {
             trials: 60,
             ..campaign
         };
-        [1, 2]
-            .into_iter()
-            .for_each(|block| folder.part(block).write(&rows(&folder, block)).unwrap());
+        for block in [1, 2] {
+            folder.part(block).write(&rows(&folder, block)).unwrap();
+        }
         let a_bit_more = |value: f64| f64::from_bits(value.to_bits() + 1);
         type DrawnChange<'a> = (&'static str, &'a dyn Fn(&mut TrialRow));
         let changes: [DrawnChange; 12] = [

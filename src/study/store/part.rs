@@ -62,11 +62,10 @@ impl PartFile<'_> {
     /// must have rows of the same controllers.
     pub fn write(&self, rows: &[TrialRow]) -> Result<()> {
         let path = self.path("csv");
-        let fail = |e: csv::Error| Error::Write {
+        let bytes = write_csv(rows).map_err(|e| Error::Write {
             path: path.clone(),
             source: std::io::Error::other(e),
-        };
-        let bytes = write_csv(rows).map_err(fail)?;
+        })?;
         write_atomic(&path, &bytes)?;
         write_atomic(
             &self.path("json"),

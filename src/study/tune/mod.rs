@@ -124,11 +124,9 @@ impl Task {
     fn final_seed_of(&self, hash: &str) -> u64 {
         let seed =
             u64::from_str_radix(&hash[..16], 16).expect("a hash begins with 16 hexadecimal digits");
-        let is_new =
-            |derived: &u64| *derived != self.search_seed && !self.judged_before.contains(derived);
         (0..)
             .map(|number| trial::derived_seed(seed, number))
-            .find(is_new)
+            .find(|derived| *derived != self.search_seed && !self.judged_before.contains(derived))
             .expect("one of so many is new")
     }
 }
@@ -366,10 +364,12 @@ impl Tuning {
     /// The controller with these values, for each case.
     fn prepared(&self, values: &[(&str, f64)]) -> Result<Vec<PreparedController>> {
         let settings = with_values(&*self.base, self.base.name(), values)?;
-        let prepare = |plan: &PreparedCampaign| {
-            settings.prepare(&plan.robot, plan.manifest.campaign.episode.control_period_s)
-        };
-        self.plans.iter().map(prepare).collect()
+        let mut prepared = Vec::new();
+        for plan in &self.plans {
+            let period_s = plan.manifest.campaign.episode.control_period_s;
+            prepared.push(settings.prepare(&plan.robot, period_s)?);
+        }
+        Ok(prepared)
     }
 
     /// Converts the budget to a number of episodes, and fails if it is too small. A search that was begun keeps its
@@ -464,34 +464,30 @@ impl Tuning {
     /// The sample that is in the folder.
     fn sample_there(&self) -> Result<Option<Vec<Vec<bool>>>> {
         let path = self.folder.join(SAMPLE_FILE);
-        let there: Option<Vec<Vec<bool>>> = read_of(&path, &self.hash)?;
-        let are_all = |all: &Vec<Vec<bool>>| {
-            all.len() == self.plans.len()
-                && all.iter().all(|of_case| of_case.len() as u64 == SAMPLE)
-        };
-        match there.as_ref().is_none_or(are_all) {
-            true => Ok(there),
-            false => Err(damaged(
+        let sample: Option<Vec<Vec<bool>>> = read_of(&path, &self.hash)?;
+        if let Some(cases) = &sample
+            && (cases.len() != self.plans.len()
+                || cases.iter().any(|won| won.len() as u64 != SAMPLE))
+        {
+            return Err(damaged(
                 &path,
                 &format!("it has not {SAMPLE} outcomes for each case"),
-            )),
+            ));
         }
+        Ok(sample)
     }
 
     /// A generation that is in the folder.
     fn generation_there(&self, number: usize) -> Result<Option<Generation>> {
-        let (path, tunables, cases) = (
-            self.generation_file(number),
-            self.task.tunables.len(),
-            self.plans.len(),
-        );
-        let there: Option<Generation> = read_of(&path, &self.hash)?;
+        let path = self.generation_file(number);
+        let (tunables, cases) = (self.task.tunables.len(), self.plans.len());
+        let generation: Option<Generation> = read_of(&path, &self.hash)?;
         let trials = trials_of(tunables, cases, self.search_episodes());
-        match there
+        match generation
             .as_ref()
-            .and_then(|there| there.problem(number as u64, trials, tunables, cases))
+            .and_then(|generation| generation.problem(number as u64, trials, tunables, cases))
         {
-            None => Ok(there),
+            None => Ok(generation),
             Some(problem) => Err(damaged(&path, problem)),
         }
     }
@@ -580,11 +576,12 @@ impl Tuning {
             generations.push(generation);
         }
         let proposed = search.proposed()?;
-        let rate =
-            |won: &Vec<bool>| won.iter().filter(|won| **won).count() as f64 / won.len() as f64;
         Ok(Tuned {
             task: self.task.clone(),
-            sampled: sampled.iter().map(rate).collect(),
+            sampled: sampled
+                .iter()
+                .map(|won| won.iter().filter(|won| **won).count() as f64 / won.len() as f64)
+                .collect(),
             generations,
             searched: spent,
             effects: search.effects(&proposed),
@@ -749,9 +746,10 @@ fn check_new(folder: &Path) -> Result<()> {
         .map(|entry| entry.file_name().to_string_lossy().into_owned())
         .collect();
     names.sort();
-    let of_search =
-        |name: &&String| name.as_str() == SAMPLE_FILE || name.starts_with("generation-");
-    let Some(name) = names.iter().find(of_search) else {
+    let Some(name) = names
+        .iter()
+        .find(|name| *name == SAMPLE_FILE || name.starts_with("generation-"))
+    else {
         return Ok(());
     };
     let problem = format!(

@@ -278,19 +278,16 @@ mod tests {
         // Candidate 2 loses all, 3 wins all, and 4 wins all but every eighth; the incumbent wins every second.
         let judge = |_: usize, trial: u64, active: &[usize]| {
             episodes.fetch_add(active.len() as u64, Ordering::Relaxed);
-            let won = |candidate: &usize| match candidate {
-                0 | 1 => trial.is_multiple_of(2),
-                2 => false,
-                3 => true,
-                _ => !trial.is_multiple_of(8),
-            };
-            Ok(active
-                .iter()
-                .map(|candidate| EpisodeScore {
-                    won: won(candidate),
-                    ..EpisodeScore::default()
-                })
-                .collect())
+            let scores = active.iter().map(|candidate| EpisodeScore {
+                won: match candidate {
+                    0 | 1 => trial.is_multiple_of(2),
+                    2 => false,
+                    3 => true,
+                    _ => !trial.is_multiple_of(8),
+                },
+                ..EpisodeScore::default()
+            });
+            Ok(scores.collect())
         };
         let raced = race(5, 1, &judge);
         assert_eq!(raced.order, [3, 4, 2]);
@@ -311,22 +308,19 @@ mod tests {
     #[test]
     fn the_worst_case_counts_and_footsteps_break_a_tie() {
         let judge = |case: usize, trial: u64, active: &[usize]| {
-            let of = |candidate: &usize| {
-                let won = match (candidate, case) {
+            let scores = active.iter().map(|candidate| EpisodeScore {
+                won: match (candidate, case) {
                     (0 | 1, _) => trial.is_multiple_of(2),
                     // Candidate 2 is better in one case, and as much worse in the other.
                     (2, 0) => true,
                     (2, _) => trial.is_multiple_of(4),
                     // The other candidates are a little better in both cases, and one of them takes more footsteps.
                     (_, _) => trial.is_multiple_of(2) || trial % 5 == 1,
-                };
-                EpisodeScore {
-                    won,
-                    footsteps: if *candidate == 3 { 4 } else { 2 },
-                    ..EpisodeScore::default()
-                }
-            };
-            Ok(active.iter().map(of).collect())
+                },
+                footsteps: if *candidate == 3 { 4 } else { 2 },
+                ..EpisodeScore::default()
+            });
+            Ok(scores.collect())
         };
         let raced = race(5, 2, &judge);
         assert_eq!(raced.order, [4, 3, 2]);

@@ -112,14 +112,13 @@ impl Response {
     /// The fitted effect of a number, and the gain if the incumbent changes only this number, to another share of its
     /// range.
     pub fn effect(&self, number: usize, share: f64) -> Effect {
-        let (at, off) = (
-            [number, self.start.len() + number],
-            share - self.start[number],
-        );
+        let at = [number, self.start.len() + number];
+        let off = share - self.start[number];
         let terms = [off, off * off];
-        let of_pair =
-            |(i, j): (usize, usize)| terms[i] * terms[j] * self.covariance[(at[i], at[j])];
-        let variance: f64 = [(0, 0), (0, 1), (1, 0), (1, 1)].map(of_pair).iter().sum();
+        let variance: f64 = [(0, 0), (0, 1), (1, 0), (1, 1)]
+            .map(|(i, j)| terms[i] * terms[j] * self.covariance[(at[i], at[j])])
+            .iter()
+            .sum();
         let [slope, bend] = at.map(|i| self.fitted[i]);
         let effect = Effect {
             slope,
@@ -168,21 +167,21 @@ mod tests {
     /// One number has its best at 0.7 and is worth 0.09 there, one is the better the lower it is, and one does nothing.
     #[test]
     fn it_tells_what_each_number_does_through_noise() {
-        let truth = |x: &[f64]| 0.09 - (x[0] - 0.7).powi(2) - 0.2 * (x[1] - 0.5);
         let start = [0.4, 0.5, 0.5];
-        let one = |i: u64| {
+        let candidate = |i: u64| {
             let [shares, noise] = [0, 1].map(|what| normals(3, what, i, 3));
             let shares: Vec<f64> = shares.iter().zip(start).map(|(z, x)| x + 0.2 * z).collect();
             // Some generations have harder trials.
             let harder = 0.2 * (i / 10 % 3) as f64;
+            let truth = 0.09 - (shares[0] - 0.7).powi(2) - 0.2 * (shares[1] - 0.5);
             EvaluatedCandidate {
-                rate: truth(&shares) - harder + 0.05 * noise[0],
+                rate: truth - harder + 0.05 * noise[0],
                 shares,
                 error: 0.05,
             }
         };
         let tried: Vec<Vec<EvaluatedCandidate>> = (0..15)
-            .map(|g| (10 * g..10 * g + 10).map(one).collect())
+            .map(|g| (10 * g..10 * g + 10).map(candidate).collect())
             .collect();
         let response = Response::fit(&start, &tried).unwrap();
         for (number, share, alone) in [(0, 0.6, 0.08), (1, 0.3, 0.04), (2, 0.7, 0.0)] {

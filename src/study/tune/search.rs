@@ -262,15 +262,14 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
             entrants.push(entrant);
         }
         let cases = self.arena.draw(number, self.trials);
-        let judge = |case: usize, trial: u64, active: &[usize]| {
-            let entrants: Vec<&A::Entrant> = active.iter().map(|&i| &entrants[i]).collect();
-            self.arena.judge(case, trial, &entrants)
-        };
         let race = Race {
             candidates: values.len(),
             guests: GUEST_COUNT,
             cases: &cases,
-            judge: &judge,
+            judge: &|case, trial, active| {
+                let entrants: Vec<&A::Entrant> = active.iter().map(|&i| &entrants[i]).collect();
+                self.arena.judge(case, trial, &entrants)
+            },
             team,
             name: format!("generation-{number:03}"),
         };
@@ -416,9 +415,9 @@ mod tests {
         /// Half of a trial's random number comes from the trial, so all candidates share it.
         fn is_won(&self, values: &[f64], trial: u64) -> bool {
             let mut own = DefaultHasher::new();
-            values
-                .iter()
-                .for_each(|value| own.write_u64(value.to_bits() ^ trial.rotate_left(20)));
+            for value in values {
+                own.write_u64(value.to_bits() ^ trial.rotate_left(20));
+            }
             let luck = 0.5
                 * (trial::share(self.seed, trial) + trial::share(self.seed + 1, own.finish() >> 8));
             luck < (self.chance)(values)
@@ -449,11 +448,11 @@ mod tests {
             trial: u64,
             entrants: &[&Vec<f64>],
         ) -> Result<Vec<EpisodeScore>> {
-            let tally = |values: &&Vec<f64>| EpisodeScore {
+            let scores = entrants.iter().map(|values| EpisodeScore {
                 won: self.is_won(values, trial),
                 ..EpisodeScore::default()
-            };
-            Ok(entrants.iter().map(tally).collect())
+            });
+            Ok(scores.collect())
         }
     }
 
@@ -475,17 +474,16 @@ mod tests {
         while spent + search.next_episodes() <= episodes {
             spent += search.generation(alone()).unwrap().episodes;
         }
-        let (proposed, now) = (
-            search.proposed().unwrap(),
-            tunables.iter().map(|t| t.now).collect::<Vec<_>>(),
-        );
-        let pair = |trial| {
-            (
+        let proposed = search.proposed().unwrap();
+        let now: Vec<f64> = tunables.iter().map(|tunable| tunable.now).collect();
+        let mut counts = PairedCounts::default();
+        for i in 0..trials {
+            let trial = u64::MAX / 512 - i;
+            counts.add(
                 landscape.is_won(&proposed, trial),
                 landscape.is_won(&now, trial),
-            )
-        };
-        let counts = PairedCounts::of((0..trials).map(|i| pair(u64::MAX / 512 - i)));
+            );
+        }
         (proposed, counts)
     }
 
@@ -542,7 +540,9 @@ mod tests {
         let mut again = TuneSearch::new(&landscape, &tunables, 6, 1, 4000);
         let written = serde_json::to_string(&generations[..2]).unwrap();
         let read: Vec<Generation> = serde_json::from_str(&written).unwrap();
-        read.iter().for_each(|generation| again.follow(generation));
+        for generation in &read {
+            again.follow(generation);
+        }
         assert_eq!(
             [
                 again.generation(alone()).unwrap(),
@@ -623,14 +623,9 @@ mod tests {
         let generation = TuneSearch::new(&landscape, &tunables, 2, 1, 4000)
             .generation(alone())
             .unwrap();
-        let is_within = |candidate: &ScoredCandidate| {
-            candidate
-                .values
-                .iter()
-                .all(|value| (0.0..=1.0).contains(value))
-        };
+        let mut values = generation.candidates.iter().flat_map(|c| &c.values);
         assert!(
-            generation.candidates.iter().all(is_within),
+            values.all(|value| (0.0..=1.0).contains(value)),
             "{generation:?}"
         );
     }

@@ -293,14 +293,13 @@ impl Gates {
         let lost: Vec<usize> = (0..own.len())
             .filter(|&trial| !own[trial].has_recovered())
             .collect();
-        let has_other_recovered = |trial: usize| {
-            other
-                .and_then(|other| other.get(trial))
-                .is_some_and(EpisodeEnd::has_recovered)
-        };
         let lost_trial = lost
             .iter()
-            .find(|trial| has_other_recovered(**trial))
+            .find(|trial| {
+                other
+                    .and_then(|other| other.get(**trial))
+                    .is_some_and(EpisodeEnd::has_recovered)
+            })
             .or_else(|| {
                 lost.iter()
                     .min_by(|a, b| rows.hardness(set, **a).total_cmp(&rows.hardness(set, **b)))
@@ -351,8 +350,10 @@ mod tests {
     #[test]
     fn gates_are_decided_together_and_then_nothing_is_open() {
         // "a" recovers from nine of ten pushes, "b" from six of ten.
-        let kind = |i: u64| [1, 4].map(|lost| if i % 10 < lost { Fell } else { Recovered });
-        let rows = crate::fixtures::columns_of_outcomes(&(0..300).map(kind).collect::<Vec<_>>());
+        let outcomes: Vec<_> = (0..300)
+            .map(|i| [1, 4].map(|lost| if i % 10 < lost { Fell } else { Recovered }))
+            .collect();
+        let rows = crate::fixtures::columns_of_outcomes(&outcomes);
         let gates_of_two = gates(&["a", "b"], &["a >= 0.8", "a >= b + 0.1", "b >= 0.6"]).unwrap();
         let results = gates_of_two.judged(&rows);
         let found: Vec<_> = results

@@ -144,19 +144,16 @@ mod tests {
     /// A controller that was stopped early, on easy pushes, may have the higher rate and be the worse one.
     #[test]
     fn the_leader_is_found_on_trials_that_both_sets_have() {
-        let trial = |trial: u64| match trial {
-            0..25 => vec![("a", trial >= 2), ("b", true)],
-            _ => vec![("b", !trial.is_multiple_of(5))],
-        };
-        let of_trial = |i: u64| {
-            trial(i)
-                .into_iter()
-                .map(move |(set, saved)| row(i, set, 1.0, if saved { Recovered } else { Fell }))
-        };
-        let rows = crate::fixtures::columns_of_rows(
-            &(0..100).flat_map(of_trial).collect::<Vec<_>>(),
-            &["a", "b"],
-        );
+        let outcome = |has_recovered| if has_recovered { Recovered } else { Fell };
+        let mut rows = Vec::new();
+        for trial in 0..100_u64 {
+            if trial < 25 {
+                rows.push(row(trial, "a", 1.0, outcome(trial >= 2)));
+            }
+            let has_recovered = trial < 25 || !trial.is_multiple_of(5);
+            rows.push(row(trial, "b", 1.0, outcome(has_recovered)));
+        }
+        let rows = crate::fixtures::columns_of_rows(&rows, &["a", "b"]);
         let told = headline(&rows, DecisionTiming::At(Looks::up_to(100)), 0.02);
         assert_eq!(
             told,
@@ -211,16 +208,15 @@ mod tests {
                 "twin recovers most often: in 85.5 % of 200 trials. It is better than hold, and within 10.0 points of paper.",
             ),
         ] {
-            let trial = |i: u64| {
-                recovered
-                    .iter()
-                    .map(move |(name, n)| row(i, name, 1.0, if i < *n { Recovered } else { Fell }))
-            };
+            let mut rows = Vec::new();
+            for trial in 0..200 {
+                for (name, count) in recovered {
+                    let outcome = if trial < *count { Recovered } else { Fell };
+                    rows.push(row(trial, name, 1.0, outcome));
+                }
+            }
             let names: Vec<&str> = recovered.iter().map(|(name, _)| *name).collect();
-            let rows = crate::fixtures::columns_of_rows(
-                &(0..200).flat_map(trial).collect::<Vec<_>>(),
-                &names,
-            );
+            let rows = crate::fixtures::columns_of_rows(&rows, &names);
             let margin = if expected.contains("within 10.0") {
                 0.1
             } else {

@@ -396,14 +396,16 @@ mod tests {
         saved: impl Fn(u64, usize) -> bool,
         deciding: DecisionRule,
     ) -> Vec<PairSummary> {
-        let outcome = |trial, set| if saved(trial, set) { Recovered } else { Fell };
-        let of_trial = |i: u64| (0..names.len()).map(move |set| (i, set));
-        let rows = (0..100)
-            .flat_map(of_trial)
-            .map(|(i, set)| row(i, names[set], 1.0, outcome(i, set)));
+        let mut rows = Vec::new();
+        for trial in 0..100 {
+            for (set, name) in names.iter().enumerate() {
+                let outcome = if saved(trial, set) { Recovered } else { Fell };
+                rows.push(row(trial, name, 1.0, outcome));
+            }
+        }
         let pairs = every_pair(names.len());
         PairSummary::all(
-            &crate::fixtures::columns_of_rows(&rows.collect::<Vec<_>>(), names),
+            &crate::fixtures::columns_of_rows(&rows, names),
             &pairs,
             &[],
             deciding,
@@ -538,12 +540,14 @@ mod tests {
                 "a and b: not resolved. a recovered 4.0 points more often (",
             ),
         ] {
-            let kind = |i: usize| match i % 100 * 37 % 100 {
-                i if i < only_a => [Recovered, Fell],
-                i if i < only_a + only_b => [Fell, Recovered],
-                _ => [Recovered; 2],
-            };
-            let found = pair(&(0..trials).map(kind).collect::<Vec<_>>(), deciding);
+            let outcomes: Vec<_> = (0..trials)
+                .map(|i| match i % 100 * 37 % 100 {
+                    i if i < only_a => [Recovered, Fell],
+                    i if i < only_a + only_b => [Fell, Recovered],
+                    _ => [Recovered; 2],
+                })
+                .collect();
+            let found = pair(&outcomes, deciding);
             assert_eq!(
                 (found.verdict, found.better_after),
                 (verdict, better_after),

@@ -162,8 +162,11 @@ pub(crate) mod tests {
     fn a_tally_counts_each_part_once_and_pairs_over_their_common_trials() {
         let mut tally = SuccessTally::new(&["a", "b"].map(String::from));
         assert!(tally.is_empty());
-        let both = |trial: u64| [row(trial, "a", 1.0, Recovered), row(trial, "b", 1.0, Fell)];
-        tally.add(&(0..25).flat_map(both).collect::<Vec<_>>());
+        tally.add(
+            &(0..25)
+                .flat_map(|trial| [row(trial, "a", 1.0, Recovered), row(trial, "b", 1.0, Fell)])
+                .collect::<Vec<_>>(),
+        );
         tally.add(
             &(25..40)
                 .map(|trial| row(trial, "a", 1.0, Recovered))

@@ -101,9 +101,9 @@ mod tests {
         let (lost, saved, won) = ([Fell, Fell], [Fell, Recovered], [Recovered, Fell]);
         let mut rows = rows(&[lost, saved, won, lost, won, saved]);
         for (trial, ratio) in rows.chunks_mut(2).zip([2.0, 9.0, 1.0, 0.5, 7.0, 3.0]) {
-            trial
-                .iter_mut()
-                .for_each(|row| row.impulse_over_m_omega_d = Some(ratio));
+            for row in trial {
+                row.impulse_over_m_omega_d = Some(ratio);
+            }
         }
         let rows = crate::fixtures::columns_of_rows(&rows, &["a", "b"]);
         let [saved, nearest] = [
