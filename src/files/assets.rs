@@ -250,10 +250,8 @@ pub fn refuse_other_kind(kind: InputKind, name: &str) -> Result<()> {
 /// For a file that belongs to a policy or a program and is none of the inputs in [`InputKind`]: what it is, judged by its
 /// name, and what is to be given instead.
 fn other_kind(path: &Path) -> Option<(&'static str, String)> {
-    let (file, toml) = (
-        shell_word(&path.to_string_lossy()),
-        path.with_extension("toml"),
-    );
+    let file = shell_word(&path.to_string_lossy());
+    let toml = path.with_extension("toml");
     let beside = toml
         .is_file()
         .then(|| format!("the file beside it, {}", toml.display()));
@@ -354,10 +352,8 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
         .and_then(|file| file.take(most + 1).read_to_end(&mut bytes))
         .map_err(fail)?;
     if bytes.len() as u64 > most {
-        let (file, accepted) = (
-            path.display().to_string(),
-            format!("up to {} MB", most / 1_000_000),
-        );
+        let file = path.display().to_string();
+        let accepted = format!("up to {} MB", most / 1_000_000);
         return Err(Error::value(
             &file,
             "size",

@@ -123,10 +123,8 @@ pub fn write(path: &Path, columns: &[DataColumn]) -> Result<()> {
         Some("csv") => write_csv(path, columns),
         Some("parquet") => write_atomic(path, &parquet_bytes(columns).map_err(|e| other(path, e))?),
         _ => {
-            let (problem, accepted) = (
-                "unknown kind of file",
-                "a name that ends in .csv or .parquet",
-            );
+            let problem = "unknown kind of file";
+            let accepted = "a name that ends in .csv or .parquet";
             Err(Error::value(
                 "output",
                 "file",

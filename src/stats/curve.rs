@@ -325,10 +325,8 @@ fn likeliest(places: &[(f64, f64, f64)]) -> Result<Best, NoCurve> {
         let (mut ga, mut gb, mut haa, mut hab, mut hbb) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for &(x, recovered, fell) in places {
             let p = chance(a - b * x);
-            let (residual, weight) = (
-                recovered * (1.0 - p) - fell * p,
-                (recovered + fell) * p * (1.0 - p),
-            );
+            let residual = recovered * (1.0 - p) - fell * p;
+            let weight = (recovered + fell) * p * (1.0 - p);
             ga += residual;
             gb -= x * residual;
             haa += weight;

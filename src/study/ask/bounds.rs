@@ -140,10 +140,8 @@ const SLOW: f64 = 0.2;
 /// Checks that servos are stable with such steps of the physics, and warns of steps and control periods that are too
 /// long to judge by. Errors name `file` as the origin of the values.
 pub fn check_steps(file: &str, episode: &EpisodeConfig, robot: &Robot) -> Result<()> {
-    let (step_s, fastest_rad_s) = (
-        episode.clock().physics_step_s,
-        fastest_vibration_rad_s(robot),
-    );
+    let step_s = episode.clock().physics_step_s;
+    let fastest_rad_s = fastest_vibration_rad_s(robot);
     if step_s * fastest_rad_s > UNSTABLE {
         let most_s = digits(UNSTABLE / fastest_rad_s);
         let problem = format!(

@@ -589,10 +589,8 @@ pub(crate) mod tests {
     fn builtin_campaigns_load_and_survive_a_round_trip() {
         let dir = tempfile::tempdir().unwrap();
         for name in InputKind::Campaign.names() {
-            let (campaign, path) = (
-                campaign(name, &["push.height_m={normal=[0.01, 0.003]}"]),
-                dir.path().join(name),
-            );
+            let campaign = campaign(name, &["push.height_m={normal=[0.01, 0.003]}"]);
+            let path = dir.path().join(name);
             assert_eq!(campaign.name, name);
             std::fs::write(&path, campaign.to_toml().unwrap()).unwrap();
             assert_eq!(

@@ -96,10 +96,8 @@ impl PendulumBounds {
                 // If the feet differ, the range that both allow counts.
                 [left[0].max(right[0]), left[1].min(right[1])]
             });
-        let (push_duration_s, push_height_m) = (
-            campaign.push.duration_s.mean(),
-            campaign.push.height_m.mean(),
-        );
+        let push_duration_s = campaign.push.duration_s.mean();
+        let push_height_m = campaign.push.height_m.mean();
         let push_factor = match campaign.push.profile {
             Profile::Rectangular => capture::rectangular_push_factor,
             Profile::HalfSine => capture::half_sine_push_factor,
@@ -245,10 +243,8 @@ mod tests {
     #[test]
     fn the_measure_of_a_push_is_the_bound_without_a_footstep() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let (yardstick, no_step) = (
-            PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap(),
-            StandingBound::new(&robot),
-        );
+        let yardstick = PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap();
+        let no_step = StandingBound::new(&robot);
         for heading_deg in [-135.0, -20.0, 0.0, 70.0, 90.0, 180.0] {
             let bound = yardstick.heading(heading_deg).bound_no_step_n_s / yardstick.push_factor;
             let found = no_step.impulse_n_s(heading_deg).unwrap();

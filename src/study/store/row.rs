@@ -410,13 +410,11 @@ pub(crate) mod tests {
 
     /// The rows as columns, with these totals.
     fn as_columns(rows: &[TrialRow], totals: &[&str]) -> Vec<DataColumn> {
-        let (text, totals) = (
-            write_csv(rows).unwrap(),
-            totals
-                .iter()
-                .map(|name| name.to_string())
-                .collect::<Vec<_>>(),
-        );
+        let text = write_csv(rows).unwrap();
+        let totals = totals
+            .iter()
+            .map(|name| name.to_string())
+            .collect::<Vec<_>>();
         let cells: Vec<_> = csv::Reader::from_reader(&text[..])
             .into_records()
             .map(Result::unwrap)

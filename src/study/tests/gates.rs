@@ -163,10 +163,8 @@ fn so_many_more_trials_resolve_in_about_four_of_five_campaigns() {
         let judge =
             |counts: &PairedCounts| Evidence::difference(counts, 0.95, false).answer(&gate, 0.95);
         let seen = judge(&counts(100, only_a, only_b));
-        let (trials, [a, b]) = (
-            seen.more_trials.unwrap(),
-            [only_a, only_b].map(|count| count as f64 / 100.0),
-        );
+        let trials = seen.more_trials.unwrap();
+        let [a, b] = [only_a, only_b].map(|count| count as f64 / 100.0);
         let pairs = |rng: &mut ChaCha8Rng| {
             let differ = draw(rng, trials, a + b);
             let only_a = draw(rng, differ, a / (a + b));

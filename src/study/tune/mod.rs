@@ -388,10 +388,8 @@ impl Tuning {
         let (budget_s, episodes, episode_s) = match self.options.budget {
             Budget::Episodes(episodes) => (None, episodes, 0.0),
             Budget::Time(time_s) if self.options.shard.is_some() => {
-                let (problem, accepted) = (
-                    "each shard would measure another pace",
-                    "a number of episodes",
-                );
+                let problem = "each shard would measure another pace";
+                let accepted = "a number of episodes";
                 return Err(Error::option(
                     "--budget",
                     format!("{time_s} s"),

@@ -556,13 +556,11 @@ mod tests {
     /// Each case makes a single change to a valid generation.
     #[test]
     fn a_generation_that_no_search_can_have_written_is_told() {
-        let (landscape, tunables) = (
-            Landscape {
-                seed: 6,
-                chance: |values| 0.4 + 0.2 * values[0],
-            },
-            tunables(0.5),
-        );
+        let landscape = Landscape {
+            seed: 6,
+            chance: |values| 0.4 + 0.2 * values[0],
+        };
+        let tunables = tunables(0.5);
         let written = TuneSearch::new(&landscape, &tunables, 6, 1, 4000)
             .generation(alone())
             .unwrap();
@@ -613,13 +611,11 @@ mod tests {
             [-0.25, 1.25, 2.5, 0.5].map(mirrored),
             [0.25, 0.75, 0.5, 0.5]
         );
-        let (landscape, tunables) = (
-            Landscape {
-                seed: 2,
-                chance: |_| 0.5,
-            },
-            tunables(1.0),
-        );
+        let landscape = Landscape {
+            seed: 2,
+            chance: |_| 0.5,
+        };
+        let tunables = tunables(1.0);
         let generation = TuneSearch::new(&landscape, &tunables, 2, 1, 4000)
             .generation(alone())
             .unwrap();

@@ -43,10 +43,8 @@ impl Baseline {
         for part in folder.parts()? {
             let part = part?;
             for row in &part {
-                let (pushes, variation) = (
-                    trial::pushes(campaign, row.trial),
-                    trial::variation(campaign, row.trial),
-                );
+                let pushes = trial::pushes(campaign, row.trial);
+                let variation = trial::variation(campaign, row.trial);
                 if row.pushes() != pushes || row.variation != variation {
                     return Err(other_push(path, row.trial));
                 }

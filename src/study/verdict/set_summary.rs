@@ -264,10 +264,8 @@ pub(super) fn bin_edges(values: impl Iterator<Item = f64>) -> Vec<f64> {
         .into_iter()
         .find(|w| span / w <= 8.5)
         .unwrap_or(span);
-    let (first, last) = (
-        (least / width).floor() as i64,
-        (most / width).floor() as i64,
-    );
+    let first = (least / width).floor() as i64;
+    let last = (most / width).floor() as i64;
     (first..=last + 1).map(|i| i as f64 * width).collect()
 }
 

@@ -209,10 +209,8 @@ mod tests {
     fn drawn(name: &str, trials: u64, set: &[&str]) -> Vec<Stratum> {
         let campaign = campaign(name, set);
         of_rows((0..trials).map(|trial| {
-            let (pushes, variation) = (
-                trial::pushes(&campaign, trial),
-                trial::variation(&campaign, trial),
-            );
+            let pushes = trial::pushes(&campaign, trial);
+            let variation = trial::variation(&campaign, trial);
             TrialRow::new(trial, "a", &pushes, None, variation, record(Recovered))
         }))
     }
