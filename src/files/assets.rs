@@ -148,9 +148,9 @@ pub fn open(kind: InputKind, name: &str) -> Result<Source> {
     refuse_other_kind(kind, name)?;
     let source = open_among(kind.what(), kind.builtin(), name)
         .map_err(|error| of_another_kind(error, kind, name))?;
-    match InputKind::of(&source.text).filter(|found| *found != kind && !source.is_builtin()) {
-        Some(found) => {
-            let ([what, goes], asked) = (found.what_and_where(), kind.what());
+    match InputKind::of(&source.text).filter(|actual| *actual != kind && !source.is_builtin()) {
+        Some(actual) => {
+            let ([what, goes], asked) = (actual.what_and_where(), kind.what());
             let (problem, accepted) = (format!("is no {asked}"), format!("a {asked} here; {goes}"));
             Err(Error::value(
                 &source.file,

@@ -196,7 +196,7 @@ impl<'a> CeilingSearch<'a> {
         })?;
         let lost: Vec<LostTrial> = lost.into_iter().flatten().collect();
         let recovered = campaign.trials - lost.len() as u64;
-        let found = lost.iter().filter(|lost| lost.found.is_some()).count() as u64;
+        let caught = lost.iter().filter(|lost| lost.found.is_some()).count() as u64;
         Ok(Ceiling {
             campaign: campaign.name.clone(),
             robot: campaign.robot.clone(),
@@ -205,7 +205,7 @@ impl<'a> CeilingSearch<'a> {
             controller: factory.name.clone(),
             trials: campaign.trials,
             alone: SuccessCount::new(recovered, campaign.trials),
-            with_search: SuccessCount::new(recovered + found, campaign.trials),
+            with_search: SuccessCount::new(recovered + caught, campaign.trials),
             com_height_m: self.yardstick.com_height_m,
             tries: options.tries,
             lost,
@@ -337,19 +337,19 @@ impl RepeatedTrial<'_> {
 
     /// Sets the numbers of a recovery to zero one after the other, and keeps each zero with which the robot still
     /// recovers.
-    fn simplest(&self, found: &[f64]) -> Recovery {
-        let mut found = found.to_vec();
-        let mut record = self.record(&departures(&found));
-        for i in 0..found.len() {
-            let kept = std::mem::take(&mut found[i]);
-            let without = self.record(&departures(&found));
+    fn simplest(&self, numbers: &[f64]) -> Recovery {
+        let mut numbers = numbers.to_vec();
+        let mut record = self.record(&departures(&numbers));
+        for i in 0..numbers.len() {
+            let kept = std::mem::take(&mut numbers[i]);
+            let without = self.record(&departures(&numbers));
             if without.outcome.is_success() {
                 record = without;
             } else {
-                found[i] = kept;
+                numbers[i] = kept;
             }
         }
-        let mut departures = departures(&found).to_vec();
+        let mut departures = departures(&numbers).to_vec();
         while departures
             .pop_if(|last| *last == Departure::default())
             .is_some()

@@ -295,15 +295,15 @@ impl Block {
     fn new(folder: &Folder, index: u64, set_trials: &[u64]) -> Self {
         let (first, end) = folder.range(index);
         // A part that cannot be read is run again.
-        let there = folder.part(index).rows().unwrap_or_default();
+        let stored = folder.part(index).rows().unwrap_or_default();
         let names = &folder.manifest.sets;
         let sets: Vec<usize> = (0..names.len())
             .filter(|&set| {
-                first < set_trials[set] && !there.iter().any(|row| row.set == names[set])
+                first < set_trials[set] && !stored.iter().any(|row| row.set == names[set])
             })
             .collect();
         let mut rows = BTreeMap::new();
-        for row in there {
+        for row in stored {
             if let Some(set) = names.iter().position(|name| *name == row.set) {
                 rows.insert((row.trial, set), row);
             }

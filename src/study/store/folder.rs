@@ -165,7 +165,7 @@ impl Folder {
         Folder::open(&self.path)
             .ok()
             .flatten()
-            .is_some_and(|found| found.manifest != self.manifest)
+            .is_some_and(|stored| stored.manifest != self.manifest)
     }
 
     /// Number of trials in the result. It is the number of the campaign or, if the campaign ended early, the number at

@@ -80,15 +80,15 @@ pub struct Input {
 impl Manifest {
     /// A sentence for each controller that depends on something of which the folder has no copy.
     pub fn told_not_kept(&self) -> Vec<String> {
-        let mut told = Vec::new();
+        let mut sentences = Vec::new();
         for (name, files) in &self.not_kept {
             let listed = files.join(", ");
-            told.push(format!(
+            sentences.push(format!(
                 "{name} depends on files that are not kept: {listed}. No hash shows whether they change, and a replay elsewhere \
                  lacks them."
             ));
         }
-        told
+        sentences
     }
 
     /// The looks at which the campaign may end. It is None if its number of trials is fixed.
@@ -116,21 +116,21 @@ impl Manifest {
     /// Why the trials of `here` are not the trials of this manifest: versions, keys of the campaign with both values,
     /// and inputs that differ.
     pub fn differences(&self, here: &Manifest) -> Vec<String> {
-        let mut found = Vec::new();
+        let mut differing = Vec::new();
         let [there, now] = [self, here].map(|manifest| {
             let campaign = what_trials_are(&manifest.campaign);
             json!({ "standfast": manifest.standfast, "engine": manifest.engine, "": campaign })
         });
         for key in ["standfast", "engine", ""] {
-            differences(key, &now[key], &there[key], &mut found);
+            differences(key, &now[key], &there[key], &mut differing);
         }
         let both = self.inputs.iter().zip(&here.inputs);
         let changed =
             both.filter(|(there, here)| there.file == here.file && there.sha256 != here.sha256);
-        found.extend(each_once(
+        differing.extend(each_once(
             changed.map(|(_, here)| format!("{} has changed", here.file)),
         ));
-        found
+        differing
     }
 
     /// Reads the manifest of a folder. It fails if the file cannot be read, has values that no campaign can have, or

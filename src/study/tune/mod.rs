@@ -249,11 +249,11 @@ impl Tuning {
             budget_s: None,
             episodes: 0,
         };
-        let there = read::<Task>(&folder.join(TASK))?;
-        if there.is_none() {
+        let stored = read::<Task>(&folder.join(TASK))?;
+        if stored.is_none() {
             check_new(folder)?;
         }
-        let (goes_on, hash) = (there.is_some(), String::new());
+        let (goes_on, hash) = (stored.is_some(), String::new());
         let mut tuning = Self {
             task,
             goes_on,
@@ -264,10 +264,10 @@ impl Tuning {
             options,
         };
         tuning.task.tunables = tuning.tunables()?;
-        tuning.set_budget(there.as_ref())?;
+        tuning.set_budget(stored.as_ref())?;
         tuning.hash = tuning.task.hash()?;
         tuning.task.final_seed = tuning.task.final_seed_of(&tuning.hash);
-        if there.is_some_and(|there| there != tuning.task) {
+        if stored.is_some_and(|stored| stored != tuning.task) {
             let problem =
                 "holds another search (its task differs); give a new folder, or remove this one";
             return Err(Error::Parts {
@@ -374,7 +374,7 @@ impl Tuning {
 
     /// Converts the budget to a number of episodes, and fails if it is too small. A search that was begun keeps its
     /// number of episodes, because a time would give another number on another day.
-    fn set_budget(&mut self, there: Option<&Task>) -> Result<()> {
+    fn set_budget(&mut self, stored: Option<&Task>) -> Result<()> {
         let (
             cases,
             Task {
@@ -397,8 +397,14 @@ impl Tuning {
                     accepted,
                 ));
             }
-            Budget::Time(time_s) if there.is_some_and(|there| there.budget_s == Some(time_s)) => {
-                (Some(time_s), there.map_or(0, |there| there.episodes), 0.0)
+            Budget::Time(time_s)
+                if stored.is_some_and(|stored| stored.budget_s == Some(time_s)) =>
+            {
+                (
+                    Some(time_s),
+                    stored.map_or(0, |stored| stored.episodes),
+                    0.0,
+                )
             }
             Budget::Time(time_s) => {
                 let of_each = self
@@ -451,10 +457,10 @@ impl Tuning {
             .map(Vec::len)
             .sum::<usize>() as u64;
         for number in 1.. {
-            let Some(there) = self.generation_there(number)? else {
+            let Some(generation) = self.generation_there(number)? else {
                 break;
             };
-            episodes += there.episodes;
+            episodes += generation.episodes;
         }
         Ok(episodes)
     }
@@ -559,9 +565,9 @@ impl Tuning {
         while spent + search.next_episodes() <= most {
             let number = generations.len() + 1;
             let generation = match self.generation_there(number)? {
-                Some(there) => {
-                    search.follow(&there);
-                    there
+                Some(stored) => {
+                    search.follow(&stored);
+                    stored
                 }
                 None => {
                     let new = search.generation(team)?;
@@ -592,8 +598,8 @@ impl Tuning {
 
     /// The outcomes of the incumbent in the first trials, for each case.
     fn sample(&self, team: ShardPool, watch: &TuneEvents) -> Result<Vec<Vec<bool>>> {
-        if let Some(there) = self.sample_there()? {
-            return Ok(there);
+        if let Some(sample) = self.sample_there()? {
+            return Ok(sample);
         }
         let mut sampled = Vec::new();
         for (case, plan) in self.plans.iter().enumerate() {

@@ -123,7 +123,7 @@ impl Generation {
                 * self
                     .candidates
                     .iter()
-                    .map(|one| one.standing.trials)
+                    .map(|candidate| candidate.standing.trials)
                     .sum::<usize>()
         };
         match () {

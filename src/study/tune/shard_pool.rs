@@ -116,8 +116,8 @@ pub struct SearchFile<T> {
 /// another task than the one with the hash `task`.
 pub fn read_of<T: DeserializeOwned>(path: &Path, task: &str) -> Result<Option<T>> {
     match read::<SearchFile<T>>(path)? {
-        Some(there) if there.task != task => Err(damaged(path, "its task is another one")),
-        there => Ok(there.map(|there| there.found)),
+        Some(file) if file.task != task => Err(damaged(path, "its task is another one")),
+        file => Ok(file.map(|file| file.found)),
     }
 }
 

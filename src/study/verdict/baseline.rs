@@ -121,24 +121,24 @@ pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
 
 /// Fails if the trials of `folder` are not drawn and judged as the trials of `campaign`.
 pub(super) fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Result<()> {
-    let mut found = Vec::new();
+    let mut differing = Vec::new();
     differences(
         "",
         &drawn(campaign),
         &drawn(&folder.manifest.campaign),
-        &mut found,
+        &mut differing,
     );
-    if found.is_empty() {
+    if differing.is_empty() {
         return Ok(());
     }
-    let more = match found.len().saturating_sub(SHOWN) {
+    let more = match differing.len().saturating_sub(SHOWN) {
         0 => String::new(),
         more => format!("; and {more} more differ"),
     };
-    found.truncate(SHOWN);
+    differing.truncate(SHOWN);
     let problem = format!(
         "its trials are not the same, so they cannot be compared in pairs: {}{more}",
-        found.join("; ")
+        differing.join("; ")
     );
     Err(Error::Parts {
         path: folder.path.clone(),

@@ -91,17 +91,17 @@ impl FallCause {
             }
             _ => return,
         };
-        match causes.binary_search_by(|found| found.cause.cmp(&cause)) {
-            Ok(at) => causes[at].trials += 1,
-            Err(at) => causes.insert(at, Self { cause, trials: 1 }),
+        match causes.binary_search_by(|other| other.cause.cmp(&cause)) {
+            Ok(place) => causes[place].trials += 1,
+            Err(place) => causes.insert(place, Self { cause, trials: 1 }),
         }
     }
 
     /// The same causes, the most frequent first. Equally frequent ones are in the order of their names.
     pub fn most_frequent_first(causes: &[Self]) -> Vec<Self> {
-        let mut found = causes.to_vec();
-        found.sort_by_key(|found| Reverse(found.trials));
-        found
+        let mut causes = causes.to_vec();
+        causes.sort_by_key(|cause| Reverse(cause.trials));
+        causes
     }
 }
 

@@ -156,7 +156,7 @@ impl Gates {
         let Some(baseline) = &self.baseline else {
             return Vec::new();
         };
-        let mut found = unlike(&baseline.manifest, manifest);
+        let mut warnings = unlike(&baseline.manifest, manifest);
         let mut counts = Vec::new();
         for gate in &self.gates {
             if gate.against == Against::Baseline {
@@ -165,7 +165,8 @@ impl Gates {
             }
         }
         if counts.is_empty() {
-            found.push("no gate compares with the baseline: it has no part in this result".into());
+            warnings
+                .push("no gate compares with the baseline: it has no part in this result".into());
             counts.push([baseline.trials(), rows.trials()]);
         }
         counts.sort_unstable();
@@ -177,16 +178,16 @@ impl Gates {
                 " of some controllers"
             };
             if have < trials {
-                found.push(format!(
+                warnings.push(format!(
                     "the baseline has {have} trials{some}: gates that compare with it go by the first {have}"
                 ));
             } else if have == trials && trials < manifest.campaign.trials {
-                found.push(format!(
+                warnings.push(format!(
                     "the baseline has {have} trials{some}: more trials would not change the gates that compare with it"
                 ));
             }
         }
-        found
+        warnings
     }
 
     /// The answer to each gate.
