@@ -65,3 +65,30 @@ pub fn told(error: &Error) -> String {
         _ => error.to_string(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_that_is_not_complete_is_told_with_the_command_that_completes_it() {
+        let path = || "my res".into();
+        let incomplete = Error::Incomplete {
+            path: path(),
+            problem: "it was stopped before its end".into(),
+            asks_for_baseline: true,
+        };
+        let command = "standfast run 'my res/campaign.toml' --out 'my res'";
+        assert_eq!(
+            told(&incomplete),
+            format!(
+                "my res: incomplete: it was stopped before its end; to complete it, run: {command} --baseline DIR"
+            )
+        );
+        let lost = told(&Error::LostManifest(path()));
+        assert!(
+            lost.ends_with(&format!(", and so does: {command}")),
+            "{lost}"
+        );
+    }
+}
