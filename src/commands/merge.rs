@@ -5,6 +5,7 @@ use super::interrupt::stop_on_ctrl_c;
 use super::result::{Printing, conclude, exit_code, gates_of};
 use super::terminal::warn;
 use standfast_core::error::{Error, Result};
+use standfast_report::text::next_command;
 use standfast_study::Folder;
 use standfast_study::interim::InterimLooks;
 use standfast_study::store::claim::{Access, Claim};
@@ -59,7 +60,7 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
             folder.stop_at(&looks.set_trials)?;
         } else if folder.has_stopped() && folder.missing().is_empty() {
             // The campaign has ended for another question.
-            return Err(folder.undecided(&args.gates.gate));
+            return Err(next_command::undecided(&folder, &args.gates.gate));
         }
     }
     folder.create()?;

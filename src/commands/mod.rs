@@ -43,6 +43,7 @@ use log::Level;
 use standfast_controllers::permission;
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::nearest;
+use standfast_report::text::next_command;
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
@@ -161,7 +162,7 @@ pub fn main() -> ExitCode {
     done.unwrap_or_else(|error| {
         // An interrupted command has already said what is left of its work.
         if !matches!(error, Error::Interrupted) {
-            terminal::alert(&format!("error: {error}"));
+            terminal::alert(&format!("error: {}", next_command::told(&error)));
         }
         ExitCode::from(exit_code(&error))
     })

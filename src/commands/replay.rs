@@ -11,6 +11,7 @@ use standfast_core::error::{Error, Result};
 use standfast_files::{shell_word, write_atomic};
 use standfast_report::text::ghost::{ended, parted};
 use standfast_report::text::layout::entry;
+use standfast_report::text::next_command;
 use standfast_report::trial_page::replay_file;
 use standfast_report::with_fields_of;
 use standfast_sim::Engine;
@@ -281,7 +282,10 @@ pub fn write_telling(
                 replays.differ.extend(differs);
             }
             Err((.., error @ Error::NotStarted { .. })) => _ = replays.refused.get_or_insert(error),
-            Err((trial, set, error)) => log::warn!("no replay of trial {trial} of {set}: {error}"),
+            Err((trial, set, error)) => {
+                let problem = next_command::told(&error);
+                log::warn!("no replay of trial {trial} of {set}: {problem}");
+            }
         }
     }
     replays

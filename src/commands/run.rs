@@ -13,7 +13,7 @@ use super::terminal::{alert, note, print, tell, warn};
 use serde_json::json;
 use standfast_core::error::{Error, Result};
 use standfast_files::shell_word;
-use standfast_report::text;
+use standfast_report::text::{self, next_command};
 use standfast_study::ask::spec::MOST_TRIALS;
 use standfast_study::interim::InterimLook;
 use standfast_study::run::{CampaignRun, RunEvents, RunOptions};
@@ -276,7 +276,7 @@ pub(super) fn simulate(
         let shard = work
             .shard
             .map_or(String::new(), |shard| format!(" --shard {shard}"));
-        alert(&format!("  {}{shard}", folder.resume_command()));
+        alert(&format!("  {}{shard}", next_command::resume(folder)));
     }
     run
 }

@@ -6,7 +6,7 @@ use super::terminal::print;
 use serde_json::json;
 use standfast_core::error::Result;
 use standfast_report::result::FILES;
-use standfast_report::text;
+use standfast_report::text::{self, next_command};
 use standfast_study::interim::InterimLooks;
 use standfast_study::store::folder::joined;
 use standfast_study::verdict::gates::Gates;
@@ -108,9 +108,9 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
     let (complete, trials) = (missing.is_empty(), folder.trials_of(&missing));
     let there = blocks - missing.len() as u64;
     let next = if complete {
-        folder.merge_command()
+        next_command::merge(folder)
     } else {
-        folder.resume_command()
+        next_command::resume(folder)
     };
     if printing.json {
         print(&standfast_report::json(&json!({
@@ -139,7 +139,7 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
     } else if complete {
         format!("{head}\nto join them: {next}\n")
     } else {
-        let merge = folder.merge_command();
+        let merge = next_command::merge(folder);
         format!(
             "{head}\nmissing: trials {trials}\nto compute the rest: {next}\n\
              or copy what the folders of other shards hold into this one, and then: {merge}\n"

@@ -15,9 +15,7 @@ use standfast_report::{text::tune as text, tune_page};
 use standfast_robots::urdf::Files;
 use standfast_study::run::{CampaignRun, RunOptions};
 use standfast_study::tune::search::Generation;
-use standfast_study::tune::{
-    Budget, CaseVerdict, MOST_EPISODES, TuneEvents, TuneOptions, Tuned, Tuning,
-};
+use standfast_study::tune::{Budget, MOST_EPISODES, TuneEvents, TuneOptions, Tuned, Tuning};
 use standfast_study::verdict::gates::Gates;
 use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Shard, Summary};
 use std::path::{Path, PathBuf};
@@ -205,34 +203,24 @@ fn judge(
     tuned: &mut Tuned,
     folder: &Path,
 ) -> Result<()> {
-    let is_same = tuned
-        .proposed
-        .iter()
-        .zip(&tuned.task.tunables)
-        .all(|(value, tunable)| *value == tunable.now);
-    if is_same {
+    if tuned.is_incumbent() {
         return Ok(());
     }
     let proposed = tuning.write_controller(tuned, "proposed.toml", &[])?;
-    for (number, ((campaign, files), case)) in cases.iter().zip(&tuned.task.cases).enumerate() {
+    for (case, (campaign, files)) in cases.iter().enumerate() {
         let name = if cases.len() == 1 {
             "final".into()
         } else {
-            format!("final-{}", number + 1)
+            format!("final-{}", case + 1)
         };
-        let mut campaign = Campaign {
-            seed: tuned.task.final_seed,
-            trials: tuned.task.final_trials,
-            ..campaign.clone()
-        };
-        campaign.gains.push(proposed.display().to_string());
+        let campaign = tuned.final_campaign(campaign, &proposed);
         let plan = PreparedCampaign::with(&campaign, files.clone())?;
         let result = plan.folder(Some(&folder.join(&name)))?;
         let gates = Gates::new(&result.manifest, None)?;
         note(&format!(
             "judges {} on {} by {} pushes that the search has not seen:",
             tuned.name,
-            text::case(case),
+            text::case(&tuned.task.cases[case]),
             campaign.trials
         ));
         let options = RunOptions {
@@ -252,12 +240,8 @@ fn judge(
             }
             false => Summary::read(&result, &gates)?.0,
         };
-        tuned
-            .verdicts
-            .extend(CaseVerdict::of(case, &name, &summary, &tuned.name));
+        tuned.add_verdict(case, &name, &summary);
     }
-    tuned.is_better =
-        !tuned.verdicts.is_empty() && tuned.verdicts.iter().all(CaseVerdict::is_better);
     Ok(())
 }
 

@@ -27,27 +27,30 @@ impl CommandFiles {
     /// these modules and of `files` from the folder.
     pub fn of(folder: &Path, command: &[String], files: &[String]) -> Self {
         let mut followed = Self::default();
-        files.iter().for_each(|file| followed.keep(folder, file));
+        for file in files {
+            followed.keep(folder, file);
+        }
         let Some((program, args)) = command.split_first() else {
             return followed;
         };
         followed.program(folder, program);
         let mut is_python = interpreter(program) == "python" || interpreter(program) == "pypy";
-        let mut words = args.iter().flat_map(|arg| words(folder, arg)).peekable();
+        let mut words = args.iter().flat_map(|arg| words(folder, arg));
         while let Some(word) = words.next() {
             match word.strip_prefix("-m").filter(|_| is_python) {
                 Some("") => {
-                    _ = words
-                        .next_if(|_| true)
-                        .map(|name| followed.module(folder, name))
+                    if let Some(name) = words.next() {
+                        followed.module(folder, name);
+                    }
                 }
                 Some(name) => followed.module(folder, name),
                 None => followed.word(folder, word),
             }
             is_python |= interpreter(word) == "python";
         }
-        args.iter()
-            .for_each(|arg| followed.imports(folder, Path::new(""), arg));
+        for arg in args {
+            followed.imports(folder, Path::new(""), arg);
+        }
         followed
     }
 
@@ -174,9 +177,9 @@ impl CommandFiles {
                 package.display()
             ));
         } else {
-            files
-                .iter()
-                .for_each(|file| self.keep(folder, &file.to_string_lossy()));
+            for file in &files {
+                self.keep(folder, &file.to_string_lossy());
+            }
         }
         true
     }

@@ -11,16 +11,16 @@ pub const MOST_FILE_BYTES: u64 = 200_000_000;
 /// Fails if a controller's file states the key `file`, in which its own path is kept; `accepted` names other keys.
 pub fn refuse_file(source: &Source, accepted: &str) -> Result<()> {
     let stated: toml::Table = parse_toml(source)?;
-    let refused = |value| {
-        Err(Error::value(
+    match stated.get("file") {
+        Some(value) => Err(Error::value(
             &source.file,
             "file",
             value,
             "is no key of such a file",
             accepted,
-        ))
-    };
-    stated.get("file").map_or(Ok(()), refused)
+        )),
+        None => Ok(()),
+    }
 }
 
 /// The folder of the controller's `file`.

@@ -72,14 +72,13 @@ impl ControllerSpec for GainSet {
     /// The margin, the slowest pole of each gain, and the most important numbers of footsteps. The ranges, like the
     /// values, hold for robots of every size.
     fn tunables(&self) -> Vec<Tunable> {
-        let about = |value: f64, factor: f64| [value / factor, value * factor];
-        let mut found = vec![Tunable::new("zmp_margin", self.zmp_margin, [0.0, 0.3])];
+        let mut tunables = vec![Tunable::new("zmp_margin", self.zmp_margin, [0.0, 0.3])];
         for (i, gain) in self.gains.iter().enumerate() {
             for (axis, poles) in [("x", gain.x), ("y", gain.y)] {
-                found.push(Tunable::new(
+                tunables.push(Tunable::new(
                     format!("gains.{i}.{axis}.0"),
                     poles[0],
-                    about(poles[0], 2.5),
+                    [poles[0] / 2.5, poles[0] * 2.5],
                 ));
             }
         }
@@ -92,7 +91,7 @@ impl ControllerSpec for GainSet {
         }) = &self.catching
         {
             let mut of = |key: &str, now: f64, range: [f64; 2]| {
-                found.push(Tunable::new(format!("catching.{key}"), now, range));
+                tunables.push(Tunable::new(format!("catching.{key}"), now, range));
             };
             of("pause", *pause, [0.03, 0.8]);
             of("transfer", *transfer, [0.08, 0.8]);
@@ -112,12 +111,12 @@ impl ControllerSpec for GainSet {
             ..
         }) = &self.stepping
         {
-            found.push(Tunable::new("stepping.alpha", *alpha, [1.0, 60.0]));
-            found.push(Tunable::new("stepping.swing_time", *swing_time, [0.6, 3.0]));
-            found.push(Tunable::new("stepping.lift", *lift, [0.03, 0.13]));
-            found.push(Tunable::new("stepping.pause", *pause, [0.0, 1.0]));
+            tunables.push(Tunable::new("stepping.alpha", *alpha, [1.0, 60.0]));
+            tunables.push(Tunable::new("stepping.swing_time", *swing_time, [0.6, 3.0]));
+            tunables.push(Tunable::new("stepping.lift", *lift, [0.03, 0.13]));
+            tunables.push(Tunable::new("stepping.pause", *pause, [0.0, 1.0]));
         }
-        found
+        tunables
     }
 
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<PreparedController> {

@@ -45,10 +45,8 @@ pub fn gain_set(entry: &str) -> Result<GainSet> {
     let any: Box<dyn Any> = load(entry)?;
     let gains = any.downcast::<GainSet>().map(|gains| *gains);
     gains.map_err(|_| {
-        let (problem, accepted) = (
-            "has no gains, so no CPI sets",
-            "a controller of kind \"cpi\", such as switching",
-        );
+        let problem = "has no gains, so no CPI sets";
+        let accepted = "a controller of kind \"cpi\", such as switching";
         Error::value("command line", "gain set", entry, problem, accepted)
     })
 }

@@ -118,7 +118,7 @@ pub fn note(result: &Path, inputs: &[(String, Vec<u8>)]) {
     let mut ours: Vec<_> = of_controllers.collect();
     ours.sort();
     let Some(hash) =
-        hash(&ours).filter(|_| read(&result.join(GAINS)).is_some_and(|found| found == ours))
+        hash(&ours).filter(|_| read(&result.join(GAINS)).is_some_and(|files| files == ours))
     else {
         return;
     };

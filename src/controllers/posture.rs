@@ -34,8 +34,10 @@ impl ControllerSpec for HeldPosture {
 
     fn prepare(&self, robot: &Robot, _period_s: f64) -> Result<PreparedController> {
         let home = robot.home_command();
-        let start = move |_seed| StiffController { home: home.clone() };
-        let mut factory = PreparedController::new(&self.name, "which keeps its posture", start);
+        let mut factory =
+            PreparedController::new(&self.name, "which keeps its posture", move |_seed| {
+                StiffController { home: home.clone() }
+            });
         factory.takes_footsteps = false;
         Ok(factory)
     }

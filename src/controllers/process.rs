@@ -223,15 +223,13 @@ impl ControllerSpec for Process {
     }
 
     fn tunables(&self) -> Vec<Tunable> {
-        let of = |(name, range): (&String, &[f64; 2])| {
-            let now = self
-                .parameters
-                .get(name)
-                .and_then(number)
-                .unwrap_or_default();
-            Tunable::new(format!("parameters.{name}"), now, *range)
-        };
-        self.tunable.iter().map(of).collect()
+        let mut tunables = Vec::new();
+        for (name, range) in &self.tunable {
+            let now = self.parameters.get(name).and_then(number);
+            let key = format!("parameters.{name}");
+            tunables.push(Tunable::new(key, now.unwrap_or_default(), *range));
+        }
+        tunables
     }
 
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<PreparedController> {
@@ -251,20 +249,18 @@ impl ControllerSpec for Process {
             hello,
             idle: Mutex::new(vec![first]),
         });
-        let start = move |seed| Remote {
-            shared: Arc::clone(&shared),
-            seed,
-            talker: None,
-            phase: "starting".into(),
-            numbers: Map::new(),
-            phases: BTreeSet::new(),
-            names: BTreeSet::new(),
-        };
-        Ok(PreparedController::new(
-            &self.name,
-            about(&self.description, &self.command.join(" ")),
-            start,
-        ))
+        let about = about(&self.description, &self.command.join(" "));
+        Ok(PreparedController::new(&self.name, about, move |seed| {
+            Remote {
+                shared: Arc::clone(&shared),
+                seed,
+                talker: None,
+                phase: "starting".into(),
+                numbers: Map::new(),
+                phases: BTreeSet::new(),
+                names: BTreeSet::new(),
+            }
+        }))
     }
 }
 
@@ -440,8 +436,9 @@ fn line(value: &impl Serialize) -> String {
 /// The greeting: the robot as it is designed, and the control period (s).
 fn hello(robot: &Robot, period_s: f64, parameters: &Table) -> Value {
     let home = robot.home_command();
-    let joint = |(joint, servo): (&standfast_core::robot::Joint, &standfast_core::robot::Servo)| {
-        json!({
+    let mut joints = Vec::new();
+    for (joint, servo) in robot.joints.iter().zip(&robot.servos) {
+        joints.push(json!({
             "name": joint.name,
             "lower_rad": joint.lower_rad,
             "upper_rad": joint.upper_rad,
@@ -449,10 +446,12 @@ fn hello(robot: &Robot, period_s: f64, parameters: &Table) -> Value {
             "kp": servo.kp,
             "kd": servo.kd,
             "rotor_inertia_kg_m2": servo.rotor_inertia_kg_m2,
-        })
-    };
-    let link =
-        |link: &standfast_core::robot::Link| json!({ "name": link.name, "mass_kg": link.mass_kg });
+        }));
+    }
+    let links = robot.links.iter();
+    let links: Vec<Value> = links
+        .map(|link| json!({ "name": link.name, "mass_kg": link.mass_kg }))
+        .collect();
     json!({
         "type": "hello",
         "protocol": PROTOCOL,
@@ -464,8 +463,8 @@ fn hello(robot: &Robot, period_s: f64, parameters: &Table) -> Value {
             "trunk": robot.links[robot.trunk].name,
             "mass_kg": robot.mass(),
             "com_height_m": robot.home_com_height(),
-            "joints": robot.joints.iter().zip(&robot.servos).map(joint).collect::<Vec<_>>(),
-            "links": robot.links.iter().map(link).collect::<Vec<_>>(),
+            "joints": joints,
+            "links": links,
             "home": { "q_ref": home.q_ref, "tau_ff": home.tau_ff },
         },
     })

@@ -4,7 +4,7 @@ use super::kinds::kind_of;
 use super::spec::ControllerSpec;
 use super::tunable::{Tunable, rounded};
 use standfast_core::error::{Error, Result};
-use standfast_files::assets::{self, Missing, nearest, number};
+use standfast_files::assets::{self, nearest, number};
 use toml::Value;
 
 /// Reads `KEY=FROM..TO`, or the key of a number for which the controller names a range itself.
@@ -95,9 +95,9 @@ pub fn with_values(
 ) -> Result<Box<dyn ControllerSpec>> {
     let mut tree = Value::Table(base.tree());
     for &(key, value) in values {
-        let missing =
-            |missing: Missing| Error::value(name, key, value, "unknown key", missing.accepted);
-        set(assets::place(&mut tree, key).map_err(missing)?, value);
+        let place = assets::place(&mut tree, key)
+            .map_err(|missing| Error::value(name, key, value, "unknown key", missing.accepted))?;
+        set(place, value);
     }
     let Value::Table(mut tree) = tree else {
         unreachable!("a table")
@@ -112,19 +112,18 @@ pub fn with_values(
 }
 
 /// Sets a number, or multiplies the numbers of a list.
-fn set(at: &mut Value, value: f64) {
-    let scaled = |one: &Value| {
-        let one = number(one).unwrap_or_default();
-        Value::Float(if value == 1.0 {
-            one
-        } else {
-            rounded(value * one, 0.0)
-        })
+fn set(place: &mut Value, value: f64) {
+    let Value::Array(list) = place else {
+        *place = Value::Float(value);
+        return;
     };
-    *at = match &*at {
-        Value::Array(list) => Value::Array(list.iter().map(scaled).collect()),
-        _ => Value::Float(value),
-    };
+    for element in list {
+        let now = number(element).unwrap_or_default();
+        *element = Value::Float(match value {
+            1.0 => now,
+            _ => rounded(value * now, 0.0),
+        });
+    }
 }
 
 #[cfg(test)]

@@ -46,6 +46,20 @@ pub enum Error {
     /// Parts of a campaign are missing, damaged, or belong to another campaign.
     #[error("{}: {problem}", path.display())]
     Parts { path: PathBuf, problem: String },
+    /// A result folder that lacks trials. Whoever tells it adds the command that completes it.
+    #[error("{}: incomplete: {problem}", path.display())]
+    Incomplete {
+        path: PathBuf,
+        problem: String,
+        /// Whether the command needs a baseline.
+        asks_for_baseline: bool,
+    },
+    /// A result folder without its manifest. Whoever tells it adds the command that writes it again.
+    #[error(
+        "{}: holds parts, but their manifest (parts/campaign.json) is lost. The command that began it writes it again",
+        .0.display()
+    )]
+    LostManifest(PathBuf),
     /// A result folder in which another command is at work.
     #[error("{}: another command is at work in this folder; wait for its end, or give another --out", .0.display())]
     Busy(PathBuf),
@@ -88,7 +102,7 @@ impl Error {
     /// the same command is to be tried again, 130 when interrupted, else 1.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Error::Parts { .. } => 3,
+            Error::Parts { .. } | Error::Incomplete { .. } | Error::LostManifest(_) => 3,
             Error::Busy(_) | Error::Machine(_) => TRY_AGAIN,
             Error::Write { source, .. } if is_full(source) || shortage(source).is_some() => {
                 TRY_AGAIN

@@ -148,9 +148,9 @@ pub fn open(kind: InputKind, name: &str) -> Result<Source> {
     refuse_other_kind(kind, name)?;
     let source = open_among(kind.what(), kind.builtin(), name)
         .map_err(|error| of_another_kind(error, kind, name))?;
-    match InputKind::of(&source.text).filter(|found| *found != kind && !source.is_builtin()) {
-        Some(found) => {
-            let ([what, goes], asked) = (found.what_and_where(), kind.what());
+    match InputKind::of(&source.text).filter(|actual| *actual != kind && !source.is_builtin()) {
+        Some(actual) => {
+            let ([what, goes], asked) = (actual.what_and_where(), kind.what());
             let (problem, accepted) = (format!("is no {asked}"), format!("a {asked} here; {goes}"));
             Err(Error::value(
                 &source.file,
@@ -250,22 +250,18 @@ pub fn refuse_other_kind(kind: InputKind, name: &str) -> Result<()> {
 /// For a file that belongs to a policy or a program and is none of the inputs in [`InputKind`]: what it is, judged by its
 /// name, and what is to be given instead.
 fn other_kind(path: &Path) -> Option<(&'static str, String)> {
-    let (file, toml) = (
-        shell_word(&path.to_string_lossy()),
-        path.with_extension("toml"),
-    );
+    let file = shell_word(&path.to_string_lossy());
+    let toml = path.with_extension("toml");
     let beside = toml
         .is_file()
         .then(|| format!("the file beside it, {}", toml.display()));
     let extension = path.extension()?.to_str()?.to_lowercase();
     Some(match extension.as_str() {
         "onnx" => {
-            let written = || {
-                format!(
-                    "a TOML file that says what it observes: `standfast init {file} --robot ROBOT` writes it"
-                )
-            };
-            ("a network", beside.unwrap_or_else(written))
+            let written = format!(
+                "a TOML file that says what it observes: `standfast init {file} --robot ROBOT` writes it"
+            );
+            ("a network", beside.unwrap_or(written))
         }
         "pt" | "pth" | "ckpt" | "jit" | "pkl" | "safetensors" => {
             let accepted = "the same network as an ONNX file, which `torch.onnx.export` writes in Python, and for it the TOML file \
@@ -273,12 +269,9 @@ fn other_kind(path: &Path) -> Option<(&'static str, String)> {
             ("a network of PyTorch", accepted.into())
         }
         "py" | "sh" | "js" | "lua" | "cpp" | "cc" | "c" | "rs" => {
-            let written = || {
-                "a TOML file beside it, with kind = \"process\" and the command that starts it; `standfast new python FOLDER` \
-                 writes examples"
-                    .into()
-            };
-            ("a program", beside.unwrap_or_else(written))
+            let written = "a TOML file beside it, with kind = \"process\" and the command that starts it; `standfast new python FOLDER` \
+                           writes examples";
+            ("a program", beside.unwrap_or(written.into()))
         }
         "yaml" | "yml" => {
             let accepted = format!(
@@ -359,10 +352,8 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
         .and_then(|file| file.take(most + 1).read_to_end(&mut bytes))
         .map_err(fail)?;
     if bytes.len() as u64 > most {
-        let (file, accepted) = (
-            path.display().to_string(),
-            format!("up to {} MB", most / 1_000_000),
-        );
+        let file = path.display().to_string();
+        let accepted = format!("up to {} MB", most / 1_000_000);
         return Err(Error::value(
             &file,
             "size",
@@ -493,8 +484,10 @@ pub fn one_line(text: &str) -> String {
 
 /// The text as one word for a shell, in quotes if it contains special characters.
 pub fn shell_word(text: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
-    if !text.is_empty() && text.chars().all(plain) {
+    let is_plain = text
+        .chars()
+        .all(|c| c.is_alphanumeric() || "-_./:=,+@%".contains(c));
+    if is_plain && !text.is_empty() {
         text.into()
     } else {
         format!("'{}'", text.replace('\'', "'\\''"))

@@ -38,18 +38,15 @@ fn fits(pattern: &str, name: &str) -> bool {
     if let Some(before) = pattern.strip_suffix("JOINT") {
         return name.starts_with(before);
     }
-    let in_brackets = || {
-        let (before, rest) = pattern.split_once('[')?;
-        let (letters, after) = rest.split_once(']')?;
-        Some((before, letters, after))
-    };
-    let Some((before, letters, after)) = in_brackets() else {
+    let Some((before, (letters, after))) = pattern
+        .split_once('[')
+        .and_then(|(before, rest)| Some((before, rest.split_once(']')?)))
+    else {
         return pattern == name;
     };
-    let one = name
-        .strip_prefix(before)
-        .and_then(|name| name.strip_suffix(after));
-    one.is_some_and(|one| one.len() == 1 && letters.contains(one))
+    name.strip_prefix(before)
+        .and_then(|name| name.strip_suffix(after))
+        .is_some_and(|letter| letter.len() == 1 && letters.contains(letter))
 }
 
 /// The unit at the end of a column's name, in the usual notation. None if there is no unit.
@@ -126,10 +123,8 @@ pub fn write(path: &Path, columns: &[DataColumn]) -> Result<()> {
         Some("csv") => write_csv(path, columns),
         Some("parquet") => write_atomic(path, &parquet_bytes(columns).map_err(|e| other(path, e))?),
         _ => {
-            let (problem, accepted) = (
-                "unknown kind of file",
-                "a name that ends in .csv or .parquet",
-            );
+            let problem = "unknown kind of file";
+            let accepted = "a name that ends in .csv or .parquet";
             Err(Error::value(
                 "output",
                 "file",
@@ -165,17 +160,12 @@ impl<W: Write + Send> ParquetFile<W> {
     /// A file with columns of these names and kinds. Their values are not used.
     pub fn new(to: W, columns: impl IntoIterator<Item = DataColumn>) -> Result<Self, ParquetError> {
         let mut about = Map::new();
-        let field_of = |column: DataColumn| {
-            about.insert(
-                column.name.clone(),
-                json!({ "unit": unit(&column.name), "meaning": meaning(&column.name) }),
-            );
-            field(&column).map(Arc::new)
-        };
-        let fields = columns
-            .into_iter()
-            .map(field_of)
-            .collect::<Result<_, _>>()?;
+        let mut fields = Vec::new();
+        for column in columns {
+            let (unit, meaning) = (unit(&column.name), meaning(&column.name));
+            fields.push(Arc::new(field(&column)?));
+            about.insert(column.name, json!({ "unit": unit, "meaning": meaning }));
+        }
         let schema = Arc::new(
             Type::group_type_builder("rows")
                 .with_fields(fields)

@@ -126,7 +126,7 @@ pub fn is_temporary(name: &OsStr) -> bool {
 /// Whether the path leads to something other than a file: a folder, pipe or device. It is not opened, because a pipe
 /// may never answer.
 pub fn is_no_file(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|found| !found.is_file())
+    fs::metadata(path).is_ok_and(|metadata| !metadata.is_file())
 }
 
 /// The folder that a file is in.

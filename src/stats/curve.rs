@@ -138,15 +138,15 @@ impl Pushes {
         let [least, most] =
             [sorted.first(), sorted.last()].map(|trial| trial.map_or(0.0, |trial| trial.0));
         let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
-        let count = |same: &[(f64, bool)]| {
+        let mut places = Vec::new();
+        for same in sorted.chunk_by(|a, b| a.0 == b.0) {
             let recovered = same.iter().filter(|trial| trial.1).count();
-            (
+            places.push((
                 (same[0].0 - middle) / half,
                 recovered as f64,
                 (same.len() - recovered) as f64,
-            )
-        };
-        let places: Vec<_> = sorted.chunk_by(|a, b| a.0 == b.0).map(count).collect();
+            ));
+        }
         Self {
             middle,
             half,
@@ -183,10 +183,13 @@ impl Pushes {
         let place = (x - self.middle) / self.half;
         let logit = best.logit(place);
         [-CERTAIN, CERTAIN].map(|certain| {
-            let unlikely = |logit: f64| self.unlikeliness(&best, place, logit);
-            let end = crossing(unlikely, logit, certain, best.deviation(place))
-                .unwrap_or(certain * f64::INFINITY);
-            chance(end)
+            let end = crossing(
+                |logit| self.unlikeliness(&best, place, logit),
+                logit,
+                certain,
+                best.deviation(place),
+            );
+            chance(end.unwrap_or(certain * f64::INFINITY))
         })
     }
 
@@ -202,10 +205,7 @@ impl Pushes {
         } else if place > 1.0 {
             return Err(NoCurve::AboveRange);
         }
-        let unlikely = |place: f64| self.unlikeliness(best, place, logit);
         let deviation = best.deviation(place) / best.slope;
-        let end =
-            |range| crossing(unlikely, place, range, deviation).map(|place| self.impulse(place));
         // A step is put at its centre, but its search starts beside it.
         let at = if best.slope.is_finite() {
             place
@@ -214,7 +214,10 @@ impl Pushes {
         };
         Ok(Level {
             at: self.impulse(at),
-            ci95: [-1.0, 1.0].map(end),
+            ci95: [-1.0, 1.0].map(|end| {
+                let unlikely = |place: f64| self.unlikeliness(best, place, logit);
+                crossing(unlikely, place, end, deviation).map(|place| self.impulse(place))
+            }),
         })
     }
 
@@ -322,10 +325,8 @@ fn likeliest(places: &[(f64, f64, f64)]) -> Result<Best, NoCurve> {
         let (mut ga, mut gb, mut haa, mut hab, mut hbb) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for &(x, recovered, fell) in places {
             let p = chance(a - b * x);
-            let (residual, weight) = (
-                recovered * (1.0 - p) - fell * p,
-                (recovered + fell) * p * (1.0 - p),
-            );
+            let residual = recovered * (1.0 - p) - fell * p;
+            let weight = (recovered + fell) * p * (1.0 - p);
             ga += residual;
             gb -= x * residual;
             haa += weight;
@@ -410,10 +411,10 @@ fn chance(logit: f64) -> f64 {
 fn ln_likelihood(places: &[(f64, f64, f64)], logit: impl Fn(f64) -> f64) -> f64 {
     // ln(1 + e^x) without overflow.
     let softplus = |x: f64| x.max(0.0) + (-x.abs()).exp().ln_1p();
-    let term = |&(x, recovered, fell): &(f64, f64, f64)| {
-        recovered * softplus(-logit(x)) + fell * softplus(logit(x))
-    };
-    -places.iter().map(term).sum::<f64>()
+    -places
+        .iter()
+        .map(|&(x, recovered, fell)| recovered * softplus(-logit(x)) + fell * softplus(logit(x)))
+        .sum::<f64>()
 }
 
 /// The place where `f` rises through 0 between `inside` (at most 0) and `outside`, about two `deviation`s away. It is

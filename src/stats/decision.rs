@@ -281,18 +281,20 @@ mod tests {
             .collect();
         let mut errors = [0; 2];
         for _ in 0..campaigns {
-            let mut trial = || {
+            let mut recovered: Vec<Vec<bool>> = Vec::new();
+            for _ in 0..trials {
                 let shared: f64 = rng.random();
-                let mut luck = || {
-                    if rng.random::<f64>() < share_of_own {
+                let mut trial = Vec::new();
+                for rate in rates {
+                    let luck = if rng.random::<f64>() < share_of_own {
                         rng.random()
                     } else {
                         shared
-                    }
-                };
-                rates.iter().map(|rate| luck() < *rate).collect()
-            };
-            let recovered: Vec<Vec<bool>> = (0..trials).map(|_| trial()).collect();
+                    };
+                    trial.push(luck < *rate);
+                }
+                recovered.push(trial);
+            }
             let counts = |trials: u64, (a, b): (usize, usize)| {
                 PairedCounts::of(
                     recovered[..trials as usize]
@@ -300,49 +302,49 @@ mod tests {
                         .map(|trial| (trial[a], trial[b])),
                 )
             };
-            let winner = |&pair: &(usize, usize)| {
-                let at_looks: Vec<_> = looks?
-                    .until(trials)
-                    .map(|look| counts(look, pair))
-                    .collect();
-                first_decision(&at_looks, looks?, alpha_of_each(pairs.len()))
-            };
-            let winners: Vec<Option<Winner>> = pairs.iter().map(winner).collect();
+            let winners: Vec<Option<Winner>> = pairs
+                .iter()
+                .map(|&pair| {
+                    let at_looks: Vec<_> = looks?
+                        .until(trials)
+                        .map(|look| counts(look, pair))
+                        .collect();
+                    first_decision(&at_looks, looks?, alpha_of_each(pairs.len()))
+                })
+                .collect();
             let end = winners
                 .iter()
-                .map(|found| found.map_or(trials, |winner| winner.trials))
+                .map(|winner| winner.map_or(trials, |winner| winner.trials))
                 .max()
                 .unwrap();
-            let error_of = |(&(a, b), found): (&(usize, usize), &Option<Winner>)| {
-                let (a, b) = if found.is_some_and(|winner| !winner.is_a) {
+            let mut are_wrong = [false; 2];
+            for (&(a, b), winner) in pairs.iter().zip(&winners) {
+                let (a, b) = if winner.is_some_and(|winner| !winner.is_a) {
                     (b, a)
                 } else {
                     (a, b)
                 };
                 let (counts, truth) = (counts(end, (a, b)), rates[a] - rates[b]);
-                let betting = || counts.interval(each_of(pairs.len(), 1.0 - ALPHA), true);
                 let Decision {
                     ci95: [least, most],
                     verdict,
                     ..
                 } = match looks {
-                    Some(_) => Decision::at_looks(betting(), found.is_some(), 0.02),
+                    Some(_) => {
+                        let betting = counts.interval(each_of(pairs.len(), 1.0 - ALPHA), true);
+                        Decision::at_looks(betting, winner.is_some(), 0.02)
+                    }
                     None => Decision::once(&counts, pairs.len(), 0.02),
                 };
-                let better_by = if found.is_some() {
+                let better_by = if winner.is_some() {
                     truth
                 } else {
                     truth * counts.difference().signum()
                 };
-                let is_wrong = verdict == PairVerdict::Better && better_by <= 0.0;
-                [
-                    truth < least || most < truth || (found.is_some() && truth == 0.0),
-                    is_wrong,
-                ]
-            };
-            let found: Vec<[bool; 2]> = pairs.iter().zip(&winners).map(error_of).collect();
-            errors =
-                [0, 1].map(|kind| errors[kind] + u32::from(found.iter().any(|error| error[kind])));
+                are_wrong[0] |= truth < least || most < truth || (winner.is_some() && truth == 0.0);
+                are_wrong[1] |= verdict == PairVerdict::Better && better_by <= 0.0;
+            }
+            errors = [0, 1].map(|kind| errors[kind] + u32::from(are_wrong[kind]));
         }
         errors
     }

@@ -41,8 +41,8 @@ impl Looks {
 
     /// The looks up to `trials` trials, in order.
     pub fn until(self, trials: u64) -> impl Iterator<Item = u64> {
-        let next = move |look: &u64| Some(self.after(*look));
-        std::iter::successors(Some(self.after(0)), next).take_while(move |look| *look <= trials)
+        std::iter::successors(Some(self.after(0)), move |look| Some(self.after(*look)))
+            .take_while(move |look| *look <= trials)
     }
 
     /// Share of the error that may be spent at all looks together up to the look after `trials` trials.

@@ -39,7 +39,9 @@ impl PairedCounts {
     /// Counts trials by whether a and b recovered.
     pub fn of(trials: impl Iterator<Item = (bool, bool)>) -> Self {
         let mut counts = Self::default();
-        trials.for_each(|(a, b)| counts.add(a, b));
+        for (a, b) in trials {
+            counts.add(a, b);
+        }
         counts
     }
 
@@ -133,11 +135,14 @@ impl PairedCounts {
         let n = self.trials() as f64;
         let observed = self.only_a as f64 - self.only_b as f64;
         // Bisection finds the end: `d` is too low if the observed difference exceeds it by more than z standard errors.
-        let too_low = |d: f64| observed - n * d > z * (n * self.variance_at(d)).sqrt();
         let (mut low, mut high) = (-1.0, self.difference());
         for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            *if too_low(middle) { &mut low } else { &mut high } = middle;
+            let d = 0.5 * (low + high);
+            if observed - n * d > z * (n * self.variance_at(d)).sqrt() {
+                low = d;
+            } else {
+                high = d;
+            }
         }
         high
     }
@@ -221,10 +226,8 @@ mod tests {
     #[test]
     fn p_and_interval_are_those_of_others() {
         for ([both, only_a, only_b, neither], p, at95, at90) in TABLES {
-            let (counts, swapped) = (
-                table(both, only_a, only_b, neither),
-                table(both, only_b, only_a, neither),
-            );
+            let counts = table(both, only_a, only_b, neither);
+            let swapped = table(both, only_b, only_a, neither);
             assert!(
                 (counts.mcnemar_p() - p).abs() <= 1e-10 * p,
                 "{counts:?}: {}",

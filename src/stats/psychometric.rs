@@ -89,8 +89,12 @@ impl Posterior {
         } else {
             SPREAD_OF_NONE * step
         };
-        let wider = |spread: &f64| Some(spread * SPREAD_RATIO).filter(|s| *s <= widest);
-        let spreads: Vec<f64> = std::iter::successors(Some(step / 2.0), wider).collect();
+        let mut spreads = vec![step / 2.0];
+        let mut wider = step / 2.0 * SPREAD_RATIO;
+        while wider <= widest {
+            spreads.push(wider);
+            wider *= SPREAD_RATIO;
+        }
         let mut chance = Vec::new();
         for spread in &spreads {
             for lag in 0..2 * count {
@@ -127,12 +131,11 @@ impl Posterior {
         let place = |impulse: f64| ((impulse / self.step).max(0.0) as usize).min(self.count - 1);
         let (first, last) = (place(low - 1.5 * spread), place(high + 1.5 * spread) + 1);
         let stride = (last - first).div_ceil(CANDIDATES);
-        let fresh = |j: &usize| self.rule.random || !self.tried.contains(j);
         // If every candidate has been tried, the impulses between them are candidates.
         let next = [stride, 1].into_iter().find_map(|stride| {
             let candidates = (first..=last.min(self.count - 1))
                 .step_by(stride)
-                .filter(fresh);
+                .filter(|j| self.rule.random || !self.tried.contains(j));
             candidates
                 .map(|j| (j, self.learnt(j, &marginal)))
                 .reduce(|a, b| if b.1 > a.1 { b } else { a })
@@ -155,7 +158,9 @@ impl Posterior {
             }
         }
         let sum: f64 = self.probability.iter().sum();
-        self.probability.iter_mut().for_each(|p| *p /= sum);
+        for p in &mut self.probability {
+            *p /= sum;
+        }
     }
 
     /// The impulse with 50 % recovery.
@@ -230,7 +235,9 @@ impl Posterior {
     fn thresholds(&self) -> Vec<f64> {
         let mut sum = vec![0.0; self.count];
         for row in self.probability.chunks(self.count) {
-            sum.iter_mut().zip(row).for_each(|(sum, p)| *sum += p);
+            for (sum, p) in sum.iter_mut().zip(row) {
+                *sum += p;
+            }
         }
         sum
     }

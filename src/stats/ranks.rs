@@ -135,11 +135,12 @@ fn rank_sums(n: usize) -> Vec<f64> {
 fn lowest_kept(n: usize) -> u64 {
     if n <= EXACT {
         let mut below = 0.0;
-        let unlikely = |chance: &f64| {
+        let sums = rank_sums(n).into_iter();
+        let unlikely = sums.take_while(|chance| {
             below += chance;
             below <= 0.025
-        };
-        return rank_sums(n).into_iter().take_while(unlikely).count() as u64;
+        });
+        return unlikely.count() as u64;
     }
     let (n, z) = (n as f64, Normal::standard().inverse_cdf(0.975));
     let all = n * (n + 1.0) / 2.0;
@@ -305,18 +306,18 @@ mod tests {
         for (n, rare) in [(100, 1.0), (300, 0.5), (1000, 0.2), (1000, 0.1)] {
             // One footstep more in one of ten trials, one less in one of twenty, four more in one of fifty.
             let truth = rare * (0.1 - 0.05 + 4.0 * 0.02);
-            let mut one = || match rng.random::<f64>() / rare {
-                u if u < 0.1 => 1.0,
-                u if u < 0.15 => -1.0,
-                u if u < 0.17 => 4.0,
-                _ => 0.0,
-            };
-            let mut interval = || {
-                signed_rank(&(0..n).map(|_| one()).collect::<Vec<_>>())
-                    .unwrap()
-                    .mean_ci95
-            };
-            let intervals: Vec<[f64; 2]> = (0..3000).filter_map(|_| interval()).collect();
+            let mut intervals = Vec::new();
+            for _ in 0..3000 {
+                let differences: Vec<f64> = (0..n)
+                    .map(|_| match rng.random::<f64>() / rare {
+                        u if u < 0.1 => 1.0,
+                        u if u < 0.15 => -1.0,
+                        u if u < 0.17 => 4.0,
+                        _ => 0.0,
+                    })
+                    .collect();
+                intervals.extend(signed_rank(&differences).unwrap().mean_ci95);
+            }
             let held = intervals
                 .iter()
                 .filter(|[low, high]| (*low..=*high).contains(&truth))
@@ -338,15 +339,10 @@ mod tests {
             (integers(50, 104_729, 5003, 2300, 1000.0), 435),
             (integers(200, 7919, 1009, 430, 100.0), 8443),
         ] {
-            let with_later = |i: usize| {
-                differences[i..]
-                    .iter()
-                    .map(move |b| 0.5 * b)
-                    .zip(std::iter::repeat(i))
-            };
-            let pairs = (0..differences.len()).flat_map(with_later);
-            let mut averages: Vec<f64> =
-                pairs.map(|(half, i)| 0.5 * differences[i] + half).collect();
+            let mut averages = Vec::new();
+            for (i, a) in differences.iter().enumerate() {
+                averages.extend(differences[i..].iter().map(|b| 0.5 * a + 0.5 * b));
+            }
             averages.sort_by(f64::total_cmp);
             let (n, shift) = (averages.len(), signed_rank(&differences).unwrap());
             assert_eq!(

@@ -122,16 +122,12 @@ impl<'a> CeilingSearch<'a> {
             [1.0, MOST_TRIES as f64],
         )?;
         let [entry] = &campaign.gains[..] else {
-            let (count, accepted) = (
-                format!("{} controllers", campaign.gains.len()),
-                "one, such as catch",
-            );
             return Err(Error::value(
                 "command line",
                 "--controller",
-                count,
+                format!("{} controllers", campaign.gains.len()),
                 "too many",
-                accepted,
+                "one, such as catch",
             ));
         };
         let gains = gain_set(entry)?;
@@ -160,16 +156,15 @@ impl<'a> CeilingSearch<'a> {
 
     /// The gain set with the clairvoyant's departures, which recovers from the push of this trial.
     pub fn gains(&self, trial: u64, recovery: &Recovery) -> GainSet {
-        let (mut gains, departures) = (self.gains.clone(), recovery.departures.clone());
+        let mut gains = self.gains.clone();
         gains.name = format!("trial-{trial}");
         gains.description = format!(
             "Trial {trial} of campaign {}, caught with knowledge of the push",
             self.campaign.name
         );
-        gains
-            .catching
-            .iter_mut()
-            .for_each(|catching| catching.departures = departures.clone());
+        if let Some(catching) = &mut gains.catching {
+            catching.departures = recovery.departures.clone();
+        }
         gains
     }
 
@@ -188,26 +183,21 @@ impl<'a> CeilingSearch<'a> {
             factory,
             ..
         } = self;
-        let run = |trial: u64| {
-            let lost = self.lost(trial, stop, on_episode)?;
-            on_trial();
-            Ok(lost)
-        };
         let numbers: Vec<u64> = (0..campaign.trials).collect();
-        let all = || {
+        let lost: Vec<Option<LostTrial>> = pool(options.threads)?.install(|| {
             numbers
                 .into_par_iter()
                 .with_max_len(1)
-                .map(run)
-                .collect::<Result<Vec<_>>>()
-        };
-        let lost: Vec<LostTrial> = pool(options.threads)?
-            .install(all)?
-            .into_iter()
-            .flatten()
-            .collect();
+                .map(|trial| {
+                    let lost = self.lost(trial, stop, on_episode)?;
+                    on_trial();
+                    Ok(lost)
+                })
+                .collect::<Result<_>>()
+        })?;
+        let lost: Vec<LostTrial> = lost.into_iter().flatten().collect();
         let recovered = campaign.trials - lost.len() as u64;
-        let found = lost.iter().filter(|lost| lost.found.is_some()).count() as u64;
+        let caught = lost.iter().filter(|lost| lost.found.is_some()).count() as u64;
         Ok(Ceiling {
             campaign: campaign.name.clone(),
             robot: campaign.robot.clone(),
@@ -216,7 +206,7 @@ impl<'a> CeilingSearch<'a> {
             controller: factory.name.clone(),
             trials: campaign.trials,
             alone: SuccessCount::new(recovered, campaign.trials),
-            with_search: SuccessCount::new(recovered + found, campaign.trials),
+            with_search: SuccessCount::new(recovered + caught, campaign.trials),
             com_height_m: self.yardstick.com_height_m,
             tries: options.tries,
             lost,
@@ -333,9 +323,9 @@ impl RepeatedTrial<'_> {
             .begun
             .with(&[0], self.pushes.clone())
             .expect("a gain set's controller can be copied");
-        again
-            .controllers()
-            .for_each(|controller| depart(controller, departures));
+        for controller in again.controllers() {
+            depart(controller, departures);
+        }
         let record = again.finish().expect("a gain set has no process").remove(0);
         (self.on_episode)();
         record
@@ -343,19 +333,19 @@ impl RepeatedTrial<'_> {
 
     /// Sets the numbers of a recovery to zero one after the other, and keeps each zero with which the robot still
     /// recovers.
-    fn simplest(&self, found: &[f64]) -> Recovery {
-        let mut found = found.to_vec();
-        let mut record = self.record(&departures(&found));
-        for i in 0..found.len() {
-            let kept = std::mem::take(&mut found[i]);
-            let without = self.record(&departures(&found));
+    fn simplest(&self, numbers: &[f64]) -> Recovery {
+        let mut numbers = numbers.to_vec();
+        let mut record = self.record(&departures(&numbers));
+        for i in 0..numbers.len() {
+            let kept = std::mem::take(&mut numbers[i]);
+            let without = self.record(&departures(&numbers));
             if without.outcome.is_success() {
                 record = without;
             } else {
-                found[i] = kept;
+                numbers[i] = kept;
             }
         }
-        let mut departures = departures(&found).to_vec();
+        let mut departures = departures(&numbers).to_vec();
         while departures
             .pop_if(|last| *last == Departure::default())
             .is_some()
@@ -369,9 +359,8 @@ impl RepeatedTrial<'_> {
 
 /// The departures that the numbers of the search stand for.
 fn departures(numbers: &[f64]) -> Departures {
-    let of = |footstep: usize| {
-        let at = |i: usize| SPREAD[i] * numbers[footstep * Departure::NUMBERS + i];
-        Departure::of_numbers(std::array::from_fn(at))
-    };
-    std::array::from_fn(of)
+    std::array::from_fn(|footstep| {
+        let numbers = &numbers[footstep * Departure::NUMBERS..];
+        Departure::of_numbers(std::array::from_fn(|i| SPREAD[i] * numbers[i]))
+    })
 }

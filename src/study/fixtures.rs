@@ -101,13 +101,12 @@ pub fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> TrialRo
 
 /// A trial for each pair of outcomes of the sets "a" and "b".
 pub fn rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
-    let trial = |(i, of): (usize, &[Outcome; 2])| {
-        [
-            row(i as u64, "a", 1.0, of[0]),
-            row(i as u64, "b", 1.0, of[1]),
-        ]
-    };
-    outcomes.iter().enumerate().flat_map(trial).collect()
+    let mut rows = Vec::new();
+    for (trial, [a, b]) in (0..).zip(outcomes) {
+        rows.push(row(trial, "a", 1.0, *a));
+        rows.push(row(trial, "b", 1.0, *b));
+    }
+    rows
 }
 
 /// Columns of rows in the order of trials, with the settings of the campaign `standard`.
@@ -145,14 +144,13 @@ pub fn summary_columns(outcomes: &[[Outcome; 2]]) -> TrialColumns {
 }
 
 fn impulse_rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
-    let impulse = |i: usize| 1.0 + i as f64 / outcomes.len() as f64;
-    let trial = |(i, of): (usize, &[Outcome; 2])| {
-        [
-            row(i as u64, "a", impulse(i), of[0]),
-            row(i as u64, "b", impulse(i), of[1]),
-        ]
-    };
-    outcomes.iter().enumerate().flat_map(trial).collect()
+    let mut rows = Vec::new();
+    for (trial, [a, b]) in (0..).zip(outcomes) {
+        let impulse_n_s = 1.0 + trial as f64 / outcomes.len() as f64;
+        rows.push(row(trial, "a", impulse_n_s, *a));
+        rows.push(row(trial, "b", impulse_n_s, *b));
+    }
+    rows
 }
 
 /// A summary and its trials, of sets "a", "b" and "c". Set "b" was stopped after 25 of 100 trials. "a" and "c"
@@ -165,29 +163,20 @@ pub fn ragged(gates: &[&str]) -> (Summary, TrialColumns) {
         ..Overrides::default()
     };
     let manifest = manifest(&["a", "b", "c"], overrides);
-    let of_trial = |trial: u64| {
-        let saved = [
+    let mut rows = Vec::new();
+    for trial in 0..100_u64 {
+        for (set, has_recovered) in [
             ("a", trial % 10 != 3),
             ("b", trial.is_multiple_of(5)),
             ("c", trial % 10 != 7),
-        ];
-        let row = move |(set, saved): (&str, bool)| {
-            let outcome = if saved {
-                Outcome::Recovered
-            } else {
-                Outcome::Fell
-            };
-            row(trial, set, 1.0 + trial as f64 / 50.0, outcome)
-        };
-        saved
-            .into_iter()
-            .filter(move |(set, _)| *set != "b" || trial < 25)
-            .map(row)
-    };
-    let rows = columns_of_rows(
-        &(0..100).flat_map(of_trial).collect::<Vec<_>>(),
-        &manifest.sets,
-    );
+        ] {
+            if set != "b" || trial < 25 {
+                let outcome = if has_recovered { Recovered } else { Fell };
+                rows.push(row(trial, set, 1.0 + trial as f64 / 50.0, outcome));
+            }
+        }
+    }
+    let rows = columns_of_rows(&rows, &manifest.sets);
     let gates = Gates::new(&manifest, None).unwrap();
     (
         Summary::new(&manifest, &rows, String::new(), &every_pair(3), &gates),
@@ -203,30 +192,16 @@ pub fn compared(recovered: &[[bool; 4]]) -> (Summary, TrialColumns) {
         .iter()
         .flat_map(|e| sets.map(|set| format!("{set} ({})", e.name())))
         .collect();
-    let row = |trial: usize, set: &str, has_recovered: bool| {
-        let row = row(
-            trial as u64,
-            set,
-            2.0,
-            if has_recovered { Recovered } else { Fell },
-        );
-        row.with(|row| row.push.heading_deg = 45.0 * (trial % 8) as f64)
-    };
-    let rows = |sets: &[String], first: usize| {
-        let of_trial = |(i, of): (usize, &[bool; 4])| {
-            sets.iter()
-                .zip(&of[first..])
-                .map(|(set, of)| row(i, set, *of))
-                .collect::<Vec<_>>()
-        };
-        columns_of_rows(
-            &recovered
-                .iter()
-                .enumerate()
-                .flat_map(of_trial)
-                .collect::<Vec<_>>(),
-            sets,
-        )
+    let columns = |sets: &[String], first: usize| {
+        let mut rows = Vec::new();
+        for (trial, recovered) in (0..).zip(recovered) {
+            for (set, has_recovered) in sets.iter().zip(&recovered[first..]) {
+                let outcome = if *has_recovered { Recovered } else { Fell };
+                let row = row(trial, set, 2.0, outcome);
+                rows.push(row.with(|row| row.push.heading_deg = 45.0 * (trial % 8) as f64));
+            }
+        }
+        columns_of_rows(&rows, sets)
     };
     let manifests = Engine::ALL.map(|engine| {
         manifest(
@@ -237,8 +212,8 @@ pub fn compared(recovered: &[[bool; 4]]) -> (Summary, TrialColumns) {
             },
         )
     });
-    let own = [0, 2].map(|first| rows(&sets.map(String::from), first));
-    let rows = rows(&names, 0);
+    let own = [0, 2].map(|first| columns(&sets.map(String::from), first));
+    let rows = columns(&names, 0);
     let joined = Manifest {
         sets: names,
         ..manifests[0].clone()
@@ -253,18 +228,15 @@ pub fn compared(recovered: &[[bool; 4]]) -> (Summary, TrialColumns) {
 /// The state after so many trials with so many sets. Set i recovers from all trials but every (i + 2)nd.
 pub fn so_far(sets: usize, trials: u64, name: impl Fn(usize) -> String) -> SoFar {
     let names: Vec<String> = (0..sets).map(name).collect();
-    let outcome = |trial: u64, set: usize| {
-        if trial.is_multiple_of(set as u64 + 2) {
-            Fell
-        } else {
-            Recovered
+    let mut rows = Vec::new();
+    for trial in 0..trials {
+        for (set, name) in names.iter().enumerate() {
+            let is_lost = trial.is_multiple_of(set as u64 + 2);
+            let outcome = if is_lost { Fell } else { Recovered };
+            rows.push(row(trial, name, 1.0, outcome));
         }
-    };
-    let of_trial = |trial: u64| (0..sets).map(move |set| (trial, set));
-    let rows = (0..trials)
-        .flat_map(of_trial)
-        .map(|(trial, set)| row(trial, &names[set], 1.0, outcome(trial, set)));
+    }
     let mut tally = SuccessTally::new(&names);
-    tally.add(&rows.collect::<Vec<_>>());
+    tally.add(&rows);
     SoFar::new(&tally, 0.02)
 }

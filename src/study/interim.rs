@@ -60,10 +60,8 @@ impl<'a> InterimLooks<'a> {
 
     /// Takes all looks for which there are enough trials.
     pub fn go_on(&mut self, on_look: &dyn Fn(&InterimLook)) -> Result<()> {
-        let (most, sets) = (
-            self.folder.manifest.campaign.trials,
-            &self.folder.manifest.sets,
-        );
+        let most = self.folder.manifest.campaign.trials;
+        let sets = &self.folder.manifest.sets;
         while !self.is_over {
             let blocks = self.blocks(self.last..self.next);
             if blocks.clone().any(|block| self.lacks(block)) {

@@ -5,7 +5,7 @@ use crate::ask::spec::{Campaign, Overrides};
 use crate::ask::trial;
 use crate::plan::PreparedCampaign;
 use crate::store::folder::Folder;
-use crate::verdict::agreement::{Agreement, PartedTrial, SetAgreement};
+use crate::verdict::agreement::{Agreement, PartedTrial};
 use rayon::prelude::*;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::PreparedController;
@@ -33,18 +33,12 @@ impl<'a> Partings<'a> {
         let plans = [plan(folders[0])?, plan(folders[1])?];
         let limit_m = half_sole_width_m(&plans[0].robot);
         agreement.part_beyond_m = Some(limit_m);
-        let of_set = |(set, of): (usize, &'a mut SetAgreement)| {
-            of.parted
-                .iter_mut()
-                .take(most)
-                .map(move |trial| (set, trial))
-        };
-        let trials: Vec<_> = agreement
-            .sets
-            .iter_mut()
-            .enumerate()
-            .flat_map(of_set)
-            .collect();
+        let mut trials = Vec::new();
+        for (set, agreement) in agreement.sets.iter_mut().enumerate() {
+            for trial in agreement.parted.iter_mut().take(most) {
+                trials.push((set, trial));
+            }
+        }
         let factories = plans[0].factories()?;
         Ok(Self {
             plans,
@@ -70,19 +64,18 @@ impl<'a> Partings<'a> {
         } = self;
         let [in_a, in_b] = plans.each_ref().map(|plan| &plan.manifest.campaign);
         let robot = &plans[0].robot;
-        trials.into_par_iter().try_for_each(|(set, of)| {
+        trials.into_par_iter().try_for_each(|(set, parted)| {
             if stop.load(Ordering::Relaxed) {
                 return Err(Error::Interrupted);
             }
-            let disturbance = || trial::disturbance(in_a, of.trial);
-            of.parting = parting(
+            parted.parting = parting(
                 robot,
                 &factories[set],
                 [&in_a.episode, &in_b.episode],
-                disturbance,
+                || trial::disturbance(in_a, parted.trial),
                 limit_m,
             )?;
-            of.traced = true;
+            parted.traced = true;
             on_trial();
             Ok(())
         })

@@ -123,21 +123,21 @@ impl<'a> CampaignRun<'a> {
     }
 
     fn all_episodes_with(&self, set_trials: &[u64]) -> u64 {
-        let has_trials = |block: u64| {
-            set_trials
-                .iter()
-                .map(move |trials| self.folder.range(block).0 < *trials)
-        };
-        self.episodes_of(|block| has_trials(block).collect())
+        self.episodes_of(|block| {
+            let (first, _) = self.folder.range(block);
+            set_trials.iter().map(|&trials| first < trials).collect()
+        })
     }
 
     /// Number of episodes in all blocks, with the controllers of each block for which `of` is true.
     fn episodes_of(&self, of: impl Fn(u64) -> Vec<bool>) -> u64 {
-        let episodes = |block: u64| {
+        let mut episodes = 0;
+        for block in self.blocks() {
             let (first, end) = self.folder.range(block);
-            (end - first) * of(block).into_iter().filter(|is_one| *is_one).count() as u64
-        };
-        self.blocks().map(episodes).sum()
+            let sets = of(block).into_iter().filter(|is_one| *is_one).count() as u64;
+            episodes += (end - first) * sets;
+        }
+        episodes
     }
 
     /// The blocks of the campaign, or of the shard.
@@ -197,13 +197,14 @@ impl<'a> CampaignRun<'a> {
             self.folder.remove_result()?;
         }
         if !self.is_done() {
-            let there = (0..self.folder.blocks()).filter(|&block| !self.lacks(block));
-            let rows = there.filter_map(|block| {
-                self.folder
-                    .rows_of(block..block + 1, self.set_trials())
-                    .ok()
-            });
-            rows.for_each(|rows| (watch.on_part)(&rows));
+            for block in 0..self.folder.blocks() {
+                if self.lacks(block) {
+                    continue;
+                }
+                if let Ok(rows) = self.folder.rows_of(block..block + 1, self.set_trials()) {
+                    (watch.on_part)(&rows);
+                }
+            }
         }
         // Taken out of `self`, because the opening borrows the factories during all looks.
         let (plan, factories) = (self.plan, std::mem::take(&mut self.factories));
@@ -243,7 +244,9 @@ impl<'a> CampaignRun<'a> {
                 return Err(Error::Interrupted);
             }
             let rows = self.plan.rows(factories, opening, trial, &block.sets)?;
-            rows.iter().for_each(|_| (watch.on_episode)());
+            for _ in &rows {
+                (watch.on_episode)();
+            }
             let Some(rows) = block.put(trial, rows) else {
                 return Ok(());
             };
@@ -292,17 +295,19 @@ impl Block {
     fn new(folder: &Folder, index: u64, set_trials: &[u64]) -> Self {
         let (first, end) = folder.range(index);
         // A part that cannot be read is run again.
-        let there = folder.part(index).rows().unwrap_or_default();
+        let stored = folder.part(index).rows().unwrap_or_default();
         let names = &folder.manifest.sets;
-        let lacks = |set: &usize| {
-            first < set_trials[*set] && !there.iter().any(|row| row.set == names[*set])
-        };
-        let sets: Vec<usize> = (0..names.len()).filter(lacks).collect();
-        let number = |row: &TrialRow| names.iter().position(|set| *set == row.set);
-        let rows: BTreeMap<_, _> = there
-            .into_iter()
-            .filter_map(|row| Some(((row.trial, number(&row)?), row)))
+        let sets: Vec<usize> = (0..names.len())
+            .filter(|&set| {
+                first < set_trials[set] && !stored.iter().any(|row| row.set == names[set])
+            })
             .collect();
+        let mut rows = BTreeMap::new();
+        for row in stored {
+            if let Some(set) = names.iter().position(|name| *name == row.set) {
+                rows.insert((row.trial, set), row);
+            }
+        }
         let all = (end - first) as usize * sets.len() + rows.len();
         Self {
             index,

@@ -9,6 +9,7 @@ pub mod ghost;
 pub mod layout;
 pub mod limit;
 pub mod model;
+pub mod next_command;
 pub mod so_far;
 pub mod story;
 pub mod tune;

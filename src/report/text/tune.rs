@@ -2,7 +2,8 @@
 
 use super::layout::{signed, wrapped};
 use standfast_study::tune::search::Generation;
-use standfast_study::tune::{CaseId, CaseVerdict, Task, Tuned};
+use standfast_study::tune::verdict::CaseVerdict;
+use standfast_study::tune::{CaseId, Task, Tuned};
 use standfast_study::verdict::pairs::p_value;
 
 /// A robot in an engine.

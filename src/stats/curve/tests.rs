@@ -74,15 +74,17 @@ fn fit_intervals_and_bands_are_those_of_others() {
         level_is(curve.impulse50, (x50, at50));
         level_is(curve.impulse90, at90);
         for (x, band) in bands {
-            pushes.band(*x).into_iter().zip(band).for_each(|(found, expected)| close(found, *expected));
+            for (end, expected) in pushes.band(*x).into_iter().zip(band) {
+                close(end, *expected);
+            }
         }
         assert_eq!([(curve.recovered, true), (curve.trials - curve.recovered, false)]
             .map(|(count, end)| trials.iter().filter(|trial| trial.1 == end).count() as u64 - count), [0, 0]);
         let beside = s * 9f64.ln() + f64::from(s == 0.0);
         let chances = if s == 0.0 { [1.0, 0.5, 0.0] } else { [0.9, 0.5, 0.1] };
-        [-1.0, 0.0, 1.0].into_iter().zip(chances).for_each(|(side, expected)| {
+        for (side, expected) in [-1.0, 0.0, 1.0].into_iter().zip(chances) {
             assert!((curve.chance(curve.x50 + side * beside) - expected).abs() < 1e-5);
-        });
+        }
     }
 }
 
@@ -107,10 +109,9 @@ fn without_a_curve_there_is_a_reason() {
 #[test]
 fn no_push_supports_a_level_outside_of_their_range() {
     // Recovery from 95, 90 and 80 % of 20 pushes each, and the same with falls.
-    let of = |(x, fell): (f64, usize)| (0..20).map(move |i| (x, i >= fell));
     let weak: Vec<_> = [(1.0, 1), (2.0, 2), (3.0, 4)]
         .into_iter()
-        .flat_map(of)
+        .flat_map(|(x, fell)| (0..20).map(move |i| (x, i >= fell)))
         .collect();
     let curve = Pushes::new(&weak).curve().unwrap();
     assert_eq!(

@@ -140,10 +140,8 @@ const SLOW: f64 = 0.2;
 /// Checks that servos are stable with such steps of the physics, and warns of steps and control periods that are too
 /// long to judge by. Errors name `file` as the origin of the values.
 pub fn check_steps(file: &str, episode: &EpisodeConfig, robot: &Robot) -> Result<()> {
-    let (step_s, fastest_rad_s) = (
-        episode.clock().physics_step_s,
-        fastest_vibration_rad_s(robot),
-    );
+    let step_s = episode.clock().physics_step_s;
+    let fastest_rad_s = fastest_vibration_rad_s(robot);
     if step_s * fastest_rad_s > UNSTABLE {
         let most_s = digits(UNSTABLE / fastest_rad_s);
         let problem = format!(
@@ -195,9 +193,9 @@ fn fastest_vibration_rad_s(robot: &Robot) -> f64 {
     else {
         return 0.0;
     };
-    let stiffness = |i: usize, j: usize| (robot.servos[i].kp * robot.servos[j].kp).sqrt();
     let of_springs = DMatrix::from_fn(joints, joints, |i, j| {
-        stiffness(i, j) * mobility[(6 + i, 6 + j)]
+        let stiffness = (robot.servos[i].kp * robot.servos[j].kp).sqrt();
+        stiffness * mobility[(6 + i, 6 + j)]
     });
     of_springs.symmetric_eigenvalues().max().max(0.0).sqrt()
 }
@@ -277,10 +275,9 @@ mod tests {
             (256.0, 0.001, 0.004),
         ] {
             let mut robot = standfast_robots::load("ut-mu2").unwrap();
-            robot
-                .servos
-                .iter_mut()
-                .for_each(|servo| servo.kp *= stiffer);
+            for servo in &mut robot.servos {
+                servo.kp *= stiffer;
+            }
             let usual = EpisodeConfig::of(&Units::of(&robot));
             let check = |step_s| {
                 check_steps(

@@ -50,10 +50,9 @@ impl GateSpec {
 
     /// Whether a gate compares with an earlier result. `sets` are the names of the campaign's controllers.
     pub fn ask_for_baseline(&self, sets: &[String]) -> bool {
-        let is_baseline = |gate: &String| {
-            Gate::parse(gate, sets).is_ok_and(|gate| gate.against == Against::Baseline)
-        };
-        self.require.iter().any(is_baseline)
+        self.require
+            .iter()
+            .any(|gate| Gate::parse(gate, sets).is_ok_and(|gate| gate.against == Against::Baseline))
     }
 
     /// Checks what does not depend on the controllers. Errors name `file` as the origin of the values. It fails if the
@@ -115,12 +114,10 @@ impl Gate {
             Err(Error::value(SOURCE, "gate", text, problem, accepted))
         };
         let names = || sets.join(", ");
-
-        let after = |set: &str| {
-            text.strip_prefix(set)
-                .and_then(|rest| rest.trim_start().strip_prefix(">="))
-        };
-        let fits = sets.iter().filter_map(|set| Some((set, after(set)?)));
+        let fits = sets.iter().filter_map(|set| {
+            let rest = text.strip_prefix(set.as_str())?;
+            Some((set, rest.trim_start().strip_prefix(">=")?))
+        });
         let Some((set, right)) = fits.max_by_key(|(set, _)| set.len()) else {
             return match text.split_once(">=") {
                 Some((set, _)) => {

@@ -151,39 +151,36 @@ impl Measures {
 /// The dotted keys under which a file may state the quantity with this dotted key in SI units: the key itself, and the
 /// key in units of the robot.
 pub fn keys_in_file(key: &str) -> Vec<String> {
-    let of = |(path, relative, absolute, _): &(&str, &str, &str, Unit)| {
+    let mut keys = vec![key.to_string()];
+    for (path, relative, absolute, _) in QUANTITIES {
         let rest = key
-            .strip_prefix(path)?
-            .strip_prefix('.')?
-            .strip_prefix(absolute)?;
-        (rest.is_empty() || rest.starts_with('.')).then(|| format!("{path}.{relative}{rest}"))
-    };
-    std::iter::once(key.to_string())
-        .chain(QUANTITIES.iter().filter_map(of))
-        .collect()
+            .strip_prefix(path)
+            .and_then(|rest| rest.strip_prefix('.'))
+            .and_then(|rest| rest.strip_prefix(absolute));
+        if let Some(rest) = rest
+            && (rest.is_empty() || rest.starts_with('.'))
+        {
+            keys.push(format!("{path}.{relative}{rest}"));
+        }
+    }
+    keys
 }
 
 /// Puts the key in units of the robot before each key in SI units, in a list of accepted dotted keys or in a message
 /// that names keys in backquotes.
 pub fn with_relative_keys(text: &str) -> String {
-    let of_item = |item: &str| {
-        let is_it = |(path, _, absolute, _): &&(&str, &str, &str, Unit)| {
-            item == format!("{path}.{absolute}")
-        };
-        QUANTITIES
-            .iter()
-            .find(is_it)
-            .map_or(item.into(), |(path, relative, ..)| {
-                format!("{path}.{relative}, {item}")
-            })
-    };
-    let mut text = text
-        .split(", ")
-        .map(of_item)
-        .collect::<Vec<String>>()
-        .join(", ");
-    for (at, (_, relative, absolute, _)) in QUANTITIES.iter().enumerate() {
-        if !QUANTITIES[..at]
+    let mut items = Vec::new();
+    for item in text.split(", ") {
+        for (path, relative, absolute, _) in QUANTITIES {
+            if item == format!("{path}.{absolute}") {
+                items.push(format!("{path}.{relative}"));
+            }
+        }
+        items.push(item.into());
+    }
+    let mut text = items.join(", ");
+    for (i, (_, relative, absolute, _)) in QUANTITIES.iter().enumerate() {
+        if !QUANTITIES[..i]
             .iter()
             .any(|(_, _, earlier, _)| earlier == absolute)
         {

@@ -102,10 +102,8 @@ impl SecondPushSpec {
     /// Accepted values of `after_s`: both pushes must end within three quarters of the episode, as a single push does.
     pub(crate) fn after_bounds(push: &PushSpec, horizon_s: f64) -> [f64; 2] {
         let bounds = PushBounds::new(horizon_s);
-        let ([_, start_s], [_, duration_s]) = (
-            push.start_s.range(bounds.start_s),
-            push.duration_s.range(bounds.duration_s),
-        );
+        let [_, start_s] = push.start_s.range(bounds.start_s);
+        let [_, duration_s] = push.duration_s.range(bounds.duration_s);
         [0.0, 0.75 * horizon_s - start_s - 2.0 * duration_s]
     }
 

@@ -130,18 +130,21 @@ pub struct Overrides {
 impl Overrides {
     /// The robot of the campaign whose file states `asked`, after these changes.
     fn robot_of(&self, asked: &Table) -> String {
-        let set = self
-            .set
-            .iter()
-            .rev()
-            .filter_map(|assignment| assignment.split_once('='));
-        let set = set
-            .filter(|(key, _)| key.trim() == "robot")
-            .map(|(_, text)| assets::toml_value(text.trim()));
-        let named = set
-            .chain(asked.get("robot").cloned())
-            .find_map(|robot| robot.as_str().map(String::from));
-        self.robot.clone().or(named).unwrap_or_else(default_robot)
+        if let Some(robot) = &self.robot {
+            return robot.clone();
+        }
+        for assignment in self.set.iter().rev() {
+            if let Some((key, text)) = assignment.split_once('=')
+                && key.trim() == "robot"
+                && let toml::Value::String(robot) = assets::toml_value(text.trim())
+            {
+                return robot;
+            }
+        }
+        match asked.get("robot") {
+            Some(toml::Value::String(robot)) => robot.clone(),
+            _ => default_robot(),
+        }
     }
 }
 
@@ -286,7 +289,9 @@ impl Campaign {
             gates: GateSpec::default(),
         };
         let mut usual = Table::try_from(usual).map_err(not_toml)?;
-        NEEDED.iter().for_each(|key| _ = usual.remove(*key));
+        for key in NEEDED {
+            usual.remove(key);
+        }
         if let Some(push) = usual["push"].as_table_mut() {
             push.remove("impulse_n_s");
         }
@@ -397,16 +402,11 @@ impl Campaign {
             return gains.clone();
         }
         let wanted = ControllerName::split(name);
-        let of_that_name = |base: &&str| {
-            Path::new(base)
-                .file_stem()
-                .is_some_and(|stem| stem == wanted.base)
-        };
         let base = self
             .gains
             .iter()
             .map(|gains| ControllerName::split(gains).base)
-            .find(of_that_name);
+            .find(|base| Path::new(base).file_stem() == Some(wanted.base.as_ref()));
         wanted.with_base(base.unwrap_or(wanted.base))
     }
 
@@ -456,11 +456,19 @@ impl Campaign {
 
     /// Checks every value. Errors name `file` as the origin of the values.
     pub fn check(&self, file: &str) -> Result<()> {
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-        if self.name.is_empty() || self.name.starts_with('.') || !self.name.chars().all(plain) {
-            let accepted = "letters, digits, `-`, `_` and `.`, but no `.` at the beginning";
-            let (name, problem) = (format!("{:?}", self.name), "is not usable as a folder name");
-            return Err(Error::value(file, "name", name, problem, accepted));
+        if self.name.is_empty()
+            || self.name.starts_with('.')
+            || self
+                .name
+                .contains(|c: char| !c.is_ascii_alphanumeric() && !"-_.".contains(c))
+        {
+            return Err(Error::value(
+                file,
+                "name",
+                format!("{:?}", self.name),
+                "is not usable as a folder name",
+                "letters, digits, `-`, `_` and `.`, but no `.` at the beginning",
+            ));
         }
         if self.name.len() > MOST_LETTERS {
             return Err(Error::value(
@@ -481,11 +489,13 @@ impl Campaign {
             ));
         }
         if self.gains.len() > MOST_SETS {
-            let (count, accepted) = (
+            return Err(Error::value(
+                file,
+                "gains",
                 format!("{} controllers", self.gains.len()),
+                "too many",
                 format!("up to {MOST_SETS}"),
-            );
-            return Err(Error::value(file, "gains", count, "too many", accepted));
+            ));
         }
         accept(
             (1..=MOST_TRIALS).contains(&self.trials),
@@ -579,10 +589,8 @@ pub(crate) mod tests {
     fn builtin_campaigns_load_and_survive_a_round_trip() {
         let dir = tempfile::tempdir().unwrap();
         for name in InputKind::Campaign.names() {
-            let (campaign, path) = (
-                campaign(name, &["push.height_m={normal=[0.01, 0.003]}"]),
-                dir.path().join(name),
-            );
+            let campaign = campaign(name, &["push.height_m={normal=[0.01, 0.003]}"]);
+            let path = dir.path().join(name);
             assert_eq!(campaign.name, name);
             std::fs::write(&path, campaign.to_toml().unwrap()).unwrap();
             assert_eq!(

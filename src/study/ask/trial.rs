@@ -352,12 +352,13 @@ mod tests {
             .iter()
             .map(|(_, (v, [least, most]))| (v.unwrap() - least) / (most - least))
             .collect();
-        let different = |i: usize| {
-            shares[..i]
-                .iter()
-                .all(|other| (other - shares[i]).abs() > 1e-6)
-        };
-        assert!((0..shares.len()).all(different), "{shares:?}");
+        for (i, share) in shares.iter().enumerate() {
+            let mut others = shares[..i].iter();
+            assert!(
+                others.all(|other| (other - share).abs() > 1e-6),
+                "{shares:?}"
+            );
+        }
     }
 
     #[test]
@@ -435,9 +436,9 @@ mod tests {
                 a[0] * b[0] + a[0] * a[1],
                 a[0] * draw(tick + 1, Sensor::Gyro)[0],
             ];
-            sums.iter_mut()
-                .zip(products)
-                .for_each(|(sum, product)| *sum += product / TICKS as f64);
+            for (sum, product) in sums.iter_mut().zip(products) {
+                *sum += product / TICKS as f64;
+            }
         }
         // Five standard errors of each mean.
         let limits =

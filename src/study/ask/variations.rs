@@ -42,12 +42,12 @@ pub fn bounds(units: &Units) -> Variation<[f64; 2]> {
 
 /// Checks every distribution. Errors name `file` as the origin of the values.
 pub(crate) fn check(spec: &VariationSpec, units: &Units, file: &str) -> Result<()> {
-    let fields = spec.zip(bounds(units)).list().into_iter();
-    let mut drawn = fields
-        .filter_map(|(name, (Varied(distribution), bounds))| Some((name, distribution?, bounds)));
-    drawn.try_for_each(|(name, distribution, bounds)| {
-        distribution.check(file, &format!("variations.{name}"), bounds)
-    })
+    for (name, (Varied(distribution), bounds)) in spec.zip(bounds(units)).list() {
+        if let Some(distribution) = distribution {
+            distribution.check(file, &format!("variations.{name}"), bounds)?;
+        }
+    }
+    Ok(())
 }
 
 /// Heading in which a slope rises if none is given.
@@ -73,14 +73,11 @@ pub(crate) fn drawn(spec: &VariationSpec) -> Variation<Option<Distribution>> {
 /// Earliest start of the first push (s). While the ground tilts to its slope ([`tilting`]) the slope is not yet the
 /// one that the campaign states, and the robot has not adapted to it, so no push may start.
 pub fn earliest_push_s(spec: &VariationSpec, units: &Units) -> f64 {
-    let steepest = |slope: Distribution| {
-        let [least, most] = slope.range(SLOPE_DEG);
-        least.abs().max(most.abs())
+    let Some(slope) = spec.slope_deg.0.filter(|_| is_sloped(spec)) else {
+        return 0.0;
     };
-    spec.slope_deg
-        .0
-        .filter(|_| is_sloped(spec))
-        .map_or(0.0, |slope| tilting(steepest(slope)) * units.time_s())
+    let [least, most] = slope.range(SLOPE_DEG);
+    tilting(least.abs().max(most.abs())) * units.time_s()
 }
 
 /// The varied quantities and their distributions, in words.
@@ -107,12 +104,14 @@ impl<'de> Deserialize<'de> for Varied {
         if value.as_str() == Some(NOMINAL) {
             return Ok(Varied(None));
         }
-        let expected = |e: toml::de::Error| {
-            let problem = e.message().trim_end().to_string();
-            serde::de::Error::custom(format!("{problem}; or \"{NOMINAL}\""))
-        };
-        Distribution::deserialize(value)
-            .map(|distribution| Varied(Some(distribution)))
-            .map_err(expected)
+        match Distribution::deserialize(value) {
+            Ok(distribution) => Ok(Varied(Some(distribution))),
+            Err(error) => {
+                let problem = error.message().trim_end();
+                Err(serde::de::Error::custom(format!(
+                    "{problem}; or \"{NOMINAL}\""
+                )))
+            }
+        }
     }
 }

@@ -112,8 +112,9 @@ impl<'a> Searches<'a> {
             precision_n_s,
             [usual_n_s / FINER, usual_n_s * COARSER],
         )?;
-        let heading = |i: usize| yardstick.heading(360.0 * i as f64 / options.headings as f64);
-        let headings = (0..options.headings).map(heading).collect();
+        let headings = (0..options.headings)
+            .map(|i| yardstick.heading(360.0 * i as f64 / options.headings as f64))
+            .collect();
         let pool = pool(options.threads)?;
         let factories = pool.install(|| plan.tried_factories(options.untried))?;
         Ok(Self {
@@ -172,22 +173,21 @@ impl<'a> Searches<'a> {
         }
         let of_search =
             OF_SEARCH[usize::from(!is_random(self.campaign))].min(self.options.max_trials as f64);
-        let safe = |heading: &Heading| {
-            let of_loss = if self.options.replicas > 0 {
-                of_search
-            } else {
-                0.0
-            };
-            self.options.replicas as f64 * heading.bound_one_step_n_s / self.precision_n_s + of_loss
+        let of_loss = if self.options.replicas > 0 {
+            of_search
+        } else {
+            0.0
         };
-        let map = |heading: &Heading| {
-            f64::from(self.options.is_dense) * MAP_TO * heading.bound_one_step_n_s
-                / self.precision_n_s
-        };
+        let (replicas, precision_n_s) = (self.options.replicas as f64, self.precision_n_s);
+        let is_dense = f64::from(self.options.is_dense);
         let of_set: f64 = self
             .headings
             .iter()
-            .map(|heading| of_search + safe(heading) + map(heading))
+            .map(|heading| {
+                let bound_n_s = heading.bound_one_step_n_s;
+                let of_safe = replicas * bound_n_s / precision_n_s + of_loss;
+                of_search + of_safe + is_dense * MAP_TO * bound_n_s / precision_n_s
+            })
             .sum();
         let of_push_s = start.elapsed().as_secs_f64() / pushes as f64;
         Ok(of_push_s * of_set * self.factories.len() as f64
@@ -220,43 +220,43 @@ impl<'a> Searches<'a> {
         let jobs: Vec<(usize, usize)> = (0..headings.len())
             .flat_map(|h| (0..sets.len()).map(move |s| (h, s)))
             .collect();
-        let search = |&(h, s): &(usize, usize)| {
-            let heading: &Heading = &headings[h];
-            let rule = Rule {
-                most_n_s: (BEYOND_THE_BOUND * heading.bound_n_step_n_s).max(10.0 * precision_n_s),
-                precision_n_s,
-                max_trials: options.max_trials,
-                random,
-            };
-            let search = LimitSearch {
-                campaign,
-                plan,
-                factories,
-                opening: opening.as_ref(),
-                set: s,
-                heading_deg: heading.heading_deg,
-                bound_one_step_n_s: heading.bound_one_step_n_s,
-                replicas: options.replicas,
-                sector_deg,
-                is_dense: options.is_dense,
-                stop,
-                on_episode,
-            };
-            let limit = search.run(rule)?;
-            on_search();
-            Ok(limit)
-        };
         // One job at a time, so that no core is left with several searches at the end.
-        let found = pool.install(|| {
+        let limits: Vec<SetLimit> = pool.install(|| {
             jobs.par_iter()
                 .with_max_len(1)
-                .map(search)
-                .collect::<Result<Vec<SetLimit>>>()
+                .map(|&(heading, set)| {
+                    let heading: &Heading = &headings[heading];
+                    let rule = Rule {
+                        most_n_s: (BEYOND_THE_BOUND * heading.bound_n_step_n_s)
+                            .max(10.0 * precision_n_s),
+                        precision_n_s,
+                        max_trials: options.max_trials,
+                        random,
+                    };
+                    let search = LimitSearch {
+                        campaign,
+                        plan,
+                        factories,
+                        opening: opening.as_ref(),
+                        set,
+                        heading_deg: heading.heading_deg,
+                        bound_one_step_n_s: heading.bound_one_step_n_s,
+                        replicas: options.replicas,
+                        sector_deg,
+                        is_dense: options.is_dense,
+                        stop,
+                        on_episode,
+                    };
+                    let limit = search.run(rule)?;
+                    on_search();
+                    Ok(limit)
+                })
+                .collect::<Result<_>>()
         })?;
-        let mut found = found.into_iter();
-        headings
-            .iter_mut()
-            .for_each(|heading| heading.sets = found.by_ref().take(sets.len()).collect());
+        let mut limits = limits.into_iter();
+        for heading in &mut headings {
+            heading.sets = limits.by_ref().take(sets.len()).collect();
+        }
         Ok(Limits {
             campaign: campaign.name.clone(),
             robot: campaign.robot.clone(),
@@ -287,14 +287,14 @@ impl Limits {
             .headings
             .first()
             .map_or(0, |heading| heading.sets.len());
-        let of = |set: usize| {
-            self.headings
-                .iter()
-                .map(move |heading| (heading.heading_deg, &heading.sets[set]))
-        };
-        (0..sets).flat_map(of).flat_map(|(heading_deg, limit)| {
-            limit.holes().map(move |hole| (heading_deg, limit, hole))
-        })
+        (0..sets)
+            .flat_map(|set| self.headings.iter().map(move |heading| (heading, set)))
+            .flat_map(|(heading, set)| {
+                let limit = &heading.sets[set];
+                limit
+                    .holes()
+                    .map(move |hole| (heading.heading_deg, limit, hole))
+            })
     }
 }
 

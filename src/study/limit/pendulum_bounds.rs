@@ -96,10 +96,8 @@ impl PendulumBounds {
                 // If the feet differ, the range that both allow counts.
                 [left[0].max(right[0]), left[1].min(right[1])]
             });
-        let (push_duration_s, push_height_m) = (
-            campaign.push.duration_s.mean(),
-            campaign.push.height_m.mean(),
-        );
+        let push_duration_s = campaign.push.duration_s.mean();
+        let push_height_m = campaign.push.height_m.mean();
         let push_factor = match campaign.push.profile {
             Profile::Rectangular => capture::rectangular_push_factor,
             Profile::HalfSine => capture::half_sine_push_factor,
@@ -135,11 +133,11 @@ impl PendulumBounds {
 
     /// The bounds for one heading (degrees), still without controllers.
     pub fn heading(&self, heading_deg: f64) -> Heading {
-        let region = |region: &LandingRegion| SwingRegion {
+        let regions = self.reach.iter().map(|region| SwingRegion {
             x_m: region.x_m,
             y_m: region.y_m,
             swing_time_s: region.swing_time_s,
-        };
+        });
         let held = SteppingPendulum {
             mass_kg: self.mass_kg,
             omega: self.omega_rad_s,
@@ -149,7 +147,7 @@ impl PendulumBounds {
             both_x_m: self.held_by_both_x_m,
             both_y_m: self.held_y_m,
             stance_width_m: self.stance_width_m,
-            regions: self.reach.iter().map(region).collect(),
+            regions: regions.collect(),
         };
         let [x_m, y_m] = [self.sole_x_m, self.sole_y_m];
         let by_soles = SteppingPendulum {
@@ -245,10 +243,8 @@ mod tests {
     #[test]
     fn the_measure_of_a_push_is_the_bound_without_a_footstep() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let (yardstick, no_step) = (
-            PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap(),
-            StandingBound::new(&robot),
-        );
+        let yardstick = PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap();
+        let no_step = StandingBound::new(&robot);
         for heading_deg in [-135.0, -20.0, 0.0, 70.0, 90.0, 180.0] {
             let bound = yardstick.heading(heading_deg).bound_no_step_n_s / yardstick.push_factor;
             let found = no_step.impulse_n_s(heading_deg).unwrap();

@@ -92,11 +92,10 @@ impl SetLimit {
         let is_lost = |tried: &MapPoint| {
             !tried.outcome.is_success() && tried.impulse_n_s < HOLE * self.impulse50_n_s
         };
-        let is_first = move |i: usize| i == 0 || !is_lost(&self.map[i - 1]);
         self.map
             .iter()
             .enumerate()
-            .filter(move |&(i, tried)| is_lost(tried) && is_first(i))
+            .filter(move |&(i, tried)| is_lost(tried) && (i == 0 || !is_lost(&self.map[i - 1])))
             .map(|(_, tried)| tried)
     }
 
@@ -274,17 +273,15 @@ impl LimitSearch<'_> {
                 safe.trials += 1;
                 if !self.outcome(disturbance)?.is_success() {
                     let posterior = self.limit(rule, heading_deg, |_| ())?;
-                    let (limit_n_s, limit_trials) =
-                        (posterior.impulse50().at_n_s, posterior.trials());
-                    let of_limit = impulse_n_s / limit_n_s;
+                    let limit_n_s = posterior.impulse50().at_n_s;
                     safe.first_loss = Some(FirstLoss {
                         impulse_n_s,
                         heading_deg,
                         start_s,
                         trial,
                         limit_n_s,
-                        limit_trials,
-                        of_limit,
+                        limit_trials: posterior.trials(),
+                        of_limit: impulse_n_s / limit_n_s,
                     });
                     return Ok(safe);
                 }
@@ -297,20 +294,18 @@ impl LimitSearch<'_> {
     /// Tries the impulses up to `to_n_s`, in steps of `grid_n_s`.
     fn map(&self, grid_n_s: f64, to_n_s: f64) -> Result<Vec<MapPoint>> {
         let points = ((to_n_s / grid_n_s) as u64).min(MOST_GRID_POINTS);
-        let tried = |point: u64| {
-            let (impulse_n_s, trial) = (
-                grid_n_s * point as f64,
-                first_trial(self.heading_deg) + MAP_TRIALS + point,
-            );
-            let outcome =
-                self.outcome(pushed(self.campaign, trial, impulse_n_s, self.heading_deg))?;
-            Ok(MapPoint {
+        let mut map = Vec::new();
+        for point in 1..=points {
+            let impulse_n_s = grid_n_s * point as f64;
+            let trial = first_trial(self.heading_deg) + MAP_TRIALS + point;
+            let disturbance = pushed(self.campaign, trial, impulse_n_s, self.heading_deg);
+            map.push(MapPoint {
                 impulse_n_s,
                 trial,
-                outcome,
-            })
-        };
-        (1..=points).map(tried).collect()
+                outcome: self.outcome(disturbance)?,
+            });
+        }
+        Ok(map)
     }
 
     /// Fails if the searches are to stop.

@@ -99,8 +99,7 @@ impl Claim {
 impl Folder {
     /// Fails if the folder no longer belongs to this campaign.
     pub fn check_owner(&self) -> Result<()> {
-        let found = Manifest::stated_hash(&self.path);
-        let problem = match found {
+        let problem = match Manifest::stated_hash(&self.path) {
             Some(hash) if hash == self.manifest.config_hash => return Ok(()),
             Some(_) => "has been taken by another campaign; give each its own --out",
             None => "its manifest (parts/campaign.json) has disappeared",

@@ -41,43 +41,38 @@ pub fn columns<'a>(
     totals: &'a [String],
     rows: &'a [StringRecord],
 ) -> impl Iterator<Item = DataColumn> + 'a {
-    let of_field = move |(at, field): (usize, &Field)| {
-        let cells = rows.iter().map(move |row| &row[at]);
-        let some = |cell: &'a str| (!cell.is_empty()).then_some(cell);
-        let data = match (field.kind, field.is_optional) {
-            (FieldKind::Count, _) => Data::I64(cells.map(parsed).collect()),
-            (FieldKind::Number, false) => Data::F64(cells.map(parsed).collect()),
-            (FieldKind::Number, true) => {
-                Data::OptF64(cells.map(|cell| some(cell).map(parsed)).collect())
-            }
-            (FieldKind::Word, false) => Data::Text(cells.map(String::from).collect()),
-            (FieldKind::Word, true) => {
-                Data::OptText(cells.map(|cell| some(cell).map(String::from)).collect())
-            }
-        };
-        DataColumn::new(field.name, data)
-    };
     let last = fields.len() - 1;
     let of_controllers: Vec<Totals> = rows
         .iter()
         .map(|row| Totals::read(&row[last]).unwrap_or_default())
         .collect();
-    let of_total = move |name: &String| {
-        DataColumn::new(
-            name,
-            Data::OptF64(
-                of_controllers
-                    .iter()
-                    .map(|totals| totals.0.get(name).copied())
-                    .collect(),
-            ),
-        )
-    };
     fields[..last]
         .iter()
         .enumerate()
-        .map(of_field)
-        .chain(totals.iter().map(of_total))
+        .map(move |(i, field)| column(field, rows.iter().map(move |row| &row[i])))
+        .chain(totals.iter().map(move |name| {
+            let values = of_controllers
+                .iter()
+                .map(|totals| totals.0.get(name).copied());
+            DataColumn::new(name, Data::OptF64(values.collect()))
+        }))
+}
+
+/// The column of a field with these cells.
+fn column<'a>(field: &Field, cells: impl Iterator<Item = &'a str>) -> DataColumn {
+    let some = |cell: &'a str| (!cell.is_empty()).then_some(cell);
+    let data = match (field.kind, field.is_optional) {
+        (FieldKind::Count, _) => Data::I64(cells.map(parsed).collect()),
+        (FieldKind::Number, false) => Data::F64(cells.map(parsed).collect()),
+        (FieldKind::Number, true) => {
+            Data::OptF64(cells.map(|cell| some(cell).map(parsed)).collect())
+        }
+        (FieldKind::Word, false) => Data::Text(cells.map(String::from).collect()),
+        (FieldKind::Word, true) => {
+            Data::OptText(cells.map(|cell| some(cell).map(String::from)).collect())
+        }
+    };
+    DataColumn::new(field.name, data)
 }
 
 /// The value of a cell that was written as one.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::read;
-use standfast_files::{build_id, is_temporary, json, shell_word, write_atomic};
+use standfast_files::{build_id, is_temporary, json, write_atomic};
 use std::collections::{BTreeSet, HashMap};
 use std::ffi::OsString;
 use std::ops::Range;
@@ -102,49 +102,30 @@ impl Folder {
         if Self::markers(path)?.is_empty() {
             return Ok(None);
         }
-        let [file, out] = [path.join("campaign.toml"), path.into()]
-            .map(|path| shell_word(&path.display().to_string()));
-        let problem = format!(
-            "holds parts, but their manifest (parts/campaign.json) is lost. The command that began it writes it again, \
-             and so does: standfast run {file} --out {out}"
-        );
-        Err(Error::Parts {
-            path: path.into(),
-            problem,
-        })
+        Err(Error::LostManifest(path.into()))
     }
 
     /// The markers of the parts in a folder, which can be read without a manifest. There are none if a run failed
     /// before its first part. It fails if the folder has other content.
     pub fn markers(path: &Path) -> Result<Vec<Marker>> {
-        let names = |folder: &Path| -> Result<Vec<OsString>> {
-            let fail = |source| Error::Read {
-                path: folder.into(),
-                source,
-            };
-            let names: std::io::Result<_> =
-                fs::read_dir(folder).and_then(|all| all.map(|e| Ok(e?.file_name())).collect());
-            names.map_err(fail)
-        };
         let parts = path.join("parts");
-        let is_marker = |name: &OsString| {
-            name.to_str()
-                .is_some_and(|n| n.starts_with("part-") && n.ends_with(".json"))
-        };
-        let of_parts = if parts.is_dir() {
-            names(&parts)?
-        } else {
-            Vec::new()
-        };
-        let names_of_markers = of_parts.iter().filter(|name| is_marker(name));
-        let markers: Vec<Marker> = names_of_markers
-            .filter_map(|name| Marker::read(&parts.join(name)))
-            .collect();
+        let mut markers = Vec::new();
+        if parts.is_dir() {
+            for name in names(&parts)? {
+                let is_marker = name
+                    .to_str()
+                    .is_some_and(|name| name.starts_with("part-") && name.ends_with(".json"));
+                if is_marker {
+                    markers.extend(Marker::read(&parts.join(name)));
+                }
+            }
+        }
         // A run creates `parts` first. If that is missing, a `campaign.toml` is a file of the user.
-        let is_ours = |name: &OsString| {
-            (parts.is_dir() && BEGUN.iter().any(|ours| name == ours)) || is_temporary(name)
-        };
-        if markers.is_empty() && !names(path)?.iter().all(is_ours) {
+        if markers.is_empty()
+            && !names(path)?.iter().all(|name| {
+                (parts.is_dir() && BEGUN.iter().any(|ours| name == ours)) || is_temporary(name)
+            })
+        {
             let problem =
                 "is not the folder of a campaign: it has no parts/campaign.json, and holds other files".into();
             return Err(Error::Parts {
@@ -184,7 +165,7 @@ impl Folder {
         Folder::open(&self.path)
             .ok()
             .flatten()
-            .is_some_and(|found| found.manifest != self.manifest)
+            .is_some_and(|stored| stored.manifest != self.manifest)
     }
 
     /// Number of trials in the result. It is the number of the campaign or, if the campaign ended early, the number at
@@ -211,35 +192,37 @@ impl Folder {
     }
 
     fn stopped(&self) -> Option<Stopped> {
-        let Manifest { campaign, sets, .. } = &self.manifest;
-        let stopped = || -> Option<Stopped> {
-            serde_json::from_slice(&read(&self.stopped_path(), MOST_BYTES).ok()?).ok()
+        let Manifest {
+            campaign,
+            sets,
+            config_hash,
+            ..
+        } = &self.manifest;
+        if !campaign.stopping.until_resolved {
+            return None;
+        }
+        let stopped: Stopped =
+            serde_json::from_slice(&read(&self.stopped_path(), MOST_BYTES).ok()?).ok()?;
+        let is_end = |trials: u64| {
+            let looks = self.manifest.looks().into_iter();
+            trials == campaign.trials
+                || looks
+                    .flat_map(|looks| looks.until(trials))
+                    .any(|look| look == trials)
         };
-        let valid = |stopped: &Stopped| {
-            let is_end = |trials: &u64| {
-                let mut looks = self
-                    .manifest
-                    .looks()
-                    .into_iter()
-                    .flat_map(|looks| looks.until(*trials));
-                *trials == campaign.trials || looks.any(|look| look == *trials)
-            };
-            let of_sets = |trials: &Vec<u64>| {
-                trials.len() == sets.len()
-                    && trials.iter().max() == Some(&stopped.trials)
-                    && trials.iter().all(is_end)
-            };
-            stopped.config_hash == self.manifest.config_hash
-                && stopped.trials <= campaign.trials
-                && is_end(&stopped.trials)
-                && stopped.set_trials.as_ref().is_none_or(of_sets)
+        let are_ends = match &stopped.set_trials {
+            Some(set_trials) => {
+                set_trials.len() == sets.len()
+                    && set_trials.iter().max() == Some(&stopped.trials)
+                    && set_trials.iter().all(|trials| is_end(*trials))
+            }
+            None => true,
         };
-        campaign
-            .stopping
-            .until_resolved
-            .then(stopped)
-            .flatten()
-            .filter(valid)
+        (stopped.config_hash == *config_hash
+            && stopped.trials <= campaign.trials
+            && is_end(stopped.trials)
+            && are_ends)
+            .then_some(stopped)
     }
 
     /// Writes that the campaign was decided and has ended, with the number of trials of each controller.
@@ -276,12 +259,13 @@ impl Folder {
     /// The blocks that are not complete, in order.
     pub fn missing(&self) -> Vec<u64> {
         let set_trials = self.set_trials();
-        let is_missing = |&block: &u64| match &set_trials {
-            Some(set_trials) => self.lacks(block, set_trials).contains(&true),
-            // If the campaign has not ended, it is not known which controllers a part must have.
-            None => !self.part(block).holds().contains(&true),
-        };
-        (0..self.blocks()).filter(is_missing).collect()
+        (0..self.blocks())
+            .filter(|&block| match &set_trials {
+                Some(set_trials) => self.lacks(block, set_trials).contains(&true),
+                // If the campaign has not ended, it is not known which controllers a part must have.
+                None => !self.part(block).holds().contains(&true),
+            })
+            .collect()
     }
 
     /// For each controller, whether a block is still to be run, if the controllers have these numbers of trials.
@@ -338,29 +322,25 @@ impl Folder {
     pub fn parts(&self) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>> {
         let missing = self.missing();
         if !missing.is_empty() {
-            let problem = format!(
-                "incomplete: {} of {} parts are missing or damaged (trials {}); to complete it, run: {}",
+            return Err(self.incomplete(format!(
+                "{} of {} parts are missing or damaged (trials {})",
                 missing.len(),
                 self.blocks(),
                 self.trials_of(&missing),
-                self.resume_command(),
-            );
-            return Err(Error::Parts {
-                path: self.path.clone(),
-                problem,
-            });
+            )));
         }
         let Some(set_trials) = self.set_trials() else {
-            let problem = format!(
-                "incomplete: it was stopped before its end; to complete it, run: {}",
-                self.resume_command()
-            );
-            return Err(Error::Parts {
-                path: self.path.clone(),
-                problem,
-            });
+            return Err(self.incomplete("it was stopped before its end".into()));
         };
         Ok((0..self.blocks()).map(move |block| self.rows_of(block..block + 1, &set_trials)))
+    }
+
+    fn incomplete(&self, problem: String) -> Error {
+        Error::Incomplete {
+            path: self.path.clone(),
+            problem,
+            asks_for_baseline: self.asks_for_baseline(),
+        }
     }
 
     /// The rows of these blocks. Rows beyond the number of trials of their controller are left out. It fails if a part
@@ -397,54 +377,10 @@ impl Folder {
         joined(blocks.iter().map(|&block| self.range(block))).join(", ")
     }
 
-    /// The command that computes the missing trials.
-    pub fn resume_command(&self) -> String {
-        let file = shell_word(&self.path.join("campaign.toml").display().to_string());
-        format!(
-            "standfast run {file} --out {}{}",
-            shell_word(&self.path.display().to_string()),
-            self.baseline_option()
-        )
-    }
-
-    /// The error if `gates` are added to a finished campaign whose trials do not decide them.
-    pub fn undecided(&self, gates: &[String]) -> Error {
-        let gates: String = gates
-            .iter()
-            .map(|gate| format!(" --gate {}", shell_word(gate)))
-            .collect();
-        let problem = format!(
-            "its {} trials do not decide what is asked, and nothing was changed; to continue it, run: {}{gates}",
-            self.trials(),
-            self.resume_command()
-        );
-        Error::Parts {
-            path: self.path.clone(),
-            problem,
-        }
-    }
-
-    /// The command that joins the finished parts.
-    pub fn merge_command(&self) -> String {
-        format!(
-            "standfast merge {}{}",
-            shell_word(&self.path.display().to_string()),
-            self.baseline_option()
-        )
-    }
-
-    /// The option that commands on this folder need if a gate compares with a baseline.
-    fn baseline_option(&self) -> &'static str {
-        if self
-            .manifest
-            .campaign
-            .gates
-            .ask_for_baseline(&self.manifest.sets)
-        {
-            " --baseline DIR"
-        } else {
-            ""
-        }
+    /// Whether a gate compares with a baseline, which commands on this folder then need.
+    pub fn asks_for_baseline(&self) -> bool {
+        let Manifest { campaign, sets, .. } = &self.manifest;
+        campaign.gates.ask_for_baseline(sets)
     }
 
     /// Removes temporary files of programs that ended while they were writing. No program may be at work in the folder.
@@ -453,10 +389,10 @@ impl Folder {
             let Ok(entries) = fs::read_dir(self.path.join(folder)) else {
                 continue;
             };
-            let is_left =
-                |entry: &fs::DirEntry| entry.path().is_file() && is_temporary(&entry.file_name());
-            for entry in entries.flatten().filter(is_left) {
-                remove(&entry.path())?;
+            for entry in entries.flatten() {
+                if entry.path().is_file() && is_temporary(&entry.file_name()) {
+                    remove(&entry.path())?;
+                }
             }
         }
         Ok(())
@@ -465,18 +401,18 @@ impl Folder {
     /// Removes the files that were made from the parts, before the parts change.
     pub fn remove_result(&self) -> Result<()> {
         remove(&self.stopped_path())?;
-        RESULT_FILES
-            .iter()
-            .try_for_each(|name| remove(&self.path.join(name)))?;
+        for name in RESULT_FILES {
+            remove(&self.path.join(name))?;
+        }
         let Ok(pages) = fs::read_dir(self.path.join(REPLAYS)) else {
             return Ok(());
         };
-        pages
-            .flatten()
-            .filter(|page| {
-                page.path().is_file() && page.file_name().to_string_lossy().starts_with("trial-")
-            })
-            .try_for_each(|page| remove(&page.path()))
+        for page in pages.flatten() {
+            if page.path().is_file() && page.file_name().to_string_lossy().starts_with("trial-") {
+                remove(&page.path())?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -490,14 +426,23 @@ pub fn joined(ranges: impl IntoIterator<Item = (u64, u64)>) -> Vec<String> {
             _ => joined.push((first, end)),
         }
     }
-    let text = |(first, end): (u64, u64)| {
-        if end - first == 1 {
-            first.to_string()
-        } else {
-            format!("{first}-{}", end - 1)
-        }
-    };
-    joined.into_iter().map(text).collect()
+    joined
+        .into_iter()
+        .map(|(first, end)| match end - first {
+            1 => first.to_string(),
+            _ => format!("{first}-{}", end - 1),
+        })
+        .collect()
+}
+
+/// The names of what lies in a folder.
+fn names(folder: &Path) -> Result<Vec<OsString>> {
+    let names: std::io::Result<_> = fs::read_dir(folder)
+        .and_then(|entries| entries.map(|entry| Ok(entry?.file_name())).collect());
+    names.map_err(|source| Error::Read {
+        path: folder.into(),
+        source,
+    })
 }
 
 /// Removes a file if it exists.
@@ -546,9 +491,9 @@ pub(crate) mod tests {
     fn written(blocks: &[u64]) -> (tempfile::TempDir, Folder) {
         let dir = tempfile::tempdir().unwrap();
         let folder = folder(dir.path());
-        blocks
-            .iter()
-            .for_each(|block| folder.part(*block).write(&rows(&folder, *block)).unwrap());
+        for block in blocks {
+            folder.part(*block).write(&rows(&folder, *block)).unwrap();
+        }
         (dir, folder)
     }
 
@@ -562,18 +507,17 @@ pub(crate) mod tests {
             Outcome::TimedOut,
         ];
         let campaign = &folder.manifest.campaign;
-        let of_trial = |t: u64| {
-            let record = record(outcomes[t as usize % 5]);
-            let row = TrialRow {
-                record,
-                ..TrialRow::drawn(campaign, t)
-            };
-            ["hold", "fixed"].map(|set| TrialRow {
-                set: set.into(),
-                ..row.clone()
-            })
-        };
-        (first..end).flat_map(of_trial).collect()
+        let mut rows = Vec::new();
+        for trial in first..end {
+            for set in ["hold", "fixed"] {
+                rows.push(TrialRow {
+                    set: set.into(),
+                    record: record(outcomes[trial as usize % 5]),
+                    ..TrialRow::drawn(campaign, trial)
+                });
+            }
+        }
+        rows
     }
 
     #[test]
@@ -676,9 +620,9 @@ pub(crate) mod tests {
             trials: 60,
             ..campaign
         };
-        [1, 2]
-            .into_iter()
-            .for_each(|block| folder.part(block).write(&rows(&folder, block)).unwrap());
+        for block in [1, 2] {
+            folder.part(block).write(&rows(&folder, block)).unwrap();
+        }
         let a_bit_more = |value: f64| f64::from_bits(value.to_bits() + 1);
         type DrawnChange<'a> = (&'static str, &'a dyn Fn(&mut TrialRow));
         let changes: [DrawnChange; 12] = [
@@ -761,11 +705,8 @@ pub(crate) mod tests {
         assert!(Folder::open(dir.path()).is_err());
         let folder = folder(dir.path());
         folder.part(0).write(&rows(&folder, 0)).unwrap();
-        let message = Folder::open(dir.path()).unwrap_err().to_string();
-        assert!(
-            message.contains("is lost") && message.contains("standfast run "),
-            "{message}"
-        );
+        let error = Folder::open(dir.path()).unwrap_err();
+        assert!(matches!(error, Error::LostManifest(_)), "{error}");
         let markers = Folder::markers(dir.path()).unwrap();
         assert_eq!(
             (markers.len(), &markers[0].config_hash),

@@ -80,14 +80,15 @@ pub struct Input {
 impl Manifest {
     /// A sentence for each controller that depends on something of which the folder has no copy.
     pub fn told_not_kept(&self) -> Vec<String> {
-        let told = |(name, files): (&String, &Vec<String>)| {
+        let mut sentences = Vec::new();
+        for (name, files) in &self.not_kept {
             let listed = files.join(", ");
-            format!(
+            sentences.push(format!(
                 "{name} depends on files that are not kept: {listed}. No hash shows whether they change, and a replay elsewhere \
                  lacks them."
-            )
-        };
-        self.not_kept.iter().map(told).collect()
+            ));
+        }
+        sentences
     }
 
     /// The looks at which the campaign may end. It is None if its number of trials is fixed.
@@ -115,21 +116,21 @@ impl Manifest {
     /// Why the trials of `here` are not the trials of this manifest: versions, keys of the campaign with both values,
     /// and inputs that differ.
     pub fn differences(&self, here: &Manifest) -> Vec<String> {
-        let mut found = Vec::new();
+        let mut differing = Vec::new();
         let [there, now] = [self, here].map(|manifest| {
             let campaign = what_trials_are(&manifest.campaign);
             json!({ "standfast": manifest.standfast, "engine": manifest.engine, "": campaign })
         });
         for key in ["standfast", "engine", ""] {
-            differences(key, &now[key], &there[key], &mut found);
+            differences(key, &now[key], &there[key], &mut differing);
         }
         let both = self.inputs.iter().zip(&here.inputs);
         let changed =
             both.filter(|(there, here)| there.file == here.file && there.sha256 != here.sha256);
-        found.extend(each_once(
+        differing.extend(each_once(
             changed.map(|(_, here)| format!("{} has changed", here.file)),
         ));
-        found
+        differing
     }
 
     /// Reads the manifest of a folder. It fails if the file cannot be read, has values that no campaign can have, or
@@ -169,11 +170,10 @@ impl Manifest {
 
     /// Writes the manifest to a folder, with its seal.
     pub fn write(&self, folder: &Path) -> Result<()> {
-        let fail = |e: serde_json::Error| Error::Syntax {
+        let mut value = serde_json::to_value(self).map_err(|e| Error::Syntax {
             file: MANIFEST.into(),
             message: e.to_string(),
-        };
-        let mut value = serde_json::to_value(self).map_err(fail)?;
+        })?;
         value["seal"] = sha256_hex(value.to_string().as_bytes()).into();
         write_atomic(&folder.join(MANIFEST), json_pretty(&value)?.as_bytes())
     }
@@ -182,18 +182,13 @@ impl Manifest {
     pub fn check(&self, file: &str) -> Result<()> {
         self.campaign.check(file)?;
         let (sets, gains) = (&self.sets, &self.campaign.gains);
-        let is_repeated = |(i, set): (usize, &String)| sets[..i].contains(set);
-        if sets.len() != gains.len() || sets.iter().enumerate().any(is_repeated) {
-            let (problem, accepted) = (
-                "not one for each controller",
-                format!("{} different names", gains.len()),
-            );
+        if sets.len() != gains.len() || (0..sets.len()).any(|i| sets[..i].contains(&sets[i])) {
             return Err(Error::value(
                 file,
                 "sets",
                 sets.join(", "),
-                problem,
-                accepted,
+                "not one for each controller",
+                format!("{} different names", gains.len()),
             ));
         }
         let part_trials = self.part_trials.get();

@@ -62,11 +62,10 @@ impl PartFile<'_> {
     /// must have rows of the same controllers.
     pub fn write(&self, rows: &[TrialRow]) -> Result<()> {
         let path = self.path("csv");
-        let fail = |e: csv::Error| Error::Write {
+        let bytes = write_csv(rows).map_err(|e| Error::Write {
             path: path.clone(),
             source: std::io::Error::other(e),
-        };
-        let bytes = write_csv(rows).map_err(fail)?;
+        })?;
         write_atomic(&path, &bytes)?;
         write_atomic(
             &self.path("json"),
@@ -163,15 +162,18 @@ impl PartFile<'_> {
 
     /// The content of a complete part, and its controllers in the order of the campaign.
     fn content(&self) -> Result<(Vec<u8>, Vec<&String>)> {
-        let marker = read(&self.path("json"), MOST_BYTES)
+        let bytes = read(&self.path("json"), MOST_BYTES)
             .map_err(|e| self.damaged(format!("its marker cannot be read: {e}")))?;
         let content =
             read(&self.path("csv"), MOST_BYTES).map_err(|e| self.damaged(e.to_string()))?;
-        let found: Marker = serde_json::from_slice(&marker)
+        let marker: Marker = serde_json::from_slice(&bytes)
             .map_err(|e| self.damaged(format!("its marker is damaged: {e}")))?;
-        let is_held = |set: &&String| found.sets.as_ref().is_none_or(|held| held.contains(set));
-        let sets: Vec<&String> = self.sets.iter().filter(is_held).collect();
-        if found == self.marker(&found.build, &sets, &content) {
+        let sets: Vec<&String> = self
+            .sets
+            .iter()
+            .filter(|set| marker.sets.as_ref().is_none_or(|held| held.contains(set)))
+            .collect();
+        if marker == self.marker(&marker.build, &sets, &content) {
             Ok((content, sets))
         } else {
             Err(self.damaged("does not match its marker".into()))

@@ -66,7 +66,6 @@ impl TrialRow {
             second_start_s: second.map(|push| push.start_s),
         };
         let impulse_over_m_omega_d = no_step_n_s.map(|bound_n_s| push.impulse_n_s / bound_n_s);
-        let repeats = None;
         Self {
             trial,
             set: set.into(),
@@ -74,7 +73,7 @@ impl TrialRow {
             push,
             second,
             variation,
-            repeats,
+            repeats: None,
             record,
         }
     }
@@ -86,24 +85,24 @@ impl TrialRow {
             second_heading_deg,
             second_start_s,
         } = self.second;
-        let second = || {
-            let (impulse_n_s, heading_deg) = (second_impulse_n_s?, second_heading_deg?);
-            Some(Push {
+        let mut pushes = vec![self.push];
+        if let (Some(impulse_n_s), Some(heading_deg), Some(start_s)) =
+            (second_impulse_n_s, second_heading_deg, second_start_s)
+        {
+            pushes.push(Push {
                 impulse_n_s,
                 heading_deg,
-                start_s: second_start_s?,
+                start_s,
                 ..self.push
-            })
-        };
-        std::iter::once(self.push).chain(second()).collect()
+            });
+        }
+        pushes
     }
 
     /// A row of this trial before it was run: with all drawn quantities, and without a controller.
     pub fn drawn(campaign: &Campaign, trial: u64) -> Self {
-        let (pushes, variation) = (
-            trial::pushes(campaign, trial),
-            trial::variation(campaign, trial),
-        );
+        let pushes = trial::pushes(campaign, trial);
+        let variation = trial::variation(campaign, trial);
         Self::new(trial, "", &pushes, None, variation, Record::default())
     }
 
@@ -138,26 +137,23 @@ impl TrialRow {
 
     /// Fails, in words, if a column differs by a bit from what `seed` [draws](Self::drawn) for this trial.
     pub fn check_drawn(&self, drawn: &Self, seed: u64) -> Result<(), String> {
-        let bits = |value: Option<f64>| value.map(f64::to_bits);
-        let told =
-            |value: Option<f64>| value.map_or("(none)".to_string(), |value| value.to_string());
-        let mut numbers = self.drawn_columns().into_iter().zip(drawn.drawn_columns());
-        let other = numbers.find(|((_, found), (_, drawn))| bits(*found) != bits(*drawn));
-        let other = other.map(|((name, found), (_, drawn))| (name, told(found), told(drawn)));
-        let [found, of_seed] = [self, drawn].map(|row| row.push.profile);
-        let other =
-            other
-                .or((found != of_seed)
-                    .then(|| ("profile", found.name().into(), of_seed.name().into())));
-        let Some((name, value, accepted)) = other else {
-            return Ok(());
+        let shown = |value: Option<f64>| value.map_or("(none)".into(), |value| value.to_string());
+        let refuse = |name: &str, value: &str, accepted: &str| {
+            let problem = format!("is not what seed {seed} draws for this trial");
+            Err(self.refused(name, value, &problem, accepted))
         };
-        Err(self.refused(
-            name,
-            &value,
-            &format!("is not what seed {seed} draws for this trial"),
-            &accepted,
-        ))
+        for ((name, value), (_, drawn)) in
+            self.drawn_columns().into_iter().zip(drawn.drawn_columns())
+        {
+            if value.map(f64::to_bits) != drawn.map(f64::to_bits) {
+                return refuse(name, &shown(value), &shown(drawn));
+            }
+        }
+        let [profile, drawn] = [self, drawn].map(|row| row.push.profile);
+        if profile != drawn {
+            return refuse("profile", profile.name(), drawn.name());
+        }
+        Ok(())
     }
 
     /// In words, why a column cannot have a value.
@@ -305,7 +301,9 @@ pub fn write_csv(rows: &[TrialRow]) -> csv::Result<Vec<u8>> {
         .has_headers(false)
         .from_writer(Vec::new());
     csv.write_record(fields::<TrialRow>().iter().map(|field| field.name))?;
-    rows.iter().try_for_each(|row| csv.serialize(row))?;
+    for row in rows {
+        csv.serialize(row)?;
+    }
     csv.into_inner().map_err(|e| e.into_error().into())
 }
 
@@ -412,13 +410,11 @@ pub(crate) mod tests {
 
     /// The rows as columns, with these totals.
     fn as_columns(rows: &[TrialRow], totals: &[&str]) -> Vec<DataColumn> {
-        let (text, totals) = (
-            write_csv(rows).unwrap(),
-            totals
-                .iter()
-                .map(|name| name.to_string())
-                .collect::<Vec<_>>(),
-        );
+        let text = write_csv(rows).unwrap();
+        let totals = totals
+            .iter()
+            .map(|name| name.to_string())
+            .collect::<Vec<_>>();
         let cells: Vec<_> = csv::Reader::from_reader(&text[..])
             .into_records()
             .map(Result::unwrap)

@@ -8,7 +8,7 @@ use crate::store::row::TrialRow;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{PreparedController, Robot};
 use standfast_sim::Engine;
-use standfast_sim::episode::{Disturbance, EpisodeConfig, Outcome, Record};
+use standfast_sim::episode::{Disturbance, EpisodeConfig, Record};
 use std::path::Path;
 
 /// A trial with one controller, ready to run.
@@ -30,14 +30,12 @@ impl StoredTrial {
     /// recover, or else the first that has the trial. It fails if there is no such trial, controller or campaign, or if
     /// an input is gone.
     pub fn open(folder: &Path, trial: u64, set: Option<&str>) -> Result<Self> {
-        let found = Folder::existing(folder)?;
-        let (campaign, sets) = (&found.manifest.campaign, &found.manifest.sets);
+        let result = Folder::existing(folder)?;
+        let (campaign, sets) = (&result.manifest.campaign, &result.manifest.sets);
         campaign.check_trial(trial)?;
-        found
-            .manifest
-            .told_not_kept()
-            .iter()
-            .for_each(|told| log::warn!("{told}"));
+        for warning in result.manifest.told_not_kept() {
+            log::warn!("{warning}");
+        }
         if let Some(name) = set.filter(|name| !sets.iter().any(|set| set == name)) {
             return Err(Error::Unknown {
                 what: "controller",
@@ -45,8 +43,8 @@ impl StoredTrial {
                 accepted: sets.join(", "),
             });
         }
-        let block = (0..found.blocks()).find(|&block| found.range(block).1 > trial);
-        let mut rows = match block.map(|block| found.part(block)) {
+        let block = (0..result.blocks()).find(|&block| result.range(block).1 > trial);
+        let mut rows = match block.map(|block| result.part(block)) {
             // A part that is not there yet has no row. A part that is there must be right.
             Some(part) => part.rows().or_else(|e| {
                 if part.holds().contains(&true) {
@@ -63,7 +61,7 @@ impl StoredTrial {
             .find(|set| rows.iter().any(|r| r.set == **set && !r.has_recovered()));
         let first = rows.first().map_or(&sets[0], |row| &row.set);
         let set = set.unwrap_or_else(|| lost.unwrap_or(first)).to_string();
-        let campaign = found.campaign();
+        let campaign = result.campaign();
         let robot = standfast_robots::load(&campaign.robot)?;
         let settings = standfast_controllers::load(&campaign.gains_named(&set))?;
         let factory = settings.prepare(&robot, campaign.episode.control_period_s)?;
@@ -72,7 +70,7 @@ impl StoredTrial {
             campaign,
             trial,
             set,
-            sets: found.manifest.sets,
+            sets: result.manifest.sets,
             robot,
             factory,
             row,
@@ -103,25 +101,25 @@ impl StoredTrial {
     pub fn difference(&self, record: &Record) -> Option<String> {
         let row = self.row.as_ref()?;
         let bits = |time_s: Option<f64>| time_s.map(f64::to_bits);
-        let same = (row.record.outcome, row.record.end_s.to_bits())
+        if (row.record.outcome, row.record.end_s.to_bits())
             == (record.outcome, record.end_s.to_bits())
             && bits(record.fell_at_s) == bits(row.record.fell_at_s)
-            && bits(record.settled_at_s) == bits(row.record.settled_at_s);
-        let told = |outcome: Outcome, end_s: f64| format!("{} at {end_s:.3} s", outcome.name());
-        let [now, then] = [
-            told(record.outcome, record.end_s),
-            told(row.record.outcome, row.record.end_s),
-        ];
-        (!same).then(|| {
-            let why = match self.factory.can_be_copied() {
-                true => "The result was made by another build of standfast, or its inputs have changed",
-                false => {
-                    "The controller does not repeat itself, its inputs have changed, or the result was made by another build \
-                     of standfast"
-                }
-            };
-            let (trial, set) = (self.trial, &self.set);
-            format!("trial {trial} of {set} is not as it was: {now}, but {then} in the result. {why}")
-        })
+            && bits(record.settled_at_s) == bits(row.record.settled_at_s)
+        {
+            return None;
+        }
+        let [now, then] = [record, &row.record]
+            .map(|record| format!("{} at {:.3} s", record.outcome.name(), record.end_s));
+        let why = match self.factory.can_be_copied() {
+            true => "The result was made by another build of standfast, or its inputs have changed",
+            false => {
+                "The controller does not repeat itself, its inputs have changed, or the result was made by another build \
+                 of standfast"
+            }
+        };
+        let (trial, set) = (self.trial, &self.set);
+        Some(format!(
+            "trial {trial} of {set} is not as it was: {now}, but {then} in the result. {why}"
+        ))
     }
 }

@@ -252,11 +252,9 @@ fn a_mirrored_push_is_caught_by_the_mirrored_foot() {
                 [heading, -heading].map(|heading| bench.push(push(impulse, heading)));
             let (a, b) = (&one.footsteps.taken[0], &other.footsteps.taken[0]);
             let apart = |p: [f64; 3], q: [f64; 3]| (p[0] - q[0]).hypot(p[1] + q[1]);
-            let (from, to, land) = (
-                apart(a.from_m, b.from_m),
-                apart(a.to_m, b.to_m),
-                (a.land_s - b.land_s).abs(),
-            );
+            let from = apart(a.from_m, b.from_m);
+            let to = apart(a.to_m, b.to_m);
+            let land = (a.land_s - b.land_s).abs();
             println!(
                 "{heading} degrees: {} foot, {from:.1e} m, {to:.1e} m, {land:.1e} s",
                 a.foot.name()

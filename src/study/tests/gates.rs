@@ -46,8 +46,10 @@ fn a_gate_of_a_rate_errs_as_seldom_as_said_and_sees_what_is_far() {
     let gate = gate("catch >= 0.80");
     println!("rate trials: passed, failed, failed by a raw threshold");
     let of_rate = |rate: f64, trials: u64| {
-        let judge = |recovered| Evidence::rate(recovered, trials, 0.95, false).answer(&gate, 0.95);
-        let shares = shares(|rng| draw(rng, trials, rate), judge);
+        let shares = shares(
+            |rng| draw(rng, trials, rate),
+            |recovered| Evidence::rate(recovered, trials, 0.95, false).answer(&gate, 0.95),
+        );
         println!("{rate} {trials}: {shares:.4?}");
         shares
     };
@@ -132,9 +134,10 @@ fn so_many_more_trials_resolve_in_about_four_of_five_campaigns() {
                 (Status::Unresolved, sequential)
             );
             let trials = if sequential { 200 } else { 0 } + seen.more_trials.unwrap();
-            let judge =
-                |recovered| Evidence::rate(recovered, trials, 0.95, sequential).answer(&gate, 0.95);
-            let [passed, failed, _] = shares(|rng| draw(rng, trials, rate), judge);
+            let [passed, failed, _] = shares(
+                |rng| draw(rng, trials, rate),
+                |recovered| Evidence::rate(recovered, trials, 0.95, sequential).answer(&gate, 0.95),
+            );
             println!(
                 "{rate} for {required}, sequential {sequential}: {trials} trials, {passed} {failed}"
             );
@@ -160,10 +163,8 @@ fn so_many_more_trials_resolve_in_about_four_of_five_campaigns() {
         let judge =
             |counts: &PairedCounts| Evidence::difference(counts, 0.95, false).answer(&gate, 0.95);
         let seen = judge(&counts(100, only_a, only_b));
-        let (trials, [a, b]) = (
-            seen.more_trials.unwrap(),
-            [only_a, only_b].map(|count| count as f64 / 100.0),
-        );
+        let trials = seen.more_trials.unwrap();
+        let [a, b] = [only_a, only_b].map(|count| count as f64 / 100.0);
         let pairs = |rng: &mut ChaCha8Rng| {
             let differ = draw(rng, trials, a + b);
             let only_a = draw(rng, differ, a / (a + b));
@@ -193,14 +194,13 @@ fn a_gate_that_is_looked_at_until_it_is_resolved_errs_as_seldom_as_said() {
                 let next = Looks::up_to(most).after(trials);
                 recovered += draw(&mut rng, next - trials, rate);
                 trials = next;
-                let judge = || {
-                    Evidence::rate(recovered, trials, 0.95, sequential)
-                        .answer(&gate, 0.95)
-                        .status
-                };
                 status = *known
                     .entry((recovered, trials, sequential))
-                    .or_insert_with(judge);
+                    .or_insert_with(|| {
+                        Evidence::rate(recovered, trials, 0.95, sequential)
+                            .answer(&gate, 0.95)
+                            .status
+                    });
             }
             passed += u32::from(status == Status::Passed);
             failed += u32::from(status == Status::Failed);

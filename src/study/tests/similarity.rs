@@ -30,13 +30,11 @@ impl Bench {
     /// UT-mu2 in a built-in campaign, scaled.
     fn new(campaign: &str, scale: SizeRatio) -> Self {
         let campaign = Campaign::load(campaign, &Overrides::default()).unwrap();
-        let (usual, time) = (
-            EpisodeConfig {
-                engine: crate::common::engine(),
-                ..campaign.episode
-            },
-            scale.time(),
-        );
+        let usual = EpisodeConfig {
+            engine: crate::common::engine(),
+            ..campaign.episode
+        };
+        let time = scale.time();
         let judge = Judge {
             standing_com_speed_m_s: usual.judge.standing_com_speed_m_s * time,
             standing_time_s: usual.judge.standing_time_s * time,

@@ -31,11 +31,11 @@ pub struct IncumbentSample<'a> {
 impl<'a> IncumbentSample<'a> {
     /// Takes the incumbent's outcomes of the first trials.
     pub fn new(campaign: &'a Campaign, won: &[bool]) -> Self {
-        let push = |(i, won): (usize, &bool)| (trial::push(campaign, i as u64), *won);
-        Self {
-            campaign,
-            won: won.iter().enumerate().map(push).collect(),
-        }
+        let won = (0..)
+            .zip(won)
+            .map(|(trial, won)| (trial::push(campaign, trial), *won))
+            .collect();
+        Self { campaign, won }
     }
 
     /// The estimated chance that the incumbent recovers from a push.

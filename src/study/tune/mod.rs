@@ -12,12 +12,12 @@ pub mod race;
 pub mod response;
 pub mod search;
 pub mod shard_pool;
+pub mod verdict;
 
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use crate::plan::{PreparedCampaign, each_caught, pool};
 use crate::store::shard::Shard;
-use crate::verdict::summary::Summary;
 use draw::IncumbentSample;
 use race::{EpisodeScore, WeightedTrial};
 use response::Effect;
@@ -36,6 +36,7 @@ use standfast_robots::urdf::Files;
 use standfast_sim::episode::ClosedLoop;
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use verdict::CaseVerdict;
 
 /// The file of the task.
 const TASK: &str = "task.json";
@@ -123,11 +124,9 @@ impl Task {
     fn final_seed_of(&self, hash: &str) -> u64 {
         let seed =
             u64::from_str_radix(&hash[..16], 16).expect("a hash begins with 16 hexadecimal digits");
-        let is_new =
-            |derived: &u64| *derived != self.search_seed && !self.judged_before.contains(derived);
         (0..)
             .map(|number| trial::derived_seed(seed, number))
-            .find(is_new)
+            .find(|derived| *derived != self.search_seed && !self.judged_before.contains(derived))
             .expect("one of so many is new")
     }
 }
@@ -188,55 +187,6 @@ pub struct Tuned {
     pub is_better: bool,
 }
 
-/// What the final campaign says of a case.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct CaseVerdict {
-    pub robot: String,
-    pub engine: String,
-    /// The result folder of the case, relative to the folder of the search.
-    pub folder: String,
-    /// The seed of the pushes, from trial 0 on.
-    pub seed: u64,
-    pub trials: u64,
-    /// Numbers of trials from which the incumbent and the proposed controller recover.
-    pub recovered: [u64; 2],
-    /// The rate of the proposed controller less the rate of the incumbent, with its 95 % interval, and p of the exact
-    /// McNemar test.
-    pub difference: f64,
-    pub ci95: [f64; 2],
-    pub p: f64,
-}
-
-/// The level of the final test.
-const LEVEL: f64 = 0.05;
-
-impl CaseVerdict {
-    /// The verdict from the result of a final campaign with the incumbent and the proposed controller.
-    pub fn of(case: &CaseId, folder: &str, summary: &Summary, proposed: &str) -> Option<Self> {
-        let pair = summary.pairs.first()?;
-        let counts = if pair.a == proposed {
-            pair.counts
-        } else {
-            pair.counts.swapped()
-        };
-        Some(Self {
-            robot: case.robot.clone(),
-            engine: case.engine.clone(),
-            folder: folder.into(),
-            seed: summary.seed,
-            trials: counts.trials(),
-            recovered: [counts.both + counts.only_b, counts.both + counts.only_a],
-            difference: counts.difference(),
-            ci95: counts.difference_interval(1.0 - LEVEL),
-            p: counts.mcnemar_p(),
-        })
-    }
-
-    pub fn is_better(&self) -> bool {
-        self.difference > 0.0 && self.p < LEVEL
-    }
-}
-
 /// A search whose inputs are read and checked.
 pub struct Tuning {
     pub task: Task,
@@ -271,30 +221,25 @@ impl Tuning {
             ControllerName::split(entry).base,
         )?)?;
         let search_seed = trial::derived_seed(first.seed, 0);
-        let plan = |(campaign, files): &(Campaign, Files)| {
-            PreparedCampaign::with(
-                &Campaign {
-                    seed: search_seed,
-                    ..campaign.clone()
-                },
-                files.clone(),
-            )
-        };
-        let plans = campaigns.iter().map(plan).collect::<Result<Vec<_>>>()?;
-        let case = |plan: &PreparedCampaign, (campaign, _): &(Campaign, Files)| CaseId {
-            robot: campaign.robot.clone(),
-            engine: plan.manifest.engine.clone(),
-            config_hash: plan.manifest.config_hash.clone(),
-        };
+        let (mut plans, mut cases) = (Vec::new(), Vec::new());
+        for (campaign, files) in campaigns {
+            let searched = Campaign {
+                seed: search_seed,
+                ..campaign.clone()
+            };
+            let plan = PreparedCampaign::with(&searched, files.clone())?;
+            cases.push(CaseId {
+                robot: campaign.robot.clone(),
+                engine: plan.manifest.engine.clone(),
+                config_hash: plan.manifest.config_hash.clone(),
+            });
+            plans.push(plan);
+        }
         let task = Task {
             standfast: env!("CARGO_PKG_VERSION").into(),
             controller: base.name().into(),
             campaign: first.name.clone(),
-            cases: plans
-                .iter()
-                .zip(campaigns)
-                .map(|(plan, campaign)| case(plan, campaign))
-                .collect(),
+            cases,
             tunables: Vec::new(),
             seed: first.seed,
             search_seed,
@@ -304,11 +249,11 @@ impl Tuning {
             budget_s: None,
             episodes: 0,
         };
-        let there = read::<Task>(&folder.join(TASK))?;
-        if there.is_none() {
+        let stored = read::<Task>(&folder.join(TASK))?;
+        if stored.is_none() {
             check_new(folder)?;
         }
-        let (goes_on, hash) = (there.is_some(), String::new());
+        let (goes_on, hash) = (stored.is_some(), String::new());
         let mut tuning = Self {
             task,
             goes_on,
@@ -319,10 +264,10 @@ impl Tuning {
             options,
         };
         tuning.task.tunables = tuning.tunables()?;
-        tuning.set_budget(there.as_ref())?;
+        tuning.set_budget(stored.as_ref())?;
         tuning.hash = tuning.task.hash()?;
         tuning.task.final_seed = tuning.task.final_seed_of(&tuning.hash);
-        if there.is_some_and(|there| there != tuning.task) {
+        if stored.is_some_and(|stored| stored != tuning.task) {
             let problem =
                 "holds another search (its task differs); give a new folder, or remove this one";
             return Err(Error::Parts {
@@ -419,15 +364,17 @@ impl Tuning {
     /// The controller with these values, for each case.
     fn prepared(&self, values: &[(&str, f64)]) -> Result<Vec<PreparedController>> {
         let settings = with_values(&*self.base, self.base.name(), values)?;
-        let prepare = |plan: &PreparedCampaign| {
-            settings.prepare(&plan.robot, plan.manifest.campaign.episode.control_period_s)
-        };
-        self.plans.iter().map(prepare).collect()
+        let mut prepared = Vec::new();
+        for plan in &self.plans {
+            let period_s = plan.manifest.campaign.episode.control_period_s;
+            prepared.push(settings.prepare(&plan.robot, period_s)?);
+        }
+        Ok(prepared)
     }
 
     /// Converts the budget to a number of episodes, and fails if it is too small. A search that was begun keeps its
     /// number of episodes, because a time would give another number on another day.
-    fn set_budget(&mut self, there: Option<&Task>) -> Result<()> {
+    fn set_budget(&mut self, stored: Option<&Task>) -> Result<()> {
         let (
             cases,
             Task {
@@ -441,10 +388,8 @@ impl Tuning {
         let (budget_s, episodes, episode_s) = match self.options.budget {
             Budget::Episodes(episodes) => (None, episodes, 0.0),
             Budget::Time(time_s) if self.options.shard.is_some() => {
-                let (problem, accepted) = (
-                    "each shard would measure another pace",
-                    "a number of episodes",
-                );
+                let problem = "each shard would measure another pace";
+                let accepted = "a number of episodes";
                 return Err(Error::option(
                     "--budget",
                     format!("{time_s} s"),
@@ -452,8 +397,14 @@ impl Tuning {
                     accepted,
                 ));
             }
-            Budget::Time(time_s) if there.is_some_and(|there| there.budget_s == Some(time_s)) => {
-                (Some(time_s), there.map_or(0, |there| there.episodes), 0.0)
+            Budget::Time(time_s)
+                if stored.is_some_and(|stored| stored.budget_s == Some(time_s)) =>
+            {
+                (
+                    Some(time_s),
+                    stored.map_or(0, |stored| stored.episodes),
+                    0.0,
+                )
             }
             Budget::Time(time_s) => {
                 let of_each = self
@@ -506,10 +457,10 @@ impl Tuning {
             .map(Vec::len)
             .sum::<usize>() as u64;
         for number in 1.. {
-            let Some(there) = self.generation_there(number)? else {
+            let Some(generation) = self.generation_there(number)? else {
                 break;
             };
-            episodes += there.episodes;
+            episodes += generation.episodes;
         }
         Ok(episodes)
     }
@@ -517,34 +468,30 @@ impl Tuning {
     /// The sample that is in the folder.
     fn sample_there(&self) -> Result<Option<Vec<Vec<bool>>>> {
         let path = self.folder.join(SAMPLE_FILE);
-        let there: Option<Vec<Vec<bool>>> = read_of(&path, &self.hash)?;
-        let are_all = |all: &Vec<Vec<bool>>| {
-            all.len() == self.plans.len()
-                && all.iter().all(|of_case| of_case.len() as u64 == SAMPLE)
-        };
-        match there.as_ref().is_none_or(are_all) {
-            true => Ok(there),
-            false => Err(damaged(
+        let sample: Option<Vec<Vec<bool>>> = read_of(&path, &self.hash)?;
+        if let Some(cases) = &sample
+            && (cases.len() != self.plans.len()
+                || cases.iter().any(|won| won.len() as u64 != SAMPLE))
+        {
+            return Err(damaged(
                 &path,
                 &format!("it has not {SAMPLE} outcomes for each case"),
-            )),
+            ));
         }
+        Ok(sample)
     }
 
     /// A generation that is in the folder.
     fn generation_there(&self, number: usize) -> Result<Option<Generation>> {
-        let (path, tunables, cases) = (
-            self.generation_file(number),
-            self.task.tunables.len(),
-            self.plans.len(),
-        );
-        let there: Option<Generation> = read_of(&path, &self.hash)?;
+        let path = self.generation_file(number);
+        let (tunables, cases) = (self.task.tunables.len(), self.plans.len());
+        let generation: Option<Generation> = read_of(&path, &self.hash)?;
         let trials = trials_of(tunables, cases, self.search_episodes());
-        match there
+        match generation
             .as_ref()
-            .and_then(|there| there.problem(number as u64, trials, tunables, cases))
+            .and_then(|generation| generation.problem(number as u64, trials, tunables, cases))
         {
-            None => Ok(there),
+            None => Ok(generation),
             Some(problem) => Err(damaged(&path, problem)),
         }
     }
@@ -618,9 +565,9 @@ impl Tuning {
         while spent + search.next_episodes() <= most {
             let number = generations.len() + 1;
             let generation = match self.generation_there(number)? {
-                Some(there) => {
-                    search.follow(&there);
-                    there
+                Some(stored) => {
+                    search.follow(&stored);
+                    stored
                 }
                 None => {
                     let new = search.generation(team)?;
@@ -633,11 +580,12 @@ impl Tuning {
             generations.push(generation);
         }
         let proposed = search.proposed()?;
-        let rate =
-            |won: &Vec<bool>| won.iter().filter(|won| **won).count() as f64 / won.len() as f64;
         Ok(Tuned {
             task: self.task.clone(),
-            sampled: sampled.iter().map(rate).collect(),
+            sampled: sampled
+                .iter()
+                .map(|won| won.iter().filter(|won| **won).count() as f64 / won.len() as f64)
+                .collect(),
             generations,
             searched: spent,
             effects: search.effects(&proposed),
@@ -650,24 +598,19 @@ impl Tuning {
 
     /// The outcomes of the incumbent in the first trials, for each case.
     fn sample(&self, team: ShardPool, watch: &TuneEvents) -> Result<Vec<Vec<bool>>> {
-        if let Some(there) = self.sample_there()? {
-            return Ok(there);
+        if let Some(sample) = self.sample_there()? {
+            return Ok(sample);
         }
-        let of_plan = |(case, plan): (usize, &PreparedCampaign)| {
+        let mut sampled = Vec::new();
+        for (case, plan) in self.plans.iter().enumerate() {
             let factory = &plan.tried_factories(self.options.untried)?[0];
-            let won = |number: usize| {
+            let name = format!("sample-{}", case + 1);
+            sampled.push(team.gather(&name, SAMPLE as usize, |number| {
                 let tally = tallies(plan, &[factory], number as u64)?[0];
                 (watch.on_episode)();
                 Ok(tally.won)
-            };
-            team.gather(&format!("sample-{}", case + 1), SAMPLE as usize, won)
-        };
-        let sampled = self
-            .plans
-            .iter()
-            .enumerate()
-            .map(of_plan)
-            .collect::<Result<Vec<_>>>()?;
+            })?);
+        }
         self.write(&self.folder.join(SAMPLE_FILE), &sampled)?;
         Ok(sampled)
     }
@@ -736,28 +679,26 @@ fn tallies(
     number: u64,
 ) -> Result<Vec<EpisodeScore>> {
     let campaign = &plan.manifest.campaign;
-    let run = |factories: &[&PreparedController]| {
-        let disturbance = trial::disturbance(campaign, number);
+    let records = each_caught(factories, |factories| {
         ClosedLoop::new(
             &plan.robot,
             factories.iter().copied(),
             &campaign.episode,
-            disturbance,
+            trial::disturbance(campaign, number),
         )
         .finish()
-    };
-    let tally = |record: standfast_sim::episode::Record| EpisodeScore {
-        won: record.outcome.is_success(),
-        footsteps: record.footsteps.taken.len() as u64,
-        // The torque of a robot whose simulation broke may be any number.
-        torque: Some(record.peak_torque_ratio)
-            .filter(|ratio| ratio.is_finite())
-            .unwrap_or(1.0),
-    };
-    Ok(each_caught(factories, run)?
-        .into_iter()
-        .map(tally)
-        .collect())
+    })?;
+    let mut scores = Vec::new();
+    for record in records {
+        let torque = record.peak_torque_ratio;
+        scores.push(EpisodeScore {
+            won: record.outcome.is_success(),
+            footsteps: record.footsteps.taken.len() as u64,
+            // The torque of a robot whose simulation broke may be any number.
+            torque: if torque.is_finite() { torque } else { 1.0 },
+        });
+    }
+    Ok(scores)
 }
 
 /// Names of the files and folders that a search writes, and the beginnings of such names.
@@ -809,9 +750,10 @@ fn check_new(folder: &Path) -> Result<()> {
         .map(|entry| entry.file_name().to_string_lossy().into_owned())
         .collect();
     names.sort();
-    let of_search =
-        |name: &&String| name.as_str() == SAMPLE_FILE || name.starts_with("generation-");
-    let Some(name) = names.iter().find(of_search) else {
+    let Some(name) = names
+        .iter()
+        .find(|name| *name == SAMPLE_FILE || name.starts_with("generation-"))
+    else {
         return Ok(());
     };
     let problem = format!(
@@ -859,9 +801,11 @@ impl Arena for Robots<'_> {
     ) -> Result<Vec<EpisodeScore>> {
         let factories: Vec<&PreparedController> =
             entrants.iter().map(|of_cases| &of_cases[case]).collect();
-        let found = tallies(&self.tuning.plans[case], &factories, trial)?;
-        found.iter().for_each(|_| (self.on_episode)());
-        Ok(found)
+        let scores = tallies(&self.tuning.plans[case], &factories, trial)?;
+        for _ in &scores {
+            (self.on_episode)();
+        }
+        Ok(scores)
     }
 }
 

@@ -89,13 +89,12 @@ impl Race<'_> {
             let jobs: Vec<(usize, usize)> = (from..to)
                 .flat_map(|i| (0..self.cases.len()).map(move |case| (case, i)))
                 .collect();
-            let run = |job: usize| {
+            let name = format!("{}-{}", self.name, look + 1);
+            let scores = self.team.gather(&name, jobs.len(), |job| {
                 let (case, i) = jobs[job];
                 (self.judge)(case, self.cases[case][i].trial, &active)
-            };
-            let name = format!("{}-{}", self.name, look + 1);
-            let found = self.team.gather(&name, jobs.len(), run)?;
-            if found.iter().any(|tallies| tallies.len() != active.len()) {
+            })?;
+            if scores.iter().any(|tallies| tallies.len() != active.len()) {
                 let problem = format!(
                     "parts of {name} do not have all candidates; remove them, and start all shards again"
                 );
@@ -104,12 +103,11 @@ impl Race<'_> {
                     problem,
                 });
             }
-            for ((case, _), tallies) in jobs.iter().zip(found) {
+            for ((case, _), tallies) in jobs.iter().zip(scores) {
                 let mut row = vec![None; self.candidates];
-                active
-                    .iter()
-                    .zip(tallies)
-                    .for_each(|(&candidate, tally)| row[candidate] = Some(tally));
+                for (&candidate, tally) in active.iter().zip(tallies) {
+                    row[candidate] = Some(tally);
+                }
                 board.tallies[*case].push(row);
             }
             episodes += (jobs.len() * active.len()) as u64;
@@ -189,9 +187,8 @@ impl Board<'_> {
 
     /// The case in which a candidate has the least advantage over the incumbent, and that advantage with its error.
     fn worst(&self, candidate: usize) -> (usize, (f64, f64)) {
-        let of_case = |case: usize| (case, self.difference(case, candidate, 0));
-        let cases = (0..self.cases.len()).map(of_case);
-        cases
+        (0..self.cases.len())
+            .map(|case| (case, self.difference(case, candidate, 0)))
             .min_by(|a, b| a.1.0.total_cmp(&b.1.0))
             .unwrap_or((0, (0.0, 0.0)))
     }
@@ -205,15 +202,11 @@ impl Board<'_> {
         let mean = |of: &dyn Fn(&EpisodeScore) -> f64| {
             own.iter().map(of).sum::<f64>() / own.len().max(1) as f64
         };
-        let (footsteps, torque) = (
-            mean(&|tally| tally.footsteps as f64),
-            mean(&|tally| tally.torque),
-        );
         CandidateScore {
             advantage,
             error,
-            footsteps,
-            torque,
+            footsteps: mean(&|tally| tally.footsteps as f64),
+            torque: mean(&|tally| tally.torque),
             trials: own.len(),
         }
     }
@@ -285,19 +278,16 @@ mod tests {
         // Candidate 2 loses all, 3 wins all, and 4 wins all but every eighth; the incumbent wins every second.
         let judge = |_: usize, trial: u64, active: &[usize]| {
             episodes.fetch_add(active.len() as u64, Ordering::Relaxed);
-            let won = |candidate: &usize| match candidate {
-                0 | 1 => trial.is_multiple_of(2),
-                2 => false,
-                3 => true,
-                _ => !trial.is_multiple_of(8),
-            };
-            Ok(active
-                .iter()
-                .map(|candidate| EpisodeScore {
-                    won: won(candidate),
-                    ..EpisodeScore::default()
-                })
-                .collect())
+            let scores = active.iter().map(|candidate| EpisodeScore {
+                won: match candidate {
+                    0 | 1 => trial.is_multiple_of(2),
+                    2 => false,
+                    3 => true,
+                    _ => !trial.is_multiple_of(8),
+                },
+                ..EpisodeScore::default()
+            });
+            Ok(scores.collect())
         };
         let raced = race(5, 1, &judge);
         assert_eq!(raced.order, [3, 4, 2]);
@@ -318,22 +308,19 @@ mod tests {
     #[test]
     fn the_worst_case_counts_and_footsteps_break_a_tie() {
         let judge = |case: usize, trial: u64, active: &[usize]| {
-            let of = |candidate: &usize| {
-                let won = match (candidate, case) {
+            let scores = active.iter().map(|candidate| EpisodeScore {
+                won: match (candidate, case) {
                     (0 | 1, _) => trial.is_multiple_of(2),
                     // Candidate 2 is better in one case, and as much worse in the other.
                     (2, 0) => true,
                     (2, _) => trial.is_multiple_of(4),
                     // The other candidates are a little better in both cases, and one of them takes more footsteps.
                     (_, _) => trial.is_multiple_of(2) || trial % 5 == 1,
-                };
-                EpisodeScore {
-                    won,
-                    footsteps: if *candidate == 3 { 4 } else { 2 },
-                    ..EpisodeScore::default()
-                }
-            };
-            Ok(active.iter().map(of).collect())
+                },
+                footsteps: if *candidate == 3 { 4 } else { 2 },
+                ..EpisodeScore::default()
+            });
+            Ok(scores.collect())
         };
         let raced = race(5, 2, &judge);
         assert_eq!(raced.order, [4, 3, 2]);

@@ -61,20 +61,16 @@ impl Response {
         }));
         let mut sum = DVector::zeros(2 * n);
         for generation in generations {
-            let off = |one: &EvaluatedCandidate, i: usize| one.shares[i] - start[i];
-            let terms = |one: &EvaluatedCandidate| {
-                DVector::from_fn(2 * n, |i, _| {
-                    if i < n {
-                        off(one, i)
-                    } else {
-                        off(one, i - n).powi(2)
-                    }
-                })
-            };
-            let rows: Vec<_> = generation
-                .iter()
-                .map(|one| (one.error.powi(-2), terms(one), one.rate))
-                .collect();
+            let mut rows = Vec::new();
+            for candidate in generation {
+                let off = |i: usize| candidate.shares[i] - start[i];
+                let terms =
+                    DVector::from_fn(
+                        2 * n,
+                        |i, _| if i < n { off(i) } else { off(i - n).powi(2) },
+                    );
+                rows.push((candidate.error.powi(-2), terms, candidate.rate));
+            }
             // The mean of the generation is subtracted, which removes the constant.
             let all: f64 = rows.iter().map(|(weight, ..)| weight).sum();
             let common = rows
@@ -93,21 +89,21 @@ impl Response {
             }
         }
         let covariance = precision.cholesky()?.inverse();
-        let tried: Vec<&EvaluatedCandidate> = generations.iter().flatten().collect();
-        let count = tried.len() as f64;
-        let spread = |i: usize| {
-            let mean = tried.iter().map(|one| one.shares[i]).sum::<f64>() / count;
-            let variance = tried
-                .iter()
-                .map(|one| (one.shares[i] - mean).powi(2))
-                .sum::<f64>()
-                / count;
-            [mean, variance.sqrt()]
-        };
-        let (fitted, tried) = (&covariance * sum, (0..n).map(spread).collect());
-        (count > 0.0).then(|| Self {
+        let candidates: Vec<&EvaluatedCandidate> = generations.iter().flatten().collect();
+        if candidates.is_empty() {
+            return None;
+        }
+        let count = candidates.len() as f64;
+        let mut tried = Vec::new();
+        for i in 0..n {
+            let shares = candidates.iter().map(|candidate| candidate.shares[i]);
+            let mean = shares.clone().sum::<f64>() / count;
+            let variance = shares.map(|share| (share - mean).powi(2)).sum::<f64>() / count;
+            tried.push([mean, variance.sqrt()]);
+        }
+        Some(Self {
             start: start.to_vec(),
-            fitted,
+            fitted: &covariance * sum,
             covariance,
             tried,
         })
@@ -116,14 +112,13 @@ impl Response {
     /// The fitted effect of a number, and the gain if the incumbent changes only this number, to another share of its
     /// range.
     pub fn effect(&self, number: usize, share: f64) -> Effect {
-        let (at, off) = (
-            [number, self.start.len() + number],
-            share - self.start[number],
-        );
+        let at = [number, self.start.len() + number];
+        let off = share - self.start[number];
         let terms = [off, off * off];
-        let of_pair =
-            |(i, j): (usize, usize)| terms[i] * terms[j] * self.covariance[(at[i], at[j])];
-        let variance: f64 = [(0, 0), (0, 1), (1, 0), (1, 1)].map(of_pair).iter().sum();
+        let variance: f64 = [(0, 0), (0, 1), (1, 0), (1, 1)]
+            .map(|(i, j)| terms[i] * terms[j] * self.covariance[(at[i], at[j])])
+            .iter()
+            .sum();
         let [slope, bend] = at.map(|i| self.fitted[i]);
         let effect = Effect {
             slope,
@@ -144,20 +139,23 @@ impl Response {
 
     /// The shares with the greatest fitted rate, each within a standard deviation of the mean of the tried shares.
     pub fn best(&self) -> Vec<f64> {
-        let best = |i: usize| {
+        let mut best = Vec::new();
+        for (i, start) in self.start.iter().enumerate() {
             let [mean, deviation] = self.tried[i];
             let effect = self.effect(i, mean);
             let [from, to] =
                 [mean - deviation, mean + deviation].map(|share| share.clamp(0.0, 1.0));
-            let top = (effect.bend < 0.0)
-                .then(|| (self.start[i] - 0.5 * effect.slope / effect.bend).clamp(from, to));
-            let choices = [from, to].into_iter().chain(top);
-            let gain = |share: &f64| effect.gain(share - self.start[i]);
-            choices
-                .max_by(|a, b| gain(a).total_cmp(&gain(b)))
-                .unwrap_or(mean)
-        };
-        (0..self.start.len()).map(best).collect()
+            let mut choices = vec![from, to];
+            if effect.bend < 0.0 {
+                choices.push((start - 0.5 * effect.slope / effect.bend).clamp(from, to));
+            }
+            let gain = |share: &f64| effect.gain(share - start);
+            let choice = choices
+                .into_iter()
+                .max_by(|a, b| gain(a).total_cmp(&gain(b)));
+            best.push(choice.unwrap_or(mean));
+        }
+        best
     }
 }
 
@@ -169,21 +167,21 @@ mod tests {
     /// One number has its best at 0.7 and is worth 0.09 there, one is the better the lower it is, and one does nothing.
     #[test]
     fn it_tells_what_each_number_does_through_noise() {
-        let truth = |x: &[f64]| 0.09 - (x[0] - 0.7).powi(2) - 0.2 * (x[1] - 0.5);
         let start = [0.4, 0.5, 0.5];
-        let one = |i: u64| {
+        let candidate = |i: u64| {
             let [shares, noise] = [0, 1].map(|what| normals(3, what, i, 3));
             let shares: Vec<f64> = shares.iter().zip(start).map(|(z, x)| x + 0.2 * z).collect();
             // Some generations have harder trials.
             let harder = 0.2 * (i / 10 % 3) as f64;
+            let truth = 0.09 - (shares[0] - 0.7).powi(2) - 0.2 * (shares[1] - 0.5);
             EvaluatedCandidate {
-                rate: truth(&shares) - harder + 0.05 * noise[0],
+                rate: truth - harder + 0.05 * noise[0],
                 shares,
                 error: 0.05,
             }
         };
         let tried: Vec<Vec<EvaluatedCandidate>> = (0..15)
-            .map(|g| (10 * g..10 * g + 10).map(one).collect())
+            .map(|g| (10 * g..10 * g + 10).map(candidate).collect())
             .collect();
         let response = Response::fit(&start, &tried).unwrap();
         for (number, share, alone) in [(0, 0.6, 0.08), (1, 0.3, 0.04), (2, 0.7, 0.0)] {

@@ -94,17 +94,18 @@ impl Generation {
         cases: usize,
     ) -> Option<&'static str> {
         let count = samples_of(tunables) + GUEST_COUNT;
-        let has_values = |one: &ScoredCandidate| {
-            one.values.len() == tunables && one.values.iter().all(|value| value.is_finite())
+        let has_values = |candidate: &ScoredCandidate| {
+            candidate.values.len() == tunables
+                && candidate.values.iter().all(|value| value.is_finite())
         };
-        let can_be = |(i, one): (usize, &ScoredCandidate)| {
+        let can_be = |(i, candidate): (usize, &ScoredCandidate)| {
             let CandidateScore {
                 advantage,
                 error,
                 footsteps,
                 torque,
                 trials: own,
-            } = one.standing;
+            } = candidate.standing;
             let are_shares = (-1.0..=1.0).contains(&advantage) && (0.0..=1.0).contains(&error);
             let are_means = [footsteps, torque]
                 .iter()
@@ -122,7 +123,7 @@ impl Generation {
                 * self
                     .candidates
                     .iter()
-                    .map(|one| one.standing.trials)
+                    .map(|candidate| candidate.standing.trials)
                     .sum::<usize>()
         };
         match () {
@@ -201,18 +202,17 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
             .map(|tunable| tunable.share_of(tunable.now))
             .collect();
         let spread = (DISTANCE / (tunables.len() as f64).sqrt()).min(WIDEST);
-        let (middles, tried, response) = (vec![start.clone()], Vec::new(), None);
         Self {
             arena,
             tunables,
             seed,
             cases,
             trials,
+            middles: vec![start.clone()],
             start,
-            middles,
             spread,
-            tried,
-            response,
+            tried: Vec::new(),
+            response: None,
         }
     }
 
@@ -255,33 +255,33 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
                 (now.clone(), self.arena.enter(&now)?)
             }
         };
-        let samples =
-            (0..samples_of(self.tunables.len()) as u64).map(|slot| self.sample(number, slot));
-        let samples = samples.collect::<Result<Vec<_>>>()?;
-        let (values, entrants): (Vec<_>, Vec<_>) =
-            [incumbent, middle].into_iter().chain(samples).unzip();
+        let (mut values, mut entrants): (Vec<_>, Vec<_>) = [incumbent, middle].into_iter().unzip();
+        for slot in 0..samples_of(self.tunables.len()) as u64 {
+            let (of_sample, entrant) = self.sample(number, slot)?;
+            values.push(of_sample);
+            entrants.push(entrant);
+        }
         let cases = self.arena.draw(number, self.trials);
-        let judge = |case: usize, trial: u64, active: &[usize]| {
-            let entrants: Vec<&A::Entrant> = active.iter().map(|&i| &entrants[i]).collect();
-            self.arena.judge(case, trial, &entrants)
-        };
-        let (candidates, name) = (values.len(), format!("generation-{number:03}"));
         let race = Race {
-            candidates,
+            candidates: values.len(),
             guests: GUEST_COUNT,
             cases: &cases,
-            judge: &judge,
+            judge: &|case, trial, active| {
+                let entrants: Vec<&A::Entrant> = active.iter().map(|&i| &entrants[i]).collect();
+                self.arena.judge(case, trial, &entrants)
+            },
             team,
-            name,
+            name: format!("generation-{number:03}"),
         };
         let raced = race.run()?;
-        let candidates = values.into_iter().zip(raced.standings);
+        let mut candidates = Vec::new();
+        for (values, standing) in values.into_iter().zip(raced.standings) {
+            candidates.push(ScoredCandidate { values, standing });
+        }
         let generation = Generation {
             number,
             trials: self.trials,
-            candidates: candidates
-                .map(|(values, standing)| ScoredCandidate { values, standing })
-                .collect(),
+            candidates,
             order: raced.order,
             episodes: raced.episodes,
         };
@@ -311,13 +311,10 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
                 Err(error) => refused = Some(error.refusal()?),
             }
         }
-        let (what, problem) = (
-            "tune".into(),
-            "no values within the ranges can be used, such as these: ".to_string(),
-        );
+        let refused = refused.map_or(String::new(), |error| error.to_string());
         Err(Error::Numeric {
-            what,
-            problem: problem + &refused.map_or(String::new(), |error| error.to_string()),
+            what: "tune".into(),
+            problem: format!("no values within the ranges can be used, such as these: {refused}"),
         })
     }
 
@@ -326,27 +323,24 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
         let incumbent = &generation.candidates[0].standing;
         // All candidates get the same error of a trial, because the error of a single candidate may be small by chance.
         // Half of the variance of a difference comes from the incumbent.
-        let others = || {
-            generation.candidates[1..]
-                .iter()
-                .map(|candidate| &candidate.standing)
-        };
-        let variance = others()
-            .map(|one| 0.5 * one.error.powi(2) * one.trials as f64)
+        let others = &generation.candidates[1..];
+        let variance = others
+            .iter()
+            .map(|other| 0.5 * other.standing.error.powi(2) * other.standing.trials as f64)
             .sum::<f64>()
-            / others().count() as f64;
-        let tried = generation.candidates.iter().map(|candidate| {
+            / others.len() as f64;
+        let mut tried = Vec::new();
+        for candidate in &generation.candidates {
             let standing = &candidate.standing;
             let effort =
                 standing.footsteps - incumbent.footsteps + standing.torque - incumbent.torque;
-            let error = (variance.max(LEAST_VARIANCE) / standing.trials as f64).sqrt();
-            EvaluatedCandidate {
+            tried.push(EvaluatedCandidate {
                 shares: self.shares(&candidate.values),
                 rate: standing.advantage - EFFORT * effort,
-                error,
-            }
-        });
-        self.tried.push(tried.collect());
+                error: (variance.max(LEAST_VARIANCE) / standing.trials as f64).sqrt(),
+            });
+        }
+        self.tried.push(tried);
         self.response = Response::fit(&self.start, &self.tried);
         let Some(response) = &self.response else {
             return;
@@ -361,9 +355,8 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
     pub fn proposed(&self) -> Result<Vec<f64>> {
         let count = (((self.middles.len() - 1) as f64 * AVERAGED_SHARE).ceil() as usize).max(1);
         let last = &self.middles[self.middles.len() - count..];
-        let sum = |i: usize| last.iter().map(|middle| middle[i]).sum::<f64>();
         let average: Vec<f64> = (0..self.tunables.len())
-            .map(|i| sum(i) / count as f64)
+            .map(|i| last.iter().map(|middle| middle[i]).sum::<f64>() / count as f64)
             .collect();
         for shares in std::iter::once(&average).chain(self.middles.iter().rev()) {
             let values = self.values(shares);
@@ -377,16 +370,13 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
 
     /// The fitted effect of each number, and the gain by its value in `values`.
     pub fn effects(&self, values: &[f64]) -> Vec<Effect> {
-        let effect = |(i, share): (usize, &f64)| {
-            self.response
-                .as_ref()
-                .map(|response| response.effect(i, *share))
-        };
-        self.shares(values)
-            .iter()
-            .enumerate()
-            .map(|number| effect(number).unwrap_or_default())
-            .collect()
+        let shares = self.shares(values);
+        match &self.response {
+            Some(response) => (0..shares.len())
+                .map(|i| response.effect(i, shares[i]))
+                .collect(),
+            None => vec![Effect::default(); shares.len()],
+        }
     }
 }
 
@@ -425,9 +415,9 @@ mod tests {
         /// Half of a trial's random number comes from the trial, so all candidates share it.
         fn is_won(&self, values: &[f64], trial: u64) -> bool {
             let mut own = DefaultHasher::new();
-            values
-                .iter()
-                .for_each(|value| own.write_u64(value.to_bits() ^ trial.rotate_left(20)));
+            for value in values {
+                own.write_u64(value.to_bits() ^ trial.rotate_left(20));
+            }
             let luck = 0.5
                 * (trial::share(self.seed, trial) + trial::share(self.seed + 1, own.finish() >> 8));
             luck < (self.chance)(values)
@@ -458,11 +448,11 @@ mod tests {
             trial: u64,
             entrants: &[&Vec<f64>],
         ) -> Result<Vec<EpisodeScore>> {
-            let tally = |values: &&Vec<f64>| EpisodeScore {
+            let scores = entrants.iter().map(|values| EpisodeScore {
                 won: self.is_won(values, trial),
                 ..EpisodeScore::default()
-            };
-            Ok(entrants.iter().map(tally).collect())
+            });
+            Ok(scores.collect())
         }
     }
 
@@ -484,17 +474,16 @@ mod tests {
         while spent + search.next_episodes() <= episodes {
             spent += search.generation(alone()).unwrap().episodes;
         }
-        let (proposed, now) = (
-            search.proposed().unwrap(),
-            tunables.iter().map(|t| t.now).collect::<Vec<_>>(),
-        );
-        let pair = |trial| {
-            (
+        let proposed = search.proposed().unwrap();
+        let now: Vec<f64> = tunables.iter().map(|tunable| tunable.now).collect();
+        let mut counts = PairedCounts::default();
+        for i in 0..trials {
+            let trial = u64::MAX / 512 - i;
+            counts.add(
                 landscape.is_won(&proposed, trial),
                 landscape.is_won(&now, trial),
-            )
-        };
-        let counts = PairedCounts::of((0..trials).map(|i| pair(u64::MAX / 512 - i)));
+            );
+        }
         (proposed, counts)
     }
 
@@ -551,7 +540,9 @@ mod tests {
         let mut again = TuneSearch::new(&landscape, &tunables, 6, 1, 4000);
         let written = serde_json::to_string(&generations[..2]).unwrap();
         let read: Vec<Generation> = serde_json::from_str(&written).unwrap();
-        read.iter().for_each(|generation| again.follow(generation));
+        for generation in &read {
+            again.follow(generation);
+        }
         assert_eq!(
             [
                 again.generation(alone()).unwrap(),
@@ -565,13 +556,11 @@ mod tests {
     /// Each case makes a single change to a valid generation.
     #[test]
     fn a_generation_that_no_search_can_have_written_is_told() {
-        let (landscape, tunables) = (
-            Landscape {
-                seed: 6,
-                chance: |values| 0.4 + 0.2 * values[0],
-            },
-            tunables(0.5),
-        );
+        let landscape = Landscape {
+            seed: 6,
+            chance: |values| 0.4 + 0.2 * values[0],
+        };
+        let tunables = tunables(0.5);
         let written = TuneSearch::new(&landscape, &tunables, 6, 1, 4000)
             .generation(alone())
             .unwrap();
@@ -622,24 +611,17 @@ mod tests {
             [-0.25, 1.25, 2.5, 0.5].map(mirrored),
             [0.25, 0.75, 0.5, 0.5]
         );
-        let (landscape, tunables) = (
-            Landscape {
-                seed: 2,
-                chance: |_| 0.5,
-            },
-            tunables(1.0),
-        );
+        let landscape = Landscape {
+            seed: 2,
+            chance: |_| 0.5,
+        };
+        let tunables = tunables(1.0);
         let generation = TuneSearch::new(&landscape, &tunables, 2, 1, 4000)
             .generation(alone())
             .unwrap();
-        let is_within = |candidate: &ScoredCandidate| {
-            candidate
-                .values
-                .iter()
-                .all(|value| (0.0..=1.0).contains(value))
-        };
+        let mut values = generation.candidates.iter().flat_map(|c| &c.values);
         assert!(
-            generation.candidates.iter().all(is_within),
+            values.all(|value| (0.0..=1.0).contains(value)),
             "{generation:?}"
         );
     }

@@ -44,16 +44,16 @@ impl ShardPool<'_> {
         jobs: usize,
         run: impl Fn(usize) -> Result<T> + Sync,
     ) -> Result<Vec<T>> {
-        let is_own = |job: &usize| self.shard.is_none_or(|shard| shard.takes(*job as u64));
-        let own: Vec<usize> = (0..jobs).filter(is_own).collect();
-        let one = |job: &usize| match self.stop.load(Ordering::Relaxed) {
-            true => Err(Error::Interrupted),
-            false => run(*job),
-        };
+        let own: Vec<usize> = (0..jobs)
+            .filter(|&job| self.shard.is_none_or(|shard| shard.takes(job as u64)))
+            .collect();
         let run_own = || {
             own.par_iter()
                 .with_max_len(1)
-                .map(one)
+                .map(|&job| match self.stop.load(Ordering::Relaxed) {
+                    true => Err(Error::Interrupted),
+                    false => run(job),
+                })
                 .collect::<Result<Vec<T>>>()
         };
         let Some(shard) = self.shard else {
@@ -67,10 +67,10 @@ impl ShardPool<'_> {
             };
             write_atomic(&path, json(&part)?.as_bytes())?;
         }
-        let members = (1..=shard.count).map(|index| Shard { index, ..shard });
-        let mut parts = members
-            .map(|member| self.wait(name, member).map(Vec::into_iter))
-            .collect::<Result<Vec<_>>>()?;
+        let mut parts = Vec::new();
+        for index in 1..=shard.count {
+            parts.push(self.wait(name, Shard { index, ..shard })?.into_iter());
+        }
         let turns = (0..jobs).map(|job| parts[job % shard.count as usize].next());
         turns.collect::<Option<Vec<T>>>().ok_or_else(|| {
             let problem =
@@ -116,8 +116,8 @@ pub struct SearchFile<T> {
 /// another task than the one with the hash `task`.
 pub fn read_of<T: DeserializeOwned>(path: &Path, task: &str) -> Result<Option<T>> {
     match read::<SearchFile<T>>(path)? {
-        Some(there) if there.task != task => Err(damaged(path, "its task is another one")),
-        there => Ok(there.map(|there| there.found)),
+        Some(file) if file.task != task => Err(damaged(path, "its task is another one")),
+        file => Ok(file.map(|file| file.found)),
     }
 }
 

@@ -116,56 +116,15 @@ impl Agreement {
         pairs: &[PairSummary],
     ) -> Self {
         let engines = of.map(|(manifest, _)| manifest.campaign.episode.engine);
-        let sets = &of[0].0.sets;
-        let set = |i: usize| {
-            let (a, b) = (i, sets.len() + i);
-            let found = |pair: &&PairSummary| {
-                [&pair.a, &pair.b]
-                    .into_iter()
-                    .all(|name| [a, b].map(|i| &rows.names[i]).contains(&name))
-            };
-            let pair = pairs.iter().find(found);
-            // The first controller of a pair is the one that recovers more often.
-            let is_swapped = pair.is_some_and(|pair| pair.a != rows.names[a]);
-            let ours = |counts: PairedCounts| if is_swapped { counts.swapped() } else { counts };
-            let counts = pair.map_or(PairedCounts::default(), |pair| ours(pair.counts));
-            let strata = pair.iter().flat_map(|pair| &pair.strata).map(|stratum| {
-                let (by, label, counts) = (stratum.by, stratum.label.clone(), ours(stratum.counts));
-                StratumAgreement {
-                    by,
-                    label,
-                    counts,
-                    agreed: Agreed::of(&counts),
-                }
-            });
-            let parted = rows
-                .common(a, b)
-                .enumerate()
-                .filter(|(_, (a, b))| a.has_recovered() != b.has_recovered());
-            let parted = parted.map(|(trial, (a, b))| PartedTrial {
-                trial: trial as u64,
-                impulse_n_s: rows.impulse_n_s(trial),
-                impulse_over_m_omega_d: a.impulse_over_m_omega_d(),
-                heading_deg: rows.heading_deg(trial),
-                recovered_in: engines[usize::from(b.has_recovered())],
-                outcomes: [a.outcome, b.outcome],
-                footsteps: [a.footsteps, b.footsteps],
-                traced: false,
-                parting: None,
-            });
-            let (strata, parted) = (strata.collect(), parted.collect());
-            SetAgreement {
-                set: sets[i].clone(),
-                counts,
-                agreed: Agreed::of(&counts),
-                strata,
-                parted,
-            }
-        };
+        let mut sets = Vec::new();
+        for (i, set) in of[0].0.sets.iter().enumerate() {
+            let (a, b) = (i, of[0].0.sets.len() + i);
+            sets.push(SetAgreement::new(set, (a, b), engines, rows, pairs));
+        }
         Self {
             engines,
             versions: of.map(|(manifest, _)| manifest.engine.clone()),
-            sets: (0..sets.len()).map(set).collect(),
+            sets,
             part_beyond_m: None,
             verdicts: differing(of.map(|(manifest, rows)| own_verdicts(manifest, rows))),
         }
@@ -174,14 +133,15 @@ impl Agreement {
     /// A sentence with the share of trials that have the same outcome. It names the controllers with the smallest and
     /// with the largest share.
     pub fn headline(&self) -> String {
-        let share = |set: &SetAgreement| format!("{:.1} % ({})", 100.0 * set.agreed.agree, set.set);
         let by_share =
             |a: &&SetAgreement, b: &&SetAgreement| a.agreed.agree.total_cmp(&b.agreed.agree);
-        let (least, most) = (
-            self.sets.iter().min_by(by_share),
-            self.sets.iter().max_by(by_share),
-        );
-        let mut shares: Vec<String> = least.into_iter().chain(most).map(share).collect();
+        let least = self.sets.iter().min_by(by_share);
+        let most = self.sets.iter().max_by(by_share);
+        let mut shares: Vec<String> = least
+            .into_iter()
+            .chain(most)
+            .map(|set| format!("{:.1} % ({})", 100.0 * set.agreed.agree, set.set))
+            .collect();
         shares.dedup();
         let [in_a, in_b] = self.engines.map(Engine::title);
         format!(
@@ -192,41 +152,88 @@ impl Agreement {
 
     /// A warning for each verdict that holds in one engine only. It quotes both verdicts.
     pub fn warnings(&self) -> Vec<String> {
-        let told = |[a, b]: &[EngineVerdict; 2]| {
-            let contradict = [a, b]
-                .iter()
-                .all(|found| found.verdict == PairVerdict::Better);
+        let [in_a, in_b] = self.engines.map(Engine::title);
+        let mut warnings = Vec::new();
+        for [a, b] in &self.verdicts {
+            let contradict = a.verdict == PairVerdict::Better && b.verdict == PairVerdict::Better;
             let what = if contradict {
                 "The two engines contradict each other"
             } else {
                 "A verdict holds in one engine only"
             };
-            let [in_a, in_b] = self.engines.map(Engine::title);
-            format!("{what}. {in_a}: {} {in_b}: {}", a.words, b.words)
-        };
-        self.verdicts.iter().map(told).collect()
+            warnings.push(format!("{what}. {in_a}: {} {in_b}: {}", a.words, b.words));
+        }
+        warnings
+    }
+}
+
+impl SetAgreement {
+    /// Compares a controller, given by its numbers among `rows`.
+    fn new(
+        set: &str,
+        (a, b): (usize, usize),
+        engines: [Engine; 2],
+        rows: &TrialColumns,
+        pairs: &[PairSummary],
+    ) -> Self {
+        let names = [&rows.names[a], &rows.names[b]];
+        let pair = pairs
+            .iter()
+            .find(|pair| names.contains(&&pair.a) && names.contains(&&pair.b));
+        // The first controller of a pair is the one that recovers more often.
+        let is_swapped = pair.is_some_and(|pair| pair.a != rows.names[a]);
+        let ours = |counts: PairedCounts| if is_swapped { counts.swapped() } else { counts };
+        let counts = pair.map_or(PairedCounts::default(), |pair| ours(pair.counts));
+        let mut strata = Vec::new();
+        for stratum in pair.iter().flat_map(|pair| &pair.strata) {
+            let counts = ours(stratum.counts);
+            strata.push(StratumAgreement {
+                by: stratum.by,
+                label: stratum.label.clone(),
+                counts,
+                agreed: Agreed::of(&counts),
+            });
+        }
+        let mut parted = Vec::new();
+        for (trial, (a, b)) in rows.common(a, b).enumerate() {
+            if a.has_recovered() == b.has_recovered() {
+                continue;
+            }
+            parted.push(PartedTrial {
+                trial: trial as u64,
+                impulse_n_s: rows.impulse_n_s(trial),
+                impulse_over_m_omega_d: a.impulse_over_m_omega_d(),
+                heading_deg: rows.heading_deg(trial),
+                recovered_in: engines[usize::from(b.has_recovered())],
+                outcomes: [a.outcome, b.outcome],
+                footsteps: [a.footsteps, b.footsteps],
+                traced: false,
+                parting: None,
+            });
+        }
+        Self {
+            set: set.into(),
+            counts,
+            agreed: Agreed::of(&counts),
+            strata,
+            parted,
+        }
     }
 }
 
 /// The verdict on every pair of controllers of a result, as the result itself states it.
 fn own_verdicts(manifest: &Manifest, rows: &TrialColumns) -> Vec<EngineVerdict> {
     let pairs = every_pair(manifest.sets.len());
-    let pairs = PairSummary::all(rows, &pairs, &[], DecisionRule::of(manifest)).into_iter();
-    let verdict = |PairSummary {
-                       a,
-                       b,
-                       verdict,
-                       difference,
-                       words,
-                       ..
-                   }| EngineVerdict {
-        a,
-        b,
-        verdict,
-        difference,
-        words,
-    };
-    pairs.map(verdict).collect()
+    PairSummary::all(rows, &pairs, &[], DecisionRule::of(manifest))
+        .into_iter()
+        .map(|pair| EngineVerdict {
+            a: pair.a,
+            b: pair.b,
+            verdict: pair.verdict,
+            difference: pair.difference,
+            words: pair.words,
+        })
+        .collect()
 }
 
 /// Pairs of different verdicts on the same two controllers. Either another controller is better, or only one of the two
@@ -234,13 +241,14 @@ fn own_verdicts(manifest: &Manifest, rows: &TrialColumns) -> Vec<EngineVerdict> 
 fn differing([of_a, mut of_b]: [Vec<EngineVerdict>; 2]) -> Vec<[EngineVerdict; 2]> {
     let mut differing = Vec::new();
     for in_a in of_a {
-        let is_same_pair = |in_b: &EngineVerdict| {
-            [&in_b.a, &in_b.b] == [&in_a.a, &in_a.b] || [&in_b.b, &in_b.a] == [&in_a.a, &in_a.b]
-        };
-        let Some(at) = of_b.iter().position(is_same_pair) else {
+        let names = [&in_a.a, &in_a.b];
+        let Some(place) = of_b
+            .iter()
+            .position(|in_b| names == [&in_b.a, &in_b.b] || names == [&in_b.b, &in_b.a])
+        else {
             continue;
         };
-        let in_b = of_b.swap_remove(at);
+        let in_b = of_b.swap_remove(place);
         let contradict = in_a.verdict == PairVerdict::Better && in_a.a != in_b.a;
         if in_a.verdict != in_b.verdict || contradict {
             differing.push([in_a, in_b]);

@@ -43,10 +43,8 @@ impl Baseline {
         for part in folder.parts()? {
             let part = part?;
             for row in &part {
-                let (pushes, variation) = (
-                    trial::pushes(campaign, row.trial),
-                    trial::variation(campaign, row.trial),
-                );
+                let pushes = trial::pushes(campaign, row.trial);
+                let variation = trial::variation(campaign, row.trial);
                 if row.pushes() != pushes || row.variation != variation {
                     return Err(other_push(path, row.trial));
                 }
@@ -102,41 +100,45 @@ pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
     let robots = [a, b].map(|m| format!("{} ({:.8})", m.campaign.robot, m.robot_sha256));
     let versions = [a, b].map(|m| m.standfast.clone());
     let engines = [a, b].map(|m| m.engine.clone());
-    let differ = |(what, [of_a, of_b]): (&str, [String; 2])| {
-        (of_a != of_b).then(|| format!("the {what} differ: {of_a} and {of_b}"))
-    };
-    let differences = [
+    let mut reasons = Vec::new();
+    for (what, [of_a, of_b]) in [
         ("robots", robots),
         ("versions of standfast", versions),
         ("physics engines", engines),
-    ];
-    let differences = differences.into_iter().filter_map(differ);
-    let same = "both results have the same inputs: a difference can only come from another build of standfast";
-    differences
-        .chain((a.config_hash == b.config_hash).then(|| same.to_string()))
-        .collect()
+    ] {
+        if of_a != of_b {
+            reasons.push(format!("the {what} differ: {of_a} and {of_b}"));
+        }
+    }
+    if a.config_hash == b.config_hash {
+        reasons.push(
+            "both results have the same inputs: a difference can only come from another build of standfast"
+                .into(),
+        );
+    }
+    reasons
 }
 
 /// Fails if the trials of `folder` are not drawn and judged as the trials of `campaign`.
 pub(super) fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Result<()> {
-    let mut found = Vec::new();
+    let mut differing = Vec::new();
     differences(
         "",
         &drawn(campaign),
         &drawn(&folder.manifest.campaign),
-        &mut found,
+        &mut differing,
     );
-    if found.is_empty() {
+    if differing.is_empty() {
         return Ok(());
     }
-    let more = match found.len().saturating_sub(SHOWN) {
+    let more = match differing.len().saturating_sub(SHOWN) {
         0 => String::new(),
         more => format!("; and {more} more differ"),
     };
-    found.truncate(SHOWN);
+    differing.truncate(SHOWN);
     let problem = format!(
         "its trials are not the same, so they cannot be compared in pairs: {}{more}",
-        found.join("; ")
+        differing.join("; ")
     );
     Err(Error::Parts {
         path: folder.path.clone(),

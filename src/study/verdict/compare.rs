@@ -60,16 +60,16 @@ impl Comparison {
             &pairs,
             &Gates::new(&manifest, None)?,
         );
-        let mut found = warnings(a, b, count, engines_alone);
+        let mut warnings = warnings(a, b, count, engines_alone);
         if engines_alone {
             let own = [TrialColumns::read(a)?, TrialColumns::read(b)?];
             let of = [(&a.manifest, &own[0]), (&b.manifest, &own[1])];
             let agreement = Agreement::new(of, &rows, &summary.pairs);
-            found.splice(..0, agreement.warnings());
+            warnings.splice(..0, agreement.warnings());
             summary.headline = agreement.headline();
             summary.agreement = Some(agreement);
         }
-        summary.warnings.splice(..0, found);
+        summary.warnings.splice(..0, warnings);
         for (set, origin) in summary
             .sets
             .iter_mut()
@@ -140,10 +140,8 @@ fn paired<W: Write + Send>(
             .into_iter()
             .flat_map(|folder| folder.manifest.totals.clone()),
     );
-    let (mut columns, mut file) = (
-        TrialColumns::new(sets, &a.manifest.campaign.episode),
-        TrialsFile::new(to, &totals)?,
-    );
+    let mut columns = TrialColumns::new(sets, &a.manifest.campaign.episode);
+    let mut file = TrialsFile::new(to, &totals)?;
     for (of_a, of_b) in trials(a)?.zip(trials(b)?) {
         let (of_a, of_b) = (of_a?, of_b?);
         let (ours, theirs) = (&of_a[0], &of_b[0]);
@@ -164,15 +162,13 @@ fn paired<W: Write + Send>(
 
 /// The rows of each trial of a finished folder.
 fn trials(folder: &Folder) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>> {
-    let same_trial = |a: &TrialRow, b: &TrialRow| a.trial == b.trial;
-    let of_part = move |rows: Vec<TrialRow>| {
-        rows.chunk_by(same_trial)
+    Ok(folder.parts()?.flat_map(|part| match part {
+        Ok(rows) => rows
+            .chunk_by(|a, b| a.trial == b.trial)
             .map(|trial| Ok(trial.to_vec()))
-            .collect()
-    };
-    Ok(folder
-        .parts()?
-        .flat_map(move |part| part.map_or_else(|error| vec![Err(error)], of_part)))
+            .collect(),
+        Err(error) => vec![Err(error)],
+    }))
 }
 
 /// Pairs of a controller of one result and a controller of the other. Controllers of the same name make a pair. If no
@@ -238,39 +234,35 @@ fn joined(
 /// Warns of what a comparison over the first `trials` trials cannot support.
 fn warnings(a: &Folder, b: &Folder, trials: u64, engines_alone: bool) -> Vec<String> {
     let (of_a, of_b) = (a.trials(), b.trials());
-    let counts =
-        format!("the results have {of_a} and {of_b} trials: only the first {trials} are compared");
     let [ours, theirs] = [a, b].map(|folder| &folder.manifest.campaign.gates);
-    let decides_otherwise =
-        (ours.confidence, ours.unresolved) != (theirs.confidence, theirs.unresolved);
-    let gates =
-        "the results ask for gates of another confidence, or decide otherwise what is unresolved"
-            .to_string();
-    let unlike = if engines_alone {
-        Vec::new()
-    } else {
-        unlike(&a.manifest, &b.manifest)
-    };
-    (of_a != of_b)
-        .then_some(counts)
-        .into_iter()
-        .chain(unlike)
-        .chain(decides_otherwise.then_some(gates))
-        .collect()
+    let mut warnings = Vec::new();
+    if of_a != of_b {
+        warnings.push(format!(
+            "the results have {of_a} and {of_b} trials: only the first {trials} are compared"
+        ));
+    }
+    if !engines_alone {
+        warnings.extend(unlike(&a.manifest, &b.manifest));
+    }
+    if (ours.confidence, ours.unresolved) != (theirs.confidence, theirs.unresolved) {
+        warnings.push(
+            "the results ask for gates of another confidence, or decide otherwise what is unresolved"
+                .into(),
+        );
+    }
+    warnings
 }
 
 /// The names of a folder's controllers. If the other folder has the same name, the name of the folder is added.
 fn names(folder: &Folder, other: &Folder) -> Vec<String> {
     let label = label(&folder.path, &other.path);
-    let is_shared = |set: &String| other.manifest.sets.contains(set);
-    let name = |set: &String| {
-        if is_shared(set) {
-            format!("{set} ({label})")
-        } else {
-            set.clone()
+    let mut names = folder.manifest.sets.clone();
+    for name in &mut names {
+        if other.manifest.sets.contains(name) {
+            *name = format!("{name} ({label})");
         }
-    };
-    folder.manifest.sets.iter().map(name).collect()
+    }
+    names
 }
 
 /// The names of a folder's controllers, each with the name of the folder's physics engine.
@@ -286,11 +278,12 @@ fn named_by_engine(folder: &Folder) -> Vec<String> {
 
 fn origins(folder: &Folder) -> Vec<SetOrigin> {
     let campaign = folder.path.join("campaign.toml").display().to_string();
-    let origin = |gains: &String| SetOrigin {
+    let sets = folder.manifest.sets.iter();
+    sets.map(|set| SetOrigin {
         campaign: campaign.clone(),
-        gains: gains.clone(),
-    };
-    folder.manifest.sets.iter().map(origin).collect()
+        gains: set.clone(),
+    })
+    .collect()
 }
 
 /// The path of a file, relative to a folder. Both must exist.

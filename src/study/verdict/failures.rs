@@ -91,17 +91,17 @@ impl FallCause {
             }
             _ => return,
         };
-        match causes.binary_search_by(|found| found.cause.cmp(&cause)) {
-            Ok(at) => causes[at].trials += 1,
-            Err(at) => causes.insert(at, Self { cause, trials: 1 }),
+        match causes.binary_search_by(|other| other.cause.cmp(&cause)) {
+            Ok(place) => causes[place].trials += 1,
+            Err(place) => causes.insert(place, Self { cause, trials: 1 }),
         }
     }
 
     /// The same causes, the most frequent first. Equally frequent ones are in the order of their names.
     pub fn most_frequent_first(causes: &[Self]) -> Vec<Self> {
-        let mut found = causes.to_vec();
-        found.sort_by_key(|found| Reverse(found.trials));
-        found
+        let mut causes = causes.to_vec();
+        causes.sort_by_key(|cause| Reverse(cause.trials));
+        causes
     }
 }
 
@@ -111,27 +111,12 @@ mod tests {
     use crate::fixtures::Changed as _;
     use crate::fixtures::row;
     use Outcome::{Diverged, Failed, Fell, Recovered, TimedOut};
-    use standfast_core::robot::Foot::{self, Left, Right};
+    use standfast_core::robot::Foot::{Left, Right};
 
     #[test]
     fn each_failure_is_of_one_time_and_a_fall_may_have_several_flags() {
-        let with = |(outcome, footsteps, foot, slip_mm, limited_ms, legs_met): (
-            _,
-            u32,
-            Option<Foot>,
-            f64,
-            f64,
-            bool,
-        )| {
-            row(0, "paper", 3.0, outcome).with(|row| {
-                let record = &mut row.record;
-                (record.footsteps.count, record.footsteps.unfinished_footstep) = (footsteps, foot);
-                (record.peak_slip_m, record.torque_limited_s) = (1e-3 * slip_mm, 1e-3 * limited_ms);
-                record.legs_met_at_s = legs_met.then_some(1.0);
-            })
-        };
         let mut failures = Failures::default();
-        for trial in [
+        for (outcome, count, foot, slip_mm, limited_ms, legs_met) in [
             (Recovered, 1, None, 50.0, 500.0, true),
             (Fell, 0, None, 9.0, 90.0, false),
             (Fell, 0, Some(Left), 11.0, 90.0, false),
@@ -145,7 +130,13 @@ mod tests {
             (Fell, 1, None, 0.0, 120.0, true),
             (Fell, 1, None, 0.0, 0.0, true),
         ] {
-            failures.add(&with(trial));
+            let mut row = row(0, "paper", 3.0, outcome);
+            row.record.footsteps.count = count;
+            row.record.footsteps.unfinished_footstep = foot;
+            row.record.peak_slip_m = 1e-3 * slip_mm;
+            row.record.torque_limited_s = 1e-3 * limited_ms;
+            row.record.legs_met_at_s = legs_met.then_some(1.0);
+            failures.add(&row);
         }
         let expected = Failures {
             fell_before_any_footstep: 1,

@@ -127,10 +127,10 @@ impl Gates {
 
     /// Whether a gate waits for more trials than the baseline has.
     pub fn outlasts_baseline(&self, rows: &TrialColumns) -> bool {
-        let is_open = |gate: &Gate| self.judge(gate, rows).judged.status == Status::Unresolved;
-        self.gates
-            .iter()
-            .any(|gate| self.is_used_up(gate, rows) && is_open(gate))
+        self.gates.iter().any(|gate| {
+            self.is_used_up(gate, rows)
+                && self.judge(gate, rows).judged.status == Status::Unresolved
+        })
     }
 
     /// Number of a controller in the campaign. A gate names only controllers of the campaign.
@@ -144,8 +144,11 @@ impl Gates {
     /// Whether a gate compares with a baseline that has no more trials of the gate's controller than these rows have.
     fn is_used_up(&self, gate: &Gate, rows: &TrialColumns) -> bool {
         let trials = rows.of(self.number(&gate.set)).len();
-        let is_used_up = |baseline: &Baseline| baseline.rows_of(&gate.set).len() <= trials;
-        gate.against == Against::Baseline && self.baseline.as_ref().is_some_and(is_used_up)
+        gate.against == Against::Baseline
+            && self
+                .baseline
+                .as_ref()
+                .is_some_and(|baseline| baseline.rows_of(&gate.set).len() <= trials)
     }
 
     /// Warns of what the baseline cannot support for a result with these rows.
@@ -153,22 +156,17 @@ impl Gates {
         let Some(baseline) = &self.baseline else {
             return Vec::new();
         };
-        let mut found = unlike(&baseline.manifest, manifest);
-        let gates = self
-            .gates
-            .iter()
-            .filter(|gate| gate.against == Against::Baseline);
-        let mut counts: Vec<[u64; 2]> = gates
-            .map(|gate| {
-                [
-                    baseline.rows_of(&gate.set).len(),
-                    rows.of(self.number(&gate.set)).len(),
-                ]
-            })
-            .map(|counts| counts.map(|count| count as u64))
-            .collect();
+        let mut warnings = unlike(&baseline.manifest, manifest);
+        let mut counts = Vec::new();
+        for gate in &self.gates {
+            if gate.against == Against::Baseline {
+                let have = baseline.rows_of(&gate.set).len() as u64;
+                counts.push([have, rows.of(self.number(&gate.set)).len() as u64]);
+            }
+        }
         if counts.is_empty() {
-            found.push("no gate compares with the baseline: it has no part in this result".into());
+            warnings
+                .push("no gate compares with the baseline: it has no part in this result".into());
             counts.push([baseline.trials(), rows.trials()]);
         }
         counts.sort_unstable();
@@ -180,16 +178,16 @@ impl Gates {
                 " of some controllers"
             };
             if have < trials {
-                found.push(format!(
+                warnings.push(format!(
                     "the baseline has {have} trials{some}: gates that compare with it go by the first {have}"
                 ));
             } else if have == trials && trials < manifest.campaign.trials {
-                found.push(format!(
+                warnings.push(format!(
                     "the baseline has {have} trials{some}: more trials would not change the gates that compare with it"
                 ));
             }
         }
-        found
+        warnings
     }
 
     /// The answer to each gate.
@@ -204,37 +202,37 @@ impl Gates {
     /// gates, pairs of controllers. A gate that compares with a baseline is left out if the baseline has no further
     /// trials. A question that is decided at one look stays decided at all later ones.
     pub fn open(&self, rows: &TrialColumns) -> Vec<Open> {
+        let mut open = Vec::new();
+        for gate in &self.gates {
+            if self.is_used_up(gate, rows) {
+                continue;
+            }
+            let GateResult {
+                judged,
+                is_difference,
+                ..
+            } = self.judge(gate, rows);
+            if judged.status != Status::Unresolved {
+                continue;
+            }
+            let mut sets = vec![self.number(&gate.set)];
+            if let Against::Set(other) = &gate.against {
+                sets.push(self.number(other));
+            }
+            let unit = if is_difference { "points" } else { "%" };
+            open.push(Open {
+                sets,
+                words: words(&judged.name, judged.observed, judged.interval, unit),
+            });
+        }
         if !self.gates.is_empty() {
-            let open = |gate: &Gate| {
-                let GateResult {
-                    judged,
-                    is_difference,
-                    ..
-                } = self.judge(gate, rows);
-                let unit = if is_difference { "points" } else { "%" };
-                let other = match &gate.against {
-                    Against::Set(other) => Some(self.number(other)),
-                    Against::Rate | Against::Baseline => None,
-                };
-                (judged.status == Status::Unresolved).then(|| Open {
-                    sets: std::iter::once(self.number(&gate.set))
-                        .chain(other)
-                        .collect(),
-                    words: words(&judged.name, judged.observed, judged.interval, unit),
-                })
-            };
-            return self
-                .gates
-                .iter()
-                .filter(|gate| !self.is_used_up(gate, rows))
-                .filter_map(open)
-                .collect();
+            return open;
         }
         let pairs = every_pair(self.sets.len());
         let when = self
             .looks
             .map_or(DecisionTiming::AnyTime, DecisionTiming::At);
-        let open = |pair: (usize, usize)| {
+        for &pair in &pairs {
             let PairDecision {
                 a,
                 b,
@@ -242,17 +240,20 @@ impl Gates {
                 decision: Decision { ci95, verdict, .. },
                 ..
             } = PairDecision::of(rows, pair, pairs.len(), when, self.stopping.margin);
-            let pair = format!("{} - {}", self.sets[a], self.sets[b]);
-            (verdict == PairVerdict::Open).then(|| Open {
-                sets: vec![a, b],
-                words: words(&pair, counts.difference(), ci95, "points"),
-            })
-        };
-        pairs.iter().copied().filter_map(open).collect()
+            if verdict == PairVerdict::Open {
+                let pair = format!("{} - {}", self.sets[a], self.sets[b]);
+                open.push(Open {
+                    sets: vec![a, b],
+                    words: words(&pair, counts.difference(), ci95, "points"),
+                });
+            }
+        }
+        open
     }
 
     fn judge(&self, gate: &Gate, rows: &TrialColumns) -> GateResult {
-        let own = rows.of(self.number(&gate.set));
+        let set = self.number(&gate.set);
+        let own = rows.of(set);
         let (other, ends_when_decided): (Option<&[EpisodeEnd]>, bool) =
             match (&gate.against, &self.baseline) {
                 (Against::Set(set), _) => (Some(rows.of(self.number(set))), false),
@@ -270,40 +271,41 @@ impl Gates {
         } else {
             confidence
         };
-        let own_and_other = |trials: u64| {
-            let recovered =
-                |(a, b): (&EpisodeEnd, &EpisodeEnd)| (a.has_recovered(), b.has_recovered());
-            let pairs = |other: &[EpisodeEnd]| {
-                PairedCounts::of(own.iter().zip(other).take(trials as usize).map(recovered))
-            };
-            other.map(pairs)
+        let counts_at = |trials: u64| {
+            let pairs = own.iter().zip(other?).take(trials as usize);
+            Some(PairedCounts::of(
+                pairs.map(|(a, b)| (a.has_recovered(), b.has_recovered())),
+            ))
         };
-        let saved = |trials: u64| {
-            own.iter()
-                .take(trials as usize)
-                .filter(|ended| ended.has_recovered())
-                .count() as u64
-        };
-        let evidence_at = |trials: u64| match own_and_other(trials) {
-            None => Evidence::rate(saved(trials), trials, level, sequential),
+        let evidence_at = |trials: u64| match counts_at(trials) {
             Some(counts) => Evidence::difference(&counts, level, sequential),
+            None => {
+                let first = own.iter().take(trials as usize);
+                let recovered = first.filter(|ended| ended.has_recovered()).count() as u64;
+                Evidence::rate(recovered, trials, level, sequential)
+            }
         };
         let trials = other.map_or(own.len(), |other| own.len().min(other.len())) as u64;
-        let (mut evidence, counts) = (evidence_at(trials), own_and_other(trials));
+        let (mut evidence, counts) = (evidence_at(trials), counts_at(trials));
         if let Some(looks) = self.looks {
             let intervals = looks.until(trials).map(|look| evidence_at(look).interval);
             evidence.interval = narrowed(intervals.chain([evidence.interval]));
         }
-        let saved_by_other = |i: &usize| {
-            other.is_some_and(|other| other.get(*i).is_some_and(EpisodeEnd::has_recovered))
-        };
-        let lost = || (0..own.len()).filter(|&i| !own[i].has_recovered());
-        let hardness = |i: &usize| rows.hardness(self.number(&gate.set), *i);
-        let least_hard = || lost().min_by(|a, b| hardness(a).total_cmp(&hardness(b)));
-        let lost_trial = lost()
-            .find(saved_by_other)
-            .or_else(least_hard)
-            .map(|i| i as u64);
+        let lost: Vec<usize> = (0..own.len())
+            .filter(|&trial| !own[trial].has_recovered())
+            .collect();
+        let lost_trial = lost
+            .iter()
+            .find(|trial| {
+                other
+                    .and_then(|other| other.get(**trial))
+                    .is_some_and(EpisodeEnd::has_recovered)
+            })
+            .or_else(|| {
+                lost.iter()
+                    .min_by(|a, b| rows.hardness(set, **a).total_cmp(&rows.hardness(set, **b)))
+            })
+            .map(|&trial| trial as u64);
         let judged = evidence.answer(gate, level);
         let passes = !judged.status.fails(self.spec.unresolved);
         let is_difference = gate.against != Against::Rate;
@@ -349,8 +351,10 @@ mod tests {
     #[test]
     fn gates_are_decided_together_and_then_nothing_is_open() {
         // "a" recovers from nine of ten pushes, "b" from six of ten.
-        let kind = |i: u64| [1, 4].map(|lost| if i % 10 < lost { Fell } else { Recovered });
-        let rows = crate::fixtures::columns_of_outcomes(&(0..300).map(kind).collect::<Vec<_>>());
+        let outcomes: Vec<_> = (0..300)
+            .map(|i| [1, 4].map(|lost| if i % 10 < lost { Fell } else { Recovered }))
+            .collect();
+        let rows = crate::fixtures::columns_of_outcomes(&outcomes);
         let gates_of_two = gates(&["a", "b"], &["a >= 0.8", "a >= b + 0.1", "b >= 0.6"]).unwrap();
         let results = gates_of_two.judged(&rows);
         let found: Vec<_> = results

@@ -10,8 +10,8 @@ use standfast_stats::decision::PairVerdict;
 pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[PairSummary]) -> Vec<&'a SetSummary> {
     let behind = pairs
         .iter()
-        .filter(|pair| pair.difference > 0.0 || pair.verdict == PairVerdict::Better);
-    let behind = behind.filter_map(|pair| sets.iter().position(|set| set.name == pair.b));
+        .filter(|pair| pair.difference > 0.0 || pair.verdict == PairVerdict::Better)
+        .filter_map(|pair| sets.iter().position(|set| set.name == pair.b));
     let rates: Vec<f64> = sets.iter().map(|set| set.count.success_rate).collect();
     pairs::leaders(&rates, behind)
         .into_iter()
@@ -52,43 +52,16 @@ pub fn of(sets: &[SetSummary], pairs: &[PairSummary], margin: f64) -> String {
         (false, false) => format!("{names} recovers most often: in {rate}."),
         (true, false) => format!("{names} recover most often: in {rate} each."),
     };
-    // The verdict on another controller is the one that holds for every leader. It is None if a leader is not compared
-    // with that controller, as may be in a comparison of two results.
-    let verdict_on = |other: &SetSummary| {
-        let on = |leader: &&SetSummary| {
-            let is_of = |pair: &&PairSummary, a: &SetSummary, b: &SetSummary| {
-                pair.a == a.name && pair.b == b.name
-            };
-            let is_theirs =
-                |pair: &&PairSummary| is_of(pair, leader, other) || is_of(pair, other, leader);
-            pairs.iter().find(is_theirs).map(|pair| match pair.verdict {
-                // Of three controllers with different trials, each may be better than the next, in a circle.
-                PairVerdict::Better if pair.b == leader.name => PairVerdict::Open,
-                verdict => verdict,
-            })
-        };
-        let found = leaders.iter().map(on).collect::<Option<Vec<_>>>()?;
-        let all_are = |verdict| found.iter().all(|found| *found == verdict);
-        let decided = [PairVerdict::Better, PairVerdict::Same]
-            .into_iter()
-            .find(|verdict| all_are(*verdict));
-        Some(decided.unwrap_or(PairVerdict::Open))
-    };
-    let on: Vec<_> = others
-        .iter()
-        .filter_map(|other| Some((other.name.as_str(), verdict_on(other)?)))
-        .collect();
-    let with = |verdict| {
-        on.iter()
-            .filter(|(_, found)| *found == verdict)
-            .map(|(name, _)| *name)
-            .collect::<Vec<_>>()
-    };
-    let (beaten, same, open) = (
-        with(PairVerdict::Better),
-        with(PairVerdict::Same),
-        with(PairVerdict::Open),
-    );
+    let (mut beaten, mut same, mut open) = (Vec::new(), Vec::new(), Vec::new());
+    for other in others {
+        let name = other.name.as_str();
+        match verdict_on(other, &leaders, pairs) {
+            Some(PairVerdict::Better) => beaten.push(name),
+            Some(PairVerdict::Same) => same.push(name),
+            Some(PairVerdict::Open) => open.push(name),
+            None => {}
+        }
+    }
     let mut findings = Vec::new();
     if !beaten.is_empty() {
         findings.push(format!("better than {}", listed(&beaten, "and")));
@@ -114,6 +87,30 @@ pub fn of(sets: &[SetSummary], pairs: &[PairSummary], margin: f64) -> String {
             findings.join(", and ")
         ),
     }
+}
+
+/// The verdict on another controller that holds for every leader. It is None if a leader is not compared with that
+/// controller, as may be in a comparison of two results.
+fn verdict_on(
+    other: &SetSummary,
+    leaders: &[&SetSummary],
+    pairs: &[PairSummary],
+) -> Option<PairVerdict> {
+    let mut verdicts = Vec::new();
+    for leader in leaders {
+        let names = [&leader.name, &other.name];
+        let pair = pairs
+            .iter()
+            .find(|pair| names == [&pair.a, &pair.b] || names == [&pair.b, &pair.a])?;
+        verdicts.push(match pair.verdict {
+            // Of three controllers with different trials, each may be better than the next, in a circle.
+            PairVerdict::Better if pair.b == leader.name => PairVerdict::Open,
+            verdict => verdict,
+        });
+    }
+    let first = *verdicts.first()?;
+    let are_alike = verdicts.iter().all(|verdict| *verdict == first);
+    Some(if are_alike { first } else { PairVerdict::Open })
 }
 
 #[cfg(test)]
@@ -147,19 +144,16 @@ mod tests {
     /// A controller that was stopped early, on easy pushes, may have the higher rate and be the worse one.
     #[test]
     fn the_leader_is_found_on_trials_that_both_sets_have() {
-        let trial = |trial: u64| match trial {
-            0..25 => vec![("a", trial >= 2), ("b", true)],
-            _ => vec![("b", !trial.is_multiple_of(5))],
-        };
-        let of_trial = |i: u64| {
-            trial(i)
-                .into_iter()
-                .map(move |(set, saved)| row(i, set, 1.0, if saved { Recovered } else { Fell }))
-        };
-        let rows = crate::fixtures::columns_of_rows(
-            &(0..100).flat_map(of_trial).collect::<Vec<_>>(),
-            &["a", "b"],
-        );
+        let outcome = |has_recovered| if has_recovered { Recovered } else { Fell };
+        let mut rows = Vec::new();
+        for trial in 0..100_u64 {
+            if trial < 25 {
+                rows.push(row(trial, "a", 1.0, outcome(trial >= 2)));
+            }
+            let has_recovered = trial < 25 || !trial.is_multiple_of(5);
+            rows.push(row(trial, "b", 1.0, outcome(has_recovered)));
+        }
+        let rows = crate::fixtures::columns_of_rows(&rows, &["a", "b"]);
         let told = headline(&rows, DecisionTiming::At(Looks::up_to(100)), 0.02);
         assert_eq!(
             told,
@@ -214,16 +208,15 @@ mod tests {
                 "twin recovers most often: in 85.5 % of 200 trials. It is better than hold, and within 10.0 points of paper.",
             ),
         ] {
-            let trial = |i: u64| {
-                recovered
-                    .iter()
-                    .map(move |(name, n)| row(i, name, 1.0, if i < *n { Recovered } else { Fell }))
-            };
+            let mut rows = Vec::new();
+            for trial in 0..200 {
+                for (name, count) in recovered {
+                    let outcome = if trial < *count { Recovered } else { Fell };
+                    rows.push(row(trial, name, 1.0, outcome));
+                }
+            }
             let names: Vec<&str> = recovered.iter().map(|(name, _)| *name).collect();
-            let rows = crate::fixtures::columns_of_rows(
-                &(0..200).flat_map(trial).collect::<Vec<_>>(),
-                &names,
-            );
+            let rows = crate::fixtures::columns_of_rows(&rows, &names);
             let margin = if expected.contains("within 10.0") {
                 0.1
             } else {

@@ -81,6 +81,25 @@ pub struct PairStratum {
     pub ci95: [f64; 2],
 }
 
+impl PairStratum {
+    fn new(rows: &TrialColumns, (a, b): (usize, usize), stratum: &Stratum) -> Self {
+        let has_recovered =
+            |set: usize, trial: usize| rows.of(set).get(trial).map(EpisodeEnd::has_recovered);
+        let both = stratum
+            .trials()
+            .filter_map(|trial| Some((has_recovered(a, trial)?, has_recovered(b, trial)?)));
+        let counts = PairedCounts::of(both);
+        Self {
+            by: stratum.by,
+            label: stratum.label.clone(),
+            trials: counts.trials(),
+            counts,
+            difference: counts.difference(),
+            ci95: counts.difference_interval(LEVEL),
+        }
+    }
+}
+
 /// How a campaign decides between two controllers.
 #[derive(Debug, Clone, Copy)]
 pub struct DecisionRule {
@@ -113,8 +132,10 @@ impl PairSummary {
         strata: &[Stratum],
         deciding: DecisionRule,
     ) -> Vec<Self> {
-        let pair = |&sets: &(usize, usize)| Self::new(rows, sets, strata, pairs.len(), deciding);
-        let mut all: Vec<Self> = pairs.iter().map(pair).collect();
+        let mut all: Vec<Self> = pairs
+            .iter()
+            .map(|&sets| Self::new(rows, sets, strata, pairs.len(), deciding))
+            .collect();
         all.sort_by(|x, y| by_verdict((x.verdict, x.difference), (y.verdict, y.difference)));
         all
     }
@@ -140,12 +161,9 @@ impl PairSummary {
             better_after,
         } = standing;
         let first = |wins: usize, loses: usize| {
-            let only = |&(_, (won, lost)): &(u64, (&EpisodeEnd, &EpisodeEnd))| {
-                won.has_recovered() && !lost.has_recovered()
-            };
             (0..)
                 .zip(rows.common(wins, loses))
-                .filter(only)
+                .filter(|(_, (won, lost))| won.has_recovered() && !lost.has_recovered())
                 .take(EXAMPLES)
                 .map(|(trial, _)| trial)
                 .collect()
@@ -156,22 +174,6 @@ impl PairSummary {
                 .filter(|(a, b)| a.has_recovered() && b.has_recovered());
             let differences = both.filter_map(|(a, b)| Some(get(a)? - get(b)?));
             signed_rank(&differences.collect::<Vec<_>>())
-        };
-        let stratum = |stratum: &Stratum| {
-            let of =
-                |set: usize, trial: usize| rows.of(set).get(trial).map(EpisodeEnd::has_recovered);
-            let recovered = |trial: usize| Some((of(a, trial)?, of(b, trial)?));
-            let counts = PairedCounts::of(stratum.trials().filter_map(recovered));
-            let (by, label, trials) = (stratum.by, stratum.label.clone(), counts.trials());
-            let (difference, ci95) = (counts.difference(), counts.difference_interval(LEVEL));
-            PairStratum {
-                by,
-                label,
-                trials,
-                counts,
-                difference,
-                ci95,
-            }
         };
         let alpha = alpha_of_each(pairs);
         let more_trials = match when {
@@ -203,7 +205,10 @@ impl PairSummary {
                 shift(&EpisodeEnd::homing_s)
             },
             footsteps: shift(&|ended| Some(ended.footsteps.into())),
-            strata: strata.iter().map(stratum).collect(),
+            strata: strata
+                .iter()
+                .map(|stratum| PairStratum::new(rows, (a, b), stratum))
+                .collect(),
         };
         pair.words = pair.in_words(margin);
         pair
@@ -278,25 +283,21 @@ pub fn by_verdict(x: (PairVerdict, f64), y: (PairVerdict, f64)) -> Ordering {
 /// observed. The estimate supposes a single test at that look, with all the error that may be spent by then. It is None
 /// if no difference was observed.
 fn trials_to_resolve(counts: &PairedCounts, looks: Looks, alpha: f64) -> Option<u64> {
-    let enough = |look: &u64| {
-        counts
-            .trials_to_resolve(0.0, POWER, alpha * looks.spent(*look))
-            .is_some_and(|n| n <= *look)
-    };
-    let next = |look: u64| {
-        if look < u64::MAX / 2 {
+    if counts.only_a == counts.only_b {
+        return None;
+    }
+    let mut look = counts.trials();
+    loop {
+        look = if look < u64::MAX / 2 {
             looks.after(look)
         } else {
             u64::MAX
+        };
+        let trials = counts.trials_to_resolve(0.0, POWER, alpha * looks.spent(look));
+        if look == u64::MAX || trials.is_some_and(|trials| trials <= look) {
+            return Some(look);
         }
-    };
-    (counts.only_a != counts.only_b).then(|| {
-        let mut look = next(counts.trials());
-        while !enough(&look) && look < u64::MAX {
-            look = next(look);
-        }
-        look
-    })
+    }
 }
 
 /// The numbers of the controllers that recover most often, in the order of `rates` (shares). Controllers may have
@@ -305,7 +306,9 @@ fn trials_to_resolve(counts: &PairedCounts, looks: Looks, alpha: f64) -> Option<
 /// there is one.
 pub fn leaders(rates: &[f64], behind: impl IntoIterator<Item = usize>) -> Vec<usize> {
     let mut better = vec![0; rates.len()];
-    behind.into_iter().for_each(|set| better[set] += 1);
+    for set in behind {
+        better[set] += 1;
+    }
     let rank = |a: usize, b: usize| {
         better[a]
             .cmp(&better[b])
@@ -393,14 +396,16 @@ mod tests {
         saved: impl Fn(u64, usize) -> bool,
         deciding: DecisionRule,
     ) -> Vec<PairSummary> {
-        let outcome = |trial, set| if saved(trial, set) { Recovered } else { Fell };
-        let of_trial = |i: u64| (0..names.len()).map(move |set| (i, set));
-        let rows = (0..100)
-            .flat_map(of_trial)
-            .map(|(i, set)| row(i, names[set], 1.0, outcome(i, set)));
+        let mut rows = Vec::new();
+        for trial in 0..100 {
+            for (set, name) in names.iter().enumerate() {
+                let outcome = if saved(trial, set) { Recovered } else { Fell };
+                rows.push(row(trial, name, 1.0, outcome));
+            }
+        }
         let pairs = every_pair(names.len());
         PairSummary::all(
-            &crate::fixtures::columns_of_rows(&rows.collect::<Vec<_>>(), names),
+            &crate::fixtures::columns_of_rows(&rows, names),
             &pairs,
             &[],
             deciding,
@@ -535,12 +540,14 @@ mod tests {
                 "a and b: not resolved. a recovered 4.0 points more often (",
             ),
         ] {
-            let kind = |i: usize| match i % 100 * 37 % 100 {
-                i if i < only_a => [Recovered, Fell],
-                i if i < only_a + only_b => [Fell, Recovered],
-                _ => [Recovered; 2],
-            };
-            let found = pair(&(0..trials).map(kind).collect::<Vec<_>>(), deciding);
+            let outcomes: Vec<_> = (0..trials)
+                .map(|i| match i % 100 * 37 % 100 {
+                    i if i < only_a => [Recovered, Fell],
+                    i if i < only_a + only_b => [Fell, Recovered],
+                    _ => [Recovered; 2],
+                })
+                .collect();
+            let found = pair(&outcomes, deciding);
             assert_eq!(
                 (found.verdict, found.better_after),
                 (verdict, better_after),

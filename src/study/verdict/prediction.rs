@@ -42,10 +42,13 @@ pub struct MarginBin {
 impl Prediction {
     /// It is None for a controller without feedback gains.
     pub fn new(all: &[EpisodeEnd]) -> Option<Self> {
-        let is_inside =
-            |ended: &EpisodeEnd| ended.set_after_push.map(|side| side == Membership::Inside);
-        let [inside, outside] =
-            [true, false].map(|side| success_count_of(all, |ended| is_inside(ended) == Some(side)));
+        let [inside, outside] = [true, false].map(|is_inside| {
+            success_count_of(all, |ended| {
+                ended
+                    .set_after_push
+                    .is_some_and(|side| (side == Membership::Inside) == is_inside)
+            })
+        });
         let trials = inside.trials + outside.trials;
         if trials == 0 {
             return None;
@@ -57,20 +60,19 @@ impl Prediction {
             .filter(|ended| ended.is_inside_est == ended.has_recovered())
             .count();
         let agreement_est = as_estimated as f64 / trials as f64;
-        let by_margin = (0..=MARGIN_EDGES.len())
-            .map(|i| {
-                let (from, to) = (
-                    i.checked_sub(1).map(|i| MARGIN_EDGES[i]),
-                    MARGIN_EDGES.get(i).copied(),
-                );
-                let within =
-                    |m: f64| from.is_none_or(|from| m >= from) && to.is_none_or(|to| m < to);
-                let count =
-                    success_count_of(all, |ended| ended.promise_margin().is_some_and(within));
-                MarginBin { from, to, count }
-            })
-            .filter(|bin| bin.count.trials > 0)
-            .collect();
+        let mut by_margin = Vec::new();
+        for i in 0..=MARGIN_EDGES.len() {
+            let from = i.checked_sub(1).map(|i| MARGIN_EDGES[i]);
+            let to = MARGIN_EDGES.get(i).copied();
+            let count = success_count_of(all, |ended| {
+                ended.promise_margin().is_some_and(|margin| {
+                    from.is_none_or(|from| margin >= from) && to.is_none_or(|to| margin < to)
+                })
+            });
+            if count.trials > 0 {
+                by_margin.push(MarginBin { from, to, count });
+            }
+        }
         Some(Self {
             inside,
             outside,

@@ -108,16 +108,19 @@ impl FittedCurve {
             }
         };
         let [from, to] = fit.range;
-        let at = |i: usize| from + (to - from) * i as f64 / (CURVE_POINTS - 1) as f64;
-        let point = |x: f64| CurvePoint {
-            x,
-            chance: fit.chance(x),
-            ci95: pushes.band(x),
-        };
+        let mut points = Vec::new();
+        for i in 0..CURVE_POINTS {
+            let x = from + (to - from) * i as f64 / (CURVE_POINTS - 1) as f64;
+            points.push(CurvePoint {
+                x,
+                chance: fit.chance(x),
+                ci95: pushes.band(x),
+            });
+        }
         Self {
             fit: Some(fit),
             none_because: None,
-            points: (0..CURVE_POINTS).map(at).map(point).collect(),
+            points,
         }
     }
 }
@@ -132,9 +135,9 @@ fn pooled(mut trials: Vec<(f64, bool)>) -> Vec<(f64, bool)> {
         });
     let unit = (ends[1] - ends[0]) / MANY as f64;
     if trials.len() > MANY && unit != 0.0 {
-        trials
-            .iter_mut()
-            .for_each(|(x, _)| *x = ends[0] + unit * ((*x - ends[0]) / unit).round());
+        for (x, _) in &mut trials {
+            *x = ends[0] + unit * ((*x - ends[0]) / unit).round();
+        }
     }
     trials
 }
@@ -185,31 +188,28 @@ impl SetSummary {
             .map(with)
             .iter()
             .sum();
-        let within = |bin: &[f64]| {
+        let mut by_impulse = Vec::new();
+        for bin in bins.windows(2) {
             let (from_n_s, to_n_s) = (bin[0], bin[1]);
             let is_within = |trial: &usize| (from_n_s..to_n_s).contains(&all.impulse_n_s(*trial));
-            let is_empty = !(0..all.drawn.trials()).any(|trial| is_within(&trial));
-            let count = || {
-                success_count(
-                    (0..trials.len())
-                        .filter(is_within)
-                        .map(|trial| &trials[trial]),
-                )
-            };
-            (!is_empty).then(|| ImpulseBin {
-                from_n_s,
-                to_n_s,
-                count: count(),
-            })
-        };
-        let stratum = |stratum: &Stratum| {
-            let count = success_count(stratum.trials().filter_map(|trial| trials.get(trial)));
-            SetStratum {
+            if (0..all.drawn.trials()).any(|trial| is_within(&trial)) {
+                let within = (0..trials.len()).filter(is_within);
+                by_impulse.push(ImpulseBin {
+                    from_n_s,
+                    to_n_s,
+                    count: success_count(within.map(|trial| &trials[trial])),
+                });
+            }
+        }
+        let mut in_strata = Vec::new();
+        for stratum in strata {
+            let ended = stratum.trials().filter_map(|trial| trials.get(trial));
+            in_strata.push(SetStratum {
                 by: stratum.by,
                 label: stratum.label.clone(),
-                count,
-            }
-        };
+                count: success_count(ended),
+            });
+        }
         let over = |impulse: &dyn Fn(usize, &EpisodeEnd) -> Option<f64>| {
             let trials = trials.iter().enumerate();
             let trials = trials
@@ -235,10 +235,10 @@ impl SetSummary {
             foretold: Prediction::new(trials),
             stepped: ByFootsteps::new(trials),
             fall_causes: FallCause::most_frequent_first(fall_causes),
-            by_impulse: bins.windows(2).filter_map(within).collect(),
+            by_impulse,
             curve,
             normalized_curve,
-            strata: strata.iter().map(stratum).collect(),
+            strata: in_strata,
             telling: TellingTrial::of(all, set, limit),
             failures: *failures,
         }
@@ -264,10 +264,8 @@ pub(super) fn bin_edges(values: impl Iterator<Item = f64>) -> Vec<f64> {
         .into_iter()
         .find(|w| span / w <= 8.5)
         .unwrap_or(span);
-    let (first, last) = (
-        (least / width).floor() as i64,
-        (most / width).floor() as i64,
-    );
+    let first = (least / width).floor() as i64;
+    let last = (most / width).floor() as i64;
     (first..=last + 1).map(|i| i as f64 * width).collect()
 }
 

@@ -36,37 +36,23 @@ impl SuccessTally {
 
     /// Counts more trials. `rows` are sorted by trial, and have all rows of each of their trials.
     pub fn add(&mut self, rows: &[TrialRow]) {
-        let recovered = |trial: &[TrialRow], name: &String| {
-            trial
-                .iter()
-                .find(|row| row.set == *name)
-                .map(TrialRow::has_recovered)
-        };
-        let trials = rows.chunk_by(|a, b| a.trial == b.trial);
-        let trials: Vec<Vec<Option<bool>>> = trials
-            .map(|trial| {
-                self.names
-                    .iter()
-                    .map(|name| recovered(trial, name))
-                    .collect()
-            })
-            .collect();
-        self.trials += trials.len() as u64;
-        for (set, [count, recovered]) in self.sets.iter_mut().enumerate() {
-            *count += trials.iter().filter(|trial| trial[set].is_some()).count() as u64;
-            *recovered += trials
-                .iter()
-                .filter(|trial| trial[set] == Some(true))
-                .count() as u64;
-        }
-        for ((a, b), counts) in every_pair(self.names.len())
-            .into_iter()
-            .zip(&mut self.pairs)
-        {
-            let common = trials
-                .iter()
-                .filter_map(|trial| Some((trial[a]?, trial[b]?)));
-            common.for_each(|(a, b)| counts.add(a, b));
+        let pairs = every_pair(self.names.len());
+        for trial in rows.chunk_by(|a, b| a.trial == b.trial) {
+            let mut recovered = Vec::new();
+            for name in &self.names {
+                let row = trial.iter().find(|row| row.set == *name);
+                recovered.push(row.map(TrialRow::has_recovered));
+            }
+            self.trials += 1;
+            for ([trials, count], recovered) in self.sets.iter_mut().zip(&recovered) {
+                *trials += u64::from(recovered.is_some());
+                *count += u64::from(*recovered == Some(true));
+            }
+            for (&(a, b), counts) in pairs.iter().zip(&mut self.pairs) {
+                if let (Some(a), Some(b)) = (recovered[a], recovered[b]) {
+                    counts.add(a, b);
+                }
+            }
         }
     }
 
@@ -101,46 +87,44 @@ impl SoFar {
     /// Controllers that differ by less than `margin` (a share) are the same.
     pub fn new(tally: &SuccessTally, margin: f64) -> Self {
         let SuccessTally { names, trials, .. } = tally;
-        let count = |&[trials, recovered]: &[u64; 2]| SuccessCount {
-            ci95: rate_interval(recovered, trials, LEVEL),
-            ..SuccessCount::new(recovered, trials)
-        };
-        let sets: Vec<(String, SuccessCount)> = names
-            .iter()
-            .cloned()
-            .zip(tally.sets.iter().map(count))
-            .collect();
+        let mut sets = Vec::new();
+        for (name, &[trials, recovered]) in names.iter().zip(&tally.sets) {
+            let count = SuccessCount {
+                ci95: rate_interval(recovered, trials, LEVEL),
+                ..SuccessCount::new(recovered, trials)
+            };
+            sets.push((name.clone(), count));
+        }
         let every = every_pair(sets.len());
-        let behind = every
-            .iter()
-            .zip(&tally.pairs)
-            .filter_map(|(&(a, b), counts)| match counts.difference() {
-                0.0 => None,
-                difference => Some(if difference > 0.0 { b } else { a }),
-            });
+        let mut behind = Vec::new();
+        for (&(a, b), counts) in every.iter().zip(&tally.pairs) {
+            let difference = counts.difference();
+            if difference != 0.0 {
+                behind.push(if difference > 0.0 { b } else { a });
+            }
+        }
         let rates: Vec<f64> = sets.iter().map(|(_, count)| count.success_rate).collect();
         let leader = leaders(&rates, behind).first().copied();
-        let shown = every.iter().zip(&tally.pairs);
-        let shown = shown
-            .filter(|(pair, _)| is_worth_a_line(every.len(), |set| Some(set) == leader, **pair));
-        let pair = |(&sets, counts): (&(usize, usize), &PairedCounts)| {
+        let mut pairs = Vec::new();
+        for (&pair, counts) in every.iter().zip(&tally.pairs) {
+            if !is_worth_a_line(every.len(), |set| Some(set) == leader, pair) {
+                continue;
+            }
             let PairDecision {
                 a,
                 b,
                 counts,
                 decision,
                 ..
-            } = PairDecision::at_any_time(sets, *counts, every.len(), margin);
-            let (a, b, difference) = (names[a].clone(), names[b].clone(), counts.difference());
-            PairSoFar {
-                a,
-                b,
-                difference,
+            } = PairDecision::at_any_time(pair, *counts, every.len(), margin);
+            pairs.push(PairSoFar {
+                a: names[a].clone(),
+                b: names[b].clone(),
+                difference: counts.difference(),
                 ci95: decision.ci95,
                 verdict: decision.verdict,
-            }
-        };
-        let mut pairs: Vec<PairSoFar> = shown.map(pair).collect();
+            });
+        }
         pairs.sort_by(|x, y| by_verdict((x.verdict, x.difference), (y.verdict, y.difference)));
         Self {
             trials: *trials,
@@ -178,8 +162,11 @@ pub(crate) mod tests {
     fn a_tally_counts_each_part_once_and_pairs_over_their_common_trials() {
         let mut tally = SuccessTally::new(&["a", "b"].map(String::from));
         assert!(tally.is_empty());
-        let both = |trial: u64| [row(trial, "a", 1.0, Recovered), row(trial, "b", 1.0, Fell)];
-        tally.add(&(0..25).flat_map(both).collect::<Vec<_>>());
+        tally.add(
+            &(0..25)
+                .flat_map(|trial| [row(trial, "a", 1.0, Recovered), row(trial, "b", 1.0, Fell)])
+                .collect::<Vec<_>>(),
+        );
         tally.add(
             &(25..40)
                 .map(|trial| row(trial, "a", 1.0, Recovered))

@@ -77,15 +77,12 @@ pub fn strata(drawn: &TrialConditions) -> Vec<Stratum> {
         .iter()
         .filter(|(name, _)| !name.starts_with("slope"))
     {
-        let unit = [("_m", " m"), ("_s", " s")]
-            .into_iter()
-            .find(|(end, _)| name.ends_with(end));
-        strata.extend(at_quantiles(
-            name,
-            values.iter(),
-            2,
-            unit.map_or("", |(_, unit)| unit),
-        ));
+        let unit = match name {
+            name if name.ends_with("_m") => " m",
+            name if name.ends_with("_s") => " s",
+            _ => "",
+        };
+        strata.extend(at_quantiles(name, values.iter(), 2, unit));
     }
     strata
 }
@@ -137,23 +134,25 @@ fn at_quantiles(
     ascending.sort_unstable_by(f64::total_cmp);
     // Number of digits after the point: 0 for whole numbers, 1 for tenths, ...
     let digits = (-((most - least) / 20.0).log10().floor()).max(0.0) as usize;
-    let edge = |part: usize| {
+    let mut edges = Vec::new();
+    for part in 1..parts {
         let value = ascending[part * ascending.len() / parts];
-        let rounded = format!("{value:.digits$}").parse().unwrap_or(value);
+        let rounded: f64 = format!("{value:.digits$}").parse().unwrap_or(value);
         // Adding 0 turns -0 into 0.
-        (rounded, format!("{:.digits$}", rounded + 0.0))
-    };
-    let edges: Vec<(f64, String)> = (1..parts).map(edge).collect();
-    let label = |part: usize| match (
-        part.checked_sub(1).map(|below| &edges[below].1),
-        edges.get(part),
-    ) {
-        (None, Some((_, to))) => format!("below {to}{unit}"),
-        (Some(from), Some((_, to))) => format!("{from} to {to}{unit}"),
-        (Some(from), None) => format!("from {from}{unit}"),
-        (None, None) => "all".into(),
-    };
-    sorted(by, values, (0..parts).map(label), |value| {
+        edges.push((rounded, format!("{:.digits$}", rounded + 0.0)));
+    }
+    let mut labels = Vec::new();
+    for part in 0..parts {
+        let from = part.checked_sub(1).map(|below| &edges[below].1);
+        let to = edges.get(part).map(|(_, to)| to);
+        labels.push(match (from, to) {
+            (None, Some(to)) => format!("below {to}{unit}"),
+            (Some(from), Some(to)) => format!("{from} to {to}{unit}"),
+            (Some(from), None) => format!("from {from}{unit}"),
+            (None, None) => "all".into(),
+        });
+    }
+    sorted(by, values, labels, |value| {
         edges.iter().filter(|(edge, _)| value >= *edge).count()
     })
 }
@@ -169,24 +168,25 @@ fn sorted(
     let places: Rc<[u8]> = values
         .map(|value| value.map_or(u8::MAX, |value| of(value) as u8))
         .collect();
-    let stratum = |(own, label)| Stratum {
-        by,
-        label,
-        places: places.clone(),
-        own,
-    };
-    let strata = (0..)
-        .zip(labels)
-        .map(stratum)
-        .filter(|stratum| stratum.trials().next().is_some());
-    let strata: Vec<Stratum> = strata.collect();
+    let mut strata = Vec::new();
+    for (own, label) in (0..).zip(labels) {
+        let stratum = Stratum {
+            by,
+            label,
+            places: places.clone(),
+            own,
+        };
+        if stratum.trials().next().is_some() {
+            strata.push(stratum);
+        }
+    }
     if strata.len() < 2 { Vec::new() } else { strata }
 }
 
 /// The least and the greatest value. It is None if they are the same, or if there are no values.
 fn range(values: impl Iterator<Item = Option<f64>> + Clone) -> Option<[f64; 2]> {
-    let of = |f: fn(f64, f64) -> f64| values.clone().flatten().reduce(f);
-    let (least, most) = (of(f64::min)?, of(f64::max)?);
+    let least = values.clone().flatten().reduce(f64::min)?;
+    let most = values.flatten().reduce(f64::max)?;
     (least < most).then_some([least, most])
 }
 
@@ -209,10 +209,8 @@ mod tests {
     fn drawn(name: &str, trials: u64, set: &[&str]) -> Vec<Stratum> {
         let campaign = campaign(name, set);
         of_rows((0..trials).map(|trial| {
-            let (pushes, variation) = (
-                trial::pushes(&campaign, trial),
-                trial::variation(&campaign, trial),
-            );
+            let pushes = trial::pushes(&campaign, trial);
+            let variation = trial::variation(&campaign, trial);
             TrialRow::new(trial, "a", &pushes, None, variation, record(Recovered))
         }))
     }
@@ -249,9 +247,9 @@ mod tests {
             (&[113.0, -135.0, 225.0], "diagonally backward"),
             (&[158.0, 180.0, -180.0, 190.0], "backward"),
         ] {
-            headings
-                .iter()
-                .for_each(|of| assert_eq!(SECTORS[sector(*of)].0, label, "{of}"));
+            for heading_deg in headings {
+                assert_eq!(SECTORS[sector(*heading_deg)].0, label, "{heading_deg}");
+            }
         }
     }
 
@@ -310,10 +308,10 @@ mod tests {
             let mut trials: Vec<usize> = of.iter().flat_map(|stratum| stratum.trials()).collect();
             trials.sort_unstable();
             assert!(trials.into_iter().eq(0..300), "{by}");
-            let even = |stratum: &&Stratum| {
-                (stratum.trials().count() as f64 / 300.0 * of.len() as f64 - 1.0).abs() < 0.2
-            };
-            assert!(by == "heading" || of.iter().all(even), "{of:?}");
+            for stratum in &of {
+                let share = stratum.trials().count() as f64 / 300.0 * of.len() as f64;
+                assert!(by == "heading" || (share - 1.0).abs() < 0.2, "{of:?}");
+            }
         }
     }
 

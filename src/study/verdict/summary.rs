@@ -153,8 +153,9 @@ impl Summary {
     /// Joins the parts of a campaign. It writes `trials.parquet`, `summary.json` and `campaign.toml`, and returns the
     /// summary and the trials. It fails if a part is missing or damaged, or if the folder is not writable.
     pub fn of_folder(folder: &Folder, gates: &Gates) -> Result<(Summary, TrialColumns)> {
-        let to = || AtomicFile::create(&folder.path.join("trials.parquet"));
-        let (summary, rows, trials) = Self::read_into(folder, gates, to)?;
+        let (summary, rows, trials) = Self::read_into(folder, gates, || {
+            AtomicFile::create(&folder.path.join("trials.parquet"))
+        })?;
         trials.commit()?;
         summary.write(&folder.path)?;
         folder.write_campaign()?;
@@ -206,22 +207,23 @@ fn stopped(sets: &[SetSummary], trials: u64) -> Option<String> {
             .or_default()
             .push(&set.name);
     }
-    let are_several = by_trials.values().flatten().count() > 1;
-    let after = |(trials, names): (&u64, &Vec<&str>)| {
-        format!("{} after {trials} trials", listed(names, "and"))
-    };
-    let after: Vec<String> = by_trials.iter().map(after).collect();
-    let told = listed(&after.iter().map(String::as_str).collect::<Vec<_>>(), "and");
-    let about = if are_several { "them" } else { "it" };
-    let why = format!("because all that was to be decided about {about} was decided by then");
-    let subject = if are_several {
-        "Some controllers"
+    if by_trials.is_empty() {
+        return None;
+    }
+    let mut after = Vec::new();
+    for (trials, names) in &by_trials {
+        after.push(format!("{} after {trials} trials", listed(names, "and")));
+    }
+    let after = listed(&after.iter().map(String::as_str).collect::<Vec<_>>(), "and");
+    let (subject, about) = if by_trials.values().flatten().count() > 1 {
+        ("Some controllers", "them")
     } else {
-        "One controller"
+        ("One controller", "it")
     };
-    let rates = "Each rate is over the controller's own trials, and each pair is compared over the trials that both have.";
-    (!by_trials.is_empty())
-        .then(|| format!("{subject} stopped before the others, {why}: {told}. {rates}"))
+    Some(format!(
+        "{subject} stopped before the others, because all that was to be decided about {about} was decided by then: {after}. \
+         Each rate is over the controller's own trials, and each pair is compared over the trials that both have."
+    ))
 }
 
 /// Explains the intervals of a campaign with a fixed number of trials.

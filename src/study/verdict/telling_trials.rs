@@ -35,64 +35,58 @@ impl TellingTrial {
             .filter(|&trial| !own[trial].has_recovered())
             .collect();
         lost.sort_by(harder);
-        let from_limit =
-            |trial: usize| limit.map_or(f64::INFINITY, |limit| (hardness(trial) - limit).abs());
-        let nearest = lost
-            .iter()
-            .copied()
-            .min_by(|a, b| from_limit(*a).total_cmp(&from_limit(*b)))
-            .filter(|_| limit.is_some());
-        let nearest = nearest.map(|trial| (trial, "lost, nearest to its 50 % limit".to_string()));
-        let why = |i: usize| {
-            if i == 0 {
-                "the easiest that it lost"
-            } else {
-                "lost, though among the easiest"
+        let mut picked = Vec::new();
+        for &trial in &lost {
+            let mut saviours = Vec::new();
+            for (other, name) in rows.names.iter().enumerate() {
+                let ended = rows.of(other).get(trial);
+                if other != set && ended.is_some_and(|ended| ended.has_recovered()) {
+                    saviours.push(name.as_str());
+                }
             }
-        };
-        let saved = lost.iter().copied().find_map(|trial| {
-            let others = (0..rows.names.len()).filter(|&other| other != set);
-            let saviours = others.filter(|&other| {
-                rows.of(other)
-                    .get(trial)
-                    .is_some_and(|of| of.has_recovered())
-            });
-            let saviours: Vec<&str> = saviours.map(|other| rows.names[other].as_str()).collect();
-            (!saviours.is_empty()).then(|| {
-                (
-                    trial,
-                    format!("lost; {} recovered", listed(&saviours, "and")),
-                )
-            })
-        });
-        let easiest = lost
-            .into_iter()
-            .take(LOST)
-            .enumerate()
-            .map(|(i, trial)| (trial, why(i).to_string()));
+            if !saviours.is_empty() {
+                let saviours = listed(&saviours, "and");
+                picked.push((trial, format!("lost; {saviours} recovered")));
+                break;
+            }
+        }
+        if let Some(limit) = limit {
+            let from_limit = |trial: usize| (hardness(trial) - limit).abs();
+            let nearest = lost
+                .iter()
+                .min_by(|a, b| from_limit(**a).total_cmp(&from_limit(**b)));
+            if let Some(&trial) = nearest {
+                picked.push((trial, "lost, nearest to its 50 % limit".into()));
+            }
+        }
         let hardest = (0..own.len())
             .filter(|&trial| own[trial].has_recovered())
             .max_by(harder);
-        let hardest =
-            hardest.map(|trial| (trial, "the hardest from which it recovered".to_string()));
-        let telling = |(trial, why): (usize, String)| Self {
-            trial: trial as u64,
-            impulse_n_s: rows.impulse_n_s(trial),
-            impulse_over_m_omega_d: own[trial].impulse_over_m_omega_d(),
-            heading_deg: rows.heading_deg(trial),
-            survived: own[trial].has_recovered(),
-            why,
-        };
-        let mut found: Vec<Self> = saved
-            .into_iter()
-            .chain(nearest)
-            .chain(hardest)
-            .chain(easiest)
-            .map(telling)
-            .collect();
+        if let Some(trial) = hardest {
+            picked.push((trial, "the hardest from which it recovered".into()));
+        }
+        for (i, &trial) in lost.iter().take(LOST).enumerate() {
+            let why = if i == 0 {
+                "the easiest that it lost"
+            } else {
+                "lost, though among the easiest"
+            };
+            picked.push((trial, why.into()));
+        }
         let mut seen = HashSet::new();
-        found.retain(|telling| seen.insert(telling.trial));
-        found
+        picked.retain(|(trial, _)| seen.insert(*trial));
+        let mut telling = Vec::new();
+        for (trial, why) in picked {
+            telling.push(Self {
+                trial: trial as u64,
+                impulse_n_s: rows.impulse_n_s(trial),
+                impulse_over_m_omega_d: own[trial].impulse_over_m_omega_d(),
+                heading_deg: rows.heading_deg(trial),
+                survived: own[trial].has_recovered(),
+                why,
+            });
+        }
+        telling
     }
 }
 
@@ -107,9 +101,9 @@ mod tests {
         let (lost, saved, won) = ([Fell, Fell], [Fell, Recovered], [Recovered, Fell]);
         let mut rows = rows(&[lost, saved, won, lost, won, saved]);
         for (trial, ratio) in rows.chunks_mut(2).zip([2.0, 9.0, 1.0, 0.5, 7.0, 3.0]) {
-            trial
-                .iter_mut()
-                .for_each(|row| row.impulse_over_m_omega_d = Some(ratio));
+            for row in trial {
+                row.impulse_over_m_omega_d = Some(ratio);
+            }
         }
         let rows = crate::fixtures::columns_of_rows(&rows, &["a", "b"]);
         let [saved, nearest] = [

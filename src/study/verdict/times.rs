@@ -59,23 +59,21 @@ impl CommonSurvivors {
     /// `end_early` as for [`Times::of`].
     pub fn new(rows: &TrialColumns, end_early: bool) -> Self {
         let sets = 0..rows.names.len();
-        let has_survived = |set: usize, trial: usize| {
-            rows.of(set)
-                .get(trial)
-                .is_some_and(EpisodeEnd::has_recovered)
-        };
-        let survived: Vec<usize> = (0..rows.drawn.trials())
-            .filter(|&trial| sets.clone().all(|set| has_survived(set, trial)))
-            .collect();
-        let times = |set: usize| {
-            Times::of(
-                survived.iter().map(|&trial| &rows.of(set)[trial]),
-                end_early,
-            )
-        };
+        let mut survived = Vec::new();
+        for trial in 0..rows.drawn.trials() {
+            let mut ends = sets.clone().map(|set| rows.of(set).get(trial));
+            if ends.all(|ended| ended.is_some_and(EpisodeEnd::has_recovered)) {
+                survived.push(trial);
+            }
+        }
+        let mut times = Vec::new();
+        for set in sets {
+            let trials = survived.iter().map(|&trial| &rows.of(set)[trial]);
+            times.push(Times::of(trials, end_early));
+        }
         Self {
             trials: survived.len() as u64,
-            sets: sets.clone().map(times).collect(),
+            sets: times,
         }
     }
 }

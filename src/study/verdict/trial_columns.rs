@@ -100,9 +100,9 @@ impl TrialColumns {
     /// Reads the trials of a finished campaign. It fails as [`Folder::parts`] does.
     pub fn read(folder: &Folder) -> Result<Self> {
         let mut columns = Self::new(&folder.manifest.sets, &folder.manifest.campaign.episode);
-        folder
-            .parts()?
-            .try_for_each(|rows| rows.map(|rows| columns.push(&rows)))?;
+        for rows in folder.parts()? {
+            columns.push(&rows?);
+        }
         Ok(columns)
     }
 
@@ -229,10 +229,9 @@ impl TrialConditions {
                 .map(|(name, _)| (*name, Values::default()))
                 .collect();
         }
-        self.variation
-            .iter_mut()
-            .zip(varied)
-            .for_each(|((_, values), (_, value))| values.push(value));
+        for ((_, values), (_, value)) in self.variation.iter_mut().zip(varied) {
+            values.push(value);
+        }
     }
 
     /// A quantity of robot and ground.

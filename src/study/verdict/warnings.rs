@@ -23,17 +23,16 @@ pub fn of(
     sets: &[SetSummary],
     pairs: &[PairSummary],
 ) -> Vec<String> {
-    let mut found = Vec::new();
+    let mut warnings = Vec::new();
     if campaign.synthetic {
-        found.push("Nothing was simulated: the outcomes are made up (--synthetic).".into());
+        warnings.push("Nothing was simulated: the outcomes are made up (--synthetic).".into());
     }
-    let alike = |i: u64| {
-        let (pushes, variation) = (trial::pushes(campaign, i), trial::variation(campaign, i));
-        pushes == trial::pushes(campaign, 0) && variation == trial::variation(campaign, 0)
-    };
+    let are_alike = trials > 1
+        && trial::pushes(campaign, 1) == trial::pushes(campaign, 0)
+        && trial::variation(campaign, 1) == trial::variation(campaign, 0);
     let is_noisy = trial::sensor_errors(campaign, 0).is_some();
-    if trials > 1 && alike(1) {
-        found.push(if is_noisy {
+    if are_alike {
+        warnings.push(if is_noisy {
             "Every trial is the same push on the same robot. Only sensor noise differs, so rates say nothing of other \
              pushes. Draw impulse and heading, e.g. push.impulse_n_s = { uniform = [a, b] }."
                 .into()
@@ -45,18 +44,18 @@ pub fn of(
     }
     if trials < FEW_TRIALS {
         let points = 98.0 / (trials as f64).sqrt();
-        found.push(format!(
+        warnings.push(format!(
             "{trials} trials are few: a rate near 50 % is known to {points:.0} points either way."
         ));
     }
     let rates = || sets.iter().map(|set| set.count.success_rate);
     if sets.len() > 1 && rates().all(|rate| rate > NEARLY) {
-        found.push(
+        warnings.push(
             "Every controller recovered from nearly every trial: the pushes are too weak to tell the controllers apart."
                 .into(),
         );
     } else if sets.len() > 1 && rates().all(|rate| rate < 1.0 - NEARLY) {
-        found.push(
+        warnings.push(
             "No controller recovered from more than a few trials: the pushes are too hard to tell the controllers apart."
                 .into(),
         );
@@ -64,17 +63,16 @@ pub fn of(
     // The smallest number k of discordant trials that show a difference if the same controller recovers in all of them:
     // the smallest k for which 2 / 2^k, times the number of pairs, is below 5 %.
     let enough = (2.0 * pairs.len().max(1) as f64 / 0.05).log2().ceil() as u64;
-    let is_thin = |pair: &&PairSummary| {
+    let mut thin = Vec::new();
+    for pair in pairs {
         let discordant = pair.counts.only_a + pair.counts.only_b;
-        pair.verdict == PairVerdict::Open
+        if pair.verdict == PairVerdict::Open
             && discordant < enough
             && pair.counts.trials() >= FEW_TRIALS
-    };
-    let thin: Vec<String> = pairs
-        .iter()
-        .filter(is_thin)
-        .map(|pair| format!("{} and {}", pair.a, pair.b))
-        .collect();
+        {
+            thin.push(format!("{} and {}", pair.a, pair.b));
+        }
+    }
     if !thin.is_empty() {
         let more = if thin.len() > NAMED {
             format!(" and {} more pairs", thin.len() - NAMED)
@@ -82,13 +80,13 @@ pub fn of(
             String::new()
         };
         let named = thin[..thin.len().min(NAMED)].join(", ");
-        found.push(format!(
+        warnings.push(format!(
             "It cannot be said which is better of {named}{more}: fewer than {enough} trials were survived with only one \
              of the two."
         ));
     }
     if campaign.stopping.until_resolved {
-        found.push(
+        warnings.push(
             "The campaign could end when decided. Intervals of differences, verdicts and gates allow for that. Rates, \
              p-values, curves, strata and times do not: they are as for a fixed number of trials, and lean towards the \
              result at which the campaign ended."
@@ -101,14 +99,14 @@ pub fn of(
     {
         let trials = set.count.trials;
         let speed_m_s = digits(campaign.episode.judge.standing_com_speed_m_s);
-        found.push(format!(
+        warnings.push(format!(
             "With {}, the push found a robot that was not at rest in {} of {trials} trials (COM faster than {speed_m_s} \
              m/s). A later push.start_s gives it time to come to rest.",
             set.name, set.moving_at_push
         ));
     }
     for set in sets.iter().filter(|set| set.diverged > 0) {
-        found.push(format!(
+        warnings.push(format!(
             "With {}, {} trials diverged numerically and count as lost.",
             set.name, set.diverged
         ));
@@ -120,16 +118,16 @@ pub fn of(
         ..
     } in sets.iter().filter(|set| set.not_repeated > 0)
     {
-        found.push(format!(
+        warnings.push(format!(
             "{name} does not repeat itself: of {run_twice} trials that were run twice, {not_repeated} had another record \
              the second time. Its replays are not exact, and trials cannot be compared one by one."
         ));
     }
     for set in sets.iter().filter(|set| set.failed > 0) {
         let told = "trials ended since the controller failed, and count as lost. The causes are in the tables.";
-        found.push(format!("With {}, {} {told}", set.name, set.failed));
+        warnings.push(format!("With {}, {} {told}", set.name, set.failed));
     }
-    found
+    warnings
 }
 
 #[cfg(test)]

@@ -1,0 +1,111 @@
+//! Chooses the folder for the result of a campaign. A folder keeps to what it was begun with.
+
+use super::PreparedCampaign;
+use crate::store::folder::Folder;
+use crate::store::manifest::{MANIFEST, Manifest};
+use crate::store::part::Marker;
+use standfast_core::error::{Error, Result};
+use standfast_sim::Engine;
+use std::num::NonZeroU64;
+use std::path::{Path, PathBuf};
+
+impl PreparedCampaign {
+    /// The folder for the result: `out` if it is given, else a folder under `standfast-results` that is new or belongs
+    /// to this campaign. Writes nothing. Fails if `out` holds something else.
+    pub fn folder(&self, out: Option<&Path>) -> Result<Folder> {
+        let path = out.map_or_else(|| self.usual_folder(), Path::to_path_buf);
+        if !self.may_have(&path)? {
+            let advice = out.map_or("", |_| ". Give a new folder, or remove this one");
+            let differences = self.differences(&path);
+            let problem = format!("holds the result of another campaign: {differences}{advice}");
+            return Err(Error::Parts { path, problem });
+        }
+        let begun = match Folder::open(&path).ok().flatten() {
+            Some(folder) => folder.manifest,
+            None => self.begun_by(&self.markers(&path)),
+        };
+        let manifest = Manifest {
+            part_trials: begun.part_trials,
+            planned_trials: begun.planned_trials,
+            ..self.manifest.clone()
+        };
+        Ok(Folder { path, manifest })
+    }
+
+    /// The folder named after the campaign or, if that holds something else, the one that is named after its hash, too.
+    fn usual_folder(&self) -> PathBuf {
+        let Manifest {
+            campaign,
+            config_hash,
+            ..
+        } = &self.manifest;
+        let results = Path::new("standfast-results");
+        let name = match campaign.episode.engine {
+            Engine::Rapier => campaign.name.clone(),
+            other => format!("{}-{}", campaign.name, other.name()),
+        };
+        let plain = results.join(&name);
+        if self.may_have(&plain).unwrap_or(false) {
+            plain
+        } else {
+            results.join(format!("{name}-{}", &config_hash[..8]))
+        }
+    }
+
+    /// Whether a folder is new or belongs to this campaign.
+    fn may_have(&self, path: &Path) -> Result<bool> {
+        match Folder::open(path) {
+            Err(_) if !self.markers(path).is_empty() => Ok(true),
+            folder => Ok(folder?
+                .is_none_or(|folder| folder.manifest.config_hash == self.manifest.config_hash)),
+        }
+    }
+
+    /// The markers of this campaign's parts in a folder whose manifest is lost. The manifest will be written again.
+    fn markers(&self, path: &Path) -> Vec<Marker> {
+        if path.join(MANIFEST).exists() {
+            return Vec::new();
+        }
+        let mut markers = Folder::markers(path).unwrap_or_default();
+        markers.retain(|marker| marker.config_hash == self.manifest.config_hash);
+        markers
+    }
+
+    /// What tells the campaign in a folder from this one.
+    fn differences(&self, path: &Path) -> String {
+        const MOST: usize = 5;
+        let differences = match Folder::open(path) {
+            Ok(Some(folder)) => folder.manifest.differences(&self.manifest),
+            _ => Vec::new(),
+        };
+        match differences.len() {
+            0 => "its configuration differs".into(),
+            count if count > MOST => {
+                let more = count - MOST;
+                format!("{}; and {more} more", differences[..MOST].join("; "))
+            }
+            _ => differences.join("; "),
+        }
+    }
+
+    /// The manifest with which a folder was begun that has these parts.
+    fn begun_by(&self, markers: &[Marker]) -> Manifest {
+        let mut begun = self.manifest.clone();
+        if let Some(part_trials) = markers
+            .iter()
+            .filter_map(|marker| NonZeroU64::new(marker.trials))
+            .max()
+        {
+            begun.part_trials = part_trials;
+        }
+        if let Some(planned_trials) = markers.iter().find_map(|marker| marker.planned_trials) {
+            begun.planned_trials = planned_trials;
+        }
+        // A single last part may be a short one, so it does not tell the size of the others.
+        if begun.check("").is_ok() {
+            begun
+        } else {
+            self.manifest.clone()
+        }
+    }
+}

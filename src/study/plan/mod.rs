@@ -1,0 +1,298 @@
+//! What a campaign runs on: its inputs, read and checked, and its controllers. `inputs` keeps the inputs, `folder`
+//! chooses the folder for the result, `unpushed` tries the controllers without a push, `trials` runs the trials one by
+//! one, and `pool` has the threads for them.
+
+mod folder;
+mod inputs;
+mod pool;
+mod trials;
+mod unpushed;
+
+pub(crate) use pool::pool;
+pub(crate) use trials::each_caught;
+
+use crate::ask::bounds::check_steps;
+use crate::ask::spec::Campaign;
+use crate::ask::standing_bound::StandingBound;
+use crate::store::manifest::{Input, Manifest, each_once, part_trials};
+use inputs::Inputs;
+use rayon::prelude::*;
+use standfast_controllers::ControllerSpec;
+use standfast_controllers::variant::ControllerName;
+use standfast_core::error::{Error, Result};
+use standfast_core::robot::{PreparedController, Robot};
+use standfast_files::assets::{self, InputKind};
+use standfast_files::sha256_hex;
+use standfast_robots::urdf::Files;
+use std::collections::BTreeMap;
+
+/// A campaign whose inputs are read and checked. The controllers are designed later.
+pub struct PreparedCampaign {
+    pub manifest: Manifest,
+    pub(crate) robot: Robot,
+    no_step: StandingBound,
+    controllers: Vec<Box<dyn ControllerSpec>>,
+    /// The inputs that are not compiled in, each by its name in the result folder.
+    inputs: Vec<(String, Vec<u8>)>,
+}
+
+impl PreparedCampaign {
+    /// Reads the robot and the controllers. It fails if any of them is missing or wrong, or if two controllers have the
+    /// same name.
+    pub fn new(campaign: &Campaign) -> Result<PreparedCampaign> {
+        Self::with(campaign, Files::open(&campaign.robot)?)
+    }
+
+    /// As [`new`](Self::new), with the files of the campaign's robot, which are read already.
+    pub fn with(campaign: &Campaign, files: Files) -> Result<PreparedCampaign> {
+        let engine = campaign.episode.engine;
+        let robot = files.load()?;
+        engine.check(&robot)?;
+        check_steps(&campaign.name, &campaign.episode, &robot)?;
+        let mut entries = Vec::new();
+        let mut controllers = Vec::new();
+        let (mut sets, mut bases) = (Vec::new(), Vec::new());
+        // The file of each controller, and the files that it needs beside it.
+        let mut sources = Vec::new();
+        let mut not_kept = BTreeMap::new();
+        for gains in &campaign.gains {
+            let entry = ControllerName::split(gains);
+            let source = assets::open(InputKind::Controller, entry.base)?;
+            let base = standfast_controllers::read(&source)?;
+            sources.push((source, base.files()?));
+            bases.push(base.name().to_string());
+            let lacks = base.not_kept();
+            if !lacks.is_empty() {
+                not_kept.insert(base.name().to_string(), lacks);
+            }
+            let controller = entry.of(base)?;
+            sets.push(controller.name().to_string());
+            controllers.push(controller);
+            entries.push(entry);
+        }
+        check_names(campaign, &sets, &bases)?;
+        let mut inputs = Inputs::default();
+        let mut resolved = campaign.clone();
+        // The robot comes first among the inputs, with settings that may have been inferred, and with its meshes.
+        let mut robot_files = vec![(files.settings, "toml")];
+        if let Some(meshes) = files.meshes {
+            robot_files.push((meshes, "meshes"));
+        }
+        robot_files.push((files.urdf, "urdf"));
+        resolved.robot = inputs.take(&campaign.robot, "robot", robot_files)?;
+        let robot_hashes: String = inputs
+            .listed
+            .iter()
+            .map(|input| &input.sha256[..])
+            .collect();
+        let robot_sha256 = sha256_hex(robot_hashes.as_bytes());
+        for (i, (source, beside)) in sources.into_iter().enumerate() {
+            let (entry, stem) = (&entries[i], format!("gains/{}", bases[i]));
+            let file = inputs.take(entry.base, &stem, vec![(source, "toml")])?;
+            resolved.gains[i] = entry.with_base(&file);
+            inputs.take_beside(entry.base, beside)?;
+        }
+        let totals = each_once(
+            controllers
+                .iter()
+                .flat_map(|controller| controller.totals())
+                .map(|total| total.to_string()),
+        );
+        let mut manifest = Manifest {
+            standfast: env!("CARGO_PKG_VERSION").into(),
+            config_hash: String::new(),
+            robot_sha256,
+            engine: engine.with_version(),
+            part_trials: part_trials(&resolved),
+            planned_trials: resolved.trials,
+            sets,
+            totals,
+            inputs: inputs.listed,
+            not_kept,
+            campaign: resolved,
+        };
+        manifest.config_hash = manifest.hash()?;
+        Ok(PreparedCampaign {
+            manifest,
+            no_step: StandingBound::new(&robot),
+            robot,
+            controllers,
+            inputs: inputs.kept,
+        })
+    }
+
+    /// Adds a controller that is no file but a part of the calling program. Its name and its tree are inputs of the
+    /// result. Fails if another controller has this name.
+    pub fn and(mut self, controller: Box<dyn ControllerSpec>) -> Result<PreparedCampaign> {
+        let name = controller.name().to_string();
+        let manifest = &mut self.manifest;
+        if manifest.sets.contains(&name) {
+            return Err(Error::value(
+                "the program",
+                "name",
+                name,
+                "two controllers of this name",
+                "a name of its own for each",
+            ));
+        }
+        let sha256 = sha256_hex(controller.tree().to_string().as_bytes());
+        manifest.inputs.push(Input {
+            file: format!("builtin:{name}"),
+            sha256,
+        });
+        let more = controller.totals().iter().map(|total| total.to_string());
+        manifest.totals = each_once(std::mem::take(&mut manifest.totals).into_iter().chain(more));
+        manifest.campaign.gains.push(name.clone());
+        manifest.sets.push(name);
+        manifest.config_hash = manifest.hash()?;
+        self.controllers.push(controller);
+        Ok(self)
+    }
+
+    /// Prepares all controllers, and warns of dubious ones.
+    pub(crate) fn factories(&self) -> Result<Vec<PreparedController>> {
+        let period_s = self.manifest.campaign.episode.control_period_s;
+        let factories: Vec<PreparedController> = self
+            .controllers
+            .par_iter()
+            .map(|settings| settings.prepare(&self.robot, period_s))
+            .collect::<Result<_>>()?;
+        for PreparedController { name, warning, .. } in &factories {
+            if let Some(warning) = warning {
+                log::warn!("{name}: {warning}");
+            }
+        }
+        Ok(factories)
+    }
+}
+
+/// Fails if the name of a controller cannot be the name of a file, or if two controllers have the same name.
+fn check_names(campaign: &Campaign, sets: &[String], bases: &[String]) -> Result<()> {
+    for (i, (name, base)) in sets.iter().zip(bases).enumerate() {
+        if base.is_empty()
+            || base.starts_with('.')
+            || base.contains(|c: char| "/\\:".contains(c) || c.is_control())
+        {
+            return Err(Error::value(
+                &campaign.gains[i],
+                "name",
+                base,
+                "not usable as a file name",
+                "a name without /, \\ and :, not first a `.`",
+            ));
+        }
+        if sets[..i].contains(name) {
+            return Err(Error::value(
+                &campaign.gains[i],
+                "name",
+                name,
+                "two controllers of this name",
+                "a name of its own for each",
+            ));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::Overrides;
+    use standfast_sim::episode::Outcome;
+
+    /// 30 trials of 0.4 s, with these values set.
+    fn short(set: &[&str]) -> Overrides {
+        let short = [
+            "episode.horizon_s=0.4",
+            "episode.judge.standing_time_s=0.1",
+            "push.start_s=0.05",
+        ];
+        let set = short.iter().chain(set).map(|s| s.to_string()).collect();
+        Overrides {
+            set,
+            trials: Some(30),
+            gains: vec!["hold".into()],
+            ..Default::default()
+        }
+    }
+
+    pub(crate) fn planned(set: &[&str]) -> PreparedCampaign {
+        PreparedCampaign::new(&Campaign::load("smoke", &short(set)).unwrap()).unwrap()
+    }
+
+    /// The second controller has no design, so its episode panics.
+    #[test]
+    fn a_panic_is_the_outcome_of_the_set_that_caused_it() {
+        let gains = ["hold", "fixed"].map(String::from).to_vec();
+        let plan = PreparedCampaign::new(
+            &Campaign::load(
+                "smoke",
+                &Overrides {
+                    gains,
+                    ..short(&[])
+                },
+            )
+            .unwrap(),
+        )
+        .unwrap();
+        let factories = plan.factories().unwrap();
+        let rows = plan.rows(&factories[..1], None, 3, &[0, 1]).unwrap();
+        assert_eq!(rows[0], plan.rows(&factories, None, 3, &[0]).unwrap()[0]);
+        assert_eq!(
+            (&rows[1].set[..], rows[1].record.outcome),
+            ("fixed", Outcome::Diverged)
+        );
+        let cause = rows[1].record.fall_cause.as_ref().unwrap();
+        assert!(cause.starts_with("panic: index out of bounds"), "{cause}");
+        assert_eq!(rows[1].pushes(), rows[0].pushes());
+    }
+
+    #[test]
+    fn the_hash_is_of_what_changes_a_result() {
+        let hash = |plan: &PreparedCampaign| plan.manifest.config_hash.clone();
+        assert_eq!(hash(&planned(&[])), hash(&planned(&[])));
+        for change in [
+            "seed=5",
+            "push.height_m=0.01",
+            "sensors.bias_scale=0.4",
+            "name=other",
+            "episode.horizon_s=2",
+        ] {
+            assert_ne!(hash(&planned(&[change])), hash(&planned(&[])), "{change}");
+        }
+    }
+
+    #[test]
+    fn files_with_sets_of_one_name_are_not_mixed_up_by_their_variants() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = |name: &str| dir.path().join(name).to_string_lossy().into_owned();
+        for (name, margin) in [("a.toml", 0.001), ("b.toml", 0.002)] {
+            let text = format!(
+                "name = 'mine'\nzmp_margin = {margin}\n[[gains]]\nname = 'a'\nx = [1, 1, 5]\ny = [1, 1, 5]\n"
+            );
+            std::fs::write(path(name), text).unwrap();
+        }
+        let plan = |second: &str| {
+            let gains = vec![
+                path("a.toml") + ":zmp_margin=0.2",
+                path(second) + ":zmp_margin=0.4",
+            ];
+            PreparedCampaign::new(
+                &Campaign::load(
+                    "smoke",
+                    &Overrides {
+                        gains,
+                        ..Default::default()
+                    },
+                )
+                .unwrap(),
+            )
+        };
+        assert_eq!(plan("a.toml").unwrap().inputs.len(), 1);
+        let message = plan("b.toml").err().unwrap().to_string();
+        assert!(
+            message.contains("b.toml: name = mine: another file"),
+            "{message}"
+        );
+    }
+}
