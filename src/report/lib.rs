@@ -13,6 +13,7 @@ pub mod html_page;
 pub mod junit;
 pub mod markdown;
 pub mod mcap;
+pub mod observer;
 pub mod replay;
 pub mod result;
 pub mod table;
