@@ -243,16 +243,15 @@ pub fn write_telling(
 ) -> Replays {
     let mut wanted: Vec<(u64, &str)> = Vec::new();
     for set in &summary.sets {
-        wanted.extend(
-            set.telling
-                .iter()
-                .take(for_each_set)
-                .map(|telling| (telling.trial, set.name.as_str())),
-        );
+        for telling in set.telling.iter().take(for_each_set) {
+            let page = folder
+                .path
+                .join(replay_file(telling.trial, &set.name, None));
+            if afresh || !page.is_file() {
+                wanted.push((telling.trial, &set.name));
+            }
+        }
     }
-    wanted.retain(|(trial, set)| {
-        afresh || !folder.path.join(replay_file(*trial, set, None)).is_file()
-    });
     let mut replays = Replays {
         wanted: wanted.len(),
         written: 0,
@@ -263,15 +262,17 @@ pub fn write_telling(
         return replays;
     }
     let progress = Progress::of_each(wanted.len() as u64, "replays");
-    let page = |(trial, set)| {
-        if stop() {
-            return None;
-        }
-        let written = write_page(&folder.path, trial, set).map_err(|error| (trial, set, error));
-        progress.episode();
-        Some(written)
-    };
-    let pages: Vec<_> = wanted.into_par_iter().filter_map(page).collect();
+    let pages: Vec<_> = wanted
+        .into_par_iter()
+        .filter_map(|(trial, set)| {
+            if stop() {
+                return None;
+            }
+            let written = write_page(&folder.path, trial, set).map_err(|error| (trial, set, error));
+            progress.episode();
+            Some(written)
+        })
+        .collect();
     progress.finish();
     for page in pages {
         match page {
