@@ -51,12 +51,13 @@ pub fn of(summary: &Summary) -> Vec<ReportTable> {
         .into_iter()
         .chain(more)
         .chain(pair_kinds.into_iter().map(|table| ("strata", Page, table)));
-    let told = all.map(|(section, detail, table)| ReportTable {
-        section,
-        detail,
-        table,
-    });
-    told.filter(|told| !told.table.rows.is_empty()).collect()
+    all.filter(|(.., table)| !table.rows.is_empty())
+        .map(|(section, detail, table)| ReportTable {
+            section,
+            detail,
+            table,
+        })
+        .collect()
 }
 
 /// The tables of the agreement of two engines: all of them if `full`.
@@ -77,12 +78,9 @@ mod tests {
 
     /// The texts of the rows of the table in `section` whose first heading is `heading`.
     fn rows(summary: &Summary, section: &str, heading: &str) -> Vec<String> {
-        let is_it = |told: &ReportTable| {
-            told.section == section && told.table.columns[0].heading == heading
-        };
         let table = of(summary)
             .into_iter()
-            .find(is_it)
+            .find(|told| told.section == section && told.table.columns[0].heading == heading)
             .unwrap_or_else(|| panic!("no {heading}"))
             .table;
         let heads = table

@@ -60,7 +60,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
             .map(|(i, joint)| (joint.name.clone(), value(i)))
             .collect()
     };
-    let sole = |foot: Foot| {
+    let [left, right] = Foot::BOTH.map(|foot| {
         let sole = &robot.soles[foot];
         json!({
             "link": robot.frames[sole.frame].name,
@@ -68,7 +68,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
             "width_m": 2.0 * sole.half_m[1],
             "thickness_m": sole.thickness_m,
         })
-    };
+    });
     let pairs = Pairs::new(robot);
     let touching: Vec<_> = pairs
         .touching_at_home
@@ -90,7 +90,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
             "omega_rad_s": robot.omega(),
         },
         "trunk": robot.links[robot.trunk].name,
-        "soles": { "left": sole(Foot::Left), "right": sole(Foot::Right) },
+        "soles": { "left": left, "right": right },
         "servos": by_joint(&|i| json!(robot.servos[i])),
         "hardest_on_one_leg": robot.hardest_on_one_leg().map(|(joint, share)| json!({
             "joint": robot.joints[joint].name,
@@ -205,9 +205,9 @@ pub fn description(robot: &Robot) -> String {
     ] {
         if !sentences.is_empty() {
             line(format!("\n{heading}"));
-            sentences
-                .iter()
-                .for_each(|sentence| line(wrapped("  - ", sentence).trim_end().into()));
+            for sentence in sentences {
+                line(wrapped("  - ", sentence).trim_end().into());
+            }
         }
     }
     text
@@ -223,12 +223,11 @@ fn reach_text(robot: &Robot, told: &mut impl FnMut(&str, String)) {
     told("reach    ", about.into());
     for region in &robot.reach {
         let ([x0, x1], [y0, y1]) = (region.x_m, region.y_m);
-        let mm = |length_m: f64| short(1e3 * length_m);
         let around = match region.sideways_from {
             0.0 => String::new(),
             share => format!(", sideways from {share} of it on"),
         };
-        let [x0, x1, y0, y1] = [x0, x1, y0, y1].map(mm);
+        let [x0, x1, y0, y1] = [x0, x1, y0, y1].map(|length_m| short(1e3 * length_m));
         let (name, time_s) = (&region.name, region.swing_time_s);
         told(
             "         ",
