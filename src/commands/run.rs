@@ -334,8 +334,8 @@ fn run_and_conclude(
 /// Says how much of the campaign is in the folder already. Returns false, and says nothing, if nothing is there.
 fn say_what_is_there(folder: &Folder, work: &CampaignRun) -> bool {
     let (path, all) = (folder.path.display(), work.all_episodes());
-    let there = all - work.episodes();
-    if there == 0 {
+    let kept = all - work.episodes();
+    if kept == 0 {
         return false;
     }
     let what = if work.shard.is_some() {
@@ -348,7 +348,7 @@ fn say_what_is_there(folder: &Folder, work: &CampaignRun) -> bool {
             "{path}: {what} is complete; nothing is computed again"
         )),
         false => note(&format!(
-            "{path}: goes on, {there} of {all} episodes are there"
+            "{path}: goes on, {kept} of {all} episodes are there"
         )),
     }
     if folder.is_of_another_build() {

@@ -52,16 +52,16 @@ pub fn text(summary: &Summary) -> String {
     }
     let (short, full): (Vec<_>, Vec<_>) = tables::of(summary)
         .into_iter()
-        .filter(|told| told.detail <= Detail::Full)
-        .partition(|told| told.detail == Detail::Short);
-    for told in short {
-        text += &(told.table.markdown() + "\n");
+        .filter(|table| table.detail <= Detail::Full)
+        .partition(|table| table.detail == Detail::Short);
+    for table in short {
+        text += &(table.table.markdown() + "\n");
     }
     if let Some(stopped) = &summary.stopped {
         _ = writeln!(text, "{}\n", escaped(stopped));
     }
-    for told in full {
-        let (title, table) = (escaped(&told.table.title), told.table.markdown());
+    for table in full {
+        let (title, table) = (escaped(&table.table.title), table.table.markdown());
         _ = writeln!(
             text,
             "<details><summary>{title}</summary>\n\n{table}\n</details>\n"

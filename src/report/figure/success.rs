@@ -194,7 +194,7 @@ fn legend(sets: &[SetSummary]) -> Vec<LegendRow> {
             Some((end, _)) => format!("{}...", &set.name[..end]),
             None => set.name.clone(),
         };
-        let of = if are_of_different_trials(sets) {
+        let of_trials = if are_of_different_trials(sets) {
             format!(" of {}", set.count.trials)
         } else {
             String::new()
@@ -202,7 +202,7 @@ fn legend(sets: &[SetSummary]) -> Vec<LegendRow> {
         rows.push((
             class_of_set(i),
             LegendSample::DottedLine(dot(i)),
-            format!("{name}: {:.1} %{of}", 100.0 * set.count.success_rate),
+            format!("{name}: {:.1} %{of_trials}", 100.0 * set.count.success_rate),
         ));
     }
     let is_fitted = |set: &SetSummary| !set.curve.points.is_empty();

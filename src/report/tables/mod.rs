@@ -65,8 +65,8 @@ pub fn of_agreement(summary: &Summary, full: bool) -> impl Iterator<Item = Table
     let most = if full { Detail::Full } else { Detail::Short };
     of(summary)
         .into_iter()
-        .filter(move |told| told.section == "engines" && told.detail <= most)
-        .map(|told| told.table)
+        .filter(move |table| table.section == "engines" && table.detail <= most)
+        .map(|table| table.table)
 }
 
 #[cfg(test)]
@@ -80,7 +80,7 @@ mod tests {
     fn rows(summary: &Summary, section: &str, heading: &str) -> Vec<String> {
         let table = of(summary)
             .into_iter()
-            .find(|told| told.section == section && told.table.columns[0].heading == heading)
+            .find(|table| table.section == section && table.table.columns[0].heading == heading)
             .unwrap_or_else(|| panic!("no {heading}"))
             .table;
         let heads = table

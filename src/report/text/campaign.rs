@@ -63,8 +63,8 @@ pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
     let most = if full { Detail::Full } else { Detail::Short };
     let mut tables = tables::of(summary)
         .into_iter()
-        .filter(|told| told.detail <= most)
-        .map(|told| told.table.text());
+        .filter(|table| table.detail <= most)
+        .map(|table| table.table.text());
     text += &tables.next().unwrap_or_default();
     text += &summary
         .stopped

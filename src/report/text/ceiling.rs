@@ -43,7 +43,7 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
         tries,
         ..
     } = ceiling;
-    let found: Vec<&LostTrial> = ceiling
+    let recovered: Vec<&LostTrial> = ceiling
         .lost
         .iter()
         .filter(|lost| lost.found.is_some())
@@ -57,7 +57,7 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
     );
     let more = format!(
         "with knowledge of each lost push and up to {tries} tries, from {} more; at least {} can be caught",
-        found.len(),
+        recovered.len(),
         told(with_search)
     );
     text += &wrapped("search:   ", &more);
@@ -100,14 +100,14 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
     let mut needed: Vec<(usize, &str)> = NAMES
         .iter()
         .enumerate()
-        .map(|(i, name)| (needs(&found, i), *name))
+        .map(|(i, name)| (needs(&recovered, i), *name))
         .collect();
     needed.sort_by_key(|&(count, _)| std::cmp::Reverse(count));
     let needed = needed
         .iter()
         .filter(|(count, _)| *count > 0)
         .map(|(count, name)| format!("{name} {count}"));
-    if !found.is_empty() {
+    if !recovered.is_empty() {
         text += &wrapped(
             "",
             &format!(
@@ -123,7 +123,7 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
          DCM is so far outside of the support. Landing places and the ZMP are shifted forward, and to the side of the foot \
          in the air; the trunk tilts about its x and y axes. What is not recovered by search may be possible all the same.",
     );
-    if let (Some(lost), Some(folder)) = (found.first(), folder) {
+    if let (Some(lost), Some(folder)) = (recovered.first(), folder) {
         let plant = plant_options(robot, engine);
         let gains = shell_word(&folder.join(file(lost.trial)).to_string_lossy());
         text += &format!(

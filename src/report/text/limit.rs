@@ -368,8 +368,8 @@ fn side_by_side(a: &Limits, b: &Limits) -> String {
                 ""
             };
             let ratio = format!("{:.2}", in_b.impulse50_n_s / in_a.impulse50_n_s);
-            let found = [fifty_of(a, in_a), fifty_of(b, in_b), ratio, apart.into()];
-            table.row(texts([std::mem::take(&mut heading), in_a.name.clone()]).chain(texts(found)));
+            let cells = [fifty_of(a, in_a), fifty_of(b, in_b), ratio, apart.into()];
+            table.row(texts([std::mem::take(&mut heading), in_a.name.clone()]).chain(texts(cells)));
         }
     }
     let mut all = Table::new(
@@ -392,12 +392,12 @@ fn side_by_side(a: &Limits, b: &Limits) -> String {
         ratios.sort_by(f64::total_cmp);
         let (least, most) = (ratios[0], ratios[ratios.len() - 1]);
         let apart = format!("at {apart} of {}", ratios.len());
-        let found =
+        let cells =
             [median(ratios).unwrap_or(f64::NAN), least, most].map(|ratio| format!("{ratio:.2}"));
         all.row(
             [cell(&set.name)]
                 .into_iter()
-                .chain(texts(found))
+                .chain(texts(cells))
                 .chain([cell(apart)]),
         );
     }

@@ -111,8 +111,10 @@ pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String>
         .iter()
         .map(|footstep| {
             let Footstep { foot, lift_s, land_s, from_m, to_m, zmp_error_m, in_set_at_landing } = footstep;
-            let side = |is_in: bool| if is_in { "in" } else { "outside of" };
-            let landing = in_set_at_landing.map(|is_in| format!(". At the landing the state was {} the new CPI sets", side(is_in)));
+            let landing = in_set_at_landing.map(|is_in| {
+                let side = if is_in { "in" } else { "outside of" };
+                format!(". At the landing the state was {side} the new CPI sets")
+            });
             format!(
                 "{} foot: lifted at t = {lift_s:.3} s{}, landed at t = {land_s:.3} s. The sole moved from {} to {} mm{}",
                 foot.name(),

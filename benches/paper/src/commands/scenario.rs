@@ -184,18 +184,18 @@ fn impose(
             plot.push(robot, tick);
         },
     )?;
-    let told = ImposedStory {
+    let story = ImposedStory {
         scenario: &scenario.name,
         gain_set: &design.family.name,
         start: error.start,
         record,
     };
     if let Some(path) = &args.outputs.plot {
-        plot.write(path, &told.headline())?;
+        plot.write(path, &story.headline())?;
     }
     Ok(if args.json {
-        report::json(&told.as_json())
+        report::json(&story.as_json())
     } else {
-        told.text()
+        story.text()
     })
 }

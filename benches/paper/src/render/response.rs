@@ -114,7 +114,7 @@ impl<'a> Response<'a> {
         } else {
             "The ZMP lags behind what the CPI sets assume."
         };
-        let told = format!(
+        let conclusion = format!(
             "The gain falls to -3 dB {}, and the phase reaches -45 degrees {}. The fastest pole, {fastest} omega = \
              {pole:.1} rad/s, is {} the -45 degrees bandwidth and {} the -3 dB bandwidth. {follows}",
             shown(self.bandwidth.gain_rad_s),
@@ -123,7 +123,7 @@ impl<'a> Response<'a> {
             side(gain),
         );
         text += "\n";
-        text += &wrapped("", &told);
+        text += &wrapped("", &conclusion);
         text
     }
 }
