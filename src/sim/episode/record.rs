@@ -131,7 +131,7 @@ pub struct Record {
 const REST_S: f64 = 0.5;
 
 impl Record {
-    /// Time (s) after which nothing of interest happens: the time of the fall or, with [`REST_S`] to spare, the time at
+    /// Time (s) after which nothing of interest happens: the time of the fall or, with `REST_S` to spare, the time at
     /// which the robot stands still and, if it gets home, is home.
     pub fn end_of_interest_s(&self) -> f64 {
         let settled_s = self
