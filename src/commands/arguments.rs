@@ -218,12 +218,11 @@ pub const MOST_EXTRAS: u64 = 1000;
 
 /// Reads a number whose unit is fixed. An error that such a unit causes says so.
 pub fn number(text: &str) -> Result<f64, String> {
-    let is_unit = |c: char| c.is_alphabetic() || c.is_whitespace() || "°%".contains(c);
     text.parse().map_err(|_| {
-        match text
-            .split_once(is_unit)
-            .map(|(number, _)| number.parse::<f64>())
-        {
+        let before_unit = text
+            .split_once(|c: char| c.is_alphabetic() || c.is_whitespace() || "°%".contains(c))
+            .map(|(number, _)| number.parse::<f64>());
+        match before_unit {
             Some(Ok(number)) => {
                 format!("the unit is fixed, and only the number is accepted: {number}")
             }
@@ -264,14 +263,13 @@ where
     // All whole numbers up to here are numbers with a fraction, too.
     const EXACT: f64 = (1_u64 << f64::MANTISSA_DIGITS) as f64;
     move |text: &str| {
-        let is_whole = |number: &f64| (0.0..=EXACT).contains(number) && number.fract() == 0.0;
-        let rounded = || {
-            text.parse()
-                .ok()
-                .filter(is_whole)
-                .map(|number| number as u64)
+        let number = match (text.parse::<u64>(), text.parse::<f64>()) {
+            (Ok(number), _) => Some(number),
+            (_, Ok(number)) if (0.0..=EXACT).contains(&number) && number.fract() == 0.0 => {
+                Some(number as u64)
+            }
+            _ => None,
         };
-        let number: Option<u64> = text.parse().ok().or_else(rounded);
         let accepted = match *range.end() {
             MOST_TRIAL => format!("a whole number of {} or more", range.start()),
             most => format!("a whole number from {} to {most}", range.start()),
@@ -325,7 +323,7 @@ pub fn check_new_result<'a>(
 pub fn is_file_of(path: &str, extension: &str) -> bool {
     Path::new(path)
         .extension()
-        .is_some_and(|found| found.eq_ignore_ascii_case(extension))
+        .is_some_and(|own| own.eq_ignore_ascii_case(extension))
 }
 
 /// Checks before any work that a file can be written. Fails if its extension is none of `kinds`, if its folder does not

@@ -104,20 +104,20 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
         ));
     }
     let progress = Progress::of(campaign.trials, "trials");
-    let found = clairvoyant.run(&STOP, &|| progress.episode(), &|| progress.tick());
+    let ceiling = clairvoyant.run(&STOP, &|| progress.episode(), &|| progress.tick());
     progress.finish();
-    let found = nothing_kept(found)?;
-    let as_json = standfast_report::json(&found);
+    let ceiling = nothing_kept(ceiling)?;
+    let as_json = standfast_report::json(&ceiling);
     // The campaign's file may state fewer trials.
     let trials = args.trials.map(|trials| format!(" --set trials={trials}"));
     let changes = args.change.settings.options() + &trials.unwrap_or_default();
     print(&if args.json {
         as_json.clone()
     } else {
-        text::text(&found, args.out.as_deref(), &changes)
+        text::text(&ceiling, args.out.as_deref(), &changes)
     })?;
     if let Some(folder) = &args.out {
-        for lost in &found.lost {
+        for lost in &ceiling.lost {
             let Some(recovery) = &lost.found else {
                 continue;
             };

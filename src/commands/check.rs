@@ -69,25 +69,24 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
     let settings = standfast_controllers::load(args.controller.name())?;
     let prepare = || settings.prepare(&robot, config.control_period_s);
     let factory = prepare()?;
-    factory
-        .warning
-        .iter()
-        .for_each(|warning| log::warn!("{warning}"));
-    let quiet = || {
-        campaign
-            .as_ref()
-            .map(trial::as_designed)
-            .unwrap_or_default()
-    };
+    if let Some(warning) = &factory.warning {
+        log::warn!("{warning}");
+    }
     let contract = args
         .contract
         .as_ref()
         .map(|path| contract::repeated(path, &*factory.start(0)))
         .transpose()?;
-    let alone = |factory: &_| UnpushedEpisode::run(&robot, factory, &config, quiet());
+    let alone = |factory: &_| {
+        let disturbance = campaign
+            .as_ref()
+            .map(trial::as_designed)
+            .unwrap_or_default();
+        UnpushedEpisode::run(&robot, factory, &config, disturbance)
+    };
     let (first, second, third) = (alone(&factory)?, alone(&factory)?, alone(&prepare()?)?);
     let (again, anew) = (first.differs(&second), first.differs(&third));
-    let tried = UnpushedCheck {
+    let check = UnpushedCheck {
         robot: &robot,
         factory: &factory,
         config: &config,
@@ -97,9 +96,9 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
         contract,
     };
     print(&if args.json {
-        standfast_report::json(&tried.json())
+        standfast_report::json(&check.json())
     } else {
-        tried.text()
+        check.text()
     })?;
-    Ok(exit_code_of_gates(tried.is_good()))
+    Ok(exit_code_of_gates(check.is_good()))
 }

@@ -9,7 +9,7 @@ use standfast_core::error::{Error, Result};
 use standfast_report::result;
 use standfast_study::Folder;
 use standfast_study::partings::Partings;
-use standfast_study::verdict::agreement::Agreement;
+
 use standfast_study::verdict::compare::Comparison;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -94,20 +94,25 @@ pub fn check_out(out: &Path) -> Result<()> {
 /// Sets two results beside each other; of two engines it also finds where their traces part.
 pub fn compared([a, b]: [&Folder; 2], gates: &[String], args: &TracesArgs) -> Result<Comparison> {
     let mut comparison = Comparison::new(a, b, gates)?;
-    let part = |agreement: &&mut Agreement| {
-        args.traces > 0 && agreement.sets.iter().any(|set| !set.parted.is_empty())
-    };
-    let Some(agreement) = comparison.summary.agreement.as_mut().filter(part) else {
+    let Some(agreement) = &mut comparison.summary.agreement else {
         return Ok(comparison);
     };
+    if args.traces == 0 || agreement.sets.iter().all(|set| set.parted.is_empty()) {
+        return Ok(comparison);
+    }
     if a.is_of_another_build() || b.is_of_another_build() {
-        let told = "A result was made by another build of standfast, with which its trials may have run otherwise than now.";
-        warn("", told);
+        warn(
+            "",
+            "A result was made by another build of standfast, with which its trials may have run otherwise than now.",
+        );
     }
     match Partings::new([a, b], agreement, args.traces) {
         Ok(partings) => {
             let progress = Progress::of_episodes(2 * partings.count(), 0, false);
-            let run = partings.run(&STOP, &|| (0..2).for_each(|_| progress.episode()));
+            let run = partings.run(&STOP, &|| {
+                progress.episode();
+                progress.episode();
+            });
             progress.finish();
             run?;
         }

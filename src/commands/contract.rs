@@ -39,7 +39,7 @@ pub fn repeated(path: &Path, controller: &dyn Controller) -> Result<Contract> {
         Some("npz") => npz::pairs(&file, bytes, size)?,
         _ => of_csv(&file, &bytes, size)?,
     };
-    let mut found = Contract {
+    let mut contract = Contract {
         pairs: 0,
         actions: 0,
         largest: 0.0,
@@ -70,9 +70,9 @@ pub fn repeated(path: &Path, controller: &dyn Controller) -> Result<Contract> {
                 accepted,
             ));
         }
-        found.add(line, &answered, recorded);
+        contract.add(line, &answered, recorded);
     }
-    if found.pairs == 0 {
+    if contract.pairs == 0 {
         return Err(Error::value(
             &file,
             "lines",
@@ -81,7 +81,7 @@ pub fn repeated(path: &Path, controller: &dyn Controller) -> Result<Contract> {
             "an observation and an action in each line",
         ));
     }
-    Ok(found)
+    Ok(contract)
 }
 
 fn bad(file: &str, line: usize, value: String, problem: &str, accepted: String) -> Error {

@@ -61,9 +61,9 @@ pub fn run(args: &CpiArgs) -> Result<ExitCode> {
 /// of UT-mu2 unless they are given. Nothing is written if an input is bad.
 fn answer(args: &CpiArgs) -> Result<String> {
     let robot = standfast_robots::load(DEFAULT_ROBOT)?;
-    args.plot
-        .iter()
-        .try_for_each(|path| check_output("--plot", path, &["svg"]))?;
+    if let Some(path) = &args.plot {
+        check_output("--plot", path, &["svg"])?;
+    }
     let gains = args.gains.name();
     let set = standfast_controllers::gain_set(gains)?;
     let family = GainFamily::design(&set, pendulum(args, &robot)?, Units::of(&robot).half_sole_m)?;
@@ -78,7 +78,7 @@ fn answer(args: &CpiArgs) -> Result<String> {
         false => CpiSet::search_family(&family.undisturbed(), &support)?,
     };
     let (inclusion, support) = (Inclusion::of(&sets)?, &support);
-    let found = Sets {
+    let answer = Sets {
         set: &set,
         family: &family,
         support,
@@ -87,15 +87,15 @@ fn answer(args: &CpiArgs) -> Result<String> {
         undisturbed: &undisturbed,
     };
     if let Some(folder) = &args.export {
-        found.export(folder)?;
+        answer.export(folder)?;
     }
     if let Some(file) = &args.plot {
         figure::cpi::write(file, &set.name, &sets, &undisturbed)?;
     }
     Ok(if args.json {
-        standfast_report::json(&found.as_json())
+        standfast_report::json(&answer.as_json())
     } else {
-        found.text()
+        answer.text()
     })
 }
 

@@ -1,31 +1,22 @@
-//! Runs one episode for `push` and `replay`, tells what happened, and writes the files that were asked for: a trace, a
-//! plot over time, a page to watch, snapshots.
+//! What `push` and `replay` tell of one episode, and the files of it that they write: a trace, a plot over time, a page
+//! to watch, snapshots.
 
 use super::arguments::check_output;
 use super::terminal::note;
 use serde_json::json;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{PreparedController, Robot, Units};
+use standfast_core::robot::{Robot, Units};
 use standfast_files::assets::DEFAULT_ROBOT;
-use standfast_files::columns;
 use standfast_files::{folder_of, is_same_folder, shell_word, write_atomic};
 use standfast_pictures::FramesOptions;
-use standfast_report::figure::motion::MotionPlot;
-use standfast_report::mcap::McapTrace;
+use standfast_report::observer::EpisodeObserver;
 use standfast_report::replay::{self, Head};
 use standfast_report::text::ghost::names;
-use standfast_report::text::story::{EpisodeReport, Witness};
-use standfast_report::trace::Trace;
-use standfast_sim::episode::{ClosedLoop, Disturbance, EpisodeConfig, Film, Outcome, Record, Tick};
+use standfast_report::text::story::EpisodeReport;
+use standfast_sim::episode::{Disturbance, EpisodeConfig, EpisodeRun, Film, Outcome};
 use standfast_sim::push::three_digits;
 use standfast_study::{Campaign, Overrides, check_episode, check_steps};
 use std::path::{Path, PathBuf};
-
-/// How long plots, films and pictures go on after the robot has come to stand still (s).
-const REST_S: f64 = 0.5;
-
-/// Most control ticks of an episode that is written or drawn.
-const MOST_TICKS: f64 = 200_000.0;
 
 /// Files to make of an episode.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -55,8 +46,9 @@ impl OutputArgs {
         ];
         let kinds: [&[&str]; 3] = [&["csv", "parquet", "mcap"], &["svg"], &["html"]];
         for ((option, path), kinds) in files.into_iter().zip(kinds) {
-            path.iter()
-                .try_for_each(|path| check_output(option, path, kinds))?;
+            if let Some(path) = path {
+                check_output(option, path, kinds)?;
+            }
         }
         let Some(frames) = &self.frames else {
             return Ok(());
@@ -87,7 +79,7 @@ impl OutputArgs {
         if self.is_empty() {
             Ok(())
         } else {
-            check_length(config)
+            config.check_length()
         }
     }
 
@@ -100,11 +92,10 @@ impl OutputArgs {
 
     /// Draws the snapshots of a film if they are asked for, with the snapshots of a second film of the same trial.
     pub fn draw_frames(&self, film: &Film, second: Option<&Film>) -> Result<()> {
-        let draw = |folder: &PathBuf| {
-            standfast_pictures::write_frames(film, second, folder, &FramesOptions::default())
-                .map(|_| ())
-        };
-        self.frames.as_ref().map_or(Ok(()), draw)
+        if let Some(folder) = &self.frames {
+            standfast_pictures::write_frames(film, second, folder, &FramesOptions::default())?;
+        }
+        Ok(())
     }
 
     /// Writes the page and the snapshots that are asked for. `command` is the command line that the page states.
@@ -144,6 +135,16 @@ impl OutputArgs {
         }
     }
 
+    /// An observer of the episode that writes the trace and the plot that are asked for.
+    fn observer<'a>(
+        &self,
+        episode: EpisodeRun<'a>,
+        disturbance: &Disturbance,
+    ) -> Result<EpisodeObserver<'a>> {
+        let [trace, plot] = [&self.trace, &self.plot].map(Option::as_deref);
+        EpisodeObserver::new(episode, disturbance, trace, plot)
+    }
+
     /// For how long (s) the episode is simulated after it is decided, if nothing else needs more than `aftermath_s`. A
     /// trace and a plot show it up to its horizon.
     fn aftermath_s(&self, aftermath_s: f64) -> f64 {
@@ -153,22 +154,6 @@ impl OutputArgs {
             aftermath_s
         }
     }
-}
-
-/// Fails if an episode can become so long that its ticks fill the memory.
-fn check_length(config: &EpisodeConfig) -> Result<()> {
-    let most_s = MOST_TICKS * config.control_period_s;
-    if config.horizon_s <= most_s {
-        return Ok(());
-    }
-    let problem = "is too long to be kept tick by tick, for a trace, plot, film or replay";
-    Err(Error::value(
-        "episode",
-        "horizon_s",
-        config.horizon_s,
-        problem,
-        format!("up to {most_s}"),
-    ))
 }
 
 /// What happened in an episode, and its film.
@@ -231,206 +216,101 @@ impl Setting {
     }
 }
 
-/// Robot, controller and settings of an episode.
-#[derive(Clone, Copy)]
-pub struct EpisodeRun<'a> {
-    pub robot: &'a Robot,
-    pub factory: &'a PreparedController,
-    pub config: &'a EpisodeConfig,
+/// Runs one episode, writes the files that are asked for, and returns what to print, and whether the controller failed
+/// or the simulation diverged. `command` is the command line that the page of a replay states.
+pub fn run(
+    episode: EpisodeRun,
+    disturbance: Disturbance,
+    outputs: &OutputArgs,
+    as_json: bool,
+    command: String,
+) -> Result<(String, bool)> {
+    let report = if outputs.replay.is_some() || outputs.frames.is_some() {
+        let shown = film(episode, disturbance, outputs)?;
+        outputs.show(&shown, None, command)?;
+        shown.0
+    } else {
+        let mut observer = outputs.observer(episode, &disturbance)?;
+        let aftermath_s = outputs.aftermath_s(0.0);
+        let record =
+            episode.record(disturbance, aftermath_s, &mut |tick| observer.observe(tick))?;
+        observer.finish(record)?
+    };
+    outputs.say_what_was_written();
+    let text = if as_json {
+        standfast_report::json(&report.as_json())
+    } else {
+        report.text()
+    };
+    Ok((text, is_broken(&report)))
 }
 
-impl<'a> EpisodeRun<'a> {
-    /// Runs one episode, writes the files that are asked for, and returns what to print, and whether the controller
-    /// failed or the simulation diverged. `command` is the command line that the page of a replay states.
-    pub fn run(
-        &self,
-        disturbance: Disturbance,
-        outputs: &OutputArgs,
-        as_json: bool,
-        command: String,
-    ) -> Result<(String, bool)> {
-        let Self {
-            robot,
-            factory,
-            config,
-        } = *self;
-        let told = if outputs.replay.is_some() || outputs.frames.is_some() {
-            let shown = self.film(disturbance, outputs)?;
-            outputs.show(&shown, None, command)?;
-            shown.0
-        } else {
-            let run = |disturbance: Disturbance, aftermath_s, observe: &mut dyn FnMut(&Tick)| {
-                let closed_loop = ClosedLoop::new(robot, [factory], config, disturbance);
-                closed_loop
-                    .until(config.until(), aftermath_s)
-                    .watched(&mut |_, tick| observe(tick))
-                    .map(|mut records| records.remove(0))
-            };
-            self.watched(disturbance, outputs, 0.0, run, Record::clone)?
-                .0
-        };
-        outputs.say_what_was_written();
-        let text = if as_json {
-            standfast_report::json(&told.as_json())
-        } else {
-            told.text()
-        };
-        Ok((text, is_broken(&told)))
-    }
-
-    /// Runs the same episode with another controller, too, and shows both beside each other.
-    pub fn run_beside(
-        &self,
-        other: &'a PreparedController,
-        disturbance: impl Fn() -> Disturbance,
-        outputs: &OutputArgs,
-        as_json: bool,
-        command: String,
-    ) -> Result<(String, bool)> {
-        let [shown, beside] = self.film_both(
-            &Self {
-                factory: other,
-                ..*self
-            },
-            disturbance,
-            outputs,
-        )?;
-        outputs.show(&shown, Some(&beside), command)?;
-        outputs.say_what_was_written();
-        let (told, other) = (&shown.0, &beside.0);
-        let text = match as_json {
-            true => {
-                standfast_report::json(&json!({ "controllers": [told.as_json(), other.as_json()] }))
-            }
-            false => format!("{}\n{}", told.story(), other.text()),
-        };
-        Ok((text, is_broken(told) || is_broken(other)))
-    }
-
-    /// Runs and films one episode, and writes trace and plot if they are asked for.
-    pub fn film(
-        &self,
-        disturbance: Disturbance,
-        outputs: &OutputArgs,
-    ) -> Result<FilmedEpisode<'a>> {
-        let (told, film) = self.film_for(Film::AFTERMATH_S, disturbance, outputs)?;
-        let end_s = film_end_s(&told.record);
-        Ok((told, film.cut_at(end_s)))
-    }
-
-    /// Films the episode as [`Self::film`] does, and films it with the engine or controller of `other`, too. Both films
-    /// end at the same time.
-    pub fn film_both(
-        &self,
-        other: &Self,
-        disturbance: impl Fn() -> Disturbance,
-        outputs: &OutputArgs,
-    ) -> Result<[FilmedEpisode<'a>; 2]> {
-        let both = [
-            self.film_for(f64::INFINITY, disturbance(), outputs)?,
-            other.film_for(f64::INFINITY, disturbance(), &OutputArgs::default())?,
-        ];
-        let end_s = both
-            .iter()
-            .map(|(told, _)| film_end_s(&told.record))
-            .fold(0.0, f64::max);
-        Ok(both.map(|(told, film)| (told, film.cut_at(end_s))))
-    }
-
-    /// Films one episode and the time (s) after it, but not beyond its horizon.
-    fn film_for(
-        &self,
-        aftermath_s: f64,
-        disturbance: Disturbance,
-        outputs: &OutputArgs,
-    ) -> Result<FilmedEpisode<'a>> {
-        let Self {
-            robot,
-            factory,
-            config,
-        } = *self;
-        check_length(config)?;
-        let take = |disturbance, aftermath_s, observe: &mut dyn FnMut(&Tick)| {
-            Film::take(
-                robot,
-                factory,
-                config,
-                disturbance,
-                (config.until(), aftermath_s),
-                observe,
-            )
-        };
-        self.watched(disturbance, outputs, aftermath_s, take, |film| {
-            film.record.clone()
-        })
-    }
-
-    /// Runs one episode and at least `aftermath_s` (s) after it by `run`, which shows every tick to the observer, and
-    /// writes trace and plot if they are asked for. Returns what happened and what `run` returns, which holds the
-    /// record.
-    fn watched<T>(
-        &self,
-        disturbance: Disturbance,
-        outputs: &OutputArgs,
-        aftermath_s: f64,
-        run: impl FnOnce(Disturbance, f64, &mut dyn FnMut(&Tick)) -> Result<T>,
-        record_of: impl Fn(&T) -> Record,
-    ) -> Result<(EpisodeReport<'a>, T)> {
-        let Self {
-            robot,
-            factory,
-            config,
-        } = *self;
-        let (pushes, variation) = (disturbance.pushes.clone(), disturbance.variation);
-        let simulated = variation.robot(robot);
-        let (mcap, table): (Option<&PathBuf>, _) = match &outputs.trace {
-            Some(path) if path.extension().is_some_and(|ending| ending == "mcap") => {
-                (Some(path), None)
-            }
-            table => (None, table.as_ref()),
-        };
-        let mut mcap = mcap
-            .map(|path| McapTrace::create(path, robot))
-            .transpose()?;
-        let mut table = table.map(|path| (path, Trace::new(robot)));
-        let mut plot = outputs
-            .plot
-            .as_ref()
-            .map(|_| MotionPlot::of_pushes(&pushes));
-        let mut witness = Witness::default();
-        let mut observe = |tick: &Tick| {
-            witness.watch(&simulated, tick);
-            mcap.iter_mut().for_each(|mcap| mcap.push(tick));
-            table.iter_mut().for_each(|(_, trace)| trace.push(tick));
-            plot.iter_mut().for_each(|plot| plot.push(robot, tick));
-        };
-        let ran = run(disturbance, outputs.aftermath_s(aftermath_s), &mut observe)?;
-        let units = Units::of(robot);
-        let told = EpisodeReport {
-            factory,
-            config,
-            units,
-            pushes,
-            variation,
-            record: record_of(&ran),
-            witness,
-        };
-        mcap.map_or(Ok(()), McapTrace::finish)?;
-        if let Some((path, trace)) = table {
-            columns::write(path, &trace.columns())?;
+/// Runs the same episode with two controllers, and shows both beside each other.
+pub fn run_beside(
+    episodes: [EpisodeRun; 2],
+    disturbance: impl Fn() -> Disturbance,
+    outputs: &OutputArgs,
+    as_json: bool,
+    command: String,
+) -> Result<(String, bool)> {
+    let [shown, beside] = film_both(episodes, disturbance, outputs)?;
+    outputs.show(&shown, Some(&beside), command)?;
+    outputs.say_what_was_written();
+    let (first, second) = (&shown.0, &beside.0);
+    let text = match as_json {
+        true => {
+            standfast_report::json(&json!({ "controllers": [first.as_json(), second.as_json()] }))
         }
-        if let (Some(path), Some(mut plot)) = (&outputs.plot, plot) {
-            plot.end_at(end_of_interest_s(&told.record));
-            plot.write(path, &told.headline())?;
-        }
-        Ok((told, ran))
-    }
+        false => format!("{}\n{}", first.story(), second.text()),
+    };
+    Ok((text, is_broken(first) || is_broken(second)))
+}
+
+/// Runs and films one episode, and writes trace and plot if they are asked for.
+pub fn film<'a>(
+    episode: EpisodeRun<'a>,
+    disturbance: Disturbance,
+    outputs: &OutputArgs,
+) -> Result<FilmedEpisode<'a>> {
+    let (report, film) = film_for(Film::AFTERMATH_S, episode, disturbance, outputs)?;
+    let end_s = film.end_of_interest_s();
+    Ok((report, film.cut_at(end_s)))
+}
+
+/// Films the same episode twice, with two engines or controllers. Both films end at the same time. Trace and plot are
+/// those of the first.
+pub fn film_both<'a>(
+    [first, second]: [EpisodeRun<'a>; 2],
+    disturbance: impl Fn() -> Disturbance,
+    outputs: &OutputArgs,
+) -> Result<[FilmedEpisode<'a>; 2]> {
+    let first = film_for(f64::INFINITY, first, disturbance(), outputs)?;
+    let second = film_for(f64::INFINITY, second, disturbance(), &OutputArgs::default())?;
+    let end_s = first
+        .1
+        .end_of_interest_s()
+        .max(second.1.end_of_interest_s());
+    Ok([first, second].map(|(report, film)| (report, film.cut_at(end_s))))
+}
+
+/// Films one episode and the time (s) after it, but not beyond its horizon, and writes trace and plot.
+fn film_for<'a>(
+    aftermath_s: f64,
+    episode: EpisodeRun<'a>,
+    disturbance: Disturbance,
+    outputs: &OutputArgs,
+) -> Result<FilmedEpisode<'a>> {
+    episode.config.check_length()?;
+    let mut observer = outputs.observer(episode, &disturbance)?;
+    let aftermath_s = outputs.aftermath_s(aftermath_s);
+    let film = episode.film(disturbance, aftermath_s, &mut |tick| observer.observe(tick))?;
+    Ok((observer.finish(film.record.clone())?, film))
 }
 
 /// Whether an episode ended because the controller failed or the simulation diverged, so that it says nothing of how
 /// well the robot stands.
-fn is_broken(told: &EpisodeReport) -> bool {
-    matches!(told.record.outcome, Outcome::Failed | Outcome::Diverged)
+fn is_broken(report: &EpisodeReport) -> bool {
+    matches!(report.record.outcome, Outcome::Failed | Outcome::Diverged)
 }
 
 /// Where the episode of a replay comes from.
@@ -449,7 +329,7 @@ pub struct Origin {
 /// Writes the page that shows an episode in 3D to `path`, with the same episode in another engine or with another
 /// controller as a ghost.
 pub fn write_replay(
-    (told, film): &FilmedEpisode,
+    (report, film): &FilmedEpisode,
     ghost: Option<&FilmedEpisode>,
     path: &Path,
     origin: Origin,
@@ -460,9 +340,9 @@ pub fn write_replay(
         of_result,
         warning,
     } = origin;
-    let headline = told.headline();
+    let headline = report.headline();
     let title = title.map_or_else(|| headline.clone(), |title| format!("{title}: {headline}"));
-    let mut text = told.text();
+    let mut text = report.text();
     if let Some((other, ghost)) = ghost {
         let [first, second] = names([film, ghost]);
         text = format!("{first}\n\n{text}\n\n{second}\n\n{}", other.text());
@@ -489,24 +369,4 @@ pub fn command_line(program: &str) -> String {
         .chain(args)
         .collect::<Vec<_>>()
         .join(" ")
-}
-
-/// End of a film (s). A plot ends at a fall, since COM and ZMP of a body on the ground tell nothing. A film goes on,
-/// and shows how the robot comes to lie.
-fn film_end_s(record: &Record) -> f64 {
-    end_of_interest_s(record)
-        + if record.fell_at_s.is_some() {
-            Film::AFTERMATH_S
-        } else {
-            0.0
-        }
-}
-
-/// Time (s) after which nothing of interest happens: the time of the fall or, with [`REST_S`] to spare, the time at
-/// which the robot stands still and, if it gets home, is home.
-fn end_of_interest_s(record: &Record) -> f64 {
-    let settled_s = record
-        .settled_at_s
-        .map(|at| at.max(record.home_at_s.unwrap_or(at)) + REST_S);
-    record.fell_at_s.or(settled_s).unwrap_or(record.end_s)
 }

@@ -233,19 +233,20 @@ fn policy(args: &InitArgs) -> Result<ExitCode> {
             .cloned()
             .unwrap_or_default()
     };
-    let term = |term: &toml::Value| {
-        let history = term
-            .get("history")
-            .and_then(toml::Value::as_integer)
-            .filter(|history| *history > 1);
+    let mut observed = Vec::new();
+    for term in list("observation") {
         let name = term
             .get("term")
             .and_then(toml::Value::as_str)
             .unwrap_or_default();
-        history.map_or_else(|| name.to_string(), |history| format!("{name} x {history}"))
-    };
-    let observed: Vec<String> = list("observation").iter().map(term).collect();
-    let told = [
+        observed.push(
+            match term.get("history").and_then(toml::Value::as_integer) {
+                Some(history) if history > 1 => format!("{name} x {history}"),
+                _ => name.to_string(),
+            },
+        );
+    }
+    let mut entries = vec![
         (
             "policy",
             format!(
@@ -259,12 +260,13 @@ fn policy(args: &InitArgs) -> Result<ExitCode> {
         ("trained", format!("by {by}")),
         ("observes", observed.join(", ")),
     ];
-    let told = told
-        .into_iter()
-        .chain(assumed.into_iter().map(|assumed| ("assumed", assumed)));
+    entries.extend(assumed.into_iter().map(|assumed| ("assumed", assumed)));
     print(&match args.json {
         true => standfast_report::json(&tree),
-        false => told.map(|(label, what)| entry(label, &what)).collect(),
+        false => entries
+            .iter()
+            .map(|(label, what)| entry(label, what))
+            .collect(),
     })?;
     note("");
     let [file, robot] = [&path.to_string_lossy()[..], name].map(shell_word);

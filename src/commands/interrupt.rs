@@ -21,36 +21,37 @@ static TERMINATED: AtomicBool = AtomicBool::new(false);
 /// From now on the first signal sets [`STOP`], and the second ends the program at once.
 pub fn stop_on_ctrl_c() {
     let hangup = (!is_hangup_ignored()).then_some(SIGHUP);
-    let handled = |mut signals: Signals| {
-        let handle = move || {
-            for signal in signals.forever() {
-                TERMINATED.fetch_or(signal != SIGINT, Ordering::Relaxed);
-                if STOP.swap(true, Ordering::Relaxed) {
-                    std::process::exit(exit_code(&Error::Interrupted).into());
-                }
-                let again = if signal == SIGINT {
-                    "; press Ctrl-C again to end at once"
-                } else {
-                    ""
-                };
-                alert(&format!("stopping as soon as what is running ends{again}"));
-            }
-        };
-        std::thread::Builder::new().spawn(handle)
-    };
-    if let Err(e) = Signals::new([SIGINT, SIGTERM].into_iter().chain(hangup)).and_then(handled) {
+    let started = Signals::new([SIGINT, SIGTERM].into_iter().chain(hangup))
+        .and_then(|signals| std::thread::Builder::new().spawn(move || handle(signals)));
+    if let Err(e) = started {
         log::warn!(
             "Ctrl-C cannot be caught ({e}): it ends the program at once, and the running episodes are lost"
         );
     }
 }
 
+/// Waits for signals, for as long as the program runs.
+fn handle(mut signals: Signals) {
+    for signal in signals.forever() {
+        TERMINATED.fetch_or(signal != SIGINT, Ordering::Relaxed);
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(exit_code(&Error::Interrupted).into());
+        }
+        let again = if signal == SIGINT {
+            "; press Ctrl-C again to end at once"
+        } else {
+            ""
+        };
+        alert(&format!("stopping as soon as what is running ends{again}"));
+    }
+}
+
 /// Says of a search that was interrupted that nothing of it is kept.
-pub fn nothing_kept<T>(found: Result<T>) -> Result<T> {
-    if let Err(Error::Interrupted) = found {
+pub fn nothing_kept<T>(result: Result<T>) -> Result<T> {
+    if let Err(Error::Interrupted) = result {
         alert("interrupted: nothing was kept; the same command starts again from the beginning");
     }
-    found
+    result
 }
 
 /// Whether the program was started to outlast its terminal, as by `nohup`. Where there is no `/proc`, it was not.

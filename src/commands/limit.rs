@@ -5,7 +5,7 @@ use super::arguments::{
     CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, check_output, count, fine,
     number,
 };
-use super::episode::{EpisodeRun, Origin, OutputArgs, command_line, write_replay};
+use super::episode::{Origin, OutputArgs, command_line, film, write_replay};
 use super::interrupt::{STOP, nothing_kept, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
 use super::terminal::{note, print};
@@ -14,6 +14,7 @@ use standfast_core::error::Result;
 use standfast_files::write_atomic;
 use standfast_report::{figure, text};
 use standfast_sim::Engine;
+use standfast_sim::episode::EpisodeRun;
 use standfast_study::limit::{
     LimitOptions, Limits, MOST_HEADINGS, MOST_REPLICAS, MOST_TRIALS, Searches, pushed,
 };
@@ -97,23 +98,14 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     let name = args.campaign.or_standard();
     let robot_files = Campaign::robot_files(name, &args.change.overrides())?;
     let robot = robot_files.robot()?;
-    let load = |engine| {
-        Campaign::load_for(
-            &robot,
-            name,
-            &Overrides {
-                engine,
-                ..args.change.overrides()
-            },
-        )
-    };
-    let campaigns = args
-        .change
-        .settings
-        .engines()
-        .into_iter()
-        .map(load)
-        .collect::<Result<Vec<_>>>()?;
+    let mut campaigns = Vec::new();
+    for engine in args.change.settings.engines() {
+        let overrides = Overrides {
+            engine,
+            ..args.change.overrides()
+        };
+        campaigns.push(Campaign::load_for(&robot, name, &overrides)?);
+    }
     let files = args.files(&campaigns)?;
     let options = LimitOptions {
         headings: args.headings,
@@ -125,8 +117,10 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         untried: args.untried,
     };
     stop_on_ctrl_c();
-    let search = |campaign| Searches::new(campaign, robot_files.clone(), options);
-    let searches = campaigns.iter().map(search).collect::<Result<Vec<_>>>()?;
+    let mut searches = Vec::new();
+    for campaign in &campaigns {
+        searches.push(Searches::new(campaign, robot_files.clone(), options)?);
+    }
     let count = searches.iter().map(Searches::count).sum();
     if args.check.check {
         let word = if count == 1 { "search" } else { "searches" };
@@ -142,14 +136,15 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         ));
     }
     let progress = Progress::of(count, "searches");
-    let run =
-        |searches: &Searches| searches.run(&STOP, &|| progress.episode(), &|| progress.tick());
-    let limits = searches.iter().map(run).collect::<Result<Vec<_>>>();
+    let limits = searches
+        .iter()
+        .map(|searches| searches.run(&STOP, &|| progress.episode(), &|| progress.tick()))
+        .collect::<Result<Vec<_>>>();
     progress.finish();
     let limits = nothing_kept(limits)?;
     // The result is printed before it is written, so that it is not lost if it cannot be written.
     let as_json = match &limits[..] {
-        [one] => standfast_report::json(one),
+        [limits] => standfast_report::json(limits),
         both => standfast_report::json(&json!({ "engines": both })),
     };
     print(&if args.json {
@@ -183,9 +178,10 @@ fn write_map(
     searches: &[Searches],
     limits: &[Limits],
 ) -> Result<()> {
-    let of_engine = |i: usize| limits[i].holes().map(move |hole| (i, hole));
-    let holes: Vec<_> = (0..limits.len())
-        .flat_map(of_engine)
+    let holes: Vec<_> = limits
+        .iter()
+        .enumerate()
+        .flat_map(|(i, limits)| limits.holes().map(move |hole| (i, hole)))
         .take(MOST_REPLAYS)
         .collect();
     let file = |number: usize| format!("hole-{}.html", number + 1);
@@ -195,12 +191,12 @@ fn write_map(
         };
         let campaign = &campaigns[i];
         let disturbance = pushed(campaign, hole.trial, hole.impulse_n_s, heading_deg);
-        let shown = EpisodeRun {
+        let episode = EpisodeRun {
             robot,
             factory,
             config: &campaign.episode,
-        }
-        .film(disturbance, &OutputArgs::default())?;
+        };
+        let shown = film(episode, disturbance, &OutputArgs::default())?;
         let title = Some(format!("Hole {} of {}", number + 1, limits[i].engine));
         let origin = Origin {
             title,

@@ -78,19 +78,18 @@ fn robots() -> Vec<Value> {
 }
 
 fn controllers() -> Result<Vec<Value>> {
-    let told = |name: &'static str| {
+    let mut controllers = Vec::new();
+    for name in InputKind::Controller.names() {
         let tree = standfast_controllers::load(name)?.tree();
-        Ok(json!({ "name": name, "what": tree.get("description").and_then(toml::Value::as_str) }))
-    };
-    InputKind::Controller
-        .names()
-        .into_iter()
-        .map(told)
-        .collect()
+        let what = tree.get("description").and_then(toml::Value::as_str);
+        controllers.push(json!({ "name": name, "what": what }));
+    }
+    Ok(controllers)
 }
 
 fn campaigns() -> Result<Vec<Value>> {
-    let told = |name: &'static str| {
+    let mut campaigns = Vec::new();
+    for name in InputKind::Campaign.names() {
         let Campaign {
             trials,
             robot,
@@ -101,15 +100,16 @@ fn campaigns() -> Result<Vec<Value>> {
             "{trials} trials, robot {robot}, controllers {}",
             gains.join(", ")
         );
-        Ok(
+        campaigns.push(
             json!({ "name": name, "what": what, "trials": trials, "robot": robot, "controllers": gains }),
-        )
-    };
-    InputKind::Campaign.names().into_iter().map(told).collect()
+        );
+    }
+    Ok(campaigns)
 }
 
 fn engines() -> Vec<Value> {
-    let told = |engine: Engine| {
+    let mut engines = Vec::new();
+    for engine in Engine::ALL {
         let is_within = engine != Engine::Mujoco || cfg!(feature = "mujoco");
         let what = match (is_within, mujoco::is_beside()) {
             (true, _) => engine.with_version(),
@@ -119,12 +119,14 @@ fn engines() -> Vec<Value> {
             ),
             (false, false) => mujoco::HOW_TO_GET.into(),
         };
-        json!({ "name": engine.name(), "what": what, "is_there": is_within || mujoco::is_beside() })
-    };
-    Engine::ALL.into_iter().map(told).collect()
+        let is_there = is_within || mujoco::is_beside();
+        engines.push(json!({ "name": engine.name(), "what": what, "is_there": is_there }));
+    }
+    engines
 }
 
 fn features() -> Vec<Value> {
-    let told = |(name, is_there, what): (&str, bool, &str)| json!({ "name": name, "what": what, "is_there": is_there });
-    FEATURES.into_iter().map(told).collect()
+    FEATURES
+        .map(|(name, is_there, what)| json!({ "name": name, "what": what, "is_there": is_there }))
+        .to_vec()
 }

@@ -41,11 +41,11 @@ pub fn go_on() -> Result<ExitCode, Error> {
         .find(|folder| folder.join(&library).is_file())
     else {
         let others = folders.iter().flat_map(|folder| versions(folder)).next();
-        let found = others.map_or(String::new(), |other| format!("; there is {other}"));
+        let other = others.map_or(String::new(), |other| format!("; there is {other}"));
         let packages =
             format!("rapier; for mujoco, `pip install mujoco=={MUJOCO_VERSION}` beside standfast");
         return Err(lacks(
-            format!("its library {library} is not installed{found}"),
+            format!("its library {library} is not installed{other}"),
             &packages,
         ));
     };
@@ -84,23 +84,29 @@ fn folders(program: &Path) -> Vec<PathBuf> {
         .parent()
         .and_then(Path::parent)
         .unwrap_or(Path::new("/"));
-    let python = ["lib", "lib64"]
-        .into_iter()
-        .flat_map(|lib| std::fs::read_dir(prefix.join(lib)).into_iter().flatten());
-    let python = python
-        .flatten()
-        .filter(|entry| entry.file_name().to_string_lossy().starts_with("python3"));
-    let mut python: Vec<PathBuf> = python.map(|entry| entry.path()).collect();
-    python.sort();
-    let packages = python
-        .iter()
-        .flat_map(|python| ["site-packages", "dist-packages"].map(|kind| python.join(kind)));
+    let mut pythons = Vec::new();
+    for lib in ["lib", "lib64"] {
+        for entry in std::fs::read_dir(prefix.join(lib))
+            .into_iter()
+            .flatten()
+            .flatten()
+        {
+            if entry.file_name().to_string_lossy().starts_with("python3") {
+                pythons.push(entry.path());
+            }
+        }
+    }
+    pythons.sort();
+    let mut folders = Vec::new();
+    for python in pythons {
+        for packages in ["site-packages", "dist-packages"] {
+            folders.push(python.join(packages).join("mujoco"));
+        }
+    }
+    folders.push(prefix.join("mujoco"));
     let named = std::env::var_os(LOADER_PATH).unwrap_or_default();
-    packages
-        .map(|packages| packages.join("mujoco"))
-        .chain([prefix.join("mujoco")])
-        .chain(std::env::split_paths(&named))
-        .collect()
+    folders.extend(std::env::split_paths(&named));
+    folders
 }
 
 /// MuJoCo's libraries in a folder.
@@ -125,10 +131,11 @@ fn replace(command: &mut Command) -> Result<ExitCode, Error> {
 
 #[cfg(not(unix))]
 fn replace(command: &mut Command) -> Result<ExitCode, Error> {
-    let source = |source| Error::Read {
+    let status = command.status().map_err(|source| Error::Read {
         path: MUJOCO_PROGRAM.into(),
         source,
-    };
-    let code = command.status().map_err(source)?.code().unwrap_or(1);
-    Ok(ExitCode::from(u8::try_from(code).unwrap_or(1)))
+    })?;
+    Ok(ExitCode::from(
+        u8::try_from(status.code().unwrap_or(1)).unwrap_or(1),
+    ))
 }

@@ -87,22 +87,21 @@ pub fn run(args: &NewArgs) -> Result<ExitCode> {
 /// The text of a campaign, with three significant digits for each of its numbers that has more: those in units of a
 /// robot were converted once.
 fn in_round_numbers(text: &str) -> String {
-    let rounded = |piece: &str| {
-        let digits = piece.trim_end_matches(|c: char| !c.is_ascii_digit());
-        let number = digits.parse::<f64>().ok().filter(|_| digits.contains('.'));
-        match number.filter(|number| three_digits(*number) != *number) {
-            Some(number) => format!("{}{}", three_digits(number), &piece[digits.len()..]),
-            None => piece.into(),
-        }
-    };
-    let of_line = |line: &str| {
+    let mut rounded = String::new();
+    for line in text.split_inclusive('\n') {
         let (code, comment) = line.split_at(line.find('#').unwrap_or(line.len()));
-        code.split_inclusive(|c: char| !(c.is_ascii_digit() || c == '.'))
-            .map(rounded)
-            .collect::<String>()
-            + comment
-    };
-    text.split_inclusive('\n').map(of_line).collect()
+        for piece in code.split_inclusive(|c: char| !(c.is_ascii_digit() || c == '.')) {
+            let digits = piece.trim_end_matches(|c: char| !c.is_ascii_digit());
+            match digits.parse() {
+                Ok(number) if digits.contains('.') && three_digits(number) != number => {
+                    rounded += &format!("{}{}", three_digits(number), &piece[digits.len()..]);
+                }
+                _ => rounded += piece,
+            }
+        }
+        rounded += comment;
+    }
+    rounded
 }
 
 #[cfg(test)]

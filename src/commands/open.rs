@@ -34,12 +34,11 @@ pub fn run(args: &OpenArgs) -> Result<ExitCode> {
 
 /// The page of a result, with its whole path.
 fn page(result: &Path) -> Result<PathBuf> {
-    let is_page = |path: &Path| {
-        path.extension()
-            .is_some_and(|ending| ENDINGS.iter().any(|page| ending == *page))
-    };
+    let is_page = result
+        .extension()
+        .is_some_and(|ending| ENDINGS.iter().any(|page| ending == *page));
     let pages = PAGES.map(|page| result.join(page));
-    let found = if is_page(result) {
+    let page = if is_page {
         result
     } else {
         pages
@@ -47,8 +46,8 @@ fn page(result: &Path) -> Result<PathBuf> {
             .find(|page| page.is_file())
             .unwrap_or(&pages[0])
     };
-    match std::fs::canonicalize(found) {
-        Ok(page) => Ok(page),
+    match std::fs::canonicalize(page) {
+        Ok(path) => Ok(path),
         Err(_) if result.is_dir() => {
             let merge = "`standfast status` says what the result lacks, and `standfast merge` writes its report";
             Err(Error::Parts {
@@ -57,7 +56,7 @@ fn page(result: &Path) -> Result<PathBuf> {
             })
         }
         Err(source) => Err(Error::Read {
-            path: found.into(),
+            path: page.into(),
             source,
         }),
     }

@@ -40,7 +40,7 @@ pub struct Progress {
     /// On a terminal, the last time at which it showed what was found.
     shown: Mutex<Option<Instant>>,
     /// In a log, the last text about what was found.
-    found: Mutex<String>,
+    last_text: Mutex<String>,
 }
 
 impl Progress {
@@ -60,22 +60,20 @@ impl Progress {
     }
 
     fn new(what: &'static str, of_episodes: bool, total: u64, there: u64, at_most: bool) -> Self {
-        let hidden = || ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
-        let bar = (std::io::stderr().is_terminal() && !is_quiet()).then(hidden);
-        let (done, episodes, start, total_now) = (0.into(), 0.into(), Instant::now(), total.into());
-        let (shown, found) = (Mutex::default(), Mutex::default());
+        let bar = (std::io::stderr().is_terminal() && !is_quiet())
+            .then(|| ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden()));
         let progress = Self {
             bar,
             what,
             of_episodes,
-            total: total_now,
+            total: total.into(),
             there,
             at_most,
-            done,
-            episodes,
-            start,
-            shown,
-            found,
+            done: 0.into(),
+            episodes: 0.into(),
+            start: Instant::now(),
+            shown: Mutex::default(),
+            last_text: Mutex::default(),
         };
         match &progress.bar {
             Some(bar) => {
@@ -131,7 +129,9 @@ impl Progress {
     pub fn set_total(&self, total: u64) {
         self.total
             .store(total.max(self.there + self.done()), Ordering::Relaxed);
-        self.bar.iter().for_each(|bar| bar.set_length(self.total()));
+        if let Some(bar) = &self.bar {
+            bar.set_length(self.total());
+        }
         self.renew();
     }
 
@@ -147,22 +147,25 @@ impl Progress {
     }
 
     /// Shows what a campaign has found so far: above the bar of a terminal; in a log as a line, if that is new.
-    pub fn show(&self, found: &SoFar) {
-        let told = so_far::sentence(found);
-        if let (Some(bar), false) = (&self.bar, told.is_empty()) {
+    pub fn show(&self, so_far: &SoFar) {
+        let text = so_far::sentence(so_far);
+        if let (Some(bar), false) = (&self.bar, text.is_empty()) {
             bar.set_style(style("{prefix}\n{wide_bar} {msg}"));
             bar.set_prefix(
-                wrapped_to(columns().min(80), "", &harmless(&told))
+                wrapped_to(columns().min(80), "", &harmless(&text))
                     .trim_end()
                     .to_string(),
             );
             // The call draws at once; the changes of single episodes are not all drawn.
             return bar.suspend(|| {});
         }
-        let mut before = self.found.lock().unwrap_or_else(PoisonError::into_inner);
-        if self.bar.is_none() && *before != told {
-            note(wrapped("  ", &told).trim_end());
-            *before = told;
+        let mut before = self
+            .last_text
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if self.bar.is_none() && *before != text {
+            note(wrapped("  ", &text).trim_end());
+            *before = text;
         }
     }
 
@@ -317,7 +320,7 @@ mod tests {
             episodes: episodes.into(),
             start: Instant::now() - std::time::Duration::from_secs(ago_s),
             shown: Mutex::default(),
-            found: Mutex::default(),
+            last_text: Mutex::default(),
         };
         assert_eq!(progress(0, 0, 0, 100).line(), "0 of at most 4000 episodes");
         assert_eq!(progress(0, 2, 2, 0).line(), "2 of at most 4000 episodes");

@@ -3,12 +3,12 @@
 use super::arguments::{
     CampaignArgs, CheckArgs, ENGINES, JUDGES, MOST_SEED, MOST_TRIAL, count, fine, number, one_of,
 };
-use super::episode::{EpisodeRun, OutputArgs, Setting, command_line};
+use super::episode::{self, OutputArgs, Setting, command_line};
 use super::terminal::print;
 use nalgebra::Vector3;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Kinematics, Link, Robot, Units};
-use standfast_sim::episode::{Counts, Disturbance, EpisodeConfig};
+use standfast_core::robot::{Kinematics, Robot, Units};
+use standfast_sim::episode::{Counts, Disturbance, EpisodeConfig, EpisodeRun};
 use standfast_sim::{Engine, Profile, Push, Variation};
 use standfast_study::ask::bounds::in_range;
 use standfast_study::ask::trial;
@@ -115,15 +115,15 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
     } = Setting::of(args.campaign.name(), &overrides, args.horizon)?;
     let pushes = the_pushes(args, campaign.as_ref(), &config, &robot)?;
     let prepare = |name: &String| {
-        let gains = campaign
-            .as_ref()
-            .map_or_else(|| name.clone(), |c| c.gains_named(name));
+        let gains = match &campaign {
+            Some(campaign) => campaign.gains_named(name),
+            None => name.clone(),
+        };
         let factory =
             standfast_controllers::load(&gains)?.prepare(&robot, config.control_period_s)?;
-        factory
-            .warning
-            .iter()
-            .for_each(|warning| log::warn!("{warning}"));
+        if let Some(warning) = &factory.warning {
+            log::warn!("{warning}");
+        }
         Ok(factory)
     };
     let factory = prepare(&args.gains)?;
@@ -146,10 +146,10 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
         ));
     }
     let disturbance = || {
-        let of_trial = campaign
-            .as_ref()
-            .map(|c| trial::disturbance(c, args.any_trial().unwrap_or(0)))
-            .unwrap_or_default();
+        let of_trial = match &campaign {
+            Some(campaign) => trial::disturbance(campaign, args.any_trial().unwrap_or(0)),
+            None => Disturbance::default(),
+        };
         // Robot and ground vary only if a trial is named, since they belong to the trial.
         let variation = if args.any_trial().is_some() {
             of_trial.variation
@@ -162,17 +162,26 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
             ..of_trial
         }
     };
-    let case = EpisodeRun {
+    let shown = EpisodeRun {
         robot: &robot,
         factory: &factory,
         config: &config,
     };
     let command = command_line("standfast");
-    let (told, is_broken) = match &beside {
-        Some(beside) => case.run_beside(beside, disturbance, &args.outputs, args.json, command)?,
-        None => case.run(disturbance(), &args.outputs, args.json, command)?,
+    let (text, is_broken) = match &beside {
+        Some(factory) => {
+            let beside = EpisodeRun { factory, ..shown };
+            episode::run_beside(
+                [shown, beside],
+                disturbance,
+                &args.outputs,
+                args.json,
+                command,
+            )?
+        }
+        None => episode::run(shown, disturbance(), &args.outputs, args.json, command)?,
     };
-    print(&told)?;
+    print(&text)?;
     Ok(if is_broken {
         ExitCode::FAILURE
     } else {
@@ -206,16 +215,15 @@ impl PushArgs {
                 ));
             }
         }
-        let of_trial = |assignment: &&String| {
+        for assignment in &self.set {
             let key = assignment.split(['=', '.']).next().unwrap_or_default();
-            self.any_trial().is_none() && OF_TRIAL.contains(&key.trim())
-        };
-        if let Some(assignment) = self.set.iter().find(of_trial) {
-            let (problem, accepted) = (
-                "changes nothing without a trial",
-                "--trial beside it, or --impulse, --heading and the like",
-            );
-            return Err(Error::option("--set", assignment, problem, accepted));
+            if self.any_trial().is_none() && OF_TRIAL.contains(&key.trim()) {
+                let (problem, accepted) = (
+                    "changes nothing without a trial",
+                    "--trial beside it, or --impulse, --heading and the like",
+                );
+                return Err(Error::option("--set", assignment, problem, accepted));
+            }
         }
         Ok(())
     }
@@ -274,8 +282,8 @@ fn the_pushes(
     let earliest_s = campaign
         .filter(|_| args.any_trial().is_some())
         .map_or(0.0, |campaign| campaign.push_bounds().start_s[0]);
-    let within = |name: &str, value: f64, [least, most]: [f64; 2]| {
-        in_range("command line", name, value, [least, most]).map(|()| value)
+    let within = |name: &str, value: f64, range: [f64; 2]| {
+        in_range("command line", name, value, range).map(|()| value)
     };
     pushes[0] = Push {
         impulse_n_s: within(
@@ -324,25 +332,19 @@ fn the_pushes(
 /// outwards.
 fn at_robot(height_m: f64, robot: &Robot) -> Result<f64> {
     let at_home = Kinematics::at_home(robot);
-    let top_of = |(i, link): (usize, &Link)| {
+    let com_m = at_home.com().z;
+    let mut top_m = com_m;
+    for (i, link) in robot.links.iter().enumerate() {
         let pose = at_home.link_pose(i);
         let up = pose.rotation.inverse() * Vector3::z();
-        link.drawn()
-            .iter()
-            .map(|solid| pose.translation.z + solid.reach_m(&up))
-            .fold(pose.translation.z, f64::max)
-    };
-    let com_m = at_home.com().z;
-    let top_m = robot
-        .links
-        .iter()
-        .enumerate()
-        .map(top_of)
-        .fold(com_m, f64::max)
-        - com_m;
+        top_m = top_m.max(pose.translation.z);
+        for solid in link.drawn() {
+            top_m = top_m.max(pose.translation.z + solid.reach_m(&up));
+        }
+    }
     let (least, most) = (
         (-robot.home_com_height() * 100.0).floor() / 100.0,
-        (top_m * 100.0).ceil() / 100.0,
+        ((top_m - com_m) * 100.0).ceil() / 100.0,
     );
     if (least..=most).contains(&height_m) {
         return Ok(height_m);

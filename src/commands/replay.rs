@@ -2,7 +2,7 @@
 //! write such pages for the telling trials of a result.
 
 use super::arguments::{ENGINE_CHOICES, EngineChoice, MOST_TRIAL, check_output, count, one_of};
-use super::episode::{EpisodeRun, FilmedEpisode, Origin, OutputArgs, write_replay};
+use super::episode::{FilmedEpisode, Origin, OutputArgs, film, film_both, write_replay};
 use super::progress::Progress;
 use super::terminal::{note, print, tell};
 use rayon::prelude::*;
@@ -15,6 +15,7 @@ use standfast_report::text::next_command;
 use standfast_report::trial_page::replay_file;
 use standfast_report::with_fields_of;
 use standfast_sim::Engine;
+use standfast_sim::episode::EpisodeRun;
 use standfast_sim::episode::parting::Parting;
 use standfast_study::{Folder, StoredTrial, Summary};
 use std::path::{Path, PathBuf};
@@ -72,9 +73,9 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
         // The page has the option `--output` in this command, which is checked below.
         replay: None,
     };
-    args.output
-        .iter()
-        .try_for_each(|path| check_output("--output", path, &["html"]))?;
+    if let Some(path) = &args.output {
+        check_output("--output", path, &["html"])?;
+    }
     outputs.check()?;
     let replayed = StoredTrial::open(&args.dir, args.trial, args.gains.as_deref())?;
     let own = replayed.engine();
@@ -115,24 +116,18 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     } else if replayed.row.is_none() {
         note("This trial is not in the result yet, so there is nothing to compare it with.");
     }
-    let case = EpisodeRun {
+    let episode = EpisodeRun {
         robot: &replayed.robot,
         factory: &replayed.factory,
         config: &config,
     };
     let (shown, ghost) = match &other {
-        Some(other) => {
-            let [shown, ghost] = case.film_both(
-                &EpisodeRun {
-                    config: other,
-                    ..case
-                },
-                || replayed.disturbance(),
-                &outputs,
-            )?;
+        Some(config) => {
+            let both = [episode, EpisodeRun { config, ..episode }];
+            let [shown, ghost] = film_both(both, || replayed.disturbance(), &outputs)?;
             (shown, Some(ghost))
         }
-        None => (case.film(replayed.disturbance(), &outputs)?, None),
+        None => (film(episode, replayed.disturbance(), &outputs)?, None),
     };
     let page = Page {
         replayed: &replayed,
@@ -140,7 +135,7 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
         folder: args.output.is_some().then_some(args.dir.as_path()),
     };
     page.write(&shown, ghost.as_ref(), &path)?;
-    let (told, film) = &shown;
+    let (report, film) = &shown;
     outputs.draw_frames(film, ghost.as_ref().map(|(_, film)| film))?;
     outputs.say_what_was_written();
     print(&if args.json {
@@ -150,11 +145,11 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
             "engine": engine,
             "page": path.display().to_string(),
         });
-        if let Some((told, ghost)) = &ghost {
-            head["ghost"] = with_fields_of(json!({ "engine": ghost.engine }), &told.as_json());
+        if let Some((report, ghost)) = &ghost {
+            head["ghost"] = with_fields_of(json!({ "engine": ghost.engine }), &report.as_json());
             head["parting"] = json!(Parting::of_films(film, ghost));
         }
-        standfast_report::json(&with_fields_of(head, &told.as_json()))
+        standfast_report::json(&with_fields_of(head, &report.as_json()))
     } else {
         let beside = ghost.map(|(_, ghost)| {
             let [solid, other] = ended([film, &ghost]);
@@ -165,7 +160,7 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
             ];
             lines.map(|(label, what)| entry(label, &what)).concat() + "\n"
         });
-        beside.unwrap_or_default() + &told.text()
+        beside.unwrap_or_default() + &report.text()
     })?;
     Ok(ExitCode::SUCCESS)
 }
@@ -193,11 +188,15 @@ impl Page<'_> {
                 suffix,
                 folder,
             },
-            (told, film),
+            (report, film),
         ) = (self, shown);
         let is_same_engine = film.engine == replayed.engine();
-        let warning = replayed.difference(&told.record).filter(|_| is_same_engine);
-        warning.iter().for_each(|warning| log::warn!("{warning}"));
+        let warning = replayed
+            .difference(&report.record)
+            .filter(|_| is_same_engine);
+        if let Some(warning) = &warning {
+            log::warn!("{warning}");
+        }
         let of_result = folder.is_none();
         let folder = folder.unwrap_or(Path::new(".")).display().to_string();
         let [folder, set] = [&folder, &replayed.set].map(|word| shell_word(word));
@@ -245,16 +244,15 @@ pub fn write_telling(
 ) -> Replays {
     let mut wanted: Vec<(u64, &str)> = Vec::new();
     for set in &summary.sets {
-        wanted.extend(
-            set.telling
-                .iter()
-                .take(for_each_set)
-                .map(|telling| (telling.trial, set.name.as_str())),
-        );
+        for telling in set.telling.iter().take(for_each_set) {
+            let page = folder
+                .path
+                .join(replay_file(telling.trial, &set.name, None));
+            if afresh || !page.is_file() {
+                wanted.push((telling.trial, &set.name));
+            }
+        }
     }
-    wanted.retain(|(trial, set)| {
-        afresh || !folder.path.join(replay_file(*trial, set, None)).is_file()
-    });
     let mut replays = Replays {
         wanted: wanted.len(),
         written: 0,
@@ -265,15 +263,17 @@ pub fn write_telling(
         return replays;
     }
     let progress = Progress::of_each(wanted.len() as u64, "replays");
-    let page = |(trial, set)| {
-        if stop() {
-            return None;
-        }
-        let written = write_page(&folder.path, trial, set).map_err(|error| (trial, set, error));
-        progress.episode();
-        Some(written)
-    };
-    let pages: Vec<_> = wanted.into_par_iter().filter_map(page).collect();
+    let pages: Vec<_> = wanted
+        .into_par_iter()
+        .filter_map(|(trial, set)| {
+            if stop() {
+                return None;
+            }
+            let written = write_page(&folder.path, trial, set).map_err(|error| (trial, set, error));
+            progress.episode();
+            Some(written)
+        })
+        .collect();
     progress.finish();
     for page in pages {
         match page {
@@ -299,7 +299,7 @@ fn write_page(folder: &Path, trial: u64, set: &str) -> Result<Option<String>> {
         page_in(folder, trial, set, None)?,
     );
     let config = replayed.config_in(replayed.engine())?;
-    let case = EpisodeRun {
+    let episode = EpisodeRun {
         robot: &replayed.robot,
         factory: &replayed.factory,
         config: &config,
@@ -308,7 +308,7 @@ fn write_page(folder: &Path, trial: u64, set: &str) -> Result<Option<String>> {
         replay: Some(path.clone()),
         ..OutputArgs::default()
     };
-    let shown = case.film(replayed.disturbance(), &outputs)?;
+    let shown = film(episode, replayed.disturbance(), &outputs)?;
     let differs = Page {
         replayed: &replayed,
         suffix: None,

@@ -67,9 +67,9 @@ pub fn conclude(
 ) -> Result<(Summary, Vec<String>)> {
     let (summary, rows) = Summary::of_folder(folder, gates)?;
     result::write(&summary, &rows, &folder.path)?;
-    printing
-        .map(|printing| print(&printing.of(&summary, &folder.path)))
-        .transpose()?;
+    if let Some(printing) = printing {
+        print(&printing.of(&summary, &folder.path))?;
+    }
     note(&result::written(
         &folder.path,
         &["summary.json", "trials.parquet", "campaign.toml"],
@@ -109,9 +109,9 @@ pub fn conclude(
 
 /// Says which gates did not pass, each with the command that replays a trial that was lost.
 pub fn say_failed_gates(summary: &Summary, folder: &Path) {
-    text::failed_gates(summary, folder)
-        .iter()
-        .for_each(|line| alert(line));
+    for line in text::failed_gates(summary, folder) {
+        alert(&line);
+    }
 }
 
 /// Whether all gates of all results pass.

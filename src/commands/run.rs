@@ -19,8 +19,8 @@ use standfast_study::interim::InterimLook;
 use standfast_study::run::{CampaignRun, RunEvents, RunOptions};
 use standfast_study::verdict::gates::Gates;
 use standfast_study::verdict::so_far::{SoFar, SuccessTally};
-use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Shard, TrialRow};
-use std::path::PathBuf;
+use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Shard, Summary};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 
@@ -92,193 +92,19 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     // All input is checked before anything runs, so that no time is lost on a campaign that cannot be judged in the
     // end.
     let (plans, folders) = args.plans()?;
-    let campaign = &plans[0].manifest.campaign;
-    let agreement = match &folders[..] {
-        [in_first, _] => Some(args.agreement_folder(in_first)),
-        _ => None,
-    };
-    agreement.as_deref().map_or(Ok(()), compare::check_out)?;
-    let gates = |folder: &Folder| match args.shard {
-        // A shard judges nothing, but it may have to know when every question is decided; `merge` judges the whole.
-        Some(_) if !folder.manifest.campaign.stopping.until_resolved => Ok(None),
-        _ => gates_of(folder, &args.gates).map(Some),
-    };
-    let gates = folders.iter().map(gates).collect::<Result<Vec<_>>>()?;
-    let options = RunOptions {
-        threads: args.threads,
-        shard: args.shard,
-        untried: args.untried,
-    };
-    // Two engines run the same controllers, so one folder tells about both.
-    folders[0]
-        .manifest
-        .told_not_kept()
-        .iter()
-        .for_each(|told| tell("warning: ", told));
+    let agreement_folder = args.agreement_folder(&folders)?;
+    let gates = args.gates_of_each(&folders)?;
+    warn_of_inputs_not_kept(&folders[0]);
     stop_on_ctrl_c();
-    let of_each = plans.iter().zip(&folders).zip(&gates);
-    let works = of_each
-        .map(|((plan, folder), gates)| CampaignRun::new(plan, folder, options, gates.as_ref()));
-    let works = works.collect::<Result<Vec<_>>>()?;
+    let works = args.works(&plans, &folders, &gates)?;
     if args.check.check {
-        let (name, sets) = (&campaign.name, folders[0].manifest.sets.join(", "));
-        let engine = |work: &CampaignRun| {
-            if agreement.is_some() {
-                format!(" in {}", work.folder.manifest.engine)
-            } else {
-                String::new()
-            }
-        };
-        let to_run = works
-            .iter()
-            .map(|work| format!("{} episodes to run{}", work.episodes(), engine(work)));
-        let to_run = to_run.collect::<Vec<_>>().join(", ");
-        let takes = match time_s(&plans, &works)? {
-            0.0 => String::new(),
-            time_s => format!(
-                "; that takes about {} on this machine as it is now",
-                duration(time_s)
-            ),
-        };
-        return fine(&format!(
-            "campaign {name} with controllers {sets}: {to_run}{takes}"
-        ));
+        return say_what_is_to_run(&works);
     }
-    let mut summaries = Vec::new();
-    for (mut work, gates) in works.into_iter().zip(&gates) {
-        let folder = work.folder;
-        if agreement.is_some() {
-            note(&format!(
-                "{}, in {}:",
-                folder.manifest.engine,
-                folder.path.display()
-            ));
-        }
-        let is_new = !say_what_is_there(folder, &work);
-        if args.bare && is_new {
-            announce(campaign, &work);
-        }
-        simulate(&mut work, gates.as_ref(), args.bare && is_new)?;
-        match gates {
-            Some(gates) if args.shard.is_none() => {
-                // With two engines there is one JSON object for both.
-                let printing =
-                    (agreement.is_none() || !args.printing.json).then_some(args.printing);
-                summaries.push(
-                    work.within_threads(|| {
-                        conclude(folder, gates, &args.replays, printing, false)
-                    })?
-                    .0,
-                );
-            }
-            _ => print_status(folder, args.gates.baseline.as_deref(), args.printing).map(|_| ())?,
-        }
-    }
-    if let (Some(out), [in_first, in_second]) = (agreement, &folders[..]) {
-        let comparison = compare::compared([in_first, in_second], &[], &TracesArgs::default())?;
-        print(&match args.printing.json {
-            true => standfast_report::json(
-                &json!({ "results": summaries, "comparison": comparison.summary }),
-            ),
-            false => text::agreement(&comparison.summary, args.printing.full),
-        })?;
-        compare::write(&comparison, &out)?;
+    let summaries = run_and_conclude(args, works, &gates)?;
+    if let Some(out) = agreement_folder {
+        compare_engines(args, &folders, &summaries, &out)?;
     }
     Ok(exit_code(&summaries))
-}
-
-/// How long the episodes that are missing take here (s), by a few trials that are timed.
-fn time_s(plans: &[PreparedCampaign], works: &[CampaignRun]) -> Result<f64> {
-    let time_s = |(plan, work): (&PreparedCampaign, &CampaignRun)| match work.episodes() {
-        0 => Ok(0.0),
-        episodes => {
-            let trials = episodes as f64 / plan.manifest.sets.len() as f64;
-            Ok(plan.seconds_a_trial()? * trials / work.threads().min(episodes as usize) as f64)
-        }
-    };
-    plans.iter().zip(works).map(time_s).sum()
-}
-
-/// Runs the episodes that are missing, and shows how far the campaign is and what it has found. With `tells_time` it
-/// also says how long the campaign will take here, as soon as the pace of the first episodes is known.
-pub(super) fn simulate(
-    work: &mut CampaignRun,
-    gates: Option<&Gates>,
-    tells_time: bool,
-) -> Result<()> {
-    let (folder, all, missing) = (work.folder, work.all_episodes(), work.episodes());
-    let stopping = folder.manifest.campaign.stopping;
-    let progress = (!work.is_done())
-        .then(|| Progress::of_episodes(all, all - missing, stopping.until_resolved));
-    let tally = Mutex::new(SuccessTally::new(&folder.manifest.sets));
-    let finished = || tally.lock().unwrap_or_else(PoisonError::into_inner);
-    let so_far = || SoFar::new(&finished(), stopping.margin);
-    let on_part = |rows: &[TrialRow]| {
-        let Some(progress) = progress.as_ref().filter(|_| !rows.is_empty()) else {
-            return;
-        };
-        if tells_time && finished().is_empty() {
-            let pace = format!("by the pace of its first {} episodes", progress.done());
-            note(&format!(
-                "It takes about {} here, {pace}.",
-                duration(progress.whole_s())
-            ));
-        }
-        finished().add(rows);
-        if progress.is_due() {
-            progress.show(&so_far());
-        }
-    };
-    let on_episode = || {
-        progress
-            .iter()
-            .for_each(|progress| progress.episode_and(|| progress.show(&so_far())))
-    };
-    let on_look = |look: &InterimLook, all_episodes: u64| {
-        let Some(progress) = &progress else { return };
-        progress.set_total(all_episodes);
-        // A terminal always shows what is open, so it needs a line only when something ends.
-        if look.open.is_empty() || !look.stopping.is_empty() || !progress.is_on_terminal() {
-            note(&told(look, gates));
-        }
-    };
-    let run = work.run(&RunEvents {
-        stop: &STOP,
-        on_episode: &on_episode,
-        on_part: &on_part,
-        on_look: &on_look,
-    });
-    progress.iter().for_each(Progress::finish);
-    if let (Err(Error::Interrupted | Error::Machine(_)), Some(progress)) = (&run, &progress) {
-        let (there, all, left) = (all - missing, work.all_episodes(), work.episodes());
-        let lost = progress
-            .done()
-            .saturating_sub((all - left).saturating_sub(there));
-        let lost = match lost {
-            0 => String::new(),
-            _ => {
-                let again = duration(progress.time_of_s(lost));
-                format!(
-                    " {lost} more belong to parts that had not ended and will be run again (about {again})."
-                )
-            }
-        };
-        let kept = format!("{} of {all} episodes are kept.{lost}", all - left);
-        let ended = if let Err(Error::Machine(_)) = run {
-            "incomplete: "
-        } else {
-            "interrupted: "
-        };
-        warn(
-            ended,
-            &format!("{kept} The same command goes on from there, and so does:"),
-        );
-        let shard = work
-            .shard
-            .map_or(String::new(), |shard| format!(" --shard {shard}"));
-        alert(&format!("  {}{shard}", next_command::resume(folder)));
-    }
-    run
 }
 
 impl RunArgs {
@@ -294,26 +120,19 @@ impl RunArgs {
     pub(super) fn plans(&self) -> Result<(Vec<PreparedCampaign>, Vec<Folder>)> {
         let files = Campaign::robot_files(self.campaign.or_standard(), &self.overrides())?;
         let robot = files.robot()?;
-        let plan = |engine| {
-            let campaign = Campaign::load_for(
-                &robot,
-                self.campaign.or_standard(),
-                &Overrides {
-                    engine,
-                    ..self.overrides()
-                },
-            )?;
+        let (mut plans, mut folders) = (Vec::new(), Vec::new());
+        for engine in self.change.settings.engines() {
+            let overrides = Overrides {
+                engine,
+                ..self.overrides()
+            };
+            let campaign = Campaign::load_for(&robot, self.campaign.or_standard(), &overrides)?;
             self.check_against(&campaign)?;
             let plan = PreparedCampaign::with(&campaign, files.clone())?;
-            let folder = self.folder(&plan)?;
-            Ok((plan, folder))
-        };
-        self.change
-            .settings
-            .engines()
-            .into_iter()
-            .map(plan)
-            .collect()
+            folders.push(self.folder(&plan)?);
+            plans.push(plan);
+        }
+        Ok((plans, folders))
     }
 
     /// The changes of the campaign that these arguments ask for.
@@ -327,28 +146,6 @@ impl RunArgs {
             synthetic: self.synthetic,
             ..self.change.overrides()
         }
-    }
-
-    /// The folder for the result of a plan. With two engines, each engine has its own folder in the folder of `--out`.
-    fn folder(&self, plan: &PreparedCampaign) -> Result<Folder> {
-        let engine = plan.manifest.campaign.episode.engine.name();
-        match (&self.out, self.change.settings.engine) {
-            (Some(out), Some(EngineChoice::Both)) => plan.folder(Some(&out.join(engine))),
-            (out, _) => plan.folder(out.as_deref()),
-        }
-    }
-
-    /// The folder for the comparison of two engines; the result of one engine is in `first`.
-    fn agreement_folder(&self, first: &Folder) -> PathBuf {
-        let beside = || {
-            first.path.with_file_name(format!(
-                "{}-agreement",
-                first.path.file_name().unwrap_or_default().display()
-            ))
-        };
-        self.out
-            .as_ref()
-            .map_or_else(beside, |out| out.join("agreement"))
     }
 
     /// Fails if an option means nothing for this campaign, or contradicts another option.
@@ -392,13 +189,153 @@ impl RunArgs {
         }
         Ok(())
     }
+
+    /// The folder for the result of a plan. With two engines, each engine has its own folder in the folder of `--out`.
+    fn folder(&self, plan: &PreparedCampaign) -> Result<Folder> {
+        let engine = plan.manifest.campaign.episode.engine.name();
+        match (&self.out, self.change.settings.engine) {
+            (Some(out), Some(EngineChoice::Both)) => plan.folder(Some(&out.join(engine))),
+            (out, _) => plan.folder(out.as_deref()),
+        }
+    }
+
+    /// The folder for the comparison of the results of two engines. Fails if the comparison may not be written there.
+    fn agreement_folder(&self, folders: &[Folder]) -> Result<Option<PathBuf>> {
+        let [first, _] = folders else {
+            return Ok(None);
+        };
+        let path = match &self.out {
+            Some(out) => out.join("agreement"),
+            None => first.path.with_file_name(format!(
+                "{}-agreement",
+                first.path.file_name().unwrap_or_default().display()
+            )),
+        };
+        compare::check_out(&path)?;
+        Ok(Some(path))
+    }
+
+    /// The gates of the result in each folder. A shard judges nothing, but it may have to know when every question is
+    /// decided; `merge` judges the whole.
+    fn gates_of_each(&self, folders: &[Folder]) -> Result<Vec<Option<Gates>>> {
+        let mut gates = Vec::new();
+        for folder in folders {
+            gates.push(match self.shard {
+                Some(_) if !folder.manifest.campaign.stopping.until_resolved => None,
+                _ => Some(gates_of(folder, &self.gates)?),
+            });
+        }
+        Ok(gates)
+    }
+
+    /// What each folder lacks, ready to run.
+    fn works<'a>(
+        &self,
+        plans: &'a [PreparedCampaign],
+        folders: &'a [Folder],
+        gates: &'a [Option<Gates>],
+    ) -> Result<Vec<CampaignRun<'a>>> {
+        let options = RunOptions {
+            threads: self.threads,
+            shard: self.shard,
+            untried: self.untried,
+        };
+        let mut works = Vec::new();
+        for ((plan, folder), gates) in plans.iter().zip(folders).zip(gates) {
+            works.push(CampaignRun::new(plan, folder, options, gates.as_ref())?);
+        }
+        Ok(works)
+    }
+}
+
+/// Warns of inputs that the result will not keep. Two engines run the same controllers, so one folder tells about both.
+fn warn_of_inputs_not_kept(folder: &Folder) {
+    for warning in folder.manifest.told_not_kept() {
+        tell("warning: ", &warning);
+    }
+}
+
+/// Says for --check how many episodes there are to run, and how long that takes.
+fn say_what_is_to_run(works: &[CampaignRun]) -> Result<ExitCode> {
+    let mut to_run = Vec::new();
+    for work in works {
+        let engine = match works.len() {
+            1 => String::new(),
+            _ => format!(" in {}", work.folder.manifest.engine),
+        };
+        to_run.push(format!("{} episodes to run{engine}", work.episodes()));
+    }
+    let takes = match time_s(works)? {
+        0.0 => String::new(),
+        time_s => format!(
+            "; that takes about {} on this machine as it is now",
+            duration(time_s)
+        ),
+    };
+    let (name, sets) = (
+        &works[0].plan.manifest.campaign.name,
+        works[0].folder.manifest.sets.join(", "),
+    );
+    fine(&format!(
+        "campaign {name} with controllers {sets}: {}{takes}",
+        to_run.join(", ")
+    ))
+}
+
+/// How long the episodes that are missing take here (s), by a few trials that are timed.
+fn time_s(works: &[CampaignRun]) -> Result<f64> {
+    let mut time_s = 0.0;
+    for work in works {
+        let episodes = work.episodes();
+        if episodes > 0 {
+            let trials = episodes as f64 / work.plan.manifest.sets.len() as f64;
+            time_s += work.plan.seconds_a_trial()? * trials
+                / work.threads().min(episodes as usize) as f64;
+        }
+    }
+    Ok(time_s)
+}
+
+/// Runs the campaign in each engine, and judges, prints and writes each result. A shard only says how far it is.
+fn run_and_conclude(
+    args: &RunArgs,
+    works: Vec<CampaignRun>,
+    gates: &[Option<Gates>],
+) -> Result<Vec<Summary>> {
+    let is_both = works.len() > 1;
+    let mut summaries = Vec::new();
+    for (mut work, gates) in works.into_iter().zip(gates) {
+        let folder = work.folder;
+        if is_both {
+            note(&format!(
+                "{}, in {}:",
+                folder.manifest.engine,
+                folder.path.display()
+            ));
+        }
+        let is_new = !say_what_is_there(folder, &work);
+        if args.bare && is_new {
+            announce(&work);
+        }
+        simulate(&mut work, gates.as_ref(), args.bare && is_new)?;
+        let Some(gates) = gates.as_ref().filter(|_| args.shard.is_none()) else {
+            print_status(folder, args.gates.baseline.as_deref(), args.printing)?;
+            continue;
+        };
+        // With two engines there is one JSON object for both.
+        let printing = (!is_both || !args.printing.json).then_some(args.printing);
+        let (summary, _) =
+            work.within_threads(|| conclude(folder, gates, &args.replays, printing, false))?;
+        summaries.push(summary);
+    }
+    Ok(summaries)
 }
 
 /// Says how much of the campaign is in the folder already. Returns false, and says nothing, if nothing is there.
 fn say_what_is_there(folder: &Folder, work: &CampaignRun) -> bool {
     let (path, all) = (folder.path.display(), work.all_episodes());
-    let there = all - work.episodes();
-    if there == 0 {
+    let kept = all - work.episodes();
+    if kept == 0 {
         return false;
     }
     let what = if work.shard.is_some() {
@@ -411,7 +348,7 @@ fn say_what_is_there(folder: &Folder, work: &CampaignRun) -> bool {
             "{path}: {what} is complete; nothing is computed again"
         )),
         false => note(&format!(
-            "{path}: goes on, {there} of {all} episodes are there"
+            "{path}: goes on, {kept} of {all} episodes are there"
         )),
     }
     if folder.is_of_another_build() {
@@ -428,7 +365,8 @@ fn say_what_is_there(folder: &Folder, work: &CampaignRun) -> bool {
 
 /// Tells a user who called the program without any argument what it is about to do, how to stop it, and what is
 /// quicker.
-fn announce(campaign: &Campaign, work: &CampaignRun) {
+fn announce(work: &CampaignRun) {
+    let campaign = &work.plan.manifest.campaign;
     let program = std::env::args_os().next().unwrap_or("standfast".into());
     let (program, sets, name) = (
         shell_word(&program.to_string_lossy()),
@@ -451,9 +389,68 @@ fn announce(campaign: &Campaign, work: &CampaignRun) {
     tell("", &format!("For a quick look instead: {quick} (seconds)."));
 }
 
+/// Runs the episodes that are missing, and shows how far the campaign is and what it has found. With `tells_time` it
+/// also says how long the campaign will take here, as soon as the pace of the first episodes is known.
+pub(super) fn simulate(
+    work: &mut CampaignRun,
+    gates: Option<&Gates>,
+    tells_time: bool,
+) -> Result<()> {
+    let manifest = &work.folder.manifest;
+    let stopping = manifest.campaign.stopping;
+    let all = work.all_episodes();
+    let kept = all - work.episodes();
+    let progress =
+        (!work.is_done()).then(|| Progress::of_episodes(all, kept, stopping.until_resolved));
+    let tally = Mutex::new(SuccessTally::new(&manifest.sets));
+    let finished = || tally.lock().unwrap_or_else(PoisonError::into_inner);
+    let so_far = || SoFar::new(&finished(), stopping.margin);
+    let run = work.run(&RunEvents {
+        stop: &STOP,
+        on_episode: &|| {
+            if let Some(progress) = &progress {
+                progress.episode_and(|| progress.show(&so_far()));
+            }
+        },
+        on_part: &|rows| {
+            let Some(progress) = progress.as_ref().filter(|_| !rows.is_empty()) else {
+                return;
+            };
+            if tells_time && finished().is_empty() {
+                let pace = format!("by the pace of its first {} episodes", progress.done());
+                note(&format!(
+                    "It takes about {} here, {pace}.",
+                    duration(progress.whole_s())
+                ));
+            }
+            finished().add(rows);
+            if progress.is_due() {
+                progress.show(&so_far());
+            }
+        },
+        on_look: &|look, all_episodes| {
+            let Some(progress) = &progress else { return };
+            progress.set_total(all_episodes);
+            // A terminal always shows what is open, so it needs a line only when something ends.
+            if look.open.is_empty() || !look.stopping.is_empty() || !progress.is_on_terminal() {
+                note(&words_of_look(look, gates));
+            }
+        },
+    });
+    if let Some(progress) = progress {
+        progress.finish();
+        match run {
+            Err(Error::Interrupted) => say_what_is_kept("interrupted: ", work, kept, &progress),
+            Err(Error::Machine(_)) => say_what_is_kept("incomplete: ", work, kept, &progress),
+            _ => {}
+        }
+    }
+    run
+}
+
 /// What a look at a campaign that ends when decided has found: what is still to be decided, whether that takes more
 /// trials than the baseline has, and which controllers stop.
-fn told(look: &InterimLook, gates: Option<&Gates>) -> String {
+fn words_of_look(look: &InterimLook, gates: Option<&Gates>) -> String {
     let what = match look.open {
         [] if gates.is_some_and(|gates| gates.outlasts_baseline(look.rows)) => {
             "not decided, but the baseline has no more"
@@ -464,8 +461,54 @@ fn told(look: &InterimLook, gates: Option<&Gates>) -> String {
     };
     let stopping = match &look.stopping[..] {
         [] => String::new(),
-        [one] => format!("; {one} needs no more trials"),
+        [set] => format!("; {set} needs no more trials"),
         several => format!("; {} need no more trials", several.join(", ")),
     };
     format!("after {} trials: {what}{stopping}", look.rows.trials())
+}
+
+/// Says how many episodes are kept of a run that ended early, and which command goes on from there. `kept_before` were
+/// there before the run.
+fn say_what_is_kept(ended: &str, work: &CampaignRun, kept_before: u64, progress: &Progress) {
+    let all = work.all_episodes();
+    let kept = all - work.episodes();
+    let lost = match progress
+        .done()
+        .saturating_sub(kept.saturating_sub(kept_before))
+    {
+        0 => String::new(),
+        lost => {
+            let again = duration(progress.time_of_s(lost));
+            format!(
+                " {lost} more belong to parts that had not ended and will be run again (about {again})."
+            )
+        }
+    };
+    let goes_on = "The same command goes on from there, and so does:";
+    warn(
+        ended,
+        &format!("{kept} of {all} episodes are kept.{lost} {goes_on}"),
+    );
+    let shard = work
+        .shard
+        .map_or(String::new(), |shard| format!(" --shard {shard}"));
+    alert(&format!("  {}{shard}", next_command::resume(work.folder)));
+}
+
+/// Compares the results of two engines, and prints and writes the comparison. If JSON is asked for, the results are
+/// printed with it.
+fn compare_engines(
+    args: &RunArgs,
+    folders: &[Folder],
+    summaries: &[Summary],
+    out: &Path,
+) -> Result<()> {
+    let comparison = compare::compared([&folders[0], &folders[1]], &[], &TracesArgs::default())?;
+    print(&match args.printing.json {
+        true => standfast_report::json(
+            &json!({ "results": summaries, "comparison": comparison.summary }),
+        ),
+        false => text::agreement(&comparison.summary, args.printing.full),
+    })?;
+    compare::write(&comparison, out)
 }

@@ -11,7 +11,7 @@ use super::terminal::{alert, print};
 use standfast_core::error::{Error, Result};
 use standfast_files::shell_word;
 use standfast_study::PreparedCampaign;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
@@ -102,15 +102,14 @@ pub fn run(args: &SlurmArgs) -> Result<ExitCode> {
         print(&script)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let fail = |source| Error::Read {
-        path: "sh".into(),
-        source,
-    };
     let submitted = Command::new("sh")
         .arg("-c")
         .arg(&script)
         .output()
-        .map_err(fail)?;
+        .map_err(|source| Error::Read {
+            path: "sh".into(),
+            source,
+        })?;
     alert(String::from_utf8_lossy(&submitted.stderr).trim_end());
     print(&String::from_utf8_lossy(&submitted.stdout))?;
     match submitted.status.success() {
@@ -127,8 +126,8 @@ impl SlurmArgs {
         let trial_s = plan.seconds_a_trial()?;
         let whole_s = trial_s * campaign.trials as f64 / self.cpus as f64;
         let parts = campaign.trials.div_ceil(plan.manifest.part_trials.get());
-        let by_time = || (whole_s / (60.0 * self.minutes as f64)).ceil().max(1.0) as u64;
-        let shards = self.shards.unwrap_or_else(by_time).min(parts);
+        let by_time = (whole_s / (60.0 * self.minutes as f64)).ceil().max(1.0) as u64;
+        let shards = self.shards.unwrap_or(by_time).min(parts);
         let (of_merge, mut rest) = split(typed, &OF_MERGE);
         // Both the tasks and the merge may start commands of a result's folder.
         rest.extend(
@@ -207,20 +206,15 @@ echo $array $merge
 
 /// A word of the command line, which has to stand in a line of the script.
 fn line(word: OsString) -> Result<String> {
-    let is_line = |word: &String| !word.contains(['\n', '\r']);
-    let refused = |word: &OsStr| {
-        let (word, problem) = (word.to_string_lossy(), "cannot be a word of a script");
-        Error::option(
+    match word.to_str() {
+        Some(word) if !word.contains(['\n', '\r']) => Ok(word.into()),
+        _ => Err(Error::option(
             "slurm",
-            format!("{word:?}"),
-            problem,
+            format!("{:?}", word.to_string_lossy()),
+            "cannot be a word of a script",
             "text in UTF-8 without line breaks",
-        )
-    };
-    word.to_str()
-        .map(String::from)
-        .filter(is_line)
-        .ok_or_else(|| refused(&word))
+        )),
+    }
 }
 
 /// Takes the options with these names, and their values, out of a command line.

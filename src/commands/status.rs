@@ -68,7 +68,7 @@ pub fn run(args: &StatusArgs) -> Result<ExitCode> {
 /// The blocks that a result still lacks. Of a campaign that ends when decided and has not ended, the looks that its
 /// parts allow are taken: what was decided by then lacks nothing.
 fn missing(folder: &Folder, baseline: Option<&Path>) -> Result<Vec<u64>> {
-    let of = |set_trials: &[u64]| {
+    let lacking = |set_trials: &[u64]| {
         (0..folder.blocks())
             .filter(|&block| folder.lacks(block, set_trials).contains(&true))
             .collect()
@@ -79,7 +79,7 @@ fn missing(folder: &Folder, baseline: Option<&Path>) -> Result<Vec<u64>> {
     let gates = match Gates::new(&folder.manifest, baseline) {
         // What is decided can be known only with a baseline.
         Err(_) if baseline.is_none() => {
-            return Ok(of(&vec![folder.trials(); folder.manifest.sets.len()]));
+            return Ok(lacking(&vec![folder.trials(); folder.manifest.sets.len()]));
         }
         gates => gates?,
     };
@@ -87,7 +87,7 @@ fn missing(folder: &Folder, baseline: Option<&Path>) -> Result<Vec<u64>> {
         return Ok(folder.missing());
     };
     looks.go_on(&|_| {})?;
-    Ok(of(&looks.set_trials))
+    Ok(lacking(&looks.set_trials))
 }
 
 /// The controllers that have fewer trials than the result, with their number.
@@ -106,7 +106,7 @@ fn stopped_early(folder: &Folder) -> Vec<(&String, u64)> {
 pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing) -> Result<bool> {
     let (missing, blocks) = (missing(folder, baseline)?, folder.blocks());
     let (complete, trials) = (missing.is_empty(), folder.trials_of(&missing));
-    let there = blocks - missing.len() as u64;
+    let parts_complete = blocks - missing.len() as u64;
     let next = if complete {
         next_command::merge(folder)
     } else {
@@ -119,7 +119,7 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
             "config_hash": folder.manifest.config_hash,
             "complete": complete,
             "parts": blocks,
-            "parts_complete": there,
+            "parts_complete": parts_complete,
             "missing_trials": trials,
             "set_trials": folder.set_trials(),
             "next_command": next,
@@ -127,7 +127,8 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
         return Ok(complete);
     }
     let (path, engine) = (folder.path.display(), &folder.manifest.engine);
-    let mut head = format!("{path}: {there} of {blocks} parts are complete, simulated by {engine}");
+    let mut head =
+        format!("{path}: {parts_complete} of {blocks} parts are complete, simulated by {engine}");
     for (set, trials) in stopped_early(folder) {
         head += &format!(
             "\n{set} has {trials} trials: all that was to be decided about it was decided by then"

@@ -88,27 +88,28 @@ impl<L: Log> Log for Once<L> {
 
     fn log(&self, record: &Record) {
         let text = record.args().to_string();
-        let is_new = || {
-            self.told
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .insert(text.clone())
-        };
-        // A user who asks for more than warnings wants every message.
-        if self.enabled(record.metadata()) && (record.level() > Level::Warn || is_new()) {
-            let shown = harmless(&text);
-            let (metadata, module) = (record.metadata().clone(), record.module_path());
-            above_the_bar(|| {
-                let args = format_args!("{shown}");
-                self.logger.log(
-                    &Record::builder()
-                        .metadata(metadata)
-                        .module_path(module)
-                        .args(args)
-                        .build(),
-                );
-            });
+        if !self.enabled(record.metadata()) {
+            return;
         }
+        // A user who asks for more than warnings wants every message.
+        if record.level() <= Level::Warn {
+            let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+            if !told.insert(text.clone()) {
+                return;
+            }
+        }
+        let shown = harmless(&text);
+        let (metadata, module) = (record.metadata().clone(), record.module_path());
+        above_the_bar(|| {
+            let args = format_args!("{shown}");
+            self.logger.log(
+                &Record::builder()
+                    .metadata(metadata)
+                    .module_path(module)
+                    .args(args)
+                    .build(),
+            );
+        });
     }
 
     fn flush(&self) {

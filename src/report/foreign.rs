@@ -10,14 +10,16 @@ const MOST_DIGITS: usize = 40;
 /// direction of writing. Line breaks and tabs stay. Numbers of more than 40 digits are shortened to the form `1e308`.
 pub fn harmless(text: &str) -> Cow<'_, str> {
     let text = match text.contains(is_harmful) {
-        true => Cow::Owned(text.chars().fold(String::new(), |out, c| match c {
-            c if is_harmful(c) => out + &format!("\\u{:04x}", u32::from(c)),
-            c => {
-                let mut out = out;
-                out.push(c);
-                out
+        true => {
+            let mut out = String::new();
+            for c in text.chars() {
+                match is_harmful(c) {
+                    true => out += &format!("\\u{:04x}", u32::from(c)),
+                    false => out.push(c),
+                }
             }
-        })),
+            Cow::Owned(out)
+        }
         false => Cow::Borrowed(text),
     };
     match shortened(&text) {

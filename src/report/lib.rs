@@ -13,6 +13,7 @@ pub mod html_page;
 pub mod junit;
 pub mod markdown;
 pub mod mcap;
+pub mod observer;
 pub mod replay;
 pub mod result;
 pub mod table;
@@ -35,12 +36,11 @@ pub fn json(value: &impl serde::Serialize) -> String {
 
 /// The command that simulates a trial of the result in `folder` again with a controller.
 pub fn replay_command(summary: &Summary, set: &str, trial: u64, folder: &Path) -> String {
-    let found = summary
-        .sets
-        .iter()
-        .find(|found| found.name == set)
-        .map(|found| found.origin.clone());
-    replay_parts(&found.unwrap_or_else(|| SetOrigin::own(set)), folder).join(&trial.to_string())
+    let origin = match summary.sets.iter().find(|own| own.name == set) {
+        Some(own) => own.origin.clone(),
+        None => SetOrigin::own(set),
+    };
+    replay_parts(&origin, folder).join(&trial.to_string())
 }
 
 /// The parts of the replay command before and after the number of the trial.

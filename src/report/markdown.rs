@@ -30,10 +30,9 @@ pub fn text(summary: &Summary) -> String {
             names.join(", "),
             left_out(count, "`junit.xml`")
         );
-        failed
-            .into_iter()
-            .take(MOST_ROWS)
-            .for_each(|gate| tell_gate(&mut text, summary, gate));
+        for gate in failed.into_iter().take(MOST_ROWS) {
+            tell_gate(&mut text, summary, gate);
+        }
     }
     _ = writeln!(text, "{}", escaped(&summary.headline));
     for warning in summary.warnings.iter().take(MOST_ROWS) {
@@ -48,21 +47,21 @@ pub fn text(summary: &Summary) -> String {
         .gates
         .iter()
         .filter(|gate| gate.passes && gate.judged.status != Status::Passed);
-    unresolved
-        .take(MOST_ROWS)
-        .for_each(|gate| tell_gate(&mut text, summary, gate));
+    for gate in unresolved.take(MOST_ROWS) {
+        tell_gate(&mut text, summary, gate);
+    }
     let (short, full): (Vec<_>, Vec<_>) = tables::of(summary)
         .into_iter()
-        .filter(|told| told.detail <= Detail::Full)
-        .partition(|told| told.detail == Detail::Short);
-    short
-        .iter()
-        .for_each(|told| text += &(told.table.markdown() + "\n"));
+        .filter(|table| table.detail <= Detail::Full)
+        .partition(|table| table.detail == Detail::Short);
+    for table in short {
+        text += &(table.table.markdown() + "\n");
+    }
     if let Some(stopped) = &summary.stopped {
         _ = writeln!(text, "{}\n", escaped(stopped));
     }
-    for told in full {
-        let (title, table) = (escaped(&told.table.title), told.table.markdown());
+    for table in full {
+        let (title, table) = (escaped(&table.table.title), table.table.markdown());
         _ = writeln!(
             text,
             "<details><summary>{title}</summary>\n\n{table}\n</details>\n"

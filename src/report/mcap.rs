@@ -19,7 +19,7 @@ use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Foot, GRAVITY, Joint, Kinematics, Link, Pose, Robot, Shape, Solid};
+use standfast_core::robot::{Foot, GRAVITY, Kinematics, Pose, Robot, Shape, Solid};
 use standfast_files::assets::{self, InputKind};
 use standfast_files::columns::meaning;
 use standfast_files::{AtomicFile, folder_of};
@@ -117,10 +117,7 @@ impl<'a> McapTrace<'a> {
             ("robot", robot.name.clone()),
             ("mass_kg", robot.mass().to_string()),
         ];
-        let metadata = facts
-            .into_iter()
-            .map(|(key, value)| (key.to_string(), value))
-            .collect();
+        let metadata = facts.map(|(key, value)| (key.to_string(), value)).into();
         writer
             .write_metadata(&Metadata {
                 name: "standfast".into(),
@@ -128,7 +125,7 @@ impl<'a> McapTrace<'a> {
             })
             .map_err(failed)?;
         let (path, rows) = (path.into(), Trace::new(robot));
-        let mut made = Self {
+        let mut trace = Self {
             path,
             writer,
             channels,
@@ -138,8 +135,8 @@ impl<'a> McapTrace<'a> {
             next_picture_s: 0.0,
             failure: None,
         };
-        made.write("/robot", 0, &shapes(robot))?;
-        Ok(made)
+        trace.write("/robot", 0, &shapes(robot))?;
+        Ok(trace)
     }
 
     /// Adds a tick. If the tick cannot be written, [`finish`](Self::finish) fails.
@@ -155,12 +152,13 @@ impl<'a> McapTrace<'a> {
         let nanoseconds = (1e9 * truth.time_s).round() as u64;
         let at = timestamp(nanoseconds);
         let joints = |values: &dyn Fn(usize) -> Value| {
-            let named = |(j, joint): (usize, &Joint)| {
+            let mut states = Vec::new();
+            for (j, joint) in robot.joints.iter().enumerate() {
                 let mut state = values(j);
                 state["name"] = json!(joint.name);
-                state
-            };
-            json!({ "timestamp": at, "joints": robot.joints.iter().enumerate().map(named).collect::<Vec<_>>() })
+                states.push(state);
+            }
+            json!({ "timestamp": at, "joints": states })
         };
         let states = joints(
             &|j| json!({ "position": truth.posture.q[j], "velocity": truth.velocity[6 + j], "effort": truth.tau[j] }),
@@ -252,17 +250,18 @@ fn color([r, g, b, a]: [f64; 4]) -> Value {
 
 fn transforms(robot: &Robot, tick: &Tick, at: &Value) -> Value {
     let kinematics = Kinematics::at(robot, &tick.truth.posture);
-    let of_link = |(i, link): (usize, &Link)| {
+    let mut transforms = Vec::new();
+    for (i, link) in robot.links.iter().enumerate() {
         let placed = pose(kinematics.link_pose(i));
-        json!({
+        transforms.push(json!({
             "timestamp": at,
             "parent_frame_id": WORLD,
             "child_frame_id": link.name,
             "translation": placed["position"],
             "rotation": placed["orientation"],
-        })
-    };
-    json!({ "transforms": robot.links.iter().enumerate().map(of_link).collect::<Vec<_>>() })
+        }));
+    }
+    json!({ "transforms": transforms })
 }
 
 /// An entity of a scene. A later message with the same `id` replaces it.
@@ -279,16 +278,17 @@ fn entity(id: &str, frame: &str, at: &Value, parts: &[(&str, Vec<Value>)]) -> Va
 
 fn shapes(robot: &Robot) -> Value {
     let at = timestamp(0);
-    let of_link = |link: &Link| {
+    let mut entities = Vec::new();
+    for link in &robot.links {
         let mut parts: [(&str, Vec<Value>); 4] =
             ["cubes", "spheres", "cylinders", "triangles"].map(|kind| (kind, Vec::new()));
         for solid in link.drawn() {
             let (kind, shape) = shape(solid);
             parts[kind].1.push(shape);
         }
-        entity(&link.name, &link.name, &at, &parts)
-    };
-    json!({ "deletions": [], "entities": robot.links.iter().map(of_link).collect::<Vec<_>>() })
+        entities.push(entity(&link.name, &link.name, &at, &parts));
+    }
+    json!({ "deletions": [], "entities": entities })
 }
 
 /// The shape of a solid, and the number of its kind in [`shapes`].
@@ -389,18 +389,18 @@ fn schema_of(name: &str) -> Value {
             "name": text, "position": number, "velocity": number, "effort": number,
         }))) }),
         _ => {
-            let column = |name: &str| {
+            let mut properties = Map::new();
+            for name in Trace::names_of_body() {
                 let kind = if name == "phase" || name == "links_met" {
                     "string"
                 } else {
                     "number"
                 };
-                (
+                properties.insert(
                     name.to_string(),
                     json!({ "type": [kind, "null"], "description": meaning(name) }),
-                )
-            };
-            let mut properties: Map<String, Value> = Trace::names_of_body().map(column).collect();
+                );
+            }
             properties.insert("timestamp".into(), time);
             Value::Object(properties)
         }

@@ -37,6 +37,6 @@ pub fn may_be_written_to(folder: &Path) -> bool {
     let Ok(mut entries) = std::fs::read_dir(folder) else {
         return !folder.exists();
     };
-    let is_comparison = || folder.join("summary.json").is_file() && !folder.join("parts").exists();
-    entries.next().is_none() || is_comparison()
+    entries.next().is_none()
+        || folder.join("summary.json").is_file() && !folder.join("parts").exists()
 }

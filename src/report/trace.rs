@@ -7,7 +7,6 @@
 //! flight or a value that a controller does not report. Other notes of a controller have columns of their own. The
 //! chapter `columns` of the guide has the meaning of each column.
 
-use nalgebra::Vector3;
 use serde_json::{Map, Value, json};
 use standfast_core::robot::{Foot, Note, Pose, Robot};
 use standfast_files::columns::{Data, DataColumn};
@@ -104,21 +103,19 @@ impl Trace {
         maybe::<2>(&mut row, report.zmp.map(Into::into));
         row.push(Some(truth.tilt_rad().to_degrees()));
         row.push(Some(tick.dcm_outside_m).filter(|distance_m| distance_m.is_finite()));
-        let mut add = |values: &[f64]| row.extend(values.iter().map(|v| Some(*v)));
         for foot in Foot::BOTH {
-            add(&as_numbers(&truth.soles[foot]));
+            add(&mut row, &as_numbers(&truth.soles[foot]));
             let wrench = &truth.sole_wrenches[foot];
-            for v in [wrench.force, wrench.moment] {
-                add(Vector3::as_slice(&v));
-            }
+            add(&mut row, &wrench.force);
+            add(&mut row, &wrench.moment);
         }
-        add(&as_numbers(&truth.posture.base));
+        add(&mut row, &as_numbers(&truth.posture.base));
         let (of_base, of_joints) = truth.velocity.as_slice().split_at(6);
-        add(of_base);
-        add(&truth.posture.q);
-        add(of_joints);
-        add(&tick.command.q_ref);
-        add(&truth.tau);
+        add(&mut row, of_base);
+        add(&mut row, &truth.posture.q);
+        add(&mut row, of_joints);
+        add(&mut row, &tick.command.q_ref);
+        add(&mut row, &truth.tau);
         for (column, value) in self.values.iter_mut().zip(row) {
             column.push(value);
         }
@@ -136,13 +133,14 @@ impl Trace {
         }
         self.phase.push(report.phase.to_string());
         let ticks = self.phase.len();
-        self.notes
-            .iter_mut()
-            .for_each(|(_, notes)| notes.resize(ticks, None));
+        for (_, notes) in &mut self.notes {
+            notes.resize(ticks, None);
+        }
         self.after_verdict.push(i64::from(tick.is_after));
-        let names = |[a, b]: [usize; 2]| format!("{} and {}", self.links[a], self.links[b]);
-        self.links_met
-            .push(truth.meeting.map(|meeting| names(meeting.links)));
+        self.links_met.push(truth.meeting.map(|meeting| {
+            let [a, b] = meeting.links;
+            format!("{} and {}", self.links[a], self.links[b])
+        }));
     }
 
     /// The numbers and words of the last tick, by name, without those of joints, feet and base.
@@ -204,28 +202,20 @@ fn as_numbers(pose: &Pose) -> [f64; 7] {
 
 /// The column of a note: of numbers or, if any of its values is a word, of words.
 fn noted((name, notes): (String, Vec<Option<Note>>)) -> DataColumn {
-    let word = |note: &Note| match note {
-        Note::Number(number) => number.to_string(),
-        Note::Word(word) => word.to_string(),
+    let has_words = notes.iter().any(|note| matches!(note, Some(Note::Word(_))));
+    let notes = notes.into_iter();
+    let data = if has_words {
+        let words = notes.map(|note| match note? {
+            Note::Number(number) => Some(number.to_string()),
+            Note::Word(word) => Some(word.to_string()),
+        });
+        Data::OptText(words.collect())
+    } else {
+        let numbers = notes.map(|note| match note? {
+            Note::Number(number) if number.is_finite() => Some(number),
+            _ => None,
+        });
+        Data::OptF64(numbers.collect())
     };
-    let number = |note: &Note| match note {
-        Note::Number(number) => Some(*number).filter(|number| number.is_finite()),
-        Note::Word(_) => None,
-    };
-    let has_words = notes
-        .iter()
-        .flatten()
-        .any(|note| matches!(note, Note::Word(_)));
-    DataColumn::new(
-        name,
-        match has_words {
-            true => Data::OptText(notes.iter().map(|note| note.as_ref().map(word)).collect()),
-            false => Data::OptF64(
-                notes
-                    .iter()
-                    .map(|note| note.as_ref().and_then(number))
-                    .collect(),
-            ),
-        },
-    )
+    DataColumn::new(name, data)
 }

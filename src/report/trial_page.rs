@@ -14,10 +14,12 @@ const MOST_BYTES: u64 = 10_000_000;
 /// engine than the result's, or both. Names of variants contain characters that some file systems and CI services
 /// refuse; they are replaced, and a hash keeps the names apart.
 pub fn replay_file(trial: u64, set: &str, engine: Option<&str>) -> PathBuf {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.=".contains(c);
     let mut name: String = set
         .chars()
-        .map(|c| if is_plain(c) { c } else { '-' })
+        .map(|c| match c.is_ascii_alphanumeric() || "-_.=".contains(c) {
+            true => c,
+            false => '-',
+        })
         .collect();
     if name != set {
         name += &format!("-{}", &sha256_hex(set.as_bytes())[..8]);

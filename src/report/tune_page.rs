@@ -7,7 +7,7 @@ use super::html_page;
 use super::text::tune as text;
 use minijinja::UndefinedBehavior;
 use serde_json::json;
-use standfast_controllers::tunable::Tunable;
+
 use standfast_core::error::Result;
 use standfast_study::tune::Tuned;
 use standfast_study::tune::search::Generation;
@@ -23,16 +23,17 @@ const LEAST_POINTS: f64 = 5.0;
 /// The page. Fails only if the template is wrong.
 pub fn page(tuned: &Tuned) -> Result<String> {
     let task = &tuned.task;
-    let row = |(i, tunable): (usize, &Tunable)| {
+    let (mut rows, mut pictures) = (Vec::new(), Vec::new());
+    for (i, tunable) in task.tunables.iter().enumerate() {
         let [from, to] = tunable.range;
         let [now, proposed, from, to] = [tunable.now, tuned.proposed[i], from, to]
             .map(|x| x.to_string().replace('-', "\u{2212}"));
         let alone = text::alone(tuned, i)
             .replace("+-", "\u{b1}")
             .replace('-', "\u{2212}");
-        json!({ "key": tunable.key, "now": now, "proposed": proposed, "alone": alone, "from": from, "to": to })
-    };
-    let picture = |i: usize| values(tuned, i).svg("role=\"img\"");
+        rows.push(json!({ "key": tunable.key, "now": now, "proposed": proposed, "alone": alone, "from": from, "to": to }));
+        pictures.push(values(tuned, i).svg("role=\"img\""));
+    }
     let context = json!({
         "task": task,
         "heading": text::conclusion(tuned),
@@ -45,8 +46,8 @@ pub fn page(tuned: &Tuned) -> Result<String> {
         "sentences": tuned.verdicts.iter().map(|verdict| text::sentence(tuned, verdict)).collect::<Vec<_>>(),
         "folders": tuned.verdicts.iter().map(|verdict| &verdict.folder).collect::<Vec<_>>(),
         "progress": progress(tuned).svg("role=\"img\""),
-        "rows": task.tunables.iter().enumerate().map(row).collect::<Vec<_>>(),
-        "pictures": (0..task.tunables.len()).map(picture).collect::<Vec<_>>(),
+        "rows": rows,
+        "pictures": pictures,
     });
     html_page::render(
         "tune.html",
@@ -88,7 +89,9 @@ fn progress(tuned: &Tuned) -> Panel {
     );
     panel.line("level", [across[0], 0.0], [across[1], 0.0]);
     panel.group("class=\"s1\"", |panel| {
-        (0..count).for_each(|i| panel.circle("hollow", [i as f64 + 1.0, best(i)], 3.5));
+        for i in 0..count {
+            panel.circle("hollow", [i as f64 + 1.0, best(i)], 3.5);
+        }
     });
     panel.group("class=\"s0\"", |panel| {
         panel.polyline(
@@ -115,14 +118,17 @@ fn values(tuned: &Tuned, number: usize) -> Panel {
     let mut panel = Panel::new(330.0, 240.0);
     let tunable = &tuned.task.tunables[number];
     let shown = |generation: &Generation| {
-        let all = generation.trials;
-        let whole = generation
+        generation
             .candidates
             .iter()
             .skip(1)
-            .filter(move |one| one.standing.trials == all);
-        whole
-            .map(|one| [one.values[number], 100.0 * one.standing.advantage])
+            .filter(|candidate| candidate.standing.trials == generation.trials)
+            .map(|candidate| {
+                [
+                    candidate.values[number],
+                    100.0 * candidate.standing.advantage,
+                ]
+            })
             .collect::<Vec<_>>()
     };
     let points = ends(tuned.generations.iter().flat_map(shown).map(|[_, y]| y));
@@ -134,20 +140,19 @@ fn values(tuned: &Tuned, number: usize) -> Panel {
     for (i, generation) in tuned.generations.iter().enumerate() {
         let shade = SHADES[i * SHADES.len() / tuned.generations.len()];
         panel.group(&format!("class=\"s0\" opacity=\"{shade}\""), |panel| {
-            shown(generation)
-                .into_iter()
-                .for_each(|at| panel.circle("dot", at, 3.0));
+            for point in shown(generation) {
+                panel.circle("dot", point, 3.0);
+            }
         });
     }
     let (effect, start) = (&tuned.effects[number], tunable.share_of(tunable.now));
-    let tried = tuned
-        .generations
-        .iter()
-        .flat_map(|generation| &generation.candidates)
-        .map(|one| one.values[number]);
-    let [least, most] = tried.fold([tunable.now; 2], |[least, most], value| {
-        [least.min(value), most.max(value)]
-    });
+    let (mut least, mut most) = (tunable.now, tunable.now);
+    for generation in &tuned.generations {
+        for candidate in &generation.candidates {
+            least = least.min(candidate.values[number]);
+            most = most.max(candidate.values[number]);
+        }
+    }
     let fitted = (0..=CURVE).map(|i| {
         let share = i as f64 / CURVE as f64;
         let (value, y) = (tunable.at(share), 100.0 * effect.gain(share - start));

@@ -44,7 +44,7 @@ pub struct RunEvents<'a> {
 
 /// The part of a campaign that its folder still lacks, with everything that is needed to run it.
 pub struct CampaignRun<'a> {
-    plan: &'a PreparedCampaign,
+    pub plan: &'a PreparedCampaign,
     pub folder: &'a Folder,
     pool: ThreadPool,
     factories: Vec<PreparedController>,

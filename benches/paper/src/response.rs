@@ -96,18 +96,16 @@ pub fn log_spaced(from: f64, to: f64, count: usize) -> Vec<f64> {
 /// Measures the response at rising `frequencies_hz` with ideal sensors (the robot's delay remains), on all cores. The
 /// result does not depend on the number of threads.
 ///
-/// It fails if under the sine the robot loses its stance
-/// or its state leaves all CPI sets.
+/// It fails if under the sine the robot loses its stance or its state leaves all CPI sets.
 pub fn measure(
     robot: &Robot,
     design: &Design,
     what: &Experiment,
     frequencies_hz: &[f64],
 ) -> Result<Vec<Point>> {
-    let point = |&frequency_hz: &f64| measure_at(robot, design, what, frequency_hz);
     let mut points = frequencies_hz
         .par_iter()
-        .map(point)
+        .map(|&frequency_hz| measure_at(robot, design, what, frequency_hz))
         .collect::<Result<Vec<_>>>()?;
     for i in 1..points.len() {
         let before = points[i - 1];
@@ -149,12 +147,12 @@ fn measure_at(
     for k in 0..=settle + measured {
         let angle = TAU * frequency_hz * dt * k as f64;
         let probe = direction * (what.amplitude_m * angle.sin());
-        let controllers = closed_loop
-            .controllers()
-            .map(|controller| &mut **controller as &mut dyn Any);
-        controllers
-            .filter_map(|any| any.downcast_mut::<CpiController>())
-            .for_each(|cpi| cpi.probe_zmp(probe));
+        for controller in closed_loop.controllers() {
+            let controller = &mut **controller as &mut dyn Any;
+            if let Some(cpi) = controller.downcast_mut::<CpiController>() {
+                cpi.probe_zmp(probe);
+            }
+        }
         let mut seen = None;
         closed_loop.decide(&mut |_, tick| seen = Some((tick.truth.zmp, tick.report.clone())));
         let Some((

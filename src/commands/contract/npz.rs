@@ -19,17 +19,7 @@ pub fn pairs(file: &str, bytes: Vec<u8>, size: usize) -> Result<Vec<(usize, Vec<
         file: file.to_string(),
         message,
     })?;
-    let shapes = || {
-        let shape = |(name, array): &(String, Array2<f64>)| {
-            format!("{name} ({} x {})", array.nrows(), array.ncols())
-        };
-        let shapes: Vec<String> = arrays.iter().map(shape).collect();
-        if shapes.is_empty() {
-            "(none)".into()
-        } else {
-            shapes.join(", ")
-        }
-    };
+
     let one_of = |word: &str, fits: &dyn Fn(&Array2<f64>) -> bool| {
         let fitting: Vec<usize> = (0..arrays.len()).filter(|&i| fits(&arrays[i].1)).collect();
         let named = fitting
@@ -51,10 +41,18 @@ pub fn pairs(file: &str, bytes: Vec<u8>, size: usize) -> Result<Vec<(usize, Vec<
         let accepted = format!(
             "an array `obs` of float32 or float64, of rows of {size} numbers, and an array `act` with as many rows"
         );
+        let shapes: Vec<String> = arrays
+            .iter()
+            .map(|(name, array)| format!("{name} ({} x {})", array.nrows(), array.ncols()))
+            .collect();
+        let shapes = match shapes.is_empty() {
+            true => "(none)".into(),
+            false => shapes.join(", "),
+        };
         return Err(Error::value(
             file,
             "arrays",
-            shapes(),
+            shapes,
             "are no observations and actions",
             accepted,
         ));

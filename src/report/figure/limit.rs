@@ -65,25 +65,25 @@ fn all(limits: &[Limits]) -> impl Iterator<Item = &SetLimit> {
 }
 
 fn map(limits: &[Limits], bounds: &[Heading]) -> Panel {
-    let found = all(limits).map(|set| set.ci95[1]);
-    let allowed = bounds
+    let limits_n_s = all(limits).map(|set| set.ci95[1]);
+    let bounds_n_s = bounds
         .iter()
-        .flat_map(|heading| BOUNDS.map(|(.., of)| of(heading)));
+        .flat_map(|heading| BOUNDS.map(|(.., impulse_n_s)| impulse_n_s(heading)));
     let ticks = AxisScale {
         from: 0.0,
-        to: found.chain(allowed).fold(0.1, f64::max),
+        to: limits_n_s.chain(bounds_n_s).fold(0.1, f64::max),
     }
     .ticks();
     // The last ring lies beyond all values.
     let step = ticks[1] - ticks[0];
     let rings: Vec<f64> = (1..=ticks.len()).map(|i| step * i as f64).collect();
     let mut polar = Polar::new(RADIUS, rings[rings.len() - 1]);
-    for (class, _, of) in BOUNDS {
+    for (class, _, impulse_n_s) in BOUNDS {
         polar.panel.polygon(
             class,
             bounds
                 .iter()
-                .map(|heading| towards(heading.heading_deg, of(heading))),
+                .map(|heading| towards(heading.heading_deg, impulse_n_s(heading))),
         );
     }
     polar.rings(&rings);
@@ -98,8 +98,9 @@ fn map(limits: &[Limits], bounds: &[Heading]) -> Panel {
             } else {
                 class_of_set(set)
             };
-            let draw = |panel: &mut Panel| draw_set(panel, limits, set, is_second);
-            polar.panel.group(&format!("class=\"{class}\""), draw);
+            polar.panel.group(&format!("class=\"{class}\""), |panel| {
+                draw_set(panel, limits, set, is_second);
+            });
         }
     }
     polar.names(&rings);
@@ -112,19 +113,15 @@ fn draw_set(panel: &mut Panel, limits: &Limits, set: usize, is_second: bool) {
     let Limits {
         headings, engine, ..
     } = limits;
-    let at = |of: fn(&SetLimit) -> f64| {
-        move |heading: &Heading| towards(heading.heading_deg, of(&heading.sets[set]))
-    };
-    let middle = at(|limit| limit.impulse50_n_s);
+    let middle = |heading: &Heading| towards(heading.heading_deg, heading.sets[set].impulse50_n_s);
     if headings.len() >= JOINED {
         panel.polygon("outline", headings.iter().map(middle));
     }
     for heading in headings {
-        panel.line(
-            "interval",
-            at(|limit| limit.ci95[0])(heading),
-            at(|limit| limit.ci95[1])(heading),
-        );
+        let [low, high] = heading.sets[set]
+            .ci95
+            .map(|impulse_n_s| towards(heading.heading_deg, impulse_n_s));
+        panel.line("interval", low, high);
     }
     for heading in headings {
         let SetLimit {
@@ -156,14 +153,13 @@ fn draw_set(panel: &mut Panel, limits: &Limits, set: usize, is_second: bool) {
 }
 
 fn legend(limits: &[Limits]) -> Vec<LegendRow> {
-    let names = limits[0]
-        .headings
-        .iter()
-        .take(1)
-        .flat_map(|heading| &heading.sets)
-        .map(|set| set.name.clone());
-    let of_set = |(i, name)| (class_of_set(i), LegendSample::DottedLine(""), name);
-    let mut rows: Vec<LegendRow> = names.enumerate().map(of_set).collect();
+    let mut rows: Vec<LegendRow> = Vec::new();
+    for heading in limits[0].headings.iter().take(1) {
+        for (i, set) in heading.sets.iter().enumerate() {
+            let sample = LegendSample::DottedLine("");
+            rows.push((class_of_set(i), sample, set.name.clone()));
+        }
+    }
     let mut note = |words: &str| rows.push((String::new(), LegendSample::Nothing, words.into()));
     match limits {
         [first, second] => {

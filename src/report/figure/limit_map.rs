@@ -4,7 +4,7 @@
 use super::axes::Axis;
 use super::panel::{LegendRow, LegendSample, Panel, escape};
 use standfast_core::error::Result;
-use standfast_study::limit::{Limits, SetLimit};
+use standfast_study::limit::Limits;
 use std::path::Path;
 
 /// Size of a map (px) and its frame (left, top, right and bottom edge).
@@ -24,18 +24,11 @@ pub fn write(
         robot, campaign, ..
     } = &limits[0];
     let mut holes = (0..).map(replay_of);
-    let sets = |limits: &Limits| {
-        limits
-            .headings
-            .first()
-            .map_or(0, |heading| heading.sets.len())
-    };
-    let all = limits
-        .iter()
-        .flat_map(|limits| (0..sets(limits)).map(move |set| (limits, set)));
-    let mut panels: Vec<Panel> = all
-        .map(|(limits, set)| map(limits, set, &mut holes))
-        .collect();
+    let mut panels = Vec::new();
+    for limits in limits {
+        let sets = limits.headings.first().map_or(0, |first| first.sets.len());
+        panels.extend((0..sets).map(|set| map(limits, set, &mut holes)));
+    }
     let rows = [
         ("cell", LegendSample::Area, "the robot recovers"),
         ("cell lost", LegendSample::Area, "it does not"),
@@ -71,11 +64,14 @@ fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<Stri
         ..
     } = limits;
     let half_deg = 180.0 / headings.len() as f64;
-    let of = |limit: &SetLimit| limit.map.last().map_or(0.0, |tried| tried.impulse_n_s);
-    let most_n_s = headings
-        .iter()
-        .map(|heading| of(&heading.sets[set]).max(heading.bound_one_step_n_s))
-        .fold(0.0, f64::max);
+    let mut most_n_s = 0.0_f64;
+    for heading in headings {
+        let tried_n_s = heading.sets[set]
+            .map
+            .last()
+            .map_or(0.0, |tried| tried.impulse_n_s);
+        most_n_s = most_n_s.max(tried_n_s.max(heading.bound_one_step_n_s));
+    }
     let mut panel = Panel::new(SIZE[0], SIZE[1]);
     let name = headings
         .first()
@@ -141,11 +137,11 @@ fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<Stri
         .iter()
         .map(|heading| [heading.heading_deg, heading.bound_one_step_n_s]);
     panel.polyline("limit", bound);
-    let found = headings
-        .iter()
-        .map(|heading| [heading.heading_deg, heading.sets[set].impulse50_n_s]);
     panel.group("class=\"s0\"", |panel| {
-        found.for_each(|at| panel.circle("dot", at, 3.0))
+        for heading in headings {
+            let middle = [heading.heading_deg, heading.sets[set].impulse50_n_s];
+            panel.circle("dot", middle, 3.0);
+        }
     });
     panel
 }

@@ -52,10 +52,12 @@ pub fn write(path: &Path, heading: &str, panels: &[Panel], columns: usize) -> Re
 /// The text of one SVG file with a heading, its own style, and panels in rows of `columns`.
 pub fn document(heading: &str, panels: &[Panel], columns: usize) -> String {
     let rows: Vec<&[Panel]> = panels.chunks(columns).collect();
-    let row_width = |row: &&[Panel]| row.iter().map(|panel| panel.width + GAP).sum::<f64>() + GAP;
     let row_height = |row: &[Panel]| row.iter().map(|panel| panel.height).fold(0.0, f64::max);
-    let least = 2.0 * GAP + LETTER * heading.chars().count() as f64;
-    let width = rows.iter().map(row_width).fold(least, f64::max).ceil();
+    let mut width = 2.0 * GAP + LETTER * heading.chars().count() as f64;
+    for row in &rows {
+        width = width.max(row.iter().map(|panel| panel.width + GAP).sum::<f64>() + GAP);
+    }
+    let width = width.ceil();
     let height = rows.iter().map(|row| row_height(row) + GAP).sum::<f64>() + GAP + HEADING;
     let (heading, colors) = (escape(heading), palette::css());
     let mut svg = format!(

@@ -104,9 +104,9 @@ impl MotionPlot {
 
     /// Draws bands and curves of an axis. `times` (s) and `values` (mm) are the ends of the chart.
     fn draw(&self, panel: &mut Panel, axis: usize, times: PanelPoint, values: PanelPoint) {
-        self.supports(axis, values)
-            .into_iter()
-            .for_each(|outline| panel.polygon("band", outline));
+        for outline in self.supports(axis, values) {
+            panel.polygon("band", outline);
+        }
         let bands = self.swings().into_iter().map(|time| ("swing", time));
         for (class, [from, to]) in bands.chain(self.pushes.iter().map(|time| ("pushed", *time))) {
             let (from, to) = (from.max(times[0]), to.min(times[1]));
@@ -114,9 +114,9 @@ impl MotionPlot {
                 panel.rect(class, [from, values[0]], [to, values[1]]);
             }
         }
-        LINES
-            .iter()
-            .for_each(|line| panel.curve(line.1, self.points(line, axis, values)));
+        for line in &LINES {
+            panel.curve(line.1, self.points(line, axis, values));
+        }
     }
 
     /// Ends of the time axis (s).
@@ -179,12 +179,13 @@ impl MotionPlot {
             let low = along.clone().reduce(f64::min)?.max(least);
             Some((moment.time_s, low, along.reduce(f64::max)?.min(most)))
         }));
-        let outline = |run: Vec<(f64, f64, f64)>| {
-            let low = run.iter().map(|&(time, low, _)| [time, low]);
-            low.chain(run.iter().rev().map(|&(time, _, high)| [time, high]))
-                .collect()
-        };
-        extents.into_iter().map(outline).collect()
+        let mut outlines = Vec::new();
+        for run in extents {
+            let mut outline: Vec<_> = run.iter().map(|&(time, low, _)| [time, low]).collect();
+            outline.extend(run.iter().rev().map(|&(time, _, high)| [time, high]));
+            outlines.push(outline);
+        }
+        outlines
     }
 
     /// Start and end of each footstep (s).
@@ -210,21 +211,16 @@ impl MotionPlot {
                 self.moments.iter().any(is_swing),
             ),
         ];
-        let row = |sample| move |(class, name): (&str, &str)| (class.into(), sample, name.into());
-        let lines = LINES
-            .iter()
-            .rev()
-            .map(|(name, class, _)| (*class, *name))
-            .map(row(LegendSample::Line));
-        lines
-            .chain(
-                bands
-                    .iter()
-                    .filter(|band| band.2)
-                    .map(|band| (band.0, band.1))
-                    .map(row(LegendSample::Area)),
-            )
-            .collect()
+        let mut rows: Vec<LegendRow> = Vec::new();
+        for (name, class, _) in LINES.into_iter().rev() {
+            rows.push((class.into(), LegendSample::Line, name.into()));
+        }
+        for (class, name, is_drawn) in bands {
+            if is_drawn {
+                rows.push((class.into(), LegendSample::Area, name.into()));
+            }
+        }
+        rows
     }
 }
 

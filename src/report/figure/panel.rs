@@ -136,9 +136,9 @@ impl Panel {
 
     /// A curve with gaps where there is no point.
     pub fn curve(&mut self, class: &str, points: impl Iterator<Item = Option<PanelPoint>>) {
-        pieces(points)
-            .into_iter()
-            .for_each(|piece| self.polyline(class, piece));
+        for piece in pieces(points) {
+            self.polyline(class, piece);
+        }
     }
 
     pub fn polygon(&mut self, class: &str, points: impl IntoIterator<Item: Into<PanelPoint>>) {
@@ -354,16 +354,14 @@ fn thinned(mut points: Vec<PanelPoint>) -> Vec<PanelPoint> {
     let mut needed = vec![false; points.len()];
     let mut stretches = vec![(0, points.len().saturating_sub(1))];
     while let Some((first, last)) = stretches.pop() {
-        [first, last].into_iter().for_each(|end| {
-            needed
-                .iter_mut()
-                .skip(end)
-                .take(1)
-                .for_each(|needed| *needed = true)
-        });
-        let away = |i: usize| (i, distance(points[i], [points[first], points[last]]));
+        for end in [first, last] {
+            // There may be no point at all.
+            if let Some(needed) = needed.get_mut(end) {
+                *needed = true;
+            }
+        }
         let farthest = (first + 1..last)
-            .map(away)
+            .map(|i| (i, distance(points[i], [points[first], points[last]])))
             .max_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((i, _)) = farthest.filter(|(_, away)| *away > NEAR) {
             stretches.extend([(first, i), (i, last)]);

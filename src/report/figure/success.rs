@@ -129,8 +129,9 @@ impl Series<'_> {
         if curve.is_empty() {
             // Straight lines join the rates.
             panel.polyline("", bins.iter().copied().map(at));
-            bins.iter()
-                .for_each(|bin| panel.error_bar("interval", at(bin)[0], bin.count.ci95));
+            for bin in &bins {
+                panel.error_bar("interval", at(bin)[0], bin.count.ci95);
+            }
         } else {
             let (low, high) = (
                 curve.iter().map(|p| [p.x, p.ci95[0]]),
@@ -141,8 +142,9 @@ impl Series<'_> {
             }
             panel.polyline("", curve.iter().map(|p| [p.x, p.chance]));
         }
-        bins.iter()
-            .for_each(|bin| panel.told(&words(bin), |panel| panel.circle(self.dot, at(bin), 4.0)));
+        for bin in bins {
+            panel.told(&words(bin), |panel| panel.circle(self.dot, at(bin), 4.0));
+        }
         let fit = self.set.curve.fit.as_ref();
         self.level(panel, 0.5, fit.and_then(|fit| fit.impulse50));
         self.level(panel, 0.9, fit.and_then(|fit| fit.impulse90));
@@ -186,22 +188,23 @@ fn dot(set: usize) -> &'static str {
 
 /// The legend: the colour of each controller with its rate over all impulses, and the meaning of the marks.
 fn legend(sets: &[SetSummary]) -> Vec<LegendRow> {
-    let row = |(i, set): (usize, &SetSummary)| {
+    let mut rows = Vec::new();
+    for (i, set) in sets.iter().enumerate() {
         let name = match set.name.char_indices().nth(LETTERS) {
             Some((end, _)) => format!("{}...", &set.name[..end]),
             None => set.name.clone(),
         };
-        let of = if are_of_different_trials(sets) {
+        let of_trials = if are_of_different_trials(sets) {
             format!(" of {}", set.count.trials)
         } else {
             String::new()
         };
-        (
+        rows.push((
             class_of_set(i),
             LegendSample::DottedLine(dot(i)),
-            format!("{name}: {:.1} %{of}", 100.0 * set.count.success_rate),
-        )
-    };
+            format!("{name}: {:.1} %{of_trials}", 100.0 * set.count.success_rate),
+        ));
+    }
     let is_fitted = |set: &SetSummary| !set.curve.points.is_empty();
     let (some, all) = (sets.iter().any(is_fitted), sets.iter().all(is_fitted));
     let notes = [
@@ -213,12 +216,12 @@ fn legend(sets: &[SetSummary]) -> Vec<LegendRow> {
         (some, "diamonds: where 50 %, 90 % recover"),
         (!all, "bars: 95 % of the dots"),
     ];
-    let note = |(_, words): (bool, &str)| (String::new(), LegendSample::Nothing, words.into());
-    sets.iter()
-        .enumerate()
-        .map(row)
-        .chain(notes.into_iter().filter(|(is_seen, _)| *is_seen).map(note))
-        .collect()
+    for (is_seen, words) in notes {
+        if is_seen {
+            rows.push((String::new(), LegendSample::Nothing, words.into()));
+        }
+    }
+    rows
 }
 
 /// Whether some of the controllers have fewer trials than others.

@@ -11,7 +11,7 @@ mod trials;
 use self::trials::Trials;
 use crate::figure::{self, success};
 use crate::table::signs;
-use crate::tables::{self, Detail};
+use crate::tables::{self, Detail, ReportTable};
 use crate::text::layout::percent;
 use crate::{html_page, replay_parts, text};
 use minijinja::{Environment, UndefinedBehavior, Value as Cell};
@@ -19,8 +19,7 @@ use serde_json::{Value, json};
 use standfast_core::error::Result;
 use standfast_stats::decision::PairVerdict;
 use standfast_study::Summary;
-use standfast_study::verdict::agreement::{Agreement, PartedTrial, SetAgreement};
-use standfast_study::verdict::pairs::PairSummary;
+use standfast_study::verdict::agreement::Agreement;
 use standfast_study::verdict::set_summary::SetSummary;
 use standfast_study::verdict::trial_columns::TrialColumns;
 use std::collections::BTreeMap;
@@ -65,7 +64,8 @@ fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
     let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
     let trials = Trials(rows);
     let maps = polar::Maps::new(success::impulse_edges_n_s(sets), &trials);
-    let view = |(i, pair): (usize, &PairSummary)| {
+    let mut pair_views = Vec::new();
+    for (i, pair) in pairs.iter().enumerate() {
         let (a, b) = (index(&pair.a), index(&pair.b));
         // If there are two engines, the map of a controller is in the section on their agreement.
         let has_map = i < MOST_PAIRS && summary.agreement.is_none();
@@ -75,8 +75,11 @@ fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
             None
         };
         let open = pair.verdict == PairVerdict::Open;
-        json!({ "index": i, "a": a, "b": b, "open": open, "map": map, "trials": telling::of_pair(sets, pair, (a, b)) })
-    };
+        let trials = telling::of_pair(sets, pair, (a, b));
+        pair_views.push(
+            json!({ "index": i, "a": a, "b": b, "open": open, "map": map, "trials": trials }),
+        );
+    }
     let lost = summary
         .gates
         .iter()
@@ -85,10 +88,14 @@ fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
         .iter()
         .map(|set| replay_parts(&set.origin, Path::new("")))
         .collect();
-    let mut told: BTreeMap<&str, String> = BTreeMap::new();
-    for told_table in tables::of(summary) {
-        let table = &told_table.table;
-        *told.entry(told_table.section).or_default() += &match told_table.detail {
+    let mut sections: BTreeMap<&str, String> = BTreeMap::new();
+    for ReportTable {
+        section,
+        detail,
+        table,
+    } in tables::of(summary)
+    {
+        *sections.entry(section).or_default() += &match detail {
             Detail::Page => {
                 format!(
                     "<details><summary>{}</summary>\n{}</details>\n",
@@ -110,12 +117,12 @@ fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
         "telling": telling::table(sets, folder),
         "lost": lost.collect::<Vec<_>>(),
         "maps": (0..names.len()).map(|set| maps.set(set)).collect::<Vec<_>>(),
-        "pair_views": pairs.iter().enumerate().map(view).collect::<Vec<_>>(),
+        "pair_views": pair_views,
         "most_pairs": MOST_PAIRS,
         "few_answers": FEW_ANSWERS,
         "curve": success::chart(sets).svg("role=\"img\" aria-label=\"Success rate over impulse\""),
         "engines": summary.agreement.as_ref().map(|agreement| engines(agreement, sets, &maps)),
-        "tables": told,
+        "tables": sections,
         "endings": text::endings(&summary.episode.judge),
         "settings": text::settings(summary, true),
     })
@@ -124,26 +131,26 @@ fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
 /// The values of the template about two engines. `sets` are the controllers of the comparison: first all in one engine,
 /// then all in the other.
 fn engines(agreement: &Agreement, sets: &[SetSummary], maps: &polar::Maps) -> Value {
-    let of_set = |(i, set): (usize, &SetAgreement)| {
+    let mut of_sets = Vec::new();
+    for (i, set) in agreement.sets.iter().enumerate() {
         let (a, b) = (i, agreement.sets.len() + i);
-        let parted = |of: &PartedTrial| {
-            let has_lost = if of.recovered_in == agreement.engines[0] {
+        let mut parted = Vec::new();
+        for trial in &set.parted {
+            let has_lost = if trial.recovered_in == agreement.engines[0] {
                 b
             } else {
                 a
             };
-            json!({ "at": telling::point(sets, of.trial, &[has_lost]), "words": text::parted(agreement, of) })
-        };
-        json!({
-            "name": set.set,
-            "map": maps.pair((a, b), [0, 1]),
-            "parted": set.parted.iter().map(parted).collect::<Vec<_>>(),
-        })
-    };
+            let point = telling::point(sets, trial.trial, &[has_lost]);
+            parted.push(json!({ "at": point, "words": text::parted(agreement, trial) }));
+        }
+        of_sets
+            .push(json!({ "name": set.set, "map": maps.pair((a, b), [0, 1]), "parted": parted }));
+    }
     json!({
         "names": agreement.engines.map(|engine| engine.title()),
         "about_traces": text::about_traces(agreement),
-        "sets": agreement.sets.iter().enumerate().map(of_set).collect::<Vec<_>>(),
+        "sets": of_sets,
     })
 }
 
@@ -236,9 +243,9 @@ mod tests {
         ] {
             let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
             let of_all = ["b after 25 trials. Each rate "];
-            told.iter()
-                .chain(&of_all)
-                .for_each(|told| assert!(words.contains(told), "{told} in {words}"));
+            for told in told.iter().chain(&of_all) {
+                assert!(words.contains(told), "{told} in {words}");
+            }
         }
         assert!(!page.contains("NaN") && !usual().contains("up to 5 trials"));
     }

@@ -58,12 +58,8 @@ impl<'a> Maps<'a> {
     pub fn set(&self, set: usize) -> String {
         let Trials(rows) = self.trials;
         let own = |has_won: bool| {
-            let own = rows
-                .of(set)
-                .iter()
-                .enumerate()
-                .filter(move |(_, ended)| ended.has_recovered() == has_won);
-            own.map(|(trial, _)| trial)
+            let ended = rows.of(set);
+            (0..ended.len()).filter(move |trial| ended[*trial].has_recovered() == has_won)
         };
         let label = format!("Success of {} by heading and impulse", rows.names[set]);
         self.drawn(
@@ -91,11 +87,11 @@ impl<'a> Maps<'a> {
             "Trials that only one of {} and {} recovered",
             names[a], names[b]
         );
-        let common = |such: fn(bool, bool) -> bool| {
-            let common = rows.common(a, b).enumerate();
-            let chosen =
-                common.filter(move |(_, (a, b))| such(a.has_recovered(), b.has_recovered()));
-            chosen.map(|(trial, _)| trial)
+        let common = |is_chosen: fn(bool, bool) -> bool| {
+            rows.common(a, b)
+                .enumerate()
+                .filter(move |(_, (a, b))| is_chosen(a.has_recovered(), b.has_recovered()))
+                .map(|(trial, _)| trial)
         };
         Some(self.drawn(
             &label,
@@ -207,15 +203,12 @@ impl<'a> Maps<'a> {
         chosen: impl Iterator<Item = usize>,
     ) {
         let Trials(rows) = self.trials;
-        let of_trial = |trial: usize| {
-            let [x, y] = polar
-                .panel
-                .view
-                .at(towards(rows.heading_deg(trial), rows.impulse_n_s(trial)))
-                .map(px);
-            format!("M{x} {y}{mark}")
-        };
-        let path: String = chosen.map(of_trial).collect();
+        let mut path = String::new();
+        for trial in chosen {
+            let place = towards(rows.heading_deg(trial), rows.impulse_n_s(trial));
+            let [x, y] = polar.panel.view.at(place).map(px);
+            path += &format!("M{x} {y}{mark}");
+        }
         polar
             .panel
             .add(format_args!("<path class=\"{class}\" d=\"{path}\"/>"));

@@ -14,22 +14,18 @@ use std::path::Path;
 /// The rows of the table: each controller's telling trials with the command that replays them and, if it exists, the
 /// path of their replay relative to `folder`, and its small picture.
 pub(super) fn table(sets: &[SetSummary], folder: &Path) -> Vec<Value> {
-    let told = |(i, set): (usize, &SetSummary)| -> Vec<Value> {
-        let row = |trial: u64| {
-            (
-                row_id(sets, i, trial),
-                command(set, trial),
-                replay_found(folder, &set.origin, trial),
-            )
-        };
-        let rows = set.telling.iter().map(|trial| (trial, row(trial.trial)));
-        rows.map(|(trial, (id, command, replay))| {
+    let mut rows = Vec::new();
+    for (i, set) in sets.iter().enumerate() {
+        for trial in &set.telling {
+            let (id, command) = (row_id(sets, i, trial.trial), command(set, trial.trial));
+            let replay = replay_found(folder, &set.origin, trial.trial);
             let picture = replay.as_ref().and_then(|page| picture_found(folder, page));
-            json!({ "set": set.name, "trial": trial, "id": id, "command": command, "replay": replay, "picture": picture })
-        })
-        .collect()
-    };
-    sets.iter().enumerate().flat_map(told).collect()
+            rows.push(json!({
+                "set": set.name, "trial": trial, "id": id, "command": command, "replay": replay, "picture": picture,
+            }));
+        }
+    }
+    rows
 }
 
 /// A trial: its number, the link to its row in the table for the first of the `tried` controllers that has a row, and
@@ -77,8 +73,10 @@ fn row_id(sets: &[SetSummary], set: usize, trial: u64) -> Option<String> {
 /// The name of a controller as part of an id and of links to it. A name with special characters is replaced by its
 /// number.
 fn slug(name: &str, set: usize) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    if !name.is_empty() && name.chars().all(is_plain) {
+    let is_plain = name
+        .chars()
+        .all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
+    if !name.is_empty() && is_plain {
         name.into()
     } else {
         format!("~{set}")

@@ -1,6 +1,6 @@
 //! The trials of a campaign in the form that the page needs: one push, and the outcome with each controller.
 
-use serde_json::{Value, json};
+use serde_json::json;
 use standfast_sim::episode::Outcome;
 use standfast_study::verdict::trial_columns::TrialColumns;
 
@@ -27,24 +27,20 @@ impl Trials<'_> {
     pub fn as_json(&self, commands: &[[String; 2]]) -> String {
         let round = |x: f64, digits: f64| (x * digits).round() / digits;
         let Self(rows) = self;
-        let sets = 0..rows.names.len();
-        let trial = |trial: usize| {
-            let of_trial = |set: usize| rows.of(set).get(trial);
-            let outcomes: String = sets
-                .clone()
-                .map(|set| of_trial(set).map_or('-', |ended| letter(ended.outcome)))
-                .collect();
-            let footsteps: Vec<u32> = sets
-                .clone()
-                .map(|set| of_trial(set).map_or(0, |ended| ended.footsteps))
-                .collect();
+        let mut trials = Vec::new();
+        for trial in 0..self.len() {
+            let (mut outcomes, mut footsteps) = (String::new(), Vec::new());
+            for set in 0..rows.names.len() {
+                let ended = rows.of(set).get(trial);
+                outcomes.push(ended.map_or('-', |ended| letter(ended.outcome)));
+                footsteps.push(ended.map_or(0, |ended| ended.footsteps));
+            }
             let (impulse, heading) = (
                 round(rows.impulse_n_s(trial), 1e3),
                 round(rows.heading_deg(trial), 1e1),
             );
-            json!([trial, impulse, heading, outcomes, footsteps])
-        };
-        let trials: Vec<Value> = (0..self.len()).map(trial).collect();
+            trials.push(json!([trial, impulse, heading, outcomes, footsteps]));
+        }
         json!({ "sets": rows.names, "commands": commands, "trials": trials })
             .to_string()
             .replace('<', "\\u003c")

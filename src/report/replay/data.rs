@@ -10,7 +10,7 @@ use crate::with_fields_of;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use standfast_core::robot::shape::Meshes;
-use standfast_core::robot::{Foot, Pose, Robot, Shape, Solid};
+use standfast_core::robot::{Foot, Pose, Robot, Shape};
 use standfast_pictures::scene::mesh::DrawnMesh;
 use standfast_pictures::scene::scale::RobotScale;
 use standfast_pictures::scene::{GroundFace, PHASES, doing, events, faces, without_gain};
@@ -80,11 +80,12 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
     }
     let each = |value: &dyn Fn(&Snapshot) -> Option<f64>| each(&moments, value);
     let arrows = |value: &dyn Fn(&Snapshot) -> Option<Arrow>| {
-        let since = |end: usize| &ticks[(end + 1).saturating_sub(stride)..=end];
-        let means = (0..ticks.len())
-            .step_by(stride)
-            .map(|end| mean(since(end), value).map(six));
-        columns(&means.collect::<Vec<_>>())
+        let mut means = Vec::new();
+        for end in (0..ticks.len()).step_by(stride) {
+            let since = &ticks[(end + 1).saturating_sub(stride)..=end];
+            means.push(mean(since, value).map(six));
+        }
+        columns(&means)
     };
     // The phases in the order of their numbers in the page: the usual ones, then those of other controllers.
     let mut phases: Vec<&str> = PHASES.iter().map(|(name, ..)| *name).collect();
@@ -93,24 +94,28 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
             phases.push(&moment.phase);
         }
     }
-    let phase = |s: &Snapshot| {
+    let phase = each(&|s| {
         phases
             .iter()
             .position(|phase| *phase == s.phase)
             .map(|i| i as f64)
-    };
-    let gain = |s: &Snapshot| {
+    });
+    let gain = each(&|s| {
         film.regions
             .iter()
             .position(|name| Some(name) == s.gain.as_ref())
             .map(|i| i as f64)
-    };
-    let landing = |s: &Snapshot| {
-        s.footstep.map_or_else(Vec::new, |corners| {
-            corners.map(|corner| corner.xy()).to_vec()
+    });
+    let footsteps: Vec<Vec<Point2<f64>>> = moments
+        .iter()
+        .map(|s| {
+            s.footstep
+                .iter()
+                .flatten()
+                .map(|corner| corner.xy())
+                .collect()
         })
-    };
-    let footsteps: Vec<Vec<Point2<f64>>> = moments.iter().map(|s| landing(s)).collect();
+        .collect();
     let packed = json!({
         "robot": robot(&film.robot, &meshes),
         "shapes": shapes,
@@ -127,8 +132,8 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
         "zmp_ref": pairs(&moments, &|s| on_floor(s.zmp_ref, farthest_m)),
         "dcm_outside": each(&|s| Some(s.dcm_outside_m)),
         "margin": each(&|s| s.margin.map(|margin| margin.max(LEAST_MARGIN))),
-        "gain": each(&gain),
-        "phase": each(&phase),
+        "gain": gain,
+        "phase": phase,
         "push": arrows(&|s| s.push),
         "contacts": Foot::BOTH.map(|foot| arrows(&|s| s.contacts[foot])),
         "support": Polygons::of(moments.iter().map(|s| s.support.as_slice())).packed(),
@@ -265,26 +270,29 @@ fn turns(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> Vec<Value> {
 
 /// Links, joints and solids of the robot, with the meshes by their numbers.
 fn robot(robot: &Robot, meshes: &Meshes) -> Value {
-    let links = robot.links.iter().enumerate().map(|(i, link)| {
+    let mut links = Vec::new();
+    for (i, link) in robot.links.iter().enumerate() {
         let joint = i.checked_sub(1).map(|joint| &robot.joints[joint]);
-        let solid = |solid: &Solid| {
+        let mut visuals = Vec::new();
+        for solid in link.drawn() {
             let (kind, half) = kind(&solid.shape, meshes);
             let shape = json!({ "kind": kind, "half": [half.x, half.y, half.z] });
-            json!({ "pose": pose(&solid.pose), "shape": shape, "color": solid.color })
-        };
-        json!({
+            visuals
+                .push(json!({ "pose": pose(&solid.pose), "shape": shape, "color": solid.color }));
+        }
+        links.push(json!({
             "parent": joint.map(|joint| joint.parent),
             "origin": joint.map(|joint| pose(&joint.origin)),
             "axis": joint.map(|joint| [joint.axis.x, joint.axis.y, joint.axis.z]),
-            "visuals": link.drawn().iter().map(solid).collect::<Vec<_>>(),
-        })
-    });
+            "visuals": visuals,
+        }));
+    }
     let scale = RobotScale::of(robot);
     json!({
         "com_height_m": robot.home_com_height(),
         "length": scale.length(),
         "stiffness": scale.stiffness(),
-        "links": links.collect::<Vec<_>>(),
+        "links": links,
     })
 }
 
@@ -346,7 +354,9 @@ fn shapes(robot: &Robot, meshes: &Meshes) -> Value {
         shapes.entry(kind).or_insert_with(|| {
             let mut mesh = DrawnMesh::of(&unit);
             if let Shape::Mesh(_) = unit {
-                mesh.corners.iter_mut().for_each(|(at, _)| *at /= scale.x);
+                for (corner, _) in &mut mesh.corners {
+                    *corner /= scale.x;
+                }
             }
             packed_mesh(&mesh)
         });
@@ -362,12 +372,9 @@ fn ground(film: &Film) -> Value {
         ..
     } = film.ground;
     let reach_m = 4.0 * RobotScale::of(&film.robot).length();
-    let face = |GroundFace { part, corners }: GroundFace| {
-        json!([part, corners.map(|at| [at.x, at.y, at.z])])
-    };
     let faces: Vec<Value> = faces(&film.ground, reach_m, 2.0 * reach_m)
         .into_iter()
-        .map(face)
+        .map(|GroundFace { part, corners }| json!([part, corners.map(|at| [at.x, at.y, at.z])]))
         .collect();
     json!({ "step_m": step_m, "patch": [least.x, least.y, most.x, most.y], "faces": faces })
 }

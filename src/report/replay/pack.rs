@@ -83,13 +83,14 @@ impl Polygons {
     }
 
     pub fn packed(&self) -> Value {
-        let axis = |i: usize| {
-            self.corners
+        let [x, y] = [0, 1].map(|axis| {
+            let values: Vec<_> = self
+                .corners
                 .iter()
-                .map(|corner| Some(corner[i]))
-                .collect::<Vec<_>>()
-        };
-        let [x, y] = [0, 1].map(|i| on_grid(&axis(i), CORNER_STEP_M));
+                .map(|corner| Some(corner[axis]))
+                .collect();
+            on_grid(&values, CORNER_STEP_M)
+        });
         let [which, counts] =
             [&self.which, &self.counts].map(|numbers| base64(numbers.iter().copied()));
         json!({ "which": which, "counts": counts, "x": x, "y": y })

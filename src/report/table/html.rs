@@ -99,14 +99,14 @@ impl Table {
 /// names stay.
 pub fn signs(text: &str) -> String {
     let mut parts = text.split('-');
-    let mut told = parts.next().unwrap_or_default().to_string();
+    let mut out = parts.next().unwrap_or_default().to_string();
     for part in parts {
         let is_sign = part.starts_with(|c: char| c.is_ascii_digit())
-            && (told.is_empty() || told.ends_with([' ', '(']));
-        told.push(if is_sign { '\u{2212}' } else { '-' });
-        told += part;
+            && (out.is_empty() || out.ends_with([' ', '(']));
+        out.push(if is_sign { '\u{2212}' } else { '-' });
+        out += part;
     }
-    escape(&together(&told))
+    escape(&together(&out))
 }
 
 /// The colour of a controller, before its name.

@@ -39,7 +39,8 @@ pub fn left_out(count: usize, place: &str) -> String {
 
 /// The text, [harmless], with all characters escaped that mean something in Markdown or HTML.
 pub fn escaped(text: &str) -> String {
-    harmless(text).chars().fold(String::new(), |mut out, c| {
+    let mut out = String::new();
+    for c in harmless(text).chars() {
         match c {
             '<' => out += "&lt;",
             '>' => out += "&gt;",
@@ -48,8 +49,8 @@ pub fn escaped(text: &str) -> String {
             '\n' | '\r' => out.push(' '),
             _ => out.push(c),
         }
-        out
-    })
+    }
+    out
 }
 
 #[cfg(test)]

@@ -182,14 +182,11 @@ mod tests {
 
     /// A table of `sets` controllers side by side.
     pub(super) fn beside(sets: usize) -> Table {
-        let column = |set: usize| TableColumn {
+        let columns = (0..sets).map(|set| TableColumn {
             set: Some(set),
             ..number(format!("set{set}"))
-        };
-        let mut table = Table::new(
-            "",
-            std::iter::once(words("lost")).chain((0..sets).map(column)),
-        );
+        });
+        let mut table = Table::new("", std::iter::once(words("lost")).chain(columns));
         for cause in ["legs met", "slipped"] {
             table.row(std::iter::once(cell(cause)).chain((0..sets).map(cell)));
         }

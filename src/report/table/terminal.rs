@@ -37,7 +37,6 @@ impl Table {
             .iter()
             .map(|column| unbroken(&column.text()))
             .collect();
-        let rows = || self.rows.iter().take(MOST_ROWS);
         let words = |i: usize| self.columns[i].is_words;
         let widths = self.widths(&headings, room);
 
@@ -52,7 +51,7 @@ impl Table {
                 .zip(&widths)
                 .map(|(heading, width)| in_lines(heading, *width)),
         );
-        for row in rows() {
+        for row in self.rows.iter().take(MOST_ROWS) {
             let cells = row.iter().zip(&widths).enumerate();
             drawn.add_row(cells.map(|(i, (cell, width))| match words(i) {
                 true => in_lines(&cell.text, *width),
@@ -84,15 +83,12 @@ impl Table {
                 .max()
                 .unwrap_or_default()
         };
-        let texts = |i: usize| {
-            self.rows
-                .iter()
-                .take(MOST_ROWS)
-                .flat_map(move |row| row[i].text.lines())
+        let most = |width: &dyn Fn(&str) -> usize, i: usize| {
+            let rows = self.rows.iter().take(MOST_ROWS);
+            rows.flat_map(|row| row[i].text.lines().map(width))
+                .max()
+                .unwrap_or_default()
         };
-        let most =
-            |of: &dyn Fn(&str) -> usize, i: usize| texts(i).map(of).max().unwrap_or_default();
-        let columns = || 0..self.columns.len();
         let needed = |widths: &[usize]| {
             widths
                 .iter()
@@ -101,14 +97,14 @@ impl Table {
                 .saturating_sub(1)
         };
 
-        let wanted: Vec<usize> = columns()
+        let wanted: Vec<usize> = (0..self.columns.len())
             .map(|i| most(&count, i).max(count(&headings[i])))
             .collect();
         let mut widths = wanted.clone();
         if needed(&widths) <= room {
             return widths;
         }
-        for i in columns() {
+        for i in 0..self.columns.len() {
             let of_heading = longest(&headings[i]);
             widths[i] = match self.columns[i].is_words {
                 // A cell may begin with spaces, with which all of its lines then begin.
@@ -124,8 +120,8 @@ impl Table {
         for is_words in [true, false] {
             while needed(&widths) < room {
                 let lacking = |&i: &usize| wanted[i] - widths[i].min(wanted[i]);
-                let candidates =
-                    columns().filter(|i| self.columns[*i].is_words == is_words && lacking(i) > 0);
+                let candidates = (0..self.columns.len())
+                    .filter(|i| self.columns[*i].is_words == is_words && lacking(i) > 0);
                 let Some(i) = candidates.max_by_key(lacking) else {
                     break;
                 };

@@ -51,12 +51,13 @@ pub fn of(summary: &Summary) -> Vec<ReportTable> {
         .into_iter()
         .chain(more)
         .chain(pair_kinds.into_iter().map(|table| ("strata", Page, table)));
-    let told = all.map(|(section, detail, table)| ReportTable {
-        section,
-        detail,
-        table,
-    });
-    told.filter(|told| !told.table.rows.is_empty()).collect()
+    all.filter(|(.., table)| !table.rows.is_empty())
+        .map(|(section, detail, table)| ReportTable {
+            section,
+            detail,
+            table,
+        })
+        .collect()
 }
 
 /// The tables of the agreement of two engines: all of them if `full`.
@@ -64,8 +65,8 @@ pub fn of_agreement(summary: &Summary, full: bool) -> impl Iterator<Item = Table
     let most = if full { Detail::Full } else { Detail::Short };
     of(summary)
         .into_iter()
-        .filter(move |told| told.section == "engines" && told.detail <= most)
-        .map(|told| told.table)
+        .filter(move |table| table.section == "engines" && table.detail <= most)
+        .map(|table| table.table)
 }
 
 #[cfg(test)]
@@ -77,12 +78,9 @@ mod tests {
 
     /// The texts of the rows of the table in `section` whose first heading is `heading`.
     fn rows(summary: &Summary, section: &str, heading: &str) -> Vec<String> {
-        let is_it = |told: &ReportTable| {
-            told.section == section && told.table.columns[0].heading == heading
-        };
         let table = of(summary)
             .into_iter()
-            .find(is_it)
+            .find(|table| table.section == section && table.table.columns[0].heading == heading)
             .unwrap_or_else(|| panic!("no {heading}"))
             .table;
         let heads = table

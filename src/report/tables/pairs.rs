@@ -75,55 +75,51 @@ pub(super) fn effects(summary: &Summary) -> Table {
     let Some(reference) = &summary.reference else {
         return Table::default();
     };
-    let variants = summary.sets.iter().enumerate().filter_map(|(i, set)| {
-        let with = |pair: &&PairSummary| {
+    let (mut columns, mut variants) = (vec![words("headings")], Vec::new());
+    for (i, set) in summary.sets.iter().enumerate() {
+        let pair = summary.pairs.iter().find(|pair| {
             [&pair.a, &pair.b] == [&set.name, reference]
                 || [&pair.b, &pair.a] == [&set.name, reference]
-        };
-        summary.pairs.iter().find(with).map(|pair| {
-            (
-                i,
-                &set.name,
-                pair,
-                if pair.a == set.name { 1.0 } else { -1.0 },
-            )
-        })
-    });
-    let variants: Vec<_> = variants.collect();
-    let columns = variants.iter().map(|(i, name, ..)| TableColumn {
-        set: Some(*i),
-        ..number(*name)
-    });
-    let columns = once(words("headings")).chain(columns);
+        });
+        if let Some(pair) = pair {
+            columns.push(TableColumn {
+                set: Some(i),
+                ..number(&set.name)
+            });
+            let sign = if pair.a == set.name { 1.0 } else { -1.0 };
+            variants.push((i, pair, sign));
+        }
+    }
     let mut table = Table {
         about_zero: true,
         ..Table::new(format!("Against {reference}"), columns)
     };
-    let headings = variants
-        .first()
-        .map_or(&[][..], |(_, _, pair, _)| &pair.strata[..])
-        .iter()
-        .enumerate();
-    let headings = headings
-        .filter(|(_, stratum)| stratum.by == "heading")
-        .map(|(at, of)| (Some(at), of.label.as_str()));
-    for (at, label) in once((None, "all")).chain(headings) {
-        let of_variant = |&(i, _, pair, sign): &(usize, &String, &PairSummary, f64)| {
-            let whole = (pair.difference, pair.adjusted_ci95);
-            let (seen, ci) = at.map_or(whole, |at| {
-                (pair.strata[at].difference, pair.strata[at].ci95)
-            });
+    let mut headings = vec![(None, "all")];
+    for (_, pair, _) in variants.iter().take(1) {
+        for (number, stratum) in pair.strata.iter().enumerate() {
+            if stratum.by == "heading" {
+                headings.push((Some(number), &stratum.label));
+            }
+        }
+    }
+    for (stratum, label) in headings {
+        let mut row = vec![cell(label)];
+        for &(i, pair, sign) in &variants {
+            let (seen, ci) = match stratum {
+                Some(number) => (pair.strata[number].difference, pair.strata[number].ci95),
+                None => (pair.difference, pair.adjusted_ci95),
+            };
             let [seen, least, most] = [seen, ci[0], ci[1]].map(|share| 100.0 * sign * share);
-            Cell {
+            row.push(Cell {
                 mark: Some(CellMark {
                     at: seen,
                     ci: Some([least.min(most), least.max(most)]),
                     set: Some(i),
                 }),
                 ..cell(signed(seen, 1))
-            }
-        };
-        table.row(once(cell(label)).chain(variants.iter().map(of_variant)));
+            });
+        }
+        table.row(row);
     }
     table.with_note(format!(
         "By how many points more of the trials each recovers than {reference}, over all headings and by heading of the push."
@@ -132,7 +128,8 @@ pub(super) fn effects(summary: &Summary) -> Table {
 
 /// The differences of two controllers by kind of trial: a table for each pair that is shown.
 pub(super) fn by_kind(summary: &Summary) -> Vec<Table> {
-    let of_pair = |pair: &PairSummary| {
+    let mut tables = Vec::new();
+    for pair in shown(summary) {
         let (title, columns) = (
             format!("{} - {}, by kind of trial", pair.a, pair.b),
             ["trials", "a - b", "95 %"],
@@ -153,11 +150,11 @@ pub(super) fn by_kind(summary: &Summary) -> Vec<Table> {
                     .chain(seen),
             );
         }
-        table.with_note(
+        tables.push(table.with_note(
             "The rate of the first less that of the second, in points, with 95 % intervals.",
-        )
-    };
-    shown(summary).into_iter().map(of_pair).collect()
+        ));
+    }
+    tables
 }
 
 /// How much slower one controller of a pair is, and how many footsteps more it takes.
@@ -172,8 +169,8 @@ pub(super) fn shifts(summary: &Summary) -> Vec<Table> {
         ("Time to home", "s", |pair| pair.homing_s),
         ("Count of footsteps", "", |pair| pair.footsteps),
     ];
-    let about = "The shift is Hodges and Lehmann's median of the differences, a less b.";
-    let of_quantity = |(what, unit, of): ShiftQuantity| {
+    let mut tables = Vec::new();
+    for (what, unit, shift) in all {
         let columns = columns(["trials", "differ", "a - b", "95 %", "p"]).map(|column| {
             match &*column.heading {
                 "a - b" => column.in_unit(unit),
@@ -185,11 +182,10 @@ pub(super) fn shifts(summary: &Summary) -> Vec<Table> {
             about_zero: true,
             ..Table::new(title, columns)
         };
-        for (pair, test) in summary
-            .pairs
-            .iter()
-            .filter_map(|pair| Some((pair, of(pair)?)))
-        {
+        for pair in &summary.pairs {
+            let Some(test) = shift(pair) else {
+                continue;
+            };
             let (at, ci) = if unit.is_empty() {
                 (test.mean, test.mean_ci95)
             } else {
@@ -206,13 +202,13 @@ pub(super) fn shifts(summary: &Summary) -> Vec<Table> {
         let about = if unit.is_empty() {
             "The difference is that of the mean counts (Student's t)."
         } else {
-            about
+            "The shift is Hodges and Lehmann's median of the differences, a less b."
         };
-        table.with_note(format!(
+        tables.push(table.with_note(format!(
             "{about} p is that of Wilcoxon's signed-rank test, not corrected for the number of pairs."
-        ))
-    };
-    all.into_iter().map(of_quantity).collect()
+        )));
+    }
+    tables
 }
 
 /// The gates.

@@ -5,7 +5,6 @@ use crate::text::layout::{percent, seconds, velocity_change};
 use standfast_stats::rate::SuccessCount;
 use standfast_study::Summary;
 use standfast_study::verdict::failures::Failures;
-use standfast_study::verdict::footsteps::ByFootsteps;
 use standfast_study::verdict::prediction::Prediction;
 use standfast_study::verdict::set_summary::{FittedCurve, SetSummary};
 use std::cmp::Reverse;
@@ -23,7 +22,7 @@ pub(super) fn rates(summary: &Summary) -> Table {
     ];
     let rare: Vec<_> = rare
         .into_iter()
-        .filter(|(_, of)| summary.sets.iter().any(|set| of(set) > 0))
+        .filter(|(_, count)| summary.sets.iter().any(|set| count(set) > 0))
         .collect();
     let columns = headings("controller", ["recovered", "rate", "95 %", "fell"]);
     let columns = columns.chain(rare.iter().map(|(label, _)| number(*label)));
@@ -49,7 +48,7 @@ pub(super) fn rates(summary: &Summary) -> Table {
             rate(percent(success_rate), set.count, i),
             cell(interval),
         ];
-        let counts = once(set.fell).chain(rare.iter().map(|(_, of)| of(set)));
+        let counts = once(set.fell).chain(rare.iter().map(|(_, count)| count(set)));
         let [low, high] = set.survived.ci95;
         let survived = format!(
             "{} ({:.1}-{})",
@@ -138,30 +137,23 @@ pub(super) fn by_kind(summary: &Summary) -> Table {
         .flat_map(|set| &set.strata)
         .enumerate()
     {
-        let of_set = |(number, set): (usize, &SetSummary)| {
-            let count = set.strata[i].count;
-            match (&summary.stopped, count.trials) {
-                (None, _) => rate(percent(count.success_rate), count, number),
-                (Some(_), 0) => cell("-"),
-                (Some(_), trials) => rate(
-                    format!("{} of {trials}", percent(count.success_rate)),
-                    count,
-                    number,
-                ),
-            }
-        };
         let pushes = summary
             .sets
             .iter()
             .map(|set| set.strata[i].count.trials)
             .max()
             .unwrap_or(0);
-        let sets = summary.sets.iter().enumerate().map(of_set);
-        table.row(
-            [cell(kind(stratum.by, &stratum.label)), cell(pushes)]
-                .into_iter()
-                .chain(sets),
-        );
+        let mut row = vec![cell(kind(stratum.by, &stratum.label)), cell(pushes)];
+        for (number, set) in summary.sets.iter().enumerate() {
+            let count = set.strata[i].count;
+            let share = percent(count.success_rate);
+            row.push(match (&summary.stopped, count.trials) {
+                (None, _) => rate(share, count, number),
+                (Some(_), 0) => cell("-"),
+                (Some(_), trials) => rate(format!("{share} of {trials}"), count, number),
+            });
+        }
+        table.row(row);
     }
     table.with_note(
         "There are many kinds, and no interval is corrected for that: one that stands out alone may do so by chance.",
@@ -237,19 +229,14 @@ pub(super) fn causes(summary: &Summary) -> Table {
     }
     let mut causes: Vec<_> = causes.into_iter().collect();
     causes.sort_by_key(|&(_, trials)| Reverse(trials));
-    let of = |set: &SetSummary, cause: &str| {
-        set.fall_causes
-            .iter()
-            .find(|fall| fall.cause == cause)
-            .map_or(0, |fall| fall.trials)
-    };
-    let row = |(cause, _)| (cause, move |set: &SetSummary| of(set, cause));
-    counts(
-        summary,
-        "What ended the falls",
-        "cause of the fall",
-        causes.into_iter().map(row),
-    )
+    let rows = causes.into_iter().map(|(cause, _)| {
+        let falls = move |set: &SetSummary| {
+            let fall = set.fall_causes.iter().find(|fall| fall.cause == cause);
+            fall.map_or(0, |fall| fall.trials)
+        };
+        (cause, falls)
+    });
+    counts(summary, "What ended the falls", "cause of the fall", rows)
 }
 
 /// A table of counts with a row for each kind that any controller has. If controllers have different numbers of trials,
@@ -336,8 +323,10 @@ pub(super) fn footsteps(summary: &Summary) -> Table {
         .enumerate()
         .filter(|_| !steppers.is_empty())
     {
-        let of_set = |(_, _, stepped): &(_, _, &ByFootsteps)| rate_of(&stepped.by_footsteps[i]);
-        table.row(once(cell(label)).chain(steppers.iter().map(of_set)));
+        let rates = steppers
+            .iter()
+            .map(|(.., stepped)| rate_of(&stepped.by_footsteps[i]));
+        table.row(once(cell(label)).chain(rates));
     }
     table
 }
@@ -362,8 +351,8 @@ pub(super) fn foretold(summary: &Summary) -> Table {
         ("as foretold", |f| cell(percent(f.agreement))),
         ("by the estimate", |f| cell(percent(f.agreement_est))),
     ];
-    for (label, of) in rows.into_iter().filter(|_| !with.is_empty()) {
-        table.row(once(cell(label)).chain(with.iter().map(|(.., foretold)| of(foretold))));
+    for (label, value) in rows.into_iter().filter(|_| !with.is_empty()) {
+        table.row(once(cell(label)).chain(with.iter().map(|(.., foretold)| value(foretold))));
     }
     table.with_note(
         "First how many recovered of the trials in which the set holds the true state at the end of the push, and of those \

@@ -416,9 +416,9 @@ fn a_noisy_page_of_many_gains_is_small_too() {
 #[test]
 fn a_push_of_one_tick_is_seen_in_a_long_film() {
     let mut film = stepping().clone();
-    film.snapshots
-        .iter_mut()
-        .for_each(|snapshot| snapshot.push = None);
+    for snapshot in &mut film.snapshots {
+        snapshot.push = None;
+    }
     while film.snapshots.len() < 5100 {
         let again = film.snapshots.clone();
         film.snapshots.extend(again);

@@ -607,13 +607,12 @@ fn names_are_text_whatever_they_contain() {
     };
     let mut film = stepping().clone();
     film.controller = evil(1);
-    film.regions.iter_mut().for_each(|name| *name = evil(2));
+    film.regions.fill(evil(2));
     for snapshot in &mut film.snapshots {
-        snapshot
-            .regions
-            .iter_mut()
-            .for_each(|region| region.name = evil(2));
-        snapshot.gain.iter_mut().for_each(|name| *name = evil(2));
+        for region in &mut snapshot.regions {
+            region.name = evil(2);
+        }
+        snapshot.gain = snapshot.gain.is_some().then(|| evil(2));
     }
     film.robot.name = evil(3);
     film.record.fell_at_s = Some(1.0);

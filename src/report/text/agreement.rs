@@ -28,10 +28,10 @@ pub fn with_warnings(summary: &Summary, full: bool) -> String {
 pub(super) fn where_they_part(agreement: &Agreement, full: bool) -> String {
     let mut text = String::new();
     for set in &agreement.sets {
-        let traced = set.parted.iter().filter(|of| of.traced).count();
-        let told = if full { traced.max(FEW) } else { FEW };
-        for of in set.parted.iter().take(told) {
-            text += &wrapped(" - ", &format!("{}, {}", set.set, parted(agreement, of)));
+        let traced = set.parted.iter().filter(|trial| trial.traced).count();
+        let most = if full { traced.max(FEW) } else { FEW };
+        for trial in set.parted.iter().take(most) {
+            text += &wrapped(" - ", &format!("{}, {}", set.set, parted(agreement, trial)));
         }
     }
     let all: usize = agreement.sets.iter().map(|set| set.parted.len()).sum();
@@ -58,14 +58,14 @@ pub fn about_traces(agreement: &Agreement) -> String {
 }
 
 /// A trial on which the engines disagree, in sentences.
-pub fn parted(agreement: &Agreement, of: &PartedTrial) -> String {
+pub fn parted(agreement: &Agreement, trial: &PartedTrial) -> String {
     let [a, b] = agreement.engines.map(|engine| engine.title());
-    let [in_a, in_b] = of.outcomes.map(|outcome| outcome.name());
+    let [in_a, in_b] = trial.outcomes.map(|outcome| outcome.name());
     let push = format!(
         "trial {}, {:.2} N s at {:.0} deg",
-        of.trial, of.impulse_n_s, of.heading_deg
+        trial.trial, trial.impulse_n_s, trial.heading_deg
     );
-    let parts = match &of.parting {
+    let parts = match &trial.parting {
         Some(parting) => {
             format!(
                 " {}",
@@ -77,7 +77,7 @@ pub fn parted(agreement: &Agreement, of: &PartedTrial) -> String {
                 )
             )
         }
-        None => String::from(if of.traced {
+        None => String::from(if trial.traced {
             " The traces nowhere part."
         } else {
             ""
@@ -100,21 +100,23 @@ pub fn in_words(parting: &Parting, [a, b]: &[String; 2]) -> String {
         PartingPoint::LeftSole => "left soles",
         PartingPoint::RightSole => "right soles",
     };
-    let mut told = format!("At {at_s:.3} s the {what} part.");
-    let mut differ = |what: &str, [now_a, now_b]: [&str; 2], [since_a, since_b]: [f64; 2]| {
+    let mut text = format!("At {at_s:.3} s the {what} part.");
+    let states = [
+        (
+            "Then the controller is in phase",
+            phases.each_ref().map(|phase| &**phase),
+            parting.phases_since_s,
+        ),
+        ("The load is on", loaded.map(words), parting.loaded_since_s),
+    ];
+    for (what, [now_a, now_b], [since_a, since_b]) in states {
         if now_a != now_b {
-            told += &format!(
+            text += &format!(
                 " {what} {now_a} {a} (since {since_a:.3} s) and {now_b} {b} (since {since_b:.3} s)."
             );
         }
-    };
-    differ(
-        "Then the controller is in phase",
-        phases.each_ref().map(|phase| &**phase),
-        parting.phases_since_s,
-    );
-    differ("The load is on", loaded.map(words), parting.loaded_since_s);
-    told
+    }
+    text
 }
 
 fn words(loaded: SoleContact) -> &'static str {

@@ -9,8 +9,6 @@ use standfast_sim::push::three_digits;
 use standfast_study::Summary;
 use standfast_study::ask::bounds::digits;
 use standfast_study::ask::variations;
-use standfast_study::verdict::pairs::PairSummary;
-use standfast_study::verdict::set_summary::SetSummary;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -65,8 +63,8 @@ pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
     let most = if full { Detail::Full } else { Detail::Short };
     let mut tables = tables::of(summary)
         .into_iter()
-        .filter(|told| told.detail <= most)
-        .map(|told| told.table.text());
+        .filter(|table| table.detail <= most)
+        .map(|table| table.table.text());
     text += &tables.next().unwrap_or_default();
     text += &summary
         .stopped
@@ -147,20 +145,20 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
     }
     if summary.episode.judge.counts == Counts::Survived {
         let horizon_s = three_digits(summary.episode.horizon_s);
-        let told = format!(
+        let survival = format!(
             "survival: a robot that stands still, or has not fallen after {horizon_s} s, counts as recovered"
         );
-        head.push(("judge:  ", told));
+        head.push(("judge:  ", survival));
     }
     if full {
         let (sensors, horizon_s) = (&summary.sensors, three_digits(summary.episode.horizon_s));
-        let told = format!(
+        let noise = format!(
             "noise x {}, bias x {}; horizon {horizon_s} s",
             sensors.noise_scale, sensors.bias_scale
         );
         let [recovered, fell] = endings(&summary.episode.judge);
         head.extend([
-            ("sensors: ", told),
+            ("sensors: ", noise),
             ("recovered: ", recovered),
             ("fell:      ", fell),
         ]);
@@ -170,30 +168,21 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
 
 /// The command that replays a trial in which two controllers end differently, or else one that was lost.
 fn replay(summary: &Summary, folder: &Path) -> String {
-    let differ = |pair: &PairSummary| {
-        let lost = |trials: &[u64], by: &str| {
-            Some((
-                *trials.first()?,
-                by.to_string(),
-                "in which two controllers end differently",
-            ))
-        };
-        lost(&pair.first_only_a, &pair.b).or_else(|| lost(&pair.first_only_b, &pair.a))
-    };
+    let mut differ = summary.pairs.iter().flat_map(|pair| {
+        let lost_by_b = pair.first_only_a.first().map(|trial| (*trial, &pair.b));
+        lost_by_b.or_else(|| Some((*pair.first_only_b.first()?, &pair.a)))
+    });
     // The telling trials of a controller begin with those that it lost.
-    let lost = |set: &SetSummary| {
-        let first = set
-            .telling
-            .first()
-            .filter(|_| set.count.recovered < set.count.trials)?;
-        Some((first.trial, set.name.clone(), "that was lost"))
-    };
-    let found = summary
-        .pairs
+    let mut lost = summary
+        .sets
         .iter()
-        .find_map(differ)
-        .or_else(|| summary.sets.iter().find_map(lost));
-    let Some((trial, set, which)) = found else {
+        .filter(|set| set.count.recovered < set.count.trials)
+        .filter_map(|set| Some((set.telling.first()?.trial, &set.name)));
+    let (which, (trial, set)) = if let Some(trial_and_set) = differ.next() {
+        ("in which two controllers end differently", trial_and_set)
+    } else if let Some(trial_and_set) = lost.next() {
+        ("that was lost", trial_and_set)
+    } else {
         return String::new();
     };
     let what = format!("to replay a trial {which} (report.html has more):");
@@ -201,7 +190,7 @@ fn replay(summary: &Summary, folder: &Path) -> String {
     format!(
         "\n{} {}\n",
         wrapped("", &what),
-        replay_command(summary, &set, trial, folder)
+        replay_command(summary, set, trial, folder)
     )
 }
 

@@ -43,7 +43,7 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
         tries,
         ..
     } = ceiling;
-    let found: Vec<&LostTrial> = ceiling
+    let recovered: Vec<&LostTrial> = ceiling
         .lost
         .iter()
         .filter(|lost| lost.found.is_some())
@@ -57,7 +57,7 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
     );
     let more = format!(
         "with knowledge of each lost push and up to {tries} tries, from {} more; at least {} can be caught",
-        found.len(),
+        recovered.len(),
         told(with_search)
     );
     text += &wrapped("search:   ", &more);
@@ -74,15 +74,16 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
     ];
     let mut table = Table::new("", columns);
     for lost in &ceiling.lost {
-        let by = lost
-            .found
-            .as_ref()
-            .map_or("not recovered by search".into(), |found| {
-                let each = (1..)
-                    .zip(&found.departures)
-                    .map(|(number, departure)| of_footstep(number, departure, ceiling));
-                each.flatten().collect::<Vec<_>>().join("; ")
-            });
+        let by = match &lost.found {
+            Some(recovery) => {
+                let footsteps: Vec<String> = (1..)
+                    .zip(&recovery.departures)
+                    .filter_map(|(number, departure)| of_footstep(number, departure, ceiling))
+                    .collect();
+                footsteps.join("; ")
+            }
+            None => "not recovered by search".into(),
+        };
         let [impulse, heading] = [
             format!("{:.2}", lost.impulse_n_s),
             format!("{:.0}", lost.heading_deg),
@@ -99,14 +100,14 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
     let mut needed: Vec<(usize, &str)> = NAMES
         .iter()
         .enumerate()
-        .map(|(i, name)| (needs(&found, i), *name))
+        .map(|(i, name)| (needs(&recovered, i), *name))
         .collect();
     needed.sort_by_key(|&(count, _)| std::cmp::Reverse(count));
     let needed = needed
         .iter()
         .filter(|(count, _)| *count > 0)
         .map(|(count, name)| format!("{name} {count}"));
-    if !found.is_empty() {
+    if !recovered.is_empty() {
         text += &wrapped(
             "",
             &format!(
@@ -122,7 +123,7 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
          DCM is so far outside of the support. Landing places and the ZMP are shifted forward, and to the side of the foot \
          in the air; the trunk tilts about its x and y axes. What is not recovered by search may be possible all the same.",
     );
-    if let (Some(lost), Some(folder)) = (found.first(), folder) {
+    if let (Some(lost), Some(folder)) = (recovered.first(), folder) {
         let plant = plant_options(robot, engine);
         let gains = shell_word(&folder.join(file(lost.trial)).to_string_lossy());
         text += &format!(
@@ -146,13 +147,15 @@ fn told(count: &SuccessCount) -> String {
 
 /// Number of recoveries that need a value other than zero of a number.
 fn needs(found: &[&LostTrial], number: usize) -> usize {
-    let needs = |lost: &&&LostTrial| {
-        lost.found
-            .iter()
-            .flat_map(|found| &found.departures)
-            .any(|departure| departure.numbers()[number] != 0.0)
-    };
-    found.iter().filter(needs).count()
+    found
+        .iter()
+        .filter(|lost| {
+            lost.found
+                .iter()
+                .flat_map(|found| &found.departures)
+                .any(|departure| departure.numbers()[number] != 0.0)
+        })
+        .count()
 }
 
 /// The differences of a footstep from the controller's own, in words. None if there are none.
@@ -199,10 +202,10 @@ fn of_footstep(number: usize, departure: &Departure, ceiling: &Ceiling) -> Optio
         (pitch, format!("pitches {}", degrees(pitch))),
         (lower, format!("COM {}", mm(-lower))),
     ];
-    let told: Vec<String> = parts
+    let words: Vec<String> = parts
         .into_iter()
         .filter(|(size, _)| *size != 0.0)
-        .map(|(_, told)| told)
+        .map(|(_, words)| words)
         .collect();
-    (!told.is_empty()).then(|| format!("{number}: {}", told.join(", ")))
+    (!words.is_empty()).then(|| format!("{number}: {}", words.join(", ")))
 }

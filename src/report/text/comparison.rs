@@ -66,21 +66,22 @@ pub fn shown(summary: &Summary) -> Vec<&PairSummary> {
     // suffice.
     let all = pairs.len() != sets * sets.saturating_sub(1) / 2;
     let leader = leader(summary);
-    let is_leader = |name: &String| name == leader;
     pairs
         .iter()
-        .filter(|pair| all || is_worth_a_line(pairs.len(), is_leader, (&pair.a, &pair.b)))
+        .filter(|pair| {
+            all || is_worth_a_line(pairs.len(), |name| name == leader, (&pair.a, &pair.b))
+        })
         .collect()
 }
 
 /// The controller whose pairs are shown if there are too many.
 fn leader(summary: &Summary) -> &str {
-    let most = || {
-        leaders(&summary.sets, &summary.pairs)
+    match &summary.reference {
+        Some(reference) => reference,
+        None => leaders(&summary.sets, &summary.pairs)
             .first()
-            .map_or("", |set| &set.name)
-    };
-    summary.reference.as_deref().unwrap_or_else(most)
+            .map_or("", |set| &set.name),
+    }
 }
 
 /// A p-value without "p =".
@@ -152,26 +153,22 @@ pub fn baseline(summary: &Summary) -> Option<String> {
 /// For every gate that does not pass, a sentence and the command that replays a trial that was lost. `folder` is the
 /// result folder.
 pub fn failed_gates(summary: &Summary, folder: &Path) -> Vec<String> {
-    let told = |gate: &GateResult| {
+    let mut texts = Vec::new();
+    for gate in summary.gates.iter().filter(|gate| !gate.passes) {
         let mark = if gate.judged.status == Status::Unresolved {
             "gate unresolved: "
         } else {
             "gate failed: "
         };
-        let sentence = wrapped(mark, &gate_words(gate)).trim_end().to_string();
-        let Some(trial) = gate.lost_trial else {
-            return sentence;
-        };
-        // The command has a line of its own, however long, so that it can be copied.
-        let command = replay_command(summary, &gate.set, trial, folder);
-        format!("{sentence}\nto replay a trial that it lost:\n  {command}")
-    };
-    summary
-        .gates
-        .iter()
-        .filter(|gate| !gate.passes)
-        .map(told)
-        .collect()
+        let mut text = wrapped(mark, &gate_words(gate)).trim_end().to_string();
+        if let Some(trial) = gate.lost_trial {
+            // The command has a line of its own, however long, so that it can be copied.
+            let command = replay_command(summary, &gate.set, trial, folder);
+            text += &format!("\nto replay a trial that it lost:\n  {command}");
+        }
+        texts.push(text);
+    }
+    texts
 }
 
 /// A gate and what was observed, in words.

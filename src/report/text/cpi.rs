@@ -2,12 +2,11 @@
 
 use super::layout::wrapped;
 use crate::table::{Table, cell, headings, number, texts};
-use nalgebra::{DMatrix, Point2, Vector2};
+use nalgebra::{DMatrix, Vector2};
 use serde_json::{Map, Value, json};
 use standfast_core::error::{Error, Result};
 use standfast_core::geometry::SupportPolygon;
 use standfast_core::lipm::cpi_set::{CpiSet, Inclusion};
-use standfast_core::lipm::gains::GainPoles;
 use standfast_core::lipm::{GainFamily, GainSet, Pendulum};
 use standfast_files::write_atomic;
 use std::fmt::Write as _;
@@ -51,26 +50,26 @@ pub struct Sets<'a> {
 impl Sets<'_> {
     pub fn as_json(&self) -> Value {
         let dt = self.family.pendulum.dt;
-        let impulses = |s: &CpiSet| -> Map<String, Value> {
-            HEADINGS
-                .iter()
-                .map(|(name, d)| ((*name).into(), json!(s.largest_impulse_from_rest(*d))))
-                .collect()
-        };
-        let entry = |(s, poles): (&CpiSet, &GainPoles)| {
-            json!({
-                "zmp_spread_m": s.spread_m,
-                "gain": s.gain,
-                "poles_x_over_omega": poles.x,
-                "poles_y_over_omega": poles.y,
-                "horizon": s.horizon,
-                "horizon_s": s.horizon as f64 * dt,
-                "rows": s.set.rows.nrows(),
-                "largest_impulse_over_m_omega_d": impulses(s),
-            })
-        };
-        let entries = |sets: &[CpiSet]| -> Vec<Value> {
-            sets.iter().zip(&self.set.gains).map(entry).collect()
+        let entries = |sets: &[CpiSet]| {
+            let mut entries = Vec::new();
+            for (s, poles) in sets.iter().zip(&self.set.gains) {
+                let mut impulses = Map::new();
+                for (name, direction) in HEADINGS {
+                    let impulse = s.largest_impulse_from_rest(direction);
+                    impulses.insert(name.into(), json!(impulse));
+                }
+                entries.push(json!({
+                    "zmp_spread_m": s.spread_m,
+                    "gain": s.gain,
+                    "poles_x_over_omega": poles.x,
+                    "poles_y_over_omega": poles.y,
+                    "horizon": s.horizon,
+                    "horizon_s": s.horizon as f64 * dt,
+                    "rows": s.set.rows.nrows(),
+                    "largest_impulse_over_m_omega_d": impulses,
+                }));
+            }
+            entries
         };
         json!({
             "gain_set": self.set.name,
@@ -88,8 +87,12 @@ impl Sets<'_> {
 
     pub fn text(&self) -> String {
         let Pendulum { omega, dt } = self.family.pendulum;
-        let mm = |v: &Point2<f64>| format!("({:.1}, {:.1})", v.x * 1e3, v.y * 1e3);
-        let vertices: Vec<String> = self.support.vertices().iter().map(mm).collect();
+        let vertices: Vec<String> = self
+            .support
+            .vertices()
+            .iter()
+            .map(|vertex| format!("({:.1}, {:.1})", vertex.x * 1e3, vertex.y * 1e3))
+            .collect();
         let warning = match self.inclusion.warning() {
             Some(warning) => wrapped("warning: ", &warning),
             None => {

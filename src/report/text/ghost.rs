@@ -45,18 +45,18 @@ pub fn parted(film: &Film, ghost: &Film) -> String {
         "with"
     };
     let places = names([film, ghost]).map(|name| format!("{place} {name}"));
-    let has_fallen = |film: &Film| {
+    let have_fallen = [film, ghost].into_iter().all(|film| {
         film.record
             .fell_at_s
             .is_some_and(|fell_s| fell_s < parting.at_s)
-    };
-    let late = if [film, ghost].into_iter().all(has_fallen) {
+    });
+    let late = if have_fallen {
         " By then both have fallen."
     } else {
         ""
     };
-    let told = in_words(&parting, &places);
+    let words = in_words(&parting, &places);
     format!(
-        "{told}{late} (They part when they are more than {limit_mm:.0} mm apart, half the width of a sole.)"
+        "{words}{late} (They part when they are more than {limit_mm:.0} mm apart, half the width of a sole.)"
     )
 }

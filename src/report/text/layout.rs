@@ -75,15 +75,15 @@ pub fn together(text: &str) -> String {
         ) || is_one_of(before, &["=", "<", ">=", "N"])
             || (before.starts_with('(') && before.ends_with(',') && !before.contains(')'))
     };
-    let (mut told, mut before) = (String::new(), "");
+    let (mut out, mut before) = (String::new(), "");
     for (i, word) in text.split(' ').enumerate() {
         if i > 0 {
-            told.push(if stays(before, word) { '\u{a0}' } else { ' ' });
+            out.push(if stays(before, word) { '\u{a0}' } else { ' ' });
         }
-        told += word;
+        out += word;
         before = word;
     }
-    told
+    out
 }
 
 /// The options of a command for this robot and this engine (name and version), each with a space before it. An option

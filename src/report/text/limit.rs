@@ -111,12 +111,10 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
             heading.bound_n_step_n_s,
         ];
         for i in 0..heading.sets.len().max(factors.len()) {
-            let bound = |bound_n_s: f64| {
-                factors
-                    .get(i)
-                    .map_or(String::new(), |factor| n_s(limits, factor * bound_n_s))
-            };
-            let [none, one, any] = bounds_n_s.map(bound);
+            let [none, one, any] = bounds_n_s.map(|bound_n_s| match factors.get(i) {
+                Some(factor) => n_s(limits, factor * bound_n_s),
+                None => String::new(),
+            });
             let mark = if by_torque(heading) && !any.is_empty() {
                 "t"
             } else {
@@ -127,24 +125,23 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
             } else {
                 String::new()
             };
-            let or_dash =
-                |impulse: Option<f64>| impulse.map_or("-".into(), |impulse| n_s(limits, impulse));
-            let of_set = heading
-                .sets
-                .get(i)
-                .map_or([const { String::new() }; 5], |set| {
-                    let pushes = set
-                        .safe_n_s
-                        .map_or("-".into(), |_| set.safe_pushes().to_string());
-                    let [ninety, safe] = [set.impulse90_n_s, set.safe_n_s].map(or_dash);
-                    [
-                        set.name.clone(),
-                        fifty_of(limits, set),
-                        ninety,
-                        safe,
-                        pushes,
-                    ]
+            let mut of_set = [const { String::new() }; 5];
+            if let Some(set) = heading.sets.get(i) {
+                let [ninety, safe] = [set.impulse90_n_s, set.safe_n_s].map(|impulse| {
+                    impulse.map_or("-".into(), |impulse_n_s| n_s(limits, impulse_n_s))
                 });
+                let pushes = match set.safe_n_s {
+                    Some(_) => set.safe_pushes().to_string(),
+                    None => "-".into(),
+                };
+                of_set = [
+                    set.name.clone(),
+                    fifty_of(limits, set),
+                    ninety,
+                    safe,
+                    pushes,
+                ];
+            }
             let bounds = [none, one, any + mark];
             table.row(
                 std::iter::once(cell(at))
@@ -218,7 +215,7 @@ fn checked(limits: &Limits, changes: &str) -> String {
     let unit = 10_f64.powf(digits);
     let [low, high] = [(set.ci95[0] * unit).floor(), (set.ci95[1] * unit).ceil()];
     let [low, high] = [low, high].map(|n_s| format!("{:.*}", digits as usize, n_s / unit));
-    let told = format!(
+    let check = format!(
         "{} recovers from this push at {:.1} degrees, and loses it with --impulse {high}:",
         set.name, heading.heading_deg
     );
@@ -229,7 +226,7 @@ fn checked(limits: &Limits, changes: &str) -> String {
         first_trial(heading.heading_deg),
         [&low, &heading.heading_deg.to_string()],
     );
-    format!("\n{}  {command}\n", wrapped("check: ", &told))
+    format!("\n{}  {command}\n", wrapped("check: ", &check))
 }
 
 /// The holes: losses far below the limit, each with the command that repeats it.
@@ -274,8 +271,8 @@ const MOST_HOLES: usize = 6;
 
 /// The map in numbers, and its holes; empty without a map.
 fn of_map(limits: &Limits, changes: &str) -> String {
-    let sets = || limits.headings.iter().flat_map(|heading| &heading.sets);
-    let pushes: usize = sets().map(|set| set.map.len()).sum();
+    let sets = limits.headings.iter().flat_map(|heading| &heading.sets);
+    let pushes: usize = sets.map(|set| set.map.len()).sum();
     if pushes == 0 {
         return String::new();
     }
@@ -371,8 +368,8 @@ fn side_by_side(a: &Limits, b: &Limits) -> String {
                 ""
             };
             let ratio = format!("{:.2}", in_b.impulse50_n_s / in_a.impulse50_n_s);
-            let found = [fifty_of(a, in_a), fifty_of(b, in_b), ratio, apart.into()];
-            table.row(texts([std::mem::take(&mut heading), in_a.name.clone()]).chain(texts(found)));
+            let cells = [fifty_of(a, in_a), fifty_of(b, in_b), ratio, apart.into()];
+            table.row(texts([std::mem::take(&mut heading), in_a.name.clone()]).chain(texts(cells)));
         }
     }
     let mut all = Table::new(
@@ -386,27 +383,21 @@ fn side_by_side(a: &Limits, b: &Limits) -> String {
         .flat_map(|heading| &heading.sets)
         .enumerate()
     {
-        let both = || {
-            a.headings
-                .iter()
-                .zip(&b.headings)
-                .map(|(in_a, in_b)| (&in_a.sets[i], &in_b.sets[i]))
-        };
-        let mut ratios: Vec<f64> = both()
-            .map(|(in_a, in_b)| in_b.impulse50_n_s / in_a.impulse50_n_s)
-            .collect();
+        let (mut ratios, mut apart) = (Vec::new(), 0);
+        for (at_a, at_b) in a.headings.iter().zip(&b.headings) {
+            let (in_a, in_b) = (&at_a.sets[i], &at_b.sets[i]);
+            ratios.push(in_b.impulse50_n_s / in_a.impulse50_n_s);
+            apart += usize::from(in_a.is_apart_from(in_b));
+        }
         ratios.sort_by(f64::total_cmp);
         let (least, most) = (ratios[0], ratios[ratios.len() - 1]);
-        let apart = both()
-            .filter(|(in_a, in_b)| in_a.is_apart_from(in_b))
-            .count();
         let apart = format!("at {apart} of {}", ratios.len());
-        let found =
+        let cells =
             [median(ratios).unwrap_or(f64::NAN), least, most].map(|ratio| format!("{ratio:.2}"));
         all.row(
             [cell(&set.name)]
                 .into_iter()
-                .chain(texts(found))
+                .chain(texts(cells))
                 .chain([cell(apart)]),
         );
     }

@@ -60,7 +60,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
             .map(|(i, joint)| (joint.name.clone(), value(i)))
             .collect()
     };
-    let sole = |foot: Foot| {
+    let [left, right] = Foot::BOTH.map(|foot| {
         let sole = &robot.soles[foot];
         json!({
             "link": robot.frames[sole.frame].name,
@@ -68,7 +68,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
             "width_m": 2.0 * sole.half_m[1],
             "thickness_m": sole.thickness_m,
         })
-    };
+    });
     let pairs = Pairs::new(robot);
     let touching: Vec<_> = pairs
         .touching_at_home
@@ -90,7 +90,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
             "omega_rad_s": robot.omega(),
         },
         "trunk": robot.links[robot.trunk].name,
-        "soles": { "left": sole(Foot::Left), "right": sole(Foot::Right) },
+        "soles": { "left": left, "right": right },
         "servos": by_joint(&|i| json!(robot.servos[i])),
         "hardest_on_one_leg": robot.hardest_on_one_leg().map(|(joint, share)| json!({
             "joint": robot.joints[joint].name,
@@ -122,8 +122,8 @@ pub fn description(robot: &Robot) -> String {
         robot.joints.len(),
         robot.mass()
     ));
-    let mut told = |mark: &str, what: String| line(wrapped(mark, &what).trim_end().into());
-    told(
+    let mut item = |mark: &str, what: String| line(wrapped(mark, &what).trim_end().into());
+    item(
         "home     ",
         format!(
             "the COM is at {}, {} mm (x, y) from the middle of the soles, {:.4} m above them; omega is {:.4} rad/s",
@@ -133,7 +133,7 @@ pub fn description(robot: &Robot) -> String {
             robot.omega()
         ),
     );
-    told(
+    item(
         "trunk    ",
         format!(
             "{} (it carries the IMU, and pushes act on it)",
@@ -143,7 +143,7 @@ pub fn description(robot: &Robot) -> String {
     for foot in Foot::BOTH {
         let sole = &robot.soles[foot];
         let center = kinematics.sole_pose(robot, foot).translation;
-        told(
+        item(
             "sole     ",
             format!(
                 "{}: {} x {} x {} mm (x, y, z), at home centred at {}, {} mm",
@@ -158,18 +158,18 @@ pub fn description(robot: &Robot) -> String {
     }
     if let Some((joint, share)) = robot.hardest_on_one_leg() {
         let (name, percent) = (&robot.joints[joint].name, 100.0 * share);
-        told(
+        item(
             "one leg  ",
             format!("carries the robot with {percent:.0} % of the torque of {name}"),
         );
     }
     let noise = &robot.noise;
-    told("ground   ", format!("friction {}", robot.friction));
-    told(
+    item("ground   ", format!("friction {}", robot.friction));
+    item(
         "delay    ",
         format!("{} ms from sensing to torque", 1e3 * robot.delay_s),
     );
-    told(
+    item(
         "noise    ",
         format!(
             "encoders {} rad, gyro {} rad/s, orientation {} rad, accelerometer {} m/s^2, soles {} N and {} N m",
@@ -182,7 +182,7 @@ pub fn description(robot: &Robot) -> String {
         ),
     );
     let pairs = Pairs::new(robot);
-    told(
+    item(
         "contact  ",
         format!(
             "{} pairs of links collide: of both legs, and of an arm with trunk, legs and the other arm; {} more touch at home, \
@@ -191,7 +191,7 @@ pub fn description(robot: &Robot) -> String {
             pairs.touching_at_home.len()
         ),
     );
-    reach_text(robot, &mut told);
+    reach_text(robot, &mut item);
     line("\nTree of links: mass of each moving link, and in brackets what is fixed to it".into());
     tree_text(robot, 0, 1, &mut line);
     line(format!(
@@ -205,32 +205,31 @@ pub fn description(robot: &Robot) -> String {
     ] {
         if !sentences.is_empty() {
             line(format!("\n{heading}"));
-            sentences
-                .iter()
-                .for_each(|sentence| line(wrapped("  - ", sentence).trim_end().into()));
+            for sentence in sentences {
+                line(wrapped("  - ", sentence).trim_end().into());
+            }
         }
     }
     text
 }
 
 /// Writes where a foot can land, and whether the motors can swing it there in the time that the settings state.
-fn reach_text(robot: &Robot, told: &mut impl FnMut(&str, String)) {
+fn reach_text(robot: &Robot, item: &mut impl FnMut(&str, String)) {
     if robot.reach.is_empty() {
-        return told("reach    ", "not given".into());
+        return item("reach    ", "not given".into());
     }
     let about = "where a foot can land: offsets from the stance sole's centre, x forward and y to the side of the swing foot, and \
                  the time of the swing (`limit` uses this)";
-    told("reach    ", about.into());
+    item("reach    ", about.into());
     for region in &robot.reach {
         let ([x0, x1], [y0, y1]) = (region.x_m, region.y_m);
-        let mm = |length_m: f64| short(1e3 * length_m);
         let around = match region.sideways_from {
             0.0 => String::new(),
             share => format!(", sideways from {share} of it on"),
         };
-        let [x0, x1, y0, y1] = [x0, x1, y0, y1].map(mm);
+        let [x0, x1, y0, y1] = [x0, x1, y0, y1].map(|length_m| short(1e3 * length_m));
         let (name, time_s) = (&region.name, region.swing_time_s);
-        told(
+        item(
             "         ",
             format!("{name}: x {x0} to {x1} mm, y {y0} to {y1} mm, in {time_s} s{around};"),
         );
@@ -245,7 +244,7 @@ fn reach_text(robot: &Robot, told: &mut impl FnMut(&str, String)) {
             }
             None => "WARNING: the legs do not reach all of it".into(),
         };
-        told("           ", needs);
+        item("           ", needs);
     }
 }
 

@@ -1,7 +1,6 @@
 //! The findings of a running campaign, in a sentence or two: above the progress bar of a terminal, and in a log.
 
 use standfast_stats::decision::PairVerdict;
-use standfast_stats::rate::SuccessCount;
 use standfast_study::verdict::so_far::SoFar;
 
 /// Largest number of controllers that are named.
@@ -12,14 +11,14 @@ pub fn sentence(so_far: &SoFar) -> String {
     if so_far.trials == 0 {
         return String::new();
     }
-    let rate = |(name, count): &&(String, SuccessCount)| {
-        let [rate, least, most] =
-            [count.success_rate, count.ci95[0], count.ci95[1]].map(|share| 100.0 * share);
-        format!("{name} {rate:.0} % ({least:.0}-{most:.0})")
-    };
     let mut by_rate: Vec<_> = so_far.sets.iter().collect();
     by_rate.sort_by(|(_, a), (_, b)| b.success_rate.total_cmp(&a.success_rate));
-    let mut sets: Vec<String> = by_rate.iter().take(NAMED).map(rate).collect();
+    let mut sets = Vec::new();
+    for (name, count) in by_rate.into_iter().take(NAMED) {
+        let [rate, least, most] =
+            [count.success_rate, count.ci95[0], count.ci95[1]].map(|share| 100.0 * share);
+        sets.push(format!("{name} {rate:.0} % ({least:.0}-{most:.0})"));
+    }
     if so_far.sets.len() > NAMED {
         sets.push(format!("{} more less often", so_far.sets.len() - NAMED));
     }
@@ -28,13 +27,13 @@ pub fn sentence(so_far: &SoFar) -> String {
         .iter()
         .filter(|pair| pair.verdict != PairVerdict::Open)
         .count();
-    let told = match (so_far.pairs.len(), decided) {
+    let apart = match (so_far.pairs.len(), decided) {
         (0, _) => String::new(),
         (_, 0) => "; no two can be told apart yet".into(),
         (pairs, decided) => format!("; {decided} of {pairs} pairs can be told apart"),
     };
     format!(
-        "after {} trials, not final: {}{told}",
+        "after {} trials, not final: {}{apart}",
         so_far.trials,
         sets.join(", ")
     )

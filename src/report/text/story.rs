@@ -111,8 +111,10 @@ pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String>
         .iter()
         .map(|footstep| {
             let Footstep { foot, lift_s, land_s, from_m, to_m, zmp_error_m, in_set_at_landing } = footstep;
-            let side = |is_in: bool| if is_in { "in" } else { "outside of" };
-            let landing = in_set_at_landing.map(|is_in| format!(". At the landing the state was {} the new CPI sets", side(is_in)));
+            let landing = in_set_at_landing.map(|is_in| {
+                let side = if is_in { "in" } else { "outside of" };
+                format!(". At the landing the state was {side} the new CPI sets")
+            });
             format!(
                 "{} foot: lifted at t = {lift_s:.3} s{}, landed at t = {land_s:.3} s. The sole moved from {} to {} mm{}",
                 foot.name(),
@@ -181,11 +183,11 @@ impl EpisodeReport<'_> {
         head["variation"] = varied
             .map(|(name, value)| (name.to_string(), json!(value)))
             .collect();
-        let mut told = with_fields_of(head, &self.record);
-        told["footsteps"] = json!(self.record.footsteps.taken);
-        told["unfinished_footstep"] = json!(self.record.footsteps.lifted);
-        told["totals"] = json!(self.record.totals.0);
-        told
+        let mut report = with_fields_of(head, &self.record);
+        report["footsteps"] = json!(self.record.footsteps.taken);
+        report["unfinished_footstep"] = json!(self.record.footsteps.lifted);
+        report["totals"] = json!(self.record.totals.0);
+        report
     }
 
     /// A few lines on what happened and why, and on the meaning of the outcomes.
@@ -252,8 +254,8 @@ impl EpisodeReport<'_> {
                 ),
             );
         }
-        if let Some(told) = self.sets() {
-            line("sets", told);
+        if let Some(sets) = self.sets() {
+            line("sets", sets);
         }
         for text in footsteps(&record.footsteps.taken, record.footsteps.lifted.as_ref()) {
             line("footstep", text);
@@ -277,8 +279,8 @@ impl EpisodeReport<'_> {
         if let (Some(at), Some(links)) = (record.legs_met_at_s, &record.legs_met) {
             line("legs", format!("they met at t = {at:.3} s: {links}"));
         }
-        if let Some(told) = self.torque() {
-            line("torque", told);
+        if let Some(torque) = self.torque() {
+            line("torque", torque);
         }
         line(
             "peaks",
@@ -291,12 +293,12 @@ impl EpisodeReport<'_> {
             record.totals.get("gain_switches"),
             factory.regions.len() > 1,
         ) {
-            let told = match switches as u64 {
+            let switched = match switches as u64 {
                 0 => "none: the fastest gain acted all the time".into(),
                 1 => "the controller switched or restarted its gain once".into(),
                 n => format!("the controller switched or restarted its gain {n} times"),
             };
-            line("switches", told);
+            line("switches", switched);
         }
         text
     }
@@ -369,11 +371,11 @@ impl EpisodeReport<'_> {
         let Some(side) = record.promise_margin.map(Membership::of_margin) else {
             return left_at_s.map(|at| format!("the state left {the_set} at t = {at:.3} s"));
         };
-        let margin = |m: Option<f64>| {
-            m.filter(|m| m.is_finite())
-                .map_or("none".into(), |m| format!("{m:.2}"))
-        };
-        let [margin, margin_est] = [record.promise_margin, record.promise_margin_est].map(margin);
+        let [margin, margin_est] =
+            [record.promise_margin, record.promise_margin_est].map(|margin| match margin {
+                Some(margin) if margin.is_finite() => format!("{margin:.2}"),
+                _ => "none".into(),
+            });
         let margins = format!("(margin {margin}; of the estimated state {margin_est})");
         let stepped = record.footsteps.has_begun();
         let recovered = record.outcome == Outcome::Recovered;

@@ -50,12 +50,12 @@ fn table(task: &Task, tuned: Option<&Tuned>) -> String {
     let head = tuned.map_or("", |_| "   proposed   alone, points");
     let mut text = format!("  {:width$}        now{head}   range\n", "key");
     for (i, tunable) in task.tunables.iter().enumerate() {
-        let found = tuned.map_or(String::new(), |tuned| {
+        let proposed = tuned.map_or(String::new(), |tuned| {
             format!(" {:10}   {:>13}", tuned.proposed[i], alone(tuned, i))
         });
         let [from, to] = tunable.range;
         text += &format!(
-            "  {:width$} {:10}{found}   {from} to {to}\n",
+            "  {:width$} {:10}{proposed}   {from} to {to}\n",
             tunable.key, tunable.now
         );
     }
@@ -101,13 +101,10 @@ pub fn text(tuned: &Tuned) -> String {
 
 /// A sentence on the result of a final campaign.
 pub fn sentence(tuned: &Tuned, verdict: &CaseVerdict) -> String {
-    let rate = |count: u64| {
-        format!(
-            "{:.1} %",
-            100.0 * count as f64 / verdict.trials.max(1) as f64
-        )
-    };
-    let [before, after] = verdict.recovered.map(rate);
+    let [before, after] = verdict.recovered.map(|count| {
+        let rate = 100.0 * count as f64 / verdict.trials.max(1) as f64;
+        format!("{rate:.1} %")
+    });
     let [from, to] = verdict.ci95.map(|end| signed(100.0 * end, 1));
     format!(
         "{} in {}: {} recovers from {after} and {} from {before} of {} pushes that the search has not seen (trials 0 to {} \

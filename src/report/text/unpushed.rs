@@ -102,7 +102,7 @@ impl UnpushedCheck<'_> {
             format!(", {}", factory.about)
         };
         let period_ms = 1e3 * config.control_period_s;
-        let told = [
+        let mut lines = vec![
             ("controller", format!("{}{about}", factory.name)),
             (
                 "robot",
@@ -123,20 +123,17 @@ impl UnpushedCheck<'_> {
                 ),
             ),
         ];
-        let contract = self
-            .contract
-            .iter()
-            .map(|contract| ("contract", contract.told()));
-        let told: String = told
-            .into_iter()
-            .chain(contract)
-            .map(|(label, what)| entry(label, &what))
-            .collect();
-        let tables = [self.observed(), self.first()]
-            .into_iter()
-            .flatten()
-            .map(|table| format!("\n{}", table.text()));
-        told + &tables.collect::<String>()
+        if let Some(contract) = &self.contract {
+            lines.push(("contract", contract.told()));
+        }
+        let mut text = String::new();
+        for (label, what) in lines {
+            text += &entry(label, &what);
+        }
+        for table in [self.observed(), self.first()].into_iter().flatten() {
+            text += &format!("\n{}", table.text());
+        }
+        text
     }
 
     /// The first observation of the controller.
@@ -225,17 +222,17 @@ impl UnpushedCheck<'_> {
     }
 
     fn repeats(&self) -> String {
-        let differs = |(at_s, what): (f64, &str), when: &str| {
-            format!(
-                "WARNING: {when}, {what} differs from {at_s:.3} s on. Its results depend on which trials came before, and \
-                 no replay of it is exact. An episode must follow from its readings and its seed alone"
-            )
+        let (when, (at_s, what)) = match (self.again, self.anew) {
+            (Some(difference), _) => ("in a second episode", difference),
+            (None, Some(difference)) => ("started anew", difference),
+            (None, None) => {
+                return "the same to the bit in a second episode, and started anew".into();
+            }
         };
-        match (self.again, self.anew) {
-            (Some(found), _) => differs(found, "in a second episode"),
-            (None, Some(found)) => differs(found, "started anew"),
-            (None, None) => "the same to the bit in a second episode, and started anew".into(),
-        }
+        format!(
+            "WARNING: {when}, {what} differs from {at_s:.3} s on. Its results depend on which trials came before, and \
+             no replay of it is exact. An episode must follow from its readings and its seed alone"
+        )
     }
 
     pub fn json(&self) -> Value {
@@ -247,17 +244,18 @@ impl UnpushedCheck<'_> {
             ..
         } = self;
         let record = &alone.record;
-        let joint = |(i, joint): (usize, &standfast_core::robot::Joint)| {
-            let command = alone.first()?;
-            let [kp, kd] = self.gains(i);
-            Some(json!({
-                "joint": joint.name, "q_rad": robot.home_rad[i], "q_ref_rad": command.q_ref[i],
-                "dq_ref_rad_s": command.dq_ref[i], "tau_ff_n_m": command.tau_ff[i], "kp": kp, "kd": kd,
-            }))
-        };
-        let differs = |found: Option<(f64, &str)>| {
-            found.map(|(at_s, what)| json!({ "at_s": at_s, "what": what }))
-        };
+        let mut commands = Vec::new();
+        if let Some(command) = alone.first() {
+            for (i, joint) in robot.joints.iter().enumerate() {
+                let [kp, kd] = self.gains(i);
+                commands.push(json!({
+                    "joint": joint.name, "q_rad": robot.home_rad[i], "q_ref_rad": command.q_ref[i],
+                    "dq_ref_rad_s": command.dq_ref[i], "tau_ff_n_m": command.tau_ff[i], "kp": kp, "kd": kd,
+                }));
+            }
+        }
+        let [again, anew] = [self.again, self.anew]
+            .map(|difference| difference.map(|(at_s, what)| json!({ "at_s": at_s, "what": what })));
         json!({
             "controller": factory.name,
             "robot": robot.name,
@@ -270,14 +268,14 @@ impl UnpushedCheck<'_> {
             "peak_tilt_deg": record.peak_tilt_deg,
             "late_com_speed_m_s": alone.late_com_speed_m_s,
             "left_first": alone.left_first.map(|(i, at_s)| json!({ "joint": robot.joints[i].name, "at_s": at_s })),
-            "differs_in_a_second_episode": differs(self.again),
-            "differs_started_anew": differs(self.anew),
+            "differs_in_a_second_episode": again,
+            "differs_started_anew": anew,
             "contract": self.contract.as_ref().map(|contract| json!({
                 "pairs": contract.pairs, "largest_difference": contract.largest, "is_kept": contract.first_apart.is_none(),
             })),
             "first_observation": alone.observed.iter().map(|(name, numbers)| json!({ "term": name, "numbers": numbers })).collect::<Vec<_>>(),
             "tick_s": alone.tick_s,
-            "first_command": robot.joints.iter().enumerate().filter_map(joint).collect::<Vec<_>>(),
+            "first_command": commands,
         })
     }
 }

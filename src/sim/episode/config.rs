@@ -3,6 +3,7 @@
 use crate::plant::Clock;
 use crate::{Engine, PhysicsStep, Push, SensorErrors, Variation};
 use serde::{Deserialize, Serialize};
+use standfast_core::error::{Error, Result};
 use standfast_core::robot::Units;
 
 /// Thresholds by which an episode is judged.
@@ -61,6 +62,9 @@ impl Counts {
 /// The usual period of a controller (s). It depends on a robot's electronics, not on its size.
 pub const CONTROL_PERIOD_S: f64 = 0.002;
 
+/// Most control ticks of an episode that is written or drawn.
+const MOST_TICKS: f64 = 200_000.0;
+
 /// Settings that all episodes of a campaign share.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -96,6 +100,22 @@ impl EpisodeConfig {
             physics_step_s: self.physics_step_s.of(self.engine),
             control_period_s: self.control_period_s,
         }
+    }
+
+    /// Fails if an episode can become so long that its ticks fill the memory.
+    pub fn check_length(&self) -> Result<()> {
+        let most_s = MOST_TICKS * self.control_period_s;
+        if self.horizon_s <= most_s {
+            return Ok(());
+        }
+        let problem = "is too long to be kept tick by tick, for a trace, plot, film or replay";
+        Err(Error::value(
+            "episode",
+            "horizon_s",
+            self.horizon_s,
+            problem,
+            format!("up to {most_s}"),
+        ))
     }
 
     /// The condition that ends an episode of a campaign.

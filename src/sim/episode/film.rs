@@ -80,6 +80,16 @@ impl Film {
         })
     }
 
+    /// Time (s) at which a film can end. A plot ends at a fall, since COM and ZMP of a body on the ground tell nothing. A
+    /// film goes on, and shows how the robot comes to lie.
+    pub fn end_of_interest_s(&self) -> f64 {
+        let aftermath_s = match self.record.fell_at_s {
+            Some(_) => Self::AFTERMATH_S,
+            None => 0.0,
+        };
+        self.record.end_of_interest_s() + aftermath_s
+    }
+
     /// Distance from the origin beyond which the robot counts as flown off (m).
     pub fn farthest_m(&self) -> f64 {
         FARTHEST * self.robot.home_com_height()

@@ -4,6 +4,7 @@
 
 mod closed_loop;
 mod config;
+mod episode_run;
 pub mod film;
 pub mod footsteps;
 pub mod parting;
@@ -16,6 +17,7 @@ pub mod unpushed;
 
 pub use closed_loop::{ClosedLoop, caught, run};
 pub use config::{CONTROL_PERIOD_S, Counts, Disturbance, EpisodeConfig, Judge, Until};
+pub use episode_run::EpisodeRun;
 pub use film::Film;
 pub use footsteps::{Footstep, FootstepLog, Lifted};
 pub use record::{Membership, Outcome, Record, Totals};

@@ -127,6 +127,20 @@ pub struct Record {
     pub totals: Totals,
 }
 
+/// How long plots, films and pictures go on after the robot has come to stand still (s).
+const REST_S: f64 = 0.5;
+
+impl Record {
+    /// Time (s) after which nothing of interest happens: the time of the fall or, with `REST_S` to spare, the time at
+    /// which the robot stands still and, if it gets home, is home.
+    pub fn end_of_interest_s(&self) -> f64 {
+        let settled_s = self
+            .settled_at_s
+            .map(|settled_at_s| settled_at_s.max(self.home_at_s.unwrap_or(settled_at_s)) + REST_S);
+        self.fell_at_s.or(settled_s).unwrap_or(self.end_s)
+    }
+}
+
 /// Numbers that a controller reports for a whole episode, by their names. A file has them as the text of one JSON
 /// object.
 #[derive(Debug, Clone, PartialEq, Default)]

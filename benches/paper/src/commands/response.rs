@@ -82,10 +82,9 @@ pub fn run(args: &ResponseArgs) -> Result<ExitCode> {
         &crate::gain_set(&args.gains)?,
         config.control_period_s,
     )?;
-    design
-        .warning
-        .iter()
-        .for_each(|warning| log::warn!("{warning}"));
+    if let Some(warning) = &design.warning {
+        log::warn!("{warning}");
+    }
     let experiment = Experiment {
         axis: args.axis,
         amplitude_m: args.amplitude,

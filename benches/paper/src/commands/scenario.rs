@@ -6,7 +6,7 @@ use crate::render::imposed::ImposedStory;
 use crate::scenario::{Cause, Imposed, Scenario};
 use serde_json::json;
 use standfast::commands::arguments::{CheckArgs, ENGINES, fine, one_of};
-use standfast::commands::episode::{EpisodeRun, OutputArgs, command_line};
+use standfast::commands::episode::{self, OutputArgs, command_line};
 use standfast::commands::terminal::print;
 use standfast::controllers;
 use standfast::core::control::Design;
@@ -15,7 +15,7 @@ use standfast::report;
 use standfast::report::figure::motion::MotionPlot;
 use standfast::report::text::layout::wrapped;
 use standfast::sim::Engine;
-use standfast::sim::episode::Disturbance;
+use standfast::sim::episode::{Disturbance, EpisodeRun};
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -63,10 +63,9 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     config.engine = args.engine.unwrap_or(config.engine);
     let gains = args.gains.as_ref().unwrap_or(&scenario.gains);
     let factory = controllers::load(gains)?.prepare(&robot, config.control_period_s)?;
-    factory
-        .warning
-        .iter()
-        .for_each(|warning| log::warn!("{warning}"));
+    if let Some(warning) = &factory.warning {
+        log::warn!("{warning}");
+    }
     if matches!(cause, Cause::Imposed(_)) {
         check_without_physics(args)?;
     }
@@ -90,13 +89,8 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
                 pushes: vec![push],
                 ..Disturbance::default()
             };
-            case.run(
-                disturbance,
-                &args.outputs,
-                args.json,
-                command_line("standfast-paper"),
-            )?
-            .0
+            let command = command_line("standfast-paper");
+            episode::run(case, disturbance, &args.outputs, args.json, command)?.0
         }
         Cause::Imposed(error) => {
             let design = Design::new(&robot, &crate::gain_set(gains)?, config.control_period_s)?;
@@ -186,18 +180,18 @@ fn impose(
             plot.push(robot, tick);
         },
     )?;
-    let told = ImposedStory {
+    let story = ImposedStory {
         scenario: &scenario.name,
         gain_set: &design.family.name,
         start: error.start,
         record,
     };
     if let Some(path) = &args.outputs.plot {
-        plot.write(path, &told.headline())?;
+        plot.write(path, &story.headline())?;
     }
     Ok(if args.json {
-        report::json(&told.as_json())
+        report::json(&story.as_json())
     } else {
-        told.text()
+        story.text()
     })
 }

@@ -55,15 +55,16 @@ fn panel(
     let room = 0.1 * (high - low);
     let mut panel = Panel::new(860.0, 290.0);
     // On the x axis, places are the logarithms of frequencies.
-    let number = |hz: f64| (hz.log10(), short(hz, 1));
-    let labelled = LABELLED_HZ
+    let ticks = LABELLED_HZ
         .into_iter()
-        .filter(|labelled| (hz[0]..=hz[1]).contains(labelled));
+        .filter(|labelled| (hz[0]..=hz[1]).contains(labelled))
+        .map(|labelled| (labelled.log10(), short(labelled, 1)))
+        .collect();
     let (from, to) = (hz[0].log10(), hz[1].log10());
     let x = Axis {
         name: "frequency [Hz]".into(),
         ends: [from, to],
-        ticks: labelled.map(number).collect(),
+        ticks,
     };
     panel.axes(
         [60.0, 10.0, 844.0, 246.0],
@@ -91,8 +92,8 @@ fn panel(
     );
     let place = |p: &Point| [p.frequency_hz.log10(), of(p)];
     panel.polyline("s0", points.iter().map(place));
-    points
-        .iter()
-        .for_each(|p| panel.circle("s0", place(p), 4.0));
+    for point in points {
+        panel.circle("s0", place(point), 4.0);
+    }
     panel
 }

@@ -3,7 +3,7 @@
 
 use crate::response::{self, Axis, Bandwidth, Experiment, Point};
 use serde_json::{Value, json};
-use standfast::core::lipm::gains::{Gain, GainFamily};
+use standfast::core::lipm::gains::GainFamily;
 use standfast::report::text::layout::wrapped;
 use std::fmt::Write;
 
@@ -44,11 +44,14 @@ impl<'a> Response<'a> {
 
     /// The fastest pole on the axis, as a multiple of -omega.
     fn fastest_pole(&self) -> f64 {
-        let poles = |gain: &Gain| match self.axis {
-            Axis::X => gain.x.poles,
-            Axis::Y => gain.y.poles,
-        };
-        self.family.gains.iter().flat_map(poles).fold(0.0, f64::max)
+        self.family
+            .gains
+            .iter()
+            .flat_map(|gain| match self.axis {
+                Axis::X => gain.x.poles,
+                Axis::Y => gain.y.poles,
+            })
+            .fold(0.0, f64::max)
     }
 
     /// The fastest pole on the axis (rad/s, positive).
@@ -85,9 +88,9 @@ impl<'a> Response<'a> {
             self.axis_name(),
             1e3 * self.amplitude_m,
         );
-        let mut line = |what: String| _ = writeln!(text, "{what}");
         for p in &self.points {
-            line(format!(
+            _ = writeln!(
+                text,
                 "{:6.2} Hz  {:8.2}  {:5.3}  {:5.1} deg  {:4.1} ms  {:14.2}",
                 p.frequency_hz,
                 p.angular_frequency() / omega,
@@ -95,7 +98,7 @@ impl<'a> Response<'a> {
                 p.phase_deg,
                 1e3 * p.delay_s(),
                 p.sensitivity
-            ));
+            );
         }
         let most = self.points.last().map_or(0.0, Point::angular_frequency);
         let shown = |limit: Option<f64>| match limit {
@@ -111,7 +114,7 @@ impl<'a> Response<'a> {
         } else {
             "The ZMP lags behind what the CPI sets assume."
         };
-        let told = format!(
+        let conclusion = format!(
             "The gain falls to -3 dB {}, and the phase reaches -45 degrees {}. The fastest pole, {fastest} omega = \
              {pole:.1} rad/s, is {} the -45 degrees bandwidth and {} the -3 dB bandwidth. {follows}",
             shown(self.bandwidth.gain_rad_s),
@@ -120,7 +123,7 @@ impl<'a> Response<'a> {
             side(gain),
         );
         text += "\n";
-        text += &wrapped("", &told);
+        text += &wrapped("", &conclusion);
         text
     }
 }

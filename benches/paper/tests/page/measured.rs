@@ -351,9 +351,9 @@ fn the_table_tells_what_other_pushes_lead_to() {
     let told = list(&numbers("12")["footstep_off_push_deg"]);
     for (told, off_deg) in told[2..].iter().zip(&off_deg) {
         assert_eq!(told.is_null(), off_deg.is_none());
-        off_deg
-            .iter()
-            .for_each(|off_deg| near(told, *off_deg, 1e-6));
+        if let Some(off_deg) = off_deg {
+            near(told, *off_deg, 1e-6);
+        }
     }
     assert_eq!((told.len(), &told[1]), (8, &told[5]));
     let worst = off_deg[..6]

@@ -68,18 +68,19 @@ pub fn run(args: &PageArgs) -> Result<ExitCode> {
 
 /// All claims and numbers as one JSON object.
 fn as_json(study: &Study, page: &Page, numbers: &Value) -> String {
-    let figure = |Figure { words, claims, .. }: &Figure| {
-        json!({
+    let mut figures = Vec::new();
+    for Figure { words, claims, .. } in &page.figures {
+        figures.push(json!({
             "figure": words.number, "file": words.file, "title": words.title, "verdicts": counts(claims),
             "claims": claims, "numbers": numbers[&words.number],
-        })
-    };
+        }));
+    }
     report::json(&json!({
         "robot": study.robot.name,
         "gains": study.design.family.name,
         "verdicts": counts(page.claims()),
         "found": page.found,
-        "figures": page.figures.iter().map(figure).collect::<Vec<_>>(),
+        "figures": figures,
         "not_made": page.not_made,
         "update_time": numbers["update_time"],
     }))

@@ -13,9 +13,9 @@ use standfast::core::lipm::capture;
 use standfast::core::lipm::cpi_set::{CpiSet, Inclusion};
 use standfast::core::lipm::gains::{Gain, GainPoles};
 use standfast::core::lipm::pendulum::State;
-use standfast::core::robot::{Foot, Joint, Kinematics, Robot};
-use standfast::sim::episode::{Footstep, Outcome, Record, Snapshot};
-use standfast::sim::{Profile, Push};
+use standfast::core::robot::{Foot, Kinematics, Robot};
+use standfast::sim::Profile;
+use standfast::sim::episode::{Footstep, Outcome};
 use standfast::study::ask::standing_bound::StandingBound;
 
 /// Poles over -omega of two gains, slow to fast, whose CPI sets do not nest.
@@ -82,15 +82,16 @@ fn inclusion(study: &Study) -> Result<Value> {
     let quickens = settles
         .windows(2)
         .all(|pair| matches!(pair, [Some(slow), Some(fast)] if fast < slow));
-    let set = |(i, set): (usize, &CpiSet)| {
+    let mut of_sets = Vec::new();
+    for (i, set) in sets.iter().enumerate() {
         let [forward, left] = impulses[i];
-        json!({
+        of_sets.push(json!({
             "gain": set.gain, "poles": family.gains[i].x.poles, "k": set.horizon, "rows": set.set.rows.nrows(),
             "impulse_n_s": { "forward": forward, "left": left }, "home_after_s": settles[i],
-        })
-    };
+        }));
+    }
     Ok(json!({
-        "sets": sets.iter().enumerate().map(set).collect::<Vec<_>>(),
+        "sets": of_sets,
         "nested": study.inclusion.failures().is_empty(),
         "ordered": shrinks && quickens,
         "home_after_s_slowest_and_switching": [alone, switching],
@@ -235,14 +236,16 @@ fn unloaded(pushed: &Pushed) -> Vec<(Foot, [f64; 2])> {
     let after: Vec<_> = ticks
         .filter(|(moment, _)| span_s.contains(&moment.time_s))
         .collect();
-    let spans_of = |foot: Foot| {
-        let runs = after
-            .chunk_by(move |(_, a), (_, b)| a[foot] == b[foot])
-            .filter(move |run| !run[0].1[foot]);
-        let spans = runs.map(move |run| (foot, [run[0].0.time_s, run[run.len() - 1].0.time_s]));
-        spans.filter(|(_, [from, to])| to - from >= LIFTED_S)
-    };
-    Foot::BOTH.into_iter().flat_map(spans_of).collect()
+    let mut spans = Vec::new();
+    for foot in Foot::BOTH {
+        for run in after.chunk_by(|(_, a), (_, b)| a[foot] == b[foot]) {
+            let [from, to] = [run[0], run[run.len() - 1]].map(|(moment, _)| moment.time_s);
+            if !run[0].1[foot] && to - from >= LIFTED_S {
+                spans.push((foot, [from, to]));
+            }
+        }
+    }
+    spans
 }
 
 /// The ZMP error for which a footstep was taken (m), which our own controller always states.
@@ -284,12 +287,13 @@ fn decision(study: &Study) -> Value {
 fn machine(study: &Study) -> Value {
     let robot = &study.robot;
     let limb = |words: [&str; 3]| {
-        let of_limb = |joint: &&Joint| {
-            words
-                .iter()
-                .any(|word| joint.name.starts_with(&format!("left_{word}")))
-        };
-        robot.joints.iter().filter(of_limb).count()
+        let joints = robot
+            .joints
+            .iter()
+            .filter_map(|joint| joint.name.strip_prefix("left_"));
+        joints
+            .filter(|name| words.iter().any(|word| name.starts_with(word)))
+            .count()
     };
     let left = robot.joints.iter().enumerate().filter_map(|(i, joint)| {
         Some(json!({
@@ -400,14 +404,15 @@ fn pushed(study: &Study, pushed: &Pushed) -> Value {
 
 /// Adds to the numbers of Fig. 12 the angle between each push and its footstep.
 fn with_directions(study: &Study, mut numbers: Value) -> Value {
-    let off = |(push, record): (&Push, &Record)| {
-        let way = Vector2::from(way(record.footsteps.taken.first()?));
-        Some(push.direction().xy().angle(&way).to_degrees())
-    };
     let runs = study
         .records()
         .take(study.pushes.len() + HEADINGS_DEG.len());
-    numbers["footstep_off_push_deg"] = runs.map(off).collect();
+    numbers["footstep_off_push_deg"] = runs
+        .map(|(push, record)| {
+            let way = Vector2::from(way(record.footsteps.taken.first()?));
+            Some(push.direction().xy().angle(&way).to_degrees())
+        })
+        .collect();
     numbers
 }
 
@@ -427,7 +432,8 @@ fn with_turns(study: &Study, mut numbers: Value) -> Value {
     let plain = study.by_plain_distance(&pushed.lift);
     let plain =
         plain.map(|(error, foot)| json!({ "zmp_error_m": [error.x, error.y], "foot": foot }));
-    let tried = |(push, record): (&Push, &Record)| {
+    let mut tried = Vec::new();
+    for (push, record) in study.records().skip(study.pushes.len()) {
         let asked = record.footsteps.taken.first().map(|f| f.zmp_error_m);
         let asked = asked.or(record.footsteps.lifted.map(|f| f.zmp_error_m));
         let end = match (record.outcome, asked.is_none()) {
@@ -436,41 +442,35 @@ fn with_turns(study: &Study, mut numbers: Value) -> Value {
             (_, true) => "does not step and does not recover",
             (_, false) => "steps and falls",
         };
-        json!({
+        tried.push(json!({
             "push": push, "outcome": record.outcome, "fell_at_s": record.fell_at_s, "settled_at_s": record.settled_at_s,
             "asked_m": asked, "footsteps": record.footsteps.taken, "end": end,
-        })
-    };
+        }));
+    }
     numbers["most_yaw_deg"] = json!(most);
     numbers["last_yaw_deg"] = json!(yaws.last());
     numbers["by_plain_distance"] = json!(plain);
-    numbers["tried"] = study
-        .records()
-        .skip(study.pushes.len())
-        .map(tried)
-        .collect();
+    numbers["tried"] = tried.into();
     numbers
 }
 
 /// Fig. 14: responses to pushes over time.
 fn pushed_responses(study: &Study) -> Value {
     let [a, b] = study.pushes.each_ref().map(zmp_errors);
-    let at_limit = |pushed: &Pushed| -> Map<String, Value> {
-        let joints = study
-            .robot
-            .joints
-            .iter()
-            .zip(&pushed.seen.at_limit_s)
-            .filter(|(_, time_s)| **time_s > 0.0);
+    let at_limit = study.pushes.each_ref().map(|pushed| {
+        let mut joints = Map::new();
+        for (joint, time_s) in study.robot.joints.iter().zip(&pushed.seen.at_limit_s) {
+            if *time_s > 0.0 {
+                joints.insert(joint.name.clone(), json!(time_s));
+            }
+        }
         joints
-            .map(|(joint, time_s)| (joint.name.clone(), json!(time_s)))
-            .collect()
-    };
+    });
     json!({
         "zmp_error_rms_m": { "push_behind": a, "push_diagonal": b },
         "home_at_s": study.pushes.each_ref().map(|pushed| pushed.film.record.home_at_s),
         "soles_without_load_s": study.pushes.each_ref().map(unloaded),
-        "joints_at_torque_limit_s": study.pushes.each_ref().map(at_limit),
+        "joints_at_torque_limit_s": at_limit,
     })
 }
 
@@ -479,8 +479,8 @@ fn pushed_responses(study: &Study) -> Value {
 fn zmp_errors(pushed: &Pushed) -> [f64; 2] {
     let Footstep { foot, land_s, .. } = pushed.footstep;
     let moments = pushed.motion.moments.iter().zip(&pushed.seen.loaded);
-    let is_swing = |moment: &Snapshot| moment.in_air.is_some();
-    let in_air = moments.filter(|(s, loaded)| is_swing(s) && s.time_s < land_s && !loaded[foot]);
+    let in_air =
+        moments.filter(|(s, loaded)| s.in_air.is_some() && s.time_s < land_s && !loaded[foot]);
     let errors: Vec<[f64; 2]> = in_air
         .filter_map(|(s, _)| {
             s.zmp

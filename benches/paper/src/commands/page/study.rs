@@ -120,11 +120,15 @@ pub fn run() -> Result<Study> {
     for name in LIKE_IMPOSED {
         asked.push(push_of(&robot, name)?);
     }
-    let try_out = |asked: &(Push, EpisodeConfig)| Ok((asked.0, run(&factory, asked)?));
+
     // The runs do not depend on each other.
     let ((behind, diagonal), tried): (_, Result<Vec<_>>) = rayon::join(
         || rayon::join(|| pushed("push-behind"), || pushed("push-diagonal")),
-        || asked.par_iter().with_max_len(1).map(try_out).collect(),
+        || {
+            let each = asked.par_iter().with_max_len(1);
+            each.map(|asked| Ok((asked.0, run(&factory, asked)?)))
+                .collect()
+        },
     );
     let pushes = [behind?, diagonal?];
     let impose = |name: &str| -> Result<(ImposedRecord, MotionPlot)> {

@@ -100,23 +100,22 @@ pub fn measure(study: &Study) -> Value {
         .collect();
     let x = state.stacked();
     let stored_phi = spread(|| {
-        stored
-            .iter_mut()
-            .for_each(|stored| stored.update(black_box(&polygon)));
+        for stored in &mut stored {
+            stored.update(black_box(&polygon));
+        }
         for stored in &stored {
             black_box(stored.margin(black_box(&x)) >= 0.0);
         }
     });
     let by_stored = stored.iter().rposition(|stored| stored.margin(&x) >= 0.0);
-    let name = |gain: Option<usize>| {
-        gain.map_or("no gain".into(), |i| {
-            format!("gain {}", family.gains[i].name)
-        })
-    };
+    let chosen = [held, by_stored].map(|gain| match gain {
+        Some(i) => format!("gain {}", family.gains[i].name),
+        None => "no gain".into(),
+    });
     json!({
         "paper_ms": PAPER_MS, "repetitions": TIMES, "online": online, "stored_phi": stored_phi,
         "rows": stored.iter().map(|stored| stored.s.nrows()).sum::<usize>(),
-        "gains": family.gains.len(), "chosen": [name(held), name(by_stored)],
+        "gains": family.gains.len(), "chosen": chosen,
     })
 }
 

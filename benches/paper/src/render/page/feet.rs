@@ -24,12 +24,13 @@ pub fn decision(study: &Study) -> Vec<Panel> {
 /// Outline of D_L or D_R (eq. 27, 28), from the middle of the feet (m; x forward, y left).
 fn range(study: &Study, foot: Foot) -> Vec<Point2<f64>> {
     let (range, stance) = (&study.rules.range, study.sole_at_home(foot.other()));
-    let arc = |i: u32| {
+    let mut arc = Vec::new();
+    for i in 0..=60 {
         let (sin, cos) = (f64::from(i) * std::f64::consts::PI / 60.0).sin_cos();
         let outward = range.least_m + (range.outward_m - range.least_m) * sin;
-        stance + Vector2::new(range.forward_m * cos, foot.side() * outward)
-    };
-    (0..=60).map(arc).collect()
+        arc.push(stance + Vector2::new(range.forward_m * cos, foot.side() * outward));
+    }
+    arc
 }
 
 /// An example: both ranges, the arrow of each foot, and the landing place of the chosen one.

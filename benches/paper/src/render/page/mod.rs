@@ -52,9 +52,11 @@ impl Page {
             "period_s": family.pendulum.dt,
         });
         let teller = Teller::new(words, numbers, &design);
-        let figure = |words: &FigureWords| {
+        let found = teller.found()?;
+        let mut figures = Vec::new();
+        for words in &teller.words.figure {
             let numbers = &numbers[&words.number];
-            Ok(Figure {
+            figures.push(Figure {
                 words: words.clone(),
                 reading: teller.reading(words, numbers)?,
                 panels: panels(&words.number, study, numbers),
@@ -64,8 +66,8 @@ impl Page {
                     .map(|table| teller.table(table, numbers))
                     .transpose()?,
                 claims: teller.claims(&words.claims, numbers)?,
-            })
-        };
+            });
+        }
         let update = &numbers["update_time"];
         let on_update: &[String] = if update.is_null() {
             &[]
@@ -73,13 +75,8 @@ impl Page {
             &teller.words.update_time
         };
         Ok(Self {
-            found: teller.found()?,
-            figures: teller
-                .words
-                .figure
-                .iter()
-                .map(figure)
-                .collect::<Result<_>>()?,
+            found,
+            figures,
             update_claims: teller.claims(on_update, update)?,
             repetitions: update["repetitions"].clone(),
             not_made: teller.words.not_made,
@@ -157,21 +154,17 @@ impl Figure {
             w if w < 600.0 => "halves",
             _ => "wide",
         };
-        let label = |i: usize| {
-            format!(
-                "role=\"img\" aria-label=\"Fig. {}, part {}\"",
-                self.words.number,
-                i + 1
-            )
-        };
-        let panels: Vec<String> = self
-            .panels
-            .iter()
-            .enumerate()
-            .map(|(i, panel)| panel.svg(&label(i)))
+        let number = &self.words.number;
+        let panels: Vec<String> = (1..)
+            .zip(&self.panels)
+            .map(|(part, panel)| {
+                panel.svg(&format!(
+                    "role=\"img\" aria-label=\"Fig. {number}, part {part}\""
+                ))
+            })
             .collect();
         json!({
-            "number": self.words.number, "title": self.words.title, "reading": self.reading, "layout": layout,
+            "number": number, "title": self.words.title, "reading": self.reading, "layout": layout,
             "panels": panels, "table": self.table, "claims": self.claims, "counts": told(&self.claims),
         })
     }

@@ -176,12 +176,14 @@ pub fn pushed(study: &Study, pushed: &Pushed) -> Vec<Panel> {
         middle(&pushed.footstep) - ARROW_M * pushed.push.direction().xy(),
         fov_deg,
     );
-    let shown = |(i, what): (usize, &str)| {
+    let mut panels = Vec::new();
+    for (i, what) in pushed.moments() {
         let moment = &pushed.film.snapshots[i];
         let image = draw(&study.robot, moment, &camera, fine(size), &Overlay::ALL);
-        snapshot(&image, size, &format!("{:.3} s", moment.time_s), what)
-    };
-    pushed.moments().map(shown).into()
+        let time = format!("{:.3} s", moment.time_s);
+        panels.push(snapshot(&image, size, &time, what));
+    }
+    panels
 }
 
 /// Point of the ground over which a camera sees the whole of a footstep (m).

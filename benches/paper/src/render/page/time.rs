@@ -1,6 +1,6 @@
 //! Figures over time: the phases of the pushed runs (Fig. 5), and COM ("COG"), ZMP and feet (Fig. 9 and 14).
 
-use super::study::{ImposedRun, Pushed, Study};
+use super::study::{Pushed, Study};
 use serde_json::Value;
 use standfast::report::figure::axes::Axis;
 use standfast::report::figure::motion::MotionPlot;
@@ -44,13 +44,14 @@ pub fn sequence(study: &Study, numbers: &Value) -> Vec<Panel> {
 
 /// The phases, gains and margins of one run over time, with its numbered events.
 fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
-    // If the new CPI sets hold the state at the landing, `held_after_landing_s` needs no event of its own.
-    let happens = |name: &str| name != "held_after_landing_s" || told["landed_inside"] == false;
-    let events: Vec<(f64, &str)> = EVENTS
-        .iter()
-        .filter(|(name, _)| happens(name))
-        .filter_map(|(name, what)| Some((told[name].as_f64()?, *what)))
-        .collect();
+    let mut events = Vec::new();
+    for (name, what) in EVENTS {
+        // If the new CPI sets hold the state at the landing, `held_after_landing_s` needs no event of its own.
+        let happens = name != "held_after_landing_s" || told["landed_inside"] == false;
+        if let Some(time_s) = told[name].as_f64().filter(|_| happens) {
+            events.push((time_s, what));
+        }
+    }
     let (from, to) = (pushed.push.start_s - BEFORE_S, pushed.end_s() + STILL_S);
     let seen: Vec<&Snapshot> = pushed
         .film
@@ -94,17 +95,14 @@ fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
         panel.line("grid", [from, i as f64], [to, i as f64]);
         panel.text("tick end", [from, i as f64], [-6.0, 4.0], name);
     }
-    let gain = |s: &Snapshot| {
-        pushed
-            .film
-            .regions
+    let regions = &pushed.film.regions;
+    let gains = seen.iter().map(|s| {
+        let gain = regions
             .iter()
-            .position(|name| Some(name) == s.gain.as_ref())
-    };
-    panel.curve(
-        "slice",
-        seen.iter().map(|s| Some([s.time_s, gain(s)? as f64])),
-    );
+            .position(|name| Some(name) == s.gain.as_ref())?;
+        Some([s.time_s, gain as f64])
+    });
+    panel.curve("slice", gains);
     panel.in_px(|panel| panel.turned_text("name", [16.0, 165.0], -90.0, "gain"));
     let [top, bottom] = LANES[2];
     let margin = Axis::new("margin of the set", [-1.0, 1.1]);
@@ -148,30 +146,29 @@ fn phases(pushed: &Pushed, told: &Value, title: &str) -> Panel {
 
 /// The panels of Fig. 9.
 pub fn imposed(study: &Study) -> Vec<Panel> {
-    let panel = |(run, name): (&ImposedRun, &str)| {
+    let mut panels = Vec::new();
+    for (run, name) in study.errors.iter().zip(["(a)", "(b)"]) {
         let [x, y] = run.record.zmp_error_m.map(|m| short(1e3 * m, 1));
         let title = format!("{name}  ZMP error ({x}, {y}) mm imposed at t = 0");
-        motion(
-            &run.motion,
-            &title,
-            run.record.home_at_s.unwrap_or(1.0) + AFTER_S,
-        )
-    };
-    study.errors.iter().zip(["(a)", "(b)"]).map(panel).collect()
+        let end_s = run.record.home_at_s.unwrap_or(1.0) + AFTER_S;
+        panels.push(motion(&run.motion, &title, end_s));
+    }
+    panels
 }
 
 /// The panels of Fig. 14.
 pub fn pushed(study: &Study) -> Vec<Panel> {
-    let panel = |(pushed, name): (&Pushed, &str)| {
+    let mut panels = Vec::new();
+    for (pushed, name) in study.pushes.iter().zip(["(a)", "(b)"]) {
         let record = &pushed.film.record;
         let title = story::headline(&[pushed.push], &study.design.family.name, record)
             .replace(" -", " \u{2212}");
         let end_s = record.settled_at_s.map_or(record.end_s, |at| {
             at.max(record.home_at_s.unwrap_or(at)) + AFTER_S
         });
-        motion(&pushed.motion, &format!("{name}  {title}"), end_s)
-    };
-    study.pushes.iter().zip(["(a)", "(b)"]).map(panel).collect()
+        panels.push(motion(&pushed.motion, &format!("{name}  {title}"), end_s));
+    }
+    panels
 }
 
 /// The plot of a motion up to `end_s`.

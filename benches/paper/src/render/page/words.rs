@@ -115,9 +115,9 @@ impl Count {
 pub fn counts<'a>(claims: impl IntoIterator<Item = &'a Claim>) -> Vec<Count> {
     let mut counts = [Verdict::Agrees, Verdict::Differs, Verdict::Open]
         .map(|verdict| Count { verdict, claims: 0 });
-    claims
-        .into_iter()
-        .for_each(|claim| counts[claim.verdict as usize].claims += 1);
+    for claim in claims {
+        counts[claim.verdict as usize].claims += 1;
+    }
     counts
         .into_iter()
         .filter(|count| count.claims > 0)
@@ -230,17 +230,17 @@ impl Teller {
 
     /// A table of text: its head and its rows.
     pub fn table(&self, words: &TableWords, numbers: &Value) -> Result<Value> {
-        let cells = |row: &Value| -> Result<Vec<String>> {
-            words
-                .columns
-                .iter()
-                .map(|[_, cell]| self.fill(cell, context! { row => Serde(row) }))
-                .collect()
-        };
-        let rows = numbers[&words.rows]
+        let list = numbers[&words.rows]
             .as_array()
             .ok_or_else(|| wrong(format!("there is no list {}", words.rows)))?;
-        let rows = rows.iter().map(cells).collect::<Result<Vec<_>>>()?;
+        let mut rows = Vec::new();
+        for row in list {
+            let mut cells = Vec::new();
+            for [_, cell] in &words.columns {
+                cells.push(self.fill(cell, context! { row => Serde(row) })?);
+            }
+            rows.push(cells);
+        }
         Ok(
             json!({ "head": words.columns.iter().map(|[head, _]| head).collect::<Vec<_>>(), "rows": rows }),
         )
@@ -248,8 +248,8 @@ impl Teller {
 
     /// Fills numbers into words, and joins their lines.
     fn fill(&self, words: &str, numbers: Any) -> Result<String> {
-        let told = self.environment.render_str(words, numbers);
-        Ok(joined(&told.map_err(|e| wrong(format!("{e:#}: {words}")))?))
+        let text = self.environment.render_str(words, numbers);
+        Ok(joined(&text.map_err(|e| wrong(format!("{e:#}: {words}")))?))
     }
 }
 
