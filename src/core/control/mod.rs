@@ -190,8 +190,9 @@ impl From<Design> for PreparedController {
         };
         let about = format!("with {gains} and {footsteps}");
         let shared = Arc::new(design.clone());
-        let start = move |_seed| CpiController::new(Arc::clone(&shared));
-        let mut factory = PreparedController::new(&family.name, about, start);
+        let mut factory = PreparedController::new(&family.name, about, move |_seed| {
+            CpiController::new(Arc::clone(&shared))
+        });
         factory.regions = family.gains.iter().map(|gain| gain.name.clone()).collect();
         factory.takes_footsteps = design.footwork.is_some();
         factory.warning = design.warning;

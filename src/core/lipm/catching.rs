@@ -117,19 +117,17 @@ impl Departure {
     /// The sum of two departures, number by number.
     pub fn and(&self, other: &Self) -> Self {
         let mut numbers = self.numbers();
-        numbers
-            .iter_mut()
-            .zip(other.numbers())
-            .for_each(|(number, more)| *number += more);
+        for (number, more) in numbers.iter_mut().zip(other.numbers()) {
+            *number += more;
+        }
         Self::of_numbers(numbers)
     }
 
     /// The departure with these numbers, each clamped to its largest magnitude.
     pub fn of_numbers(mut numbers: [f64; Self::NUMBERS]) -> Self {
-        numbers
-            .iter_mut()
-            .zip(Self::MOST)
-            .for_each(|(number, most)| *number = number.clamp(-most, most));
+        for (number, most) in numbers.iter_mut().zip(Self::MOST) {
+            *number = number.clamp(-most, most);
+        }
         let [
             lift,
             left,

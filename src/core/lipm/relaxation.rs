@@ -188,10 +188,12 @@ mod tests {
 
     /// COM and COM velocity by eq. 1 with the planned ZMP.
     fn integrated(plan: &AxisPlan, boundary: &Boundary, until_s: f64) -> [f64; 2] {
-        let rate = |time: f64, x: Vector2<f64>| {
-            Vector2::new(x[1], OMEGA * OMEGA * (x[0] - plan.zmp(time)))
-        };
-        testing::integrated(rate, Vector2::new(boundary.com, boundary.com_vel), until_s).into()
+        testing::integrated(
+            |time, x| Vector2::new(x[1], OMEGA * OMEGA * (x[0] - plan.zmp(time))),
+            Vector2::new(boundary.com, boundary.com_vel),
+            until_s,
+        )
+        .into()
     }
 
     /// The objective at (z0, z1), computed only from the COM that eq. 1 leads to.

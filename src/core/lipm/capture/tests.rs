@@ -233,13 +233,13 @@ fn sampled_footsteps_catch_up_to_the_bound_and_no_more() {
                     .map(|_| caught(&pendulum, steps, stance, &mut chance))
                     .collect();
                 let ahead = |n: &Vector2<f64>, at: &Point2<f64>| n.dot(&at.coords);
-                let farthest = |n| {
-                    samples
+                let mut vertices: Vec<Point2<f64>> = Vec::new();
+                for n in &normals {
+                    let farthest = samples
                         .iter()
-                        .max_by(|a, b| ahead(n, a).total_cmp(&ahead(n, b)))
-                        .unwrap()
-                };
-                let mut vertices: Vec<Point2<f64>> = normals.iter().map(|n| *farthest(n)).collect();
+                        .max_by(|a, b| ahead(n, a).total_cmp(&ahead(n, b)));
+                    vertices.push(*farthest.unwrap());
+                }
                 vertices.dedup_by(|a, b| (*a - *b).norm() < 1e-6);
                 hulls.push(SupportPolygon::hull(&vertices).unwrap());
             }

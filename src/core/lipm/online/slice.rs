@@ -34,11 +34,10 @@ impl OnlineSets {
         for tick in 0..MAX_TICKS {
             let region = cascade.region.less(cascade.spread.after(tick));
             for (x, y) in region.x.iter().zip(region.y) {
-                let excess = |corner: &Corner| {
+                corners = cut(&corners, |corner| {
                     let [zmp_x, zmp_y] = cascade.zmp(&corner.points);
                     x * zmp_x + y * zmp_y - 1.0
-                };
-                corners = cut(&corners, excess);
+                });
             }
             if corners
                 .iter()
