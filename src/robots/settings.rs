@@ -278,19 +278,20 @@ impl RobotSettings {
                 });
             }
         }
-        let missing = |joint: &Joint| {
-            Error::value(
-                file,
-                "servos",
-                &joint.name,
-                "this joint has no servo",
-                "each joint in one group's `joints`",
-            )
-        };
         servos
             .into_iter()
             .zip(joints)
-            .map(|(servo, joint)| servo.ok_or_else(|| missing(joint)))
+            .map(|(servo, joint)| {
+                servo.ok_or_else(|| {
+                    Error::value(
+                        file,
+                        "servos",
+                        &joint.name,
+                        "this joint has no servo",
+                        "each joint in one group's `joints`",
+                    )
+                })
+            })
             .collect()
     }
 
@@ -510,9 +511,8 @@ fn index<'a>(
     problem: &str,
     names: impl Iterator<Item = &'a str> + Clone,
 ) -> Result<usize> {
-    let accepted = || names.clone().collect::<Vec<_>>().join(", ");
-    names
-        .clone()
-        .position(|n| n == name)
-        .ok_or_else(|| Error::value(file, field, name, problem, accepted()))
+    names.clone().position(|n| n == name).ok_or_else(|| {
+        let accepted = names.collect::<Vec<_>>().join(", ");
+        Error::value(file, field, name, problem, accepted)
+    })
 }

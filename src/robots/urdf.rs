@@ -246,12 +246,11 @@ fn check_support(file: &str, robot: &Robot) -> Result<()> {
         }
     }
     let soles = Kinematics::at_home(robot).sole_poses(robot);
-    let pressed = |foot: Foot| {
-        robot.soles[foot]
-            .pressable_corners(0.5 * robot.mass() * GRAVITY)
-            .map(|at| (soles[foot] * at).xy())
-    };
-    let corners: Vec<_> = Foot::BOTH.into_iter().flat_map(pressed).collect();
+    let mut corners = Vec::new();
+    for foot in Foot::BOTH {
+        let pressable = robot.soles[foot].pressable_corners(0.5 * robot.mass() * GRAVITY);
+        corners.extend(pressable.map(|corner| (soles[foot] * corner).xy()));
+    }
     // Soles that only touch do not overlap.
     let inner = Foot::BOTH.map(|foot| {
         robot.soles[foot]

@@ -63,18 +63,18 @@ pub struct FoundServo {
 pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>, Vec<String>) {
     let (mass, height, omega) = (robot.mass(), robot.home_com_height(), robot.omega());
     let moment = mass * GRAVITY * height;
-    let in_leg = |j: usize| Foot::BOTH.iter().any(|&foot| limbs.legs[foot].contains(&j));
-    let group = |j: usize| match j {
-        j if in_leg(j) => Group::Leg,
-        j if limbs.waist.contains(&j) => Group::Waist,
-        _ => Group::Arm,
-    };
     let believed = |figure: Option<f64>, unit: f64, least: f64, most: f64| {
         figure.filter(|figure| (least * unit..=most * unit).contains(figure))
     };
     let (mut found, mut disbelieved) = (Vec::new(), Vec::new());
     for (j, motor) in motors.iter().enumerate() {
-        let group = group(j);
+        let group = if Foot::BOTH.iter().any(|&foot| limbs.legs[foot].contains(&j)) {
+            Group::Leg
+        } else if limbs.waist.contains(&j) {
+            Group::Waist
+        } else {
+            Group::Arm
+        };
         let [torque, kp, kd, rotor] = group.figures();
         let least = if group == Group::Leg {
             LEAST_LEG_TORQUE
@@ -133,16 +133,17 @@ fn told(disbelieved: &[(String, &str)]) -> Vec<String> {
             None => by_figure.push((figure, vec![joint])),
         }
     }
-    let sentence = |(figure, joints): (&str, Vec<&str>)| {
-        let of = match joints.as_slice() {
+    let mut sentences = Vec::new();
+    for (figure, joints) in by_figure {
+        let joints = match joints.as_slice() {
             [joint] => (*joint).to_string(),
             [first, .., last] => format!("{} joints, {first} to {last}", joints.len()),
             [] => String::new(),
         };
-        format!(
+        sentences.push(format!(
             "{figure} in the URDF cannot be true for a robot of this weight and height, or stands beside such a \
-                 figure, and is not used ({of})"
-        )
-    };
-    by_figure.into_iter().map(sentence).collect()
+                 figure, and is not used ({joints})"
+        ));
+    }
+    sentences
 }

@@ -148,8 +148,8 @@ pub fn find(robot: &Robot, link: usize) -> Result<FoundSole, String> {
                 .matrix()
                 .abs();
             let is_parallel = turn.iter().all(|&c| !(1e-6..=1.0 - 1e-6).contains(&c));
-            let size = |half: &Vector3<f64>| (turn * half).xy() - Vector2::from(half_m);
-            matches!(&lowest.shape, Shape::Box { half } if is_parallel && size(half).amax() < 1e-5)
+            matches!(&lowest.shape, Shape::Box { half }
+                if is_parallel && ((turn * half).xy() - Vector2::from(half_m)).amax() < 1e-5)
         };
     let sole = Sole {
         frame,

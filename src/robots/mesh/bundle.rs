@@ -26,11 +26,10 @@ const MOST_BYTES: u64 = 50_000_000;
 /// is no such file. Fails, in words, if the file cannot be read.
 pub fn beside(urdf: &Path) -> Option<Result<String, String>> {
     let path = urdf.with_extension("meshes");
-    let read = |path: &Path| {
-        let bytes = assets::read(path, MOST_BYTES).map_err(|e| e.to_string())?;
+    path.is_file().then(|| {
+        let bytes = assets::read(&path, MOST_BYTES).map_err(|e| e.to_string())?;
         String::from_utf8(bytes).map_err(|_| format!("{}: it is not text in UTF-8", path.display()))
-    };
-    path.is_file().then(|| read(&path))
+    })
 }
 
 /// The text of some meshes, in their order.
@@ -41,15 +40,15 @@ pub fn text(meshes: &[(Named, Arc<Mesh>)]) -> String {
     };
     for ((name, scale), mesh) in meshes {
         line("mesh", scale.map(f64::from_bits), &format!(" {name}"));
-        mesh.hull
-            .iter()
-            .for_each(|point| line("hull", point.coords.into(), ""));
-        mesh.points
-            .iter()
-            .for_each(|point| line("point", point.coords.into(), ""));
-        mesh.triangles
-            .iter()
-            .for_each(|corners| line("triangle", corners.map(f64::from), ""));
+        for point in &mesh.hull {
+            line("hull", point.coords.into(), "");
+        }
+        for point in &mesh.points {
+            line("point", point.coords.into(), "");
+        }
+        for corners in &mesh.triangles {
+            line("triangle", corners.map(f64::from), "");
+        }
     }
     text
 }
@@ -80,8 +79,8 @@ pub fn read(text: &str) -> Result<Vec<(Named, Arc<Mesh>)>, String> {
         added.ok_or_else(|| format!("line {}: `{line}` is not understood", number + 1))?;
     }
     for ((name, _), mesh) in &meshes {
-        let is_corner = |&corner: &u32| (corner as usize) < mesh.points.len();
-        if mesh.hull.is_empty() || !mesh.triangles.iter().flatten().all(is_corner) {
+        let mut corners = mesh.triangles.iter().flatten();
+        if mesh.hull.is_empty() || corners.any(|&i| i as usize >= mesh.points.len()) {
             return Err(format!("the mesh {name} is not whole"));
         }
     }

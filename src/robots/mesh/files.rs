@@ -195,18 +195,15 @@ mod tests {
 
     #[test]
     fn stl_and_obj_give_the_same_solid() {
-        let facet = |face: [usize; 3]| {
-            let corners: String = face
-                .map(|i| {
-                    format!(
-                        "  VERTEX {} {} {}e0\n",
-                        CORNERS[i][0], CORNERS[i][1], CORNERS[i][2]
-                    )
-                })
-                .concat();
-            format!("facet normal 0 0 0\n outer loop\n{corners} endloop\nendfacet\n")
-        };
-        let text = format!("solid a b\n{}endsolid\n", FACES.map(facet).concat());
+        let mut text = "solid a b\n".to_string();
+        for face in FACES {
+            text += "facet normal 0 0 0\n outer loop\n";
+            for [x, y, z] in face.map(|i| CORNERS[i]) {
+                text += &format!("  VERTEX {x} {y} {z}e0\n");
+            }
+            text += " endloop\nendfacet\n";
+        }
+        text += "endsolid\n";
         let points = CORNERS
             .map(|[x, y, z]| format!("v {x} {y} {z} 1\n"))
             .concat();

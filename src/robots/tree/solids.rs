@@ -97,22 +97,19 @@ impl Solids {
             let visuals = visuals
                 .filter_map(|v| solid("visual", &v.origin, &v.geometry, colors.of_visual(v)));
             solids.visuals.push(visuals.collect());
-            let unread = link
-                .collision
-                .iter()
-                .filter_map(|c| named(&c.geometry))
-                .map(|(named, _)| named);
-            let unread = unread.filter(|named| !meshes.contains_key(named));
-            let with_reason = |name: String| {
-                let reason = reasons
-                    .iter()
-                    .find(|(of, _)| *of == name)
-                    .map_or("not among the kept meshes", |(_, why)| why);
-                (index, format!("{name} ({reason})"))
-            };
-            solids
-                .missing
-                .extend(unread.map(|(name, _)| with_reason(name)));
+            for collision in &link.collision {
+                let Some((named, _)) = named(&collision.geometry) else {
+                    continue;
+                };
+                if !meshes.contains_key(&named) {
+                    let (name, _) = named;
+                    let reason = reasons
+                        .iter()
+                        .find(|(mesh, _)| *mesh == name)
+                        .map_or("not among the kept meshes", |(_, why)| why);
+                    solids.missing.push((index, format!("{name} ({reason})")));
+                }
+            }
         }
         if points > 0 {
             let sized = format!(
@@ -242,22 +239,17 @@ fn meshes(
             }
         }
     }
-    reasons.extend(
-        absent
-            .iter()
-            .map(|name| (name.to_string(), "no such file".into())),
-    );
-    reasons.extend(
-        pointers
-            .iter()
-            .map(|name| (name.to_string(), "only a Git LFS pointer is there".into())),
-    );
-    let first_of = |names: &[&str]| names.first().map_or("", |name| name).to_string();
-    if !absent.is_empty() {
-        let (list, first) = (listed(&absent), first_of(&absent));
+    for name in &absent {
+        reasons.push((name.to_string(), "no such file".into()));
+    }
+    for name in &pointers {
+        reasons.push((name.to_string(), "only a Git LFS pointer is there".into()));
+    }
+    if let Some(first) = absent.first() {
         problems.notes.push(format!(
-            "{list} left out: no such file. {}",
-            searched(&first, urdf_path)
+            "{} left out: no such file. {}",
+            listed(&absent),
+            searched(first, urdf_path)
         ));
     }
     if !pointers.is_empty() {
