@@ -296,9 +296,9 @@ impl<'a> ClosedLoop<'a> {
                 caught(|| plant.advance(episodes[0].pilot.command.clone(), &self.pushes))
             {
                 let failure = Failure::OfSimulation(panic);
-                episodes
-                    .iter_mut()
-                    .for_each(|episode| episode.pilot.failure = Some(failure.clone()));
+                for episode in episodes {
+                    episode.pilot.failure = Some(failure.clone());
+                }
             }
         }
         self.tick += 1;
@@ -311,22 +311,20 @@ impl<'a> ClosedLoop<'a> {
 
     /// Pulls at a link of every robot from the next physics step on. None ends the pull.
     pub fn pull(&mut self, pull: Option<Pull>) {
-        self.branches
-            .iter_mut()
-            .for_each(|branch| branch.plant.pull = pull);
+        for branch in &mut self.branches {
+            branch.plant.pull = pull;
+        }
     }
 
     /// Judges anew from now on, for example after a push that was not planned.
     pub fn judge_anew(&mut self) {
         let (config, pushes) = (self.config, &self.pushes);
-        let episodes = self
-            .branches
-            .iter_mut()
-            .flat_map(|branch| &mut branch.episodes);
-        episodes.for_each(|episode| {
-            episode.referee = Referee::new(Arc::clone(&episode.referee.robot), config, pushes);
-            episode.decided_at_s = None;
-        });
+        for branch in &mut self.branches {
+            for episode in &mut branch.episodes {
+                episode.referee = Referee::new(Arc::clone(&episode.referee.robot), config, pushes);
+                episode.decided_at_s = None;
+            }
+        }
     }
 
     /// The controllers of the episodes that have not ended, to be measured or replaced.
@@ -340,10 +338,10 @@ impl<'a> ClosedLoop<'a> {
     /// The record of a controller up to now.
     pub fn record(&self, index: usize) -> &Record {
         let mut going_on = self.branches.iter().flat_map(|branch| &branch.episodes);
-        let found = going_on
+        let record = going_on
             .find(|episode| episode.index == index)
             .map(|episode| &episode.referee.record);
-        found
+        record
             .or(self.records[index].as_ref())
             .expect("an episode goes on or has ended")
     }

@@ -120,13 +120,13 @@ pub fn config(horizon_s: f64) -> EpisodeConfig {
 
 /// The physics engine under test: Rapier, or the one that the environment variable STANDFAST_ENGINE names.
 pub fn engine() -> Engine {
-    let named = |name: String| {
-        Engine::ALL
-            .into_iter()
-            .find(|engine| engine.name() == name)
-            .expect("an engine")
+    let Ok(name) = std::env::var("STANDFAST_ENGINE") else {
+        return Engine::Rapier;
     };
-    std::env::var("STANDFAST_ENGINE").map_or(Engine::Rapier, named)
+    Engine::ALL
+        .into_iter()
+        .find(|engine| engine.name() == name)
+        .expect("an engine")
 }
 
 pub fn push(impulse_n_s: f64, heading_deg: f64) -> Push {
