@@ -84,16 +84,13 @@ impl Floor {
                 ..
             },
         ) = (self.eye, self.ground);
-        let is_in_patch = |depth: f64| {
-            step_m != 0.0
-                && (0..2).all(|i| (least[i]..=most[i]).contains(&(eye[i] + depth * ray[i])))
-        };
         // Whether the ray meets the level of a part within the part, and the depth there. A level is not seen from
         // below.
         let level = |part: GroundPart| {
             let depth = (if part == Patch { 0.0 } else { step_m } - eye.z) / ray.z;
-            (ray.z < 0.0 && depth > NEAREST_M)
-                .then(|| (is_in_patch(depth) == (part == Patch), depth))
+            let is_in_patch = step_m != 0.0
+                && (0..2).all(|i| (least[i]..=most[i]).contains(&(eye[i] + depth * ray[i])));
+            (ray.z < 0.0 && depth > NEAREST_M).then_some((is_in_patch == (part == Patch), depth))
         };
         let [high, low] = if step_m > 0.0 {
             [Around, Patch]

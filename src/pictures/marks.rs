@@ -11,25 +11,25 @@ const OVER_ALL: f64 = 1e6;
 
 /// The fillings of polygons, in the order in which they are drawn.
 pub(super) fn on_the_ground(view: &CameraView, marks: &[SceneMark]) -> Vec<Triangle> {
-    let filling = |SceneMark { overlay, drawing }: &SceneMark| {
+    let mut fillings = Vec::new();
+    for SceneMark { overlay, drawing } in marks {
         let Drawing::Polygon { corners, sheet } = drawing else {
-            return None;
+            continue;
         };
-        let path = corners
+        let path: Option<_> = corners
             .iter()
             .map(|at| view.project(*at).map(|[x, y, _]| [x, y]))
-            .collect::<Option<_>>()?;
-        Some(Stroke {
-            form: FlatShape::Area { path },
-            color: overlay.color(),
-            opacity: sheet.fill,
-        })
-    };
-    marks
-        .iter()
-        .filter_map(filling)
-        .flat_map(|stroke| triangles(&stroke, 1.0))
-        .collect()
+            .collect();
+        if let Some(path) = path {
+            let stroke = Stroke {
+                form: FlatShape::Area { path },
+                color: overlay.color(),
+                opacity: sheet.fill,
+            };
+            fillings.extend(triangles(&stroke, 1.0));
+        }
+    }
+    fillings
 }
 
 /// The strokes over the picture, in the order in which they are drawn. `point_px` is the number of pixels for each
@@ -48,11 +48,6 @@ pub(super) fn over_all(view: &CameraView, point_px: f64, marks: &[SceneMark]) ->
 
 fn triangles(stroke: &Stroke, point_px: f64) -> Vec<Triangle> {
     let light = linear(stroke.color.parts());
-    let vertex = |[x, y]: ScreenPoint| Vertex {
-        at: [x * point_px, y * point_px],
-        near: OVER_ALL,
-        light,
-    };
     let corners: Vec<[ScreenPoint; 3]> = match &stroke.form {
         FlatShape::Area { path } => (2..path.len())
             .map(|i| [path[0], path[i - 1], path[i]])
@@ -67,7 +62,11 @@ fn triangles(stroke: &Stroke, point_px: f64) -> Vec<Triangle> {
     corners
         .into_iter()
         .map(|corners| Triangle {
-            corners: corners.map(vertex),
+            corners: corners.map(|[x, y]| Vertex {
+                at: [x * point_px, y * point_px],
+                near: OVER_ALL,
+                light,
+            }),
             cover,
             hides: false,
         })

@@ -134,11 +134,11 @@ impl FlatShape {
 
 /// A circle about the marked point. Coordinates are rounded, so that pages are the same to the byte on every machine.
 fn circle(radius: f64) -> Vec<ScreenPoint> {
-    let corner = |k: usize| {
+    let corners = (0..ROUND).map(|k| {
         let (sin, cos) = (TAU * k as f64 / ROUND as f64).sin_cos();
         [cos, sin].map(|share| (1000.0 * radius * share).round() / 1000.0)
-    };
-    (0..ROUND).map(corner).collect()
+    });
+    corners.collect()
 }
 
 #[cfg(test)]
