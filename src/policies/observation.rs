@@ -253,8 +253,10 @@ impl Base {
         // From here on, vectors are in the axes of the base.
         let trunk = self.kinematics.link_pose(robot.trunk).rotation;
         let to_world = sensed.imu.orientation * trunk.inverse();
-        let of_joint = |joint: usize| self.kinematics.joint_axis(joint) * sensed.dq[joint];
-        let between: Vector3<f64> = robot.chain(robot.trunk).map(of_joint).sum();
+        let between: Vector3<f64> = robot
+            .chain(robot.trunk)
+            .map(|joint| self.kinematics.joint_axis(joint) * sensed.dq[joint])
+            .sum();
         self.gravity = to_world.inverse() * -Vector3::z();
         self.angular = trunk * sensed.imu.gyro - between;
         let load = PerFoot::from_fn(|foot| sensed.soles[foot].force.norm());

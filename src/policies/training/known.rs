@@ -156,18 +156,19 @@ impl Training {
 pub fn inertias_of_gains(stiffness: &[f64], damping: &[f64]) -> Option<Figure<Vec<f64>>> {
     const OMEGA_RAD_S: f64 = 10.0 * std::f64::consts::TAU;
     const DAMPING_RATIO: f64 = 2.0;
-    let fits = |(kp, kd): (&f64, &f64)| {
+    let fit = stiffness.iter().zip(damping).all(|(kp, kd)| {
         *kp > 0.0 && (kd * OMEGA_RAD_S / (2.0 * DAMPING_RATIO * kp) - 1.0).abs() < 1e-3
-    };
+    });
+    if stiffness.is_empty() || !fit {
+        return None;
+    }
     // Six digits are more than the accuracy of the inertias.
-    let six_digits = |x: f64| format!("{x:.5e}").parse().unwrap_or(x);
-    let inertias = stiffness
-        .iter()
-        .map(|kp| six_digits(kp / OMEGA_RAD_S.powi(2)))
-        .collect();
+    let inertias = stiffness.iter().map(|kp| {
+        let inertia = kp / OMEGA_RAD_S.powi(2);
+        format!("{inertia:.5e}").parse().unwrap_or(inertia)
+    });
     let why = "stiffness and damping are those of a natural frequency of 10 Hz and a damping ratio of 2 with them";
-    (!stiffness.is_empty() && stiffness.iter().zip(damping).all(fits))
-        .then(|| Figure::inferred(inertias, why))
+    Some(Figure::inferred(inertias.collect(), why))
 }
 
 /// The quantity that Isaac Lab and mjlab call by this name, with their usual terms. Errors name `file` and `field`.

@@ -131,13 +131,15 @@ impl<'a> Space<'a> {
                 // face the eye are drawn, as in replays and pictures.
                 let [a, b, c] = face.map(|i| corners[i].0);
                 if (b - a).cross(&(c - a)).dot(&(eye - a)) > 0.0 {
-                    face.iter()
-                        .for_each(|&i| self.triangles.corner(lit[i].0, lit[i].1));
+                    for &i in face {
+                        self.triangles.corner(lit[i].0, lit[i].1);
+                    }
                 }
                 // The lit side of a closed mesh casts its whole shadow.
                 if face.iter().any(|&i| corners[i].1.dot(&sun) > 0.0) {
-                    face.iter()
-                        .for_each(|&i| self.triangles.corner(thrown(corners[i].0), shadow));
+                    for &i in face {
+                        self.triangles.corner(thrown(corners[i].0), shadow);
+                    }
                 }
             }
         }
