@@ -84,7 +84,7 @@ pub fn start(
         let first = model
             .geom_bodyid()
             .iter()
-            .position(|of| *of as usize == body);
+            .position(|owner| *owner as usize == body);
         let sole = Foot::BOTH
             .into_iter()
             .find(|&foot| robot.soles[foot].link == link);

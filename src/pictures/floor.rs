@@ -123,8 +123,8 @@ impl Floor {
         let Some((part, depth)) = self.met(&ray) else {
             return background;
         };
-        let at = self.eye + ray * depth;
-        let distance = (at - self.target).xy().norm() / (FADED * distance_m);
+        let point = self.eye + ray * depth;
+        let distance = (point - self.target).xy().norm() / (FADED * distance_m);
         if distance >= 1.0 {
             return background;
         }
@@ -135,7 +135,7 @@ impl Floor {
         let steps = turns.map(|turn| (turn - ray * (turn.z / ray.z)) * depth);
         let width = [0, 1].map(|i| steps.iter().map(|step| step[i].abs()).sum::<f64>());
         let lines = |period: f64, breadth: f64| {
-            let bare = [0, 1].map(|i| 1.0 - line_share(at[i], width[i], period, breadth));
+            let bare = [0, 1].map(|i| 1.0 - line_share(point[i], width[i], period, breadth));
             (1.0 - bare[0] * bare[1]) as f32
         };
         let mut light = FLOOR;
@@ -152,7 +152,7 @@ impl Floor {
             GroundPart::Patch => PATCH,
             GroundPart::Wall => WALL,
         };
-        let lit = given_back * (1.0 - SHADOW * self.shadow.at(&at) * fade);
+        let lit = given_back * (1.0 - SHADOW * self.shadow.at(&point) * fade);
         mix(background, light.map(|v| v * lit), fade)
     }
 }

@@ -197,16 +197,16 @@ fn check_tensor(tensor: &TensorProto, its: &str) -> Result<(), String> {
             "its {its} has the sizes {dims:?}; up to {MOST_NUMBERS} numbers are taken"
         ));
     };
-    let there = if tensor.raw_data.is_empty() {
+    let stored = if tensor.raw_data.is_empty() {
         bytes * numbers
     } else {
         tensor.raw_data.len()
     };
-    if stated * bytes as u64 == there as u64 {
+    if stated * bytes as u64 == stored as u64 {
         return Ok(());
     }
     Err(format!(
-        "its {its} has the sizes {dims:?}, but {there} bytes of numbers instead of {}",
+        "its {its} has the sizes {dims:?}, but {stored} bytes of numbers instead of {}",
         stated * bytes as u64
     ))
 }

@@ -55,16 +55,16 @@ impl Files {
     pub fn open(name_or_path: &str) -> Result<Files> {
         let urdf = opened(name_or_path)?;
         let beside = settings_path(name_or_path);
-        let found = match urdf.file.strip_prefix("builtin:") {
+        let stated = match urdf.file.strip_prefix("builtin:") {
             Some(name) => Some(assets::open(InputKind::RobotSettings, name)?),
             None if beside.exists() => Some(assets::text(&beside)?),
             None => None,
         };
-        let range_rad = found.as_ref().map_or(Ok(None), |found| {
-            settings::parse(found).map(|found| found.range_rad)
+        let range_rad = stated.as_ref().map_or(Ok(None), |source| {
+            settings::parse(source).map(|settings| settings.range_rad)
         })?;
-        let (tree, are_inferred) = (Tree::parse(&urdf, range_rad)?, found.is_none());
-        let settings = found.map_or_else(|| inferred_from(&urdf, tree.clone(), None, None), Ok)?;
+        let (tree, are_inferred) = (Tree::parse(&urdf, range_rad)?, stated.is_none());
+        let settings = stated.map_or_else(|| inferred_from(&urdf, tree.clone(), None, None), Ok)?;
         let meshes = tree.kept_meshes.clone().map(|text| Source {
             file: format!("meshes of {}", urdf.file),
             text,

@@ -418,8 +418,8 @@ mod tests {
         ) {
             let catch = landing(&PROBLEM, dcm.into(), time, SHARES[share]);
             let zmp = [0.045 * other[0], 0.032 * other[1]];
-            let at = |k: usize, u: f64| PROBLEM.reach[k][0] + (PROBLEM.reach[k][1] - PROBLEM.reach[k][0]) * u;
-            let place = [at(0, other[2]), at(1, other[3])];
+            let place = |k: usize, u: f64| PROBLEM.reach[k][0] + (PROBLEM.reach[k][1] - PROBLEM.reach[k][0]) * u;
+            let place = [place(0, other[2]), place(1, other[3])];
             let growth = (PROBLEM.omega * time).exp();
             let cost = |zmp: [f64; 2], place: [f64; 2]| -> f64 {
                 (0..2).map(|k| {

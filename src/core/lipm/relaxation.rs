@@ -228,13 +228,13 @@ mod tests {
             let plan = AxisPlan::new(OMEGA, &rules, &boundary);
             let [least, most] = boundary.zmp;
             prop_assert!(plan.z.iter().all(|z| (least..=most).contains(z)), "{:?}", plan.z);
-            let of = |z| objective(&plan, &rules, &boundary, z);
-            let best = of(plan.z);
+            let cost = |z| objective(&plan, &rules, &boundary, z);
+            let best = cost(plan.z);
             for way in 0..16 {
                 let (sin, cos) = (way as f64 * std::f64::consts::PI / 8.0).sin_cos();
                 for step in [1e-3, 0.02] {
                     let other = [plan.z[0] + step * cos, plan.z[1] + step * sin].map(|z| z.clamp(least, most));
-                    prop_assert!(best <= of(other) + 1e-12 * (1.0 + best), "{:?}: {best}, {other:?}: {}", plan.z, of(other));
+                    prop_assert!(best <= cost(other) + 1e-12 * (1.0 + best), "{:?}: {best}, {other:?}: {}", plan.z, cost(other));
                 }
             }
         }

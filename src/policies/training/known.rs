@@ -188,11 +188,11 @@ pub fn quantity(file: &str, field: &str, name: &str) -> Result<Quantity> {
         ("actions", Quantity::LastAction),
         ("gait_phase", Quantity::Phase),
     ];
-    let found = KNOWN
+    let quantity = KNOWN
         .into_iter()
         .find(|(known, _)| *known == name)
         .map(|(_, quantity)| quantity);
-    found.ok_or_else(|| {
+    quantity.ok_or_else(|| {
         let accepted = KNOWN.map(|(known, _)| known).join(", ");
         Error::value(file, field, name, "is no term that is known here", accepted)
     })

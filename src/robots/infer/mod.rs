@@ -16,7 +16,7 @@ use crate::settings::{SolesAlone, settings_path};
 use crate::tree::Tree;
 use limbs::Limbs;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Foot, PerFoot, Robot, SensorNoise, Servo};
+use standfast_core::robot::{Foot, PerFoot, Robot, SensorNoise};
 use standfast_files::assets::Source;
 
 /// How to state by hand what cannot be inferred.
@@ -188,24 +188,21 @@ pub(super) fn settings(
             robot.soles[foot] = soles[foot].sole;
         }
     }
-    let (found, unbelieved) = servos::find(&robot, &limbs, &motors);
+    let (servos, unbelieved) = servos::find(&robot, &limbs, &motors);
     warnings.extend(unbelieved);
-    robot.servos = found
-        .iter()
-        .map(|found| found.servo)
-        .collect::<Vec<Servo>>();
+    robot.servos = servos.iter().map(|found| found.servo).collect();
     robot.noise = sensors::noise(&robot);
     robot.delay_s = sensors::delay_s(&robot);
     let (regions, unreached) = reach::find(&robot, &limbs);
     robot.reach = regions;
     warnings.extend(unreached);
-    robot.assumptions = assumptions(&found, reference.is_some());
+    robot.assumptions = assumptions(&servos, reference.is_some());
     robot
         .assumptions
         .extend(warnings.iter().map(|warning| format!("WARNING: {warning}")));
     let origins = text::Origins {
         soles,
-        servos: found,
+        servos,
         solved: home.solved,
         reference: reference.map(|reference| reference.name),
         range_rad,

@@ -66,7 +66,7 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
     let believed = |figure: Option<f64>, unit: f64, least: f64, most: f64| {
         figure.filter(|figure| (least * unit..=most * unit).contains(figure))
     };
-    let (mut found, mut disbelieved) = (Vec::new(), Vec::new());
+    let (mut servos, mut disbelieved) = (Vec::new(), Vec::new());
     for (j, motor) in motors.iter().enumerate() {
         let group = if Foot::BOTH.iter().any(|&foot| limbs.legs[foot].contains(&j)) {
             Group::Leg
@@ -114,18 +114,18 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
             no_torque_speed_rad_s: no_torque,
             rotor_inertia_kg_m2: rounded(share * rotor * mass * height * height, 2),
         };
-        found.push(FoundServo {
+        servos.push(FoundServo {
             servo,
             group,
             torque_is_read: effort.is_some(),
             speed_is_read: velocity.is_some(),
         });
     }
-    (found, told(&disbelieved))
+    (servos, sentences(&disbelieved))
 }
 
 /// Sentences on the figures that were not credible, each with its joints.
-fn told(disbelieved: &[(String, &str)]) -> Vec<String> {
+fn sentences(disbelieved: &[(String, &str)]) -> Vec<String> {
     let mut by_figure: Vec<(&str, Vec<&str>)> = Vec::new();
     for (figure, joint) in disbelieved {
         match by_figure.iter_mut().find(|(other, _)| other == figure) {

@@ -102,8 +102,9 @@ pub fn find(robot: &Robot, link: usize) -> Result<FoundSole, String> {
         .iter()
         .filter(|solid| matches!(solid.shape, Shape::Box { .. }));
     let frames = boxes.map(|solid| in_link.rotation.inverse() * solid.pose.rotation);
-    let along =
-        |of: UnitQuaternion<f64>| LowestFace::along(of, to_frame(-down), to_frame(ahead), &points);
+    let along = |axes: UnitQuaternion<f64>| {
+        LowestFace::along(axes, to_frame(-down), to_frame(ahead), &points)
+    };
     let of_frame = along(UnitQuaternion::identity());
     // Of faces with equal areas, the face of the frame is taken.
     let face = frames.map(along).fold(of_frame, |best, face| {

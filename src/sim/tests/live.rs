@@ -73,7 +73,7 @@ fn a_pull_acts_at_its_link_and_point() {
             .robot
             .links
             .iter()
-            .position(|found| found.name.contains(link))
+            .position(|named| named.name.contains(link))
             .unwrap();
         let mut live = closed_loop(&bench);
         for _ in 0..150 {

@@ -96,7 +96,7 @@ fn state(ui: &mut Ui, live: &Live, wishes: &mut Vec<Wish>) {
             wishes.extend(label.clicked().then_some(Wish::GainSet(i)));
         }
     });
-    let told = |ui: &mut Ui, robot: &Simulation, name: &str| {
+    let show_verdict = |ui: &mut Ui, robot: &Simulation, name: &str| {
         let (verdict, badly) = live.verdict_on(robot);
         let color = if badly { colors::BADLY } else { colors::WELL };
         ui.label(
@@ -107,18 +107,18 @@ fn state(ui: &mut Ui, live: &Live, wishes: &mut Vec<Wish>) {
     };
     match &live.ghost {
         Some(ghost) => {
-            told(
+            show_verdict(
                 ui,
                 &live.shown,
                 &format!("{}: ", live.shown.config.engine.title()),
             );
-            told(
+            show_verdict(
                 ui,
                 ghost,
                 &format!("{} (ghost): ", ghost.config.engine.title()),
             );
         }
-        None => told(ui, &live.shown, ""),
+        None => show_verdict(ui, &live.shown, ""),
     }
     let now = &live.shown.now;
     Grid::new("state")

@@ -190,13 +190,11 @@ fn bounds(trail: &Trail, length: f64, axis: usize) -> [f64; 2] {
         })
     };
     let com = extent(&mut trail.samples.iter().map(|sample| 1000.0 * sample.com[axis]));
-    let of = |sample| {
-        CURVES
-            .iter()
-            .filter_map(move |(_, of)| of(sample))
-            .map(|at| 1000.0 * at[axis])
-    };
-    let all = extent(&mut trail.samples.iter().flat_map(of));
+    let points = trail
+        .samples
+        .iter()
+        .flat_map(|sample| CURVES.iter().filter_map(move |(_, of)| of(sample)));
+    let all = extent(&mut points.map(|point| 1000.0 * point[axis]));
     let [least, greatest] = com.map(|mm| (mm / ROUND_MM).round() * ROUND_MM);
     let low = (all[0] / ROUND_MM).floor() * ROUND_MM;
     let high = (all[1] / ROUND_MM).ceil() * ROUND_MM;

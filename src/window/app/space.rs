@@ -186,18 +186,22 @@ fn grid(ground: &Ground, scale: RobotScale, window: &mut Window) {
         2.0 * LAYER_M * scale.length(),
     );
     for i in -LINES..=LINES {
-        let at = f64::from(i) * spacing_m;
+        let offset_m = f64::from(i) * spacing_m;
         for axis in 0..2 {
             let along = 1 - axis;
             // A patch that is higher or lower than the floor around it has no lines.
-            let crosses = ground.step_m != 0.0 && (low[axis]..=high[axis]).contains(&at);
+            let crosses = ground.step_m != 0.0 && (low[axis]..=high[axis]).contains(&offset_m);
             let pieces = match crosses {
                 true => vec![(-grid_m, low[along]), (high[along], grid_m)],
                 false => vec![(-grid_m, grid_m)],
             };
             for (from, to) in pieces {
                 let end = |t: f64| {
-                    let (x, y) = if axis == 0 { (at, t) } else { (t, at) };
+                    let (x, y) = if axis == 0 {
+                        (offset_m, t)
+                    } else {
+                        (t, offset_m)
+                    };
                     vec3(&(ground.slope * Point3::new(x, y, ground.step_m + above_m)))
                 };
                 let color = if i == 0 {
