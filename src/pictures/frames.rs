@@ -163,10 +163,9 @@ mod tests {
     fn moments_tell_the_story() {
         let film = film();
         let times = |count: usize| -> Vec<f64> {
-            let round = |k: usize| (film.snapshots[k].time_s * 1000.0).round() / 1000.0;
             moments(&Cast::new(&film, None), count)
                 .into_iter()
-                .map(round)
+                .map(|k| (film.snapshots[k].time_s * 1000.0).round() / 1000.0)
                 .collect()
         };
         // The moments are: before the push, at its end, lift, mid swing, landing, and the end.

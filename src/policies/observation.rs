@@ -351,9 +351,11 @@ impl Memory {
             Quantity::Phase => vec![self.seen_rad[0].sin(), self.seen_rad[0].cos()],
         };
         let clip = term.clip.unwrap_or(f64::INFINITY);
-        let scaled =
-            |(i, number): (usize, f64)| (term.scale.at(i) * number).clamp(-clip, clip) as f32;
-        numbers.into_iter().enumerate().map(scaled).collect()
+        let scaled = numbers
+            .into_iter()
+            .enumerate()
+            .map(|(i, number)| (term.scale.at(i) * number).clamp(-clip, clip) as f32);
+        scaled.collect()
     }
 
     /// Keeps an action, and advances the clock of the gait by `period_s`.

@@ -278,21 +278,18 @@ impl RobotSettings {
                 });
             }
         }
-        servos
-            .into_iter()
-            .zip(joints)
-            .map(|(servo, joint)| {
-                servo.ok_or_else(|| {
-                    Error::value(
-                        file,
-                        "servos",
-                        &joint.name,
-                        "this joint has no servo",
-                        "each joint in one group's `joints`",
-                    )
-                })
+        let servos = servos.into_iter().zip(joints).map(|(servo, joint)| {
+            servo.ok_or_else(|| {
+                Error::value(
+                    file,
+                    "servos",
+                    &joint.name,
+                    "this joint has no servo",
+                    "each joint in one group's `joints`",
+                )
             })
-            .collect()
+        });
+        servos.collect()
     }
 
     /// Home posture (rad), one angle per joint, checked against the joint limits.

@@ -157,13 +157,12 @@ pub fn nesting_warning(family: &GainFamily, support: &SupportPolygon) -> Result<
     static KNOWN: Mutex<Vec<(GainFamily, SupportPolygon, Option<String>)>> = Mutex::new(Vec::new());
     // The lock is held during the search, so that threads with the same question wait for one answer.
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-    let is_same =
-        |other: &GainFamily| (&other.pendulum, &other.gains) == (&family.pendulum, &family.gains);
-    if let Some((_, _, warning)) = known
-        .iter()
-        .find(|(other, polygon, _)| is_same(other) && polygon.vertices() == support.vertices())
-    {
-        return Ok(warning.clone());
+    for (other, polygon, warning) in known.iter() {
+        if (&other.pendulum, &other.gains) == (&family.pendulum, &family.gains)
+            && polygon.vertices() == support.vertices()
+        {
+            return Ok(warning.clone());
+        }
     }
     let sets = CpiSet::search_family(family, support)?;
     let names: Vec<String> = sets.iter().map(|s| s.gain.clone()).collect();

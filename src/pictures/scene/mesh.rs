@@ -94,8 +94,11 @@ const CREASE_RAD: f64 = 0.7;
 /// A mesh of a file, with normals that show curved surfaces and edges.
 fn creased(mesh: &robot::mesh::Mesh) -> DrawnMesh {
     let at = |i: u32| mesh.points[i as usize];
-    let across = |&[a, b, c]: &[u32; 3]| (at(b) - at(a)).cross(&(at(c) - at(a)));
-    let across: Vec<Vector3<f64>> = mesh.triangles.iter().map(across).collect();
+    let across: Vec<Vector3<f64>> = mesh
+        .triangles
+        .iter()
+        .map(|&[a, b, c]| (at(b) - at(a)).cross(&(at(c) - at(a))))
+        .collect();
     let normal = |face: usize| across[face].try_normalize(0.0);
     let mut around = vec![Vec::new(); mesh.points.len()];
     for (face, triangle) in mesh.triangles.iter().enumerate() {

@@ -142,12 +142,11 @@ impl Training {
                 .map(|figure| ("action_clip", &figure.origin)),
         );
         origins.extend(self.gait.iter().map(|figure| ("gait", &figure.origin)));
-        let why = |(key, origin): (&str, &String)| {
-            origin
-                .strip_prefix("assumed: ")
-                .map(|why| format!("{key}: {why}"))
-        };
-        origins.into_iter().filter_map(why).collect()
+        let assumed = origins.into_iter().filter_map(|(key, origin)| {
+            let why = origin.strip_prefix("assumed: ")?;
+            Some(format!("{key}: {why}"))
+        });
+        assumed.collect()
     }
 }
 

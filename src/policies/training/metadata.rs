@@ -76,13 +76,14 @@ impl Metadata<'_> {
 
     fn mjlab(&self) -> Result<Training> {
         let joints = self.words("joint_names")?;
-        let term =
-            |name: &String| quantity(self.file, "metadata.observation_names", name).map(plain);
-        let terms = self
-            .words("observation_names")?
-            .iter()
-            .map(term)
-            .collect::<Result<_>>()?;
+        let mut terms = Vec::new();
+        for name in self.words("observation_names")? {
+            terms.push(plain(quantity(
+                self.file,
+                "metadata.observation_names",
+                &name,
+            )?));
+        }
         let (stiffness, damping) = (
             self.numbers("joint_stiffness")?,
             self.numbers("joint_damping")?,

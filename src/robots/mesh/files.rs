@@ -133,7 +133,7 @@ fn obj(text: &str) -> Result<Triangles, String> {
                 .push(point(&mut words).ok_or_else(|| bad("a corner without three numbers"))?),
             Some("f") => {
                 // A corner is `place/texture/normal`. Places count from 1, or if negative from the last one back.
-                let place = |word: &str| {
+                let corners = words.map(|word| {
                     let place = i64::from_str(word.split('/').next()?).ok()?;
                     let index = if place < 0 {
                         mesh.points.len() as i64 + place
@@ -141,8 +141,8 @@ fn obj(text: &str) -> Result<Triangles, String> {
                         place - 1
                     };
                     u32::try_from(index).ok()
-                };
-                let corners: Option<Vec<u32>> = words.map(place).collect();
+                });
+                let corners: Option<Vec<u32>> = corners.collect();
                 mesh.fan(&corners.ok_or_else(|| bad("a face with a corner that is no number"))?);
             }
             _ => {}

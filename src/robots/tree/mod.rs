@@ -90,14 +90,12 @@ impl Tree {
         for &(_, [parent, child]) in order.iter().flat_map(|(_, joints)| joints).rev() {
             has_mass[parent] |= has_mass[child];
         }
-        let mut kinds: Vec<JointKind> = joints
-            .iter()
-            .zip(ends.iter().zip(&urdf.joint_lines))
-            .map(|(joint, (ends, &line))| {
-                let has_mass = ends.is_none_or(|[_, child]| has_mass[child]);
-                JointKind::of(joint, line, has_mass, range_rad, &mut problems)
-            })
-            .collect();
+        let mut kinds: Vec<JointKind> = Vec::with_capacity(joints.len());
+        for ((joint, &line), ends) in joints.iter().zip(&urdf.joint_lines).zip(&ends) {
+            let has_mass = ends.is_none_or(|[_, child]| has_mass[child]);
+            let kind = JointKind::of(joint, line, has_mass, range_rad, &mut problems);
+            kinds.push(kind);
+        }
         let solids = Solids::read(&urdf, &source.file, &mut problems);
         let Some((root, order)) = order.filter(|_| problems.is_empty()) else {
             problems.check()?;

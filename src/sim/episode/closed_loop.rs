@@ -103,9 +103,10 @@ impl<'a> ClosedLoop<'a> {
         );
         let mut branches: Vec<Branch> = Vec::new();
         for (index, factory) in factories.iter().enumerate() {
-            let is_alike =
-                |branch: &Branch| factories[branch.episodes[0].index].servos == factory.servos;
-            let branch = branches.iter().position(is_alike).unwrap_or_else(|| {
+            let alike = branches
+                .iter()
+                .position(|branch| factories[branch.episodes[0].index].servos == factory.servos);
+            let branch = alike.unwrap_or_else(|| {
                 let simulated = variation.robot(&factory.robot(robot));
                 let plant = Plant::on(
                     ground,

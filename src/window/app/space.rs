@@ -117,15 +117,11 @@ impl<'a> Space<'a> {
                 .iter()
                 .map(|(at, n)| (pose * at, pose * n))
                 .collect();
-            let lit = |(at, normal): &(Point3<f64>, Vector3<f64>)| {
-                (
-                    vec3(at),
-                    color * brightness(normal, &(eye - at).normalize(), &sun) as f32,
-                )
-            };
-            let lit: Vec<(Vec3, Rgb)> = corners.iter().map(lit).collect();
-            let thrown =
-                |at: Point3<f64>| vec3(&(at - sun * ((at.coords.dot(up) - above_m) / sun.dot(up))));
+            let lit = corners.iter().map(|(at, normal)| {
+                let bright = brightness(normal, &(eye - at).normalize(), &sun);
+                (vec3(at), color * bright as f32)
+            });
+            let lit: Vec<(Vec3, Rgb)> = lit.collect();
             for face in &solid.mesh.faces {
                 // If thinning has collapsed a thin wall, its inner side lies on the outer one. So only triangles that
                 // face the eye are drawn, as in replays and pictures.
@@ -138,7 +134,9 @@ impl<'a> Space<'a> {
                 // The lit side of a closed mesh casts its whole shadow.
                 if face.iter().any(|&i| corners[i].1.dot(&sun) > 0.0) {
                     for &i in face {
-                        self.triangles.corner(thrown(corners[i].0), shadow);
+                        let at = corners[i].0;
+                        let thrown = at - sun * ((at.coords.dot(up) - above_m) / sun.dot(up));
+                        self.triangles.corner(vec3(&thrown), shadow);
                     }
                 }
             }
