@@ -145,16 +145,12 @@ impl<'a> Cast<'a> {
         for k in moments {
             let snapshot = &film.snapshots[k];
             balls.extend(stage.extent(&snapshot.posture));
-            balls.extend(
-                self.second(k)
-                    .into_iter()
-                    .flat_map(|second| stage.extent(&second.posture)),
-            );
-            balls.extend(
-                snapshot
-                    .push
-                    .map(|push| (push.point - push.force.normalize() * arrow_m, 0.01)),
-            );
+            if let Some(second) = self.second(k) {
+                balls.extend(stage.extent(&second.posture));
+            }
+            if let Some(push) = snapshot.push {
+                balls.push((push.point - push.force.normalize() * arrow_m, 0.01));
+            }
         }
         toward.framing(&balls, size, MARGIN)
     }

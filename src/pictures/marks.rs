@@ -85,23 +85,26 @@ fn line(from: ScreenPoint, to: ScreenPoint, width: f64) -> Vec<[ScreenPoint; 3]>
 /// The closed line around a convex polygon, as the band between an inner and an outer polygon, so that no place is
 /// painted twice.
 fn band(path: &[ScreenPoint], width: f64) -> Vec<[ScreenPoint; 3]> {
-    let (n, corner) = (path.len(), |i: usize| Point2::from(path[i % path.len()]));
-    let along = |i: usize| {
-        (corner(i + 1) - corner(i))
-            .try_normalize(1e-9)
-            .unwrap_or_default()
-    };
-    let aside = |i: usize| Vector2::new(-along(i).y, along(i).x);
-    let shifted = |i: usize, by: f64| -> ScreenPoint {
-        let (a, b) = (aside(i + n - 1), aside(i));
+    let n = path.len();
+    let corner = |i: usize| Point2::from(path[i % n]);
+    let mut sides: Vec<[ScreenPoint; 2]> = Vec::with_capacity(n);
+    for i in 0..n {
+        let [a, b] = [i + n - 1, i].map(|i| {
+            let along = (corner(i + 1) - corner(i))
+                .try_normalize(1e-9)
+                .unwrap_or_default();
+            Vector2::new(-along.y, along.x)
+        });
         // The length of the mitre at a sharp corner is limited.
-        (corner(i) + (a + b) * (by / (1.0 + a.dot(&b)).max(0.3))).into()
-    };
-    let sides = |i: usize| [shifted(i, width / 2.0), shifted(i, -width / 2.0)];
-    (0..n)
-        .flat_map(|i| {
-            let ([a, b], [c, d]) = (sides(i), sides((i + 1) % n));
-            [[a, c, d], [a, d, b]]
-        })
-        .collect()
+        let mitre = (1.0 + a.dot(&b)).max(0.3);
+        sides.push(
+            [width / 2.0, -width / 2.0].map(|by| (corner(i) + (a + b) * (by / mitre)).into()),
+        );
+    }
+    let mut triangles = Vec::with_capacity(2 * n);
+    for i in 0..n {
+        let ([a, b], [c, d]) = (sides[i], sides[(i + 1) % n]);
+        triangles.extend([[a, c, d], [a, d, b]]);
+    }
+    triangles
 }

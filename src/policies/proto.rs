@@ -116,16 +116,15 @@ fn check_wires(graph: &GraphProto) -> Result<(), String> {
             }
         }
     }
-    let lost = graph
-        .output
-        .iter()
-        .find(|output| !made.contains(output.name.as_str()));
-    lost.map_or(Ok(()), |output| {
-        Err(format!(
-            "its output {:?} is made by no operation",
-            output.name
-        ))
-    })
+    for output in &graph.output {
+        if !made.contains(output.name.as_str()) {
+            return Err(format!(
+                "its output {:?} is made by no operation",
+                output.name
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Checks an attribute of an operation.

@@ -60,11 +60,15 @@ impl Files {
             None if beside.exists() => Some(assets::text(&beside)?),
             None => None,
         };
-        let range_rad = stated.as_ref().map_or(Ok(None), |source| {
-            settings::parse(source).map(|settings| settings.range_rad)
-        })?;
+        let range_rad = match &stated {
+            Some(source) => settings::parse(source)?.range_rad,
+            None => None,
+        };
         let (tree, are_inferred) = (Tree::parse(&urdf, range_rad)?, stated.is_none());
-        let settings = stated.map_or_else(|| inferred_from(&urdf, tree.clone(), None, None), Ok)?;
+        let settings = match stated {
+            Some(source) => source,
+            None => inferred_from(&urdf, tree.clone(), None, None)?,
+        };
         let meshes = tree.kept_meshes.clone().map(|text| Source {
             file: format!("meshes of {}", urdf.file),
             text,
@@ -116,7 +120,9 @@ pub fn inferred(urdf: &Source, range_rad: Option<f64>) -> Result<Source> {
 /// The settings that are inferred from a URDF as by [`inferred`], with the soles that a file [states
 /// alone](states_soles_alone).
 pub fn completed(urdf: &Source, range_rad: Option<f64>, stated: Option<&Source>) -> Result<Source> {
-    range_rad.map_or(Ok(()), |range_rad| settings::check_range("init", range_rad))?;
+    if let Some(range_rad) = range_rad {
+        settings::check_range("init", range_rad)?;
+    }
     inferred_from(urdf, Tree::parse(urdf, range_rad)?, range_rad, stated)
 }
 

@@ -134,10 +134,9 @@ impl Controller for CpiController {
 
     fn report(&self) -> Report {
         let mut report = self.account().report();
-        report.totals.extend(
-            self.left_sets_at_s
-                .map(|at_s| ("left_sets_at_s".into(), at_s)),
-        );
+        if let Some(at_s) = self.left_sets_at_s {
+            report.totals.push(("left_sets_at_s".into(), at_s));
+        }
         report
     }
 

@@ -140,10 +140,10 @@ impl<'a> SwingMotion<'a> {
         let leg: Vec<usize> = robot.chain(link).collect();
         for _ in 0..NEWTON_STEPS {
             self.kinematics.update(robot, &self.posture);
-            let is = self.kinematics.sole_pose(robot, foot);
+            let sole = self.kinematics.sole_pose(robot, foot);
             // Lengths are in COM heights.
-            let linear = (wanted.translation.vector - is.translation.vector) / height_m;
-            let angular = (wanted.rotation * is.rotation.inverse()).scaled_axis();
+            let linear = (wanted.translation.vector - sole.translation.vector) / height_m;
+            let angular = (wanted.rotation * sole.rotation.inverse()).scaled_axis();
             let error = Vector6::from_iterator(linear.iter().chain(angular.iter()).copied());
             if error.norm() < 1e-12 {
                 break;
@@ -151,7 +151,7 @@ impl<'a> SwingMotion<'a> {
             self.kinematics.point_jacobian(
                 robot,
                 link,
-                &is.translation.vector.into(),
+                &sole.translation.vector.into(),
                 &mut self.jacobian,
             );
             // The orientation has little weight, since a leg may not reach place and orientation together.
@@ -171,11 +171,11 @@ impl<'a> SwingMotion<'a> {
                 self.posture.q[j] += short * step;
             }
         }
-        let is = self.kinematics.sole_pose(robot, foot).translation.vector;
+        let sole = self.kinematics.sole_pose(robot, foot).translation.vector;
         let is_within = leg.iter().all(|&j| {
             (robot.joints[j].lower_rad..=robot.joints[j].upper_rad).contains(&self.posture.q[j])
         });
-        ((is - wanted.translation.vector).norm() < FOUND * height_m && is_within).then_some(())
+        ((sole - wanted.translation.vector).norm() < FOUND * height_m && is_within).then_some(())
     }
 
     /// The least time (s) with the present `sink_m`. It is None if there is none.

@@ -87,18 +87,17 @@ impl Sign {
                 ]
             }
         };
+        let mut white = Vec::new();
         // The space between the quarters is white, too.
-        let ground = (self == Sign::Quartered).then(|| FlatShape::Area { path: circle(8.0) });
-        let white: Vec<FlatShape> = ground
-            .into_iter()
-            .chain(colored.iter().map(FlatShape::widened))
-            .collect();
-        let piece = |is_white: bool| move |form| Piece { form, is_white };
-        white
-            .into_iter()
-            .map(piece(true))
-            .chain(colored.into_iter().map(piece(false)))
-            .collect()
+        if self == Sign::Quartered {
+            white.push(FlatShape::Area { path: circle(8.0) });
+        }
+        white.extend(colored.iter().map(FlatShape::widened));
+        let mut pieces = Vec::new();
+        for (forms, is_white) in [(white, true), (colored, false)] {
+            pieces.extend(forms.into_iter().map(|form| Piece { form, is_white }));
+        }
+        pieces
     }
 }
 

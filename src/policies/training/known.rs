@@ -130,18 +130,16 @@ impl Training {
             ("period_s", &self.period_s.origin),
             ("joints", &self.joints.origin),
         ];
-        origins.extend(
-            self.lists()
-                .into_iter()
-                .map(|(key, _, figure)| (key, &figure.origin)),
-        );
+        for (key, _, figure) in self.lists() {
+            origins.push((key, &figure.origin));
+        }
         origins.push(("observation", &self.observation.origin));
-        origins.extend(
-            self.action_clip
-                .iter()
-                .map(|figure| ("action_clip", &figure.origin)),
-        );
-        origins.extend(self.gait.iter().map(|figure| ("gait", &figure.origin)));
+        if let Some(figure) = &self.action_clip {
+            origins.push(("action_clip", &figure.origin));
+        }
+        if let Some(figure) = &self.gait {
+            origins.push(("gait", &figure.origin));
+        }
         let assumed = origins.into_iter().filter_map(|(key, origin)| {
             let why = origin.strip_prefix("assumed: ")?;
             Some(format!("{key}: {why}"))

@@ -38,17 +38,14 @@ pub(super) fn settings(
     range_rad: Option<f64>,
     stated: Option<&Source>,
 ) -> Result<String> {
-    let stated = stated
-        .map(|source| Ok((source, SolesAlone::parse(source)?)))
-        .transpose()?;
-    let stated = stated.map(|(source, file)| {
-        Ok((
-            source,
-            file.soles(&source.file, &mut tree)?,
-            file.are_boxes(),
-        ))
-    });
-    let stated = stated.transpose()?;
+    let stated = match stated {
+        Some(source) => {
+            let file = SolesAlone::parse(source)?;
+            let soles = file.soles(&source.file, &mut tree)?;
+            Some((source, soles, file.are_boxes()))
+        }
+        None => None,
+    };
     let fail = |problems: &[String]| {
         let problem = format!("cannot be inferred: {}", problems.join("; "));
         Error::value(&urdf.file, "settings", "(none)", problem, BY_HAND)
@@ -74,24 +71,17 @@ pub(super) fn settings(
     };
     robot.home_rad = vec![0.0; robot.joints.len()];
     let Some(limbs) = Limbs::of(&robot) else {
-        let problem =
+        let mut problems = vec![
             "there are no two legs, chains of at least four joints that end in a foot each"
-                .to_string();
-        let locked = format!(
-            "{without_range} joints are locked, since their limits in the URDF leave them no range (lower = upper): state the \
-             limits there, or give these joints a range by `standfast init --range 1.5` (rad, to both sides)"
-        );
-        return Err(fail(
-            &[
-                vec![problem],
-                if without_range > 0 {
-                    vec![locked]
-                } else {
-                    Vec::new()
-                },
-            ]
-            .concat(),
-        ));
+                .to_string(),
+        ];
+        if without_range > 0 {
+            problems.push(format!(
+                "{without_range} joints are locked, since their limits in the URDF leave them no range (lower = upper): state the \
+                 limits there, or give these joints a range by `standfast init --range 1.5` (rad, to both sides)"
+            ));
+        }
+        return Err(fail(&problems));
     };
     robot.trunk = limbs.trunk;
     let mut warnings = Vec::new();

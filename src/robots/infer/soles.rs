@@ -212,28 +212,19 @@ impl LowestFace {
             .iter()
             .map(|(least, most)| most - least)
             .fold(0.0, f64::max);
-        let slice = |share: f64| {
-            let [x, y] = [0, 1].map(|axis| range(whole[2].0 + share * size, axis));
-            let is_wide = [x, y]
-                .iter()
-                .all(|(least, most)| most - least >= LEAST * size);
-            Self {
-                axes,
-                x,
-                y,
-                z: whole[2],
-                size,
-                is_slice: is_wide,
-            }
-        };
+        let slice = |share: f64| [0, 1].map(|axis| range(whole[2].0 + share * size, axis));
         let lowest = slice(SLICES[0]);
-        if lowest.is_slice {
-            lowest
-        } else {
-            Self {
-                is_slice: false,
-                ..slice(SLICES[1])
-            }
+        let is_slice = lowest
+            .iter()
+            .all(|(least, most)| most - least >= LEAST * size);
+        let [x, y] = if is_slice { lowest } else { slice(SLICES[1]) };
+        Self {
+            axes,
+            x,
+            y,
+            z: whole[2],
+            size,
+            is_slice,
         }
     }
 

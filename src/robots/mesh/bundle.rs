@@ -57,26 +57,8 @@ pub fn text(meshes: &[(Named, Arc<Mesh>)]) -> String {
 pub fn read(text: &str) -> Result<Vec<(Named, Arc<Mesh>)>, String> {
     let mut meshes: Vec<(Named, Mesh)> = Vec::new();
     for (number, line) in text.lines().enumerate() {
-        let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
-        let added = match (word, meshes.last_mut()) {
-            ("mesh", _) => named(rest).map(|named| {
-                meshes.push((
-                    named,
-                    Mesh {
-                        points: Vec::new(),
-                        triangles: Vec::new(),
-                        hull: Vec::new(),
-                    },
-                ));
-            }),
-            ("hull", Some((_, mesh))) => point(rest).map(|point| mesh.hull.push(point)),
-            ("point", Some((_, mesh))) => point(rest).map(|point| mesh.points.push(point)),
-            ("triangle", Some((_, mesh))) => {
-                triple(rest).map(|corners| mesh.triangles.push(corners))
-            }
-            _ => None,
-        };
-        added.ok_or_else(|| format!("line {}: `{line}` is not understood", number + 1))?;
+        add(&mut meshes, line)
+            .ok_or_else(|| format!("line {}: `{line}` is not understood", number + 1))?;
     }
     for ((name, _), mesh) in &meshes {
         let mut corners = mesh.triangles.iter().flatten();
@@ -88,6 +70,26 @@ pub fn read(text: &str) -> Result<Vec<(Named, Arc<Mesh>)>, String> {
         .into_iter()
         .map(|(named, mesh)| (named, Arc::new(mesh)))
         .collect())
+}
+
+/// Adds what a line says. It is None if the line is wrong.
+fn add(meshes: &mut Vec<(Named, Mesh)>, line: &str) -> Option<()> {
+    let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
+    match (word, meshes.last_mut()) {
+        ("mesh", _) => meshes.push((
+            named(rest)?,
+            Mesh {
+                points: Vec::new(),
+                triangles: Vec::new(),
+                hull: Vec::new(),
+            },
+        )),
+        ("hull", Some((_, mesh))) => mesh.hull.push(point(rest)?),
+        ("point", Some((_, mesh))) => mesh.points.push(point(rest)?),
+        ("triangle", Some((_, mesh))) => mesh.triangles.push(triple(rest)?),
+        _ => return None,
+    }
+    Some(())
 }
 
 fn named(rest: &str) -> Option<Named> {

@@ -279,13 +279,15 @@ impl<'a> ClosedLoop<'a> {
                 }
             }
             let last = parted.pop();
-            self.branches
-                .extend(parted.into_iter().map(|episodes| Branch {
+            for episodes in parted {
+                self.branches.push(Branch {
                     plant: plant.clone(),
                     episodes,
-                }));
-            self.branches
-                .extend(last.map(|episodes| Branch { plant, episodes }));
+                });
+            }
+            if let Some(episodes) = last {
+                self.branches.push(Branch { plant, episodes });
+            }
         }
         !self.branches.is_empty() && self.no_outcome.is_none()
     }

@@ -72,8 +72,10 @@ fn check(args: &Options) -> Result<()> {
         ))
     };
     positive("--speed", args.speed, 10.0)?;
-    args.seconds
-        .map_or(Ok(()), |seconds| positive("--seconds", seconds, 1e6))
+    match args.seconds {
+        Some(seconds) => positive("--seconds", seconds, 1e6),
+        None => Ok(()),
+    }
 }
 
 /// The window and its state.
