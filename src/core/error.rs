@@ -191,12 +191,14 @@ pub const TRY_AGAIN: u8 = 75;
 
 /// Whether the disk is full. There may be room later.
 fn is_full(error: &std::io::Error) -> bool {
-    // The error of a library may have its cause within.
-    let within = || std::error::Error::source(error)?.downcast_ref::<std::io::Error>();
     matches!(
         error.kind(),
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge
-    ) || within().is_some_and(is_full)
+    )
+    // The error of a library may have its cause within.
+    || std::error::Error::source(error)
+        .and_then(|cause| cause.downcast_ref())
+        .is_some_and(is_full)
 }
 
 /// The remedy if the machine lacks a resource, which is no fault of the file or the program. None for any other error.

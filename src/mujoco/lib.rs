@@ -84,7 +84,7 @@ pub fn start(
         let first = model
             .geom_bodyid()
             .iter()
-            .position(|of| *of as usize == body);
+            .position(|owner| *owner as usize == body);
         let sole = Foot::BOTH
             .into_iter()
             .find(|&foot| robot.soles[foot].link == link);
@@ -235,10 +235,9 @@ impl Physics for Mujoco {
     }
 
     fn speeds(&self, see: &mut dyn FnMut(usize, f64)) {
-        self.joints
-            .iter()
-            .enumerate()
-            .for_each(|(i, joint)| see(i, self.data.qvel()[joint.dq]));
+        for (i, joint) in self.joints.iter().enumerate() {
+            see(i, self.data.qvel()[joint.dq]);
+        }
     }
 
     fn touches(&self, _: &UnitQuaternion<f64>, see: &mut dyn FnMut(ContactPart, WorldWrench)) {

@@ -83,9 +83,9 @@ fn assets(xml: &mut String, meshes: &Meshes) {
     xml.push_str("<asset>");
     for (number, mesh) in meshes.0.iter().enumerate() {
         _ = write!(xml, r#"<mesh name="{number}" inertia="convex" vertex=""#);
-        mesh.hull
-            .iter()
-            .for_each(|p| _ = write!(xml, "{} {} {} ", p.x, p.y, p.z));
+        for p in &mesh.hull {
+            _ = write!(xml, "{} {} {} ", p.x, p.y, p.z);
+        }
         xml.push_str("\"/>");
     }
     xml.push_str("</asset>");
@@ -125,15 +125,14 @@ fn body(xml: &mut String, robot: &Robot, meshes: &Meshes, index: usize) {
         }
     }
     inertial(xml, link);
-    link.collisions
-        .iter()
-        .for_each(|solid| geom(xml, solid, meshes));
-    let children = robot
-        .joints
-        .iter()
-        .enumerate()
-        .filter(|(_, joint)| joint.parent == index);
-    children.for_each(|(joint, _)| body(xml, robot, meshes, joint + 1));
+    for solid in &link.collisions {
+        geom(xml, solid, meshes);
+    }
+    for (joint, Joint { parent, .. }) in robot.joints.iter().enumerate() {
+        if *parent == index {
+            body(xml, robot, meshes, joint + 1);
+        }
+    }
     xml.push_str("</body>");
 }
 

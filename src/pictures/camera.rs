@@ -38,10 +38,10 @@ impl Camera {
         // The largest value over the balls of (across + slope * towards the camera), for each plane of the view
         // pyramid.
         let most = |axis: Vector3<f64>, i: usize| {
-            let extent = |(at, radius): &(Point3<f64>, f64)| {
+            let extents = balls.iter().map(|(at, radius)| {
                 axis.dot(&at.coords) + slope[i] * view.back.dot(&at.coords) + radius * reach[i]
-            };
-            balls.iter().map(extent).fold(f64::NEG_INFINITY, f64::max)
+            });
+            extents.fold(f64::NEG_INFINITY, f64::max)
         };
         let [right, left] = [view.right, -view.right].map(|axis| most(axis, 0));
         let [up, down] = [view.up, -view.up].map(|axis| most(axis, 1));

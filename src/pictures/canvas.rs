@@ -48,10 +48,9 @@ impl Canvas {
         self.opaque.truncate(opaque);
         let ghost = &mut self.triangles[first..];
         for triangle in &mut *ghost {
-            triangle
-                .corners
-                .iter_mut()
-                .for_each(|corner| corner.near *= BEHIND);
+            for corner in &mut triangle.corners {
+                corner.near *= BEHIND;
+            }
             (triangle.cover, triangle.hides) = (GHOST.opacity as f32, true);
         }
         // The nearest triangles come first, and hide the others.
@@ -78,28 +77,26 @@ impl Canvas {
                 ..
             } = solid;
             let (color, cover) = (color.unwrap_or(linear([*r, *g, *b])), *alpha as f32);
-            let lit = |(point, normal): &(Point3<f64>, Vector3<f64>)| {
-                let at = pose * point;
-                let light = self.shaded(color, &at, &(pose.rotation * normal));
-                (
-                    at,
-                    self.view.project(at).map(|[x, y, near]| Vertex {
-                        at: [x, y],
-                        near,
-                        light,
-                    }),
-                )
-            };
-            let corners: Vec<_> = mesh.corners.iter().map(lit).collect();
+            let (mut places, mut vertices) = (Vec::new(), Vec::new());
+            for (point, normal) in &mesh.corners {
+                let place = pose * point;
+                let light = self.shaded(color, &place, &(pose.rotation * normal));
+                places.push(place);
+                vertices.push(self.view.project(place).map(|[x, y, near]| Vertex {
+                    at: [x, y],
+                    near,
+                    light,
+                }));
+            }
             for face in &mesh.faces {
-                let [a, b, c] = face.map(|i| corners[i].0);
+                let [a, b, c] = face.map(|i| places[i]);
                 if !solid.is_translucent() {
                     self.opaque.push([a, b, c]);
                 }
                 if (b - a).cross(&(c - a)).dot(&(self.view.eye - a)) <= 0.0 {
                     continue;
                 }
-                if let [Some(a), Some(b), Some(c)] = face.map(|i| corners[i].1) {
+                if let [Some(a), Some(b), Some(c)] = face.map(|i| vertices[i]) {
                     self.triangles.push(Triangle {
                         corners: [a, b, c],
                         cover,

@@ -63,19 +63,18 @@ pub(super) fn gif(
     let side =
         |px: u32| u16::try_from(px).map_err(|_| fail(format!("a picture of {px} px is too large")));
     let (width, height) = (side(first.width())?, side(first.height())?);
+    let refused = |e: gif::EncodingError| fail(e.to_string());
     let mut bytes = Vec::new();
-    let encode = || -> Result<(), gif::EncodingError> {
-        let mut encoder = Encoder::new(&mut bytes, width, height, &palette.colors)?;
-        encoder.set_repeat(Repeat::Infinite)?;
-        let mut before: Option<Vec<u8>> = None;
-        for (image, delay) in images {
-            let now = palette.indices(&image);
-            encoder.write_frame(&changes(before.as_deref(), &now, (width, height), delay))?;
-            before = Some(now);
-        }
-        Ok(())
-    };
-    encode().map_err(|e| fail(e.to_string()))?;
+    let mut encoder = Encoder::new(&mut bytes, width, height, &palette.colors).map_err(refused)?;
+    encoder.set_repeat(Repeat::Infinite).map_err(refused)?;
+    let mut before: Option<Vec<u8>> = None;
+    for (image, delay) in images {
+        let now = palette.indices(&image);
+        let frame = changes(before.as_deref(), &now, (width, height), delay);
+        encoder.write_frame(&frame).map_err(refused)?;
+        before = Some(now);
+    }
+    drop(encoder);
     Ok(bytes)
 }
 
@@ -86,10 +85,12 @@ fn changes(
     (width, height): (u16, u16),
     delay: u16,
 ) -> Frame<'static> {
-    let as_before = |i: usize| before.is_some_and(|before| before[i] == now[i]);
-    let buffer: Vec<u8> = (0..now.len())
-        .map(|i| if as_before(i) { AS_BEFORE } else { now[i] })
-        .collect();
+    let mut buffer = now.to_vec();
+    for (index, old) in buffer.iter_mut().zip(before.unwrap_or_default()) {
+        if index == old {
+            *index = AS_BEFORE;
+        }
+    }
     Frame {
         delay,
         ..Frame::from_indexed_pixels(width, height, buffer, before.map(|_| AS_BEFORE))
@@ -149,10 +150,11 @@ impl Palette {
         let Self {
             network, nearest, ..
         } = self;
-        let mut index = |bucket: usize| {
+        let indices = image.pixels().map(|pixel| {
+            let bucket = bucket(pixel.0);
             *nearest[bucket].get_or_insert_with(|| network.index_of(&middle(bucket)) as u8)
-        };
-        image.pixels().map(|pixel| index(bucket(pixel.0))).collect()
+        });
+        indices.collect()
     }
 }
 

@@ -126,11 +126,8 @@ impl<'a> Cast<'a> {
         let (film, stage) = (self.film, &self.stage);
         const SIDES_DEG: [f64; 2] = [52.0, -38.0];
         let heading = film.pushes.first().map_or(0.0, |push| push.heading_deg);
-        let along = |side: f64| {
-            let off = (side - heading).rem_euclid(180.0);
-            off.min(180.0 - off)
-        };
-        let azimuth_deg = if along(SIDES_DEG[0]) >= 30.0 {
+        let off = (SIDES_DEG[0] - heading).rem_euclid(180.0);
+        let azimuth_deg = if off.min(180.0 - off) >= 30.0 {
             SIDES_DEG[0]
         } else {
             SIDES_DEG[1]
@@ -148,16 +145,12 @@ impl<'a> Cast<'a> {
         for k in moments {
             let snapshot = &film.snapshots[k];
             balls.extend(stage.extent(&snapshot.posture));
-            balls.extend(
-                self.second(k)
-                    .into_iter()
-                    .flat_map(|second| stage.extent(&second.posture)),
-            );
-            balls.extend(
-                snapshot
-                    .push
-                    .map(|push| (push.point - push.force.normalize() * arrow_m, 0.01)),
-            );
+            if let Some(second) = self.second(k) {
+                balls.extend(stage.extent(&second.posture));
+            }
+            if let Some(push) = snapshot.push {
+                balls.push((push.point - push.force.normalize() * arrow_m, 0.01));
+            }
         }
         toward.framing(&balls, size, MARGIN)
     }
@@ -193,7 +186,7 @@ pub fn thumbnail(film: &Film) -> Vec<u8> {
 
 /// Time after which nothing more happens (s), since the robots stand still or have flown off.
 pub(super) fn end_s(cast: &Cast) -> f64 {
-    let end_s = |film: &Film| {
+    let ends_s = cast.films().map(|film| {
         let last_s = film.snapshots[..film.near()]
             .last()
             .map_or(0.0, |snapshot| snapshot.time_s);
@@ -201,8 +194,8 @@ pub(super) fn end_s(cast: &Cast) -> f64 {
             (None, Some(at)) => last_s.min(at.max(pushed_until_s(film)) + REST_S),
             _ => last_s,
         }
-    };
-    cast.films().map(end_s).fold(0.0, f64::max)
+    });
+    ends_s.fold(0.0, f64::max)
 }
 
 /// Start of the first push (s).

@@ -84,16 +84,13 @@ impl Floor {
                 ..
             },
         ) = (self.eye, self.ground);
-        let is_in_patch = |depth: f64| {
-            step_m != 0.0
-                && (0..2).all(|i| (least[i]..=most[i]).contains(&(eye[i] + depth * ray[i])))
-        };
         // Whether the ray meets the level of a part within the part, and the depth there. A level is not seen from
         // below.
         let level = |part: GroundPart| {
             let depth = (if part == Patch { 0.0 } else { step_m } - eye.z) / ray.z;
-            (ray.z < 0.0 && depth > NEAREST_M)
-                .then(|| (is_in_patch(depth) == (part == Patch), depth))
+            let is_in_patch = step_m != 0.0
+                && (0..2).all(|i| (least[i]..=most[i]).contains(&(eye[i] + depth * ray[i])));
+            (ray.z < 0.0 && depth > NEAREST_M).then_some((is_in_patch == (part == Patch), depth))
         };
         let [high, low] = if step_m > 0.0 {
             [Around, Patch]
@@ -126,8 +123,8 @@ impl Floor {
         let Some((part, depth)) = self.met(&ray) else {
             return background;
         };
-        let at = self.eye + ray * depth;
-        let distance = (at - self.target).xy().norm() / (FADED * distance_m);
+        let point = self.eye + ray * depth;
+        let distance = (point - self.target).xy().norm() / (FADED * distance_m);
         if distance >= 1.0 {
             return background;
         }
@@ -138,7 +135,7 @@ impl Floor {
         let steps = turns.map(|turn| (turn - ray * (turn.z / ray.z)) * depth);
         let width = [0, 1].map(|i| steps.iter().map(|step| step[i].abs()).sum::<f64>());
         let lines = |period: f64, breadth: f64| {
-            let bare = [0, 1].map(|i| 1.0 - line_share(at[i], width[i], period, breadth));
+            let bare = [0, 1].map(|i| 1.0 - line_share(point[i], width[i], period, breadth));
             (1.0 - bare[0] * bare[1]) as f32
         };
         let mut light = FLOOR;
@@ -155,7 +152,7 @@ impl Floor {
             GroundPart::Patch => PATCH,
             GroundPart::Wall => WALL,
         };
-        let lit = given_back * (1.0 - SHADOW * self.shadow.at(&at) * fade);
+        let lit = given_back * (1.0 - SHADOW * self.shadow.at(&point) * fade);
         mix(background, light.map(|v| v * lit), fade)
     }
 }

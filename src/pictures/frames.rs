@@ -59,11 +59,13 @@ pub fn write_frames(
         let path = folder.join(old);
         fs::remove_file(&path).map_err(|source| Error::Write { path, source })?;
     }
-    let write = |(name, bytes): &(String, Vec<u8>)| {
+    let mut paths = Vec::new();
+    for (name, bytes) in files {
         let path = folder.join(name);
-        write_atomic(&path, bytes).map(|()| path)
-    };
-    files.iter().map(write).collect()
+        write_atomic(&path, &bytes)?;
+        paths.push(path);
+    }
+    Ok(paths)
 }
 
 /// Names of the frames that are already in a folder; none if the folder does not exist. Fails if the path is a file, or
@@ -80,16 +82,16 @@ fn is_frame(name: &str) -> bool {
     let numbered = name
         .strip_prefix("frame-")
         .and_then(|rest| rest.strip_suffix("s.png"));
-    let all_digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-    let is_time = |time: &str| {
-        time.split_once('.')
-            .is_some_and(|(s, ms)| all_digits(s) && all_digits(ms))
-    };
-    name == STRIP
-        || name == GIF
-        || numbered
-            .and_then(|n| n.split_once('-'))
-            .is_some_and(|(n, time)| all_digits(n) && is_time(time))
+    let parts = numbered.and_then(|numbered| {
+        let (number, time) = numbered.split_once('-')?;
+        let (s, ms) = time.split_once('.')?;
+        Some([number, s, ms])
+    });
+    let is_numbered = parts.is_some_and(|parts| {
+        let mut parts = parts.iter();
+        parts.all(|part| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit()))
+    });
+    name == STRIP || name == GIF || is_numbered
 }
 
 #[cfg(test)]
@@ -161,10 +163,9 @@ mod tests {
     fn moments_tell_the_story() {
         let film = film();
         let times = |count: usize| -> Vec<f64> {
-            let round = |k: usize| (film.snapshots[k].time_s * 1000.0).round() / 1000.0;
             moments(&Cast::new(&film, None), count)
                 .into_iter()
-                .map(round)
+                .map(|k| (film.snapshots[k].time_s * 1000.0).round() / 1000.0)
                 .collect()
         };
         // The moments are: before the push, at its end, lift, mid swing, landing, and the end.
@@ -190,9 +191,9 @@ mod tests {
     #[test]
     fn a_robot_that_has_flown_off_is_not_drawn() {
         let mut film = film();
-        film.snapshots[300..]
-            .iter_mut()
-            .for_each(|snapshot| snapshot.com.z = 6.0);
+        for snapshot in &mut film.snapshots[300..] {
+            snapshot.com.z = 6.0;
+        }
         let (last, moments) = (
             shots(&Cast::new(&film, None), 0.25)
                 .last()

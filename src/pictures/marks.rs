@@ -11,25 +11,25 @@ const OVER_ALL: f64 = 1e6;
 
 /// The fillings of polygons, in the order in which they are drawn.
 pub(super) fn on_the_ground(view: &CameraView, marks: &[SceneMark]) -> Vec<Triangle> {
-    let filling = |SceneMark { overlay, drawing }: &SceneMark| {
+    let mut fillings = Vec::new();
+    for SceneMark { overlay, drawing } in marks {
         let Drawing::Polygon { corners, sheet } = drawing else {
-            return None;
+            continue;
         };
-        let path = corners
+        let path: Option<_> = corners
             .iter()
             .map(|at| view.project(*at).map(|[x, y, _]| [x, y]))
-            .collect::<Option<_>>()?;
-        Some(Stroke {
-            form: FlatShape::Area { path },
-            color: overlay.color(),
-            opacity: sheet.fill,
-        })
-    };
-    marks
-        .iter()
-        .filter_map(filling)
-        .flat_map(|stroke| triangles(&stroke, 1.0))
-        .collect()
+            .collect();
+        if let Some(path) = path {
+            let stroke = Stroke {
+                form: FlatShape::Area { path },
+                color: overlay.color(),
+                opacity: sheet.fill,
+            };
+            fillings.extend(triangles(&stroke, 1.0));
+        }
+    }
+    fillings
 }
 
 /// The strokes over the picture, in the order in which they are drawn. `point_px` is the number of pixels for each
@@ -48,11 +48,6 @@ pub(super) fn over_all(view: &CameraView, point_px: f64, marks: &[SceneMark]) ->
 
 fn triangles(stroke: &Stroke, point_px: f64) -> Vec<Triangle> {
     let light = linear(stroke.color.parts());
-    let vertex = |[x, y]: ScreenPoint| Vertex {
-        at: [x * point_px, y * point_px],
-        near: OVER_ALL,
-        light,
-    };
     let corners: Vec<[ScreenPoint; 3]> = match &stroke.form {
         FlatShape::Area { path } => (2..path.len())
             .map(|i| [path[0], path[i - 1], path[i]])
@@ -67,7 +62,11 @@ fn triangles(stroke: &Stroke, point_px: f64) -> Vec<Triangle> {
     corners
         .into_iter()
         .map(|corners| Triangle {
-            corners: corners.map(vertex),
+            corners: corners.map(|[x, y]| Vertex {
+                at: [x * point_px, y * point_px],
+                near: OVER_ALL,
+                light,
+            }),
             cover,
             hides: false,
         })
@@ -86,23 +85,26 @@ fn line(from: ScreenPoint, to: ScreenPoint, width: f64) -> Vec<[ScreenPoint; 3]>
 /// The closed line around a convex polygon, as the band between an inner and an outer polygon, so that no place is
 /// painted twice.
 fn band(path: &[ScreenPoint], width: f64) -> Vec<[ScreenPoint; 3]> {
-    let (n, corner) = (path.len(), |i: usize| Point2::from(path[i % path.len()]));
-    let along = |i: usize| {
-        (corner(i + 1) - corner(i))
-            .try_normalize(1e-9)
-            .unwrap_or_default()
-    };
-    let aside = |i: usize| Vector2::new(-along(i).y, along(i).x);
-    let shifted = |i: usize, by: f64| -> ScreenPoint {
-        let (a, b) = (aside(i + n - 1), aside(i));
+    let n = path.len();
+    let corner = |i: usize| Point2::from(path[i % n]);
+    let mut sides: Vec<[ScreenPoint; 2]> = Vec::with_capacity(n);
+    for i in 0..n {
+        let [a, b] = [i + n - 1, i].map(|i| {
+            let along = (corner(i + 1) - corner(i))
+                .try_normalize(1e-9)
+                .unwrap_or_default();
+            Vector2::new(-along.y, along.x)
+        });
         // The length of the mitre at a sharp corner is limited.
-        (corner(i) + (a + b) * (by / (1.0 + a.dot(&b)).max(0.3))).into()
-    };
-    let sides = |i: usize| [shifted(i, width / 2.0), shifted(i, -width / 2.0)];
-    (0..n)
-        .flat_map(|i| {
-            let ([a, b], [c, d]) = (sides(i), sides((i + 1) % n));
-            [[a, c, d], [a, d, b]]
-        })
-        .collect()
+        let mitre = (1.0 + a.dot(&b)).max(0.3);
+        sides.push(
+            [width / 2.0, -width / 2.0].map(|by| (corner(i) + (a + b) * (by / mitre)).into()),
+        );
+    }
+    let mut triangles = Vec::with_capacity(2 * n);
+    for i in 0..n {
+        let ([a, b], [c, d]) = (sides[i], sides[(i + 1) % n]);
+        triangles.extend([[a, c, d], [a, d, b]]);
+    }
+    triangles
 }

@@ -69,12 +69,11 @@ pub(super) fn shots(cast: &Cast, slow_motion: f64) -> Vec<Shot> {
     let mut shots = Vec::new();
     for (from_s, to_s, speed) in stretches {
         let count = count((from_s, to_s, speed));
-        let shot = |i: usize| Shot {
+        shots.extend((0..count).map(|i| Shot {
             snapshot: index(film, from_s + i as f64 * delay_s * speed),
             delay_cs: DELAY_CS,
             speed,
-        };
-        shots.extend((0..count).map(shot));
+        }));
     }
     shots.push(Shot {
         snapshot: index(film, end_s(cast)),

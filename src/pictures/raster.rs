@@ -80,11 +80,10 @@ pub(super) fn paint(size: [u32; 2], floor: &Floor, triangles: &[Triangle]) -> Rg
             for (i, byte) in pixels.iter_mut().enumerate() {
                 let (pixel, channel) = (i / 3, i % 3);
                 let first = pixel / width * SAMPLES * row + pixel % width * SAMPLES;
-                let light =
-                    |k: usize| samples[first + k / SAMPLES * row + k % SAMPLES].light[channel];
-                *byte = stored(
-                    (0..SAMPLES * SAMPLES).map(light).sum::<f32>() / (SAMPLES * SAMPLES) as f32,
-                );
+                let light: f32 = (0..SAMPLES * SAMPLES)
+                    .map(|k| samples[first + k / SAMPLES * row + k % SAMPLES].light[channel])
+                    .sum();
+                *byte = stored(light / (SAMPLES * SAMPLES) as f32);
             }
         });
     image

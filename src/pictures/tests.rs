@@ -32,10 +32,6 @@ fn snapshot(robot: &Robot) -> Snapshot {
         [(half, half), (-half, half), (-half, -half), (half, -half)]
             .map(|(dx, dy)| Point2::new(x + dx, dy))
     };
-    let region = |name: &str, corners: &[Point2<f64>]| RecoveryRegion {
-        name: name.into(),
-        corners: corners.to_vec(),
-    };
     let arrow = |x: f64, y: f64, z: f64, force: Vector3<f64>| Arrow {
         point: Point3::new(x, y, z),
         force,
@@ -51,7 +47,10 @@ fn snapshot(robot: &Robot) -> Snapshot {
         soles: PerFoot::default(),
         support: square(0.0, 0.15).to_vec(),
         regions: [("slow", 0.13), ("fast", 0.1)]
-            .map(|(name, half)| region(name, &square(0.0, half)))
+            .map(|(name, half)| RecoveryRegion {
+                name: name.into(),
+                corners: square(0.0, half).into(),
+            })
             .into(),
         gain: Some("fast".into()),
         margin: None,

@@ -108,9 +108,9 @@ impl Policy {
             .iter()
             .map(|joint| joint.name.as_str())
             .collect();
-        let find = |name: &String| {
-            let found = names.iter().position(|known| known == name);
-            found.ok_or_else(|| {
+        let joints = self.joints.iter().map(|name| {
+            let index = names.iter().position(|known| known == name);
+            index.ok_or_else(|| {
                 self.bad(
                     "joints",
                     name,
@@ -118,8 +118,8 @@ impl Policy {
                     names.join(", "),
                 )
             })
-        };
-        self.joints.iter().map(find).collect()
+        });
+        joints.collect()
     }
 
     /// The number of control periods (s) from one action to the next, which must be whole.
@@ -400,9 +400,9 @@ impl Actor {
             return Err(TickError::Failed(problem));
         }
         if let Some(clip) = settings.action_clip {
-            action
-                .iter_mut()
-                .for_each(|value| *value = value.clamp(-clip as f32, clip as f32));
+            for value in &mut action {
+                *value = value.clamp(-clip as f32, clip as f32);
+            }
         }
         for (i, &joint) in joints.iter().enumerate() {
             self.acting.q_ref[joint] =
@@ -450,12 +450,10 @@ impl Controller for Actor {
         let SharedPolicy {
             settings, joints, ..
         } = &*self.shared;
-        let of_term = |term: &Term| {
-            (
-                term.name(),
-                numbers.by_ref().take(term.length(joints.len())).collect(),
-            )
-        };
-        settings.observation.iter().map(of_term).collect()
+        let terms = settings.observation.iter().map(|term| {
+            let length = term.length(joints.len());
+            (term.name(), numbers.by_ref().take(length).collect())
+        });
+        terms.collect()
     }
 }

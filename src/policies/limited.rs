@@ -34,15 +34,12 @@ fn within<T: Send + 'static>(
     leave_panics_to_the_caller();
     let (done, result) = channel();
     let (since, before) = (Instant::now(), memory_bytes());
-    let caught = move || {
+    let thread = Builder::new().name(NAME.into()).stack_size(STACK_BYTES);
+    let thread = thread.spawn(move || {
         let answer = catch_unwind(AssertUnwindSafe(work));
         // If the work was given up, nobody receives the answer.
         let _ = done.send(answer.unwrap_or_else(|panic| Err(in_words(&*panic))));
-    };
-    let thread = Builder::new()
-        .name(NAME.into())
-        .stack_size(STACK_BYTES)
-        .spawn(caught);
+    });
     thread.map_err(|e| format!("cannot be read: no thread can be started for it: {e}"))?;
     loop {
         match result.recv_timeout(LOOKS_EVERY) {
@@ -115,25 +112,26 @@ mod tests {
     fn a_panic_too_much_time_and_too_much_memory_are_told() {
         assert_eq!(limited(|| Ok(7)), Ok(7));
         assert_eq!(limited::<()>(|| Err("so".into())), Err("so".into()));
-        let told = limited::<()>(|| panic!("no entry\nfound")).unwrap_err();
+        let problem = limited::<()>(|| panic!("no entry\nfound")).unwrap_err();
         assert_eq!(
-            told,
+            problem,
             "cannot be prepared: the library that reads networks panics: no entry"
         );
-        let slow = || {
+        let slow = within(Duration::from_millis(50), MOST_BYTES, || {
             sleep(Duration::from_secs(2));
             Ok(())
-        };
-        let told = within(Duration::from_millis(50), MOST_BYTES, slow).unwrap_err();
-        assert_eq!(told, "takes more than 0.05 s to prepare");
+        });
+        assert_eq!(slow.unwrap_err(), "takes more than 0.05 s to prepare");
         if memory_bytes() > 0 {
-            let large = || {
+            let large = within(MOST, 100_000_000, || {
                 let bytes = vec![1_u8; 300_000_000];
                 sleep(Duration::from_secs(10));
                 Ok(bytes[7])
-            };
-            let told = within(MOST, 100_000_000, large).unwrap_err();
-            assert_eq!(told, "takes more than 100 MB of memory to prepare");
+            });
+            assert_eq!(
+                large.unwrap_err(),
+                "takes more than 100 MB of memory to prepare"
+            );
         }
     }
 }

@@ -47,11 +47,11 @@ impl Net {
             .map_err(in_words)?;
         let input = model.input_fact(0).map_err(in_words)?;
         // A size that the file leaves open is the batch size, which is 1 here.
-        let known = |dim: TDim| usize::try_from(dim.to_i64().ok()?).ok();
-        let sizes = input
-            .shape
-            .dims()
-            .map(|dim| dim.concretize().and_then(known).unwrap_or(1));
+        let sizes = input.shape.dims().map(|dim| {
+            let size = dim.concretize().and_then(|size| size.to_i64().ok());
+            size.and_then(|size| usize::try_from(size).ok())
+                .unwrap_or(1)
+        });
         let shape: Vec<usize> = sizes.collect();
         let takes = shape
             .iter()
@@ -198,8 +198,9 @@ impl Numbers {
             .map(|(old, new)| old.unify(new))
             .collect::<TractResult<_>>()
             .map_err(at)?;
-        made.iter()
-            .try_for_each(|fact| check_whole_numbers(&node.name, fact))?;
+        for fact in &made {
+            check_whole_numbers(&node.name, fact)?;
+        }
         Ok(made)
     }
 
@@ -256,9 +257,10 @@ fn check_whole_numbers(name: &str, fact: &InferenceFact) -> Result<(), String> {
     let Ok(numbers) = value.to_plain_array_view::<i64>() else {
         return Ok(());
     };
-    numbers
-        .iter()
-        .try_for_each(|number| proto::check_whole(*number, &format!("{name:?}")))
+    for number in numbers {
+        proto::check_whole(*number, &format!("{name:?}"))?;
+    }
+    Ok(())
 }
 
 /// The library's error with its causes, on one line.

@@ -253,8 +253,10 @@ impl Base {
         // From here on, vectors are in the axes of the base.
         let trunk = self.kinematics.link_pose(robot.trunk).rotation;
         let to_world = sensed.imu.orientation * trunk.inverse();
-        let of_joint = |joint: usize| self.kinematics.joint_axis(joint) * sensed.dq[joint];
-        let between: Vector3<f64> = robot.chain(robot.trunk).map(of_joint).sum();
+        let between: Vector3<f64> = robot
+            .chain(robot.trunk)
+            .map(|joint| self.kinematics.joint_axis(joint) * sensed.dq[joint])
+            .sum();
         self.gravity = to_world.inverse() * -Vector3::z();
         self.angular = trunk * sensed.imu.gyro - between;
         let load = PerFoot::from_fn(|foot| sensed.soles[foot].force.norm());
@@ -349,9 +351,11 @@ impl Memory {
             Quantity::Phase => vec![self.seen_rad[0].sin(), self.seen_rad[0].cos()],
         };
         let clip = term.clip.unwrap_or(f64::INFINITY);
-        let scaled =
-            |(i, number): (usize, f64)| (term.scale.at(i) * number).clamp(-clip, clip) as f32;
-        numbers.into_iter().enumerate().map(scaled).collect()
+        let scaled = numbers
+            .into_iter()
+            .enumerate()
+            .map(|(i, number)| (term.scale.at(i) * number).clamp(-clip, clip) as f32);
+        scaled.collect()
     }
 
     /// Keeps an action, and advances the clock of the gait by `period_s`.

@@ -43,22 +43,23 @@ pub fn check(model: &mut ModelProto) -> Result<&GraphProto, String> {
         let name = sparse.values.as_ref().map_or("", |tensor| &tensor.name);
         return Err(format!("its tensor {name:?} is sparse, which is not taken"));
     }
-    graph
-        .initializer
-        .iter()
-        .try_for_each(|tensor| check_tensor(tensor, &format!("tensor {:?}", tensor.name)))?;
+    for tensor in &graph.initializer {
+        check_tensor(tensor, &format!("tensor {:?}", tensor.name))?;
+    }
     for node in &graph.node {
         let its = shown(node);
         if !known.contains_key(&node.op_type) {
             return Err(format!("its {its} is none that this program can run"));
         }
-        node.attribute
-            .iter()
-            .try_for_each(|attribute| check_attribute(attribute, &its))?;
+        for attribute in &node.attribute {
+            check_attribute(attribute, &its)?;
+        }
     }
     check_wires(graph)?;
     graph.value_info.clear();
-    graph.input.iter_mut().for_each(leave_sizes_open);
+    for input in &mut graph.input {
+        leave_sizes_open(input);
+    }
     Ok(graph)
 }
 
@@ -115,16 +116,15 @@ fn check_wires(graph: &GraphProto) -> Result<(), String> {
             }
         }
     }
-    let lost = graph
-        .output
-        .iter()
-        .find(|output| !made.contains(output.name.as_str()));
-    lost.map_or(Ok(()), |output| {
-        Err(format!(
-            "its output {:?} is made by no operation",
-            output.name
-        ))
-    })
+    for output in &graph.output {
+        if !made.contains(output.name.as_str()) {
+            return Err(format!(
+                "its output {:?} is made by no operation",
+                output.name
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Checks an attribute of an operation.
@@ -134,17 +134,16 @@ fn check_attribute(attribute: &AttributeProto, of: &str) -> Result<(), String> {
             "its {of} has networks within it, which are not taken: conditions and loops"
         ));
     }
-    attribute
-        .ints
-        .iter()
-        .try_for_each(|number| check_whole(*number, of))?;
-    let mut tensors = attribute.t.iter().chain(&attribute.tensors);
-    tensors.try_for_each(|tensor| {
+    for number in &attribute.ints {
+        check_whole(*number, of)?;
+    }
+    for tensor in attribute.t.iter().chain(&attribute.tensors) {
         check_tensor(
             tensor,
             &format!("{of} has a tensor {:?}, which", attribute.name),
-        )
-    })
+        )?;
+    }
+    Ok(())
 }
 
 /// Checks a whole number, which may be a size: the library would misread a size above the limit. The largest and the
@@ -197,16 +196,16 @@ fn check_tensor(tensor: &TensorProto, its: &str) -> Result<(), String> {
             "its {its} has the sizes {dims:?}; up to {MOST_NUMBERS} numbers are taken"
         ));
     };
-    let there = if tensor.raw_data.is_empty() {
+    let stored = if tensor.raw_data.is_empty() {
         bytes * numbers
     } else {
         tensor.raw_data.len()
     };
-    if stated * bytes as u64 == there as u64 {
+    if stated * bytes as u64 == stored as u64 {
         return Ok(());
     }
     Err(format!(
-        "its {its} has the sizes {dims:?}, but {there} bytes of numbers instead of {}",
+        "its {its} has the sizes {dims:?}, but {stored} bytes of numbers instead of {}",
         stated * bytes as u64
     ))
 }

@@ -208,9 +208,9 @@ pub(super) fn parse(source: &Source) -> Result<RobotSettings> {
         ];
         Error::check_ranges(file, &format!("servos[{i}]"), &ranges)?;
     }
-    settings
-        .range_rad
-        .map_or(Ok(()), |range_rad| check_range(file, range_rad))?;
+    if let Some(range_rad) = settings.range_rad {
+        check_range(file, range_rad)?;
+    }
     check_reach(file, &settings.reach)?;
     Ok(settings)
 }
@@ -230,16 +230,12 @@ fn check_reach(file: &str, regions: &[LandingRegion]) -> Result<()> {
         ];
         Error::check_ranges(file, &format!("reach[{i}]"), &ranges)?;
         if region.name.is_empty() || !names.insert(&region.name) {
-            let (field, accepted) = (
-                format!("reach[{i}].name"),
-                "a name of its own for each region",
-            );
             return Err(Error::value(
                 file,
-                field,
+                format!("reach[{i}].name"),
                 &region.name,
                 "is empty or taken",
-                accepted,
+                "a name of its own for each region",
             ));
         }
     }
@@ -278,20 +274,18 @@ impl RobotSettings {
                 });
             }
         }
-        let missing = |joint: &Joint| {
-            Error::value(
-                file,
-                "servos",
-                &joint.name,
-                "this joint has no servo",
-                "each joint in one group's `joints`",
-            )
-        };
-        servos
-            .into_iter()
-            .zip(joints)
-            .map(|(servo, joint)| servo.ok_or_else(|| missing(joint)))
-            .collect()
+        let servos = servos.into_iter().zip(joints).map(|(servo, joint)| {
+            servo.ok_or_else(|| {
+                Error::value(
+                    file,
+                    "servos",
+                    &joint.name,
+                    "this joint has no servo",
+                    "each joint in one group's `joints`",
+                )
+            })
+        });
+        servos.collect()
     }
 
     /// Home posture (rad), one angle per joint, checked against the joint limits.
@@ -433,17 +427,16 @@ fn stated_sole(file: &str, field: &str, face: &StatedFace, tree: &Tree) -> Resul
 
 /// Fails if a mesh of a sole was not read.
 fn check_mesh(file: &str, field: &str, frame: usize, tree: &Tree) -> Result<()> {
-    let missing = tree.missing.iter().find(|(of, _)| *of == frame);
-    missing.map_or(Ok(()), |(_, mesh)| {
-        let problem = format!("the mesh of its collision is left out: {mesh}");
-        Err(Error::value(
+    match tree.missing.iter().find(|(owner, _)| *owner == frame) {
+        Some((_, mesh)) => Err(Error::value(
             file,
             field,
             &tree.frames[frame].name,
-            problem,
+            format!("the mesh of its collision is left out: {mesh}"),
             "a file that can be read",
-        ))
-    })
+        )),
+        None => Ok(()),
+    }
 }
 
 fn sole_of_box(file: &str, field: &str, name: &str, tree: &Tree) -> Result<Sole> {
@@ -510,9 +503,8 @@ fn index<'a>(
     problem: &str,
     names: impl Iterator<Item = &'a str> + Clone,
 ) -> Result<usize> {
-    let accepted = || names.clone().collect::<Vec<_>>().join(", ");
-    names
-        .clone()
-        .position(|n| n == name)
-        .ok_or_else(|| Error::value(file, field, name, problem, accepted()))
+    names.clone().position(|n| n == name).ok_or_else(|| {
+        let accepted = names.collect::<Vec<_>>().join(", ");
+        Error::value(file, field, name, problem, accepted)
+    })
 }

@@ -55,16 +55,20 @@ impl Files {
     pub fn open(name_or_path: &str) -> Result<Files> {
         let urdf = opened(name_or_path)?;
         let beside = settings_path(name_or_path);
-        let found = match urdf.file.strip_prefix("builtin:") {
+        let stated = match urdf.file.strip_prefix("builtin:") {
             Some(name) => Some(assets::open(InputKind::RobotSettings, name)?),
             None if beside.exists() => Some(assets::text(&beside)?),
             None => None,
         };
-        let range_rad = found.as_ref().map_or(Ok(None), |found| {
-            settings::parse(found).map(|found| found.range_rad)
-        })?;
-        let (tree, are_inferred) = (Tree::parse(&urdf, range_rad)?, found.is_none());
-        let settings = found.map_or_else(|| inferred_from(&urdf, tree.clone(), None, None), Ok)?;
+        let range_rad = match &stated {
+            Some(source) => settings::parse(source)?.range_rad,
+            None => None,
+        };
+        let (tree, are_inferred) = (Tree::parse(&urdf, range_rad)?, stated.is_none());
+        let settings = match stated {
+            Some(source) => source,
+            None => inferred_from(&urdf, tree.clone(), None, None)?,
+        };
         let meshes = tree.kept_meshes.clone().map(|text| Source {
             file: format!("meshes of {}", urdf.file),
             text,
@@ -116,7 +120,9 @@ pub fn inferred(urdf: &Source, range_rad: Option<f64>) -> Result<Source> {
 /// The settings that are inferred from a URDF as by [`inferred`], with the soles that a file [states
 /// alone](states_soles_alone).
 pub fn completed(urdf: &Source, range_rad: Option<f64>, stated: Option<&Source>) -> Result<Source> {
-    range_rad.map_or(Ok(()), |range_rad| settings::check_range("init", range_rad))?;
+    if let Some(range_rad) = range_rad {
+        settings::check_range("init", range_rad)?;
+    }
     inferred_from(urdf, Tree::parse(urdf, range_rad)?, range_rad, stated)
 }
 
@@ -246,12 +252,11 @@ fn check_support(file: &str, robot: &Robot) -> Result<()> {
         }
     }
     let soles = Kinematics::at_home(robot).sole_poses(robot);
-    let pressed = |foot: Foot| {
-        robot.soles[foot]
-            .pressable_corners(0.5 * robot.mass() * GRAVITY)
-            .map(|at| (soles[foot] * at).xy())
-    };
-    let corners: Vec<_> = Foot::BOTH.into_iter().flat_map(pressed).collect();
+    let mut corners = Vec::new();
+    for foot in Foot::BOTH {
+        let pressable = robot.soles[foot].pressable_corners(0.5 * robot.mass() * GRAVITY);
+        corners.extend(pressable.map(|corner| (soles[foot] * corner).xy()));
+    }
     // Soles that only touch do not overlap.
     let inner = Foot::BOTH.map(|foot| {
         robot.soles[foot]

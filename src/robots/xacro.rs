@@ -61,9 +61,9 @@ fn expanded_file(file: &str) -> String {
 
 /// Whether a file is to be expanded: by its name, or if it uses a macro outside of comments.
 fn has_macros(source: &Source) -> bool {
-    let uses_macros = || {
-        let text = without_comments(&source.text);
-        text.contains(NAMESPACE) && text.contains("<xacro:")
-    };
-    source.file.ends_with(".xacro") || uses_macros()
+    if source.file.ends_with(".xacro") {
+        return true;
+    }
+    let text = without_comments(&source.text);
+    text.contains(NAMESPACE) && text.contains("<xacro:")
 }

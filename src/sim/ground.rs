@@ -149,11 +149,6 @@ impl Ground {
         let (reach_m, depth_m) = (REACH * diagonal_m, DEPTH * diagonal_m);
         let (far_low, far_high) = (low.map(|v| v - reach_m), high.map(|v| v + reach_m));
         let top = self.step_m.max(0.0);
-        let slab = |[from, to]: [Point2<f64>; 2]| {
-            let (middle, half) = (nalgebra::center(&from, &to), (to - from) / 2.0);
-            let pose = Isometry3::translation(middle.x, middle.y, top - depth_m / 2.0);
-            (pose, Vector3::new(half.x, half.y, depth_m / 2.0))
-        };
         let rectangles = if self.step_m < 0.0 {
             vec![[low, high]]
         } else if self.step_m > 0.0 {
@@ -166,7 +161,12 @@ impl Ground {
         } else {
             Vec::new()
         };
-        rectangles.into_iter().map(slab).collect()
+        let slabs = rectangles.into_iter().map(|[from, to]| {
+            let (middle, half) = (nalgebra::center(&from, &to), (to - from) / 2.0);
+            let pose = Isometry3::translation(middle.x, middle.y, top - depth_m / 2.0);
+            (pose, Vector3::new(half.x, half.y, depth_m / 2.0))
+        });
+        slabs.collect()
     }
 }
 

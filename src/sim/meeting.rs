@@ -67,10 +67,11 @@ impl Pairs {
             for a in
                 (0..b).filter(|&a| carrier(robot, b) != Some(a) && can_meet(limbs[a], limbs[b]))
             {
-                if at_home[a]
-                    .iter()
-                    .any(|one| at_home[b].iter().any(|other| gap_m(one, other) < TOUCHING))
-                {
+                if at_home[a].iter().any(|solid| {
+                    at_home[b]
+                        .iter()
+                        .any(|other| gap_m(solid, other) < TOUCHING)
+                }) {
                     touching_at_home.push([a, b]);
                 } else {
                     collide[a][b] = true;

@@ -20,8 +20,8 @@ impl Normal for Normals {
         };
         let mut rng = ChaCha8Rng::deserialize_state(&self.0.serialize_state());
         rng.set_word_pos((moment << SENSORS_LOG2 | sensor as u128) << WORDS_LOG2);
-        channels
-            .iter_mut()
-            .for_each(|channel| *channel = rng.sample(StandardNormal));
+        for channel in channels {
+            *channel = rng.sample(StandardNormal);
+        }
     }
 }

@@ -105,9 +105,9 @@ impl Errors {
     fn draw(&mut self, sd: &SensorNoise, scale: f64, normal: &dyn Normal, when: NoiseDraw) {
         let draw = |sensor: Sensor, sd: f64, channels: &mut [f64]| {
             normal.draw(when, sensor, channels);
-            channels
-                .iter_mut()
-                .for_each(|channel| *channel *= scale * sd);
+            for channel in channels {
+                *channel *= scale * sd;
+            }
         };
         draw(Sensor::JointAngles, sd.joint_angle_rad, &mut self.q);
         draw(Sensor::JointSpeeds, sd.joint_speed_rad_s, &mut self.dq);

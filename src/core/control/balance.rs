@@ -69,9 +69,9 @@ impl Balance {
 
     /// Makes the first footsteps depart from the footwork rule.
     pub fn depart(&mut self, departures: &Departures) {
-        self.footwork
-            .iter_mut()
-            .for_each(|footwork| footwork.depart(departures));
+        if let Some(footwork) = &mut self.footwork {
+            footwork.depart(departures);
+        }
     }
 
     pub fn in_air(&self) -> Option<Foot> {
@@ -250,9 +250,9 @@ impl Balance {
             last_landing,
         };
         self.swing = footstep(&mut **footwork, &now, &mut self.body);
-        self.swing
-            .iter()
-            .for_each(|swing| estimate.lift(swing.footstep.foot));
+        if let Some(swing) = &self.swing {
+            estimate.lift(swing.footstep.foot);
+        }
         self.swing.is_some()
     }
 

@@ -134,10 +134,9 @@ impl Controller for CpiController {
 
     fn report(&self) -> Report {
         let mut report = self.account().report();
-        report.totals.extend(
-            self.left_sets_at_s
-                .map(|at_s| ("left_sets_at_s".into(), at_s)),
-        );
+        if let Some(at_s) = self.left_sets_at_s {
+            report.totals.push(("left_sets_at_s".into(), at_s));
+        }
         report
     }
 
@@ -190,8 +189,9 @@ impl From<Design> for PreparedController {
         };
         let about = format!("with {gains} and {footsteps}");
         let shared = Arc::new(design.clone());
-        let start = move |_seed| CpiController::new(Arc::clone(&shared));
-        let mut factory = PreparedController::new(&family.name, about, start);
+        let mut factory = PreparedController::new(&family.name, about, move |_seed| {
+            CpiController::new(Arc::clone(&shared))
+        });
         factory.regions = family.gains.iter().map(|gain| gain.name.clone()).collect();
         factory.takes_footsteps = design.footwork.is_some();
         factory.warning = design.warning;

@@ -12,9 +12,10 @@ pub fn gap_m(a: &[Point3<f64>], b: &[Point3<f64>]) -> f64 {
     let (Some(first), Some(second)) = (a.first(), b.first()) else {
         return f64::INFINITY;
     };
-    // The point of `a - b` that lies farthest against a direction.
-    let support = |direction: &Vector3<f64>| {
-        let along = |p: &&Point3<f64>| p.coords.dot(direction);
+    let mut nearest = first - second;
+    let mut simplex = vec![nearest];
+    for _ in 0..STEPS {
+        let along = |p: &&Point3<f64>| p.coords.dot(&nearest);
         let least = a
             .iter()
             .min_by(|p, q| along(p).total_cmp(&along(q)))
@@ -23,12 +24,8 @@ pub fn gap_m(a: &[Point3<f64>], b: &[Point3<f64>]) -> f64 {
             .iter()
             .max_by(|p, q| along(p).total_cmp(&along(q)))
             .unwrap_or(second);
-        least - most
-    };
-    let mut nearest = first - second;
-    let mut simplex = vec![nearest];
-    for _ in 0..STEPS {
-        let next = support(&nearest);
+        // The point of `a - b` that lies farthest against `nearest`.
+        let next = least - most;
         let squared = nearest.norm_squared();
         if squared < 1e-18 {
             return 0.0;
@@ -45,14 +42,11 @@ pub fn gap_m(a: &[Point3<f64>], b: &[Point3<f64>]) -> f64 {
 /// The point of a simplex that lies nearest to the origin, and the corners between which it lies.
 fn nearest_of(simplex: &[Vector3<f64>]) -> (Vector3<f64>, Vec<Vector3<f64>>) {
     let parts = 1_usize..1 << simplex.len();
-    let corners = |part: usize| -> Vec<Vector3<f64>> {
-        (0..simplex.len())
+    let candidates = parts.filter_map(|part| {
+        let corners: Vec<_> = (0..simplex.len())
             .filter(|i| part >> i & 1 == 1)
             .map(|i| simplex[i])
-            .collect()
-    };
-    let candidates = parts.filter_map(|part| {
-        let corners = corners(part);
+            .collect();
         // At most four corners are kept: either four enclose the origin, or one of them is not needed.
         (corners.len() <= 4)
             .then(|| nearest_between(&corners))

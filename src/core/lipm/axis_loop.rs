@@ -45,22 +45,19 @@ impl AxisLoop {
     ) -> Vec<(f64, RowVector3<f64>)> {
         let mut own = self.observable_poles();
         let mut row = RowVector3::new(0.0, 0.0, 1.0);
-        let mut cascade: Vec<_> = through
-            .iter()
-            .rev()
-            .map(|pole| {
-                let (lag, output) = (pendulum.discrete_pole(*pole), row);
-                row = row * (self.closed - Matrix3::identity() * lag) / (1.0 - lag);
-                if let Some(i) = own.iter().position(|p| p == pole) {
-                    own.swap_remove(i);
-                }
-                if own.is_empty() {
-                    // This is exactly zero by Cayley-Hamilton, apart from rounding.
-                    row = RowVector3::zeros();
-                }
-                (lag, output)
-            })
-            .collect();
+        let mut cascade = Vec::with_capacity(through.len());
+        for pole in through.iter().rev() {
+            let lag = pendulum.discrete_pole(*pole);
+            cascade.push((lag, row));
+            row = row * (self.closed - Matrix3::identity() * lag) / (1.0 - lag);
+            if let Some(i) = own.iter().position(|p| p == pole) {
+                own.swap_remove(i);
+            }
+            if own.is_empty() {
+                // This is exactly zero by Cayley-Hamilton, apart from rounding.
+                row = RowVector3::zeros();
+            }
+        }
         cascade.reverse();
         cascade
     }

@@ -184,10 +184,10 @@ impl SteppingPendulum {
 
     /// The sole of the left foot (1) or the right one (-1), seen from the COM.
     fn sole(&self, foot: f64) -> Span {
-        let at = Vector2::new(0.0, 0.5 * foot * self.stance_width_m) - self.com.coords;
+        let center = Vector2::new(0.0, 0.5 * foot * self.stance_width_m) - self.com.coords;
         Span::new(
-            self.sole_x_m.map(|x| x + at.x),
-            self.sole_y_m.map(|y| y + at.y),
+            self.sole_x_m.map(|x| x + center.x),
+            self.sole_y_m.map(|y| y + center.y),
         )
     }
 

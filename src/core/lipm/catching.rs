@@ -117,19 +117,17 @@ impl Departure {
     /// The sum of two departures, number by number.
     pub fn and(&self, other: &Self) -> Self {
         let mut numbers = self.numbers();
-        numbers
-            .iter_mut()
-            .zip(other.numbers())
-            .for_each(|(number, more)| *number += more);
+        for (number, more) in numbers.iter_mut().zip(other.numbers()) {
+            *number += more;
+        }
         Self::of_numbers(numbers)
     }
 
     /// The departure with these numbers, each clamped to its largest magnitude.
     pub fn of_numbers(mut numbers: [f64; Self::NUMBERS]) -> Self {
-        numbers
-            .iter_mut()
-            .zip(Self::MOST)
-            .for_each(|(number, most)| *number = number.clamp(-most, most));
+        for (number, most) in numbers.iter_mut().zip(Self::MOST) {
+            *number = number.clamp(-most, most);
+        }
         let [
             lift,
             left,
@@ -420,8 +418,8 @@ mod tests {
         ) {
             let catch = landing(&PROBLEM, dcm.into(), time, SHARES[share]);
             let zmp = [0.045 * other[0], 0.032 * other[1]];
-            let at = |k: usize, u: f64| PROBLEM.reach[k][0] + (PROBLEM.reach[k][1] - PROBLEM.reach[k][0]) * u;
-            let place = [at(0, other[2]), at(1, other[3])];
+            let place = |k: usize, u: f64| PROBLEM.reach[k][0] + (PROBLEM.reach[k][1] - PROBLEM.reach[k][0]) * u;
+            let place = [place(0, other[2]), place(1, other[3])];
             let growth = (PROBLEM.omega * time).exp();
             let cost = |zmp: [f64; 2], place: [f64; 2]| -> f64 {
                 (0..2).map(|k| {

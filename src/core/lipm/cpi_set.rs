@@ -154,16 +154,15 @@ impl Inclusion {
 ///
 /// It fails as [`CpiSet::search`] does.
 pub fn nesting_warning(family: &GainFamily, support: &SupportPolygon) -> Result<Option<String>> {
-    static FOUND: Mutex<Vec<(GainFamily, SupportPolygon, Option<String>)>> = Mutex::new(Vec::new());
+    static KNOWN: Mutex<Vec<(GainFamily, SupportPolygon, Option<String>)>> = Mutex::new(Vec::new());
     // The lock is held during the search, so that threads with the same question wait for one answer.
-    let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
-    let is_same =
-        |other: &GainFamily| (&other.pendulum, &other.gains) == (&family.pendulum, &family.gains);
-    if let Some((_, _, warning)) = found
-        .iter()
-        .find(|(other, polygon, _)| is_same(other) && polygon.vertices() == support.vertices())
-    {
-        return Ok(warning.clone());
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    for (other, polygon, warning) in known.iter() {
+        if (&other.pendulum, &other.gains) == (&family.pendulum, &family.gains)
+            && polygon.vertices() == support.vertices()
+        {
+            return Ok(warning.clone());
+        }
     }
     let sets = CpiSet::search_family(family, support)?;
     let names: Vec<String> = sets.iter().map(|s| s.gain.clone()).collect();
@@ -174,7 +173,7 @@ pub fn nesting_warning(family: &GainFamily, support: &SupportPolygon) -> Result<
         }
     }
     let warning = warning(&names, &failures);
-    found.push((family.clone(), *support, warning.clone()));
+    known.push((family.clone(), *support, warning.clone()));
     Ok(warning)
 }
 

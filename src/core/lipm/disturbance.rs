@@ -72,9 +72,9 @@ impl Spread {
             return Self::default();
         }
         let [x, y] = [x, y].map(|axis| per_metre(pendulum, axis));
-        let at = |sums: &[f64], periods: usize| sums[periods.min(sums.len() - 1)];
+        let sum = |sums: &[f64], periods: usize| sums[periods.min(sums.len() - 1)];
         let after = (0..x.len().max(y.len()))
-            .map(|j| [bounds.x * at(&x, j), bounds.y * at(&y, j)])
+            .map(|j| [bounds.x * sum(&x, j), bounds.y * sum(&y, j)])
             .collect();
         Self { after }
     }

@@ -103,11 +103,13 @@ impl GainSet {
             ));
         }
         if let Some(kind) = self.kind.as_ref().filter(|kind| *kind != "cpi") {
-            let (problem, accepted) = (
+            return Err(Error::value(
+                file,
+                "kind",
+                kind,
                 "is not a gain set",
                 "a controller of kind \"cpi\", such as switching",
-            );
-            return Err(Error::value(file, "kind", kind, problem, accepted));
+            ));
         }
         let is_share = |value: &f64| (0.0..=MOST_OF_SOLE).contains(value);
         let (problem, accepted) = (
@@ -124,47 +126,43 @@ impl GainSet {
             ));
         }
         if !self.zmp_disturbance.bounds().iter().all(is_share) {
-            let (value, accepted) = (
-                self.zmp_disturbance.text(1.0),
-                format!("{accepted}, or [x, y]"),
-            );
             return Err(Error::value(
                 file,
                 "zmp_disturbance",
-                value,
+                self.zmp_disturbance.text(1.0),
                 problem,
-                accepted,
+                format!("{accepted}, or [x, y]"),
             ));
         }
         let count = self.gains.len();
         if count > MOST_GAINS {
-            let accepted = format!("up to {MOST_GAINS} gains");
             return Err(Error::value(
                 file,
                 "gains",
                 format!("{count} gains"),
                 "too many",
-                accepted,
+                format!("up to {MOST_GAINS} gains"),
             ));
         }
         if count == 0 {
-            let (problem, accepted) = (
+            return Err(Error::value(
+                file,
+                "gains",
+                "none",
                 "a gain set needs gains",
                 "one or more [[gains]], slow to fast",
-            );
-            return Err(Error::value(file, "gains", "none", problem, accepted));
+            ));
         }
         if let Some(stepping) = &self.stepping {
             stepping.validate(file)?;
         }
         if let Some(catching) = &self.catching {
             if self.stepping.is_some() {
-                let problem = "excludes [stepping]";
                 return Err(Error::value(
                     file,
                     "catching",
                     "a table",
-                    problem,
+                    "excludes [stepping]",
                     "one of the two tables",
                 ));
             }
@@ -175,10 +173,9 @@ impl GainSet {
                 .iter()
                 .any(|earlier| earlier.name == gain.name)
             {
-                let field = format!("gains[{i}].name");
                 return Err(Error::value(
                     file,
-                    field,
+                    format!("gains[{i}].name"),
                     format!("{:?}", gain.name),
                     "is used twice",
                     "distinct names",

@@ -71,16 +71,16 @@ impl OnlineSets {
     /// not strictly inside, the CPI sets are empty. It neither allocates nor searches.
     pub fn update(&mut self, polygon: &SupportPolygon) {
         let region = ZmpRows::new(polygon);
-        self.cascades
-            .iter_mut()
-            .for_each(|cascade| cascade.update(region));
+        for cascade in &mut self.cascades {
+            cascade.update(region);
+        }
     }
 
     /// Removes the support, so the sets are empty.
     pub fn clear(&mut self) {
-        self.cascades
-            .iter_mut()
-            .for_each(|cascade| cascade.update(ZmpRows::EMPTY));
+        for cascade in &mut self.cascades {
+            cascade.update(ZmpRows::EMPTY);
+        }
     }
 
     /// Number of gains.

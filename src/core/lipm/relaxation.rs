@@ -188,10 +188,12 @@ mod tests {
 
     /// COM and COM velocity by eq. 1 with the planned ZMP.
     fn integrated(plan: &AxisPlan, boundary: &Boundary, until_s: f64) -> [f64; 2] {
-        let rate = |time: f64, x: Vector2<f64>| {
-            Vector2::new(x[1], OMEGA * OMEGA * (x[0] - plan.zmp(time)))
-        };
-        testing::integrated(rate, Vector2::new(boundary.com, boundary.com_vel), until_s).into()
+        testing::integrated(
+            |time, x| Vector2::new(x[1], OMEGA * OMEGA * (x[0] - plan.zmp(time))),
+            Vector2::new(boundary.com, boundary.com_vel),
+            until_s,
+        )
+        .into()
     }
 
     /// The objective at (z0, z1), computed only from the COM that eq. 1 leads to.
@@ -226,13 +228,13 @@ mod tests {
             let plan = AxisPlan::new(OMEGA, &rules, &boundary);
             let [least, most] = boundary.zmp;
             prop_assert!(plan.z.iter().all(|z| (least..=most).contains(z)), "{:?}", plan.z);
-            let of = |z| objective(&plan, &rules, &boundary, z);
-            let best = of(plan.z);
+            let cost = |z| objective(&plan, &rules, &boundary, z);
+            let best = cost(plan.z);
             for way in 0..16 {
                 let (sin, cos) = (way as f64 * std::f64::consts::PI / 8.0).sin_cos();
                 for step in [1e-3, 0.02] {
                     let other = [plan.z[0] + step * cos, plan.z[1] + step * sin].map(|z| z.clamp(least, most));
-                    prop_assert!(best <= of(other) + 1e-12 * (1.0 + best), "{:?}: {best}, {other:?}: {}", plan.z, of(other));
+                    prop_assert!(best <= cost(other) + 1e-12 * (1.0 + best), "{:?}: {best}, {other:?}: {}", plan.z, cost(other));
                 }
             }
         }

@@ -364,10 +364,10 @@ mod tests {
             ([0.0, 0.05], [0.0, 1.0], 0.13),
             ([0.0, 0.05], [0.0, -1.0], 0.0),
         ] {
-            let found = RANGE.reach(from.into(), direction.into());
+            let reach_m = RANGE.reach(from.into(), direction.into());
             assert!(
-                (found - expected).abs() < 1e-12,
-                "{from:?} {direction:?}: {found}"
+                (reach_m - expected).abs() < 1e-12,
+                "{from:?} {direction:?}: {reach_m}"
             );
         }
     }

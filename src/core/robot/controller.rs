@@ -237,13 +237,13 @@ impl PreparedController {
 
     /// The robot with the servos for which the controller was made.
     pub fn robot<'r>(&self, robot: &'r Robot) -> Cow<'r, Robot> {
-        let with = |servos: &Vec<Servo>| {
-            Cow::Owned(Robot {
+        match &self.servos {
+            Some(servos) => Cow::Owned(Robot {
                 servos: servos.clone(),
                 ..robot.clone()
-            })
-        };
-        self.servos.as_ref().map_or(Cow::Borrowed(robot), with)
+            }),
+            None => Cow::Borrowed(robot),
+        }
     }
 
     /// Starts a controller with the robot at home and at rest. Its random numbers follow from the seed.

@@ -70,17 +70,17 @@ pub fn bounds(points: &[Point3<f64>]) -> (Point3<f64>, Point3<f64>) {
 fn extremal(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
     let (least, most) = bounds(points);
     let middle = nalgebra::center(&least, &most);
-    let farthest = |direction: Vector3<f64>| {
+    let mut chosen: Vec<usize> = Vec::new();
+    for direction in directions() {
         let along = |i: &usize| points[*i].coords.dot(&direction);
         // Of the points of a face, a corner is taken rather than a point within the face.
         let out = |i: &usize| (points[*i] - middle).norm_squared();
-        (0..points.len()).max_by(|a, b| {
+        chosen.extend((0..points.len()).max_by(|a, b| {
             along(a)
                 .total_cmp(&along(b))
                 .then_with(|| out(a).total_cmp(&out(b)))
-        })
-    };
-    let mut chosen: Vec<usize> = directions().filter_map(farthest).collect();
+        }));
+    }
     chosen.sort_unstable();
     chosen.dedup();
     let mut hull: Vec<Point3<f64>> = Vec::with_capacity(chosen.len());

@@ -83,14 +83,12 @@ impl Robot {
                 solid.shape = by.shape(&solid.shape);
             }
         }
-        robot
-            .joints
-            .iter_mut()
-            .for_each(|joint| joint.origin = by.pose(&joint.origin));
-        robot
-            .frames
-            .iter_mut()
-            .for_each(|frame| frame.pose = by.pose(&frame.pose));
+        for joint in &mut robot.joints {
+            joint.origin = by.pose(&joint.origin);
+        }
+        for frame in &mut robot.frames {
+            frame.pose = by.pose(&frame.pose);
+        }
         for foot in Foot::BOTH {
             let sole = &mut robot.soles[foot];
             sole.center = by.pose(&sole.center);

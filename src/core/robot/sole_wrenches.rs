@@ -88,7 +88,8 @@ impl Robot {
         let kinematics = Kinematics::at_home(self);
         let weight = Vector3::new(0.0, 0.0, self.mass() * GRAVITY);
         let mut tau = vec![0.0; self.joints.len()];
-        let mut of_foot = |foot: Foot| {
+        let mut shares = Vec::new();
+        for foot in Foot::BOTH {
             let stands = PerFoot::from_fn(|f| f == foot);
             let wrenches = share(
                 self,
@@ -107,14 +108,12 @@ impl Robot {
             let pitching = self
                 .chain(self.soles[foot].link)
                 .filter(|&j| kinematics.pitches(j));
-            pitching
-                .skip(1)
-                .map(|j| (j, tau[j].abs() / self.servos[j].torque_n_m))
-                .collect::<Vec<_>>()
-        };
-        Foot::BOTH
-            .into_iter()
-            .flat_map(&mut of_foot)
-            .max_by(|(_, one), (_, other)| one.total_cmp(other))
+            shares.extend(
+                pitching
+                    .skip(1)
+                    .map(|j| (j, tau[j].abs() / self.servos[j].torque_n_m)),
+            );
+        }
+        shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
     }
 }

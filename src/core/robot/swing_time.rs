@@ -140,10 +140,10 @@ impl<'a> SwingMotion<'a> {
         let leg: Vec<usize> = robot.chain(link).collect();
         for _ in 0..NEWTON_STEPS {
             self.kinematics.update(robot, &self.posture);
-            let is = self.kinematics.sole_pose(robot, foot);
+            let sole = self.kinematics.sole_pose(robot, foot);
             // Lengths are in COM heights.
-            let linear = (wanted.translation.vector - is.translation.vector) / height_m;
-            let angular = (wanted.rotation * is.rotation.inverse()).scaled_axis();
+            let linear = (wanted.translation.vector - sole.translation.vector) / height_m;
+            let angular = (wanted.rotation * sole.rotation.inverse()).scaled_axis();
             let error = Vector6::from_iterator(linear.iter().chain(angular.iter()).copied());
             if error.norm() < 1e-12 {
                 break;
@@ -151,15 +151,15 @@ impl<'a> SwingMotion<'a> {
             self.kinematics.point_jacobian(
                 robot,
                 link,
-                &is.translation.vector.into(),
+                &sole.translation.vector.into(),
                 &mut self.jacobian,
             );
             // The orientation has little weight, since a leg may not reach place and orientation together.
             let weight = Vector6::new(1.0, 1.0, 1.0, 0.03, 0.03, 0.03);
-            let unit = |row: usize| if row < 3 { height_m } else { 1.0 };
-            let entry =
-                |row: usize, k: usize| weight[row] * self.jacobian[(row, 6 + leg[k])] / unit(row);
-            let columns = DMatrix::from_fn(6, leg.len(), entry);
+            let columns = DMatrix::from_fn(6, leg.len(), |row, k| {
+                let unit = if row < 3 { height_m } else { 1.0 };
+                weight[row] * self.jacobian[(row, 6 + leg[k])] / unit
+            });
             let normal = &columns * columns.transpose() + Matrix6::from_diagonal_element(1e-11);
             let step =
                 columns.transpose() * normal.cholesky()?.solve(&error.component_mul(&weight));
@@ -167,32 +167,27 @@ impl<'a> SwingMotion<'a> {
                 break;
             }
             let short = (0.3 / step.amax()).min(1.0);
-            leg.iter()
-                .zip(step.iter())
-                .for_each(|(&j, step)| self.posture.q[j] += short * step);
+            for (&j, step) in leg.iter().zip(step.iter()) {
+                self.posture.q[j] += short * step;
+            }
         }
-        let is = self.kinematics.sole_pose(robot, foot).translation.vector;
-        let within = |&j: &usize| {
+        let sole = self.kinematics.sole_pose(robot, foot).translation.vector;
+        let is_within = leg.iter().all(|&j| {
             (robot.joints[j].lower_rad..=robot.joints[j].upper_rad).contains(&self.posture.q[j])
-        };
-        ((is - wanted.translation.vector).norm() < FOUND * height_m && leg.iter().all(within))
-            .then_some(())
+        });
+        ((sole - wanted.translation.vector).norm() < FOUND * height_m && is_within).then_some(())
     }
 
     /// The least time (s) with the present `sink_m`. It is None if there is none.
     fn time_s(&mut self) -> Option<f64> {
         let robot = self.robot;
         let leg: Vec<usize> = robot.chain(robot.soles[self.foot].link).collect();
-        let angles = (0..=PARTS).map(|i| {
+        let (mut angles, mut heights) = (Vec::new(), Vec::new());
+        for i in 0..=PARTS {
             let posture = self.posture(i as f64 / PARTS as f64)?;
-            let height = posture.base.translation.z;
-            Some((
-                leg.iter().map(|&j| posture.q[j]).collect::<Vec<f64>>(),
-                height,
-            ))
-        });
-        let (angles, heights): (Vec<Vec<f64>>, Vec<f64>) =
-            angles.collect::<Option<Vec<_>>>()?.into_iter().unzip();
+            angles.push(leg.iter().map(|&j| posture.q[j]).collect::<Vec<f64>>());
+            heights.push(posture.base.translation.z);
+        }
         let curve =
             |[before, now, after]: [f64; 3]| (after - 2.0 * now + before) * (PARTS * PARTS) as f64;
         let mut dynamics = Dynamics::new(robot);
@@ -213,13 +208,12 @@ impl<'a> SwingMotion<'a> {
             let gravity = dynamics.bias().clone();
             dynamics.update(robot, &self.kinematics, &rates);
             let motion = dynamics.mass_matrix() * &accelerations + dynamics.bias() - &gravity;
-            let load = |&j: &usize| JointLoad {
+            loads.extend(leg.iter().map(|&j| JointLoad {
                 servo: robot.servos[j],
                 motion: motion[6 + j],
                 gravity: gravity[6 + j],
                 rate: rates[6 + j],
-            };
-            loads.extend(leg.iter().map(load));
+            }));
         }
         let suffices = |time_s: f64| loads.iter().all(|load| load.is_within(time_s));
         let unit_s = self.units.time_s();
@@ -229,11 +223,11 @@ impl<'a> SwingMotion<'a> {
         }
         while long - short > ACCURACY * unit_s {
             let middle = 0.5 * (short + long);
-            *(if suffices(middle) {
-                &mut long
+            if suffices(middle) {
+                long = middle;
             } else {
-                &mut short
-            }) = middle;
+                short = middle;
+            }
         }
         Some(long)
     }

@@ -316,10 +316,10 @@ fn sizes_are_those_of_the_notes() {
         );
         let set = CpiSet::search(&gain, pendulum, &square).unwrap();
         for direction in [Vector2::x(), -Vector2::y()] {
-            let found = set.largest_impulse_from_rest(direction);
+            let impulse = set.largest_impulse_from_rest(direction);
             assert!(
-                (found - wanted).abs() < 0.005,
-                "{poles:?}: {found}, wanted {wanted}"
+                (impulse - wanted).abs() < 0.005,
+                "{poles:?}: {impulse}, wanted {wanted}"
             );
         }
     }
@@ -513,7 +513,7 @@ fn the_worst_disturbances_take_the_zmp_to_the_edge_and_not_beyond() {
             let set = CpiSet::search(&gain, PENDULUM, &polygon).unwrap();
             for x in directions(12) {
                 let border = x / set.set.gauge(x.as_slice());
-                let at = |scale: f64| {
+                let worst = |scale: f64| {
                     worst_simulated(
                         &gain,
                         bounds,
@@ -522,8 +522,8 @@ fn the_worst_disturbances_take_the_zmp_to_the_edge_and_not_beyond() {
                     )
                 };
                 // Every twentieth number of periods is simulated, so the ZMP may end a little before the edge.
-                assert!(at(0.9999) <= 1.0, "{name}, {poles:?}: {}", at(0.9999));
-                assert!(at(1.02) > 1.0, "{name}, {poles:?}: {}", at(1.02));
+                assert!(worst(0.9999) <= 1.0, "{name}, {poles:?}: {}", worst(0.9999));
+                assert!(worst(1.02) > 1.0, "{name}, {poles:?}: {}", worst(1.02));
             }
         }
     }

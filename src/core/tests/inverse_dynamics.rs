@@ -336,7 +336,9 @@ proptest! {
         standing in 0..3usize,
     ) {
         let mut posture = ROBOT.home_posture();
-        posture.q.iter_mut().zip(&q).for_each(|(q, by)| *q += by);
+        for (q, by) in posture.q.iter_mut().zip(&q) {
+            *q += by;
+        }
         let standing = [BOTH, LEFT, PerFoot { left: false, right: true }][standing];
         let mut wanted = DesiredAcceleration::rest(&ROBOT, standing);
         let at = |i: usize| vector![acc[i], acc[i + 1], acc[i + 2]];

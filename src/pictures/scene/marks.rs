@@ -69,21 +69,20 @@ pub(super) fn of(
                     .regions
                     .iter()
                     .partition(|region| now.gain.as_ref() == Some(&region.name));
-                others
-                    .into_iter()
-                    .for_each(|region| add(polygon(&region.corners, resting)));
-                active
-                    .into_iter()
-                    .for_each(|region| add(polygon(&region.corners, acting)));
+                for region in others {
+                    add(polygon(&region.corners, resting));
+                }
+                for region in active {
+                    add(polygon(&region.corners, acting));
+                }
             }
             Style::Spot { of, sign } => {
-                of(now)
-                    .map(|at| Drawing::Sign {
+                if let Some(at) = of(now) {
+                    add(Drawing::Sign {
                         at: floor(at),
                         sign,
-                    })
-                    .into_iter()
-                    .for_each(add);
+                    });
+                }
             }
             Style::Com { sign, foot } => {
                 let (from, to) = (now.com, floor(now.com.xy()));
@@ -92,10 +91,11 @@ pub(super) fn of(
                 add(Drawing::Sign { at: from, sign });
             }
             Style::Arrow { of, ends, .. } => {
-                of(now)
-                    .iter()
-                    .filter_map(|force| arrow_along(overlay, force, ends, scale))
-                    .for_each(add);
+                for force in &of(now) {
+                    if let Some(arrow) = arrow_along(overlay, force, ends, scale) {
+                        add(arrow);
+                    }
+                }
             }
         }
     }

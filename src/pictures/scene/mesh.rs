@@ -94,27 +94,28 @@ const CREASE_RAD: f64 = 0.7;
 /// A mesh of a file, with normals that show curved surfaces and edges.
 fn creased(mesh: &robot::mesh::Mesh) -> DrawnMesh {
     let at = |i: u32| mesh.points[i as usize];
-    let across = |&[a, b, c]: &[u32; 3]| (at(b) - at(a)).cross(&(at(c) - at(a)));
-    let across: Vec<Vector3<f64>> = mesh.triangles.iter().map(across).collect();
+    let across: Vec<Vector3<f64>> = mesh
+        .triangles
+        .iter()
+        .map(|&[a, b, c]| (at(b) - at(a)).cross(&(at(c) - at(a))))
+        .collect();
     let normal = |face: usize| across[face].try_normalize(0.0);
     let mut around = vec![Vec::new(); mesh.points.len()];
     for (face, triangle) in mesh.triangles.iter().enumerate() {
-        triangle
-            .iter()
-            .for_each(|&corner| around[corner as usize].push(face));
+        for &corner in triangle {
+            around[corner as usize].push(face);
+        }
     }
     let mut creased = DrawnMesh::default();
     // The corners made so far for each point, by the faces that share them.
     let mut made: HashMap<(u32, Vec<usize>), usize> = HashMap::new();
     for (face, triangle) in mesh.triangles.iter().enumerate() {
         let Some(own) = normal(face) else { continue };
-        let corner = |&point: &u32| {
-            let is_smooth =
-                |other: &usize| normal(*other).is_some_and(|n| n.dot(&own) > CREASE_RAD.cos());
+        creased.faces.push(triangle.map(|point| {
             let shared: Vec<usize> = around[point as usize]
                 .iter()
                 .copied()
-                .filter(is_smooth)
+                .filter(|&other| normal(other).is_some_and(|n| n.dot(&own) > CREASE_RAD.cos()))
                 .collect();
             let sum: Vector3<f64> = shared.iter().map(|&other| across[other]).sum();
             *made.entry((point, shared)).or_insert_with(|| {
@@ -123,9 +124,7 @@ fn creased(mesh: &robot::mesh::Mesh) -> DrawnMesh {
                     .push((at(point), sum.try_normalize(0.0).unwrap_or(own)));
                 creased.corners.len() - 1
             })
-        };
-        let corners: Vec<usize> = triangle.iter().map(corner).collect();
-        creased.faces.push([corners[0], corners[1], corners[2]]);
+        }));
     }
     creased
 }
@@ -136,13 +135,12 @@ fn revolved(profile: &[[f64; 4]]) -> DrawnMesh {
     let mut mesh = DrawnMesh::default();
     for k in 0..SIDES {
         let (sin, cos) = (360.0 * k as f64 / SIDES as f64).to_radians().sin_cos();
-        let corner = |&[r, z, nr, nz]: &[f64; 4]| {
-            (
+        for &[r, z, nr, nz] in profile {
+            mesh.corners.push((
                 Point3::new(r * cos, r * sin, z),
                 Vector3::new(nr * cos, nr * sin, nz),
-            )
-        };
-        mesh.corners.extend(profile.iter().map(corner));
+            ));
+        }
     }
     for k in 0..SIDES {
         let (this, next) = (k * profile.len(), (k + 1) % SIDES * profile.len());
@@ -177,9 +175,9 @@ impl DrawnMesh {
     }
 
     pub fn at(mut self, pose: &Isometry3<f64>) -> Self {
-        self.corners
-            .iter_mut()
-            .for_each(|(at, normal)| (*at, *normal) = (pose * *at, pose * *normal));
+        for (at, normal) in &mut self.corners {
+            (*at, *normal) = (pose * *at, pose * *normal);
+        }
         self
     }
 

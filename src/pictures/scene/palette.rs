@@ -199,15 +199,11 @@ impl Overlay {
                 )
             }
             Self::Footstep => {
-                let of = |now: &Snapshot| {
-                    now.footstep
-                        .iter()
-                        .flatten()
-                        .map(|corner| corner.xy())
-                        .collect()
-                };
                 let style = Style::Polygon {
-                    of,
+                    of: |now| {
+                        let corners = now.footstep.iter().flatten();
+                        corners.map(|corner| corner.xy()).collect()
+                    },
                     sheet: sheet(0.28, 1.0, 2.5),
                 };
                 (
@@ -220,14 +216,11 @@ impl Overlay {
                 )
             }
             Self::Contacts => {
-                let of = |now: &Snapshot| {
-                    [now.contacts.left, now.contacts.right]
-                        .into_iter()
-                        .flatten()
-                        .collect()
-                };
                 let style = Style::Arrow {
-                    of,
+                    of: |now| {
+                        let contacts = [now.contacts.left, now.contacts.right];
+                        contacts.into_iter().flatten().collect()
+                    },
                     m_per_n: 0.002,
                     ends: false,
                     width: 3.0,
@@ -242,9 +235,8 @@ impl Overlay {
                 )
             }
             Self::Push => {
-                let of = |now: &Snapshot| now.push.into_iter().collect();
                 let style = Style::Arrow {
-                    of,
+                    of: |now| now.push.into_iter().collect(),
                     m_per_n: 0.004,
                     ends: true,
                     width: 4.0,

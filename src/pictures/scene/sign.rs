@@ -87,18 +87,17 @@ impl Sign {
                 ]
             }
         };
+        let mut white = Vec::new();
         // The space between the quarters is white, too.
-        let ground = (self == Sign::Quartered).then(|| FlatShape::Area { path: circle(8.0) });
-        let white: Vec<FlatShape> = ground
-            .into_iter()
-            .chain(colored.iter().map(FlatShape::widened))
-            .collect();
-        let piece = |is_white: bool| move |form| Piece { form, is_white };
-        white
-            .into_iter()
-            .map(piece(true))
-            .chain(colored.into_iter().map(piece(false)))
-            .collect()
+        if self == Sign::Quartered {
+            white.push(FlatShape::Area { path: circle(8.0) });
+        }
+        white.extend(colored.iter().map(FlatShape::widened));
+        let mut pieces = Vec::new();
+        for (forms, is_white) in [(white, true), (colored, false)] {
+            pieces.extend(forms.into_iter().map(|form| Piece { form, is_white }));
+        }
+        pieces
     }
 }
 
@@ -134,11 +133,11 @@ impl FlatShape {
 
 /// A circle about the marked point. Coordinates are rounded, so that pages are the same to the byte on every machine.
 fn circle(radius: f64) -> Vec<ScreenPoint> {
-    let corner = |k: usize| {
+    let corners = (0..ROUND).map(|k| {
         let (sin, cos) = (TAU * k as f64 / ROUND as f64).sin_cos();
         [cos, sin].map(|share| (1000.0 * radius * share).round() / 1000.0)
-    };
-    (0..ROUND).map(corner).collect()
+    });
+    corners.collect()
 }
 
 #[cfg(test)]

@@ -64,11 +64,11 @@ fn outline(mut path: Vec<ScreenPoint>, width: f64) -> Vec<FlatShape> {
     path.dedup_by(|a, b| length(way(*a, *b)) < 1.0);
     let count = path.len();
     let side = |i: usize| way(path[i % count], path[(i + 1) % count]);
-    let is_spike = |i: usize| {
+    let has_spike = (0..count).any(|i| {
         let (a, b) = (side(i), side(i + 1));
         a[0] * b[0] + a[1] * b[1] < -0.9 * length(a) * length(b)
-    };
-    if (0..count).any(is_spike) {
+    });
+    if has_spike {
         return (0..count)
             .map(|i| FlatShape::Line {
                 path: [path[i], path[(i + 1) % count]],
@@ -85,22 +85,22 @@ fn outline(mut path: Vec<ScreenPoint>, width: f64) -> Vec<FlatShape> {
 
 /// The strokes of a sign at a place in the picture.
 fn sign_at(sign: Sign, at: ScreenPoint, color: Color) -> Vec<Stroke> {
-    let there = |path: &mut [ScreenPoint]| {
-        path.iter_mut()
-            .for_each(|corner| *corner = [corner[0] + at[0], corner[1] + at[1]])
-    };
-    let stroke = |Piece { mut form, is_white }: Piece| {
-        match &mut form {
-            FlatShape::Area { path } | FlatShape::Outline { path, .. } => there(path),
-            FlatShape::Line { path, .. } => there(path),
+    let mut strokes = Vec::new();
+    for Piece { mut form, is_white } in sign.pieces() {
+        let path: &mut [ScreenPoint] = match &mut form {
+            FlatShape::Area { path } | FlatShape::Outline { path, .. } => path,
+            FlatShape::Line { path, .. } => path,
+        };
+        for corner in path {
+            *corner = [corner[0] + at[0], corner[1] + at[1]];
         }
-        Stroke {
+        strokes.push(Stroke {
             form,
             color: if is_white { Color::WHITE } else { color },
             opacity: 1.0,
-        }
-    };
-    sign.pieces().into_iter().map(stroke).collect()
+        });
+    }
+    strokes
 }
 
 /// An arrow with a shaft of this width. The head of a short arrow is smaller, and an arrow too short to be seen is

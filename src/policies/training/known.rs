@@ -130,24 +130,21 @@ impl Training {
             ("period_s", &self.period_s.origin),
             ("joints", &self.joints.origin),
         ];
-        origins.extend(
-            self.lists()
-                .into_iter()
-                .map(|(key, _, figure)| (key, &figure.origin)),
-        );
+        for (key, _, figure) in self.lists() {
+            origins.push((key, &figure.origin));
+        }
         origins.push(("observation", &self.observation.origin));
-        origins.extend(
-            self.action_clip
-                .iter()
-                .map(|figure| ("action_clip", &figure.origin)),
-        );
-        origins.extend(self.gait.iter().map(|figure| ("gait", &figure.origin)));
-        let why = |(key, origin): (&str, &String)| {
-            origin
-                .strip_prefix("assumed: ")
-                .map(|why| format!("{key}: {why}"))
-        };
-        origins.into_iter().filter_map(why).collect()
+        if let Some(figure) = &self.action_clip {
+            origins.push(("action_clip", &figure.origin));
+        }
+        if let Some(figure) = &self.gait {
+            origins.push(("gait", &figure.origin));
+        }
+        let assumed = origins.into_iter().filter_map(|(key, origin)| {
+            let why = origin.strip_prefix("assumed: ")?;
+            Some(format!("{key}: {why}"))
+        });
+        assumed.collect()
     }
 }
 
@@ -156,18 +153,19 @@ impl Training {
 pub fn inertias_of_gains(stiffness: &[f64], damping: &[f64]) -> Option<Figure<Vec<f64>>> {
     const OMEGA_RAD_S: f64 = 10.0 * std::f64::consts::TAU;
     const DAMPING_RATIO: f64 = 2.0;
-    let fits = |(kp, kd): (&f64, &f64)| {
+    let fit = stiffness.iter().zip(damping).all(|(kp, kd)| {
         *kp > 0.0 && (kd * OMEGA_RAD_S / (2.0 * DAMPING_RATIO * kp) - 1.0).abs() < 1e-3
-    };
+    });
+    if stiffness.is_empty() || !fit {
+        return None;
+    }
     // Six digits are more than the accuracy of the inertias.
-    let six_digits = |x: f64| format!("{x:.5e}").parse().unwrap_or(x);
-    let inertias = stiffness
-        .iter()
-        .map(|kp| six_digits(kp / OMEGA_RAD_S.powi(2)))
-        .collect();
+    let inertias = stiffness.iter().map(|kp| {
+        let inertia = kp / OMEGA_RAD_S.powi(2);
+        format!("{inertia:.5e}").parse().unwrap_or(inertia)
+    });
     let why = "stiffness and damping are those of a natural frequency of 10 Hz and a damping ratio of 2 with them";
-    (!stiffness.is_empty() && stiffness.iter().zip(damping).all(fits))
-        .then(|| Figure::inferred(inertias, why))
+    Some(Figure::inferred(inertias.collect(), why))
 }
 
 /// The quantity that Isaac Lab and mjlab call by this name, with their usual terms. Errors name `file` and `field`.
@@ -187,11 +185,11 @@ pub fn quantity(file: &str, field: &str, name: &str) -> Result<Quantity> {
         ("actions", Quantity::LastAction),
         ("gait_phase", Quantity::Phase),
     ];
-    let found = KNOWN
+    let quantity = KNOWN
         .into_iter()
         .find(|(known, _)| *known == name)
         .map(|(_, quantity)| quantity);
-    found.ok_or_else(|| {
+    quantity.ok_or_else(|| {
         let accepted = KNOWN.map(|(known, _)| known).join(", ");
         Error::value(file, field, name, "is no term that is known here", accepted)
     })

@@ -33,7 +33,8 @@ struct Metadata<'a> {
 
 impl Metadata<'_> {
     fn text(&self, key: &str) -> Result<&str> {
-        let missing = || {
+        let text = self.metadata.get(key).map(String::as_str);
+        text.ok_or_else(|| {
             Error::value(
                 self.file,
                 format!("metadata.{key}"),
@@ -41,11 +42,7 @@ impl Metadata<'_> {
                 "is missing",
                 "a list",
             )
-        };
-        self.metadata
-            .get(key)
-            .map(String::as_str)
-            .ok_or_else(missing)
+        })
     }
 
     /// A list, in JSON or separated by commas.
@@ -62,8 +59,9 @@ impl Metadata<'_> {
     }
 
     fn numbers(&self, key: &str) -> Result<Vec<f64>> {
-        let number = |word: String| {
-            let bad = |_| {
+        let mut numbers = Vec::new();
+        for word in self.words(key)? {
+            numbers.push(word.parse().map_err(|_| {
                 Error::value(
                     self.file,
                     format!("metadata.{key}"),
@@ -71,21 +69,21 @@ impl Metadata<'_> {
                     "is no number",
                     "numbers",
                 )
-            };
-            word.parse().map_err(bad)
-        };
-        self.words(key)?.into_iter().map(number).collect()
+            })?);
+        }
+        Ok(numbers)
     }
 
     fn mjlab(&self) -> Result<Training> {
         let joints = self.words("joint_names")?;
-        let term =
-            |name: &String| quantity(self.file, "metadata.observation_names", name).map(plain);
-        let terms = self
-            .words("observation_names")?
-            .iter()
-            .map(term)
-            .collect::<Result<_>>()?;
+        let mut terms = Vec::new();
+        for name in self.words("observation_names")? {
+            terms.push(plain(quantity(
+                self.file,
+                "metadata.observation_names",
+                &name,
+            )?));
+        }
         let (stiffness, damping) = (
             self.numbers("joint_stiffness")?,
             self.numbers("joint_damping")?,
@@ -150,12 +148,12 @@ impl Metadata<'_> {
             })
         };
         let at_home = || {
-            let at_home = |name: &String| {
+            let angles = joints.iter().map(|name| {
                 let joint = robot.joints.iter().position(|joint| joint.name == *name);
                 joint.map_or(0.0, |joint| robot.home_rad[joint])
-            };
+            });
             Figure::assumed(
-                joints.iter().map(at_home).collect(),
+                angles.collect(),
                 "those of the robot's home, as none are stated",
             )
         };
@@ -262,11 +260,11 @@ fn holosoma_robot(joints: &[String]) -> Option<Holosoma> {
 
 /// A number for each joint.
 fn by_parts(joints: &[String], parts: Parts) -> Vec<f64> {
-    let of_joint = |joint: &String| {
+    let numbers = joints.iter().map(|joint| {
         parts
             .iter()
             .find(|(part, _)| joint.contains(part))
             .map_or(0.0, |(_, number)| *number)
-    };
-    joints.iter().map(of_joint).collect()
+    });
+    numbers.collect()
 }

@@ -36,11 +36,11 @@ pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Writt
         .map(Path::to_path_buf)
         .or_else(|| own.is_file().then_some(own));
     // The metadata surely belong to this policy; another description beside it may belong to another one.
-    let found = match &stated {
+    let training = match &stated {
         Some(path) => Some(described(path)?),
         None => metadata::training(&file, &metadata, robot)?,
     };
-    let training = match (found, description(model)) {
+    let training = match (training, description(model)) {
         (Some(training), _) => training,
         (None, Some(path)) => described(&path)?,
         (None, None) => {

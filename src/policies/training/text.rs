@@ -114,7 +114,9 @@ pub fn toml(model: &Path, training: &Training) -> String {
                 _ = writeln!(text, "scale = [{}]", items.join(", "));
             }
         }
-        let _ = clip.map(|clip| writeln!(text, "clip = {}", decimal(clip)));
+        if let Some(clip) = clip {
+            _ = writeln!(text, "clip = {}", decimal(*clip));
+        }
         if *history > 1 {
             let _ = writeln!(text, "history = {history}");
         }

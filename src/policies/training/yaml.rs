@@ -174,31 +174,29 @@ impl Deploy {
             )
         };
         let of_motor = |field: &'static str, list: &[f64]| {
-            let pick = |&motor: &usize| {
-                let missing = || {
+            let picked = joint_ids_map.iter().map(|&motor| {
+                list.get(motor).copied().ok_or_else(|| {
                     bad(
                         field,
                         format!("{} numbers", list.len()),
                         "has none for a motor",
                         "one for each motor",
                     )
-                };
-                list.get(motor).copied().ok_or_else(missing)
-            };
-            joint_ids_map.iter().map(pick).collect::<Result<Vec<f64>>>()
+                })
+            });
+            picked.collect::<Result<Vec<f64>>>()
         };
-        let name = |&motor: &usize| {
-            let missing = || {
+        let mut joints: Vec<String> = Vec::new();
+        for &motor in &joint_ids_map {
+            joints.push(names.get(motor).cloned().ok_or_else(|| {
                 bad(
                     "joint_ids_map",
                     motor.to_string(),
                     "is no joint of the robot",
                     "the number of a joint",
                 )
-            };
-            names.get(motor).cloned().ok_or_else(missing)
-        };
-        let joints: Vec<String> = joint_ids_map.iter().map(name).collect::<Result<_>>()?;
+            })?);
+        }
         let names = actions.keys().cloned().collect::<Vec<_>>().join(", ");
         let mut actions = actions.into_values();
         let (
@@ -291,12 +289,6 @@ impl Deploy {
             of_motor("stiffness", &stiffness)?,
             of_motor("damping", &damping)?,
         );
-        let usual = || {
-            Figure::assumed(
-                vec![0.01; stiffness.len()],
-                "those of unitree_rl_lab's robots",
-            )
-        };
         Ok(Training {
             by: format!("unitree_rl_lab, {file}"),
             period_s: Figure::read(step_dt),
@@ -304,9 +296,14 @@ impl Deploy {
             action_scale: Figure::read(scale.each(joints.len())),
             action_clip: None,
             torque_n_m: None,
-            rotor_inertia_kg_m2: Some(
-                inertias_of_gains(&stiffness, &damping).unwrap_or_else(usual),
-            ),
+            rotor_inertia_kg_m2: Some(inertias_of_gains(&stiffness, &damping).unwrap_or_else(
+                || {
+                    Figure::assumed(
+                        vec![0.01; stiffness.len()],
+                        "those of unitree_rl_lab's robots",
+                    )
+                },
+            )),
             stiffness: Figure::read(stiffness),
             damping: Figure::read(damping),
             joints: Figure::assumed(

@@ -17,21 +17,20 @@ struct Hull {
 
 impl Hulls {
     pub fn of(robot: &Robot) -> Self {
-        let hulls = |link: &standfast_core::robot::Link| {
-            let hull = |solid: &standfast_core::robot::Solid| {
-                let points: Vec<_> = solid.points().collect();
+        let mut links = Vec::with_capacity(robot.links.len());
+        for link in &robot.links {
+            let mut hulls = Vec::new();
+            for solid in &link.collisions {
                 let (center, radius_m) = solid.shape.ball();
-                Hull {
-                    points,
+                hulls.push(Hull {
+                    points: solid.points().collect(),
                     center: solid.pose * center,
                     radius_m,
-                }
-            };
-            link.collisions.iter().map(hull).collect()
-        };
-        Self {
-            links: robot.links.iter().map(hulls).collect(),
+                });
+            }
+            links.push(hulls);
         }
+        Self { links }
     }
 
     /// The gap between two links (m), or `enough_m` if it is larger.

@@ -128,8 +128,9 @@ pub fn find(robot: &Robot, limbs: &Limbs, reference: Option<&[f64]>) -> Result<F
         length_m,
     };
     solver.solve(&mut q);
-    q.iter_mut()
-        .for_each(|angle| *angle = to_decimals(*angle, 6));
+    for angle in &mut q {
+        *angle = to_decimals(*angle, 6);
+    }
     let apart_m = solver.check(&q)?;
     let solved = solver
         .legs
@@ -270,13 +271,13 @@ impl Solver<'_> {
                 };
                 let step = -solvable.solve(&(jacobian.transpose() * &errors));
                 // A joint that would leave its limits stays, and the other joints compensate.
-                let leaves = |&(k, j): &(usize, usize)| {
+                let leaving = free.iter().enumerate().position(|(k, &j)| {
                     let joint = &self.robot.joints[j];
                     step[k].abs() > 1e-12
                         && within(q[j] + step[k], joint.lower_rad, joint.upper_rad) == q[j]
-                };
-                match free.iter().copied().enumerate().find(leaves) {
-                    Some((k, _)) => _ = free.remove(k),
+                });
+                match leaving {
+                    Some(k) => _ = free.remove(k),
                     None => break step,
                 }
             };
@@ -346,7 +347,9 @@ fn bring_arms_down(robot: &Robot, limbs: &Limbs, gap_m: f64, q: &mut [f64]) {
             .iter()
             .find_map(|other| mirrored(robot, other, arm, q));
         if let Some(angles) = other {
-            arm.iter().zip(angles).for_each(|(&j, angle)| q[j] = angle);
+            for (&j, angle) in arm.iter().zip(angles) {
+                q[j] = angle;
+            }
             continue;
         }
         let of_arm: Vec<usize> = Limbs::links(arm).collect();
@@ -367,12 +370,15 @@ fn bring_arms_down(robot: &Robot, limbs: &Limbs, gap_m: f64, q: &mut [f64]) {
                     ..robot.zero_posture()
                 },
             );
-            let near = |pair: &[usize; 2]| 1.0 - hulls.gap_m(&kinematics, *pair, gap_m) / gap_m;
             let (_, com) = kinematics.subtree(of_arm[0]);
             let shoulder = kinematics.joint_position(arm[0]);
             let reach = (com - shoulder).norm().max(1e-6);
             let bent: f64 = arm.iter().map(|&j| q[j] * q[j]).sum();
-            (com.z - shoulder.z) / reach + 0.3 * bent + 10.0 * pairs.iter().map(near).sum::<f64>()
+            let near: f64 = pairs
+                .iter()
+                .map(|pair| 1.0 - hulls.gap_m(&kinematics, *pair, gap_m) / gap_m)
+                .sum();
+            (com.z - shoulder.z) / reach + 0.3 * bent + 10.0 * near
         };
         let mut least = cost(q);
         for _ in 0..ARM_ROUNDS {
@@ -382,10 +388,10 @@ fn bring_arms_down(robot: &Robot, limbs: &Limbs, gap_m: f64, q: &mut [f64]) {
                 let most = (1.6 / ARM_STEP_RAD) as i32;
                 for angle in (-most..=most).map(|k| f64::from(k) * ARM_STEP_RAD) {
                     q[j] = within(angle, joint.lower_rad, joint.upper_rad);
-                    let found = cost(q);
+                    let cost = cost(q);
                     // Of equal angles, the first one stays.
-                    if found < least - 1e-9 {
-                        (least, best) = (found, q[j]);
+                    if cost < least - 1e-9 {
+                        (least, best) = (cost, q[j]);
                     }
                 }
                 q[j] = best;

@@ -87,40 +87,38 @@ fn trunk(
     let mass_kg = |link: usize| robot.links[link].mass_kg;
     let others = (0..robot.links.len()).filter(|&link| !of_leg(link));
     let heaviest_kg = others.clone().map(mass_kg).fold(0.0, f64::max);
-    let has_imu = |link: usize| {
-        robot
+    let rank = |link: usize| {
+        let has_imu = robot
             .frames
             .iter()
-            .any(|frame| frame.link == link && frame.name.to_lowercase().contains("imu"))
-    };
-    let arms = |link: usize| {
-        (0..robot.joints.len())
+            .any(|frame| frame.link == link && frame.name.to_lowercase().contains("imu"));
+        let arms = (0..robot.joints.len())
             .filter(|&j| robot.joints[j].parent == link && of_arm(j))
-            .count()
+            .count();
+        (has_imu, arms > 1)
     };
     // Of equal links, the first one is taken.
     others
         .filter(|&link| mass_kg(link) >= NEARLY * heaviest_kg)
         .rev()
         .max_by(|&a, &b| {
-            let [a, b] = [a, b].map(|link| (has_imu(link), arms(link) > 1, mass_kg(link)));
-            (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2))
+            rank(a)
+                .cmp(&rank(b))
+                .then(mass_kg(a).total_cmp(&mass_kg(b)))
         })
 }
 
 /// The two chains with the lowest ends at zero joint angles.
 fn legs(robot: &Robot) -> Option<PerFoot<Vec<usize>>> {
     let kinematics = Kinematics::new(robot);
-    let is_end = |link: usize| robot.joints.iter().all(|joint| joint.parent != link);
-    let chain = |link: usize| -> Vec<usize> {
-        let mut joints: Vec<usize> = robot.chain(link).collect();
-        joints.reverse();
-        joints
-    };
-    let ends: Vec<(f64, Vec<usize>)> = (1..robot.links.len())
-        .filter(|&link| is_end(link))
-        .map(|link| (lowest_m(robot, &kinematics, link), chain(link)))
-        .collect();
+    let mut ends: Vec<(f64, Vec<usize>)> = Vec::new();
+    for link in 1..robot.links.len() {
+        if robot.joints.iter().all(|joint| joint.parent != link) {
+            let mut chain: Vec<usize> = robot.chain(link).collect();
+            chain.reverse();
+            ends.push((lowest_m(robot, &kinematics, link), chain));
+        }
+    }
     let own = |a: &[usize], b: &[usize]| -> Vec<usize> {
         a.iter().copied().filter(|j| !b.contains(j)).collect()
     };

@@ -16,7 +16,7 @@ use crate::settings::{SolesAlone, settings_path};
 use crate::tree::Tree;
 use limbs::Limbs;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Foot, PerFoot, Robot, SensorNoise, Servo};
+use standfast_core::robot::{Foot, PerFoot, Robot, SensorNoise};
 use standfast_files::assets::Source;
 
 /// How to state by hand what cannot be inferred.
@@ -38,17 +38,14 @@ pub(super) fn settings(
     range_rad: Option<f64>,
     stated: Option<&Source>,
 ) -> Result<String> {
-    let stated = stated
-        .map(|source| Ok((source, SolesAlone::parse(source)?)))
-        .transpose()?;
-    let stated = stated.map(|(source, file)| {
-        Ok((
-            source,
-            file.soles(&source.file, &mut tree)?,
-            file.are_boxes(),
-        ))
-    });
-    let stated = stated.transpose()?;
+    let stated = match stated {
+        Some(source) => {
+            let file = SolesAlone::parse(source)?;
+            let soles = file.soles(&source.file, &mut tree)?;
+            Some((source, soles, file.are_boxes()))
+        }
+        None => None,
+    };
     let fail = |problems: &[String]| {
         let problem = format!("cannot be inferred: {}", problems.join("; "));
         Error::value(&urdf.file, "settings", "(none)", problem, BY_HAND)
@@ -74,24 +71,17 @@ pub(super) fn settings(
     };
     robot.home_rad = vec![0.0; robot.joints.len()];
     let Some(limbs) = Limbs::of(&robot) else {
-        let problem =
+        let mut problems = vec![
             "there are no two legs, chains of at least four joints that end in a foot each"
-                .to_string();
-        let locked = format!(
-            "{without_range} joints are locked, since their limits in the URDF leave them no range (lower = upper): state the \
-             limits there, or give these joints a range by `standfast init --range 1.5` (rad, to both sides)"
-        );
-        return Err(fail(
-            &[
-                vec![problem],
-                if without_range > 0 {
-                    vec![locked]
-                } else {
-                    Vec::new()
-                },
-            ]
-            .concat(),
-        ));
+                .to_string(),
+        ];
+        if without_range > 0 {
+            problems.push(format!(
+                "{without_range} joints are locked, since their limits in the URDF leave them no range (lower = upper): state the \
+                 limits there, or give these joints a range by `standfast init --range 1.5` (rad, to both sides)"
+            ));
+        }
+        return Err(fail(&problems));
     };
     robot.trunk = limbs.trunk;
     let mut warnings = Vec::new();
@@ -188,24 +178,21 @@ pub(super) fn settings(
             robot.soles[foot] = soles[foot].sole;
         }
     }
-    let (found, unbelieved) = servos::find(&robot, &limbs, &motors);
+    let (servos, unbelieved) = servos::find(&robot, &limbs, &motors);
     warnings.extend(unbelieved);
-    robot.servos = found
-        .iter()
-        .map(|found| found.servo)
-        .collect::<Vec<Servo>>();
+    robot.servos = servos.iter().map(|found| found.servo).collect();
     robot.noise = sensors::noise(&robot);
     robot.delay_s = sensors::delay_s(&robot);
     let (regions, unreached) = reach::find(&robot, &limbs);
     robot.reach = regions;
     warnings.extend(unreached);
-    robot.assumptions = assumptions(&found, reference.is_some());
+    robot.assumptions = assumptions(&servos, reference.is_some());
     robot
         .assumptions
         .extend(warnings.iter().map(|warning| format!("WARNING: {warning}")));
     let origins = text::Origins {
         soles,
-        servos: found,
+        servos,
         solved: home.solved,
         reference: reference.map(|reference| reference.name),
         range_rad,

@@ -202,12 +202,12 @@ impl<'a> ReachSearch<'a> {
                             .total_cmp(&b[0].abs())
                             .then(a[1].total_cmp(&b[1]))
                     });
-                    let is_clear = |foot| {
+                    let is_clear = Foot::BOTH.into_iter().all(|foot| {
                         corners
                             .iter()
                             .all(|to| self.is_clear(foot, *to, region.around()))
-                    };
-                    if Foot::BOTH.into_iter().all(is_clear) {
+                    });
+                    if is_clear {
                         return self.timed(region);
                     }
                 }

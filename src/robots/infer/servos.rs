@@ -63,18 +63,18 @@ pub struct FoundServo {
 pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>, Vec<String>) {
     let (mass, height, omega) = (robot.mass(), robot.home_com_height(), robot.omega());
     let moment = mass * GRAVITY * height;
-    let in_leg = |j: usize| Foot::BOTH.iter().any(|&foot| limbs.legs[foot].contains(&j));
-    let group = |j: usize| match j {
-        j if in_leg(j) => Group::Leg,
-        j if limbs.waist.contains(&j) => Group::Waist,
-        _ => Group::Arm,
-    };
     let believed = |figure: Option<f64>, unit: f64, least: f64, most: f64| {
         figure.filter(|figure| (least * unit..=most * unit).contains(figure))
     };
-    let (mut found, mut disbelieved) = (Vec::new(), Vec::new());
+    let (mut servos, mut disbelieved) = (Vec::new(), Vec::new());
     for (j, motor) in motors.iter().enumerate() {
-        let group = group(j);
+        let group = if Foot::BOTH.iter().any(|&foot| limbs.legs[foot].contains(&j)) {
+            Group::Leg
+        } else if limbs.waist.contains(&j) {
+            Group::Waist
+        } else {
+            Group::Arm
+        };
         let [torque, kp, kd, rotor] = group.figures();
         let least = if group == Group::Leg {
             LEAST_LEG_TORQUE
@@ -114,18 +114,18 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
             no_torque_speed_rad_s: no_torque,
             rotor_inertia_kg_m2: rounded(share * rotor * mass * height * height, 2),
         };
-        found.push(FoundServo {
+        servos.push(FoundServo {
             servo,
             group,
             torque_is_read: effort.is_some(),
             speed_is_read: velocity.is_some(),
         });
     }
-    (found, told(&disbelieved))
+    (servos, sentences(&disbelieved))
 }
 
 /// Sentences on the figures that were not credible, each with its joints.
-fn told(disbelieved: &[(String, &str)]) -> Vec<String> {
+fn sentences(disbelieved: &[(String, &str)]) -> Vec<String> {
     let mut by_figure: Vec<(&str, Vec<&str>)> = Vec::new();
     for (figure, joint) in disbelieved {
         match by_figure.iter_mut().find(|(other, _)| other == figure) {
@@ -133,16 +133,17 @@ fn told(disbelieved: &[(String, &str)]) -> Vec<String> {
             None => by_figure.push((figure, vec![joint])),
         }
     }
-    let sentence = |(figure, joints): (&str, Vec<&str>)| {
-        let of = match joints.as_slice() {
+    let mut sentences = Vec::new();
+    for (figure, joints) in by_figure {
+        let joints = match joints.as_slice() {
             [joint] => (*joint).to_string(),
             [first, .., last] => format!("{} joints, {first} to {last}", joints.len()),
             [] => String::new(),
         };
-        format!(
+        sentences.push(format!(
             "{figure} in the URDF cannot be true for a robot of this weight and height, or stands beside such a \
-                 figure, and is not used ({of})"
-        )
-    };
-    by_figure.into_iter().map(sentence).collect()
+                 figure, and is not used ({joints})"
+        ));
+    }
+    sentences
 }

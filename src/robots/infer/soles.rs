@@ -102,8 +102,9 @@ pub fn find(robot: &Robot, link: usize) -> Result<FoundSole, String> {
         .iter()
         .filter(|solid| matches!(solid.shape, Shape::Box { .. }));
     let frames = boxes.map(|solid| in_link.rotation.inverse() * solid.pose.rotation);
-    let along =
-        |of: UnitQuaternion<f64>| LowestFace::along(of, to_frame(-down), to_frame(ahead), &points);
+    let along = |axes: UnitQuaternion<f64>| {
+        LowestFace::along(axes, to_frame(-down), to_frame(ahead), &points)
+    };
     let of_frame = along(UnitQuaternion::identity());
     // Of faces with equal areas, the face of the frame is taken.
     let face = frames.map(along).fold(of_frame, |best, face| {
@@ -148,8 +149,8 @@ pub fn find(robot: &Robot, link: usize) -> Result<FoundSole, String> {
                 .matrix()
                 .abs();
             let is_parallel = turn.iter().all(|&c| !(1e-6..=1.0 - 1e-6).contains(&c));
-            let size = |half: &Vector3<f64>| (turn * half).xy() - Vector2::from(half_m);
-            matches!(&lowest.shape, Shape::Box { half } if is_parallel && size(half).amax() < 1e-5)
+            matches!(&lowest.shape, Shape::Box { half }
+                if is_parallel && ((turn * half).xy() - Vector2::from(half_m)).amax() < 1e-5)
         };
     let sole = Sole {
         frame,
@@ -211,28 +212,19 @@ impl LowestFace {
             .iter()
             .map(|(least, most)| most - least)
             .fold(0.0, f64::max);
-        let slice = |share: f64| {
-            let [x, y] = [0, 1].map(|axis| range(whole[2].0 + share * size, axis));
-            let is_wide = [x, y]
-                .iter()
-                .all(|(least, most)| most - least >= LEAST * size);
-            Self {
-                axes,
-                x,
-                y,
-                z: whole[2],
-                size,
-                is_slice: is_wide,
-            }
-        };
+        let slice = |share: f64| [0, 1].map(|axis| range(whole[2].0 + share * size, axis));
         let lowest = slice(SLICES[0]);
-        if lowest.is_slice {
-            lowest
-        } else {
-            Self {
-                is_slice: false,
-                ..slice(SLICES[1])
-            }
+        let is_slice = lowest
+            .iter()
+            .all(|(least, most)| most - least >= LEAST * size);
+        let [x, y] = if is_slice { lowest } else { slice(SLICES[1]) };
+        Self {
+            axes,
+            x,
+            y,
+            z: whole[2],
+            size,
+            is_slice,
         }
     }
 

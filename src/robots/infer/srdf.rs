@@ -76,22 +76,21 @@ fn places(urdf: &Path) -> Vec<PathBuf> {
 }
 
 fn read(source: &Source, robot: &Robot) -> Result<Option<Reference>> {
-    let syntax = |message: String| Error::Syntax {
+    let document = xml_limits::document(&source.text).map_err(|problem| Error::Syntax {
         file: source.file.clone(),
-        message,
-    };
-    let document = xml_limits::document(&source.text)
-        .map_err(|problem| syntax(format!("the XML is malformed: {problem}")))?;
+        message: format!("the XML is malformed: {problem}"),
+    })?;
     let states = document
         .root_element()
         .children()
         .filter(|node| node.has_tag_name("group_state"));
-    let rank = |name: &str| {
-        STANDING
+    let named = states.filter_map(|state| {
+        let name = state.attribute("name")?;
+        let rank = STANDING
             .iter()
-            .position(|standing| name.eq_ignore_ascii_case(standing))
-    };
-    let named = states.filter_map(|state| Some((rank(state.attribute("name")?)?, state)));
+            .position(|standing| name.eq_ignore_ascii_case(standing))?;
+        Some((rank, state))
+    });
     let Some((_, state)) = named.min_by_key(|(rank, _)| *rank) else {
         return Ok(None);
     };

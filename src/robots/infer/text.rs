@@ -70,7 +70,7 @@ pub fn toml(urdf: &str, robot: &Robot, origins: &Origins) -> String {
 }
 
 fn soles_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
-    let found = [
+    let soles = [
         ("left", &origins.soles.left),
         ("right", &origins.soles.right),
     ];
@@ -79,11 +79,11 @@ fn soles_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
     } else {
         "read"
     };
-    if found.iter().all(|(_, found)| found.is_box) {
+    if soles.iter().all(|(_, found)| found.is_box) {
         line(&format!(
             "[soles]                         # links with one collision box each; {origin}"
         ));
-        for (side, found) in found {
+        for (side, found) in soles {
             line(&format!(
                 "{side} = {}",
                 quoted(&robot.frames[found.sole.frame].name)
@@ -99,7 +99,7 @@ fn soles_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
             "# The face on which each foot stands{what}; {origin}.\n\
              # A center is in the frame of the link. (For a link with one collision box, its name alone says all of this.)",
         ));
-        for (side, found) in found {
+        for (side, found) in soles {
             let [length, width] = found.sole.half_m.map(|half| 2.0 * half);
             let center = found.in_frame.translation.vector;
             line(&format!(

@@ -26,11 +26,10 @@ const MOST_BYTES: u64 = 50_000_000;
 /// is no such file. Fails, in words, if the file cannot be read.
 pub fn beside(urdf: &Path) -> Option<Result<String, String>> {
     let path = urdf.with_extension("meshes");
-    let read = |path: &Path| {
-        let bytes = assets::read(path, MOST_BYTES).map_err(|e| e.to_string())?;
+    path.is_file().then(|| {
+        let bytes = assets::read(&path, MOST_BYTES).map_err(|e| e.to_string())?;
         String::from_utf8(bytes).map_err(|_| format!("{}: it is not text in UTF-8", path.display()))
-    };
-    path.is_file().then(|| read(&path))
+    })
 }
 
 /// The text of some meshes, in their order.
@@ -41,15 +40,15 @@ pub fn text(meshes: &[(Named, Arc<Mesh>)]) -> String {
     };
     for ((name, scale), mesh) in meshes {
         line("mesh", scale.map(f64::from_bits), &format!(" {name}"));
-        mesh.hull
-            .iter()
-            .for_each(|point| line("hull", point.coords.into(), ""));
-        mesh.points
-            .iter()
-            .for_each(|point| line("point", point.coords.into(), ""));
-        mesh.triangles
-            .iter()
-            .for_each(|corners| line("triangle", corners.map(f64::from), ""));
+        for point in &mesh.hull {
+            line("hull", point.coords.into(), "");
+        }
+        for point in &mesh.points {
+            line("point", point.coords.into(), "");
+        }
+        for corners in &mesh.triangles {
+            line("triangle", corners.map(f64::from), "");
+        }
     }
     text
 }
@@ -58,30 +57,12 @@ pub fn text(meshes: &[(Named, Arc<Mesh>)]) -> String {
 pub fn read(text: &str) -> Result<Vec<(Named, Arc<Mesh>)>, String> {
     let mut meshes: Vec<(Named, Mesh)> = Vec::new();
     for (number, line) in text.lines().enumerate() {
-        let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
-        let added = match (word, meshes.last_mut()) {
-            ("mesh", _) => named(rest).map(|named| {
-                meshes.push((
-                    named,
-                    Mesh {
-                        points: Vec::new(),
-                        triangles: Vec::new(),
-                        hull: Vec::new(),
-                    },
-                ));
-            }),
-            ("hull", Some((_, mesh))) => point(rest).map(|point| mesh.hull.push(point)),
-            ("point", Some((_, mesh))) => point(rest).map(|point| mesh.points.push(point)),
-            ("triangle", Some((_, mesh))) => {
-                triple(rest).map(|corners| mesh.triangles.push(corners))
-            }
-            _ => None,
-        };
-        added.ok_or_else(|| format!("line {}: `{line}` is not understood", number + 1))?;
+        add(&mut meshes, line)
+            .ok_or_else(|| format!("line {}: `{line}` is not understood", number + 1))?;
     }
     for ((name, _), mesh) in &meshes {
-        let is_corner = |&corner: &u32| (corner as usize) < mesh.points.len();
-        if mesh.hull.is_empty() || !mesh.triangles.iter().flatten().all(is_corner) {
+        let mut corners = mesh.triangles.iter().flatten();
+        if mesh.hull.is_empty() || corners.any(|&i| i as usize >= mesh.points.len()) {
             return Err(format!("the mesh {name} is not whole"));
         }
     }
@@ -89,6 +70,26 @@ pub fn read(text: &str) -> Result<Vec<(Named, Arc<Mesh>)>, String> {
         .into_iter()
         .map(|(named, mesh)| (named, Arc::new(mesh)))
         .collect())
+}
+
+/// Adds what a line says. It is None if the line is wrong.
+fn add(meshes: &mut Vec<(Named, Mesh)>, line: &str) -> Option<()> {
+    let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
+    match (word, meshes.last_mut()) {
+        ("mesh", _) => meshes.push((
+            named(rest)?,
+            Mesh {
+                points: Vec::new(),
+                triangles: Vec::new(),
+                hull: Vec::new(),
+            },
+        )),
+        ("hull", Some((_, mesh))) => mesh.hull.push(point(rest)?),
+        ("point", Some((_, mesh))) => mesh.points.push(point(rest)?),
+        ("triangle", Some((_, mesh))) => mesh.triangles.push(triple(rest)?),
+        _ => return None,
+    }
+    Some(())
 }
 
 fn named(rest: &str) -> Option<Named> {

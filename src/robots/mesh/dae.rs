@@ -54,7 +54,9 @@ pub fn read(text: &str) -> Result<Triangles, String> {
         }
     }
     let mut mesh = scene.mesh;
-    mesh.points.iter_mut().for_each(|point| *point *= unit_m);
+    for point in &mut mesh.points {
+        *point *= unit_m;
+    }
     Ok(mesh)
 }
 
@@ -208,8 +210,10 @@ impl<'a, 'd> Scene<'a, 'd> {
 
     /// The points of `<vertices>`, or of a `<source>`.
     fn positions(&self, node: &Node<'a, 'd>) -> Result<Vec<Point3<f64>>, String> {
-        let is_position = |input: &Node| input.attribute("semantic") == Some("POSITION");
-        let source = match node.children().find(is_position) {
+        let source = match node
+            .children()
+            .find(|input| input.attribute("semantic") == Some("POSITION"))
+        {
             Some(input) => self.named(&input, "source")?,
             None => *node,
         };

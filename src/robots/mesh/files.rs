@@ -133,7 +133,7 @@ fn obj(text: &str) -> Result<Triangles, String> {
                 .push(point(&mut words).ok_or_else(|| bad("a corner without three numbers"))?),
             Some("f") => {
                 // A corner is `place/texture/normal`. Places count from 1, or if negative from the last one back.
-                let place = |word: &str| {
+                let corners = words.map(|word| {
                     let place = i64::from_str(word.split('/').next()?).ok()?;
                     let index = if place < 0 {
                         mesh.points.len() as i64 + place
@@ -141,8 +141,8 @@ fn obj(text: &str) -> Result<Triangles, String> {
                         place - 1
                     };
                     u32::try_from(index).ok()
-                };
-                let corners: Option<Vec<u32>> = words.map(place).collect();
+                });
+                let corners: Option<Vec<u32>> = corners.collect();
                 mesh.fan(&corners.ok_or_else(|| bad("a face with a corner that is no number"))?);
             }
             _ => {}
@@ -195,18 +195,15 @@ mod tests {
 
     #[test]
     fn stl_and_obj_give_the_same_solid() {
-        let facet = |face: [usize; 3]| {
-            let corners: String = face
-                .map(|i| {
-                    format!(
-                        "  VERTEX {} {} {}e0\n",
-                        CORNERS[i][0], CORNERS[i][1], CORNERS[i][2]
-                    )
-                })
-                .concat();
-            format!("facet normal 0 0 0\n outer loop\n{corners} endloop\nendfacet\n")
-        };
-        let text = format!("solid a b\n{}endsolid\n", FACES.map(facet).concat());
+        let mut text = "solid a b\n".to_string();
+        for face in FACES {
+            text += "facet normal 0 0 0\n outer loop\n";
+            for [x, y, z] in face.map(|i| CORNERS[i]) {
+                text += &format!("  VERTEX {x} {y} {z}e0\n");
+            }
+            text += " endloop\nendfacet\n";
+        }
+        text += "endsolid\n";
         let points = CORNERS
             .map(|[x, y, z]| format!("v {x} {y} {z} 1\n"))
             .concat();

@@ -30,13 +30,13 @@ impl Triangles {
 
     /// Scales the points along the axes. Triangles that are mirrored by that still look to the outside.
     pub fn scaled(mut self, scale: &Vector3<f64>) -> Self {
-        self.points
-            .iter_mut()
-            .for_each(|point| point.coords.component_mul_assign(scale));
+        for point in &mut self.points {
+            point.coords.component_mul_assign(scale);
+        }
         if scale.product() < 0.0 {
-            self.triangles
-                .iter_mut()
-                .for_each(|triangle| triangle.swap(1, 2));
+            for triangle in &mut self.triangles {
+                triangle.swap(1, 2);
+            }
         }
         self
     }

@@ -34,19 +34,18 @@ fn candidates(name: &str, urdf: &Path, roots: &[PathBuf]) -> Vec<PathBuf> {
     // Some files have three slashes.
     let in_package = in_package.trim_start_matches('/');
     let (package, rest) = in_package.split_once('/').unwrap_or(("", in_package));
-    let is_package = |folder: &Path| folder.file_name().is_some_and(|name| name == package);
-    let mut found = Vec::new();
+    let mut paths = Vec::new();
     for folder in folders {
         // `folder` may contain the package, or be the package under another name.
-        found.extend([folder.join(package).join(rest), folder.join(rest)]);
+        paths.extend([folder.join(package).join(rest), folder.join(rest)]);
     }
     for root in roots {
-        found.push(root.join(package).join(rest));
-        if is_package(root) {
-            found.push(root.join(rest));
+        paths.push(root.join(package).join(rest));
+        if root.file_name().is_some_and(|name| name == package) {
+            paths.push(root.join(rest));
         }
     }
-    found
+    paths
 }
 
 #[cfg(test)]

@@ -49,7 +49,8 @@ pub fn thin(meshes: &mut [(Triangles, usize)], most: usize) {
 fn clustered(mesh: &Triangles, cell: f64) -> Triangles {
     let mut cells: HashMap<[i64; 3], u32> = HashMap::new();
     let mut sums: Vec<(Vector3<f64>, f64)> = Vec::new();
-    let mut cell_of = |point: &Point3<f64>| {
+    let mut merged: Vec<u32> = Vec::with_capacity(mesh.points.len());
+    for point in &mesh.points {
         let key = [point.x, point.y, point.z].map(|x| (x / cell).round() as i64);
         let index = *cells.entry(key).or_insert_with(|| {
             sums.push((Vector3::zeros(), 0.0));
@@ -58,11 +59,12 @@ fn clustered(mesh: &Triangles, cell: f64) -> Triangles {
         let (sum, count) = &mut sums[index as usize];
         *sum += point.coords;
         *count += 1.0;
-        index
-    };
-    let merged: Vec<u32> = mesh.points.iter().map(&mut cell_of).collect();
+        merged.push(index);
+    }
     let mut seen = HashSet::new();
-    let is_new = |&[a, b, c]: &[u32; 3]| {
+    let mut triangles = Vec::new();
+    for corners in &mesh.triangles {
+        let [a, b, c] = corners.map(|i| merged[i as usize]);
         let least = a.min(b).min(c);
         let turned = if least == a {
             [a, b, c]
@@ -71,14 +73,10 @@ fn clustered(mesh: &Triangles, cell: f64) -> Triangles {
         } else {
             [c, a, b]
         };
-        a != b && b != c && c != a && seen.insert(turned)
-    };
-    let triangles = mesh
-        .triangles
-        .iter()
-        .map(|corners| corners.map(|i| merged[i as usize]))
-        .filter(is_new)
-        .collect();
+        if a != b && b != c && c != a && seen.insert(turned) {
+            triangles.push([a, b, c]);
+        }
+    }
     let points = sums
         .into_iter()
         .map(|(sum, count)| Point3::from(sum / count))

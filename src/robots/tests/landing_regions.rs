@@ -34,7 +34,7 @@ fn boxes(robot: &Robot, kinematics: &Kinematics, foot: Foot) -> Vec<(ParryPose, 
             .iter()
             .map(move |solid| (link, solid))
     });
-    let shape = |(link, solid): (usize, &standfast_core::robot::Solid)| {
+    let shapes = solids.map(|(link, solid)| {
         let Shape::Box { half } = solid.shape else {
             panic!("UT-mu2 is made of boxes")
         };
@@ -44,30 +44,32 @@ fn boxes(robot: &Robot, kinematics: &Kinematics, foot: Foot) -> Vec<(ParryPose, 
             vector(pose.rotation.scaled_axis()),
         );
         (place, Cuboid::new(vector(half)))
-    };
-    solids.map(shape).collect()
+    });
+    shapes.collect()
 }
 
 /// Distance between the legs (m).
 fn gap_m(robot: &Robot, kinematics: &Kinematics) -> f64 {
     let [left, right] = Foot::BOTH.map(|foot| boxes(robot, kinematics, foot));
-    let pairs = left.iter().flat_map(|a| right.iter().map(move |b| (a, b)));
-    let gaps =
-        pairs.map(|((at_a, a), (at_b, b))| distance(at_a, a, at_b, b).unwrap().distance as f64);
-    gaps.fold(f64::INFINITY, f64::min)
+    let mut least = f64::INFINITY;
+    for (at_a, a) in &left {
+        for (at_b, b) in &right {
+            least = least.min(distance(at_a, a, at_b, b).unwrap().distance as f64);
+        }
+    }
+    least
 }
 
 /// Least distance between the legs on the way to a place (m). It is None if the place is out of reach.
 fn least_gap_m(robot: &Robot, foot: Foot, to: [f64; 2], around: Around) -> Option<f64> {
     let mut swing = SwingMotion::new(robot, foot, to, around)?;
     let mut kinematics = Kinematics::new(robot);
-    let gap = |i: u32| {
+    let mut least = f64::INFINITY;
+    for i in 0..=40 {
         kinematics.update(robot, swing.posture(f64::from(i) / 40.0)?);
-        Some(gap_m(robot, &kinematics))
-    };
-    (0..=40)
-        .map(gap)
-        .try_fold(f64::INFINITY, |least, gap| gap.map(|gap| least.min(gap)))
+        least = least.min(gap_m(robot, &kinematics));
+    }
+    Some(least)
 }
 
 #[test]

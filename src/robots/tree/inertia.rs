@@ -98,10 +98,9 @@ fn raise(inertia: &mut Matrix3<f64>, mass: f64, all: bool) -> Option<[[f64; 3]; 
     let missing = (0.5 * (most - a - b)).max(0.0);
     let after = [a + missing, b + missing, most];
     let mut moments = Vector3::zeros();
-    order
-        .iter()
-        .zip(after)
-        .for_each(|(&i, moment)| moments[i] = moment);
+    for (&i, moment) in order.iter().zip(after) {
+        moments[i] = moment;
+    }
     *inertia =
         eigen.eigenvectors * Matrix3::from_diagonal(&moments) * eigen.eigenvectors.transpose();
     Some([before, after])

@@ -134,15 +134,16 @@ impl JointKind {
 pub fn note(locked: &[(&str, &'static str)]) -> Option<String> {
     const MOST_NAMED: usize = 12;
     let mut reasons: Vec<&str> = Vec::new();
-    locked.iter().for_each(|(_, why)| {
+    for (_, why) in locked {
         if !reasons.contains(why) {
-            reasons.push(why)
+            reasons.push(why);
         }
-    });
-    let group = |why: &&str| {
+    }
+    let mut groups: Vec<String> = Vec::new();
+    for why in reasons {
         let names: Vec<&str> = locked
             .iter()
-            .filter(|(_, other)| other == why)
+            .filter(|(_, other)| *other == why)
             .map(|(name, _)| *name)
             .collect();
         let more = if names.len() > MOST_NAMED {
@@ -150,12 +151,11 @@ pub fn note(locked: &[(&str, &'static str)]) -> Option<String> {
         } else {
             String::new()
         };
-        format!(
+        groups.push(format!(
             "{}{more} ({why})",
             names[..names.len().min(MOST_NAMED)].join(", ")
-        )
-    };
-    let groups: Vec<String> = reasons.iter().map(group).collect();
+        ));
+    }
     (!locked.is_empty()).then(|| {
         format!(
             "Joints that no servo drives are locked at zero, their nearest limit or their offset: {}.",

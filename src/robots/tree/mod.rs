@@ -90,14 +90,12 @@ impl Tree {
         for &(_, [parent, child]) in order.iter().flat_map(|(_, joints)| joints).rev() {
             has_mass[parent] |= has_mass[child];
         }
-        let mut kinds: Vec<JointKind> = joints
-            .iter()
-            .zip(ends.iter().zip(&urdf.joint_lines))
-            .map(|(joint, (ends, &line))| {
-                let has_mass = ends.is_none_or(|[_, child]| has_mass[child]);
-                JointKind::of(joint, line, has_mass, range_rad, &mut problems)
-            })
-            .collect();
+        let mut kinds: Vec<JointKind> = Vec::with_capacity(joints.len());
+        for ((joint, &line), ends) in joints.iter().zip(&urdf.joint_lines).zip(&ends) {
+            let has_mass = ends.is_none_or(|[_, child]| has_mass[child]);
+            let kind = JointKind::of(joint, line, has_mass, range_rad, &mut problems);
+            kinds.push(kind);
+        }
         let solids = Solids::read(&urdf, &source.file, &mut problems);
         let Some((root, order)) = order.filter(|_| problems.is_empty()) else {
             problems.check()?;
@@ -154,17 +152,15 @@ impl Tree {
                 );
                 continue;
             }
-            let carried = |of: &[Vec<Solid>]| -> Vec<Solid> {
-                let in_body = |solid: &Solid| Solid {
-                    pose: placed[solid.frame].1 * solid.pose,
-                    ..solid.clone()
-                };
-                members
-                    .iter()
-                    .flat_map(|&i| of[i].iter().map(in_body))
+            let solids = [&solids.collisions, &solids.visuals].map(|of_links| {
+                let of_members = members.iter().flat_map(|&i| &of_links[i]);
+                of_members
+                    .map(|solid| Solid {
+                        pose: placed[solid.frame].1 * solid.pose,
+                        ..solid.clone()
+                    })
                     .collect()
-            };
-            let solids = [carried(&solids.collisions), carried(&solids.visuals)];
+            });
             bodied.push(merged(name, &masses, solids, &mut problems));
         }
         problems.check()?;
@@ -180,13 +176,16 @@ impl Tree {
                 "Inertias that no rigid body has were mended by raising their small principal moments [kg m^2]: {list}."
             ));
         }
-        let frame = |(link, &(body, pose)): (&urdf_rs::Link, &(usize, Isometry3<f64>))| Frame {
-            name: link.name.clone(),
-            link: body,
-            pose,
-        };
+        let frames = links
+            .iter()
+            .zip(&placed)
+            .map(|(link, &(body, pose))| Frame {
+                name: link.name.clone(),
+                link: body,
+                pose,
+            });
         Ok(Tree {
-            frames: links.iter().zip(&placed).map(frame).collect(),
+            frames: frames.collect(),
             name: urdf.robot.name,
             links: bodied,
             joints: moving,

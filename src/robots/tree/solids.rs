@@ -3,7 +3,7 @@
 use super::problems::Problems;
 use super::xml::{Urdf, isometry};
 use crate::mesh::bundle::{self, Named};
-use crate::mesh::{Triangles, files, search, simplify};
+use crate::mesh::{files, search, simplify};
 use nalgebra::Vector3;
 use standfast_core::robot::mesh::Mesh;
 use standfast_core::robot::model::Solid;
@@ -97,22 +97,19 @@ impl Solids {
             let visuals = visuals
                 .filter_map(|v| solid("visual", &v.origin, &v.geometry, colors.of_visual(v)));
             solids.visuals.push(visuals.collect());
-            let unread = link
-                .collision
-                .iter()
-                .filter_map(|c| named(&c.geometry))
-                .map(|(named, _)| named);
-            let unread = unread.filter(|named| !meshes.contains_key(named));
-            let with_reason = |name: String| {
-                let reason = reasons
-                    .iter()
-                    .find(|(of, _)| *of == name)
-                    .map_or("not among the kept meshes", |(_, why)| why);
-                (index, format!("{name} ({reason})"))
-            };
-            solids
-                .missing
-                .extend(unread.map(|(name, _)| with_reason(name)));
+            for collision in &link.collision {
+                let Some((named, _)) = named(&collision.geometry) else {
+                    continue;
+                };
+                if !meshes.contains_key(&named) {
+                    let (name, _) = named;
+                    let reason = reasons
+                        .iter()
+                        .find(|(mesh, _)| *mesh == name)
+                        .map_or("not among the kept meshes", |(_, why)| why);
+                    solids.missing.push((index, format!("{name} ({reason})")));
+                }
+            }
         }
         if points > 0 {
             let sized = format!(
@@ -216,8 +213,10 @@ fn meshes(
         }
     }
     let (mut absent, mut pointers): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
-    let (mut found, mut reasons) = (Vec::new(), Reasons::new());
-    for ((name, _), scale, times) in &names {
+    let mut reasons = Reasons::new();
+    let (mut keys, mut hulls, mut drawn) = (Vec::new(), Vec::new(), Vec::new());
+    for (named, scale, times) in &names {
+        let name = &named.0;
         let read = match search::find(name, urdf_path, &roots) {
             None => {
                 absent.push(name);
@@ -233,7 +232,12 @@ fn meshes(
             Some(path) => files::read(&path),
         };
         match read {
-            Ok(mesh) => found.push((name.clone(), scale, (mesh.scaled(scale), *times))),
+            Ok(mesh) => {
+                let mesh = mesh.scaled(scale);
+                keys.push(named.clone());
+                hulls.push(Mesh::new(mesh.points.clone(), Vec::new()).hull);
+                drawn.push((mesh, *times));
+            }
             Err(problem) => {
                 problems
                     .notes
@@ -242,22 +246,17 @@ fn meshes(
             }
         }
     }
-    reasons.extend(
-        absent
-            .iter()
-            .map(|name| (name.to_string(), "no such file".into())),
-    );
-    reasons.extend(
-        pointers
-            .iter()
-            .map(|name| (name.to_string(), "only a Git LFS pointer is there".into())),
-    );
-    let first_of = |names: &[&str]| names.first().map_or("", |name| name).to_string();
-    if !absent.is_empty() {
-        let (list, first) = (listed(&absent), first_of(&absent));
+    for name in &absent {
+        reasons.push((name.to_string(), "no such file".into()));
+    }
+    for name in &pointers {
+        reasons.push((name.to_string(), "only a Git LFS pointer is there".into()));
+    }
+    if let Some(first) = absent.first() {
         problems.notes.push(format!(
-            "{list} left out: no such file. {}",
-            searched(&first, urdf_path)
+            "{} left out: no such file. {}",
+            listed(&absent),
+            searched(first, urdf_path)
         ));
     }
     if !pointers.is_empty() {
@@ -266,26 +265,16 @@ fn meshes(
             "{list} left out: only a Git LFS pointer is there; `git lfs pull` fetches the file."
         ));
     }
-    let hulls: Vec<Mesh> = found
-        .iter()
-        .map(|(_, _, (mesh, _))| Mesh::new(mesh.points.clone(), Vec::new()))
-        .collect();
-    let (keys, mut drawn): (Vec<Named>, Vec<(Triangles, usize)>) = found
-        .into_iter()
-        .map(|(name, scale, mesh)| ((name, [scale.x, scale.y, scale.z].map(f64::to_bits)), mesh))
-        .unzip();
     simplify::thin(&mut drawn, MOST_TRIANGLES);
-    let meshes = drawn
-        .into_iter()
-        .zip(hulls)
-        .map(|((thinned, _), Mesh { hull, .. })| {
-            Arc::new(Mesh {
-                points: thinned.points,
-                triangles: thinned.triangles,
-                hull,
-            })
-        });
-    let meshes: Vec<(Named, Arc<Mesh>)> = keys.into_iter().zip(meshes).collect();
+    let mut meshes: Vec<(Named, Arc<Mesh>)> = Vec::with_capacity(keys.len());
+    for ((key, hull), (thinned, _)) in keys.into_iter().zip(hulls).zip(drawn) {
+        let mesh = Mesh {
+            points: thinned.points,
+            triangles: thinned.triangles,
+            hull,
+        };
+        meshes.push((key, Arc::new(mesh)));
+    }
     let text = bundle::text(&meshes);
     (meshes.into_iter().collect(), Some(text), reasons)
 }

@@ -48,8 +48,8 @@ fn with_arm(arm: String) -> Result<Tree> {
 
 /// The sentence of the notes that has these words.
 fn noted<'a>(tree: &'a Tree, words: &str) -> &'a str {
-    let found = tree.notes.iter().find(|note| note.contains(words));
-    found.unwrap_or_else(|| panic!("{words:?} is not in {:?}", tree.notes))
+    let note = tree.notes.iter().find(|note| note.contains(words));
+    note.unwrap_or_else(|| panic!("{words:?} is not in {:?}", tree.notes))
 }
 
 #[test]

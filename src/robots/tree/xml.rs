@@ -281,9 +281,10 @@ impl Reader<'_, '_> {
         let mut written: Vec<&str> = Vec::new();
         for child in node.children().filter(Node::is_element) {
             let (tag, within) = (child.tag_name().name(), node.tag_name().name());
-            let is_this =
-                |e: &&Element| e.name == tag && e.within.split(' ').any(|outer| outer == within);
-            let Some(element) = ELEMENTS.iter().find(is_this) else {
+            let Some(element) = ELEMENTS
+                .iter()
+                .find(|e| e.name == tag && e.within.split(' ').any(|outer| outer == within))
+            else {
                 continue;
             };
             // A geometry has one shape.

@@ -103,9 +103,10 @@ impl<'a> ClosedLoop<'a> {
         );
         let mut branches: Vec<Branch> = Vec::new();
         for (index, factory) in factories.iter().enumerate() {
-            let is_alike =
-                |branch: &Branch| factories[branch.episodes[0].index].servos == factory.servos;
-            let branch = branches.iter().position(is_alike).unwrap_or_else(|| {
+            let alike = branches
+                .iter()
+                .position(|branch| factories[branch.episodes[0].index].servos == factory.servos);
+            let branch = alike.unwrap_or_else(|| {
                 let simulated = variation.robot(&factory.robot(robot));
                 let plant = Plant::on(
                     ground,
@@ -278,13 +279,15 @@ impl<'a> ClosedLoop<'a> {
                 }
             }
             let last = parted.pop();
-            self.branches
-                .extend(parted.into_iter().map(|episodes| Branch {
+            for episodes in parted {
+                self.branches.push(Branch {
                     plant: plant.clone(),
                     episodes,
-                }));
-            self.branches
-                .extend(last.map(|episodes| Branch { plant, episodes }));
+                });
+            }
+            if let Some(episodes) = last {
+                self.branches.push(Branch { plant, episodes });
+            }
         }
         !self.branches.is_empty() && self.no_outcome.is_none()
     }
@@ -296,9 +299,9 @@ impl<'a> ClosedLoop<'a> {
                 caught(|| plant.advance(episodes[0].pilot.command.clone(), &self.pushes))
             {
                 let failure = Failure::OfSimulation(panic);
-                episodes
-                    .iter_mut()
-                    .for_each(|episode| episode.pilot.failure = Some(failure.clone()));
+                for episode in episodes {
+                    episode.pilot.failure = Some(failure.clone());
+                }
             }
         }
         self.tick += 1;
@@ -311,22 +314,20 @@ impl<'a> ClosedLoop<'a> {
 
     /// Pulls at a link of every robot from the next physics step on. None ends the pull.
     pub fn pull(&mut self, pull: Option<Pull>) {
-        self.branches
-            .iter_mut()
-            .for_each(|branch| branch.plant.pull = pull);
+        for branch in &mut self.branches {
+            branch.plant.pull = pull;
+        }
     }
 
     /// Judges anew from now on, for example after a push that was not planned.
     pub fn judge_anew(&mut self) {
         let (config, pushes) = (self.config, &self.pushes);
-        let episodes = self
-            .branches
-            .iter_mut()
-            .flat_map(|branch| &mut branch.episodes);
-        episodes.for_each(|episode| {
-            episode.referee = Referee::new(Arc::clone(&episode.referee.robot), config, pushes);
-            episode.decided_at_s = None;
-        });
+        for branch in &mut self.branches {
+            for episode in &mut branch.episodes {
+                episode.referee = Referee::new(Arc::clone(&episode.referee.robot), config, pushes);
+                episode.decided_at_s = None;
+            }
+        }
     }
 
     /// The controllers of the episodes that have not ended, to be measured or replaced.
@@ -340,10 +341,10 @@ impl<'a> ClosedLoop<'a> {
     /// The record of a controller up to now.
     pub fn record(&self, index: usize) -> &Record {
         let mut going_on = self.branches.iter().flat_map(|branch| &branch.episodes);
-        let found = going_on
+        let record = going_on
             .find(|episode| episode.index == index)
             .map(|episode| &episode.referee.record);
-        found
+        record
             .or(self.records[index].as_ref())
             .expect("an episode goes on or has ended")
     }

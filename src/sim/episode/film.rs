@@ -100,7 +100,7 @@ impl Film {
     /// empty.
     pub fn near(&self) -> usize {
         let farthest_m = self.farthest_m();
-        let is_near = |snapshot: &Snapshot| {
+        let near = self.snapshots.iter().take_while(|snapshot| {
             let base = snapshot.posture.base.translation.vector;
             let far_m = [
                 base.norm(),
@@ -109,14 +109,8 @@ impl Film {
             ];
             far_m.iter().all(|far| *far <= farthest_m)
                 && snapshot.posture.q.iter().all(|q| q.abs() <= TAU)
-        };
-        let count = self.snapshots.len();
-        self.snapshots
-            .iter()
-            .position(|snapshot| !is_near(snapshot))
-            .unwrap_or(count)
-            .max(1)
-            .min(count)
+        });
+        near.count().max(1).min(self.snapshots.len())
     }
 
     /// Removes the snapshots after `end_s` (s).

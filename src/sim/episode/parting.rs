@@ -60,13 +60,10 @@ impl From<PerFoot<bool>> for SoleContact {
 
 /// Half the width of the narrower sole of a robot, measured along its shorter side (m).
 pub fn half_sole_width_m(robot: &Robot) -> f64 {
-    let of = |foot: Foot| {
-        robot.soles[foot]
-            .half_m
-            .into_iter()
-            .fold(f64::INFINITY, f64::min)
-    };
-    of(Foot::Left).min(of(Foot::Right))
+    Foot::BOTH
+        .into_iter()
+        .flat_map(|foot| robot.soles[foot].half_m)
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// Runs a trial twice, each time with one of the settings, until COMs or soles are farther apart than `limit_m`. It is
@@ -234,12 +231,13 @@ mod tests {
             start_s: 0.1,
             ..Push::default()
         };
-        let disturbance = || Disturbance {
-            pushes: vec![push],
-            ..Disturbance::default()
+        let part = |configs, limit_m| {
+            let disturbance = || Disturbance {
+                pushes: vec![push],
+                ..Disturbance::default()
+            };
+            parting(&robot, &design, configs, disturbance, limit_m).unwrap()
         };
-        let part =
-            |configs, limit_m| parting(&robot, &design, configs, disturbance, limit_m).unwrap();
         assert_eq!(part([&config; 2], 1e-12), None);
         let other = EpisodeConfig {
             physics_step_s: crate::PhysicsStep::all(0.001),

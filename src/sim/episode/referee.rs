@@ -299,13 +299,16 @@ mod tests {
     fn home_is_where_the_com_stays_after_the_push() {
         let home_at_s =
             |impulse_n_s, home_radius_m| pushed(impulse_n_s, 0.1, home_radius_m).home_at_s;
-        let at = home_at_s(0.0, 0.005).unwrap();
+        let home_s = home_at_s(0.0, 0.005).unwrap();
         assert!(
-            (at - 0.15).abs() < 0.003,
-            "home all the time counts from the end of the push, not from {at}"
+            (home_s - 0.15).abs() < 0.003,
+            "home all the time counts from the end of the push, not from {home_s}"
         );
-        let at = home_at_s(1.0, 0.005).unwrap();
-        assert!(at > 0.2, "pushed by more than 5 mm, home again at {at}");
+        let home_s = home_at_s(1.0, 0.005).unwrap();
+        assert!(
+            home_s > 0.2,
+            "pushed by more than 5 mm, home again at {home_s}"
+        );
         assert_eq!(home_at_s(4.0, 0.005), None, "on its way to the ground");
         assert_eq!(home_at_s(0.0, 1e-9), None);
     }

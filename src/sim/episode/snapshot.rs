@@ -65,20 +65,12 @@ impl Snapshot {
         let (truth, report) = (tick.truth, &tick.report);
         let force = truth.push_force;
         let to_world = to_world(tick);
-        let region = |RecoveryRegion { name, corners }: RecoveryRegion| RecoveryRegion {
-            name,
-            corners: corners.iter().map(|corner| to_world * corner).collect(),
-        };
-        let landing = |corner: Point3<f64>| {
-            let place = to_world * corner.xy();
-            Point3::new(place.x, place.y, corner.z)
-        };
-        let corners = |Airborne { foot, landing }: Airborne| {
-            robot.soles[foot].corners().map(|corner| landing * corner)
-        };
-        let regions = tick
+        let mut regions = tick
             .promise()
             .map_or_else(Vec::new, |promise| promise.regions());
+        for corner in regions.iter_mut().flat_map(|region| &mut region.corners) {
+            *corner = to_world * *corner;
+        }
         Self {
             time_s: truth.time_s,
             posture: truth.posture.clone(),
@@ -91,7 +83,7 @@ impl Snapshot {
             support: tick
                 .support
                 .map_or_else(Vec::new, |polygon| polygon.vertices().to_vec()),
-            regions: regions.into_iter().map(region).collect(),
+            regions,
             gain: report
                 .word("gain")
                 .filter(|_| report.footstep.is_none())
@@ -101,9 +93,13 @@ impl Snapshot {
                 .filter(|margin| margin.is_finite()),
             phase: report.phase.clone(),
             in_air: report.footstep.map(|footstep| footstep.foot),
-            footstep: report
-                .footstep
-                .map(|footstep| corners(footstep).map(landing)),
+            footstep: report.footstep.map(|Airborne { foot, landing }| {
+                robot.soles[foot].corners().map(|corner| {
+                    let corner = landing * corner;
+                    let place = to_world * corner.xy();
+                    Point3::new(place.x, place.y, corner.z)
+                })
+            }),
             contacts: PerFoot::from_fn(|foot| contact(tick, foot)),
             push: (force.norm() > 0.0).then_some(Arrow {
                 point: truth.push_point,

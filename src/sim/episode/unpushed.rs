@@ -71,13 +71,11 @@ impl UnpushedEpisode {
             }
         })?;
         let tick_s = began.elapsed().as_secs_f64() / ticks.len().max(1) as f64;
-        let leaves = |Ticked { time_s, q, .. }: &Ticked| {
-            let far = |(i, angle): (usize, &f64)| {
-                ((angle - robot.home_rad[i]).abs() > LEAVES_RAD).then_some(i)
-            };
-            Some((q.iter().enumerate().find_map(far)?, *time_s))
-        };
-        let left_first = ticks.iter().find_map(leaves);
+        let left_first = ticks.iter().find_map(|Ticked { time_s, q, .. }| {
+            let mut angles = q.iter().zip(&robot.home_rad);
+            let joint = angles.position(|(angle, home)| (angle - home).abs() > LEAVES_RAD)?;
+            Some((joint, *time_s))
+        });
         Ok(Self {
             record,
             left_first,
@@ -136,18 +134,16 @@ impl UnpushedEpisode {
 
     /// The time (s) of the first tick that differs from `other` by a bit, and what differs. It is None if nothing does.
     pub fn differs(&self, other: &Self) -> Option<(f64, &'static str)> {
-        let differ = |(a, b): (&Ticked, &Ticked)| match (a.q == b.q, a.command == b.command) {
-            (_, false) => Some((a.time_s, "its command")),
-            (false, true) => Some((a.time_s, "the robot's joints")),
-            (true, true) => None,
-        };
+        for (a, b) in self.ticks.iter().zip(&other.ticks) {
+            if a.command != b.command {
+                return Some((a.time_s, "its command"));
+            }
+            if a.q != b.q {
+                return Some((a.time_s, "the robot's joints"));
+            }
+        }
         let ends_s = self.record.end_s.min(other.record.end_s);
-        let length = (self.ticks.len() != other.ticks.len()).then_some((ends_s, "its end"));
-        self.ticks
-            .iter()
-            .zip(&other.ticks)
-            .find_map(differ)
-            .or(length)
+        (self.ticks.len() != other.ticks.len()).then_some((ends_s, "its end"))
     }
 }
 

@@ -28,10 +28,11 @@ fn on_a_slope_the_robot_stands_as_at_home() {
         for bench in &benches {
             let disturbance = Disturbance { variation, ..Disturbance::default() };
             let mut least = f64::INFINITY;
-            let mut watch = |tick: &Tick| least = least.min(account(tick).margin);
             let record =
-                episode::run(&bench.robot, &bench.factory, &config(2.0), disturbance, Until::Horizon, &mut watch)
-                    .unwrap();
+                episode::run(&bench.robot, &bench.factory, &config(2.0), disturbance, Until::Horizon, &mut |tick| {
+                    least = least.min(account(tick).margin)
+                })
+                .unwrap();
             let name = &bench.design().family.gains.last().unwrap().name;
             println!("gain {name}, {slope_deg} degrees towards {heading_deg}: {:?}, margin {least:.2}", record.outcome);
             assert!(record.outcome == Outcome::Recovered && record.footsteps.taken.is_empty(), "{record:?}");

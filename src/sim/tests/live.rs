@@ -21,8 +21,9 @@ fn closed_loop(bench: &Bench) -> ClosedLoop<'_> {
 }
 
 fn switch(live: &mut ClosedLoop, to: &Bench) {
-    live.controllers()
-        .for_each(|controller| standfast_controllers::replace(controller, &to.factory, 0));
+    for controller in live.controllers() {
+        standfast_controllers::replace(controller, &to.factory, 0);
+    }
 }
 
 /// A pull at the trunk where a push acts, with the same force and duration, has the same effect.
@@ -72,7 +73,7 @@ fn a_pull_acts_at_its_link_and_point() {
             .robot
             .links
             .iter()
-            .position(|found| found.name.contains(link))
+            .position(|named| named.name.contains(link))
             .unwrap();
         let mut live = closed_loop(&bench);
         for _ in 0..150 {
@@ -127,14 +128,13 @@ fn a_footstep_is_finished_by_the_rule_that_began_it() {
     live.push(push(5.0, 0.0));
     let mut lifted_at = None;
     for k in 0..400 {
-        let see = |tick: &Tick| {
+        let (footstep, in_contact, is_finite) = ticked(&mut live, |tick| {
             (
                 tick.report.footstep,
                 account(tick).estimate.in_contact,
                 tick.truth.is_finite(),
             )
-        };
-        let (footstep, in_contact, is_finite) = ticked(&mut live, see);
+        });
         assert!(is_finite);
         match (footstep, lifted_at) {
             (Some(_), None) => {
@@ -216,16 +216,13 @@ fn a_snapshot_is_all_in_one_world() {
     };
     let how_long = (Until::Decided, 0.0);
     let mut drift_m = 0.0_f64;
-    let mut drift = |tick: &Tick| {
-        drift_m = (tick.truth.com - tick.report.com.unwrap()).xy().norm();
-    };
     let film = Film::take(
         &bench.robot,
         &bench.factory,
         &config(6.0),
         disturbance,
         how_long,
-        &mut drift,
+        &mut |tick| drift_m = (tick.truth.com - tick.report.com.unwrap()).xy().norm(),
     )
     .unwrap();
     let last = film.snapshots.last().unwrap();

@@ -139,7 +139,8 @@ fn momentum_changes_by_the_impulse_of_outer_forces() {
 #[test]
 fn what_a_fall_leaves_over_goes_down_with_the_step() {
     let hold = Bench::new("hold");
-    let left_over = |physics_step_s| {
+    let steps = [0.001, 0.0005, 0.00025];
+    let sums = steps.par_iter().map(|&physics_step_s| {
         let course = Course::of(
             &hold,
             vec![push(4.0, 0.0)],
@@ -151,10 +152,9 @@ fn what_a_fall_leaves_over_goes_down_with_the_step() {
         assert!(course.fell);
         (1..course.time_s.len())
             .map(|i| course.residual(i - 1, i))
-            .sum::<f64>()
-    };
-    let steps = [0.001, 0.0005, 0.00025];
-    let sums: Vec<f64> = steps.par_iter().map(|&step| left_over(step)).collect();
+            .sum()
+    });
+    let sums: Vec<f64> = sums.collect();
     println!("sum of what ticks leave over: {sums:.4?} N s at {steps:?} s");
     assert!(
         sums[0] < 0.2 && sums[1] < 0.7 * sums[0] && sums[2] < 0.7 * sums[1],
@@ -235,9 +235,9 @@ fn limbs_that_are_driven_into_each_other_meet_and_stay_apart() {
         });
         let home = bench.robot.home_command();
         let mut inward = home.clone();
-        joints
-            .iter()
-            .for_each(|&joint| inward.q_ref[joint] = robot.joints[joint].lower_rad);
+        for joint in joints {
+            inward.q_ref[joint] = robot.joints[joint].lower_rad;
+        }
         let mut plant = Plant::new(robot.clone(), config.clock(), None, home.clone());
         let mut pairs = Vec::new();
         let (mut start, mut apart_m, mut innermost_rad, mut gained) =

@@ -327,7 +327,7 @@ fn bias_accelerations_are_what_the_jacobians_leave_over() {
 #[test]
 fn the_simulation_obeys_them() {
     let hold = standfast_controllers::load("hold").unwrap();
-    let worst = |step_s: f64| {
+    let [coarse, fine] = [0.001, 0.00025].map(|step_s| {
         let config = EpisodeConfig {
             physics_step_s: PhysicsStep::all(step_s),
             control_period_s: step_s,
@@ -378,8 +378,7 @@ fn the_simulation_obeys_them() {
         )
         .unwrap();
         sums.map(|sum| sum / count)
-    };
-    let [coarse, fine] = [0.001, 0.00025].map(worst);
+    });
     println!("mean left over (N, N m): {coarse:?} at 1 ms, {fine:?} at 0.25 ms");
     assert!(fine[0] < 0.01 && fine[1] < 0.003, "{fine:?}");
     // MuJoCo's forces have no residual, with any step.

@@ -207,7 +207,7 @@ fn mirrored_pushes_have_mirrored_footsteps() {
 /// A foot is lifted, to the tick, when the state has been in no CPI set for the time that the controller waits.
 #[test]
 fn a_footstep_waits_for_as_long_as_it_is_told_to() {
-    let waits = |patience_s| {
+    for patience_s in [0.0, 0.01, 0.02] {
         let bench = with_rules(
             ut_mu2(),
             Stepping {
@@ -216,10 +216,7 @@ fn a_footstep_waits_for_as_long_as_it_is_told_to() {
             },
         );
         let record = bench.push(push(3.4, 0.0));
-        record.footsteps.taken[0].lift_s - record.totals.0["left_sets_at_s"]
-    };
-    for patience_s in [0.0, 0.01, 0.02] {
-        let waited = waits(patience_s);
+        let waited = record.footsteps.taken[0].lift_s - record.totals.0["left_sets_at_s"];
         assert!(
             (waited - patience_s).abs() < 1e-9,
             "{waited} s for {patience_s} s"

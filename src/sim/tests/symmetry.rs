@@ -5,7 +5,7 @@ use crate::common::{Bench, config, push};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use standfast_sim::PhysicsStep;
-use standfast_sim::episode::{self, Disturbance, EpisodeConfig, Record, Tick, Until};
+use standfast_sim::episode::{self, Disturbance, EpisodeConfig, Record, Until};
 
 /// The true COM at every tick.
 fn course(bench: &Bench, physics_step_s: f64, heading: f64) -> (Record, Vec<Vector3<f64>>) {
@@ -18,14 +18,13 @@ fn course(bench: &Bench, physics_step_s: f64, heading: f64) -> (Record, Vec<Vect
         pushes: vec![push(2.0, heading)],
         ..Disturbance::default()
     };
-    let mut observe = |tick: &Tick| coms.push(tick.truth.com.coords);
     let record = episode::run(
         &bench.robot,
         &bench.factory,
         &config,
         disturbance,
         Until::Horizon,
-        &mut observe,
+        &mut |tick| coms.push(tick.truth.com.coords),
     )
     .unwrap();
     (record, coms)

@@ -170,8 +170,8 @@ fn feet_slip_beyond_the_friction() {
             1.0,
             |tick| {
                 let truth = tick.truth;
-                let at = truth.soles[Foot::Left].translation.vector;
-                far = far.max((at - *from.get_or_insert(at)).xy().norm());
+                let sole = truth.soles[Foot::Left].translation.vector;
+                far = far.max((sole - *from.get_or_insert(sole)).xy().norm());
                 if truth.contact_force.z > 10.0 {
                     most = most.max(truth.contact_force.xy().norm() / truth.contact_force.z);
                 }

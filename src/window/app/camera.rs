@@ -170,7 +170,9 @@ mod tests {
         let (mut camera, mut leash) = leashed();
         let start = camera.at();
         let mut look = |com: Point3<f64>| {
-            (0..100).for_each(|_| leash.pull(&mut camera, &com, 0.1));
+            for _ in 0..100 {
+                leash.pull(&mut camera, &com, 0.1);
+            }
             camera.at() - start
         };
         assert_eq!(look(Point3::new(0.02, -0.04, 0.3)), Vec3::ZERO);

@@ -201,7 +201,9 @@ mod tests {
         clock.set_speed(0.3);
         clock.change_speed(true);
         assert_eq!(clock.speed, 0.5);
-        (0..9).for_each(|_| clock.change_speed(true));
+        for _ in 0..9 {
+            clock.change_speed(true);
+        }
         assert_eq!(clock.speed, SPEEDS[6]);
     }
 

@@ -51,14 +51,14 @@ impl OnScreen for Color {
 
 /// Linear light of an sRGB colour (code values from 0 to 1).
 pub fn light(color: [f64; 3]) -> Rgb {
-    let of = |code: f64| {
-        if code <= 0.04045 {
+    let [r, g, b] = color.map(|code| {
+        let light = if code <= 0.04045 {
             code / 12.92
         } else {
             ((code + 0.055) / 1.055).powf(2.4)
-        }
-    };
-    let [r, g, b] = color.map(|code| of(code) as f32);
+        };
+        light as f32
+    });
     Rgb::new(r, g, b)
 }
 

@@ -98,14 +98,11 @@ impl Keyboard {
         } else {
             in_place(key)
         };
-        let digit = || {
-            in_place(key)?
-                .to_digit(10)?
-                .checked_sub(1)
-                .map(|i| Wish::GainSet(i as usize))
-        };
         sign.and_then(signed)
-            .or_else(digit)
+            .or_else(|| {
+                let index = in_place(key)?.to_digit(10)?.checked_sub(1)?;
+                Some(Wish::GainSet(index as usize))
+            })
             .filter(|wish| !is_held || wish.repeats())
     }
 }

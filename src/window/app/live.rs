@@ -99,9 +99,9 @@ impl<'a> Live<'a> {
         if !self.shown.advance(pull) {
             return false;
         }
-        self.ghost
-            .iter_mut()
-            .for_each(|ghost| _ = ghost.advance(pull));
+        if let Some(ghost) = &mut self.ghost {
+            ghost.advance(pull);
+        }
         let now = &self.shown.now;
         self.counts.ticks += 1;
         self.counts.falls += u32::from(!fell_before && self.shown.record().fell_at_s.is_some());
@@ -128,7 +128,9 @@ impl<'a> Live<'a> {
             start_s,
             ..Push::first(&Units::of(&self.world.robot))
         };
-        self.both().for_each(|robot| robot.push(push));
+        for robot in self.both() {
+            robot.push(push);
+        }
         self.counts.pushes += 1;
     }
 
@@ -141,13 +143,17 @@ impl<'a> Live<'a> {
     pub fn take(&mut self, grab: Grab) {
         self.grab = Some(grab);
         self.counts.drags += 1;
-        self.both().for_each(Simulation::judge_anew);
+        for robot in self.both() {
+            robot.judge_anew();
+        }
     }
 
     /// Ends the pull.
     pub fn let_go(&mut self) {
         if self.grab.take().is_some() {
-            self.both().for_each(Simulation::judge_anew);
+            for robot in self.both() {
+                robot.judge_anew();
+            }
         }
     }
 
@@ -155,7 +161,9 @@ impl<'a> Live<'a> {
     pub fn switch_to(&mut self, index: usize) {
         if index < self.world.factories.len() && index != self.acting {
             self.acting = index;
-            self.both().for_each(|robot| robot.switch_to(index));
+            for robot in self.both() {
+                robot.switch_to(index);
+            }
             self.counts.switches += 1;
         }
     }

@@ -28,9 +28,9 @@ pub struct Marks<'a> {
 
 impl Marks<'_> {
     pub fn draw(&self, mark: &SceneMark) {
-        strokes(mark, |at| self.seen(at))
-            .iter()
-            .for_each(|stroke| self.stroke(stroke));
+        for stroke in strokes(mark, |at| self.seen(at)) {
+            self.stroke(&stroke);
+        }
         // Only pushes and pulls have their size written at the end of the arrow that is farther from the robot.
         if let (
             Overlay::Push,
@@ -119,12 +119,13 @@ impl Marks<'_> {
         let text = format!("{:.1} N s", aim.impulse_n_s);
         let faint = colors::PUSH.towards(colors::FLOOR, 0.35);
         if let (Some(from), Some(to)) = (self.seen(&at(-0.31)), self.seen(&at(-0.19))) {
-            let strokes = arrow(from, to, 2.5).into_iter().map(|form| Stroke {
-                form,
-                color: faint,
-                opacity: 1.0,
-            });
-            strokes.for_each(|stroke| self.stroke(&stroke));
+            for form in arrow(from, to, 2.5) {
+                self.stroke(&Stroke {
+                    form,
+                    color: faint,
+                    opacity: 1.0,
+                });
+            }
         }
         self.at(at(-0.34), |painter, place| {
             self.text(painter, place, &text, faint)

@@ -72,8 +72,10 @@ fn check(args: &Options) -> Result<()> {
         ))
     };
     positive("--speed", args.speed, 10.0)?;
-    args.seconds
-        .map_or(Ok(()), |seconds| positive("--seconds", seconds, 1e6))
+    match args.seconds {
+        Some(seconds) => positive("--seconds", seconds, 1e6),
+        None => Ok(()),
+    }
 }
 
 /// The window and its state.
@@ -126,10 +128,6 @@ impl<'a> App<'a> {
 
     fn run(mut self, args: &Options) -> Result<String> {
         let (start, watch) = (Instant::now(), Watchdog::start());
-        let is_due = |start: &Instant| {
-            args.seconds
-                .is_some_and(|s| start.elapsed().as_secs_f64() >= s)
-        };
         loop {
             let mut wishes = self.input();
             self.clock.begin_frame();
@@ -143,7 +141,9 @@ impl<'a> App<'a> {
                 );
             }
             self.draw(&mut wishes);
-            wishes.into_iter().for_each(|wish| self.grant(wish));
+            for wish in wishes {
+                self.grant(wish);
+            }
             let goes_on =
                 match window::render(&mut self.window, &mut self.space.root, &mut self.camera) {
                     Ok(goes_on) => goes_on,
@@ -168,7 +168,10 @@ impl<'a> App<'a> {
             if is_slow && self.window.samples() > 1 {
                 self.window.set_samples(NumSamples::One);
             }
-            if self.quits || !goes_on || is_due(&start) {
+            let is_due = args
+                .seconds
+                .is_some_and(|s| start.elapsed().as_secs_f64() >= s);
+            if self.quits || !goes_on || is_due {
                 break;
             }
         }
@@ -290,7 +293,9 @@ impl<'a> App<'a> {
             ));
             drawn.faint(&stage.marks(&ghost.now, &self.of_ghost()));
         }
-        marks.iter().for_each(|mark| drawn.draw(mark));
+        for mark in &marks {
+            drawn.draw(mark);
+        }
         if let Some((at, name)) =
             mouse.and_then(|at| Some((at, self.live.link_at(stage, &lens, at)?)))
         {

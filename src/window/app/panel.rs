@@ -74,7 +74,9 @@ pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
                             ("Keys (H)", Wish::Help),
                             ("First view (V)", Wish::ResetCamera),
                         ] {
-                            wishes.extend(ui.small_button(name).clicked().then_some(wish));
+                            if ui.small_button(name).clicked() {
+                                wishes.push(wish);
+                            }
                         }
                         ui.weak(format!(
                             "{}; floor lines: {} m",
@@ -93,10 +95,12 @@ fn state(ui: &mut Ui, live: &Live, wishes: &mut Vec<Wish>) {
     ui.horizontal_wrapped(|ui| {
         for (i, factory) in factories.iter().enumerate() {
             let label = ui.selectable_label(i == acting, format!("{} {}", i + 1, factory.name));
-            wishes.extend(label.clicked().then_some(Wish::GainSet(i)));
+            if label.clicked() {
+                wishes.push(Wish::GainSet(i));
+            }
         }
     });
-    let told = |ui: &mut Ui, robot: &Simulation, name: &str| {
+    let show_verdict = |ui: &mut Ui, robot: &Simulation, name: &str| {
         let (verdict, badly) = live.verdict_on(robot);
         let color = if badly { colors::BADLY } else { colors::WELL };
         ui.label(
@@ -107,18 +111,18 @@ fn state(ui: &mut Ui, live: &Live, wishes: &mut Vec<Wish>) {
     };
     match &live.ghost {
         Some(ghost) => {
-            told(
+            show_verdict(
                 ui,
                 &live.shown,
                 &format!("{}: ", live.shown.config.engine.title()),
             );
-            told(
+            show_verdict(
                 ui,
                 ghost,
                 &format!("{} (ghost): ", ghost.config.engine.title()),
             );
         }
-        None => told(ui, &live.shown, ""),
+        None => show_verdict(ui, &live.shown, ""),
     }
     let now = &live.shown.now;
     Grid::new("state")
@@ -198,7 +202,9 @@ fn time(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
             ("Tick", Wish::Tick),
             ("Restart", Wish::Restart),
         ] {
-            wishes.extend(ui.button(name).clicked().then_some(wish));
+            if ui.button(name).clicked() {
+                wishes.push(wish);
+            }
         }
     });
     ui.horizontal(|ui| {
@@ -210,12 +216,10 @@ fn time(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
             } else {
                 format!("{speed:.0}")
             };
-            let is_it = (clock.speed / speed - 1.0).abs() < 1e-6;
-            wishes.extend(
-                ui.selectable_label(is_it, name)
-                    .clicked()
-                    .then_some(Wish::Speed(speed)),
-            );
+            let is_chosen = (clock.speed / speed - 1.0).abs() < 1e-6;
+            if ui.selectable_label(is_chosen, name).clicked() {
+                wishes.push(Wish::Speed(speed));
+            }
         }
     });
 }
@@ -225,7 +229,9 @@ fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
     ui.horizontal(|ui| {
         let button =
             Button::new(RichText::new("Push").color(Color32::WHITE)).fill(colors::PUSH.egui());
-        wishes.extend(ui.add(button).clicked().then_some(Wish::Push));
+        if ui.add(button).clicked() {
+            wishes.push(Wish::Push);
+        }
         let (mut impulse, mut heading) = (aim.impulse_n_s, aim.heading_deg);
         let speed = 0.2 * aim.step_n_s;
         let dragged = ui.add(
@@ -234,7 +240,9 @@ fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
                 .fixed_decimals(2)
                 .suffix(" N s"),
         );
-        wishes.extend(dragged.changed().then_some(Wish::Impulse(impulse)));
+        if dragged.changed() {
+            wishes.push(Wish::Impulse(impulse));
+        }
         ui.label("to");
         let dragged = ui.add(
             DragValue::new(&mut heading)
@@ -242,11 +250,9 @@ fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
                 .fixed_decimals(0)
                 .suffix(" deg"),
         );
-        wishes.extend(
-            dragged
-                .changed()
-                .then_some(Wish::Heading(heading - aim.heading_deg)),
-        );
+        if dragged.changed() {
+            wishes.push(Wish::Heading(heading - aim.heading_deg));
+        }
         ui.weak("0 forward, 90 left");
     });
 }
@@ -297,7 +303,9 @@ fn overlays(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
                         &mut is_shown,
                         format!("{name} ({})", key.to_ascii_uppercase()),
                     );
-                    wishes.extend(switch.on_hover_text(hint).changed().then_some(wish));
+                    if switch.on_hover_text(hint).changed() {
+                        wishes.push(wish);
+                    }
                 });
                 if i % 2 == 1 {
                     ui.end_row();

@@ -38,11 +38,13 @@ const DIRECTIONS: usize = 16;
 /// The link under the mouse, or else the link nearest to the mouse.
 pub fn pick_near(stage: &Stage, kinematics: &Kinematics, lens: &Lens, mouse: Pos2) -> Option<Hit> {
     let hit = |at: Pos2| pick(stage, kinematics, &lens.sight(at));
-    let around = |radius: f32| {
-        let turns = (0..DIRECTIONS).map(|k| TAU * k as f32 / DIRECTIONS as f32);
-        turns.map(move |turn| mouse + Vec2::angled(turn) * radius)
-    };
-    hit(mouse).or_else(|| CIRCLES.into_iter().flat_map(around).find_map(hit))
+    hit(mouse).or_else(|| {
+        let mut places = CIRCLES.into_iter().flat_map(|radius| {
+            let turns = (0..DIRECTIONS).map(|k| TAU * k as f32 / DIRECTIONS as f32);
+            turns.map(move |turn| mouse + Vec2::angled(turn) * radius)
+        });
+        places.find_map(hit)
+    })
 }
 
 /// The first solid that the ray meets.
@@ -71,15 +73,11 @@ fn distance_m(mesh: &DrawnMesh, pose: &Pose, sight: &Sight) -> Option<f64> {
         single(origin.coords),
         single(pose.inverse_transform_vector(&sight.direction)),
     );
-    let on_face = |face: &[usize; 3]| {
+    let hits = mesh.faces.iter().filter_map(|face| {
         let [a, b, c] = face.map(|i| single(mesh.corners[i].0.coords));
         Triangle::new(a, b, c).cast_local_ray(&ray, REACH_M, true)
-    };
-    mesh.faces
-        .iter()
-        .filter_map(on_face)
-        .min_by(f32::total_cmp)
-        .map(f64::from)
+    });
+    hits.min_by(f32::total_cmp).map(f64::from)
 }
 
 /// A pull on a point of a link by a hand. The hand moves with the mouse on the plane through the point where the pull

@@ -190,13 +190,11 @@ fn bounds(trail: &Trail, length: f64, axis: usize) -> [f64; 2] {
         })
     };
     let com = extent(&mut trail.samples.iter().map(|sample| 1000.0 * sample.com[axis]));
-    let of = |sample| {
-        CURVES
-            .iter()
-            .filter_map(move |(_, of)| of(sample))
-            .map(|at| 1000.0 * at[axis])
-    };
-    let all = extent(&mut trail.samples.iter().flat_map(of));
+    let points = trail
+        .samples
+        .iter()
+        .flat_map(|sample| CURVES.iter().filter_map(move |(_, of)| of(sample)));
+    let all = extent(&mut points.map(|point| 1000.0 * point[axis]));
     let [least, greatest] = com.map(|mm| (mm / ROUND_MM).round() * ROUND_MM);
     let low = (all[0] / ROUND_MM).floor() * ROUND_MM;
     let high = (all[1] / ROUND_MM).ceil() * ROUND_MM;
@@ -211,22 +209,17 @@ fn bounds(trail: &Trail, length: f64, axis: usize) -> [f64; 2] {
 /// while it scrolls.
 fn thinned(trail: &Trail, axis: usize, of: PlottedAt) -> Vec<Vec<PlotPoint>> {
     let size = trail.samples.len().div_ceil(BUCKETS).max(1);
-    let point = |sample| of(sample).map(|at| PlotPoint::new(sample.time_s, 1000.0 * at[axis]));
-    let ticks = trail.samples.iter().enumerate();
-    let numbered: Vec<_> = ticks
-        .map(|(i, sample)| ((trail.gone + i) / size, point(sample)))
-        .collect();
+    let mut numbered = Vec::with_capacity(trail.samples.len());
+    for (i, sample) in trail.samples.iter().enumerate() {
+        let point = of(sample).map(|at| PlotPoint::new(sample.time_s, 1000.0 * at[axis]));
+        numbered.push(((trail.gone + i) / size, point));
+    }
     let stretches = numbered.chunk_by(|(_, a), (_, b)| a.is_some() == b.is_some());
-    let thin = |stretch: &[_]| {
-        stretch
-            .chunk_by(|(a, _), (b, _)| a == b)
-            .flat_map(extremes)
-            .collect::<Vec<_>>()
-    };
-    stretches
-        .map(thin)
-        .filter(|stretch| !stretch.is_empty())
-        .collect()
+    let thinned = stretches.map(|stretch| {
+        let buckets = stretch.chunk_by(|(a, _), (b, _)| a == b);
+        buckets.flat_map(extremes).collect::<Vec<_>>()
+    });
+    thinned.filter(|stretch| !stretch.is_empty()).collect()
 }
 
 /// The points of a bucket with the smallest and the largest value, in order of time. The two may be the same point. An
@@ -263,7 +256,9 @@ mod tests {
     #[test]
     fn a_trail_removes_samples_that_the_plots_no_longer_show() {
         let mut trail: Trail = std::iter::once(sample(0)).collect();
-        (1..5000).for_each(|k| trail.push(sample(k)));
+        for k in 1..5000 {
+            trail.push(sample(k));
+        }
         assert_eq!(trail.samples.len(), (SPAN_S / 0.002) as usize + 1);
         assert_eq!(trail.samples.len() + trail.gone, 5000);
         assert!(trail.samples[0].time_s >= 4999.0 * 0.002 - SPAN_S - 1e-9);
@@ -292,11 +287,11 @@ mod tests {
 
     #[test]
     fn a_curve_ends_where_there_is_no_point() {
-        let with_zmp = |k: u32| Plotted {
+        let samples = (0..1000).map(|k| Plotted {
             zmp: (!(300..400).contains(&k)).then(Point2::origin),
             ..sample(k)
-        };
-        let trail: Trail = (0..1000).map(with_zmp).collect();
+        });
+        let trail: Trail = samples.collect();
         let stretches = thinned(&trail, 1, |s| s.zmp);
         let ends = |stretch: &Vec<PlotPoint>| [stretch[0].x, stretch[stretch.len() - 1].x];
         assert_eq!(stretches.len(), 2);

@@ -3,7 +3,7 @@
 use super::plots::{Plotted, Trail};
 use super::world::LiveSetup;
 use standfast_core::robot::Kinematics;
-use standfast_sim::episode::{ClosedLoop, EpisodeConfig, Outcome, Record, Snapshot, Tick, Until};
+use standfast_sim::episode::{ClosedLoop, EpisodeConfig, Outcome, Record, Snapshot, Until};
 use standfast_sim::{Pull, Push};
 
 /// The one controller of the closed loop.
@@ -54,10 +54,9 @@ impl<'a> Simulation<'a> {
         self.closed_loop.pull(pull);
         self.closed_loop.advance();
         let mut now = None;
-        let mut see = |_, tick: &Tick| {
+        self.closed_loop.decide(&mut |_, tick| {
             now = Some(Snapshot::of(&self.world.simulated, tick)).filter(|_| !tick.is_broken())
-        };
-        self.closed_loop.decide(&mut see);
+        });
         let Some(now) = now else { return false };
         self.now = now;
         self.kinematics
@@ -74,9 +73,9 @@ impl<'a> Simulation<'a> {
     /// Continues with the controller of this index in `world.factories`.
     pub fn switch_to(&mut self, acting: usize) {
         let (factory, seed) = (&self.world.factories[acting], self.world.disturbance().seed);
-        self.closed_loop
-            .controllers()
-            .for_each(|controller| standfast_controllers::replace(controller, factory, seed));
+        for controller in self.closed_loop.controllers() {
+            standfast_controllers::replace(controller, factory, seed);
+        }
         self.judge_anew();
     }
 

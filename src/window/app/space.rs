@@ -117,27 +117,27 @@ impl<'a> Space<'a> {
                 .iter()
                 .map(|(at, n)| (pose * at, pose * n))
                 .collect();
-            let lit = |(at, normal): &(Point3<f64>, Vector3<f64>)| {
-                (
-                    vec3(at),
-                    color * brightness(normal, &(eye - at).normalize(), &sun) as f32,
-                )
-            };
-            let lit: Vec<(Vec3, Rgb)> = corners.iter().map(lit).collect();
-            let thrown =
-                |at: Point3<f64>| vec3(&(at - sun * ((at.coords.dot(up) - above_m) / sun.dot(up))));
+            let lit = corners.iter().map(|(at, normal)| {
+                let bright = brightness(normal, &(eye - at).normalize(), &sun);
+                (vec3(at), color * bright as f32)
+            });
+            let lit: Vec<(Vec3, Rgb)> = lit.collect();
             for face in &solid.mesh.faces {
                 // If thinning has collapsed a thin wall, its inner side lies on the outer one. So only triangles that
                 // face the eye are drawn, as in replays and pictures.
                 let [a, b, c] = face.map(|i| corners[i].0);
                 if (b - a).cross(&(c - a)).dot(&(eye - a)) > 0.0 {
-                    face.iter()
-                        .for_each(|&i| self.triangles.corner(lit[i].0, lit[i].1));
+                    for &i in face {
+                        self.triangles.corner(lit[i].0, lit[i].1);
+                    }
                 }
                 // The lit side of a closed mesh casts its whole shadow.
                 if face.iter().any(|&i| corners[i].1.dot(&sun) > 0.0) {
-                    face.iter()
-                        .for_each(|&i| self.triangles.corner(thrown(corners[i].0), shadow));
+                    for &i in face {
+                        let at = corners[i].0;
+                        let thrown = at - sun * ((at.coords.dot(up) - above_m) / sun.dot(up));
+                        self.triangles.corner(vec3(&thrown), shadow);
+                    }
                 }
             }
         }
@@ -184,18 +184,22 @@ fn grid(ground: &Ground, scale: RobotScale, window: &mut Window) {
         2.0 * LAYER_M * scale.length(),
     );
     for i in -LINES..=LINES {
-        let at = f64::from(i) * spacing_m;
+        let offset_m = f64::from(i) * spacing_m;
         for axis in 0..2 {
             let along = 1 - axis;
             // A patch that is higher or lower than the floor around it has no lines.
-            let crosses = ground.step_m != 0.0 && (low[axis]..=high[axis]).contains(&at);
+            let crosses = ground.step_m != 0.0 && (low[axis]..=high[axis]).contains(&offset_m);
             let pieces = match crosses {
                 true => vec![(-grid_m, low[along]), (high[along], grid_m)],
                 false => vec![(-grid_m, grid_m)],
             };
             for (from, to) in pieces {
                 let end = |t: f64| {
-                    let (x, y) = if axis == 0 { (at, t) } else { (t, at) };
+                    let (x, y) = if axis == 0 {
+                        (offset_m, t)
+                    } else {
+                        (t, offset_m)
+                    };
                     vec3(&(ground.slope * Point3::new(x, y, ground.step_m + above_m)))
                 };
                 let color = if i == 0 {

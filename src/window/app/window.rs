@@ -29,20 +29,23 @@ pub fn open(title: &str, width: u32, height: u32) -> Result<Window> {
         ..CanvasSetup::default()
     };
     quietly(|| pollster::block_on(Window::new_with_setup(title, width, height, setup))).map_err(
-        |told| {
-            let is_about = |words: &[&str]| words.iter().any(|word| told.contains(word));
+        |problem| {
+            let is_about = |words: &[&str]| words.iter().any(|word| problem.contains(word));
             if is_about(&["Library", "library", ".so"]) {
                 no_window(
-                    format!("a library for the window is missing ({told})"),
+                    format!("a library for the window is missing ({problem})"),
                     NO_LIBRARY,
                 )
             } else if is_about(&["adapter", "device", "urface"]) {
                 no_window(
-                    format!("no graphics driver for the window ({told})"),
+                    format!("no graphics driver for the window ({problem})"),
                     NO_DRIVER,
                 )
             } else {
-                no_window(format!("the window cannot be opened ({told})"), NO_DISPLAY)
+                no_window(
+                    format!("the window cannot be opened ({problem})"),
+                    NO_DISPLAY,
+                )
             }
         },
     )
@@ -106,12 +109,12 @@ fn quietly<T>(run: impl FnOnce() -> T) -> std::result::Result<T, String> {
     set_hook(hook);
     log::set_max_level(level);
     done.map_err(|panic| {
-        let told = panic.downcast_ref::<String>().map(String::as_str);
-        let told = told
+        let message = panic.downcast_ref::<String>().map(String::as_str);
+        let message = message
             .or(panic.downcast_ref::<&str>().copied())
             .unwrap_or("unknown cause");
         // The rest of the message only helps to debug the graphics stack.
-        told.split([':', '\n']).next().unwrap_or_default().into()
+        message.split([':', '\n']).next().unwrap_or_default().into()
     })
 }
 

@@ -76,19 +76,18 @@ impl LiveSetup {
         } else {
             &args.gains
         };
-        let prepared = |name: &String| {
+        let mut factories = Vec::new();
+        for name in names {
             let entry = campaign
                 .as_ref()
                 .map_or_else(|| name.clone(), |campaign| campaign.gains_named(name));
             let factory =
                 standfast_controllers::load(&entry)?.prepare(&robot, config.control_period_s)?;
-            factory
-                .warning
-                .iter()
-                .for_each(|warning| log::warn!("{warning}"));
-            Ok(factory)
-        };
-        let factories = names.iter().map(prepared).collect::<Result<Vec<_>>>()?;
+            if let Some(warning) = &factory.warning {
+                log::warn!("{warning}");
+            }
+            factories.push(factory);
+        }
         let mut world = Self {
             simulated: robot.clone(),
             robot,

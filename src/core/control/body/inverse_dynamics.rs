@@ -20,7 +20,7 @@ use super::tasks::{
     weight_of_lengths,
 };
 use crate::robot::dynamics::Dynamics;
-use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot, Servo, Units, Wrench};
+use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot, Units, Wrench};
 use nalgebra::{
     Cholesky, DMatrix, DVector, Matrix6, MatrixXx6, Point2, Point3, SMatrix, Vector3, Vector6,
 };
@@ -189,8 +189,11 @@ impl InverseDynamics {
                     .add_row(weight * self.of_lengths, |i| jacobian[(k, i)], [linear[k]]);
             }
             for axis in led_axes(robot, foot, &pose) {
-                let row = |i: usize| axis.dot(&jacobian.fixed_view::<3, 1>(3, i));
-                self.equations.add_row(weight, row, [axis.dot(&angular)]);
+                self.equations.add_row(
+                    weight,
+                    |i| axis.dot(&jacobian.fixed_view::<3, 1>(3, i)),
+                    [axis.dot(&angular)],
+                );
             }
         }
     }
@@ -377,7 +380,6 @@ impl InverseDynamics {
                 .iter()
                 .all(|&f| wanted.standing[f] || wrenches[f] == Wrench::default())
         );
-        let ratio = |(tau, servo): (&f64, &Servo)| tau.abs() / servo.torque_n_m;
         PredictedContact {
             com_acc: force / robot.mass() - Vector3::z() * GRAVITY,
             wrenches,
@@ -386,7 +388,7 @@ impl InverseDynamics {
                 .tau
                 .iter()
                 .zip(&robot.servos)
-                .map(ratio)
+                .map(|(tau, servo)| tau.abs() / servo.torque_n_m)
                 .fold(0.0, f64::max),
             is_optimal: self.nnls.is_optimal,
         }

@@ -200,16 +200,18 @@ impl InverseKinematics {
     fn add_row(&mut self, weight: f64, row: JacobianRow, displacement: f64, velocity: f64) {
         self.squared_error += weight * displacement * displacement;
         let jacobians = &self.jacobians;
-        let entry = |i: usize| match row {
-            JacobianRow::Sole(foot, k) => jacobians.soles[foot][(k, i)],
-            JacobianRow::Turn(foot, axis) => {
-                axis.dot(&jacobians.soles[foot].fixed_view::<3, 1>(3, i))
-            }
-            JacobianRow::Trunk(k) => jacobians.trunk[(k, i)],
-            JacobianRow::Com(k) => jacobians.com[(k, i)],
-        };
-        self.equations
-            .add_row(weight, entry, [displacement, velocity]);
+        self.equations.add_row(
+            weight,
+            |i| match row {
+                JacobianRow::Sole(foot, k) => jacobians.soles[foot][(k, i)],
+                JacobianRow::Turn(foot, axis) => {
+                    axis.dot(&jacobians.soles[foot].fixed_view::<3, 1>(3, i))
+                }
+                JacobianRow::Trunk(k) => jacobians.trunk[(k, i)],
+                JacobianRow::Com(k) => jacobians.com[(k, i)],
+            },
+            [displacement, velocity],
+        );
     }
 
     /// Solves for displacement and velocity. Joints that would pass a limit are held at it, and the equations are

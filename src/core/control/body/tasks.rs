@@ -141,16 +141,17 @@ impl<const N: usize> NormalEquations<N> {
 
     pub fn clear(&mut self) {
         self.matrix.fill(0.0);
-        self.right.iter_mut().for_each(|right| right.fill(0.0));
+        for right in &mut self.right {
+            right.fill(0.0);
+        }
     }
 
     /// Adds one row, with its N targets.
     pub fn add_row(&mut self, weight: f64, row: impl Fn(usize) -> f64, targets: [f64; N]) {
         let size = self.row.len();
-        self.row
-            .iter_mut()
-            .enumerate()
-            .for_each(|(i, entry)| *entry = row(i));
+        for (i, entry) in self.row.iter_mut().enumerate() {
+            *entry = row(i);
+        }
         let row = self.row.as_slice();
         for j in 0..size {
             let scaled = weight * row[j];
@@ -159,10 +160,9 @@ impl<const N: usize> NormalEquations<N> {
             }
             // The matrix is stored by columns, so the entries of a column are contiguous.
             let below = &mut self.matrix.as_mut_slice()[j * size + j..(j + 1) * size];
-            below
-                .iter_mut()
-                .zip(&row[j..])
-                .for_each(|(entry, value)| *entry += scaled * value);
+            for (entry, value) in below.iter_mut().zip(&row[j..]) {
+                *entry += scaled * value;
+            }
             for (right, target) in self.right.iter_mut().zip(targets) {
                 right[j] += scaled * target;
             }

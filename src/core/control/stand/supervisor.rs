@@ -153,14 +153,11 @@ impl Supervisor {
         let frame = self
             .support
             .map_or_else(Isometry2::identity, |support| support.frame);
-        let slice = |gain| {
-            self.sets
-                .slice(gain, &self.tested)
-                .iter()
-                .map(|corner| frame * corner)
-                .collect()
-        };
-        (0..self.sets.len()).map(slice).collect()
+        let slices = (0..self.sets.len()).map(|gain| {
+            let slice = self.sets.slice(gain, &self.tested);
+            slice.iter().map(|corner| frame * corner).collect()
+        });
+        slices.collect()
     }
 
     /// Whether the state of the last tick was in the CPI set of some gain.

@@ -456,8 +456,8 @@ fn problem(region: &LandingRegion, foot: Foot, now: &StepState) -> CatchProblem 
         ..
     } = now.design;
     let weight_n = robot.mass() * GRAVITY;
-    let pressable = |of: Foot, load_n: f64| {
-        let [x, [low, high]] = robot.soles[of].pressable_m(load_n);
+    let pressable = |standing: Foot, load_n: f64| {
+        let [x, [low, high]] = robot.soles[standing].pressable_m(load_n);
         [
             x,
             if foot == Foot::Left {

@@ -295,12 +295,13 @@ mod tests {
 
         /// Chooses from the home stance.
         fn choose(&self, rules: &Stepping) -> Option<PlannedFootstep> {
-            let sole = |foot: Foot| self.frame * Point2::new(0.0, HALF * foot.side());
             choose(
                 rules,
                 &StanceState {
                     frame: &self.frame,
-                    soles: PerFoot::from_fn(sole),
+                    soles: PerFoot::from_fn(|foot| {
+                        self.frame * Point2::new(0.0, HALF * foot.side())
+                    }),
                     stance: Vector2::new(0.0, 2.0 * HALF),
                     zmp_error: self.error.into(),
                     load_n: self.load_n,

@@ -74,13 +74,13 @@ fn weak_ankles_hold_less_on_one_foot_than_on_both() {
         ..weak
     };
     let q = (-5.63_f64 * 0.2).exp();
-    let one = (1.0 - q) * 0.02 + q * (0.15 + 0.04);
-    let two = (1.0 - q * q) * 0.02 + q * 0.15 + q * q * (0.15 + 0.04);
-    for (steps, expected) in [(0, 0.04), (1, one), (2, two)] {
-        let found = weak.at_most_n_s(0.0, steps) / (8.0 * 5.63);
+    let one_step = (1.0 - q) * 0.02 + q * (0.15 + 0.04);
+    let two_steps = (1.0 - q * q) * 0.02 + q * 0.15 + q * q * (0.15 + 0.04);
+    for (steps, expected) in [(0, 0.04), (1, one_step), (2, two_steps)] {
+        let bound_m = weak.at_most_n_s(0.0, steps) / (8.0 * 5.63);
         assert!(
-            (found / expected - 1.0).abs() < 1e-9,
-            "{steps}: {found}, not {expected}"
+            (bound_m / expected - 1.0).abs() < 1e-9,
+            "{steps}: {bound_m}, not {expected}"
         );
     }
 }
@@ -103,17 +103,17 @@ fn in_one_dimension_it_is_the_closed_form() {
     let mut d = r;
     for steps in 1..=6 {
         d = (0.15 - r + d) * q + r;
-        let found = pendulum.at_most_n_s(0.0, steps) / (8.0 * 5.63);
+        let bound_m = pendulum.at_most_n_s(0.0, steps) / (8.0 * 5.63);
         assert!(
-            (found / d - 1.0).abs() < NEARLY,
-            "{steps}: {found}, not {d}"
+            (bound_m / d - 1.0).abs() < NEARLY,
+            "{steps}: {bound_m}, not {d}"
         );
     }
     let d_infinite = ((0.15 - r) * q + r) / (1.0 - q);
-    let found = pendulum.bounds(0.0).n_step_n_s / (8.0 * 5.63);
+    let bound_m = pendulum.bounds(0.0).n_step_n_s / (8.0 * 5.63);
     assert!(
-        (found / d_infinite - 1.0).abs() < NEARLY,
-        "{found}, not {d_infinite}"
+        (bound_m / d_infinite - 1.0).abs() < NEARLY,
+        "{bound_m}, not {d_infinite}"
     );
 }
 
@@ -233,13 +233,13 @@ fn sampled_footsteps_catch_up_to_the_bound_and_no_more() {
                     .map(|_| caught(&pendulum, steps, stance, &mut chance))
                     .collect();
                 let ahead = |n: &Vector2<f64>, at: &Point2<f64>| n.dot(&at.coords);
-                let farthest = |n| {
-                    samples
+                let mut vertices: Vec<Point2<f64>> = Vec::new();
+                for n in &normals {
+                    let farthest = samples
                         .iter()
-                        .max_by(|a, b| ahead(n, a).total_cmp(&ahead(n, b)))
-                        .unwrap()
-                };
-                let mut vertices: Vec<Point2<f64>> = normals.iter().map(|n| *farthest(n)).collect();
+                        .max_by(|a, b| ahead(n, a).total_cmp(&ahead(n, b)));
+                    vertices.push(*farthest.unwrap());
+                }
                 vertices.dedup_by(|a, b| (*a - *b).norm() < 1e-6);
                 hulls.push(SupportPolygon::hull(&vertices).unwrap());
             }
@@ -274,14 +274,14 @@ proptest! {
         faster in 0.6..1.0,
     ) {
         let region = SwingRegion { x_m: [-1.0, 1.0].map(|way: f64| way * forward_m), ..BESIDE_REGION };
-        let of = |regions: &[SwingRegion]| SteppingPendulum { com: Point2::new(x, y), ..with(regions) };
+        let pendulum = |regions: &[SwingRegion]| SteppingPendulum { com: Point2::new(x, y), ..with(regions) };
         let enough = |a: f64, b: f64| a >= b * (1.0 - 1e-9) - 1e-9;
-        let b = of(&[region]).bounds(heading_deg);
+        let b = pendulum(&[region]).bounds(heading_deg);
         prop_assert!(b.no_step_n_s <= b.one_step_n_s && b.one_step_n_s <= b.n_step_n_s, "{b:?}");
         let longer = SwingRegion { x_m: [-1.0, 1.0].map(|way: f64| way * (forward_m + more)), y_m: [0.075, 0.18 + more], ..region };
         let quicker = SwingRegion { swing_time_s: 0.2 * faster, ..region };
         for regions in [&[longer][..], &[quicker], &[region, IN_FRONT]] {
-            let m = of(regions).bounds(heading_deg);
+            let m = pendulum(regions).bounds(heading_deg);
             prop_assert!(enough(m.one_step_n_s, b.one_step_n_s) && enough(m.n_step_n_s, b.n_step_n_s), "{b:?} {m:?}");
         }
     }
@@ -291,12 +291,12 @@ proptest! {
     fn feet_that_cross_too_slowly_or_reach_nowhere_bring_nothing(
         heading_deg in -180.0..180.0, x in -0.03..0.03, y in -0.05..0.05,
     ) {
-        let of = |regions: &[SwingRegion]| SteppingPendulum { com: Point2::new(x, y), ..with(regions) }.bounds(heading_deg);
-        let (without, slow) = (of(&[BESIDE_REGION]), of(&[BESIDE_REGION, SwingRegion { swing_time_s: 9.0, ..IN_FRONT }]));
+        let bounds = |regions: &[SwingRegion]| SteppingPendulum { com: Point2::new(x, y), ..with(regions) }.bounds(heading_deg);
+        let (without, slow) = (bounds(&[BESIDE_REGION]), bounds(&[BESIDE_REGION, SwingRegion { swing_time_s: 9.0, ..IN_FRONT }]));
         prop_assert!((slow.n_step_n_s / without.n_step_n_s - 1.0).abs() < NEARLY);
         prop_assert!((slow.one_step_n_s / without.one_step_n_s - 1.0).abs() < 1e-9);
         for sideways in [0.0, 0.097] {
-            let b = of(&[SwingRegion { x_m: [0.0, 0.0], y_m: [sideways, sideways], ..BESIDE_REGION }]);
+            let b = bounds(&[SwingRegion { x_m: [0.0, 0.0], y_m: [sideways, sideways], ..BESIDE_REGION }]);
             prop_assert!(b.one_step_n_s < b.no_step_n_s * (1.0 + 1e-6) + 1e-6, "{sideways}: {b:?}");
         }
     }

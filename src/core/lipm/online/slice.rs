@@ -34,11 +34,10 @@ impl OnlineSets {
         for tick in 0..MAX_TICKS {
             let region = cascade.region.less(cascade.spread.after(tick));
             for (x, y) in region.x.iter().zip(region.y) {
-                let excess = |corner: &Corner| {
+                corners = cut(&corners, |corner| {
                     let [zmp_x, zmp_y] = cascade.zmp(&corner.points);
                     x * zmp_x + y * zmp_y - 1.0
-                };
-                corners = cut(&corners, excess);
+                });
             }
             if corners
                 .iter()
@@ -130,15 +129,15 @@ mod tests {
                 for (i, a) in slice.iter().enumerate() {
                     let b = slice[(i + 1) % slice.len()];
                     for on_edge in [*a, a + 0.5 * (b - a)] {
-                        let at = |share: f64| {
+                        let moved = |share: f64| {
                             state(Point2::from(middle + share * (on_edge.coords - middle)))
                         };
                         assert!(
-                            sets.holds(gain, &at(1.0 - 1e-6)),
+                            sets.holds(gain, &moved(1.0 - 1e-6)),
                             "gain {gain}: {on_edge} is not in the set"
                         );
                         assert!(
-                            !sets.holds(gain, &at(1.0 + 1e-6)),
+                            !sets.holds(gain, &moved(1.0 + 1e-6)),
                             "gain {gain}: {on_edge} is not at the border"
                         );
                     }
