@@ -18,7 +18,8 @@
 //! ```
 //! use standfast::core::control::{CpiController, Design, Phase};
 //! use standfast::controllers::gain_set;
-//! use standfast::core::robot::{Command, Controller, GRAVITY, Imu, PerFoot, Sensed, Wrench};
+//! use standfast::core::robot::{GRAVITY, PerFoot};
+//! use standfast::core::socket::{Command, Controller, Imu, Sensed, Wrench};
 //! use nalgebra::{UnitQuaternion, Vector3};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -56,7 +57,8 @@
 //! ```
 //! use standfast::study::{Campaign, Overrides, Plan, run::run_all};
 //! use standfast::controllers::Own;
-//! use standfast::core::robot::{Command, Controller, Factory, Report, Sensed, TickError};
+//! use standfast::core::robot::Factory;
+//! use standfast::core::socket::{Command, Controller, Report, Sensed, TickError};
 //!
 //! /// Holds the posture of the start, with an angular velocity of the ankles against that of the trunk.
 //! #[derive(Clone)]

@@ -3,7 +3,7 @@
 use crate::played::{Phase, Played};
 use criterion::Criterion;
 use standfast::core::control::CpiController;
-use standfast::core::robot::{Command, Controller};
+use standfast::core::socket::{Command, Controller};
 use standfast::sim::Engine;
 use std::hint::black_box;
 use std::time::{Duration, Instant};

@@ -2,7 +2,8 @@
 //! the controller and the plant each go through the states of the episode, while the time of the other is not measured.
 
 use standfast::core::control::{CpiController, Design};
-use standfast::core::robot::{Command, Controller, Robot, Sensed, Units};
+use standfast::core::robot::{Robot, Units};
+use standfast::core::socket::{Command, Controller, Sensed};
 use standfast::sim::episode::EpisodeConfig;
 use standfast::sim::plant::Clock;
 use standfast::sim::{Engine, Ground, Plant, Push};

@@ -3,7 +3,8 @@
 
 use crate::played::{Phase, Played, clock};
 use criterion::Criterion;
-use standfast::core::robot::{Command, Robot};
+use standfast::core::robot::Robot;
+use standfast::core::socket::Command;
 use standfast::files::assets::{self, Source};
 use standfast::robots::urdf;
 use standfast::sim::{Engine, Ground, Pairs, Plant, Push};

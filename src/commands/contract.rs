@@ -1,7 +1,7 @@
 //! Recorded pairs of observation and action, which a policy has to repeat: `check --contract`.
 
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::Controller;
+use standfast_core::socket::Controller;
 use standfast_report::text::unpushed::Contract;
 use std::path::Path;
 

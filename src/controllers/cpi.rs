@@ -7,7 +7,8 @@ use standfast_core::error::Result;
 use standfast_core::lipm::GainSet;
 use standfast_core::lipm::catching::{CatchingTable, Departure};
 use standfast_core::lipm::stepping::SteppingTable;
-use standfast_core::robot::{PreparedController, Robot};
+use standfast_core::robot::Robot;
+use standfast_core::socket::PreparedController;
 use std::sync::Arc;
 use toml::{Table, Value};
 

@@ -24,7 +24,7 @@ use standfast_core::control::CpiController;
 use standfast_core::error::{Error, Result};
 use standfast_core::lipm::GainSet;
 use standfast_core::lipm::catching::Departures;
-use standfast_core::robot::{Controller, PreparedController};
+use standfast_core::socket::{Controller, PreparedController};
 use standfast_files::assets::{self, InputKind, Source, parse_toml};
 use std::any::Any;
 use variant::ControllerName;

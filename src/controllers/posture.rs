@@ -4,9 +4,8 @@
 use super::spec::{ControllerSpec, check_name};
 use serde::{Deserialize, Serialize};
 use standfast_core::error::Result;
-use standfast_core::robot::{
-    Command, Controller, PreparedController, Report, Robot, Sensed, TickError,
-};
+use standfast_core::robot::Robot;
+use standfast_core::socket::{Command, Controller, PreparedController, Report, Sensed, TickError};
 use toml::Table;
 
 /// The content of the controller's file.

@@ -13,9 +13,9 @@ use super::tunable::Tunable;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{
-    Command, Controller, Note, PerFoot, PreparedController, Report, Robot, Sensed, TickError,
-    Wrench,
+use standfast_core::robot::{PerFoot, Robot};
+use standfast_core::socket::{
+    Command, Controller, Note, PreparedController, Report, Sensed, TickError, Wrench,
 };
 use standfast_files::assets::{Source, number, parse_toml};
 use std::collections::{BTreeMap, BTreeSet};

@@ -2,7 +2,8 @@
 
 use super::tunable::Tunable;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{PreparedController, Robot};
+use standfast_core::robot::Robot;
+use standfast_core::socket::PreparedController;
 use std::any::Any;
 use std::fmt::{self, Debug};
 use toml::Table;

@@ -1,7 +1,7 @@
 //! The controller alone, for a robot or another simulator: no engine, no files, no program.
 //!
 //! [`lipm`] is the COG-ZMP inverted pendulum of the paper with its feedback gains and maximal CPI sets, [`robot`] the robot
-//! as numbers and the socket behind which every controller stands, and [`control`] our own controller. [`geometry`] has
+//! as numbers, [`socket`] what every controller is to those who drive it, and [`control`] our own controller. [`geometry`] has
 //! the polygons and polytopes of all of them.
 //!
 //! Quantities are in SI units and f64, and in the world frame unless a type says otherwise: x forward, y left, z up.
@@ -15,5 +15,6 @@ pub mod error;
 pub mod geometry;
 pub mod lipm;
 pub mod robot;
+pub mod socket;
 
 pub use error::{Error, Result};

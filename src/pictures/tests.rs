@@ -6,9 +6,8 @@ use crate::scene::Stage;
 use crate::scene::palette::Overlay;
 use image::RgbImage;
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector3};
-use standfast_core::robot::{
-    Foot, Link, PerFoot, Pose, Posture, RecoveryRegion, Robot, Shape, Solid,
-};
+use standfast_core::robot::{Foot, Link, PerFoot, Pose, Posture, Robot, Shape, Solid};
+use standfast_core::socket::RecoveryRegion;
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
 use standfast_sim::episode::snapshot::Arrow;

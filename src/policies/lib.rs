@@ -22,9 +22,8 @@ use standfast_controllers::kinds::{KindOf, kind};
 use standfast_controllers::spec::{ControllerSpec, about, check_name};
 use standfast_controllers::tunable::Tunable;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{
-    Command, Controller, PreparedController, Report, Robot, Sensed, TickError,
-};
+use standfast_core::robot::Robot;
+use standfast_core::socket::{Command, Controller, PreparedController, Report, Sensed, TickError};
 use standfast_files::assets::{Source, parse_toml};
 use std::sync::Arc;
 use toml::Table;

@@ -3,7 +3,8 @@
 use nalgebra::{Isometry3, Matrix6xX, Translation3, Vector3};
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Foot, Kinematics, PerFoot, Posture, Robot, Sensed};
+use standfast_core::robot::{Foot, Kinematics, PerFoot, Posture, Robot};
+use standfast_core::socket::Sensed;
 use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 

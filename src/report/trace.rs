@@ -8,7 +8,8 @@
 //! chapter `columns` of the guide has the meaning of each column.
 
 use serde_json::{Map, Value, json};
-use standfast_core::robot::{Foot, Note, Pose, Robot};
+use standfast_core::robot::{Foot, Pose, Robot};
+use standfast_core::socket::Note;
 use standfast_files::columns::{Data, DataColumn};
 use standfast_sim::episode::Tick;
 

@@ -1,7 +1,8 @@
 //! Wrenches of the ground on the robot.
 
 use nalgebra::{Point3, Vector3};
-use standfast_core::robot::{Foot, Wrench};
+use standfast_core::robot::Foot;
+use standfast_core::socket::Wrench;
 
 /// A part of the robot that the ground may touch.
 #[derive(Debug, Clone, Copy)]

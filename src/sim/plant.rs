@@ -11,9 +11,8 @@ use super::{Engine, Ground, SensorErrors};
 use nalgebra::{
     DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6,
 };
-use standfast_core::robot::{
-    Command, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed, Wrench,
-};
+use standfast_core::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot};
+use standfast_core::socket::{Command, Imu, Sensed, Wrench};
 use std::collections::VecDeque;
 use std::sync::Arc;
 

@@ -2,7 +2,8 @@
 //! delay. The delay of the robot acts between command and torque, in [`Plant`](super::plant::Plant).
 
 use nalgebra::{UnitQuaternion, Vector3};
-use standfast_core::robot::{Foot, Imu, PerFoot, Sensed, SensorNoise, Wrench};
+use standfast_core::robot::{Foot, PerFoot, SensorNoise};
+use standfast_core::socket::{Imu, Sensed, Wrench};
 use std::sync::Arc;
 
 /// Sensor errors of one episode: standard normal numbers, and their scale.

@@ -22,7 +22,7 @@ use standfast_controllers::{depart, gain_set};
 use standfast_core::error::{Error, Result};
 use standfast_core::lipm::GainSet;
 use standfast_core::lipm::catching::{DEPARTURES, Departure, Departures};
-use standfast_core::robot::PreparedController;
+use standfast_core::socket::PreparedController;
 use standfast_robots::urdf::Files;
 use standfast_sim::Push;
 use standfast_sim::episode::{ClosedLoop, Footstep, Outcome, Record};

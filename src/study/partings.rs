@@ -8,7 +8,7 @@ use crate::store::folder::Folder;
 use crate::verdict::agreement::{Agreement, PartedTrial};
 use rayon::prelude::*;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::PreparedController;
+use standfast_core::socket::PreparedController;
 use standfast_sim::episode::parting::{half_sole_width_m, parting};
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -12,7 +12,7 @@ use crate::verdict::summary::Summary;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::PreparedController;
+use standfast_core::socket::PreparedController;
 use standfast_sim::episode::ClosedLoop;
 use std::collections::BTreeMap;
 use std::ops::Range;

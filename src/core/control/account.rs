@@ -4,7 +4,8 @@ use super::design::Design;
 use super::estimate::Estimate;
 use super::stand::{Supervisor, Support};
 use super::step::Swing;
-use crate::robot::{Airborne, Foot, Note, Posture, Report};
+use crate::robot::{Foot, Posture};
+use crate::socket::{Airborne, Note, Report};
 use nalgebra::{Point2, Vector2};
 
 /// The activity of the controller.

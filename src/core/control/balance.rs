@@ -7,7 +7,8 @@ use super::estimate::Estimate;
 use super::stand::{Supervisor, Support};
 use super::step::{Footwork, Landing, LastLanding, StepState, Swing, footwork};
 use crate::lipm::catching::Departures;
-use crate::robot::{Command, Foot, PerFoot, TickError};
+use crate::robot::{Foot, PerFoot};
+use crate::socket::{Command, TickError};
 use nalgebra::{Point2, Vector2};
 use std::sync::Arc;
 

@@ -10,7 +10,8 @@ use crate::lipm::cpi_set::nesting_warning;
 use crate::lipm::gains::{GainFamily, GainSet};
 use crate::lipm::pendulum::Pendulum;
 use crate::lipm::stepping::Stepping;
-use crate::robot::{Command, Foot, Kinematics, PerFoot, Robot, Units};
+use crate::robot::{Foot, Kinematics, PerFoot, Robot, Units};
+use crate::socket::Command;
 use nalgebra::Vector2;
 use std::sync::Arc;
 

@@ -18,7 +18,7 @@ pub mod stand;
 pub mod step;
 
 use crate::lipm::catching::Departures;
-use crate::robot::{
+use crate::socket::{
     Command, Controller, PreparedController, Promise, RecoveryRegion, Report, Sensed, TickError,
 };
 pub use account::{Account, Phase};

@@ -1,13 +1,10 @@
-//! The robot as data: a tree of rigid links with revolute joints, its soles, servos, sensors and home posture; and the
-//! socket between a robot and its controllers ([`Controller`]).
+//! The robot as data: a tree of rigid links with revolute joints, its soles, servos, sensors and home posture.
 //!
 //! Links that are joined by fixed URDF joints are merged into one. Every URDF link keeps its name and its frame as a
 //! [`Frame`], and a joint has the name of its URDF joint.
 
 mod ankle;
-pub mod controller;
 pub mod dynamics;
-pub mod io;
 pub mod kinematics;
 pub mod mesh;
 pub mod model;
@@ -18,11 +15,6 @@ pub mod swing_shape;
 pub mod swing_time;
 pub mod units;
 
-pub use controller::{
-    Airborne, Controller, Note, PreparedController, Promise, RecoveryRegion, Report, TickError,
-    Word,
-};
-pub use io::{Command, CommandError, Imu, Sensed, SensedError, Wrench};
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{
     Ankle, Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise,

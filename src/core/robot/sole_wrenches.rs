@@ -1,7 +1,7 @@
-//! Turns a desired ZMP into wrenches under the soles, and stands a robot on them at home.
+//! Turns a desired ZMP into wrenches under the soles.
 
 use super::dynamics::load_torques;
-use super::{Command, Foot, GRAVITY, Kinematics, PerFoot, Pose, Robot};
+use super::{Foot, GRAVITY, Kinematics, PerFoot, Pose, Robot};
 use nalgebra::{Point2, Vector2, Vector3};
 
 /// Wrenches on the soles (force; moment about the sole's centre; world axes) that sum to `force` (N) with its ZMP at
@@ -55,32 +55,6 @@ fn clamp_to_sole(
 }
 
 impl Robot {
-    /// Holds the home posture, with the torques that carry the weight there.
-    pub fn home_command(&self) -> Command {
-        let kinematics = Kinematics::at_home(self);
-        let weight = Vector3::new(0.0, 0.0, self.mass() * GRAVITY);
-        let both = PerFoot {
-            left: true,
-            right: true,
-        };
-        let wrenches = share(
-            self,
-            &kinematics.sole_poses(self),
-            &both,
-            kinematics.com().xy(),
-            weight,
-        );
-        let mut command = Command::hold(&self.home_rad);
-        load_torques(
-            &kinematics,
-            self,
-            -weight / self.mass(),
-            &wrenches,
-            &mut command.tau_ff,
-        );
-        command
-    }
-
     /// The joint whose torque is the largest share of its motor's torque while the weight is on one foot, at home; and
     /// that share. Only joints of a leg above the ankle that pitch count. Joints that roll are left out, since a robot
     /// in the middle of a footstep does not balance sideways.

@@ -2,8 +2,9 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use standfast_core::control::estimate::{Estimate, Estimator};
-use standfast_core::robot::Wrench;
-use standfast_core::robot::{Foot, GRAVITY, Imu, PerFoot, Sensed};
+use standfast_core::robot::{Foot, GRAVITY, PerFoot};
+use standfast_core::socket::Wrench;
+use standfast_core::socket::{Imu, Sensed};
 
 /// A foot in the air comes into contact from 3 % of the weight and five standard deviations of the force sensor on
 /// (4.85 N for UT-mu2), and stays so down to 2 % and three (3.07 N). Less is a touch, or noise.

@@ -4,7 +4,8 @@ use crate::text::layout::{entry, velocity_change};
 use crate::text::thresholds;
 use crate::with_fields_of;
 use serde_json::{Value, json};
-use standfast_core::robot::{PreparedController, Robot, Units};
+use standfast_core::robot::{Robot, Units};
+use standfast_core::socket::PreparedController;
 use standfast_sim::episode::{
     AT_LIMIT, EpisodeConfig, Footstep, Lifted, Membership, Outcome, Record, Tick,
 };

@@ -3,7 +3,8 @@
 use super::layout::{entry, signed};
 use crate::table::{Table, headings, number, texts, words};
 use serde_json::{Value, json};
-use standfast_core::robot::{PreparedController, Robot};
+use standfast_core::robot::Robot;
+use standfast_core::socket::PreparedController;
 use standfast_sim::episode::unpushed::UnpushedEpisode;
 use standfast_sim::episode::{EpisodeConfig, Outcome};
 

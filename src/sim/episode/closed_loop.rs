@@ -14,9 +14,8 @@ use super::referee::Referee;
 use super::tick::{Failure, Tick};
 use crate::{Ground, Plant, Pull, Push, Truth};
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{
-    Command, Controller, PreparedController, Robot, Sensed, TickError, Units,
-};
+use standfast_core::robot::{Robot, Units};
+use standfast_core::socket::{Command, Controller, PreparedController, Sensed, TickError};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -449,7 +448,7 @@ pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
 mod tests {
     use super::*;
     use crate::episode::Outcome;
-    use standfast_core::robot::{Report, TickError};
+    use standfast_core::socket::{Report, TickError};
 
     type Wrong = fn(&mut Command) -> Result<(), TickError>;
 

@@ -6,7 +6,8 @@ use super::film::Film;
 use super::record::Record;
 use super::tick::Tick;
 use standfast_core::error::Result;
-use standfast_core::robot::{PreparedController, Robot};
+use standfast_core::robot::Robot;
+use standfast_core::socket::PreparedController;
 
 /// Robot, controller and settings of an episode.
 #[derive(Clone, Copy)]

@@ -7,7 +7,8 @@ use super::snapshot::Snapshot;
 use super::tick::Tick;
 use crate::{Engine, Ground, Push};
 use standfast_core::error::Result;
-use standfast_core::robot::{PreparedController, Robot};
+use standfast_core::robot::Robot;
+use standfast_core::socket::PreparedController;
 use std::f64::consts::TAU;
 
 /// Distance from the origin, in COM heights, beyond which the robot counts as flown off.

@@ -1,7 +1,8 @@
 //! The footsteps of an episode, for its record.
 
 use serde::{Deserialize, Serialize};
-use standfast_core::robot::{Airborne, Foot, PerFoot, Pose, Report};
+use standfast_core::robot::{Foot, PerFoot, Pose};
+use standfast_core::socket::{Airborne, Report};
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Footstep {

@@ -28,7 +28,7 @@ pub use tick::{Failure, Tick, home_distance};
 /// Helpers for unit tests.
 #[cfg(test)]
 mod testing {
-    use standfast_core::robot::{
+    use standfast_core::socket::{
         Command, Controller, PreparedController, Report, Sensed, TickError,
     };
 

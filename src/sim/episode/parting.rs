@@ -8,7 +8,8 @@ use super::tick::Tick;
 use nalgebra::Point2;
 use serde::Serialize;
 use standfast_core::error::Result;
-use standfast_core::robot::{Foot, PerFoot, PreparedController, Robot, Word};
+use standfast_core::robot::{Foot, PerFoot, Robot};
+use standfast_core::socket::{PreparedController, Word};
 
 /// When and where two episodes of one trial part. Times are from the beginning of the episodes.
 #[derive(Debug, Clone, PartialEq, Serialize)]

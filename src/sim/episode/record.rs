@@ -63,7 +63,7 @@ impl Membership {
         }
     }
 
-    /// From the margin among these states; see [`Promise`](standfast_core::robot::Promise).
+    /// From the margin among these states; see [`Promise`](standfast_core::socket::Promise).
     pub fn of_margin(margin: f64) -> Self {
         match margin {
             m if m >= 0.0 => Membership::Inside,

@@ -3,7 +3,8 @@
 use super::tick::Tick;
 use nalgebra::{Isometry2, Point2, Point3, UnitQuaternion, Vector3};
 use standfast_core::robot::kinematics::on_ground;
-use standfast_core::robot::{Airborne, Foot, PerFoot, Posture, RecoveryRegion, Robot, Word};
+use standfast_core::robot::{Foot, PerFoot, Posture, Robot};
+use standfast_core::socket::{Airborne, RecoveryRegion, Word};
 
 /// One moment of an episode: the true state, and the intentions of the controller, both in the world frame. The
 /// intentions are moved there from the controller's own estimate of the world, which drifts when feet slip

@@ -3,9 +3,8 @@
 use crate::Truth;
 use nalgebra::Point2;
 use standfast_core::geometry::SupportPolygon;
-use standfast_core::robot::{
-    Command, Controller, Foot, GRAVITY, PerFoot, Pose, Promise, Report, Robot,
-};
+use standfast_core::robot::{Foot, GRAVITY, PerFoot, Pose, Robot};
+use standfast_core::socket::{Command, Controller, Promise, Report};
 
 /// A failure that ends an episode at once, in words.
 #[derive(Debug, Clone, PartialEq)]

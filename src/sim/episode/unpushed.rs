@@ -5,7 +5,8 @@ use super::closed_loop::run;
 use super::config::{Disturbance, EpisodeConfig, Until};
 use super::record::{Outcome, Record};
 use standfast_core::error::Result;
-use standfast_core::robot::{Command, Foot, PreparedController, Robot, Units};
+use standfast_core::robot::{Foot, Robot, Units};
+use standfast_core::socket::{Command, PreparedController};
 use std::time::Instant;
 
 /// Distance from its angle at the start at which a joint has left that angle (rad).
@@ -150,7 +151,7 @@ impl UnpushedEpisode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use standfast_core::robot::{Controller, Report, Sensed, TickError};
+    use standfast_core::socket::{Controller, Report, Sensed, TickError};
     use std::sync::Arc;
     use std::sync::atomic::{AtomicU64, Ordering};
 

@@ -6,10 +6,8 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use standfast_core::control::{CpiController, Phase};
-use standfast_core::robot::{
-    Command, Controller, Foot, GRAVITY, Imu, Kinematics, PerFoot, Posture, Robot, Sensed,
-    SensedError, TickError, Wrench,
-};
+use standfast_core::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot};
+use standfast_core::socket::{Command, Controller, Imu, Sensed, SensedError, TickError, Wrench};
 
 const SETS: [&str; 3] = ["switching", "paper", "catch"];
 

@@ -2,7 +2,8 @@
 
 use crate::common::{Bench, push};
 use rayon::prelude::*;
-use standfast_core::robot::{Command, GRAVITY};
+use standfast_core::robot::GRAVITY;
+use standfast_core::socket::Command;
 use standfast_sim::episode::Outcome;
 use standfast_sim::{Engine, Plant, Push, plant::Clock};
 

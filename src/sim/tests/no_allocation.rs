@@ -2,7 +2,8 @@
 
 use crate::common::{Bench, push};
 use standfast_core::control::{CpiController, Phase};
-use standfast_core::robot::{Controller, Foot};
+use standfast_core::robot::Foot;
+use standfast_core::socket::Controller;
 use standfast_sim::{Engine, Plant, plant::Clock};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

@@ -2,7 +2,8 @@
 
 use crate::common::{Bench, engine, push};
 use nalgebra::{UnitQuaternion, Vector3};
-use standfast_core::robot::{Foot, GRAVITY, Sensed};
+use standfast_core::robot::{Foot, GRAVITY};
+use standfast_core::socket::Sensed;
 use standfast_sim::{Plant, Truth, plant::Clock};
 
 const PERIOD_S: f64 = 0.002;

@@ -2,7 +2,8 @@
 
 use crate::common::{Bench, config, engine, push};
 use nalgebra::Vector3;
-use standfast_core::robot::{Command, Foot, GRAVITY, Robot};
+use standfast_core::robot::{Foot, GRAVITY, Robot};
+use standfast_core::socket::Command;
 use standfast_sim::episode::{self, Disturbance, Record, Tick, Until};
 use standfast_sim::{Ground, Plant, Push, Variation, plant::Clock};
 

@@ -6,7 +6,7 @@ use crate::ask::trial;
 use crate::plan::PreparedCampaign;
 use serde::{Serialize, Serializer};
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::PreparedController;
+use standfast_core::socket::PreparedController;
 use standfast_sim::episode::{ClosedLoop, Disturbance, Outcome};
 use standfast_stats::psychometric::{Posterior, Rule};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -5,7 +5,7 @@ use crate::ask::trial;
 use crate::store::manifest::Manifest;
 use crate::store::row::{Repeats, TrialRow};
 use standfast_core::error::Result;
-use standfast_core::robot::PreparedController;
+use standfast_core::socket::PreparedController;
 use standfast_sim::episode::{ClosedLoop, Disturbance, Outcome, Record, caught};
 use std::time::Instant;
 

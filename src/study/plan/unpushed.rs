@@ -4,7 +4,7 @@ use super::PreparedCampaign;
 use crate::ask::trial;
 use rayon::prelude::*;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::PreparedController;
+use standfast_core::socket::PreparedController;
 use standfast_sim::episode::unpushed::UnpushedEpisode;
 
 impl PreparedCampaign {

@@ -7,7 +7,8 @@
 //! rounding errors grow in contacts, and now and then a trial near the limit ends differently.
 
 use rayon::prelude::*;
-use standfast_core::robot::{PreparedController, Robot, SizeRatio};
+use standfast_core::robot::{Robot, SizeRatio};
+use standfast_core::socket::PreparedController;
 use standfast_sim::episode::{self, Disturbance, EpisodeConfig, Judge, Outcome};
 use standfast_sim::{PhysicsStep, Push, Variation};
 use standfast_study::ask::trial;

@@ -29,7 +29,7 @@ use standfast_controllers::tunable::Tunable;
 use standfast_controllers::values::{number_to_vary, with_values};
 use standfast_controllers::variant::ControllerName;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::PreparedController;
+use standfast_core::socket::PreparedController;
 use standfast_files::assets::{self, InputKind, Source};
 use standfast_files::{json, json_pretty, sha256_hex, write_atomic};
 use standfast_robots::urdf::Files;

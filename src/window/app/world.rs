@@ -2,7 +2,8 @@
 
 use crate::Options;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{PreparedController, Robot, Units};
+use standfast_core::robot::{Robot, Units};
+use standfast_core::socket::PreparedController;
 use standfast_files::assets::DEFAULT_ROBOT;
 use standfast_sim::Ground;
 use standfast_sim::episode::{Disturbance, EpisodeConfig};

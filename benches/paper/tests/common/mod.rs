@@ -8,7 +8,8 @@ pub mod program;
 
 use standfast::controllers;
 use standfast::core::control::Design;
-use standfast::core::robot::{PreparedController, Robot, Units};
+use standfast::core::robot::{Robot, Units};
+use standfast::core::socket::PreparedController;
 use standfast::sim::Push;
 use standfast::sim::episode::{self, Disturbance, EpisodeConfig, Record, Tick, Until};
 

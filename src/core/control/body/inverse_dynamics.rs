@@ -20,7 +20,8 @@ use super::tasks::{
     weight_of_lengths,
 };
 use crate::robot::dynamics::Dynamics;
-use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot, Units, Wrench};
+use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot, Units};
+use crate::socket::Wrench;
 use nalgebra::{
     Cholesky, DMatrix, DVector, Matrix6, MatrixXx6, Point2, Point3, SMatrix, Vector3, Vector6,
 };

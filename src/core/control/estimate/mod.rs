@@ -17,9 +17,8 @@
 mod trunk;
 
 pub use crate::robot::kinematics::{heading, on_ground};
-use crate::robot::{
-    Foot, GRAVITY, Imu, Kinematics, PerFoot, Pose, Posture, Robot, Sensed, Sole, Units,
-};
+use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot, Sole, Units};
+use crate::socket::{Imu, Sensed};
 use nalgebra::{Isometry2, Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 use trunk::TrunkFilter;
 

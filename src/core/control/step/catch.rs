@@ -21,7 +21,8 @@ use crate::control::estimate::on_ground;
 use crate::control::stand::Support;
 use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, Departure, Departures, plan};
 use crate::robot::swing_shape::least_jerk;
-use crate::robot::{Command, Foot, GRAVITY, LandingRegion, PerFoot, TickError};
+use crate::robot::{Foot, GRAVITY, LandingRegion, PerFoot};
+use crate::socket::{Command, TickError};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
 /// Least time to the landing that the plan assumes, in ticks. It matters for a foot that is late.

@@ -6,7 +6,8 @@ use crate::control::design::Design;
 use crate::control::estimate::Estimate;
 use crate::control::stand::Support;
 use crate::lipm::catching::Departures;
-use crate::robot::{Command, Foot, TickError};
+use crate::robot::Foot;
+use crate::socket::{Command, TickError};
 use nalgebra::{Point2, Vector2};
 use std::fmt::Debug;
 

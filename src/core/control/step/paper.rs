@@ -16,7 +16,8 @@ use crate::control::body::{Body, SoleReference, carry};
 use crate::control::stand::Support;
 use crate::lipm::relaxation::{AxisPlan, Boundary};
 use crate::lipm::stepping::Stepping;
-use crate::robot::{Command, Foot, PerFoot, TickError};
+use crate::robot::{Foot, PerFoot};
+use crate::socket::{Command, TickError};
 use nalgebra::{Isometry2, Point2, Vector2};
 
 /// The rule, with the plan of the footstep in the air.

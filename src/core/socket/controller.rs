@@ -7,7 +7,7 @@
 //! A controller that holds the posture of the start, in full:
 //!
 //! ```
-//! use standfast_core::robot::{Command, Controller, Report, Sensed, TickError};
+//! use standfast_core::socket::{Command, Controller, Report, Sensed, TickError};
 //!
 //! #[derive(Clone)]
 //! struct Stiff {
@@ -28,7 +28,8 @@
 //! }
 //! ```
 
-use super::{Command, CommandError, Foot, Pose, Robot, Sensed, SensedError, Servo};
+use super::{Command, CommandError, Sensed, SensedError};
+use crate::robot::{Foot, Pose, Robot, Servo};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 use std::any::Any;
 use std::borrow::Cow;

@@ -7,7 +7,7 @@
 //! as at rest, and the weight is on the soles. Until the first command, a plant holds its posture ([`Command::hold`]),
 //! or the home posture with the torques that carry it ([`Robot::home_command`](super::Robot::home_command)).
 
-use super::model::{Foot, GRAVITY, PerFoot};
+use crate::robot::{Foot, GRAVITY, PerFoot};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// The sensor readings, which are all that a controller sees.
