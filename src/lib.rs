@@ -55,10 +55,9 @@
 //! A program of your own can put a controller of its own on trial, beside the built-in ones and under the same pushes:
 //!
 //! ```
-//! use standfast::study::{Campaign, Overrides, Plan, run::run_all};
+//! use standfast::study::{Campaign, Overrides, PreparedCampaign, run::run_all};
 //! use standfast::controllers::Own;
-//! use standfast::core::robot::Factory;
-//! use standfast::core::socket::{Command, Controller, Report, Sensed, TickError};
+//! use standfast::core::socket::{Command, Controller, PreparedController, Report, Sensed, TickError};
 //!
 //! /// Holds the posture of the start, with an angular velocity of the ankles against that of the trunk.
 //! #[derive(Clone)]
@@ -78,15 +77,15 @@
 //!     }
 //! }
 //!
-//! # fn main() -> standfast::error::Result<()> {
+//! # fn main() -> standfast::Result<()> {
 //! let gain = 0.5;
 //! let ours = Own::new("ankles", toml::toml! { gain = 0.5 }, move |robot, _period_s| {
 //!     let ankles = (0..robot.joints.len()).filter(|&i| robot.joints[i].name.contains("ankle_flexion"));
 //!     let damped = Damped(robot.home_command(), ankles.collect(), gain);
-//!     Ok(Factory::new("ankles", "with damped ankles", move |_seed| damped.clone()))
+//!     Ok(PreparedController::new("ankles", "with damped ankles", move |_seed| damped.clone()))
 //! });
 //! let overrides = Overrides { gains: vec!["hold".into(), "fixed".into()], ..Overrides::default() };
-//! let plan = Plan::new(&Campaign::load("smoke", &overrides)?)?.and(ours)?;
+//! let plan = PreparedCampaign::new(&Campaign::load("smoke", &overrides)?)?.and(ours)?;
 //! # let folder = tempfile::tempdir().unwrap();
 //! # let out = folder.path().join("result");
 //! for set in &run_all(&plan, &out)?.sets {

@@ -70,6 +70,7 @@ fn what_another_build_has_made_is_kept_but_said() {
 
 /// The shards share a folder, or `merge` gets the parts of both shards from elsewhere and takes all looks.
 #[test]
+#[ignore = "runs a campaign in shards, seven seconds"]
 fn shards_of_a_campaign_that_ends_when_decided_end_as_one_machine_does() {
     let dir = folder();
     let run = |more: &[&'static str]| {
@@ -677,6 +678,7 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
 
 /// One gate is decided at the first look, the other one is not. Each names one controller.
 #[test]
+#[ignore = "runs a campaign several times, a quarter of a minute"]
 fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happened_on_the_way() {
     let until = |most| {
         [

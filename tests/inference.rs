@@ -501,6 +501,7 @@ fn the_trunk_is_not_the_heaviest_link_alone() {
 /// The smoke campaign with our own robots, from their URDF alone: one with weak ankles, and one of adult size with
 /// arms, a waist and meshes. A footstep recovers from a push that stiff joints lose.
 #[test]
+#[ignore = "pushes robots of all makes, ten seconds"]
 fn a_robot_without_settings_catches_itself() {
     for (robot, least) in [("child", 3), ("adult", 14)] {
         let folder = folder();

@@ -120,6 +120,7 @@ fn wrong(command: &str, folder: &Path) -> Option<String> {
 }
 
 #[test]
+#[ignore = "runs every command of README and guide, over a minute"]
 fn every_command_that_is_shown_is_good() {
     let shown = documents(&root())
         .into_iter()

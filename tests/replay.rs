@@ -123,6 +123,7 @@ fn a_trial_is_replayed_to_the_bit() {
 
 /// Files, pages and pictures show a trial. They change neither its outcome nor its times.
 #[test]
+#[ignore = "looks at one trial in every way, half a minute"]
 fn a_trial_ends_alike_however_it_is_looked_at() {
     let dir = folder();
     let gains = ["--gains=hold", "--gains=catch"];
@@ -183,6 +184,7 @@ fn a_trial_ends_alike_however_it_is_looked_at() {
 /// Each episode is the same as alone. The pictures have one robot beside the other, and the page has the other as a
 /// ghost.
 #[test]
+#[ignore = "draws frames, a third of a minute"]
 fn two_controllers_are_shown_beside_each_other() {
     let dir = folder();
     let alone = |controller: &str| -> serde_json::Value {
@@ -229,6 +231,7 @@ fn two_controllers_are_shown_beside_each_other() {
 }
 
 #[test]
+#[ignore = "runs a sweep several times, a quarter of a minute"]
 fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     let dir = folder();
     let (mine, out) = (dir.path().join("mine.toml"), dir.path().join("out"));

@@ -41,6 +41,7 @@ fn json(path: &Path) -> Value {
 }
 
 #[test]
+#[ignore = "searches several times, three quarters of a minute"]
 fn a_search_is_the_same_for_any_number_of_threads_and_shards_and_goes_on_where_it_stopped() {
     let dir = folder();
     let told = stdout(&standfast(dir.path(), &search(&["--out=one"])).success());

@@ -5,7 +5,7 @@
 //! gives the change of the trunk's velocity over the past tick ([`Imu::over`]), and the wrenches are means over the
 //! past tick, since contact forces vary too fast for one sample. At the first tick there is no past: the trunk counts
 //! as at rest, and the weight is on the soles. Until the first command, a plant holds its posture ([`Command::hold`]),
-//! or the home posture with the torques that carry it ([`Robot::home_command`](super::Robot::home_command)).
+//! or the home posture with the torques that carry it ([`Robot::home_command`](crate::robot::Robot::home_command)).
 
 use crate::robot::{Foot, GRAVITY, PerFoot};
 use nalgebra::{UnitQuaternion, Vector3};

@@ -149,6 +149,7 @@ fn differences(some: &[Motion], others: &[Motion]) -> usize {
 }
 
 #[test]
+#[ignore = "runs a campaign twice, half a minute"]
 fn a_robot_four_times_as_long_moves_alike_to_the_bit() {
     for scale in [
         SizeRatio {
@@ -228,6 +229,7 @@ const SIZES: [SizeRatio; 4] = [
 ];
 
 #[test]
+#[ignore = "runs campaigns of several sizes, half a minute"]
 fn robots_of_other_sizes_have_the_same_outcomes() {
     const TRIALS: u64 = 24;
     for gains in ["hold", "paper", "catch"] {
