@@ -144,7 +144,7 @@ fn comments_and_formatting_do_not_count_and_tests_count_apart() {
         size,
         Size {
             product: 13 + 3,
-            tests: 16
+            tests: 17
         }
     );
 }
