@@ -70,35 +70,18 @@ pub fn run(args: ViewArgs) -> Result<ExitCode> {
 /// Shows the window until it is closed, and tells what came of it.
 #[cfg(feature = "view")]
 fn shown(args: ViewArgs) -> Result<String> {
-    let ViewArgs {
-        trial,
-        gains,
-        engine,
-        robot,
-        campaign,
-        impulse,
-        heading,
-        speed,
-        seconds,
-        screenshot,
-    } = args;
-    let campaign = campaign.name().map(String::from);
-    let (engine, ghost) = (
-        engine.and_then(EngineChoice::one),
-        engine == Some(EngineChoice::Both),
-    );
     standfast_window::run(&standfast_window::Options {
-        trial,
-        gains,
-        engine,
-        ghost,
-        robot,
-        campaign,
-        impulse,
-        heading,
-        speed,
-        seconds,
-        screenshot,
+        trial: args.trial,
+        gains: args.gains,
+        engine: args.engine.and_then(EngineChoice::one),
+        ghost: args.engine == Some(EngineChoice::Both),
+        robot: args.robot,
+        campaign: args.campaign.name().map(String::from),
+        impulse: args.impulse,
+        heading: args.heading,
+        speed: args.speed,
+        seconds: args.seconds,
+        screenshot: args.screenshot,
     })
 }
 
