@@ -61,7 +61,7 @@ pub struct CeilingSearch<'a> {
     plan: PreparedCampaign,
     gains: GainSet,
     factory: PreparedController,
-    yardstick: PendulumBounds,
+    pendulum_bounds: PendulumBounds,
 }
 
 /// The result.
@@ -142,7 +142,7 @@ impl<'a> CeilingSearch<'a> {
             ));
         }
         let plan = PreparedCampaign::with(campaign, files)?;
-        let yardstick = PendulumBounds::new(&plan.robot, campaign)?;
+        let pendulum_bounds = PendulumBounds::new(&plan.robot, campaign)?;
         let factory = plan.tried_factories(options.untried)?.remove(0);
         Ok(Self {
             campaign,
@@ -150,7 +150,7 @@ impl<'a> CeilingSearch<'a> {
             plan,
             gains,
             factory,
-            yardstick,
+            pendulum_bounds,
         })
     }
 
@@ -207,7 +207,7 @@ impl<'a> CeilingSearch<'a> {
             trials: campaign.trials,
             alone: SuccessCount::new(recovered, campaign.trials),
             with_search: SuccessCount::new(recovered + caught, campaign.trials),
-            com_height_m: self.yardstick.com_height_m,
+            com_height_m: self.pendulum_bounds.com_height_m,
             tries: options.tries,
             lost,
         })
@@ -224,7 +224,7 @@ impl<'a> CeilingSearch<'a> {
             campaign,
             plan,
             factory,
-            yardstick,
+            pendulum_bounds,
             ..
         } = self;
         let disturbance = trial::disturbance(campaign, number);
@@ -246,7 +246,7 @@ impl<'a> CeilingSearch<'a> {
             heading_deg,
             ..
         } = again.pushes[0];
-        let bounds = yardstick.heading(heading_deg);
+        let bounds = pendulum_bounds.heading(heading_deg);
         Ok(Some(LostTrial {
             trial: number,
             impulse_n_s,

@@ -40,12 +40,12 @@ pub fn write(path: &Path, limits: &[Limits]) -> Result<()> {
     let Limits {
         robot,
         campaign,
-        yardstick,
+        pendulum_bounds,
         ..
     } = &limits[0];
     let headings = (0..360)
         .step_by(BOUND_EVERY_DEG)
-        .map(|deg| yardstick.heading(deg as f64));
+        .map(|deg| pendulum_bounds.heading(deg as f64));
     let bounds: Vec<Heading> = headings.collect();
     let heading = format!("Largest recoverable impulse by heading: {robot}, campaign {campaign}");
     super::write(

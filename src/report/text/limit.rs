@@ -21,7 +21,7 @@ pub fn text(limits: &[Limits], changes: &str) -> String {
     } = first;
     let mut text =
         format!("Largest recoverable impulse [N s]: {robot}, campaign {campaign}, seed {seed}\n");
-    let velocity = velocity_change(&first.yardstick.units(), *sole_impulse_n_s);
+    let velocity = velocity_change(&first.pendulum_bounds.units(), *sole_impulse_n_s);
     text += &wrapped(
         "unit:     ",
         &format!("{}, {velocity}", sole_impulse(*sole_impulse_n_s)),
@@ -59,7 +59,7 @@ fn n_s(limits: &Limits, impulse_n_s: f64) -> String {
 }
 
 fn beside_bounds(limits: &Limits, changes: &str) -> String {
-    let y = &limits.yardstick;
+    let y = &limits.pendulum_bounds;
     let [x_mm, y_mm] = y.com_offset_m.map(|offset_m| signed(1e3 * offset_m, 1));
     let mut text = wrapped(
         "robot:    ",
@@ -452,7 +452,7 @@ pub mod tests {
             failed: 0,
         };
         let nominal = campaign("nominal", &[]);
-        let yardstick =
+        let pendulum_bounds =
             PendulumBounds::new(&standfast_robots::load("ut-mu2").unwrap(), &nominal).unwrap();
         let heading = |(heading_deg, of_sets): (f64, [f64; 2])| Heading {
             sets: ["hold", "paper:stepping.x=2"]
@@ -460,7 +460,7 @@ pub mod tests {
                 .zip(of_sets)
                 .map(set)
                 .collect(),
-            ..yardstick.heading(heading_deg)
+            ..pendulum_bounds.heading(heading_deg)
         };
         Limits {
             campaign: nominal.name,
@@ -480,7 +480,7 @@ pub mod tests {
                 .zip(impulses_n_s)
                 .map(heading)
                 .collect(),
-            yardstick,
+            pendulum_bounds,
         }
     }
 

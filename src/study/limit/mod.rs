@@ -67,7 +67,7 @@ pub struct Searches<'a> {
     options: LimitOptions,
     precision_n_s: f64,
     plan: PreparedCampaign,
-    yardstick: PendulumBounds,
+    pendulum_bounds: PendulumBounds,
     headings: Vec<Heading>,
     pool: ThreadPool,
     factories: Vec<PreparedController>,
@@ -94,7 +94,7 @@ pub struct Limits {
     /// Number of episodes in all searches.
     pub episodes: u64,
     #[serde(flatten)]
-    pub yardstick: PendulumBounds,
+    pub pendulum_bounds: PendulumBounds,
     pub headings: Vec<Heading>,
 }
 
@@ -104,7 +104,7 @@ impl<'a> Searches<'a> {
     pub fn new(campaign: &'a Campaign, files: Files, options: LimitOptions) -> Result<Self> {
         check(&options)?;
         let plan = PreparedCampaign::with(campaign, files)?;
-        let yardstick = PendulumBounds::new(&plan.robot, campaign)?;
+        let pendulum_bounds = PendulumBounds::new(&plan.robot, campaign)?;
         let usual_n_s = two_digits(USUAL_PRECISION * campaign.units.impulse_n_s());
         let precision_n_s = options.precision_n_s.unwrap_or(usual_n_s);
         in_range(
@@ -114,7 +114,7 @@ impl<'a> Searches<'a> {
             [usual_n_s / FINER, usual_n_s * COARSER],
         )?;
         let headings = (0..options.headings)
-            .map(|i| yardstick.heading(360.0 * i as f64 / options.headings as f64))
+            .map(|i| pendulum_bounds.heading(360.0 * i as f64 / options.headings as f64))
             .collect();
         let pool = pool(options.threads)?;
         let factories = pool.install(|| plan.tried_factories(options.untried))?;
@@ -123,7 +123,7 @@ impl<'a> Searches<'a> {
             options,
             precision_n_s,
             plan,
-            yardstick,
+            pendulum_bounds,
             headings,
             pool,
             factories,
@@ -208,7 +208,7 @@ impl<'a> Searches<'a> {
             options,
             precision_n_s,
             plan,
-            yardstick,
+            pendulum_bounds,
             pool,
             factories,
             ..
@@ -275,7 +275,7 @@ impl<'a> Searches<'a> {
                 .flat_map(|heading| &heading.sets)
                 .map(SetLimit::episodes)
                 .sum(),
-            yardstick: yardstick.clone(),
+            pendulum_bounds: pendulum_bounds.clone(),
             headings,
         })
     }

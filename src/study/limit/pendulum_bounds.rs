@@ -186,7 +186,7 @@ mod tests {
     use crate::fixtures::campaign;
 
     #[test]
-    fn the_yardstick_takes_the_mean_push() {
+    fn the_pendulum_bounds_take_the_mean_push() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
         let of = |set: &[&str]| PendulumBounds::new(&robot, &campaign("nominal", set)).unwrap();
         let drawn = of(&[
@@ -225,9 +225,9 @@ mod tests {
         }
         let weak = bound(&robot);
         assert_eq!(weak.limited_by, "ankle torque");
-        let yardstick = PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap();
-        let held_m = lever_m - yardstick.com_offset_m[0];
-        let expected = robot.mass() * robot.omega() * held_m * yardstick.push_factor;
+        let pendulum_bounds = PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap();
+        let held_m = lever_m - pendulum_bounds.com_offset_m[0];
+        let expected = robot.mass() * robot.omega() * held_m * pendulum_bounds.push_factor;
         assert!(
             (weak.bound_no_step_n_s / expected - 1.0).abs() < 1e-9,
             "{} {expected}",
@@ -243,10 +243,11 @@ mod tests {
     #[test]
     fn the_measure_of_a_push_is_the_bound_without_a_footstep() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let yardstick = PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap();
+        let pendulum_bounds = PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap();
         let no_step = StandingBound::new(&robot);
         for heading_deg in [-135.0, -20.0, 0.0, 70.0, 90.0, 180.0] {
-            let bound = yardstick.heading(heading_deg).bound_no_step_n_s / yardstick.push_factor;
+            let bound = pendulum_bounds.heading(heading_deg).bound_no_step_n_s
+                / pendulum_bounds.push_factor;
             let found = no_step.impulse_n_s(heading_deg).unwrap();
             assert!(
                 (found - bound).abs() < 1e-9,

@@ -78,14 +78,17 @@ static HARD: LazyLock<Vec<Hard>> = LazyLock::new(|| {
     // The bounds are for footsteps that do not cross, since `catch` takes no others.
     let mut robot = bench.robot.clone();
     robot.reach.truncate(1);
-    let yardstick = PendulumBounds::new(
+    let pendulum_bounds = PendulumBounds::new(
         &robot,
         &Campaign::load("nominal", &Overrides::default()).unwrap(),
     )
     .unwrap();
-    assert!((yardstick.push_duration_s - 0.05).abs() < 1e-5 && yardstick.push_height_m == 0.0);
+    assert!(
+        (pendulum_bounds.push_duration_s - 0.05).abs() < 1e-5
+            && pendulum_bounds.push_height_m == 0.0
+    );
     let of = |heading_deg: &f64| {
-        let bounds = yardstick.heading(*heading_deg);
+        let bounds = pendulum_bounds.heading(*heading_deg);
         let push = push(0.9 * bounds.bound_one_step_n_s, *heading_deg);
         let (record, course) = Course::of(&bench, push);
         Hard {
