@@ -1,7 +1,7 @@
 //! What only some builds have: learned policies (feature `onnx`), MuJoCo (`mujoco`) and the window (`view`, in
 //! [`commands::view`](crate::commands)). No library names these crates; the program adds what they bring.
 
-use standfast_controllers::Written;
+use standfast_controllers::PolicyFile;
 use standfast_core::error::Result;
 use standfast_core::robot::Robot;
 use std::path::Path;
@@ -18,7 +18,7 @@ pub fn add() {
 ///
 /// # Errors
 /// Nothing says what the policy observes, it does not fit the robot, or this build has no ONNX.
-pub fn policy_file(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Written> {
+pub fn policy_file(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<PolicyFile> {
     #[cfg(feature = "onnx")]
     return standfast_policies::written(model, from, robot);
     #[cfg(not(feature = "onnx"))]

@@ -3,7 +3,7 @@
 
 use super::arguments::{is_file_of, number};
 use super::terminal::{note, print, tell};
-use standfast_controllers::Written;
+use standfast_controllers::PolicyFile;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Robot, Units};
 use standfast_files::assets::{self, InputKind, Source};
@@ -214,7 +214,7 @@ fn policy(args: &InitArgs) -> Result<ExitCode> {
         ));
     }
     let robot = standfast_robots::load(name)?;
-    let Written { text, by, assumed } =
+    let PolicyFile { text, by, assumed } =
         crate::leaves::policy_file(model, args.from.as_deref(), &robot)?;
     // A network with other sizes, or joints that the robot lacks, are found here.
     let settings = standfast_controllers::read(&Source {

@@ -13,15 +13,15 @@ use std::sync::{PoisonError, RwLock};
 use toml::Table;
 
 /// The kinds of controllers. The first one is the kind of a file that does not state a kind.
-static KINDS: [KindOf; 4] = [
+static KINDS: [ControllerKind; 4] = [
     kind::<GainSet>("cpi"),
     kind::<HeldPosture>("posture"),
-    KindOf {
+    ControllerKind {
         parse: Process::read,
         ..kind::<Process>("process")
     },
     // A program with ONNX adds the kind that can be read.
-    KindOf {
+    ControllerKind {
         name: "onnx",
         parse: |source| {
             Err(Error::value(
@@ -48,10 +48,10 @@ const NO_ONNX: [&str; 2] = [
 ];
 
 /// The kinds that crates above this one have added.
-static ADDED: RwLock<Vec<KindOf>> = RwLock::new(Vec::new());
+static ADDED: RwLock<Vec<ControllerKind>> = RwLock::new(Vec::new());
 
 /// Adds a kind, which takes the place of one with its name.
-pub fn add(kind: KindOf) {
+pub fn add(kind: ControllerKind) {
     let mut added = ADDED.write().unwrap_or_else(PoisonError::into_inner);
     added.retain(|known| known.name != kind.name);
     added.push(kind);
@@ -59,7 +59,7 @@ pub fn add(kind: KindOf) {
 
 /// A kind of controllers.
 #[derive(Debug, Clone, Copy)]
-pub struct KindOf {
+pub struct ControllerKind {
     /// The word for the kind in a file.
     pub name: &'static str,
     /// Reads a file. It checks no values.
@@ -69,8 +69,10 @@ pub struct KindOf {
 }
 
 /// A kind whose files are deserialized as `S`.
-pub const fn kind<S: ControllerSpec + DeserializeOwned + 'static>(name: &'static str) -> KindOf {
-    KindOf {
+pub const fn kind<S: ControllerSpec + DeserializeOwned + 'static>(
+    name: &'static str,
+) -> ControllerKind {
+    ControllerKind {
         name,
         parse: |source| Ok(Box::new(parse_toml::<S>(source)?)),
         of_tree: |tree| Ok(Box::new(tree.try_into::<S>()?)),
@@ -136,7 +138,7 @@ fn of_all_missing(error: Error, table: &Table) -> Error {
 }
 
 /// The kind that a file states.
-pub(super) fn kind_of(tree: &Table, file: &str) -> Result<KindOf> {
+pub(super) fn kind_of(tree: &Table, file: &str) -> Result<ControllerKind> {
     let Some(stated) = tree.get("kind") else {
         return Ok(KINDS[0]);
     };

@@ -12,13 +12,13 @@ pub mod companion_files;
 mod cpi;
 pub mod kinds;
 pub mod permission;
+mod policy_file;
 mod posture;
 mod process;
 pub mod spec;
 pub mod tunable;
 pub mod values;
 pub mod variant;
-mod written;
 
 use standfast_core::control::CpiController;
 use standfast_core::error::{Error, Result};
@@ -31,8 +31,8 @@ use variant::ControllerName;
 
 pub use child::STOP;
 pub use kinds::read;
+pub use policy_file::PolicyFile;
 pub use spec::{ControllerSpec, Own};
-pub use written::Written;
 
 /// Loads a built-in controller, a file, or a variant of either.
 pub fn load(entry: &str) -> Result<Box<dyn ControllerSpec>> {

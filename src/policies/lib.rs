@@ -18,7 +18,7 @@ use net::Net;
 use observation::{Base, Gait, Memory, Observation, Term};
 use serde::{Deserialize, Serialize};
 use standfast_controllers::companion_files;
-use standfast_controllers::kinds::{KindOf, kind};
+use standfast_controllers::kinds::{ControllerKind, kind};
 use standfast_controllers::spec::{ControllerSpec, about, check_name};
 use standfast_controllers::tunable::Tunable;
 use standfast_core::error::{Error, Result};
@@ -29,7 +29,7 @@ use std::sync::Arc;
 use toml::Table;
 
 /// The kind of controllers that this crate adds ([`standfast_controllers::kinds::add`]).
-pub const KIND: KindOf = KindOf {
+pub const KIND: ControllerKind = ControllerKind {
     parse: Policy::read,
     ..kind::<Policy>("onnx")
 };

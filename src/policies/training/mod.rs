@@ -7,7 +7,7 @@ mod text;
 mod yaml;
 
 use super::net;
-use standfast_controllers::Written;
+use standfast_controllers::PolicyFile;
 use standfast_controllers::companion_files;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Robot;
@@ -20,7 +20,7 @@ const MOST_BYTES: u64 = 10_000_000;
 /// Writes the file of the policy in `model` for a robot. The description is read from the file `from` or the
 /// `.deploy.yaml` of the policy's name, else from the metadata of the network, else from where a trainer puts a
 /// description. It fails if no description is found, or if a description does not fit the robot.
-pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Written> {
+pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<PolicyFile> {
     let file = model.to_string_lossy();
     let bad = |problem: String, accepted: &str| {
         Error::value(&file, "model", file.clone(), problem, accepted)
@@ -53,7 +53,7 @@ pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Writt
         }
     };
     training.check()?;
-    Ok(Written {
+    Ok(PolicyFile {
         text: text::toml(model, &training),
         assumed: training.assumed(),
         by: training.by,

@@ -1,7 +1,7 @@
 //! The file of a policy that `standfast init` writes.
 
 /// The file of a policy, written from the records of its training.
-pub struct Written {
+pub struct PolicyFile {
     pub text: String,
     /// The trainer of the policy, and the file that says so.
     pub by: String,
