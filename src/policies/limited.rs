@@ -106,6 +106,7 @@ fn memory_bytes() -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::hint::black_box;
     use std::thread::sleep;
 
     #[test]
@@ -124,7 +125,7 @@ mod tests {
         assert_eq!(slow.unwrap_err(), "takes more than 0.05 s to prepare");
         if memory_bytes() > 0 {
             let large = within(MOST, 100_000_000, || {
-                let bytes = vec![1_u8; 300_000_000];
+                let bytes = black_box(vec![1_u8; 300_000_000]);
                 sleep(Duration::from_secs(10));
                 Ok(bytes[7])
             });
