@@ -114,6 +114,7 @@ fn the_robot_shows_on_every_screen_and_the_page_asks_for_nothing() {
 }
 
 #[test]
+#[ignore = "draws in a browser for a quarter of a minute"]
 fn time_is_scrubbed_and_linked_and_runs() {
     let Some(mut browser) = Browser::start() else {
         return;
@@ -377,6 +378,7 @@ fn without_scripts_the_page_says_so_first() {
 }
 
 #[test]
+#[ignore = "draws in a browser for a third of a minute"]
 fn overlays_and_views_change_the_picture_and_come_back() {
     let Some(mut browser) = Browser::start() else {
         return;
@@ -487,6 +489,7 @@ fn overlays_and_views_change_the_picture_and_come_back() {
 }
 
 #[test]
+#[ignore = "draws in a browser for a quarter of a minute"]
 fn a_key_hides_the_ghost() {
     let Some(mut browser) = Browser::start() else {
         return;
