@@ -50,11 +50,12 @@ impl WayHome {
             ..
         } = now.estimate;
         let pendulum = &now.design.family.pendulum;
+        // A closure, since most ticks need not know it.
         let rests =
-            (com - self.rest_at).norm() < REST_WAY * now.design.units.length_m && !is_home(now);
+            || (com - self.rest_at).norm() < REST_WAY * now.design.units.length_m && !is_home(now);
         if margin < 0.0
             || !(in_contact.left && in_contact.right)
-            || (self.leant.is_none() && !rests)
+            || (self.leant.is_none() && !rests())
         {
             *self = Self {
                 rest_at: *com,
