@@ -3,7 +3,6 @@
 use super::terminal::note;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use serde::Deserialize;
 use serde::de::value::{Error as NoSuchName, StringDeserializer};
 use serde::de::{DeserializeOwned, IntoDeserializer};
 use standfast_core::error::{Error, Result};
@@ -17,29 +16,10 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// The physics engines that `--engine` asks for where several can be compared.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum EngineChoice {
-    Rapier,
-    Mujoco,
-    Both,
-}
-
-impl EngineChoice {
-    /// The engine that is asked for; None for both.
-    pub fn one(self) -> Option<Engine> {
-        match self {
-            EngineChoice::Rapier => Some(Engine::Rapier),
-            EngineChoice::Mujoco => Some(Engine::Mujoco),
-            EngineChoice::Both => None,
-        }
-    }
-}
-
-/// Names of the engines for `--engine`, and of [`EngineChoice`].
+/// Names of the engines for `--engine`.
 pub const ENGINES: [&str; 2] = ["rapier", "mujoco"];
-pub const ENGINE_CHOICES: [&str; 3] = ["rapier", "mujoco", "both"];
+/// The word for all of them, where several can be compared.
+pub const BOTH: &str = "both";
 /// Names of [`Counts`] for `--judge`.
 pub const JUDGES: [&str; 2] = ["recovered", "survived"];
 
@@ -70,7 +50,7 @@ impl CampaignArgs {
 #[derive(Debug, Default, Args)]
 #[group(id = "of_controller", multiple = false)]
 pub struct ControllerArgs {
-    /// Controller by name or file, or a variant NAME:KEY=VALUE of either
+    /// Controller by name or file, or a variant NAME:KEY=VALUE of either; @ENGINE behind it names its engine
     #[arg(value_name = "CONTROLLER", id = "first_controller")]
     first: Option<String>,
     /// The same as CONTROLLER
@@ -91,7 +71,8 @@ impl ControllerArgs {
 /// Options that change a campaign.
 #[derive(Debug, Default, Args)]
 pub struct ChangeArgs {
-    /// Controller by name or file; may be repeated [default: those of the campaign]
+    /// Controller by name or file, with an engine of its own as in catch@mujoco; may be repeated [default: those of the
+    /// campaign]
     #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE")]
     pub gains: Vec<String>,
     /// Compare a controller with variants of it, each with one value changed, such as paper:stepping.alpha=2,5
@@ -107,9 +88,9 @@ pub struct ChangeArgs {
 /// Those that are the same for several controllers and robots.
 #[derive(Debug, Default, Args)]
 pub struct SettingArgs {
-    /// Physics engine [default: that of the campaign]
-    #[arg(long, value_name = "ENGINE", value_parser = one_of::<EngineChoice, 3>(ENGINE_CHOICES))]
-    pub engine: Option<EngineChoice>,
+    /// Physics engine of controllers without @ENGINE; both: each of them in both [default: that of the campaign]
+    #[arg(long, value_name = "ENGINE", value_parser = [ENGINES[0], ENGINES[1], BOTH])]
+    pub engine: Option<String>,
     /// Which trials count: recovered (it comes to stand still), or survived (or has not fallen at the horizon, as walkers)
     /// [default: that of the campaign, mostly recovered]
     #[arg(long, value_name = "WHICH", value_parser = one_of::<Counts, 2>(JUDGES))]
@@ -123,8 +104,7 @@ pub struct SettingArgs {
 }
 
 impl ChangeArgs {
-    /// These changes in the form that [`Campaign::load`](standfast_study::Campaign::load) takes, with the first of the
-    /// engines.
+    /// These changes in the form that [`Campaign::load`](standfast_study::Campaign::load) takes.
     pub fn overrides(&self) -> Overrides {
         Overrides {
             gains: self.gains.clone(),
@@ -136,14 +116,6 @@ impl ChangeArgs {
 }
 
 impl SettingArgs {
-    /// The engines that are asked for, one or two. None stands for the engine of the campaign.
-    pub fn engines(&self) -> Vec<Option<Engine>> {
-        match self.engine {
-            Some(EngineChoice::Both) => Engine::ALL.map(Some).into(),
-            one => vec![one.and_then(EngineChoice::one)],
-        }
-    }
-
     /// The options that change the campaign beside seed and engine, each after a space, as they are to be typed again.
     pub fn options(&self) -> String {
         let judge = self.judge.map(|counts| {
@@ -161,15 +133,21 @@ impl SettingArgs {
 
     /// As those of [`ChangeArgs`].
     pub fn overrides(&self) -> Overrides {
-        let (set, engine) = (self.set.clone(), self.engines()[0]);
         Overrides {
-            set,
+            set: self.set.clone(),
             seed: self.seed,
-            engine,
+            engines: engines_of(self.engine.as_deref()),
             judge: self.judge,
             ..Overrides::default()
         }
     }
+}
+
+/// The engines that a value of `--engine` stands for.
+pub fn engines_of(asked: Option<&str>) -> Vec<Engine> {
+    let mut engines = Engine::ALL.to_vec();
+    engines.retain(|engine| asked.is_some_and(|asked| asked == BOTH || asked == engine.name()));
+    engines
 }
 
 #[derive(Debug, Default, Args)]

@@ -74,15 +74,16 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
     if overrides.gains.is_empty() {
         overrides.gains = vec!["catch".into()];
     }
-    if args.change.settings.engines().len() > 1 {
-        let (problem, accepted) = (
-            "a recovery is of one engine",
-            Engine::ALL.map(Engine::name).join(", "),
-        );
-        return Err(Error::option("--engine", "both", problem, accepted));
-    }
     let robot_files = Campaign::robot_files(name, &overrides)?;
     let campaign = Campaign::load_for(&robot_files.robot()?, name, &overrides)?;
+    let [campaign] = &campaign.of_each_entrant()[..] else {
+        return Err(Error::option(
+            "--controller",
+            campaign.gains.join(", "),
+            "is more than one entrant",
+            "one, such as catch or catch@mujoco",
+        ));
+    };
     if let Some(folder) = &args.out {
         check_new_result(folder, [&folder.join(RESULT)])?;
     }
@@ -92,7 +93,7 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
         threads: args.threads,
         untried: args.untried,
     };
-    let clairvoyant = CeilingSearch::new(&campaign, robot_files, options)?;
+    let clairvoyant = CeilingSearch::new(campaign, robot_files, options)?;
     if args.check.check {
         let most = format!(
             "up to {} tries for each of {} trials",

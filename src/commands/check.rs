@@ -10,6 +10,7 @@ use standfast_report::text::unpushed::UnpushedCheck;
 use standfast_sim::Engine;
 use standfast_sim::episode::unpushed::UnpushedEpisode;
 use standfast_study::Overrides;
+use standfast_study::ask::entrant::Entrant;
 use standfast_study::ask::trial;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -55,8 +56,9 @@ pub struct CheckControllerArgs {
 }
 
 pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
+    let entrant = Entrant::split(args.controller.name());
     let overrides = Overrides {
-        engine: args.engine,
+        engines: Vec::from_iter(entrant.engine.or(args.engine)),
         robot: args.robot.clone(),
         ..Overrides::default()
     };
@@ -66,7 +68,7 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
         config,
     } = Setting::of(args.campaign.as_deref(), &overrides, args.horizon)?;
 
-    let settings = standfast_controllers::load(args.controller.name())?;
+    let settings = standfast_controllers::load(entrant.controller)?;
     let prepare = || settings.prepare(&robot, config.control_period_s);
     let factory = prepare()?;
     if let Some(warning) = &factory.warning {

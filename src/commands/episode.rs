@@ -11,8 +11,11 @@ use standfast_files::{folder_of, is_same_folder, shell_word, write_atomic};
 use standfast_pictures::FramesOptions;
 use standfast_report::observer::EpisodeObserver;
 use standfast_report::replay::{self, Head};
-use standfast_report::text::ghost::names;
+use standfast_report::text::ghost::{ended, parted};
+use standfast_report::text::layout::entry;
 use standfast_report::text::story::EpisodeReport;
+use standfast_sim::Engine;
+use standfast_sim::episode::parting::Parting;
 use standfast_sim::episode::{Disturbance, EpisodeConfig, EpisodeRun, Film, Outcome};
 use standfast_sim::push::three_digits;
 use standfast_study::{Campaign, Overrides, check_episode, check_steps};
@@ -189,7 +192,7 @@ impl Setting {
         if campaign.is_none() {
             config.horizon_s = three_digits(config.horizon_s);
         }
-        config.engine = overrides.engine.unwrap_or(config.engine);
+        config.engine = overrides.engines.first().copied().unwrap_or(config.engine);
         config.judge.counts = overrides.judge.unwrap_or(config.judge.counts);
         config.horizon_s = horizon_s.unwrap_or(config.horizon_s);
         let standing_s = config.judge.standing_time_s;
@@ -205,14 +208,25 @@ impl Setting {
                 format!("{} or more", three_digits(standing_s)),
             ));
         }
-        check_episode("command line", &config)?;
-        config.engine.check(&robot)?;
-        check_steps("command line", &config, &robot)?;
-        Ok(Self {
+        let setting = Self {
             campaign,
             robot,
             config,
-        })
+        };
+        setting.config_in(config.engine)?;
+        Ok(setting)
+    }
+
+    /// The settings of an episode in an engine. Fails if the engine does not take them or the robot.
+    pub fn config_in(&self, engine: Engine) -> Result<EpisodeConfig> {
+        let config = EpisodeConfig {
+            engine,
+            ..self.config
+        };
+        check_episode("command line", &config)?;
+        engine.check(&self.robot)?;
+        check_steps("command line", &config, &self.robot)?;
+        Ok(config)
     }
 }
 
@@ -245,7 +259,7 @@ pub fn run(
     Ok((text, is_broken(&report)))
 }
 
-/// Runs the same episode with two controllers, and shows both beside each other.
+/// Runs the same episode with two entrants, shows both, and says when they part.
 pub fn run_beside(
     episodes: [EpisodeRun; 2],
     disturbance: impl Fn() -> Disturbance,
@@ -259,11 +273,29 @@ pub fn run_beside(
     let (first, second) = (&shown.0, &beside.0);
     let text = match as_json {
         true => {
-            standfast_report::json(&json!({ "controllers": [first.as_json(), second.as_json()] }))
+            let both = [first.as_json(), second.as_json()];
+            let parting = Parting::of_films(&shown.1, &beside.1);
+            standfast_report::json(&json!({ "controllers": both, "parting": parting }))
         }
-        false => format!("{}\n{}", first.story(), second.text()),
+        false => format!(
+            "{}\n{}\n{}",
+            parting(&shown.1, &beside.1),
+            first.story(),
+            second.text()
+        ),
     };
     Ok((text, is_broken(first) || is_broken(second)))
+}
+
+/// How two films of a trial end, and when they part, in lines.
+pub fn parting(solid: &Film, ghost: &Film) -> String {
+    let [of_solid, of_ghost] = ended([solid, ghost]);
+    let lines = [
+        ("solid", of_solid),
+        ("ghost", of_ghost),
+        ("parting", parted(solid, ghost)),
+    ];
+    lines.map(|(label, what)| entry(label, &what)).concat()
 }
 
 /// Runs and films one episode, and writes trace and plot if they are asked for.
@@ -277,7 +309,7 @@ pub fn film<'a>(
     Ok((report, film.cut_at(end_s)))
 }
 
-/// Films the same episode twice, with two engines or controllers. Both films end at the same time. Trace and plot are
+/// Films the same episode with two entrants. Both films end at the same time. Trace and plot are
 /// those of the first.
 pub fn film_both<'a>(
     [first, second]: [EpisodeRun<'a>; 2],
@@ -326,8 +358,7 @@ pub struct Origin {
     pub warning: Option<String>,
 }
 
-/// Writes the page that shows an episode in 3D to `path`, with the same episode in another engine or with another
-/// controller as a ghost.
+/// Writes the page that shows an episode in 3D to `path`, with the same episode of another entrant as a ghost.
 pub fn write_replay(
     (report, film): &FilmedEpisode,
     ghost: Option<&FilmedEpisode>,
@@ -344,7 +375,7 @@ pub fn write_replay(
     let title = title.map_or_else(|| headline.clone(), |title| format!("{title}: {headline}"));
     let mut text = report.text();
     if let Some((other, ghost)) = ghost {
-        let [first, second] = names([film, ghost]);
+        let [first, second] = [film, ghost].map(|film| &film.controller);
         text = format!("{first}\n\n{text}\n\n{second}\n\n{}", other.text());
     }
     let head = Head {

@@ -1,5 +1,5 @@
 //! `standfast limit`: searches the largest impulse that each controller recovers from, by heading, and prints it beside
-//! the pendulum bounds or, with both physics engines, side by side.
+//! the pendulum bounds.
 
 use super::arguments::{
     CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, check_output, count, fine,
@@ -9,16 +9,14 @@ use super::episode::{Origin, OutputArgs, command_line, film, write_replay};
 use super::interrupt::{STOP, nothing_kept, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
 use super::terminal::{note, print};
-use serde_json::json;
 use standfast_core::error::Result;
 use standfast_files::write_atomic;
 use standfast_report::{figure, text};
-use standfast_sim::Engine;
 use standfast_sim::episode::EpisodeRun;
+use standfast_study::Campaign;
 use standfast_study::limit::{
     LimitOptions, Limits, MOST_HEADINGS, MOST_REPLICAS, MOST_TRIALS, Searches, pushed,
 };
-use standfast_study::{Campaign, Overrides};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -28,7 +26,7 @@ use std::process::ExitCode;
   standfast limit                                   all controllers and 16 headings, with the standard campaign
   standfast limit --controller hold --controller paper --headings 8 -o limits
   standfast limit --campaign nominal                without noise and variations
-  standfast limit --campaign nominal --engine both  in both physics engines, side by side
+  standfast limit --controller catch@rapier --controller catch@mujoco    in two physics engines
   standfast limit --controller hold --headings 4 --precision 0.3    a quick look
   standfast limit --campaign nominal --dense --out maps             every push, as a map
 
@@ -77,7 +75,7 @@ pub struct LimitArgs {
     /// Number of threads, or 0 for one on each core; the result does not depend on it
     #[arg(long, value_name = "T", default_value_t = 0, value_parser = count::<usize>(0..=MOST_THREADS))]
     pub threads: usize,
-    /// Write limit.json and limit.svg to this folder; limit-mujoco or limit-both with that --engine
+    /// Write limit.json and limit.svg to this folder
     #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Draw limits and bounds around the robot to this file
@@ -96,17 +94,10 @@ pub struct LimitArgs {
 /// Searches the limits, prints them and writes them. Nothing of an interrupted search is kept.
 pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     let name = args.campaign.or_standard();
-    let robot_files = Campaign::robot_files(name, &args.change.overrides())?;
-    let robot = robot_files.robot()?;
-    let mut campaigns = Vec::new();
-    for engine in args.change.settings.engines() {
-        let overrides = Overrides {
-            engine,
-            ..args.change.overrides()
-        };
-        campaigns.push(Campaign::load_for(&robot, name, &overrides)?);
-    }
-    let files = args.files(&campaigns)?;
+    let overrides = args.change.overrides();
+    let robot_files = Campaign::robot_files(name, &overrides)?;
+    let campaign = Campaign::load_for(&robot_files.robot()?, name, &overrides)?;
+    let files = args.files()?;
     let options = LimitOptions {
         headings: args.headings,
         precision_n_s: args.precision,
@@ -117,36 +108,22 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         untried: args.untried,
     };
     stop_on_ctrl_c();
-    let mut searches = Vec::new();
-    for campaign in &campaigns {
-        searches.push(Searches::new(campaign, robot_files.clone(), options)?);
-    }
-    let count = searches.iter().map(Searches::count).sum();
+    let searches = Searches::new(&campaign, robot_files, options)?;
+    let count = searches.count();
     if args.check.check {
         let word = if count == 1 { "search" } else { "searches" };
-        let takes = duration(
-            searches
-                .iter()
-                .map(Searches::estimated_s)
-                .sum::<Result<f64>>()?,
-        );
+        let takes = duration(searches.estimated_s()?);
         return fine(&format!(
             "campaign {}: {count} {word} to run; that takes some {takes} on this machine",
-            campaigns[0].name
+            campaign.name
         ));
     }
     let progress = Progress::of(count, "searches");
-    let limits = searches
-        .iter()
-        .map(|searches| searches.run(&STOP, &|| progress.episode(), &|| progress.tick()))
-        .collect::<Result<Vec<_>>>();
+    let limits = searches.run(&STOP, &|| progress.episode(), &|| progress.tick());
     progress.finish();
     let limits = nothing_kept(limits)?;
     // The result is printed before it is written, so that it is not lost if it cannot be written.
-    let as_json = match &limits[..] {
-        [limits] => standfast_report::json(limits),
-        both => standfast_report::json(&json!({ "engines": both })),
-    };
+    let as_json = standfast_report::json(&limits);
     print(&if args.json {
         as_json.clone()
     } else {
@@ -163,7 +140,7 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         note(&format!("written: {}", path.display()));
     }
     if let Some(folder) = args.out.as_ref().filter(|_| args.dense) {
-        write_map(folder, &campaigns, &searches, &limits)?;
+        write_map(folder, &campaign, &searches, &limits)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -174,30 +151,24 @@ const MOST_REPLAYS: usize = 24;
 /// Writes the map and, beside it, replays of its holes.
 fn write_map(
     folder: &Path,
-    campaigns: &[Campaign],
-    searches: &[Searches],
-    limits: &[Limits],
+    campaign: &Campaign,
+    searches: &Searches,
+    limits: &Limits,
 ) -> Result<()> {
-    let holes: Vec<_> = limits
-        .iter()
-        .enumerate()
-        .flat_map(|(i, limits)| limits.holes().map(move |hole| (i, hole)))
-        .take(MOST_REPLAYS)
-        .collect();
+    let holes: Vec<_> = limits.holes().take(MOST_REPLAYS).collect();
     let file = |number: usize| format!("hole-{}.html", number + 1);
-    for (number, &(i, (heading_deg, limit, hole))) in holes.iter().enumerate() {
-        let Some((robot, factory)) = searches[i].case(&limit.name) else {
+    for (number, &(heading_deg, limit, hole)) in holes.iter().enumerate() {
+        let Some((robot, factory, config)) = searches.case(&limit.name) else {
             continue;
         };
-        let campaign = &campaigns[i];
         let disturbance = pushed(campaign, hole.trial, hole.impulse_n_s, heading_deg);
         let episode = EpisodeRun {
             robot,
             factory,
-            config: &campaign.episode,
+            config: &config,
         };
         let shown = film(episode, disturbance, &OutputArgs::default())?;
-        let title = Some(format!("Hole {} of {}", number + 1, limits[i].engine));
+        let title = Some(format!("Hole {} of {}", number + 1, limit.name));
         let origin = Origin {
             title,
             command: command_line("standfast"),
@@ -220,15 +191,10 @@ fn write_map(
 
 impl LimitArgs {
     /// The files to write. Checks before any work that they can be written, and that no result would be overwritten.
-    fn files(&self, campaigns: &[Campaign]) -> Result<Vec<PathBuf>> {
+    fn files(&self) -> Result<Vec<PathBuf>> {
         let mut files = Vec::new();
         if let Some(folder) = &self.out {
-            let name = match campaigns {
-                [one] if one.episode.engine == Engine::Rapier => "limit",
-                [_] => "limit-mujoco",
-                _ => "limit-both",
-            };
-            files.extend(["json", "svg"].map(|kind| folder.join(format!("{name}.{kind}"))));
+            files.extend(["limit.json", "limit.svg"].map(|name| folder.join(name)));
             let map = self.dense.then(|| folder.join("map.svg"));
             check_new_result(folder, files.iter().chain(&map))?;
         }

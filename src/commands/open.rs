@@ -5,9 +5,8 @@ use standfast_core::error::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// What there is to see in a folder, the best first: of a campaign or a comparison, of a campaign in two engines, of a
-/// `limit --dense`.
-const PAGES: [&str; 3] = ["report.html", "agreement/report.html", "map.svg"];
+/// What there is to see in a folder, the best first: of a campaign or a comparison, of a `limit --dense`.
+const PAGES: [&str; 2] = ["report.html", "map.svg"];
 const ENDINGS: [&str; 2] = ["html", "svg"];
 
 #[derive(Debug, clap::Args)]

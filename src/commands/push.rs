@@ -8,9 +8,11 @@ use super::terminal::print;
 use nalgebra::Vector3;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Kinematics, Robot, Units};
+use standfast_core::socket::PreparedController;
 use standfast_sim::episode::{Counts, Disturbance, EpisodeConfig, EpisodeRun};
 use standfast_sim::{Engine, Profile, Push, Variation};
 use standfast_study::ask::bounds::in_range;
+use standfast_study::ask::entrant::Entrant;
 use standfast_study::ask::trial;
 use standfast_study::{Campaign, Overrides, PushBounds};
 use std::process::ExitCode;
@@ -25,7 +27,7 @@ use std::process::ExitCode;
   standfast push --impulse 2 --trace push.csv       every tick, as numbers
   standfast push --impulse 5 --replay push.html     a page to watch in 3D, in any browser
   standfast push --impulse 5 --frames pictures      snapshots and an animated picture
-  standfast push --beside hold --frames pictures    two robots beside each other
+  standfast push --controller hold --controller catch@mujoco   two robots, and when they part
   standfast push --campaign standard --trial 17     trial 17 of that campaign
 
 A campaign gives sensor noise and thresholds, and its trial the pushes, the robot and
@@ -52,17 +54,14 @@ pub struct PushArgs {
     /// Course of the force over time [default: rectangular]
     #[arg(long, value_parser = one_of::<Profile, 2>(["rectangular", "half-sine"]))]
     pub profile: Option<Profile>,
-    /// Controller by name or file
+    /// Controller by name or file, with an engine of its own as in catch@mujoco; a second one is a ghost beside the first
     #[arg(
         long = "controller",
         visible_alias = "gains",
         value_name = "NAME|FILE",
         default_value = "catch"
     )]
-    pub gains: String,
-    /// A second controller under the same push: beside the first in the pictures, a ghost in the replay
-    #[arg(long, value_name = "NAME|FILE")]
-    pub beside: Option<String>,
+    pub gains: Vec<String>,
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
@@ -104,49 +103,51 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
         set: args.set.clone(),
         seed: args.seed,
         judge: args.judge,
-        engine: args.engine,
+        engines: Vec::from_iter(args.engine),
         robot: args.robot.clone(),
         ..Overrides::default()
     };
+    let setting = Setting::of(args.campaign.name(), &overrides, args.horizon)?;
     let Setting {
         campaign,
         robot,
         config,
-    } = Setting::of(args.campaign.name(), &overrides, args.horizon)?;
-    let pushes = the_pushes(args, campaign.as_ref(), &config, &robot)?;
-    let prepare = |name: &String| {
-        let gains = match &campaign {
-            Some(campaign) => campaign.gains_named(name),
-            None => name.clone(),
+    } = &setting;
+    let pushes = the_pushes(args, campaign.as_ref(), config, robot)?;
+    let mut entrants: Vec<(PreparedController, EpisodeConfig)> = Vec::new();
+    for listed in &args.gains {
+        let entrant = Entrant::split(listed);
+        let gains = match campaign {
+            Some(campaign) => campaign.gains_named(entrant.controller),
+            None => entrant.controller.into(),
         };
-        let factory =
-            standfast_controllers::load(&gains)?.prepare(&robot, config.control_period_s)?;
+        let config = setting.config_in(entrant.engine.unwrap_or(config.engine))?;
+        let mut factory =
+            standfast_controllers::load(&gains)?.prepare(robot, config.control_period_s)?;
+        factory.name = entrant.of(&factory.name);
         if let Some(warning) = &factory.warning {
             log::warn!("{warning}");
         }
-        Ok(factory)
-    };
-    let factory = prepare(&args.gains)?;
-    let beside = args.beside.as_ref().map(prepare).transpose()?;
-    if let Some(beside) = beside.as_ref().filter(|beside| beside.name == factory.name) {
-        return Err(Error::option(
-            "--beside",
-            &beside.name,
-            "is the controller itself",
-            "another controller",
-        ));
+        if entrants.len() > 1 || entrants.iter().any(|(other, _)| other.name == factory.name) {
+            let (problem, accepted) = (
+                "cannot be shown beside the others",
+                "one or two that differ",
+            );
+            return Err(Error::option("--controller", listed, problem, accepted));
+        }
+        entrants.push((factory, config));
     }
     args.check_beside()?;
     args.outputs.check()?;
-    args.outputs.check_length(&config)?;
+    args.outputs.check_length(config)?;
     if args.check.check {
         return fine(&format!(
             "a push of {} N s, controller {}",
-            pushes[0].impulse_n_s, factory.name
+            pushes[0].impulse_n_s, entrants[0].0.name
         ));
     }
     let disturbance = || {
-        let of_trial = match &campaign {
+        let of_trial = match campaign {
             Some(campaign) => trial::disturbance(campaign, args.any_trial().unwrap_or(0)),
             None => Disturbance::default(),
         };
@@ -162,24 +163,23 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
             ..of_trial
         }
     };
-    let shown = EpisodeRun {
-        robot: &robot,
-        factory: &factory,
-        config: &config,
+    let run_of = |(factory, config)| EpisodeRun {
+        robot,
+        factory,
+        config,
     };
     let command = command_line("standfast");
-    let (text, is_broken) = match &beside {
-        Some(factory) => {
-            let beside = EpisodeRun { factory, ..shown };
-            episode::run_beside(
-                [shown, beside],
-                disturbance,
-                &args.outputs,
-                args.json,
-                command,
-            )?
+    let outputs = &args.outputs;
+    let (text, is_broken) = match &entrants[..] {
+        [(factory, config), (other, in_other)] => {
+            let both = [(factory, config), (other, in_other)].map(run_of);
+            episode::run_beside(both, disturbance, outputs, args.json, command)?
         }
-        None => episode::run(shown, disturbance(), &args.outputs, args.json, command)?,
+        shown => {
+            let (factory, config) = &shown[0];
+            let shown = run_of((factory, config));
+            episode::run(shown, disturbance(), outputs, args.json, command)?
+        }
     };
     print(&text)?;
     Ok(if is_broken {
@@ -234,12 +234,12 @@ impl PushArgs {
         let asked = [("--trace", trace), ("--plot", plot)]
             .into_iter()
             .find_map(|(option, path)| Some((option, path.as_ref()?)));
-        if let (Some(_), Some((option, path))) = (&self.beside, asked) {
-            let accepted = "--replay and --frames, which show both; or a push for each controller, without --beside";
+        if let (true, Some((option, path))) = (self.gains.len() > 1, asked) {
+            let accepted = "--replay and --frames, which show both; or a push for each controller";
             return Err(Error::option(
                 option,
                 path.display(),
-                "shows one controller, and --beside asks for two",
+                "shows one controller, and two are asked for",
                 accepted,
             ));
         }

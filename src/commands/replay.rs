@@ -1,21 +1,17 @@
 //! `standfast replay`: simulates a trial of a result again and writes a page that shows it in 3D. `run` and `merge`
 //! write such pages for the telling trials of a result.
 
-use super::arguments::{ENGINE_CHOICES, EngineChoice, MOST_TRIAL, check_output, count, one_of};
-use super::episode::{FilmedEpisode, Origin, OutputArgs, film, film_both, write_replay};
+use super::arguments::{MOST_TRIAL, check_output, count};
+use super::episode::{FilmedEpisode, Origin, OutputArgs, film, film_both, parting, write_replay};
 use super::progress::Progress;
 use super::terminal::{note, print, tell};
 use rayon::prelude::*;
 use serde_json::json;
 use standfast_core::error::{Error, Result};
 use standfast_files::{shell_word, write_atomic};
-use standfast_report::text::ghost::{ended, parted};
-use standfast_report::text::layout::entry;
 use standfast_report::text::next_command;
 use standfast_report::trial_page::replay_file;
 use standfast_report::with_fields_of;
-use standfast_sim::Engine;
-use standfast_sim::episode::EpisodeRun;
 use standfast_sim::episode::parting::Parting;
 use standfast_study::{Folder, StoredTrial, Summary};
 use std::path::{Path, PathBuf};
@@ -26,7 +22,12 @@ use std::process::ExitCode;
   standfast replay standfast-results/standard --trial 17
   standfast replay results --trial 17 --controller hold -o hold.html
   standfast replay results --trial 17 --frames pictures     snapshots and a GIF
-  standfast replay results --trial 17 --engine both    both physics engines
+  standfast replay results --trial 17 --controller hold --controller catch   when the two part
+  standfast replay results --trial 17 --controller catch@mujoco    another engine
+
+A second controller is a ghost beside the first; trace and plot are those of the
+first. A name with @ENGINE may also be of a controller that the result has in
+another engine.
 
 A controller that is a program is started out of the result's folder. If this
 machine has not made its files, you are asked first; where there is no terminal,
@@ -37,17 +38,10 @@ pub struct ReplayArgs {
     /// Number of the trial
     #[arg(long, value_name = "I", value_parser = count::<u64>(0..=MOST_TRIAL))]
     pub trial: u64,
-    /// Controller by its name in the result [default: the first that lost the trial, or else the first]
+    /// Controller by its name in the result, or two [default: the first that lost the trial, or else the first]
     #[arg(long = "controller", visible_alias = "gains", value_name = "NAME")]
-    pub gains: Option<String>,
-    /// Physics engine that simulates the trial [default: that of the result].
-    ///
-    /// With `both`, the page also shows the robot in the other engine, as a ghost, and says where the two part. Trace and
-    /// plot are then those of the result's engine.
-    #[arg(long, value_name = "ENGINE", value_parser = one_of::<EngineChoice, 3>(ENGINE_CHOICES))]
-    pub engine: Option<EngineChoice>,
-    /// The page to write [default: DIR/replays/trial-I-SET.html, or trial-I-SET-ENGINE.html with another engine than the
-    /// result's or both]
+    pub gains: Vec<String>,
+    /// The page to write [default: DIR/replays/trial-I-NAME.html]
     #[arg(short, long, value_name = "FILE.html")]
     pub output: Option<PathBuf>,
     /// Draw snapshots (PNG), a strip of them and an animated picture (GIF) to this folder
@@ -77,27 +71,31 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
         check_output("--output", path, &["html"])?;
     }
     outputs.check()?;
-    let replayed = StoredTrial::open(&args.dir, args.trial, args.gains.as_deref())?;
-    let own = replayed.engine();
-    let engine = args.engine.and_then(EngineChoice::one).unwrap_or(own);
-    let is_both = args.engine == Some(EngineChoice::Both);
-    let config = replayed.config_in(engine)?;
-    let other = if is_both {
-        Some(replayed.config_in(engine.other())?)
-    } else {
-        None
+    if args.gains.len() > 2 {
+        return Err(Error::option(
+            "--controller",
+            args.gains.join(", "),
+            "are too many",
+            "one or two",
+        ));
+    }
+    let replayed = StoredTrial::open(
+        &args.dir,
+        args.trial,
+        args.gains.first().map(String::as_str),
+    )?;
+    let ghost = match args.gains.get(1) {
+        Some(name) => Some(StoredTrial::open(&args.dir, args.trial, Some(name))?),
+        None => None,
     };
-    let suffix = if is_both {
-        Some("both")
-    } else {
-        (engine != own).then(|| engine.name())
-    };
+    let shown: Vec<&StoredTrial> = std::iter::once(&replayed).chain(&ghost).collect();
+    let names: Vec<&str> = shown.iter().map(|shown| &shown.set[..]).collect();
     let path = match args.output.clone() {
         Some(path) => path,
-        None => page_in(&args.dir, args.trial, &replayed.set, suffix)?,
+        None => page_in(&args.dir, args.trial, &names.join("-"))?,
     };
     outputs.replay = Some(path.clone());
-    if args.gains.is_none() && replayed.sets.len() > 1 {
+    if args.gains.is_empty() && replayed.sets.len() > 1 {
         tell(
             "",
             &format!(
@@ -107,59 +105,47 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
             ),
         );
     }
-    if engine != own {
-        let [own, engine] = [own, engine].map(Engine::title);
-        tell(
-            "",
-            &format!("The result is of {own}, so this trial in {engine} is not compared with it."),
-        );
-    } else if replayed.row.is_none() {
-        note("This trial is not in the result yet, so there is nothing to compare it with.");
+    for shown in shown.iter().filter(|shown| shown.row.is_none()) {
+        note(&format!(
+            "This trial of {} is not in the result, so there is nothing to compare it with.",
+            shown.set
+        ));
     }
-    let episode = EpisodeRun {
-        robot: &replayed.robot,
-        factory: &replayed.factory,
-        config: &config,
-    };
-    let (shown, ghost) = match &other {
-        Some(config) => {
-            let both = [episode, EpisodeRun { config, ..episode }];
+    let (shown, ghost_shown) = match &ghost {
+        Some(ghost) => {
+            let both = [replayed.episode(), ghost.episode()];
             let [shown, ghost] = film_both(both, || replayed.disturbance(), &outputs)?;
             (shown, Some(ghost))
         }
-        None => (film(episode, replayed.disturbance(), &outputs)?, None),
+        None => (
+            film(replayed.episode(), replayed.disturbance(), &outputs)?,
+            None,
+        ),
     };
     let page = Page {
         replayed: &replayed,
-        suffix,
+        ghost: ghost.as_ref(),
         folder: args.output.is_some().then_some(args.dir.as_path()),
     };
-    page.write(&shown, ghost.as_ref(), &path)?;
+    page.write(&shown, ghost_shown.as_ref(), &path)?;
     let (report, film) = &shown;
-    outputs.draw_frames(film, ghost.as_ref().map(|(_, film)| film))?;
+    outputs.draw_frames(film, ghost_shown.as_ref().map(|(_, film)| film))?;
     outputs.say_what_was_written();
     print(&if args.json {
         let mut head = json!({
             "trial": args.trial,
             "set": replayed.set,
-            "engine": engine,
+            "engine": replayed.config.engine,
             "page": path.display().to_string(),
         });
-        if let Some((report, ghost)) = &ghost {
-            head["ghost"] = with_fields_of(json!({ "engine": ghost.engine }), &report.as_json());
+        if let (Some(of), Some((report, ghost))) = (&ghost, &ghost_shown) {
+            let names = json!({ "set": of.set, "engine": ghost.engine });
+            head["ghost"] = with_fields_of(names, &report.as_json());
             head["parting"] = json!(Parting::of_films(film, ghost));
         }
         standfast_report::json(&with_fields_of(head, &report.as_json()))
     } else {
-        let beside = ghost.map(|(_, ghost)| {
-            let [solid, other] = ended([film, &ghost]);
-            let lines = [
-                ("solid", solid),
-                ("ghost", other),
-                ("parting", parted(film, &ghost)),
-            ];
-            lines.map(|(label, what)| entry(label, &what)).concat() + "\n"
-        });
+        let beside = ghost_shown.map(|(_, ghost)| parting(film, &ghost) + "\n");
         beside.unwrap_or_default() + &report.text()
     })?;
     Ok(ExitCode::SUCCESS)
@@ -167,14 +153,14 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
 
 struct Page<'a> {
     replayed: &'a StoredTrial,
-    /// What its command and its default name say about engines: another one than the result's, or both.
-    suffix: Option<&'a str>,
+    /// The second entrant.
+    ghost: Option<&'a StoredTrial>,
     /// The result folder as its command names it; None if the page lies in there.
     folder: Option<&'a Path>,
 }
 
 impl Page<'_> {
-    /// Writes the page, with a ghost from another engine, and warns if the trial does not end as it did in the result.
+    /// Writes the page, with a ghost of the second entrant, and warns if the trial does not end as it did in the result.
     /// Returns that warning.
     fn write(
         &self,
@@ -182,34 +168,23 @@ impl Page<'_> {
         ghost: Option<&FilmedEpisode>,
         path: &Path,
     ) -> Result<Option<String>> {
-        let (
-            Self {
-                replayed,
-                suffix,
-                folder,
-            },
-            (report, film),
-        ) = (self, shown);
-        let is_same_engine = film.engine == replayed.engine();
-        let warning = replayed
-            .difference(&report.record)
-            .filter(|_| is_same_engine);
+        let (replayed, of_result) = (self.replayed, self.folder.is_none());
+        let warning = replayed.difference(&shown.0.record);
         if let Some(warning) = &warning {
             log::warn!("{warning}");
         }
-        let of_result = folder.is_none();
-        let folder = folder.unwrap_or(Path::new(".")).display().to_string();
-        let [folder, set] = [&folder, &replayed.set].map(|word| shell_word(word));
+        let folder = self.folder.unwrap_or(Path::new(".")).display().to_string();
         let mut command = format!(
-            "standfast replay {folder} --trial {} --controller {set}",
+            "standfast replay {} --trial {}",
+            shell_word(&folder),
             replayed.trial
         );
-        let mut title = format!("Trial {} of {}", replayed.trial, replayed.campaign.name);
-        if let Some(engine) = suffix {
-            command += &format!(" --engine {engine}");
+        for entrant in std::iter::once(replayed).chain(self.ghost) {
+            command += &format!(" --controller {}", shell_word(&entrant.set));
         }
-        if ghost.is_some() || !is_same_engine {
-            title += &format!(" in {}", film.engine.title());
+        let mut title = format!("Trial {} of {}", replayed.trial, replayed.campaign.name);
+        if ghost.is_some() {
+            title += &format!(" with {}", replayed.set);
         }
         let origin = Origin {
             title: Some(title),
@@ -245,9 +220,7 @@ pub fn write_telling(
     let mut wanted: Vec<(u64, &str)> = Vec::new();
     for set in &summary.sets {
         for telling in set.telling.iter().take(for_each_set) {
-            let page = folder
-                .path
-                .join(replay_file(telling.trial, &set.name, None));
+            let page = folder.path.join(replay_file(telling.trial, &set.name));
             if afresh || !page.is_file() {
                 wanted.push((telling.trial, &set.name));
             }
@@ -296,22 +269,16 @@ pub fn write_telling(
 fn write_page(folder: &Path, trial: u64, set: &str) -> Result<Option<String>> {
     let (replayed, path) = (
         StoredTrial::open(folder, trial, Some(set))?,
-        page_in(folder, trial, set, None)?,
+        page_in(folder, trial, set)?,
     );
-    let config = replayed.config_in(replayed.engine())?;
-    let episode = EpisodeRun {
-        robot: &replayed.robot,
-        factory: &replayed.factory,
-        config: &config,
-    };
     let outputs = OutputArgs {
         replay: Some(path.clone()),
         ..OutputArgs::default()
     };
-    let shown = film(episode, replayed.disturbance(), &outputs)?;
+    let shown = film(replayed.episode(), replayed.disturbance(), &outputs)?;
     let differs = Page {
         replayed: &replayed,
-        suffix: None,
+        ghost: None,
         folder: None,
     }
     .write(&shown, None, &path)?;
@@ -323,8 +290,8 @@ fn write_page(folder: &Path, trial: u64, set: &str) -> Result<Option<String>> {
 }
 
 /// The path of the page of a trial in a result folder. Creates the folder of the pages.
-fn page_in(result: &Path, trial: u64, set: &str, engine: Option<&str>) -> Result<PathBuf> {
-    let path = result.join(replay_file(trial, set, engine));
+fn page_in(result: &Path, trial: u64, set: &str) -> Result<PathBuf> {
+    let path = result.join(replay_file(trial, set));
     let folder = path.parent().unwrap_or(result);
     std::fs::create_dir_all(folder).map_err(|source| Error::Write {
         path: folder.into(),

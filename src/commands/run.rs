@@ -1,26 +1,23 @@
 //! `standfast run`: a campaign, from its file to its verdict.
 
 use super::arguments::{
-    CampaignArgs, ChangeArgs, CheckArgs, EngineChoice, GateArgs, MOST_THREADS, ReplaysArgs, count,
-    fine, number,
+    CampaignArgs, ChangeArgs, CheckArgs, GateArgs, MOST_THREADS, ReplaysArgs, count, fine, number,
 };
-use super::compare::{self, TracesArgs};
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
 use super::result::{Printing, conclude, exit_code, gates_of};
 use super::status::print_status;
-use super::terminal::{alert, note, print, tell, warn};
-use serde_json::json;
+use super::terminal::{alert, note, tell, warn};
 use standfast_core::error::{Error, Result};
 use standfast_files::shell_word;
-use standfast_report::text::{self, next_command};
+use standfast_report::text::next_command;
 use standfast_study::ask::spec::MOST_TRIALS;
 use standfast_study::interim::InterimLook;
 use standfast_study::run::{CampaignRun, RunEvents, RunOptions};
 use standfast_study::verdict::gates::Gates;
 use standfast_study::verdict::so_far::{SoFar, SuccessTally};
-use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Shard, Summary};
-use std::path::{Path, PathBuf};
+use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Shard};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 
@@ -37,12 +34,12 @@ use std::sync::{Mutex, PoisonError};
   standfast run --controller hold --controller catch --until-resolved      as few trials as it takes
   standfast run --gate 'catch >= 0.80' --gate 'catch >= hold + 0.10' --unresolved fail
   standfast run --gate 'catch >= baseline - 0.01' --baseline results-of-main
-  standfast run my.toml --engine both              in both physics engines, and how far these agree
+  standfast run --controller catch@rapier --controller catch@mujoco    in two physics engines
   standfast run my.toml --check                    checks everything, and says how long it takes
 
 A run that was interrupted goes on where it stopped when the same command is given again.
 The guide has more in its chapters campaigns.md (--until-resolved, --replays), gates.md
-(--gate), gains.md (--vary), clusters.md (--shard) and engines.md (--engine both).")]
+(--gate), gains.md (--vary), clusters.md (--shard) and engines.md (@ENGINE, --engine both).")]
 pub struct RunArgs {
     #[command(flatten)]
     pub campaign: CampaignArgs,
@@ -91,20 +88,37 @@ pub struct RunArgs {
 pub fn run(args: &RunArgs) -> Result<ExitCode> {
     // All input is checked before anything runs, so that no time is lost on a campaign that cannot be judged in the
     // end.
-    let (plans, folders) = args.plans()?;
-    let agreement_folder = args.agreement_folder(&folders)?;
-    let gates = args.gates_of_each(&folders)?;
-    warn_of_inputs_not_kept(&folders[0]);
+    let (plan, folder) = args.plan()?;
+    // A shard judges nothing, but it may have to know when every question is decided; `merge` judges the whole.
+    let gates = match args.shard {
+        Some(_) if !folder.manifest.campaign.stopping.until_resolved => None,
+        _ => Some(gates_of(&folder, &args.gates)?),
+    };
+    for warning in folder.manifest.told_not_kept() {
+        tell("warning: ", &warning);
+    }
     stop_on_ctrl_c();
-    let works = args.works(&plans, &folders, &gates)?;
+    let options = RunOptions {
+        threads: args.threads,
+        shard: args.shard,
+        untried: args.untried,
+    };
+    let mut work = CampaignRun::new(&plan, &folder, options, gates.as_ref())?;
     if args.check.check {
-        return say_what_is_to_run(&works);
+        return say_what_is_to_run(&work);
     }
-    let summaries = run_and_conclude(args, works, &gates)?;
-    if let Some(out) = agreement_folder {
-        compare_engines(args, &folders, &summaries, &out)?;
+    let is_new = !say_what_is_there(&folder, &work);
+    if args.bare && is_new {
+        announce(&work);
     }
-    Ok(exit_code(&summaries))
+    simulate(&mut work, gates.as_ref(), args.bare && is_new)?;
+    let Some(gates) = gates.filter(|_| args.shard.is_none()) else {
+        print_status(&folder, args.gates.baseline.as_deref(), args.printing)?;
+        return Ok(ExitCode::SUCCESS);
+    };
+    let (summary, _) = work
+        .within_threads(|| conclude(&folder, &gates, &args.replays, Some(args.printing), false))?;
+    Ok(exit_code(&[summary]))
 }
 
 impl RunArgs {
@@ -116,23 +130,15 @@ impl RunArgs {
         }
     }
 
-    /// The plan that these arguments ask for, in each engine, and the folder for its result. Nothing is written.
-    pub(super) fn plans(&self) -> Result<(Vec<PreparedCampaign>, Vec<Folder>)> {
-        let files = Campaign::robot_files(self.campaign.or_standard(), &self.overrides())?;
-        let robot = files.robot()?;
-        let (mut plans, mut folders) = (Vec::new(), Vec::new());
-        for engine in self.change.settings.engines() {
-            let overrides = Overrides {
-                engine,
-                ..self.overrides()
-            };
-            let campaign = Campaign::load_for(&robot, self.campaign.or_standard(), &overrides)?;
-            self.check_against(&campaign)?;
-            let plan = PreparedCampaign::with(&campaign, files.clone())?;
-            folders.push(self.folder(&plan)?);
-            plans.push(plan);
-        }
-        Ok((plans, folders))
+    /// The plan that these arguments ask for, and the folder for its result. Nothing is written.
+    pub(super) fn plan(&self) -> Result<(PreparedCampaign, Folder)> {
+        let (name, overrides) = (self.campaign.or_standard(), self.overrides());
+        let files = Campaign::robot_files(name, &overrides)?;
+        let campaign = Campaign::load_for(&files.robot()?, name, &overrides)?;
+        self.check_against(&campaign)?;
+        let plan = PreparedCampaign::with(&campaign, files)?;
+        let folder = plan.folder(self.out.as_deref())?;
+        Ok((plan, folder))
     }
 
     /// The changes of the campaign that these arguments ask for.
@@ -159,13 +165,6 @@ impl RunArgs {
                 "--trials in its place, or --until-resolved beside it",
             ));
         }
-        if let (Some(shard), Some(EngineChoice::Both)) = (self.shard, self.change.settings.engine) {
-            let (problem, accepted) = (
-                "engines are compared by whole results",
-                "--engine rapier or mujoco, and `compare` after `merge`",
-            );
-            return Err(Error::option("--shard", shard, problem, accepted));
-        }
         let GateArgs {
             gate,
             unresolved,
@@ -189,146 +188,26 @@ impl RunArgs {
         }
         Ok(())
     }
-
-    /// The folder for the result of a plan. With two engines, each engine has its own folder in the folder of `--out`.
-    fn folder(&self, plan: &PreparedCampaign) -> Result<Folder> {
-        let engine = plan.manifest.campaign.episode.engine.name();
-        match (&self.out, self.change.settings.engine) {
-            (Some(out), Some(EngineChoice::Both)) => plan.folder(Some(&out.join(engine))),
-            (out, _) => plan.folder(out.as_deref()),
-        }
-    }
-
-    /// The folder for the comparison of the results of two engines. Fails if the comparison may not be written there.
-    fn agreement_folder(&self, folders: &[Folder]) -> Result<Option<PathBuf>> {
-        let [first, _] = folders else {
-            return Ok(None);
-        };
-        let path = match &self.out {
-            Some(out) => out.join("agreement"),
-            None => first.path.with_file_name(format!(
-                "{}-agreement",
-                first.path.file_name().unwrap_or_default().display()
-            )),
-        };
-        compare::check_out(&path)?;
-        Ok(Some(path))
-    }
-
-    /// The gates of the result in each folder. A shard judges nothing, but it may have to know when every question is
-    /// decided; `merge` judges the whole.
-    fn gates_of_each(&self, folders: &[Folder]) -> Result<Vec<Option<Gates>>> {
-        let mut gates = Vec::new();
-        for folder in folders {
-            gates.push(match self.shard {
-                Some(_) if !folder.manifest.campaign.stopping.until_resolved => None,
-                _ => Some(gates_of(folder, &self.gates)?),
-            });
-        }
-        Ok(gates)
-    }
-
-    /// What each folder lacks, ready to run.
-    fn works<'a>(
-        &self,
-        plans: &'a [PreparedCampaign],
-        folders: &'a [Folder],
-        gates: &'a [Option<Gates>],
-    ) -> Result<Vec<CampaignRun<'a>>> {
-        let options = RunOptions {
-            threads: self.threads,
-            shard: self.shard,
-            untried: self.untried,
-        };
-        let mut works = Vec::new();
-        for ((plan, folder), gates) in plans.iter().zip(folders).zip(gates) {
-            works.push(CampaignRun::new(plan, folder, options, gates.as_ref())?);
-        }
-        Ok(works)
-    }
 }
 
-/// Warns of inputs that the result will not keep. Two engines run the same controllers, so one folder tells about both.
-fn warn_of_inputs_not_kept(folder: &Folder) {
-    for warning in folder.manifest.told_not_kept() {
-        tell("warning: ", &warning);
-    }
-}
-
-/// Says for --check how many episodes there are to run, and how long that takes.
-fn say_what_is_to_run(works: &[CampaignRun]) -> Result<ExitCode> {
-    let mut to_run = Vec::new();
-    for work in works {
-        let engine = match works.len() {
-            1 => String::new(),
-            _ => format!(" in {}", work.folder.manifest.engine),
-        };
-        to_run.push(format!("{} episodes to run{engine}", work.episodes()));
-    }
-    let takes = match time_s(works)? {
-        0.0 => String::new(),
-        time_s => format!(
+/// Says for --check how many episodes there are to run, and how long that takes here, by a few trials that are timed.
+fn say_what_is_to_run(work: &CampaignRun) -> Result<ExitCode> {
+    let (episodes, manifest) = (work.episodes(), &work.folder.manifest);
+    let mut takes = String::new();
+    if episodes > 0 {
+        let trials = episodes as f64 / manifest.sets.len() as f64;
+        let time_s =
+            work.plan.seconds_a_trial()? * trials / work.threads().min(episodes as usize) as f64;
+        takes = format!(
             "; that takes about {} on this machine as it is now",
             duration(time_s)
-        ),
-    };
-    let (name, sets) = (
-        &works[0].plan.manifest.campaign.name,
-        works[0].folder.manifest.sets.join(", "),
-    );
+        );
+    }
     fine(&format!(
-        "campaign {name} with controllers {sets}: {}{takes}",
-        to_run.join(", ")
+        "campaign {} with controllers {}: {episodes} episodes to run{takes}",
+        manifest.campaign.name,
+        manifest.sets.join(", ")
     ))
-}
-
-/// How long the episodes that are missing take here (s), by a few trials that are timed.
-fn time_s(works: &[CampaignRun]) -> Result<f64> {
-    let mut time_s = 0.0;
-    for work in works {
-        let episodes = work.episodes();
-        if episodes > 0 {
-            let trials = episodes as f64 / work.plan.manifest.sets.len() as f64;
-            time_s += work.plan.seconds_a_trial()? * trials
-                / work.threads().min(episodes as usize) as f64;
-        }
-    }
-    Ok(time_s)
-}
-
-/// Runs the campaign in each engine, and judges, prints and writes each result. A shard only says how far it is.
-fn run_and_conclude(
-    args: &RunArgs,
-    works: Vec<CampaignRun>,
-    gates: &[Option<Gates>],
-) -> Result<Vec<Summary>> {
-    let is_both = works.len() > 1;
-    let mut summaries = Vec::new();
-    for (mut work, gates) in works.into_iter().zip(gates) {
-        let folder = work.folder;
-        if is_both {
-            note(&format!(
-                "{}, in {}:",
-                folder.manifest.engine,
-                folder.path.display()
-            ));
-        }
-        let is_new = !say_what_is_there(folder, &work);
-        if args.bare && is_new {
-            announce(&work);
-        }
-        simulate(&mut work, gates.as_ref(), args.bare && is_new)?;
-        let Some(gates) = gates.as_ref().filter(|_| args.shard.is_none()) else {
-            print_status(folder, args.gates.baseline.as_deref(), args.printing)?;
-            continue;
-        };
-        // With two engines there is one JSON object for both.
-        let printing = (!is_both || !args.printing.json).then_some(args.printing);
-        let (summary, _) =
-            work.within_threads(|| conclude(folder, gates, &args.replays, printing, false))?;
-        summaries.push(summary);
-    }
-    Ok(summaries)
 }
 
 /// Says how much of the campaign is in the folder already. Returns false, and says nothing, if nothing is there.
@@ -493,22 +372,4 @@ fn say_what_is_kept(ended: &str, work: &CampaignRun, kept_before: u64, progress:
         .shard
         .map_or(String::new(), |shard| format!(" --shard {shard}"));
     alert(&format!("  {}{shard}", next_command::resume(work.folder)));
-}
-
-/// Compares the results of two engines, and prints and writes the comparison. If JSON is asked for, the results are
-/// printed with it.
-fn compare_engines(
-    args: &RunArgs,
-    folders: &[Folder],
-    summaries: &[Summary],
-    out: &Path,
-) -> Result<()> {
-    let comparison = compare::compared([&folders[0], &folders[1]], &[], &TracesArgs::default())?;
-    print(&match args.printing.json {
-        true => standfast_report::json(
-            &json!({ "results": summaries, "comparison": comparison.summary }),
-        ),
-        false => text::agreement(&comparison.summary, args.printing.full),
-    })?;
-    compare::write(&comparison, out)
 }

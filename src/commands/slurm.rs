@@ -3,7 +3,7 @@
 //! Each task runs one shard into a folder that all nodes share. Execution is at least once: a task may be killed,
 //! requeued, or submitted again with another number of shards, since a part is the same whichever task writes it.
 
-use super::arguments::{ENGINES, EngineChoice, count, fine, one_of};
+use super::arguments::{count, fine};
 use super::mujoco;
 use super::result::gates_of;
 use super::run::RunArgs;
@@ -22,14 +22,13 @@ const REQUEUES: u32 = 20;
 
 #[derive(Debug, clap::Args)]
 #[command(mut_arg("shard", |arg| arg.hide(true)), mut_arg("check", |arg| arg.hide(true)))]
-#[command(mut_arg("engine", |arg| arg.value_parser(one_of::<EngineChoice, 2>(ENGINES))))]
 #[command(after_help = "Examples:
   standfast slurm standard --trials 100000 --shards 64 --out /shared/a > jobs.sh   then: sh jobs.sh
   sh jobs.sh \"$(standfast status /shared/a --missing --shards 64)\"      again, what is missing
   standfast slurm my.toml --cpus 4 --sbatch=--partition=short --submit
 
 The folder of --out must be one that all nodes share. The options of `run` are taken, but for
---shard, --check and --engine both. A task has as many threads as --cpus. The options for gates,
+--shard and --check. A task has as many threads as --cpus. The options for gates,
 replays and output go to the merge. The guide's chapter is clusters.md.")]
 pub struct SlurmArgs {
     /// Number of shards, each a task of the array [default: what --minutes asks for]
@@ -81,23 +80,15 @@ pub fn run(args: &SlurmArgs) -> Result<ExitCode> {
             "--shards",
         ));
     }
-    let (plans, folders) = args.run.plans()?;
-    let ([plan], [folder]) = (&plans[..], &folders[..]) else {
-        return Err(Error::option(
-            "--engine",
-            "both",
-            "a shard has one engine",
-            "rapier or mujoco",
-        ));
-    };
-    gates_of(folder, &args.run.gates)?;
+    let (plan, folder) = args.run.plan()?;
+    gates_of(&folder, &args.run.gates)?;
     let typed = std::env::args_os()
         .skip(1)
         .skip_while(|arg| arg != "slurm")
         .skip(1)
         .map(line)
         .collect::<Result<_>>()?;
-    let script = args.script(plan, &folder.path, typed)?;
+    let script = args.script(&plan, &folder.path, typed)?;
     if !args.submit {
         print(&script)?;
         return Ok(ExitCode::SUCCESS);

@@ -314,16 +314,14 @@ impl TuneArgs {
         }
         let mut cases = Vec::new();
         for robot in robots {
-            for engine in self.settings.engines() {
-                let (gains, robot) = (vec![self.controller.name().to_string()], robot.clone());
-                let overrides = Overrides {
-                    gains,
-                    robot,
-                    engine,
-                    ..self.settings.overrides()
-                };
-                let files = Campaign::robot_files(&self.campaign, &overrides)?;
-                let campaign = Campaign::load_for(&files.robot()?, &self.campaign, &overrides)?;
+            let overrides = Overrides {
+                gains: vec![self.controller.name().to_string()],
+                robot,
+                ..self.settings.overrides()
+            };
+            let files = Campaign::robot_files(&self.campaign, &overrides)?;
+            let entrants = Campaign::load_for(&files.robot()?, &self.campaign, &overrides)?;
+            for campaign in entrants.of_each_entrant() {
                 if campaign.stopping.until_resolved {
                     let (problem, accepted) = (
                         "ends when decided",
@@ -336,7 +334,7 @@ impl TuneArgs {
                         accepted,
                     ));
                 }
-                cases.push((campaign, files));
+                cases.push((campaign, files.clone()));
             }
         }
         Ok(cases)

@@ -1,8 +1,6 @@
 //! `standfast view`: shows the robot in a 3D window, live.
 
-use super::arguments::{
-    CampaignArgs, ENGINE_CHOICES, EngineChoice, MOST_TRIAL, check_output, count, number, one_of,
-};
+use super::arguments::{BOTH, CampaignArgs, ENGINES, MOST_TRIAL, check_output, count, number};
 use super::terminal::print;
 use standfast_core::error::Result;
 use std::path::PathBuf;
@@ -34,9 +32,9 @@ pub struct ViewArgs {
     pub gains: Vec<String>,
     /// Physics engine that simulates the robot [default: that of the campaign, or rapier].
     ///
-    /// With `both`, the robot in the other engine is shown, too, as a ghost. The same pushes and pulls act on both.
-    #[arg(long, value_name = "ENGINE", value_parser = one_of::<EngineChoice, 3>(ENGINE_CHOICES))]
-    pub engine: Option<EngineChoice>,
+    /// With `both`, the robot in the second engine is shown, too, as a ghost. The same pushes and pulls act on both.
+    #[arg(long, value_name = "ENGINE", value_parser = [ENGINES[0], ENGINES[1], BOTH])]
+    pub engine: Option<String>,
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
@@ -73,8 +71,7 @@ fn shown(args: ViewArgs) -> Result<String> {
     standfast_window::run(&standfast_window::Options {
         trial: args.trial,
         gains: args.gains,
-        engine: args.engine.and_then(EngineChoice::one),
-        ghost: args.engine == Some(EngineChoice::Both),
+        engines: super::arguments::engines_of(args.engine.as_deref()),
         robot: args.robot,
         campaign: args.campaign.name().map(String::from),
         impulse: args.impulse,

@@ -82,7 +82,7 @@ impl<'a> Cast<'a> {
 
     fn is_beside(&self) -> bool {
         self.second
-            .is_some_and(|second| !second.has_controller_of(self.film))
+            .is_some_and(|second| second.controller != self.film.controller)
     }
 
     /// The second robot at snapshot `k`, or at its last snapshot.

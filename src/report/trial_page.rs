@@ -10,13 +10,12 @@ use std::path::{Path, PathBuf};
 /// Largest size of a picture that is shown (bytes).
 const MOST_BYTES: u64 = 10_000_000;
 
-/// Path of the page of a trial, relative to the result folder, with `engine` at its end if the page shows another
-/// engine than the result's, or both. Names of variants contain characters that some file systems and CI services
-/// refuse; they are replaced, and a hash keeps the names apart.
-pub fn replay_file(trial: u64, set: &str, engine: Option<&str>) -> PathBuf {
+/// Path of the page of a trial, relative to the result folder, with one entrant or with two. Names of variants contain
+/// characters that some file systems and CI services refuse; they are replaced, and a hash keeps the names apart.
+pub fn replay_file(trial: u64, set: &str) -> PathBuf {
     let mut name: String = set
         .chars()
-        .map(|c| match c.is_ascii_alphanumeric() || "-_.=".contains(c) {
+        .map(|c| match c.is_ascii_alphanumeric() || "-_.=@".contains(c) {
             true => c,
             false => '-',
         })
@@ -24,17 +23,14 @@ pub fn replay_file(trial: u64, set: &str, engine: Option<&str>) -> PathBuf {
     if name != set {
         name += &format!("-{}", &sha256_hex(set.as_bytes())[..8]);
     }
-    let engine = engine
-        .map(|engine| format!("-{engine}"))
-        .unwrap_or_default();
-    Path::new(REPLAYS).join(format!("trial-{trial}-{name}{engine}.html"))
+    Path::new(REPLAYS).join(format!("trial-{trial}-{name}.html"))
 }
 
 /// Path of the page of a trial of a controller, relative to a report in `folder`. None if there is no such page.
 pub fn replay_found(folder: &Path, origin: &SetOrigin, trial: u64) -> Option<String> {
     let path = Path::new(&origin.campaign)
         .with_file_name("")
-        .join(replay_file(trial, &origin.gains, None));
+        .join(replay_file(trial, &origin.gains));
     folder
         .join(&path)
         .is_file()

@@ -50,12 +50,9 @@ impl Engine {
         }
     }
 
-    /// The engine with which this one is compared.
-    pub fn other(self) -> Self {
-        match self {
-            Engine::Rapier => Engine::Mujoco,
-            Engine::Mujoco => Engine::Rapier,
-        }
+    /// The engine of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|engine| engine.name() == name)
     }
 
     /// Name in sentences.

@@ -122,13 +122,7 @@ impl<'a> CeilingSearch<'a> {
             [1.0, MOST_TRIES as f64],
         )?;
         let [entry] = &campaign.gains[..] else {
-            return Err(Error::value(
-                "command line",
-                "--controller",
-                format!("{} controllers", campaign.gains.len()),
-                "too many",
-                "one, such as catch",
-            ));
+            unreachable!("a search has one controller")
         };
         let gains = gain_set(entry)?;
         if gains.catching.is_none() {
@@ -201,7 +195,7 @@ impl<'a> CeilingSearch<'a> {
         Ok(Ceiling {
             campaign: campaign.name.clone(),
             robot: campaign.robot.clone(),
-            engine: plan.manifest.engine.clone(),
+            engine: plan.manifest.engine(),
             seed: campaign.seed,
             controller: factory.name.clone(),
             trials: campaign.trials,

@@ -3,11 +3,10 @@
 
 use standfast_sim::episode::Outcome::{Fell, Recovered};
 use standfast_sim::episode::{Outcome, Record, Totals};
-use standfast_sim::{Engine, Push, Variation};
+use standfast_sim::{Push, Variation};
 use standfast_study::ask::spec::{Campaign, Overrides};
 use standfast_study::store::manifest::{Manifest, part_trials};
 use standfast_study::store::row::TrialRow;
-use standfast_study::verdict::agreement::Agreement;
 use standfast_study::verdict::gates::Gates;
 use standfast_study::verdict::pairs::every_pair;
 use standfast_study::verdict::so_far::{SoFar, SuccessTally};
@@ -37,7 +36,7 @@ pub fn manifest(sets: &[&str], overrides: Overrides) -> Manifest {
         inputs: Vec::new(),
         not_kept: Default::default(),
         robot_sha256: String::new(),
-        engine: campaign.episode.engine.with_version(),
+        engines: vec![campaign.episode.engine.with_version(); sets.len()],
         part_trials: part_trials(&campaign),
         planned_trials: campaign.trials,
         sets: sets.iter().map(|set| set.to_string()).collect(),
@@ -182,47 +181,6 @@ pub fn ragged(gates: &[&str]) -> (Summary, TrialColumns) {
         Summary::new(&manifest, &rows, String::new(), &every_pair(3), &gates),
         rows,
     )
-}
-
-/// The result of a comparison, and its rows, of the sets "hold" and "catch" in two engines. Of each trial it is given
-/// whether the robot recovered: with "hold" and "catch" in Rapier, then in MuJoCo. Headings turn from trial to trial.
-pub fn compared(recovered: &[[bool; 4]]) -> (Summary, TrialColumns) {
-    let sets = ["hold", "catch"];
-    let names: Vec<String> = Engine::ALL
-        .iter()
-        .flat_map(|e| sets.map(|set| format!("{set} ({})", e.name())))
-        .collect();
-    let columns = |sets: &[String], first: usize| {
-        let mut rows = Vec::new();
-        for (trial, recovered) in (0..).zip(recovered) {
-            for (set, has_recovered) in sets.iter().zip(&recovered[first..]) {
-                let outcome = if *has_recovered { Recovered } else { Fell };
-                let row = row(trial, set, 2.0, outcome);
-                rows.push(row.with(|row| row.push.heading_deg = 45.0 * (trial % 8) as f64));
-            }
-        }
-        columns_of_rows(&rows, sets)
-    };
-    let manifests = Engine::ALL.map(|engine| {
-        manifest(
-            &sets,
-            Overrides {
-                engine: Some(engine),
-                ..Overrides::default()
-            },
-        )
-    });
-    let own = [0, 2].map(|first| columns(&sets.map(String::from), first));
-    let rows = columns(&names, 0);
-    let joined = Manifest {
-        sets: names,
-        ..manifests[0].clone()
-    };
-    let gates = Gates::new(&joined, None).unwrap();
-    let mut summary = Summary::new(&joined, &rows, String::new(), &[(0, 2), (1, 3)], &gates);
-    let of = [(&manifests[0], &own[0]), (&manifests[1], &own[1])];
-    summary.agreement = Some(Agreement::new(of, &rows, &summary.pairs));
-    (summary, rows)
 }
 
 /// The state after so many trials with so many sets. Set i recovers from all trials but every (i + 2)nd.

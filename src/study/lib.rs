@@ -1,9 +1,8 @@
 //! A campaign: many trials with random pushes on varied robots and grounds, the same for every controller, and for each
 //! controller the number of trials from which it recovers. [`ask`] is what a campaign asks, [`plan`] reads the inputs,
 //! [`run`] runs the trials, [`store`] keeps the results, and [`verdict`] draws the conclusions. [`limit`] searches the
-//! largest recoverable impulse, heading by heading, [`tune`] searches a better controller, [`ceiling`] searches
-//! recoveries from the pushes that a controller loses, and [`partings`] shows where the traces of two physics engines
-//! part.
+//! largest recoverable impulse, heading by heading, [`tune`] searches a better controller, and [`ceiling`] searches
+//! recoveries from the pushes that a controller loses.
 //!
 //! Imports between these rooms go one way: [`ask`] does not know [`store`], and neither knows [`verdict`].
 
@@ -20,7 +19,6 @@ pub mod cma_es;
 mod fixtures;
 pub mod interim;
 pub mod limit;
-pub mod partings;
 pub mod plan;
 pub mod run;
 pub mod store;

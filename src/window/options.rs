@@ -10,10 +10,8 @@ pub struct Options {
     pub trial: Option<u64>,
     /// Controllers by name or file, of which the first acts. If empty, the default controllers.
     pub gains: Vec<String>,
-    /// Physics engine. None for the engine of the campaign, or Rapier.
-    pub engine: Option<Engine>,
-    /// Whether the robot in the other engine is shown, too, as a ghost.
-    pub ghost: bool,
+    /// Physics engine, and the engine of a ghost. If empty, the engine of the campaign, or Rapier.
+    pub engines: Vec<Engine>,
     /// Robot by name or URDF file. None for the robot of the campaign, or the compiled-in one.
     pub robot: Option<String>,
     /// Campaign whose sensor noise, rates and thresholds are used. None for ideal sensors.

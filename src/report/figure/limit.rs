@@ -34,15 +34,15 @@ const SAFE_MARK_HALF_DEG: f64 = 2.5;
 /// between.
 const JOINED: usize = 8;
 
-/// Draws bounds and controllers, with one physics engine or two. Fails if the solver gives up on a bound, or if the
+/// Draws bounds and controllers. Fails if the solver gives up on a bound, or if the
 /// file cannot be written.
-pub fn write(path: &Path, limits: &[Limits]) -> Result<()> {
+pub fn write(path: &Path, limits: &Limits) -> Result<()> {
     let Limits {
         robot,
         campaign,
         pendulum_bounds,
         ..
-    } = &limits[0];
+    } = limits;
     let headings = (0..360)
         .step_by(BOUND_EVERY_DEG)
         .map(|deg| pendulum_bounds.heading(deg as f64));
@@ -57,14 +57,11 @@ pub fn write(path: &Path, limits: &[Limits]) -> Result<()> {
 }
 
 /// The limits of all controllers at all headings.
-fn all(limits: &[Limits]) -> impl Iterator<Item = &SetLimit> {
-    limits
-        .iter()
-        .flat_map(|limits| &limits.headings)
-        .flat_map(|heading| &heading.sets)
+fn all(limits: &Limits) -> impl Iterator<Item = &SetLimit> {
+    limits.headings.iter().flat_map(|heading| &heading.sets)
 }
 
-fn map(limits: &[Limits], bounds: &[Heading]) -> Panel {
+fn map(limits: &Limits, bounds: &[Heading]) -> Panel {
     let limits_n_s = all(limits).map(|set| set.ci95[1]);
     let bounds_n_s = bounds
         .iter()
@@ -87,32 +84,22 @@ fn map(limits: &[Limits], bounds: &[Heading]) -> Panel {
         );
     }
     polar.rings(&rings);
-    for (is_second, limits) in [false, true].into_iter().zip(limits) {
-        for set in 0..limits
-            .headings
-            .first()
-            .map_or(0, |heading| heading.sets.len())
-        {
-            let class = if is_second {
-                format!("{} second", class_of_set(set))
-            } else {
-                class_of_set(set)
-            };
-            polar.panel.group(&format!("class=\"{class}\""), |panel| {
-                draw_set(panel, limits, set, is_second);
-            });
-        }
+    for set in 0..limits
+        .headings
+        .first()
+        .map_or(0, |heading| heading.sets.len())
+    {
+        let class = format!("class=\"{}\"", class_of_set(set));
+        polar
+            .panel
+            .group(&class, |panel| draw_set(panel, &limits.headings, set));
     }
     polar.names(&rings);
     polar.panel
 }
 
-/// Draws the limits of a controller in an engine: dots and a solid line or, in the second engine, diamonds and a dashed
-/// line.
-fn draw_set(panel: &mut Panel, limits: &Limits, set: usize, is_second: bool) {
-    let Limits {
-        headings, engine, ..
-    } = limits;
+/// Draws the limits of a controller: dots and a line.
+fn draw_set(panel: &mut Panel, headings: &[Heading], set: usize) {
     let middle = |heading: &Heading| towards(heading.heading_deg, heading.sets[set].impulse50_n_s);
     if headings.len() >= JOINED {
         panel.polygon("outline", headings.iter().map(middle));
@@ -132,7 +119,7 @@ fn draw_set(panel: &mut Panel, limits: &Limits, set: usize, is_second: bool) {
             ..
         } = &heading.sets[set];
         let words = format!(
-            "{name}, {}\u{b0}: {most:.2} N s ({low:.2} to {high:.2}), {engine}",
+            "{name}, {}\u{b0}: {most:.2} N s ({low:.2} to {high:.2})",
             heading.heading_deg
         );
         if let Some(safe_n_s) = heading.sets[set].safe_n_s {
@@ -145,35 +132,22 @@ fn draw_set(panel: &mut Panel, limits: &Limits, set: usize, is_second: bool) {
             panel.told(&words, |panel| panel.line("interval safe", from, to));
         }
         let class = if *resolved { "" } else { "hollow" };
-        panel.told(&words, |panel| match is_second {
-            false => panel.circle(class, middle(heading), 4.0),
-            true => panel.diamond(class, middle(heading), 5.0),
-        });
+        panel.told(&words, |panel| panel.circle(class, middle(heading), 4.0));
     }
 }
 
-fn legend(limits: &[Limits]) -> Vec<LegendRow> {
+fn legend(limits: &Limits) -> Vec<LegendRow> {
     let mut rows: Vec<LegendRow> = Vec::new();
-    for heading in limits[0].headings.iter().take(1) {
+    for heading in limits.headings.iter().take(1) {
         for (i, set) in heading.sets.iter().enumerate() {
             let sample = LegendSample::DottedLine("");
             rows.push((class_of_set(i), sample, set.name.clone()));
         }
     }
     let mut note = |words: &str| rows.push((String::new(), LegendSample::Nothing, words.into()));
-    match limits {
-        [first, second] => {
-            note(&format!("solid line: {}", first.engine));
-            note(&format!("dashed line: {}", second.engine));
-        }
-        _ => note(&format!("simulated by {}", limits[0].engine)),
-    }
-    let mark = if limits.len() > 1 {
-        "dot or diamond"
-    } else {
-        "dot"
-    };
-    note(&format!("{mark}: 50 % recover; bar: 95 %"));
+    let engines: Vec<&str> = limits.engines.iter().map(|of| &of.engine[..]).collect();
+    note(&format!("simulated by {}", engines.join(", ")));
+    note("dot: 50 % recover; bar: 95 %");
     if all(limits).any(|set| set.safe_n_s.is_some()) {
         note("line across: nothing lost up to there");
     }

@@ -13,22 +13,19 @@ const FRAME: [f64; 4] = [64.0, 34.0, 744.0, 326.0];
 /// Angle between the numbers below a map (degrees).
 const TICK_DEG: usize = 45;
 
-/// Draws a map for each controller, in one physics engine or two. `replay_of` gives the file that shows the nth hole of
-/// all limits. Fails if the file cannot be written.
+/// Draws a map for each controller. `replay_of` gives the file that shows the nth hole. Fails if the file cannot be written.
 pub fn write(
     path: &Path,
-    limits: &[Limits],
+    limits: &Limits,
     replay_of: impl Fn(usize) -> Option<String>,
 ) -> Result<()> {
     let Limits {
         robot, campaign, ..
-    } = &limits[0];
+    } = limits;
     let mut holes = (0..).map(replay_of);
     let mut panels = Vec::new();
-    for limits in limits {
-        let sets = limits.headings.first().map_or(0, |first| first.sets.len());
-        panels.extend((0..sets).map(|set| map(limits, set, &mut holes)));
-    }
+    let sets = limits.headings.first().map_or(0, |first| first.sets.len());
+    panels.extend((0..sets).map(|set| map(limits, set, &mut holes)));
     let rows = [
         ("cell", LegendSample::Area, "the robot recovers"),
         ("cell lost", LegendSample::Area, "it does not"),
@@ -60,7 +57,6 @@ fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<Stri
     let Limits {
         headings,
         precision_n_s: step_n_s,
-        engine,
         ..
     } = limits;
     let half_deg = 180.0 / headings.len() as f64;
@@ -76,12 +72,7 @@ fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<Stri
     let name = headings
         .first()
         .map_or("", |heading| &heading.sets[set].name);
-    panel.text(
-        "title start",
-        [FRAME[0], 20.0],
-        [0.0, 0.0],
-        &format!("{name}, {engine}"),
-    );
+    panel.text("title start", [FRAME[0], 20.0], [0.0, 0.0], name);
     let ticks = (0..360)
         .step_by(TICK_DEG)
         .map(|deg| (deg as f64, deg.to_string()))
@@ -155,7 +146,7 @@ mod tests {
     fn a_hole_links_to_its_replay_and_a_loss_at_the_limit_is_none() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("map.svg");
-        write(&path, &[with_hole()], |number| {
+        write(&path, &with_hole(), |number| {
             (number == 0).then(|| "hole-1.html".into())
         })
         .unwrap();

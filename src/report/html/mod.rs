@@ -19,8 +19,6 @@ use serde_json::{Value, json};
 use standfast_core::error::Result;
 use standfast_stats::decision::PairVerdict;
 use standfast_study::Summary;
-use standfast_study::verdict::agreement::Agreement;
-use standfast_study::verdict::set_summary::SetSummary;
 use standfast_study::verdict::trial_columns::TrialColumns;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -67,10 +65,8 @@ fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
     let mut pair_views = Vec::new();
     for (i, pair) in pairs.iter().enumerate() {
         let (a, b) = (index(&pair.a), index(&pair.b));
-        // If there are two engines, the map of a controller is in the section on their agreement.
-        let has_map = i < MOST_PAIRS && summary.agreement.is_none();
-        let map = if has_map {
-            maps.pair((a, b), [a, b])
+        let map = if i < MOST_PAIRS {
+            maps.pair((a, b))
         } else {
             None
         };
@@ -121,43 +117,15 @@ fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
         "most_pairs": MOST_PAIRS,
         "few_answers": FEW_ANSWERS,
         "curve": success::chart(sets).svg("role=\"img\" aria-label=\"Success rate over impulse\""),
-        "engines": summary.agreement.as_ref().map(|agreement| engines(agreement, sets, &maps)),
         "tables": sections,
         "endings": text::endings(&summary.episode.judge),
         "settings": text::settings(summary, true),
     })
 }
 
-/// The values of the template about two engines. `sets` are the controllers of the comparison: first all in one engine,
-/// then all in the other.
-fn engines(agreement: &Agreement, sets: &[SetSummary], maps: &polar::Maps) -> Value {
-    let mut of_sets = Vec::new();
-    for (i, set) in agreement.sets.iter().enumerate() {
-        let (a, b) = (i, agreement.sets.len() + i);
-        let mut parted = Vec::new();
-        for trial in &set.parted {
-            let has_lost = if trial.recovered_in == agreement.engines[0] {
-                b
-            } else {
-                a
-            };
-            let point = telling::point(sets, trial.trial, &[has_lost]);
-            parted.push(json!({ "at": point, "words": text::parted(agreement, trial) }));
-        }
-        of_sets
-            .push(json!({ "name": set.set, "map": maps.pair((a, b), [0, 1]), "parted": parted }));
-    }
-    json!({
-        "names": agreement.engines.map(|engine| engine.title()),
-        "about_traces": text::about_traces(agreement),
-        "sets": of_sets,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::compared;
     use crate::fixtures::{ragged, summary, summary_columns};
     use standfast_sim::episode::Outcome::{Fell, Recovered};
 
@@ -248,37 +216,6 @@ mod tests {
             }
         }
         assert!(!page.contains("NaN") && !usual().contains("up to 5 trials"));
-    }
-
-    #[test]
-    fn two_engines_have_a_map_for_each_set_and_a_row_for_each_trial_on_which_they_disagree() {
-        let recovered: Vec<[bool; 4]> = (0..40).map(|i| [i < 10, true, i < 30, i != 7]).collect();
-        let (mut summary, rows) = compared(&recovered);
-        summary.agreement.as_mut().unwrap().sets[0].set = HOSTILE.into();
-        let page = page(&summary, &rows, Path::new("")).unwrap();
-        assert!(page.contains("id=\"engines\"") && page.contains("How far the two engines agree"));
-        let (from, to) = (
-            page.find("id=\"engines\"").unwrap(),
-            page.find("id=\"maps\"").unwrap(),
-        );
-        let section = &page[from..to];
-        assert_eq!(section.matches("data-sets=").count(), 2, "{section}");
-        assert!(
-            section.contains("data-sets=\"0 2\"") && section.contains("data-sets=\"1 3\""),
-            "{section}"
-        );
-        assert_eq!(section.matches("<li>").count(), 21, "{section}");
-        assert!(
-            section.contains(">only MuJoCo</th>") && !section.contains("<b onclick"),
-            "{section}"
-        );
-        // No other map has the same pair, and a page of one engine has no such section.
-        assert!(
-            ["0 2", "2 0"]
-                .iter()
-                .all(|pair| !page[to..].contains(&format!("data-sets=\"{pair}\"")))
-        );
-        assert!(!usual().contains("id=\"engines\""));
     }
 
     #[test]

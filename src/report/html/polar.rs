@@ -77,7 +77,7 @@ impl<'a> Maps<'a> {
 
     /// The map of the trials in which two controllers differ, each controller in the colour of its number in `colors`.
     /// None if there are too many trials for marks.
-    pub fn pair(&self, (a, b): (usize, usize), colors: [usize; 2]) -> Option<String> {
+    pub fn pair(&self, (a, b): (usize, usize)) -> Option<String> {
         if !self.trials.as_dots() {
             return None;
         }
@@ -100,7 +100,7 @@ impl<'a> Maps<'a> {
             |polar| {
                 self.dots(polar, "same", common(|a, b| a && b));
                 self.crosses(polar, "neither", common(|a, b| !a && !b));
-                let [a, b] = colors.map(|color| color % COLORS);
+                let [a, b] = [a, b].map(|set| set % COLORS);
                 self.dots(polar, &format!("only s{a}"), common(|a, b| a && !b));
                 self.dots(polar, &format!("only s{b} square"), common(|a, b| b && !a));
             },

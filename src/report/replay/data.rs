@@ -5,7 +5,6 @@
 //! most 0.08 mm.
 
 use super::pack::{Polygons, column, columns, packed_mesh};
-use crate::text::ghost::names;
 use crate::with_fields_of;
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
@@ -125,7 +124,7 @@ pub fn packed(film: &Film, ghost: Option<&Film>) -> (Value, Vec<String>) {
         "events": events(film, ticks, ghost),
         "ghost": ghost.map(|ghost| {
             let moments: Vec<&Snapshot> = ghost.snapshots[..ghost.near()].iter().step_by(stride).collect();
-            with_fields_of(json!({ "name": &names([film, ghost])[1] }), &motion(&moments, period_s, farthest_m))
+            with_fields_of(json!({ "name": &ghost.controller }), &motion(&moments, period_s, farthest_m))
         }),
         "slope": turns(moments.iter().map(|s| s.slope)),
         "dcm": pairs(&moments, &|s| Some(s.dcm)),

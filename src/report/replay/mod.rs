@@ -8,7 +8,7 @@ mod data;
 mod pack;
 
 use crate::html_page;
-use crate::text::ghost::{ended, names, parted};
+use crate::text::ghost::{ended, parted};
 use minijinja::{UndefinedBehavior, context};
 use standfast_core::error::{Error, Result};
 use standfast_pictures::scene::palette::{self, Overlay};
@@ -44,8 +44,7 @@ pub struct Head {
     pub of_result: bool,
 }
 
-/// The page of a film. The robot of a second film of the same trial, in another engine or with another controller, is
-/// shown as a ghost. Fails if a film has no moment, or if the template is wrong.
+/// The page of a film. The robot of a second film of the same trial, of another entrant, is shown as a ghost. Fails if a film has no moment, or if the template is wrong.
 pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
     if std::iter::once(film)
         .chain(ghost)
@@ -72,7 +71,7 @@ pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
         outcomes => outcomes(film, ghost),
         ghost => ghost.map(|ghost| context! {
             ended => ended([film, ghost]).to_vec(),
-            other => if film.has_controller_of(ghost) { "in the other engine" } else { "with the other controller" },
+            other => &ghost.controller,
             parted => parted(film, ghost),
             parted_s => Parting::of_films(film, ghost).map(|parting| parting.at_s),
         }),
@@ -96,10 +95,13 @@ fn outcomes(film: &Film, ghost: Option<&Film>) -> Vec<[String; 2]> {
     let Some(ghost) = ghost else {
         return vec![[outcome(film), outcome(film)]];
     };
-    let films = [film, ghost];
-    let badge =
-        |(name, film): (String, &Film)| [outcome(film), format!("{name}: {}", outcome(film))];
-    names(films).into_iter().zip(films).map(badge).collect()
+    let badge = |film: &Film| {
+        [
+            outcome(film),
+            format!("{}: {}", film.controller, outcome(film)),
+        ]
+    };
+    [film, ghost].map(badge).to_vec()
 }
 
 /// Joins each line that begins with a space to the line before, since the page wraps lines itself.

@@ -7,7 +7,7 @@ const theme = () => (dark.matches ? "dark" : "light");
 const toggles = [...OVERLAYS, BODY];
 if (film.ghost) {
   const { name } = film.data.ghost;
-  toggles.push({ ...GHOST, name: "ghost: " + name, hint: "the robot of the same trial in " + name + ", with its COM and its ZMP" });
+  toggles.push({ ...GHOST, name: "ghost: " + name, hint: "the robot of the same trial with " + name + ", with its COM and its ZMP" });
 }
 const shown = new Set(toggles.map((overlay) => overlay.id));
 const state = { time: film.start, playing: false, speed: 1, stale: true, last: 0 };

@@ -35,8 +35,6 @@ pub fn of(summary: &Summary) -> Vec<ReportTable> {
         ("pairs", Full, pairs::effects(summary)),
         ("pairs", Full, pairs::counts(summary)),
         ("", Short, pairs::gates(summary)),
-        ("engines", Short, pairs::agreement(summary)),
-        ("engines", Full, pairs::agreement_by_kind(summary)),
         ("curves", Full, sets::limits(summary)),
         ("curves", Page, sets::by_impulse(summary)),
         ("strata", Full, sets::by_kind(summary)),
@@ -58,15 +56,6 @@ pub fn of(summary: &Summary) -> Vec<ReportTable> {
             table,
         })
         .collect()
-}
-
-/// The tables of the agreement of two engines: all of them if `full`.
-pub fn of_agreement(summary: &Summary, full: bool) -> impl Iterator<Item = Table> {
-    let most = if full { Detail::Full } else { Detail::Short };
-    of(summary)
-        .into_iter()
-        .filter(move |table| table.section == "engines" && table.detail <= most)
-        .map(|table| table.table)
 }
 
 #[cfg(test)]

@@ -1,15 +1,13 @@
-//! Tables of pairs of controllers, gates and pairs of engines.
+//! Tables of pairs of controllers and of gates.
 
 use crate::table::{Cell, CellMark, Table, TableColumn, cell, headings, number, texts, words};
 use crate::tables::sets::kind;
 use crate::text::comparison::{about_gates, about_pairs, in_unit, p_cell, shown, status, unit};
-use crate::text::layout::{percent, signed};
+use crate::text::layout::signed;
 use standfast_stats::mcnemar::PairedCounts;
 use standfast_stats::ranks::Shift;
 use standfast_study::Summary;
-use standfast_study::verdict::agreement::StratumAgreement;
 use standfast_study::verdict::pairs::{PairSummary, rounded};
-use std::iter::once;
 
 fn columns<const N: usize>(numbers: [&str; N]) -> impl Iterator<Item = TableColumn> {
     [words("a"), words("b")]
@@ -47,7 +45,9 @@ fn difference(at: f64, ci: Option<[f64; 2]>, digits: usize) -> [Cell; 2] {
 
 /// The counts behind the verdicts.
 pub(super) fn counts(summary: &Summary) -> Table {
-    let columns = columns(["both", "only a", "only b", "neither", "a - b", "95 %", "p"]);
+    let columns = columns([
+        "both", "only a", "only b", "neither", "kappa", "a - b", "95 %", "p",
+    ]);
     let mut table = Table {
         about_zero: true,
         ..Table::new("Counts and differences", columns)
@@ -58,15 +58,18 @@ pub(super) fn counts(summary: &Summary) -> Table {
             Some(pair.adjusted_ci95.map(|share| 100.0 * share)),
             1,
         );
+        let kappa = pair.kappa.map_or("-".into(), |kappa| format!("{kappa:.2}"));
         let p = [cell(pair.adjusted_p.map_or("-".into(), p_cell))];
         table.row(
             names(pair)
                 .chain(of_counts(&pair.counts))
+                .chain([cell(kappa)])
                 .chain(seen)
                 .chain(p),
         );
     }
-    let about = "Trials from which both, one or neither recovered. a - b is the rate of a less that of b, in points.";
+    let about = "Trials from which both, one or neither recovered. Kappa (Cohen) is 1 if both always \
+                 recover from the same trials, 0 if no more often than by chance. a - b is the rate of a less that of b, in points.";
     table.with_note(format!("{about} {}", about_pairs(summary)))
 }
 
@@ -236,74 +239,4 @@ pub(super) fn gates(summary: &Summary) -> Table {
         ]));
     }
     table.with_note(about_gates(summary))
-}
-
-/// The agreement of two engines, controller by controller.
-pub(super) fn agreement(summary: &Summary) -> Table {
-    let Some(agreement) = &summary.agreement else {
-        return Table::default();
-    };
-    let [a, b] = agreement
-        .engines
-        .map(|engine| format!("only {}", engine.title()));
-    let columns = headings(
-        "controller",
-        ["both", &a, &b, "neither", "agree", "kappa", "95 %"],
-    );
-    let mut table = Table::new("Agreement, controller by controller", columns);
-    for set in &agreement.sets {
-        let kappa = set
-            .agreed
-            .kappa
-            .map_or("-".into(), |kappa| format!("{kappa:.2}"));
-        let interval = set.agreed.kappa_ci95.map_or("-".into(), |[least, most]| {
-            let to = if least < 0.0 { " to " } else { "-" };
-            format!("{least:.2}{to}{most:.2}")
-        });
-        let agreed = [percent(set.agreed.agree), kappa, interval];
-        table.row(
-            once(cell(&set.set))
-                .chain(of_counts(&set.counts))
-                .chain(texts(agreed)),
-        );
-    }
-    table.with_note(format!(
-        "{}, trial by trial. A trial counts under both, one or neither of the engines in which the robot recovered. Agree \
-         is the share of trials with the same outcome in both. Cohen's kappa is that share beyond chance: 1 if the engines \
-         always agree, 0 if no more often than two that know nothing of each other. Its interval is at 95 %.",
-        agreement.versions.join(" and ")
-    ))
-}
-
-/// The share of agreement by kind of trial.
-pub(super) fn agreement_by_kind(summary: &Summary) -> Table {
-    let sets = summary
-        .agreement
-        .as_ref()
-        .map_or(&[][..], |agreement| &agreement.sets);
-    let columns = sets.iter().enumerate().map(|(i, set)| TableColumn {
-        set: Some(i),
-        ..number(&set.set)
-    });
-    let columns = [words("kind of trial"), number("trials")]
-        .into_iter()
-        .chain(columns);
-    let mut table = Table::new("Agreement, by kind of trial", columns);
-    for (
-        i,
-        StratumAgreement {
-            by, label, counts, ..
-        },
-    ) in sets.iter().take(1).flat_map(|set| &set.strata).enumerate()
-    {
-        let shares = sets
-            .iter()
-            .map(|set| cell(percent(set.strata[i].agreed.agree)));
-        table.row(
-            [cell(kind(by, label)), cell(counts.trials())]
-                .into_iter()
-                .chain(shares),
-        );
-    }
-    table
 }

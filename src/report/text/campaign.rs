@@ -1,6 +1,6 @@
 //! The result of a campaign as text for the terminal.
 
-use super::{agreement, comparison};
+use super::comparison;
 use crate::replay_command;
 use crate::tables::{self, Detail};
 use crate::text::layout::{sole_impulse, wrapped};
@@ -74,12 +74,6 @@ pub fn campaign(summary: &Summary, folder: &Path, full: bool) -> String {
     text += &wrapped("", &summary.headline);
     text += &comparison::verdicts(summary);
     text += &tables.map(|table| format!("\n{table}")).collect::<String>();
-    text += &summary
-        .agreement
-        .as_ref()
-        .map_or(String::new(), |agreement| {
-            agreement::where_they_part(agreement, full)
-        });
     text += &replay(summary, folder);
     if full {
         let _ = write!(

@@ -1,34 +1,13 @@
-//! Two films of one trial in words: in two engines, or with two controllers. In pictures the robot of one film is
-//! solid, and the robot of the other is a ghost or beside it.
+//! The films of two entrants in one trial, in words. In pictures the robot of one film is solid, and the robot of the
+//! other is a ghost or beside it.
 
-use super::agreement::in_words;
 use super::story::outcome;
 use standfast_sim::episode::Film;
-use standfast_sim::episode::parting::{Parting, half_sole_width_m};
+use standfast_sim::episode::parting::{Parting, PartingPoint, SoleContact, half_sole_width_m};
 
-/// The names that distinguish two films: the controllers or, if these are the same, the engines.
-pub fn names(films: [&Film; 2]) -> [String; 2] {
-    let [a, b] = films;
-    films.map(|film| {
-        if a.has_controller_of(b) {
-            film.engine.title().into()
-        } else {
-            film.controller.clone()
-        }
-    })
-}
-
-/// How the episodes of two films ended, each with its distinguishing name.
+/// How the episodes of two films ended, each with the name of its entrant.
 pub fn ended(films: [&Film; 2]) -> [String; 2] {
-    let [a, b] = films;
-    films.map(|film| {
-        let name = if a.has_controller_of(b) {
-            film.engine.with_version()
-        } else {
-            film.controller.clone()
-        };
-        format!("{name}: {}", outcome(&film.record))
-    })
+    films.map(|film| format!("{}: {}", film.controller, outcome(&film.record)))
 }
 
 /// When and where two films part, in sentences.
@@ -39,12 +18,7 @@ pub fn parted(film: &Film, ghost: &Film) -> String {
             "COM and soles of the two are never more than {limit_mm:.0} mm apart, which is half the width of a sole."
         );
     };
-    let place = if film.has_controller_of(ghost) {
-        "in"
-    } else {
-        "with"
-    };
-    let places = names([film, ghost]).map(|name| format!("{place} {name}"));
+    let places = [film, ghost].map(|film| format!("with {}", film.controller));
     let have_fallen = [film, ghost].into_iter().all(|film| {
         film.record
             .fell_at_s
@@ -59,4 +33,49 @@ pub fn parted(film: &Film, ghost: &Film) -> String {
     format!(
         "{words}{late} (They part when they are more than {limit_mm:.0} mm apart, half the width of a sole.)"
     )
+}
+
+/// The time at which two episodes of a trial part, and the states that differ then, each with the time since which it
+/// has been so, in sentences. The episodes are named by words such as "with catch".
+fn in_words(parting: &Parting, [a, b]: &[String; 2]) -> String {
+    let Parting {
+        at_s,
+        phases,
+        loaded,
+        ..
+    } = parting;
+    let what = match parting.of {
+        PartingPoint::Com => "COMs",
+        PartingPoint::LeftSole => "left soles",
+        PartingPoint::RightSole => "right soles",
+    };
+    let mut text = format!(
+        "At {at_s:.3} s the {what} part, {:.0} mm from each other.",
+        1000.0 * parting.distance_m
+    );
+    let states = [
+        (
+            "Then the controller is in phase",
+            phases.each_ref().map(|phase| &**phase),
+            parting.phases_since_s,
+        ),
+        ("The load is on", loaded.map(words), parting.loaded_since_s),
+    ];
+    for (what, [now_a, now_b], [since_a, since_b]) in states {
+        if now_a != now_b {
+            text += &format!(
+                " {what} {now_a} {a} (since {since_a:.3} s) and {now_b} {b} (since {since_b:.3} s)."
+            );
+        }
+    }
+    text
+}
+
+fn words(loaded: SoleContact) -> &'static str {
+    match loaded {
+        SoleContact::BothSoles => "both soles",
+        SoleContact::LeftSole => "the left sole",
+        SoleContact::RightSole => "the right sole",
+        SoleContact::NoSole => "no sole",
+    }
 }

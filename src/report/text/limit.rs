@@ -1,36 +1,31 @@
 //! The result of `standfast limit` as text: the largest recoverable impulse by heading.
 
-use crate::table::{Table, cell, headings, number, texts, words};
+use crate::table::{Table, cell, number, texts, words};
 use crate::text::layout::{plant_options, signed, sole_impulse, velocity_change, wrapped};
-use standfast_stats::rate::median;
-use standfast_study::limit::{Heading, Limits, SetLimit, first_trial};
+use standfast_study::limit::{Heading, LimitEngine, Limits, SetLimit, first_trial};
 use std::fmt::Display;
 
-/// The limits in one physics engine beside the pendulum bounds, or the limits in two engines side by side. `changes`
-/// are the options that changed the campaign, which the commands that show a push again need.
-pub fn text(limits: &[Limits], changes: &str) -> String {
-    let [first, more @ ..] = limits else {
-        return String::new();
-    };
+/// The limits beside the pendulum bounds. `changes` are the options that changed the campaign, which the commands that
+/// show a push again need.
+pub fn text(limits: &Limits, changes: &str) -> String {
     let Limits {
         robot,
         campaign,
         seed,
         sole_impulse_n_s,
         ..
-    } = first;
+    } = limits;
     let mut text =
         format!("Largest recoverable impulse [N s]: {robot}, campaign {campaign}, seed {seed}\n");
-    let velocity = velocity_change(&first.pendulum_bounds.units(), *sole_impulse_n_s);
+    let velocity = velocity_change(&limits.pendulum_bounds.units(), *sole_impulse_n_s);
     text += &wrapped(
         "unit:     ",
         &format!("{}, {velocity}", sole_impulse(*sole_impulse_n_s)),
     );
-    for Limits {
+    for LimitEngine {
         engine,
         physics_step_s,
-        ..
-    } in limits
+    } in &limits.engines
     {
         text += &wrapped(
             "engine:   ",
@@ -40,10 +35,7 @@ pub fn text(limits: &[Limits], changes: &str) -> String {
             ),
         );
     }
-    text + &more.first().map_or_else(
-        || beside_bounds(first, changes),
-        |second| side_by_side(first, second),
-    )
+    text + &beside_bounds(limits, changes)
 }
 
 /// An impulse with the digits that its precision justifies, as far as they fit into five columns.
@@ -187,7 +179,7 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
              from which the controller recovers in half of the trials, with its 95 % interval, and `90 %` that of nine in ten. \
              {safe} {} episodes were run.{}",
             limits.episodes,
-            marked(&[limits])
+            marked(limits)
         ),
     )
 }
@@ -317,7 +309,7 @@ fn replay(
         engine,
         ..
     } = limits;
-    let plant = plant_options(robot, engine);
+    let plant = plant_options(robot, engine.title());
     format!(
         "standfast push --campaign {campaign} --seed {seed}{changes} --limit-trial {trial} --controller {gains}{plant} \\\n  \
          --impulse {impulse_n_s} --heading {heading_deg}"
@@ -333,10 +325,10 @@ fn fifty_of(limits: &Limits, set: &SetLimit) -> String {
 }
 
 /// The meaning of the mark `*`, if there is any mark.
-fn marked(all: &[&Limits]) -> String {
-    if all
+fn marked(limits: &Limits) -> String {
+    if limits
+        .headings
         .iter()
-        .flat_map(|limits| &limits.headings)
         .flat_map(|heading| &heading.sets)
         .all(|set| set.resolved)
     {
@@ -344,83 +336,20 @@ fn marked(all: &[&Limits]) -> String {
     }
     format!(
         " *: the interval is wider than +-{} N s, since the search ran out of trials or left the range of impulses.",
-        all[0].precision_n_s
+        limits.precision_n_s
     )
-}
-
-/// The limits of two engines for every heading and controller, and for each controller over all headings. Both engines
-/// have the same headings and controllers.
-fn side_by_side(a: &Limits, b: &Limits) -> String {
-    let columns = [
-        number("heading"),
-        words("controller"),
-        number(&a.engine),
-        number(&b.engine),
-        number("ratio"),
-    ];
-    let mut table = Table::new("", columns.into_iter().chain([words("")]));
-    for (at_a, at_b) in a.headings.iter().zip(&b.headings) {
-        let mut heading = format!("{:.1}", at_a.heading_deg);
-        for (in_a, in_b) in at_a.sets.iter().zip(&at_b.sets) {
-            let apart = if in_a.is_apart_from(in_b) {
-                "apart"
-            } else {
-                ""
-            };
-            let ratio = format!("{:.2}", in_b.impulse50_n_s / in_a.impulse50_n_s);
-            let cells = [fifty_of(a, in_a), fifty_of(b, in_b), ratio, apart.into()];
-            table.row(texts([std::mem::take(&mut heading), in_a.name.clone()]).chain(texts(cells)));
-        }
-    }
-    let mut all = Table::new(
-        "",
-        headings("over all headings", ["median", "least", "most", "apart"]),
-    );
-    for (i, set) in a
-        .headings
-        .iter()
-        .take(1)
-        .flat_map(|heading| &heading.sets)
-        .enumerate()
-    {
-        let (mut ratios, mut apart) = (Vec::new(), 0);
-        for (at_a, at_b) in a.headings.iter().zip(&b.headings) {
-            let (in_a, in_b) = (&at_a.sets[i], &at_b.sets[i]);
-            ratios.push(in_b.impulse50_n_s / in_a.impulse50_n_s);
-            apart += usize::from(in_a.is_apart_from(in_b));
-        }
-        ratios.sort_by(f64::total_cmp);
-        let (least, most) = (ratios[0], ratios[ratios.len() - 1]);
-        let apart = format!("at {apart} of {}", ratios.len());
-        let cells =
-            [median(ratios).unwrap_or(f64::NAN), least, most].map(|ratio| format!("{ratio:.2}"));
-        all.row(
-            [cell(&set.name)]
-                .into_iter()
-                .chain(texts(cells))
-                .chain([cell(apart)]),
-        );
-    }
-    let about = format!(
-        "Each impulse is the one from which the controller recovers in half of the trials, with its 95 % interval. `ratio` is \
-         the second engine's impulse over that of the first, and `apart` says that the intervals do not overlap. The trials \
-         are the same in both engines; {} episodes were run. The pendulum bounds are the same, too: --json, --plot and \
-         --out have them.{}",
-        a.episodes + b.episodes,
-        marked(&[a, b])
-    );
-    format!("\n{}\n{}{}", table.text(), all.text(), wrapped("", &about))
 }
 
 #[cfg(test)]
 pub mod tests {
     use super::*;
     use crate::fixtures::campaign;
+    use standfast_sim::Engine;
     use standfast_sim::episode::Outcome;
     use standfast_study::limit::{FirstLoss, MapPoint, PendulumBounds};
 
     /// Two headings with limits of two controllers (N s).
-    fn limits(engine: &str, impulses_n_s: [[f64; 2]; 2]) -> Limits {
+    fn limits(engine: Engine, impulses_n_s: [[f64; 2]; 2]) -> Limits {
         let set = |(name, impulse50_n_s): (&str, f64)| SetLimit {
             name: name.into(),
             impulse50_n_s,
@@ -465,8 +394,11 @@ pub mod tests {
         Limits {
             campaign: nominal.name,
             robot: nominal.robot,
-            engine: engine.into(),
-            physics_step_s: 0.002,
+            engine,
+            engines: vec![LimitEngine {
+                engine: engine.title().into(),
+                physics_step_s: 0.002,
+            }],
             seed: 1,
             sole_impulse_n_s: 2.164,
             precision_n_s: 0.1,
@@ -486,7 +418,7 @@ pub mod tests {
 
     /// The map of the first controller forward has four pushes. With a limit of 2.5 N s, the second one is a hole.
     pub fn with_hole() -> Limits {
-        let mut limits = limits("MuJoCo 3.17.0", [[2.5, 5.0], [2.5, 9.5]]);
+        let mut limits = limits(Engine::Mujoco, [[2.5, 5.0], [2.5, 9.5]]);
         let pushes = [
             (0.8, Outcome::Recovered),
             (1.6, Outcome::Fell),
@@ -504,40 +436,26 @@ pub mod tests {
 
     #[test]
     fn a_hole_of_the_map_is_told_with_the_command_that_shows_it() {
-        let told = text(&[with_hole()], " --set push.height_m=0.02");
+        let told = text(&with_hole(), " --set push.height_m=0.02");
         let hole = "\nmap: 4 pushes, a hole; to see it:\n  standfast push --campaign nominal --seed 1 --set \
                     push.height_m=0.02 --limit-trial 100002 --controller hold \
                     --engine mujoco \\\n  --impulse 1.6 --heading 0\n";
         assert!(told.contains(hole), "{told}");
         let mut solid = with_hole();
         solid.headings[0].sets[0].map.remove(1);
-        assert!(text(&[solid], "").contains("\nmap: 3 pushes, no hole\n"));
+        assert!(text(&solid, "").contains("\nmap: 3 pushes, no hole\n"));
     }
 
     #[test]
-    fn two_engines_stand_side_by_side_and_say_where_they_are_apart() {
-        let a = limits("Rapier 0.36.1", [[2.5, 5.0], [2.5, 9.5]]);
-        let b = limits("MuJoCo 3.17.0", [[2.5, 4.0], [2.6, 9.5]]);
-        let told = text(&[a.clone(), b], "");
-        for row in [
-            "0.0 hold 2.50 (2.40-2.60) 2.50 (2.40-2.60) 1.00",
-            "paper:stepping.x=2 5.00 (4.90-5.10) 4.00 (3.90-4.10) 0.80 apart",
-            "180.0 hold 2.50 (2.40-2.60) 2.60 (2.50-2.70) 1.04",
-            "paper:stepping.x=2 9.50 (9.40-9.60)* 9.50 (9.40-9.60)* 1.00",
-            "hold 1.02 1.00 1.04 at 0 of 2",
-            "paper:stepping.x=2 0.90 0.80 1.00 at 1 of 2",
-        ] {
-            let is_row = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ") == row;
-            assert!(told.lines().any(is_row), "{row:?} is not in\n{told}");
-        }
-        let words = told.split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(
-            words.contains("80 episodes were run.")
-                && words.contains("*: the interval is wider than +-0.1 N s, ")
-        );
+    fn limits_are_told_beside_the_bounds_with_what_is_dubious() {
+        let a = limits(Engine::Rapier, [[2.5, 5.0], [2.5, 9.5]]);
         let mut weak = a.clone();
         weak.headings[0].limited_by = "ankle torque";
-        let alone = text(&[a], "");
+        let alone = text(&a, "");
+        assert!(
+            alone.contains("9.50 (9.40-9.60)*") && alone.contains("*: the interval is wider"),
+            "{alone}"
+        );
         assert!(
             alone.contains(
                 "\nunit:     1 sole impulse = 2.16 N s, dv = 0.27 m/s = 0.16 sqrt(g h)\n"
@@ -545,7 +463,7 @@ pub mod tests {
             "{alone}"
         );
         assert!(
-            alone.contains("engine:   Rapier 0.36.1, with a physics step of 2 ms\n"),
+            alone.contains("engine:   Rapier, with a physics step of 2 ms\n"),
             "{alone}"
         );
         let early = "hole: paper:stepping.x=2 about 0.0 degrees is safe only up to 2.40 N s. It loses\n      \
@@ -555,7 +473,7 @@ pub mod tests {
             alone.contains(early) && !alone.contains("hole: hold"),
             "{alone}"
         );
-        let weak = text(&[weak], "");
+        let weak = text(&weak, "");
         assert!(
             weak.contains("t  hold") && weak.contains("t: the torque of the ankles"),
             "{weak}"
@@ -569,11 +487,9 @@ pub mod tests {
             .lines()
             .filter(|line| !line.starts_with("  standfast push"))
             .collect();
-        for (text, most) in [(told, 80), (alone.join("\n"), 86)] {
-            assert!(
-                text.lines().all(|line| line.chars().count() <= most),
-                "{text}"
-            );
-        }
+        assert!(
+            alone.iter().all(|line| line.chars().count() <= 86),
+            "{alone:?}"
+        );
     }
 }

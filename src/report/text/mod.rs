@@ -1,6 +1,5 @@
 //! Results as text for the terminal, and as JSON.
 
-mod agreement;
 mod campaign;
 pub mod ceiling;
 pub mod comparison;
@@ -15,7 +14,6 @@ pub mod story;
 pub mod tune;
 pub mod unpushed;
 
-pub use agreement::{about_traces, parted, with_warnings as agreement};
 pub use campaign::{campaign, endings, settings, thresholds};
 pub use comparison::{about_pairs, baseline, failed_gates, gate_seen, gate_words};
 pub use limit::text as limits;

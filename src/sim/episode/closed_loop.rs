@@ -3,7 +3,8 @@
 //!
 //! Several controllers can go through a trial at once. All their episodes start with the same robot, sensors and
 //! ground. As long as two controllers give the same commands, their robots are the same to the bit, so they are
-//! simulated once: `switching` and `paper`, for example, differ only from the first footstep on. When commands differ,
+//! simulated once: `switching` and `paper`, for example, differ only from the first footstep on. This holds for the
+//! controllers in one engine; each engine has robots of its own. When commands differ,
 //! the simulated robot is copied. Trials that differ in their pushes alone are the same until the first push, so their
 //! beginning is run once and copied, too. The episode of a single controller is a loop with one. In all these cases the
 //! records are the same to the bit.
@@ -12,7 +13,7 @@ use super::config::{Disturbance, EpisodeConfig, Until};
 use super::record::Record;
 use super::referee::Referee;
 use super::tick::{Failure, Tick};
-use crate::{Ground, Plant, Pull, Push, Truth};
+use crate::{Engine, Ground, Plant, Pull, Push, Truth};
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Robot, Units};
 use standfast_core::socket::{Command, Controller, PreparedController, Sensed, TickError};
@@ -81,11 +82,24 @@ pub fn run(
 }
 
 impl<'a> ClosedLoop<'a> {
-    /// Starts at home and at rest. The controllers are made for `robot`; the simulated robot has the variation of this
-    /// trial and the servos of each controller. Episodes end as the settings say.
+    /// Starts at home and at rest, in the engine of the settings. The controllers are made for `robot`; the simulated
+    /// robot has the variation of this trial and the servos of each controller. Episodes end as the settings say.
     pub fn new<'f>(
         robot: &'a Robot,
         factories: impl IntoIterator<Item = &'f PreparedController>,
+        config: &'a EpisodeConfig,
+        disturbance: Disturbance,
+    ) -> Self {
+        let entrants = factories
+            .into_iter()
+            .map(|factory| (factory, config.engine));
+        Self::of_entrants(robot, entrants, config, disturbance)
+    }
+
+    /// As [`new`](Self::new), with an engine for each controller, which must [take](Engine::check) the robot.
+    pub fn of_entrants<'f>(
+        robot: &'a Robot,
+        entrants: impl IntoIterator<Item = (&'f PreparedController, Engine)>,
         config: &'a EpisodeConfig,
         disturbance: Disturbance,
     ) -> Self {
@@ -96,21 +110,22 @@ impl<'a> ClosedLoop<'a> {
             seed,
         } = disturbance;
         let (omega, home) = (Units::of(robot).omega(), robot.home_command());
-        let (ground, factories) = (
+        let (ground, entrants) = (
             Ground::new(robot, &variation),
-            factories.into_iter().collect::<Vec<_>>(),
+            entrants.into_iter().collect::<Vec<_>>(),
         );
         let mut branches: Vec<Branch> = Vec::new();
-        for (index, factory) in factories.iter().enumerate() {
-            let alike = branches
-                .iter()
-                .position(|branch| factories[branch.episodes[0].index].servos == factory.servos);
+        for (index, &(factory, engine)) in entrants.iter().enumerate() {
+            let alike = branches.iter().position(|branch| {
+                let (other, other_engine) = entrants[branch.episodes[0].index];
+                other.servos == factory.servos && other_engine == engine
+            });
             let branch = alike.unwrap_or_else(|| {
                 let simulated = variation.robot(&factory.robot(robot));
                 let plant = Plant::on(
                     ground,
                     simulated,
-                    config.clock(),
+                    EpisodeConfig { engine, ..*config }.clock(),
                     sensor_errors.clone(),
                     home.clone(),
                 );
@@ -135,7 +150,7 @@ impl<'a> ClosedLoop<'a> {
                 decided_at_s: None,
             });
         }
-        let records = vec![None; factories.len()];
+        let records = vec![None; entrants.len()];
         Self {
             config,
             until: config.until(),

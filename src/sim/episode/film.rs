@@ -38,11 +38,6 @@ impl Film {
     /// Usual time (s) for which a film continues after the episode is decided, because a fall takes a while.
     pub const AFTERMATH_S: f64 = 1.0;
 
-    /// Whether `other`, a second film of the trial, has the same controller. If so, it has another engine.
-    pub fn has_controller_of(&self, other: &Film) -> bool {
-        self.controller == other.controller
-    }
-
     /// Runs an episode as [`super::run()`] does, until it is decided and for `aftermath_s` (s) after that, but not
     /// beyond its horizon. `observe` is called at every tick. Errors are those of [`ClosedLoop::finish`].
     pub fn take(

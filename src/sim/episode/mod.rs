@@ -1,6 +1,6 @@
 //! The one closed loop of plant and controllers ([`ClosedLoop`]), run to its record ([`run`]) by a judge ([`Referee`]).
-//! Observers see its ticks ([`Tick`]); a [`Film`] keeps them. Two episodes of one trial in different engines are
-//! compared tick by tick ([`parting`]).
+//! Observers see its ticks ([`Tick`]); a [`Film`] keeps them. The films of two entrants in one
+//! trial are compared tick by tick ([`parting`]).
 
 mod closed_loop;
 mod config;

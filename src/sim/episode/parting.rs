@@ -1,15 +1,11 @@
-//! Compares two episodes of one trial tick by tick, to see when and how they part.
+//! Compares the films of one trial of two entrants tick by tick, to see when and how they part.
 
-use super::closed_loop::ClosedLoop;
-use super::config::{Disturbance, EpisodeConfig, Until};
 use super::film::Film;
-use super::snapshot::{Snapshot, contact};
-use super::tick::Tick;
+use super::snapshot::Snapshot;
 use nalgebra::Point2;
 use serde::Serialize;
-use standfast_core::error::Result;
 use standfast_core::robot::{Foot, PerFoot, Robot};
-use standfast_core::socket::{PreparedController, Word};
+use standfast_core::socket::Word;
 
 /// When and where two episodes of one trial part. Times are from the beginning of the episodes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -67,41 +63,6 @@ pub fn half_sole_width_m(robot: &Robot) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Runs a trial twice, each time with one of the settings, until COMs or soles are farther apart than `limit_m`. It is
-/// None if they never are, up to the horizon or to the first number that is not finite. Errors are those of
-/// [`ClosedLoop::finish`].
-pub fn parting(
-    robot: &Robot,
-    factory: &PreparedController,
-    configs: [&EpisodeConfig; 2],
-    disturbance: impl Fn() -> Disturbance,
-    limit_m: f64,
-) -> Result<Option<Parting>> {
-    let [mut a, mut b] = configs.map(|config| {
-        ClosedLoop::new(robot, [factory], config, disturbance()).until(Until::Horizon, 0.0)
-    });
-    let mut watch = PartingDetector::new(limit_m);
-    let ticks = (configs[0].horizon_s / configs[0].control_period_s).round() as u64;
-    for _ in 0..=ticks {
-        let [in_a, in_b] = [&mut a, &mut b].map(|closed_loop| {
-            let mut moment = None;
-            let goes_on = closed_loop.decide(&mut |_, tick| moment = Some(Moment::from(tick)));
-            moment.filter(|_| goes_on)
-        });
-        a.has_outcomes().and(b.has_outcomes())?;
-        let (Some(in_a), Some(in_b)) = (in_a, in_b) else {
-            break;
-        };
-        let parting = watch.see(&in_a, &in_b);
-        if parting.is_some() {
-            return Ok(parting);
-        }
-        a.advance();
-        b.advance();
-    }
-    Ok(None)
-}
-
 impl Parting {
     /// The parting of two films of one trial, by half the width of a sole. It is None if they do not part while both
     /// last.
@@ -112,26 +73,13 @@ impl Parting {
     }
 }
 
-/// The part of a tick that is compared. Places are horizontal (m, world frame).
+/// The part of a snapshot that is compared. Places are horizontal (m, world frame).
 struct Moment {
     time_s: f64,
     com: Point2<f64>,
     soles: PerFoot<Point2<f64>>,
     phase: Word,
     loaded: SoleContact,
-}
-
-impl From<&Tick<'_>> for Moment {
-    fn from(tick: &Tick) -> Self {
-        let truth = tick.truth;
-        Self {
-            time_s: truth.time_s,
-            com: truth.com.xy(),
-            soles: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.xy().into()),
-            phase: tick.report.phase.clone(),
-            loaded: PerFoot::from_fn(|foot| contact(tick, foot).is_some()).into(),
-        }
-    }
 }
 
 impl From<&Snapshot> for Moment {
@@ -214,52 +162,9 @@ fn farthest(a: &Moment, b: &Moment) -> (PartingPoint, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Push;
     use crate::episode::testing::stiff;
+    use crate::episode::{Disturbance, EpisodeConfig, Until};
 
-    /// A push is simulated twice with the same physics step, and twice with different steps. With the same step the
-    /// episodes do not part; with different steps a fall does.
-    #[test]
-    fn episodes_part_when_they_are_as_far_apart_as_is_asked_and_not_before() {
-        let robot = standfast_robots::load("ut-mu2").unwrap();
-        let config = EpisodeConfig {
-            horizon_s: 1.0,
-            ..EpisodeConfig::of(&standfast_core::robot::Units::of(&robot))
-        };
-        let design = stiff();
-        let push = Push {
-            impulse_n_s: 4.0,
-            start_s: 0.1,
-            ..Push::default()
-        };
-        let part = |configs, limit_m| {
-            let disturbance = || Disturbance {
-                pushes: vec![push],
-                ..Disturbance::default()
-            };
-            parting(&robot, &design, configs, disturbance, limit_m).unwrap()
-        };
-        assert_eq!(part([&config; 2], 1e-12), None);
-        let other = EpisodeConfig {
-            physics_step_s: crate::PhysicsStep::all(0.001),
-            ..config
-        };
-        let [near, far] = [1e-4, 2e-3].map(|limit_m| part([&config, &other], limit_m).unwrap());
-        assert!(
-            near.at_s < far.at_s && far.distance_m > 2e-3 && near.distance_m > 1e-4,
-            "{near:?} {far:?}"
-        );
-        assert!(
-            near.at_s > 0.1 && far.at_s < 1.0,
-            "not before the push: {near:?} {far:?}"
-        );
-        assert_eq!(far.phases, [Word::from("stiff"), "stiff".into()]);
-        let half_m = half_sole_width_m(&robot);
-        assert!(
-            robot.soles.left.half_m.contains(&half_m) && half_m < 0.05,
-            "{half_m}"
-        );
-    }
     #[test]
     fn films_part_where_a_point_is_first_too_far_away() {
         let robot = standfast_robots::load("ut-mu2").unwrap();

@@ -4,6 +4,7 @@
 
 pub mod bounds;
 pub mod distribution;
+pub mod entrant;
 pub mod gate;
 pub mod measures;
 pub mod push;

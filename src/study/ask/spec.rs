@@ -2,6 +2,7 @@
 
 use crate::ask::bounds::{PushBounds, accept, check_episode, digits, in_range};
 use crate::ask::distribution::FORMS;
+use crate::ask::entrant::Entrant;
 use crate::ask::gate::{GateSpec, OnUnresolved};
 use crate::ask::measures::{Measures, keys_in_file, with_relative_keys};
 use crate::ask::push::{PushSpec, SecondPushSpec};
@@ -27,8 +28,9 @@ pub struct Campaign {
     /// Name of a built-in robot, or path of a URDF (in a file: relative to that file).
     #[serde(default = "default_robot")]
     pub robot: String,
-    /// Names of built-in controllers, paths as for the robot, or variants ([`NAME:KEY=VALUE`](standfast_controllers::variant)). All
-    /// sets go through the same trials.
+    /// The [entrants](Entrant): names of built-in controllers, paths as for the robot, or variants
+    /// ([`NAME:KEY=VALUE`](standfast_controllers::variant)), each with `@ENGINE` behind it or in the engine of
+    /// `episode`. All go through the same trials.
     #[serde(default = "default_gains")]
     pub gains: Vec<String>,
     /// Number of trials, which are the same for each controller.
@@ -113,7 +115,8 @@ pub struct Overrides {
     /// list is dropped.
     pub vary: Vec<String>,
     pub robot: Option<String>,
-    pub engine: Option<Engine>,
+    /// The engine of the entrants that name none. With several, each such entrant becomes one in each of them.
+    pub engines: Vec<Engine>,
     /// Which outcomes count as won.
     pub judge: Option<Counts>,
     /// See [`Campaign::synthetic`].
@@ -206,16 +209,20 @@ impl Campaign {
         }
         for sweep in &overrides.vary {
             // The unchanged controller goes first, because each variant is compared with it.
-            let unchanged = ControllerName::split(sweep).base;
-            if !campaign.gains.iter().any(|listed| listed == unchanged) {
-                campaign.gains.push(unchanged.into());
+            let sweep = Entrant::split(sweep);
+            let unchanged = sweep.of(sweep.controller_name().base);
+            if !campaign.gains.contains(&unchanged) {
+                campaign.gains.push(unchanged);
             }
-            campaign.gains.extend(variant::expand(sweep)?);
+            let variants = variant::expand(sweep.controller)?;
+            campaign
+                .gains
+                .extend(variants.iter().map(|variant| sweep.of(variant)));
         }
         if let Some(robot) = &overrides.robot {
             campaign.robot.clone_from(robot);
         }
-        campaign.episode.engine = overrides.engine.unwrap_or(campaign.episode.engine);
+        campaign.settle_engines(&overrides.engines);
         campaign.episode.judge.counts = overrides.judge.unwrap_or(campaign.episode.judge.counts);
         campaign.synthetic |= overrides.synthetic;
         campaign.gates.add(&overrides.gates, overrides.unresolved);
@@ -229,6 +236,63 @@ impl Campaign {
             campaign.trials = campaign.trials.next_multiple_of(LOOK_TRIALS);
         }
         Ok(campaign)
+    }
+
+    /// Makes one engine that of all entrants that name none; of several, each such entrant becomes one in each.
+    fn settle_engines(&mut self, engines: &[Engine]) {
+        if let [engine] = engines {
+            self.episode.engine = *engine;
+        } else if !engines.is_empty() {
+            let mut settled = Vec::new();
+            for listed in &self.gains {
+                let entrant = Entrant::split(listed);
+                match entrant.engine {
+                    Some(_) => settled.push(listed.clone()),
+                    None => settled.extend(engines.iter().map(|&engine| {
+                        let engine = Some(engine);
+                        Entrant { engine, ..entrant }.of(listed)
+                    })),
+                }
+            }
+            self.gains = settled;
+        }
+    }
+
+    /// The engine of each entrant, in the order of `gains`.
+    pub fn engines(&self) -> Vec<Engine> {
+        let stated = self
+            .gains
+            .iter()
+            .map(|listed| Entrant::split(listed).engine);
+        stated
+            .map(|engine| engine.unwrap_or(self.episode.engine))
+            .collect()
+    }
+
+    /// The settings of an episode of each engine that an entrant has, in the order of their first appearance.
+    pub fn episodes(&self) -> Vec<EpisodeConfig> {
+        let mut episodes: Vec<EpisodeConfig> = Vec::new();
+        for engine in self.engines() {
+            if episodes.iter().all(|episode| episode.engine != engine) {
+                episodes.push(EpisodeConfig {
+                    engine,
+                    ..self.episode
+                });
+            }
+        }
+        episodes
+    }
+
+    /// A campaign for each entrant, whose engine is that of the campaign then.
+    pub fn of_each_entrant(&self) -> Vec<Campaign> {
+        let mut campaigns = Vec::new();
+        for (listed, engine) in self.gains.iter().zip(self.engines()) {
+            let mut campaign = self.clone();
+            campaign.gains = vec![Entrant::split(listed).controller.into()];
+            campaign.episode.engine = engine;
+            campaigns.push(campaign);
+        }
+        campaigns
     }
 
     /// The campaign that a file asks for.
@@ -312,8 +376,9 @@ impl Campaign {
     /// Makes the paths of the controllers that `source` names relative to the working folder.
     fn move_gains(&mut self, source: &Source) {
         for gains in &mut self.gains {
-            let entry = ControllerName::split(gains);
-            *gains = entry.with_base(&moved(entry.base, source));
+            let entrant = Entrant::split(gains);
+            let name = entrant.controller_name();
+            *gains = entrant.of(&name.with_base(&moved(name.base, source)));
         }
     }
 
@@ -390,22 +455,21 @@ impl Campaign {
     }
 
     /// Finds the entry to load for a controller, given its name in the results, the name of its file (also as the base
-    /// of an unlisted variant), or its entry in the list. Any other name is returned unchanged.
+    /// of an unlisted variant), or its entry in the list. Any other name is returned unchanged. Engines are left out.
     pub fn gains_named(&self, name: &str) -> String {
-        let listed = self.gains.iter().find(|gains| {
-            let is_variant = ControllerName::split(gains).change.is_some();
-            *gains == name
-                || is_variant
-                    && standfast_controllers::load(gains).is_ok_and(|set| set.name() == name)
+        let listed = || self.gains.iter().map(|listed| Entrant::split(listed));
+        let found = listed().find(|entrant| {
+            entrant.controller == name
+                || entrant.controller_name().change.is_some()
+                    && standfast_controllers::load(entrant.controller)
+                        .is_ok_and(|set| set.name() == name)
         });
-        if let Some(gains) = listed {
-            return gains.clone();
+        if let Some(entrant) = found {
+            return entrant.controller.into();
         }
         let wanted = ControllerName::split(name);
-        let base = self
-            .gains
-            .iter()
-            .map(|gains| ControllerName::split(gains).base)
+        let base = listed()
+            .map(|entrant| entrant.controller_name().base)
             .find(|base| Path::new(base).file_stem() == Some(wanted.base.as_ref()));
         wanted.with_base(base.unwrap_or(wanted.base))
     }
@@ -513,7 +577,12 @@ impl Campaign {
                 "0 to 2^63 - 1",
             ));
         }
-        check_episode(file, &self.episode)?;
+        for listed in &self.gains {
+            Entrant::check(listed, file)?;
+        }
+        for episode in self.episodes() {
+            check_episode(file, &episode)?;
+        }
         let horizon_s = self.episode.horizon_s;
         self.push.check(file, horizon_s)?;
         self.second_push.check(file, &self.push, horizon_s)?;

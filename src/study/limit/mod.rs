@@ -20,6 +20,8 @@ use standfast_core::error::Result;
 use standfast_core::robot::Robot;
 use standfast_core::socket::PreparedController;
 use standfast_robots::urdf::Files;
+use standfast_sim::Engine;
+use standfast_sim::episode::EpisodeConfig;
 use standfast_stats::psychometric::Rule;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -78,9 +80,10 @@ pub struct Searches<'a> {
 pub struct Limits {
     pub campaign: String,
     pub robot: String,
-    /// Name and version of the physics engine.
-    pub engine: String,
-    pub physics_step_s: f64,
+    /// The engine of the controllers that name none.
+    pub engine: Engine,
+    /// The engines of the controllers.
+    pub engines: Vec<LimitEngine>,
     pub seed: u64,
     /// The robot's unit of impulses, the sole impulse (N s).
     pub sole_impulse_n_s: f64,
@@ -96,6 +99,14 @@ pub struct Limits {
     #[serde(flatten)]
     pub pendulum_bounds: PendulumBounds,
     pub headings: Vec<Heading>,
+}
+
+/// An engine in which controllers were searched.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LimitEngine {
+    /// Name and version.
+    pub engine: String,
+    pub physics_step_s: f64,
 }
 
 impl<'a> Searches<'a> {
@@ -134,10 +145,14 @@ impl<'a> Searches<'a> {
         (self.headings.len() * self.factories.len()) as u64
     }
 
-    /// The robot, and the controller of this name.
-    pub fn case(&self, name: &str) -> Option<(&Robot, &PreparedController)> {
+    /// The robot, the controller of this name, and the settings of its episodes.
+    pub fn case(&self, name: &str) -> Option<(&Robot, &PreparedController, EpisodeConfig)> {
         let set = self.plan.manifest.sets.iter().position(|set| set == name)?;
-        Some((&self.plan.robot, &self.factories[set]))
+        Some((
+            &self.plan.robot,
+            &self.factories[set],
+            self.plan.episode(set),
+        ))
     }
 
     /// A rough estimate of the time of the searches on this machine (s). It runs some pushes, and supposes that each
@@ -261,8 +276,15 @@ impl<'a> Searches<'a> {
         Ok(Limits {
             campaign: campaign.name.clone(),
             robot: campaign.robot.clone(),
-            engine: plan.manifest.engine.clone(),
-            physics_step_s: campaign.episode.clock().physics_step_s,
+            engine: campaign.episode.engine,
+            engines: campaign
+                .episodes()
+                .iter()
+                .map(|episode| LimitEngine {
+                    engine: episode.engine.with_version(),
+                    physics_step_s: episode.clock().physics_step_s,
+                })
+                .collect(),
             seed: campaign.seed,
             sole_impulse_n_s: campaign.units.impulse_n_s(),
             precision_n_s,

@@ -109,11 +109,6 @@ impl SetLimit {
     pub fn safe_pushes(&self) -> u64 {
         self.safe_trials - u64::from(self.first_loss.is_some())
     }
-
-    /// Whether the intervals of two limits do not overlap.
-    pub fn is_apart_from(&self, other: &SetLimit) -> bool {
-        self.ci95[1] < other.ci95[0] || other.ci95[1] < self.ci95[0]
-    }
 }
 
 /// Whether trials with the same impulse and heading can differ.

@@ -5,7 +5,6 @@ use crate::store::folder::Folder;
 use crate::store::manifest::{MANIFEST, Manifest};
 use crate::store::part::PartLabel;
 use standfast_core::error::{Error, Result};
-use standfast_sim::Engine;
 use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
 
@@ -40,11 +39,8 @@ impl PreparedCampaign {
             ..
         } = &self.manifest;
         let results = Path::new("standfast-results");
-        let name = match campaign.episode.engine {
-            Engine::Rapier => campaign.name.clone(),
-            other => format!("{}-{}", campaign.name, other.name()),
-        };
-        let plain = results.join(&name);
+        let name = &campaign.name;
+        let plain = results.join(name);
         if self.may_have(&plain).unwrap_or(false) {
             plain
         } else {

@@ -20,9 +20,9 @@ impl PreparedCampaign {
             }
         }
         if self
-            .controllers
+            .entrants
             .iter()
-            .any(|controller| controller.is_program())
+            .any(|(controller, _)| controller.is_program())
         {
             standfast_controllers::permission::note(&folder.path, &self.inputs);
         }

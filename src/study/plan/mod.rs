@@ -12,19 +12,21 @@ pub(crate) use pool::pool;
 pub(crate) use trials::each_caught;
 
 use crate::ask::bounds::check_steps;
+use crate::ask::entrant::Entrant;
 use crate::ask::spec::Campaign;
 use crate::ask::standing_bound::StandingBound;
 use crate::store::manifest::{Input, Manifest, each_once, part_trials};
 use inputs::Inputs;
 use rayon::prelude::*;
 use standfast_controllers::ControllerSpec;
-use standfast_controllers::variant::ControllerName;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Robot;
 use standfast_core::socket::PreparedController;
 use standfast_files::assets::{self, InputKind};
 use standfast_files::sha256_hex;
 use standfast_robots::urdf::Files;
+use standfast_sim::Engine;
+use standfast_sim::episode::EpisodeConfig;
 use std::collections::BTreeMap;
 
 /// A campaign whose inputs are read and checked. The controllers are designed later.
@@ -32,7 +34,8 @@ pub struct PreparedCampaign {
     pub manifest: Manifest,
     pub(crate) robot: Robot,
     no_step: StandingBound,
-    controllers: Vec<Box<dyn ControllerSpec>>,
+    /// The controllers in the order of the campaign, each with its engine.
+    entrants: Vec<(Box<dyn ControllerSpec>, Engine)>,
     /// The inputs that are not compiled in, each by its name in the result folder.
     inputs: Vec<(String, Vec<u8>)>,
 }
@@ -46,18 +49,20 @@ impl PreparedCampaign {
 
     /// As [`new`](Self::new), with the files of the campaign's robot, which are read already.
     pub fn with(campaign: &Campaign, files: Files) -> Result<PreparedCampaign> {
-        let engine = campaign.episode.engine;
         let robot = files.load()?;
-        engine.check(&robot)?;
-        check_steps(&campaign.name, &campaign.episode, &robot)?;
+        for episode in campaign.episodes() {
+            episode.engine.check(&robot)?;
+            check_steps(&campaign.name, &episode, &robot)?;
+        }
         let mut entries = Vec::new();
-        let mut controllers = Vec::new();
+        let mut entrants = Vec::new();
         let (mut sets, mut bases) = (Vec::new(), Vec::new());
         // The file of each controller, and the files that it needs beside it.
         let mut sources = Vec::new();
         let mut not_kept = BTreeMap::new();
-        for gains in &campaign.gains {
-            let entry = ControllerName::split(gains);
+        for (gains, engine) in campaign.gains.iter().zip(campaign.engines()) {
+            let entrant = Entrant::split(gains);
+            let entry = entrant.controller_name();
             let source = assets::open(InputKind::Controller, entry.base)?;
             let base = standfast_controllers::read(&source)?;
             sources.push((source, base.files()?));
@@ -67,9 +72,9 @@ impl PreparedCampaign {
                 not_kept.insert(base.name().to_string(), lacks);
             }
             let controller = entry.of(base)?;
-            sets.push(controller.name().to_string());
-            controllers.push(controller);
-            entries.push(entry);
+            sets.push(entrant.of(controller.name()));
+            entrants.push((controller, engine));
+            entries.push(entrant);
         }
         check_names(campaign, &sets, &bases)?;
         let mut inputs = Inputs::default();
@@ -88,22 +93,25 @@ impl PreparedCampaign {
             .collect();
         let robot_sha256 = sha256_hex(robot_hashes.as_bytes());
         for (i, (source, beside)) in sources.into_iter().enumerate() {
-            let (entry, stem) = (&entries[i], format!("gains/{}", bases[i]));
+            let (entry, stem) = (entries[i].controller_name(), format!("gains/{}", bases[i]));
             let file = inputs.take(entry.base, &stem, vec![(source, "toml")])?;
-            resolved.gains[i] = entry.with_base(&file);
+            resolved.gains[i] = entries[i].of(&entry.with_base(&file));
             inputs.take_beside(entry.base, beside)?;
         }
         let totals = each_once(
-            controllers
+            entrants
                 .iter()
-                .flat_map(|controller| controller.totals())
+                .flat_map(|(controller, _)| controller.totals())
                 .map(|total| total.to_string()),
         );
         let mut manifest = Manifest {
             standfast: env!("CARGO_PKG_VERSION").into(),
             config_hash: String::new(),
             robot_sha256,
-            engine: engine.with_version(),
+            engines: entrants
+                .iter()
+                .map(|(_, engine)| engine.with_version())
+                .collect(),
             part_trials: part_trials(&resolved),
             planned_trials: resolved.trials,
             sets,
@@ -117,9 +125,18 @@ impl PreparedCampaign {
             manifest,
             no_step: StandingBound::new(&robot),
             robot,
-            controllers,
+            entrants,
             inputs: inputs.kept,
         })
+    }
+
+    /// The settings of the episodes of an entrant, given by its number.
+    pub(crate) fn episode(&self, entrant: usize) -> EpisodeConfig {
+        let engine = self.entrants[entrant].1;
+        EpisodeConfig {
+            engine,
+            ..self.manifest.campaign.episode
+        }
     }
 
     /// Adds a controller that is no file but a part of the calling program. Its name and its tree are inputs of the
@@ -145,18 +162,25 @@ impl PreparedCampaign {
         manifest.totals = each_once(std::mem::take(&mut manifest.totals).into_iter().chain(more));
         manifest.campaign.gains.push(name.clone());
         manifest.sets.push(name);
+        let engine = manifest.campaign.episode.engine;
+        manifest.engines.push(engine.with_version());
         manifest.config_hash = manifest.hash()?;
-        self.controllers.push(controller);
+        self.entrants.push((controller, engine));
         Ok(self)
     }
 
-    /// Prepares all controllers, and warns of dubious ones.
+    /// Prepares all controllers, which get the names of their entrants, and warns of dubious ones.
     pub(crate) fn factories(&self) -> Result<Vec<PreparedController>> {
         let period_s = self.manifest.campaign.episode.control_period_s;
         let factories: Vec<PreparedController> = self
-            .controllers
+            .entrants
             .par_iter()
-            .map(|settings| settings.prepare(&self.robot, period_s))
+            .zip(&self.manifest.sets)
+            .map(|((settings, _), name)| {
+                let mut prepared = settings.prepare(&self.robot, period_s)?;
+                prepared.name.clone_from(name);
+                Ok(prepared)
+            })
             .collect::<Result<_>>()?;
         for PreparedController { name, warning, .. } in &factories {
             if let Some(warning) = warning {

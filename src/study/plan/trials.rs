@@ -22,7 +22,10 @@ impl PreparedCampaign {
         trial::begin_alike(campaign).then(|| {
             let disturbance = trial::disturbance(campaign, 0);
             let push_s = disturbance.pushes[0].start_s;
-            ClosedLoop::new(&self.robot, factories, &campaign.episode, disturbance).before(push_s)
+            let entrants = factories.iter().zip(&self.entrants);
+            let entrants = entrants.map(|(factory, &(_, engine))| (factory, engine));
+            ClosedLoop::of_entrants(&self.robot, entrants, &campaign.episode, disturbance)
+                .before(push_s)
         })
     }
 
@@ -40,9 +43,11 @@ impl PreparedCampaign {
         {
             return shared.finish();
         }
-        let factories = sets.iter().map(|&set| &factories[set]);
+        let entrants = sets
+            .iter()
+            .map(|&set| (&factories[set], self.entrants[set].1));
         let episode = &self.manifest.campaign.episode;
-        ClosedLoop::new(&self.robot, factories, episode, disturbance).finish()
+        ClosedLoop::of_entrants(&self.robot, entrants, episode, disturbance).finish()
     }
 
     /// The time that a trial takes with all controllers on one core of this machine (s). It is measured on up to 8

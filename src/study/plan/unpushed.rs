@@ -18,11 +18,12 @@ impl PreparedCampaign {
         }
         let episodes: Vec<UnpushedEpisode> = factories
             .par_iter()
-            .map(|factory| {
+            .enumerate()
+            .map(|(entrant, factory)| {
                 UnpushedEpisode::run(
                     &self.robot,
                     factory,
-                    &campaign.episode,
+                    &self.episode(entrant),
                     trial::as_designed(campaign),
                 )
             })

@@ -8,6 +8,7 @@
 //! ([`part`](super::part)), and only a simulation tells whether an outcome is true.
 
 use crate::ask::bounds::shown;
+use crate::ask::entrant::Entrant;
 use crate::ask::gate::GateSpec;
 use crate::ask::spec::{Campaign, MOST_TRIALS};
 use serde::{Deserialize, Serialize};
@@ -36,15 +37,15 @@ pub struct Manifest {
     pub config_hash: String,
     /// SHA-256 of URDF, settings and meshes. It tells results of different robots apart.
     pub robot_sha256: String,
-    /// Name and version of the physics engine.
-    pub engine: String,
+    /// Name and version of the physics engine of each entrant, in the order of `sets`.
+    pub engines: Vec<String>,
     /// Number of trials in a block. A folder keeps the number with which it was begun. The result does not depend on
     /// this number.
     pub part_trials: NonZeroU64,
     /// Number of trials that was planned when the folder was begun. A folder keeps it, because the
     /// [looks](Manifest::looks) follow from it.
     pub planned_trials: u64,
-    /// Names of the controllers, in the order of the campaign.
+    /// Names of the entrants, in the order of the campaign.
     pub sets: Vec<String>,
     /// Names of the totals that controllers report for a whole episode, each a column of `trials.parquet`.
     pub totals: Vec<String>,
@@ -78,6 +79,11 @@ pub struct Input {
 }
 
 impl Manifest {
+    /// The engines of all entrants, each once.
+    pub fn engine(&self) -> String {
+        each_once(self.engines.iter().cloned()).join(", ")
+    }
+
     /// A sentence for each controller that depends on something of which the folder has no copy.
     pub fn told_not_kept(&self) -> Vec<String> {
         let mut sentences = Vec::new();
@@ -102,7 +108,7 @@ impl Manifest {
     /// The value that `config_hash` must have: the SHA-256 of the versions, the campaign without the settings on which
     /// no trial depends, and the hashes of the inputs. The length of each item is hashed before the item.
     pub fn hash(&self) -> Result<String> {
-        let versions = format!("{} {}", self.standfast, self.engine);
+        let versions = format!("{} {}", self.standfast, self.engine());
         let campaign = what_trials_are(&self.campaign).to_toml()?;
         let inputs = self.inputs.iter().map(|input| input.sha256.as_str());
         let mut bytes = Vec::new();
@@ -119,7 +125,7 @@ impl Manifest {
         let mut differing = Vec::new();
         let [there, now] = [self, here].map(|manifest| {
             let campaign = what_trials_are(&manifest.campaign);
-            json!({ "standfast": manifest.standfast, "engine": manifest.engine, "": campaign })
+            json!({ "standfast": manifest.standfast, "engine": manifest.engine(), "": campaign })
         });
         for key in ["standfast", "engine", ""] {
             differences(key, &now[key], &there[key], &mut differing);
@@ -150,6 +156,12 @@ impl Manifest {
             .as_object_mut()
             .and_then(|fields| fields.shift_remove("seal"));
         let is_sealed = seal.is_some_and(|seal| seal == sha256_hex(value.to_string().as_bytes()));
+        if value.get("engine").is_some() {
+            return Err(problem(
+                "it is of a former version of standfast, whose results this one does not read"
+                    .into(),
+            ));
+        }
         let manifest: Manifest = serde_json::from_value(value).map_err(damaged)?;
         manifest.check(&path.display().to_string())?;
         if !is_sealed || manifest.hash()? != manifest.config_hash {
@@ -182,7 +194,9 @@ impl Manifest {
     pub fn check(&self, file: &str) -> Result<()> {
         self.campaign.check(file)?;
         let (sets, gains) = (&self.sets, &self.campaign.gains);
-        if sets.len() != gains.len() || (0..sets.len()).any(|i| sets[..i].contains(&sets[i])) {
+        if [sets.len(), self.engines.len()] != [gains.len(); 2]
+            || (0..sets.len()).any(|i| sets[..i].contains(&sets[i]))
+        {
             return Err(Error::value(
                 file,
                 "sets",
@@ -239,7 +253,7 @@ impl Manifest {
             .campaign
             .gains
             .iter()
-            .map(|listed| ControllerName::split(listed))
+            .map(|listed| Entrant::split(listed).controller_name())
             .collect();
         let mut unchanged = (0..listed.len()).filter(|&i| listed[i].change.is_none());
         let (Some(only), None) = (unchanged.next(), unchanged.next()) else {
@@ -319,8 +333,10 @@ fn what_trials_are(campaign: &Campaign) -> Campaign {
         ..campaign.clone()
     };
     trials.stopping.margin = 0.0;
-    // The step of the other engine does not matter.
-    trials.episode.physics_step_s = PhysicsStep::all(trials.episode.clock().physics_step_s);
+    // The step of an engine that no entrant has does not matter.
+    if let [episode] = campaign.episodes()[..] {
+        trials.episode.physics_step_s = PhysicsStep::all(episode.clock().physics_step_s);
+    }
     if campaign.stopping.until_resolved {
         trials.trials = 0;
     }

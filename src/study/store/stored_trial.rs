@@ -1,6 +1,7 @@
 //! A trial of a finished campaign, to be run again and looked at. The trial follows from the campaign and its index
 //! alone.
 
+use crate::ask::entrant::Entrant;
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use crate::store::folder::Folder;
@@ -8,8 +9,7 @@ use crate::store::row::TrialRow;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Robot;
 use standfast_core::socket::PreparedController;
-use standfast_sim::Engine;
-use standfast_sim::episode::{Disturbance, EpisodeConfig, Record};
+use standfast_sim::episode::{Disturbance, EpisodeConfig, EpisodeRun, Record};
 use std::path::Path;
 
 /// A trial with one controller, ready to run.
@@ -22,27 +22,23 @@ pub struct StoredTrial {
     pub sets: Vec<String>,
     pub robot: Robot,
     pub factory: PreparedController,
+    /// Settings of the episode, with the engine of the entrant.
+    pub config: EpisodeConfig,
     /// The stored row; None if the campaign has not yet run this trial with this controller, or if the part is damaged.
     pub row: Option<TrialRow>,
 }
 
 impl StoredTrial {
-    /// Opens trial number `trial` of the result in `folder`. If no controller is given, it takes the first that did not
-    /// recover, or else the first that has the trial. It fails if there is no such trial, controller or campaign, or if
-    /// an input is gone.
+    /// Opens trial number `trial` of the result in `folder`. A controller of the result may be given in any engine,
+    /// such as `catch@mujoco`. If none is given, it takes the first that did not recover, or else the first that has the
+    /// trial. It fails if there is no such trial, controller or campaign, if an
+    /// input is gone, or if this program lacks the engine.
     pub fn open(folder: &Path, trial: u64, set: Option<&str>) -> Result<Self> {
         let result = Folder::existing(folder)?;
         let (campaign, sets) = (&result.manifest.campaign, &result.manifest.sets);
         campaign.check_trial(trial)?;
         for warning in result.manifest.told_not_kept() {
             log::warn!("{warning}");
-        }
-        if let Some(name) = set.filter(|name| !sets.iter().any(|set| set == name)) {
-            return Err(Error::Unknown {
-                what: "controller",
-                name: name.into(),
-                accepted: sets.join(", "),
-            });
         }
         let block = (0..result.blocks()).find(|&block| result.range(block).1 > trial);
         let mut rows = match block.map(|block| result.part(block)) {
@@ -62,10 +58,31 @@ impl StoredTrial {
             .find(|set| rows.iter().any(|r| r.set == **set && !r.has_recovered()));
         let first = rows.first().map_or(&sets[0], |row| &row.set);
         let set = set.unwrap_or_else(|| lost.unwrap_or(first)).to_string();
+        let asked = Entrant::split(&set);
+        let place = sets.iter().position(|name| *name == set);
+        let of_controller = || {
+            let mut entrants = sets.iter().map(|name| Entrant::split(name));
+            entrants.position(|entrant| entrant.controller == asked.controller)
+        };
+        let Some(entrant) = place.or_else(|| asked.engine.and_then(|_| of_controller())) else {
+            return Err(Error::Unknown {
+                what: "controller",
+                name: set,
+                accepted: sets.join(", "),
+            });
+        };
         let campaign = result.campaign();
+        let engine = asked.engine.unwrap_or(campaign.engines()[entrant]);
+        let config = EpisodeConfig {
+            engine,
+            ..campaign.episode
+        };
         let robot = standfast_robots::load(&campaign.robot)?;
-        let settings = standfast_controllers::load(&campaign.gains_named(&set))?;
-        let factory = settings.prepare(&robot, campaign.episode.control_period_s)?;
+        engine.check(&robot)?;
+        let settings =
+            standfast_controllers::load(Entrant::split(&campaign.gains[entrant]).controller)?;
+        let mut factory = settings.prepare(&robot, config.control_period_s)?;
+        factory.name.clone_from(&set);
         let row = rows.into_iter().find(|row| row.set == set);
         Ok(Self {
             campaign,
@@ -74,22 +91,18 @@ impl StoredTrial {
             sets: result.manifest.sets,
             robot,
             factory,
+            config,
             row,
         })
     }
 
-    pub fn engine(&self) -> Engine {
-        self.campaign.episode.engine
-    }
-
-    /// Settings of the episode in `engine`, which may be another engine than that of the result. Fails if this program
-    /// lacks the engine, or if the engine does not take the robot.
-    pub fn config_in(&self, engine: Engine) -> Result<EpisodeConfig> {
-        engine.check(&self.robot)?;
-        Ok(EpisodeConfig {
-            engine,
-            ..self.campaign.episode
-        })
+    /// Robot, controller and settings of the episode.
+    pub fn episode(&self) -> EpisodeRun<'_> {
+        EpisodeRun {
+            robot: &self.robot,
+            factory: &self.factory,
+            config: &self.config,
+        }
     }
 
     /// The disturbance, which is the same at every call.
@@ -97,7 +110,7 @@ impl StoredTrial {
         trial::disturbance(&self.campaign, self.trial)
     }
 
-    /// Describes how a record of this trial in the engine of the result differs from the stored row. It is None if the
+    /// Describes how a record of this trial differs from the stored row. It is None if the
     /// two agree, or if there is no row.
     pub fn difference(&self, record: &Record) -> Option<String> {
         let row = self.row.as_ref()?;

@@ -4,7 +4,7 @@
 //! Two seeds are written down before anything runs ([`Task`]). The [search] sees only trials of the first seed, which
 //! follows from the seed of the campaign. The second seed follows from the whole task, so no other task has its pushes.
 //! It is used once, by an ordinary campaign of the incumbent and the proposed controller. The exact test of that
-//! campaign is the result, and "no better one was found" is a result, too. Several robots, or both engines, can be
+//! campaign is the result, and "no better one was found" is a result, too. Several robots, or several engines, can be
 //! cases of one search: then the worst case of a candidate counts.
 
 pub mod draw;
@@ -230,7 +230,7 @@ impl Tuning {
             let plan = PreparedCampaign::with(&searched, files.clone())?;
             cases.push(CaseId {
                 robot: campaign.robot.clone(),
-                engine: plan.manifest.engine.clone(),
+                engine: plan.manifest.engine(),
                 config_hash: plan.manifest.config_hash.clone(),
             });
             plans.push(plan);

@@ -11,6 +11,7 @@ use crate::verdict::trial_columns::{EpisodeEnd, TrialColumns};
 use serde::Serialize;
 use serde_json::Value;
 use standfast_core::error::{Error, Result};
+use standfast_sim::Engine;
 use std::path::Path;
 
 /// Largest number of differences between two campaigns that an error names.
@@ -39,6 +40,7 @@ impl Baseline {
         let folder = Folder::existing(path)?;
         let campaign = &ours.campaign;
         refuse_other_trials(&folder, campaign)?;
+        refuse_other_engines(&folder, ours)?;
         let mut rows = TrialColumns::new(&folder.manifest.sets, &campaign.episode);
         for part in folder.parts()? {
             let part = part?;
@@ -99,7 +101,7 @@ impl Baseline {
 pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
     let robots = [a, b].map(|m| format!("{} ({:.8})", m.campaign.robot, m.robot_sha256));
     let versions = [a, b].map(|m| m.standfast.clone());
-    let engines = [a, b].map(|m| m.engine.clone());
+    let engines = [a, b].map(Manifest::engine);
     let mut reasons = Vec::new();
     for (what, [of_a, of_b]) in [
         ("robots", robots),
@@ -146,6 +148,26 @@ pub(super) fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Resul
     })
 }
 
+/// Fails if an entrant of `ours` ran in another engine in `folder`, which its name need not state.
+fn refuse_other_engines(folder: &Folder, ours: &Manifest) -> Result<()> {
+    let theirs = &folder.manifest;
+    for (name, here) in ours.sets.iter().zip(ours.campaign.engines()) {
+        let place = theirs.sets.iter().position(|set| set == name);
+        let there = place.map(|place| theirs.campaign.engines()[place]);
+        if let Some(there) = there.filter(|there| *there != here) {
+            let [there, here] = [there, here].map(Engine::title);
+            let problem = format!(
+                "{name} was simulated by {there} there and by {here} here; name it with its engine"
+            );
+            return Err(Error::Parts {
+                path: folder.path.clone(),
+                problem,
+            });
+        }
+    }
+    Ok(())
+}
+
 /// The error if a trial of a result has another push, robot or ground than the same trial of the other result or of
 /// this program.
 pub(super) fn other_push(path: &Path, trial: u64) -> Error {
@@ -168,7 +190,9 @@ fn drawn(campaign: &Campaign) -> Value {
         "sensors": campaign.sensors,
         "episode": campaign.episode,
     });
-    // The step of the other engine does not matter.
-    drawn["episode"]["physics_step_s"] = campaign.episode.clock().physics_step_s.into();
+    // The engine belongs to the entrant, and so does its step.
+    for key in ["engine", "physics_step_s"] {
+        drawn["episode"][key].take();
+    }
     drawn
 }

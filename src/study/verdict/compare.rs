@@ -4,7 +4,6 @@ use crate::ask::gate::GateSpec;
 use crate::store::folder::Folder;
 use crate::store::manifest::{Manifest, each_once};
 use crate::store::row::{TrialRow, TrialsFile};
-use crate::verdict::agreement::{Agreement, differ_in_engine_alone};
 use crate::verdict::baseline::{other_push, refuse_other_trials, unlike};
 use crate::verdict::gates::Gates;
 use crate::verdict::set_summary::SetOrigin;
@@ -38,17 +37,8 @@ impl Comparison {
                 problem: problem.into(),
             });
         }
-        let mut asked = a.manifest.campaign.clone();
-        let (ours, theirs) = (&mut asked.episode, b.manifest.campaign.episode);
-        if ours.engine != theirs.engine {
-            (ours.engine, ours.physics_step_s) = (theirs.engine, theirs.physics_step_s);
-        }
-        refuse_other_trials(b, &asked)?;
-        let engines_alone = differ_in_engine_alone(a, b);
-        let sets = match engines_alone {
-            true => [a, b].map(named_by_engine).concat(),
-            false => [names(a, b), names(b, a)].concat(),
-        };
+        refuse_other_trials(b, &a.manifest.campaign)?;
+        let sets = [names(a, b), names(b, a)].concat();
         let (rows, _, sha256) = paired([a, b], &sets, sink())?;
         let count = rows.trials();
         let manifest = joined(&a.manifest, &b.manifest, sets, count, gates);
@@ -60,16 +50,7 @@ impl Comparison {
             &pairs,
             &Gates::new(&manifest, None)?,
         );
-        let mut warnings = warnings(a, b, count, engines_alone);
-        if engines_alone {
-            let own = [TrialColumns::read(a)?, TrialColumns::read(b)?];
-            let of = [(&a.manifest, &own[0]), (&b.manifest, &own[1])];
-            let agreement = Agreement::new(of, &rows, &summary.pairs);
-            warnings.splice(..0, agreement.warnings());
-            summary.headline = agreement.headline();
-            summary.agreement = Some(agreement);
-        }
-        summary.warnings.splice(..0, warnings);
+        summary.warnings.splice(..0, warnings(a, b, count));
         for (set, origin) in summary
             .sets
             .iter_mut()
@@ -216,7 +197,7 @@ fn joined(
         standfast: both(&a.standfast, &b.standfast),
         config_hash: sha256_hex(format!("{} {}", a.config_hash, b.config_hash).as_bytes()),
         robot_sha256: both(&a.robot_sha256, &b.robot_sha256),
-        engine: both(&a.engine, &b.engine),
+        engines: [&a.engines[..], &b.engines].concat(),
         part_trials: a.part_trials,
         // Both numbers were chosen before any outcome was known.
         planned_trials: a.planned_trials.min(b.planned_trials),
@@ -232,7 +213,7 @@ fn joined(
 }
 
 /// Warns of what a comparison over the first `trials` trials cannot support.
-fn warnings(a: &Folder, b: &Folder, trials: u64, engines_alone: bool) -> Vec<String> {
+fn warnings(a: &Folder, b: &Folder, trials: u64) -> Vec<String> {
     let (of_a, of_b) = (a.trials(), b.trials());
     let [ours, theirs] = [a, b].map(|folder| &folder.manifest.campaign.gates);
     let mut warnings = Vec::new();
@@ -241,9 +222,7 @@ fn warnings(a: &Folder, b: &Folder, trials: u64, engines_alone: bool) -> Vec<Str
             "the results have {of_a} and {of_b} trials: only the first {trials} are compared"
         ));
     }
-    if !engines_alone {
-        warnings.extend(unlike(&a.manifest, &b.manifest));
-    }
+    warnings.extend(unlike(&a.manifest, &b.manifest));
     if (ours.confidence, ours.unresolved) != (theirs.confidence, theirs.unresolved) {
         warnings.push(
             "the results ask for gates of another confidence, or decide otherwise what is unresolved"
@@ -263,17 +242,6 @@ fn names(folder: &Folder, other: &Folder) -> Vec<String> {
         }
     }
     names
-}
-
-/// The names of a folder's controllers, each with the name of the folder's physics engine.
-fn named_by_engine(folder: &Folder) -> Vec<String> {
-    let engine = folder.manifest.campaign.episode.engine.name();
-    folder
-        .manifest
-        .sets
-        .iter()
-        .map(|set| format!("{set} ({engine})"))
-        .collect()
 }
 
 fn origins(folder: &Folder) -> Vec<SetOrigin> {

@@ -8,10 +8,8 @@
 //! support ([`warnings`]). The lines of a running campaign are [`so_far`].
 //!
 //! The requirements of a campaign are its [`gates`]. They are decided by [`evidence`], and some compare with an earlier
-//! result ([`baseline`]). Two results can be compared ([`compare`]), and if they differ only in the physics engine,
-//! their [`agreement`] is measured.
+//! result ([`baseline`]). Two results can be compared ([`compare`]).
 
-pub mod agreement;
 pub mod baseline;
 pub mod compare;
 pub mod evidence;

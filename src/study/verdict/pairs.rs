@@ -14,6 +14,7 @@ use crate::verdict::strata::Stratum;
 use crate::verdict::trial_columns::{EpisodeEnd, TrialColumns};
 use serde::Serialize;
 use standfast_stats::decision::{Decision, PairVerdict, alpha_of_each};
+use standfast_stats::kappa::kappa;
 use standfast_stats::looks::Looks;
 use standfast_stats::mcnemar::PairedCounts;
 use standfast_stats::ranks::{Shift, signed_rank};
@@ -35,6 +36,10 @@ pub struct PairSummary {
     pub b: String,
     #[serde(flatten)]
     pub counts: PairedCounts,
+    /// Number of trials from which only one of the two recovered.
+    pub discordant: u64,
+    /// Cohen's kappa of the two recoveries ([`kappa`]).
+    pub kappa: Option<f64>,
     /// Rate of a less rate of b over the trials that both have (a share). It is negative only if a was found better and
     /// has recovered less often since.
     pub difference: f64,
@@ -189,6 +194,8 @@ impl PairSummary {
             a: rows.names[a].clone(),
             b: rows.names[b].clone(),
             counts,
+            discordant: counts.only_a + counts.only_b,
+            kappa: kappa(&counts),
             difference: counts.difference(),
             adjusted_ci95: ci95,
             adjusted_p: p,

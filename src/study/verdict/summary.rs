@@ -6,7 +6,6 @@ use crate::ask::variations::VariationSpec;
 use crate::store::folder::Folder;
 use crate::store::manifest::Manifest;
 use crate::store::row::TrialsFile;
-use crate::verdict::agreement::Agreement;
 use crate::verdict::baseline::BaselineId;
 use crate::verdict::gates::{GateResult, Gates};
 use crate::verdict::headline;
@@ -33,7 +32,7 @@ pub struct Summary {
     pub name: String,
     /// Version of the program.
     pub standfast: String,
-    /// Name and version of the physics engine.
+    /// Name and version of the physics engine, or of each one that an entrant has.
     pub engine: String,
     /// SHA-256 over campaign, robot, controllers and version. With the same build, equal hashes mean equal trials.
     pub config_hash: String,
@@ -75,9 +74,6 @@ pub struct Summary {
     /// has one controller of each result.
     pub pairs: Vec<PairSummary>,
     pub gates: Vec<GateResult>,
-    /// How far two results agree that differ only in the physics engine.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub agreement: Option<Agreement>,
     /// The earlier result with which gates compare.
     pub baseline: Option<BaselineId>,
     /// Warnings of what this result cannot support.
@@ -117,7 +113,7 @@ impl Summary {
         Self {
             name: campaign.name.clone(),
             standfast: manifest.standfast.clone(),
-            engine: manifest.engine.clone(),
+            engine: manifest.engine(),
             config_hash: manifest.config_hash.clone(),
             trials_sha256,
             headline: headline::of(&sets, &pairs, deciding.margin),
@@ -144,7 +140,6 @@ impl Summary {
             common_survivors: CommonSurvivors::new(rows, deciding.end_early),
             pairs,
             gates: gates.judged(rows),
-            agreement: None,
             baseline: gates.baseline(),
             warnings,
         }

@@ -7,10 +7,8 @@
 //! A campaign that ends when decided stops a controller once all questions about this controller are decided. So
 //! controllers may have different numbers of trials. Each controller has all trials from the first one to its last one.
 
-use crate::store::folder::Folder;
 use crate::store::row::{Repeats, TrialRow};
 use crate::verdict::failures::{Failures, FallCause};
-use standfast_core::error::Result;
 use standfast_sim::episode::{EpisodeConfig, Membership, Outcome};
 use standfast_stats::rate::SuccessCount;
 
@@ -95,15 +93,6 @@ impl TrialColumns {
             sets,
             standing_com_speed_m_s,
         }
-    }
-
-    /// Reads the trials of a finished campaign. It fails as [`Folder::parts`] does.
-    pub fn read(folder: &Folder) -> Result<Self> {
-        let mut columns = Self::new(&folder.manifest.sets, &folder.manifest.campaign.episode);
-        for rows in folder.parts()? {
-            columns.push(&rows?);
-        }
-        Ok(columns)
     }
 
     /// Adds the next rows, which are in the order of trials. Rows of controllers that are not named are left out.

@@ -62,11 +62,11 @@ impl LiveSetup {
             || EpisodeConfig::of(&Units::of(&robot)),
             |campaign| campaign.episode,
         );
-        config.engine = args.engine.unwrap_or(config.engine);
-        let ghost_config = args.ghost.then(|| EpisodeConfig {
-            engine: config.engine.other(),
-            ..config
-        });
+        config.engine = args.engines.first().copied().unwrap_or(config.engine);
+        let ghost_config = args
+            .engines
+            .get(1)
+            .map(|&engine| EpisodeConfig { engine, ..config });
         for config in std::iter::once(&config).chain(&ghost_config) {
             config.engine.check(&robot)?;
             check_steps("command line", config, &robot)?;
