@@ -751,5 +751,5 @@ fn every_column_is_explained() {
             .collect::<std::collections::BTreeSet<_>>()
     };
     assert_eq!(listed(of_trials), trials);
-    assert_eq!(listed(of_traces), of_file("t.parquet"));
+    assert_eq!(listed(of_traces), of_file("t.csv"));
 }
