@@ -134,7 +134,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
         ),
         (
             &["--engine=both"],
-            "--engine = both: a recovery is of one engine; accepted: rapier, mujoco",
+            "--controller = 2 controllers: too many; accepted: one, such as catch",
         ),
     ] {
         let message = stderr(&standfast(dir.path(), &[&["ceiling"], args].concat()).code(2));

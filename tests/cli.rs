@@ -183,14 +183,24 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
         ),
         (
             good,
-            &["push", "--beside=hold", "--plot=a.svg"],
             &[
-                "--plot = a.svg: shows one controller, and --beside asks for two; accepted: --replay and --frames",
+                "push",
+                "--controller=hold",
+                "--controller=catch",
+                "--plot=a.svg",
+            ],
+            &[
+                "--plot = a.svg: shows one controller, and two are asked for; accepted: --replay and --frames",
             ],
         ),
         (
             good,
-            &["push", "--beside=hold", "--trace=a.csv"],
+            &[
+                "push",
+                "--controller=hold",
+                "--controller=catch",
+                "--trace=a.csv",
+            ],
             &["--trace = a.csv: shows one controller"],
         ),
         (

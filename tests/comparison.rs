@@ -2,10 +2,9 @@
 
 use crate::common::parts::{relabel, rows};
 use crate::common::program::{
-    FEW, PROGRAM, SEVERAL_PARTS, SHORT, files, folder, forge, short, standfast, stderr, stdout,
+    FEW, PROGRAM, SEVERAL_PARTS, SHORT, files, folder, short, standfast, stderr, stdout,
 };
 use serde_json::Value;
-use standfast::sim::Engine;
 use std::fs;
 use std::path::Path;
 
@@ -417,205 +416,92 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
     standfast(&dir.path().join("d"), &[&["push"], &words[..]].concat()).success();
 }
 
-/// The second result was simulated with another physics step, and its manifest states the other engine. So this test
-/// needs no program that has both engines.
+/// `hold` and `hold@rapier` are two entrants that do the same, so this test needs no program with both engines.
 #[test]
-fn two_results_that_differ_in_the_engine_alone_are_compared_engine_by_engine() {
+fn entrants_of_one_campaign_are_paired_whatever_their_engines() {
     let dir = folder();
-    let run = |more: &[&'static str]| {
-        let args = SHORT
-            .iter()
-            .copied()
-            .filter(|arg| *arg != "--out=out")
-            .chain([SEVERAL_PARTS]);
-        standfast(
-            dir.path(),
-            &args.chain(more.iter().copied()).collect::<Vec<_>>(),
-        )
-        .success();
-    };
-    run(&["--out=a"]);
-    for (out, more) in [
-        ("b", &["--out=b"][..]),
-        ("c", &["--out=c", "--gains=fixed"]),
-    ] {
-        run(&[&["--set=episode.physics_step_s=0.0005"], more].concat());
-        forge(&dir.path().join(out), |manifest| {
-            manifest.engine = "MuJoCo 0".into();
-            manifest.campaign.episode.engine = Engine::Mujoco;
-        });
+    let both = ["--gains=hold@rapier", "--gate=hold@rapier >= hold - 0.5"];
+    standfast(dir.path(), &short(&[&both[..], &[SEVERAL_PARTS]].concat())).success();
+    let found = summary(&dir.path().join("out"));
+    let names = [0, 1].map(|set| found["sets"][set]["name"].as_str().unwrap());
+    assert_eq!(names, ["hold", "hold@rapier"]);
+    assert_eq!(found["pairs"][0]["discordant"], 0, "{found}");
+    assert_eq!(found["pairs"][0]["kappa"], 1.0, "{found}");
+    assert_eq!(found["gates"][0]["status"], "passed", "{found}");
+    let whole = files(&dir.path().join("out"));
+    let other = folder();
+    for shard in ["--shard=1/2", "--shard=2/2"] {
+        let args = ["--gains=hold@rapier", SEVERAL_PARTS, shard];
+        standfast(other.path(), &short(&args)).success();
     }
-    let compared = |b: &str, more: &[&str]| -> Value {
-        let run = standfast(dir.path(), &[&["compare", "a", b, "--json"], more].concat()).success();
-        serde_json::from_str(&stdout(&run)).unwrap()
-    };
-    let found = compared("b", &["--out=d", "--gate=hold (mujoco) >= 0"]);
-    let names = found["sets"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|set| set["name"].as_str().unwrap());
-    assert_eq!(
-        names.collect::<Vec<_>>(),
-        ["hold (rapier)", "hold (mujoco)"]
-    );
-    for (of, keys) in [
-        (
-            "pairs",
-            "a b both only_a only_b neither difference adjusted_ci95 adjusted_p verdict",
-        ),
-        (
-            "gates",
-            "name status observed interval required confidence trials passes set",
-        ),
-        (
-            "sets",
-            "name trials recovered survived fell diverged failed timed_out success_rate ci95",
-        ),
-    ] {
-        keys.split(' ')
-            .for_each(|key| assert!(found[of][0].get(key).is_some(), "{of}: {key}"));
+    let merged = ["merge", "out", "--gate=hold@rapier >= hold - 0.5"];
+    standfast(other.path(), &merged).success();
+    for name in ["trials.parquet", "parts/part-000000.parquet"] {
+        assert!(
+            files(&other.path().join("out"))[name] == whole[name],
+            "{name}"
+        );
     }
-    let (agreement, hold) = (&found["agreement"], &found["agreement"]["sets"][0]);
-    let keys = [
-        "both",
-        "neither",
-        "agree",
-        "agree_ci95",
-        "kappa_ci95",
-        "strata",
+    let replay = [
+        "replay",
+        "out",
+        "--trial=1",
+        "--gains=hold",
+        "--gains=hold@rapier",
+        "-o=a.html",
     ];
-    assert!(keys.iter().all(|key| hold.get(key).is_some()), "{hold}");
-    assert_eq!(
-        agreement["engines"],
-        serde_json::json!(["rapier", "mujoco"])
-    );
-    assert_eq!(
-        (&agreement["versions"][1], &hold["set"]),
-        (&Value::from("MuJoCo 0"), &Value::from("hold"))
-    );
-    let count = |key: &str| hold[key].as_u64().unwrap();
-    let recovered = |out: &str| {
-        summary(&dir.path().join(out))["sets"][0]["recovered"]
-            .as_u64()
-            .unwrap()
-    };
-    assert_eq!(
-        [
-            count("both") + count("only_a"),
-            count("both") + count("only_b")
-        ],
-        [recovered("a"), recovered("b")]
-    );
-    assert_eq!(
-        count("both") + count("only_a") + count("only_b") + count("neither"),
-        26
-    );
-    assert_eq!(
-        hold["parted"].as_array().unwrap().len() as u64,
-        count("only_a") + count("only_b")
-    );
+    let told = stdout(&standfast(dir.path(), &replay).success());
+    assert!(told.contains("\nghost       hold@rapier"), "{told}");
+    let unknown = stderr(&standfast(dir.path(), &short(&["--gains=hold@bullet"])).code(2));
     assert!(
-        !found["warnings"].to_string().contains("differ"),
-        "{}",
-        found["warnings"]
-    );
-    for (file, told) in [
-        ("report.html", "id=\"engines\""),
-        ("summary.md", "MuJoCo 0, trial by trial"),
-    ] {
-        let text = fs::read_to_string(dir.path().join("d").join(file)).unwrap();
-        assert!(text.contains(told), "{file}");
-    }
-    // Here more than the engine differs.
-    let found = compared("c", &[]);
-    assert!(
-        found.get("agreement").is_none() && found["sets"][0]["name"] == "hold (a)",
-        "{}",
-        found["sets"]
-    );
-    assert!(
-        found["warnings"]
-            .to_string()
-            .contains("the physics engines differ: Rapier "),
-        "{}",
-        found["warnings"]
-    );
-    // A gate is not judged by a baseline in another engine.
-    let gate = [
-        "--gate=hold >= baseline - 0.5",
-        "--baseline=b",
-        SEVERAL_PARTS,
-    ];
-    let refused = stderr(&standfast(dir.path(), &short(&gate)).code(3));
-    assert!(
-        refused.contains("episode.engine is \"mujoco\" there and \"rapier\" here"),
-        "{refused}"
+        unknown.contains("hold@bullet") && unknown.contains("rapier, mujoco"),
+        "{unknown}"
     );
 }
 
 #[cfg(feature = "mujoco")]
 #[test]
-fn a_campaign_in_both_engines_ends_with_their_agreement() {
+fn a_campaign_in_both_engines_has_each_controller_twice() {
     let dir = folder();
+    let gate = "--gate=hold@mujoco >= hold@rapier - 1";
     let both = |more: &[&'static str]| {
         standfast(
             dir.path(),
-            &short(&[&["--engine=both", FEW], more].concat()),
+            &short(&[&["--engine=both", FEW, gate], more].concat()),
         )
     };
     let checked = stderr(&both(&["--check"]).success());
-    assert!(
-        checked.contains("3 episodes to run in Rapier")
-            && checked.contains("3 episodes to run in MuJoCo"),
-        "{checked}"
-    );
+    assert!(checked.contains("6 episodes to run"), "{checked}");
     assert!(files(dir.path()).is_empty());
-    let text = stdout(&both(&[PASSES]).success());
+    both(&[]).success();
+    let found = summary(&dir.path().join("out"));
+    let names = [0, 1].map(|set| found["sets"][set]["name"].as_str().unwrap());
+    assert_eq!(names, ["hold@rapier", "hold@mujoco"]);
     assert!(
-        text.matches("campaign smoke: 3 trials").count() == 2
-            && text.contains(", trial by trial. A trial counts"),
-        "{text}"
+        found["engine"].as_str().unwrap().contains(", MuJoCo "),
+        "{found}"
     );
-    let found = |name: &str| summary(&dir.path().join("out").join(name));
-    assert_eq!(found("rapier")["episode"]["engine"], "rapier");
-    assert_eq!(found("mujoco")["episode"]["engine"], "mujoco");
-    assert_eq!(
-        found("agreement")["agreement"]["engines"],
-        serde_json::json!(["rapier", "mujoco"])
-    );
-    let again = both(&[FAILS, "--json"]).code(100);
-    assert_eq!(
-        stderr(&again).matches("nothing is computed again").count(),
-        2,
-        "{}",
-        stderr(&again)
-    );
-    let json: Value = serde_json::from_str(&stdout(&again)).unwrap();
-    assert_eq!(json["results"].as_array().unwrap().len(), 2);
-    assert_eq!(
-        json["comparison"]["agreement"],
-        found("agreement")["agreement"]
-    );
-    let refused = stderr(&both(&["--shard=1/2"]).code(2));
-    assert!(refused.contains("`compare` after `merge`"), "{refused}");
-    let named: Vec<&str> = SHORT
-        .iter()
-        .copied()
-        .filter(|arg| *arg != "--out=out")
-        .chain(["--engine=both", FEW])
-        .collect();
-    standfast(dir.path(), &named).success();
-    for name in ["smoke", "smoke-mujoco", "smoke-agreement"] {
+    // Each entrant has the trials that it has alone.
+    let rows_in = |folder: &Path, name: &str| {
+        let mut rows = rows(&folder.join("out/parts/part-000000.parquet"));
+        rows.retain(|row| row["controller"] == name);
+        for row in &mut rows {
+            row.remove("controller");
+        }
+        rows
+    };
+    for engine in ["rapier", "mujoco"] {
+        let alone = folder();
+        let option = format!("--engine={engine}");
+        standfast(alone.path(), &short(&[FEW, &option])).success();
+        let entrant = rows_in(dir.path(), &format!("hold@{engine}"));
         assert!(
-            dir.path()
-                .join("standfast-results")
-                .join(name)
-                .join("report.html")
-                .exists(),
-            "{name}"
+            !entrant.is_empty() && entrant == rows_in(alone.path(), "hold"),
+            "{engine}"
         );
     }
+    let again = stderr(&both(&[]).success());
+    assert!(again.contains("nothing is computed again"), "{again}");
 }
 
 #[test]

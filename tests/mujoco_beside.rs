@@ -45,8 +45,8 @@ fn mujoco_is_asked_for_before_anything_runs() {
         checked(&["limit", "--engine=both"]),
         vec!["push", "--engine=mujoco"],
         vec!["limit", "--engine=both"],
-        vec!["replay", "out", "--trial=1", "--engine=mujoco"],
-        vec!["replay", "out", "--trial=1", "--engine=both"],
+        vec!["replay", "out", "--trial=1", "--controller=hold@mujoco"],
+        vec!["push", "--controller=hold@mujoco"],
     ] {
         let message = stderr(&run(&program, dir.path(), &args).code(2));
         let problem = "engine = mujoco: this program was built without MuJoCo, and there is no standfast-mujoco beside it";
@@ -56,9 +56,6 @@ fn mujoco_is_asked_for_before_anything_runs() {
         );
         assert!(message.contains("--features mujoco"), "{args:?}: {message}");
     }
-    let shard = [&campaign("--engine=both")[..], &["--shard=1/2"]].concat();
-    let message = stderr(&run(&program, dir.path(), &shard).code(2));
-    assert!(message.contains("`compare` after `merge`"), "{message}");
     assert!(files(dir.path()) == before, "something was written");
 }
 

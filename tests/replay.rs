@@ -132,8 +132,8 @@ fn a_trial_ends_alike_however_it_is_looked_at() {
         ];
         let push = ["push", "--campaign=out/campaign.toml"];
         let page = ["replay", "out", "--output=page.html"];
-        let (both, with_frames) = (["--engine=both"], [frames]);
-        let mut looks: Vec<(&[&str], &[&str])> = vec![
+        let with_frames = [frames];
+        let looks: Vec<(&[&str], &[&str])> = vec![
             (&push, &[]),
             (&push, &["--trace=t.csv"]),
             (&push, &["--plot=p.svg", "--replay=r.html"]),
@@ -141,9 +141,6 @@ fn a_trial_ends_alike_however_it_is_looked_at() {
             (&page, &[]),
             (&page, &["--trace=t.csv", "--plot=p.svg"]),
         ];
-        if cfg!(feature = "mujoco") {
-            looks.push((&page, &both));
-        }
         for (command, look) in looks {
             let looked = standfast(dir.path(), &[command, &set, look].concat()).success();
             let seen: serde_json::Value = serde_json::from_str(&stdout(&looked)).unwrap();
@@ -172,7 +169,11 @@ fn two_controllers_are_shown_beside_each_other() {
     let shown = ["--json", "--frames=pictures", "--replay=page.html"];
     let run = standfast(
         dir.path(),
-        &[&["push", "--controller=hold", "--beside=catch"], &shown[..]].concat(),
+        &[
+            &["push", "--controller=hold", "--controller=catch"],
+            &shown[..],
+        ]
+        .concat(),
     )
     .success();
     let both: serde_json::Value = serde_json::from_str(&stdout(&run)).unwrap();
@@ -201,9 +202,10 @@ fn two_controllers_are_shown_beside_each_other() {
     ] {
         assert!(page.contains(words), "{words}");
     }
-    let same = stderr(&standfast(dir.path(), &["push", "--beside=catch"]).code(2));
+    let same = ["push", "--controller=catch", "--controller=catch"];
+    let same = stderr(&standfast(dir.path(), &same).code(2));
     assert!(
-        same.contains("--beside") && same.contains("is the controller itself"),
+        same.contains("--controller = catch: cannot be shown beside the others"),
         "{same}"
     );
 }
@@ -588,88 +590,35 @@ fn a_result_has_replays_of_telling_trials() {
     );
 }
 
-/// A result and its trial 1 in this folder.
-fn with_result() -> tempfile::TempDir {
-    let dir = folder();
-    standfast(dir.path(), &short(&[FEW, "--replays=0"])).success();
-    dir
-}
-
-#[test]
-fn the_engine_of_the_result_is_the_default() {
-    let dir = with_result();
-    let page = dir.path().join("out/replays/trial-1-hold.html");
-    let replayed = |more: &[&str]| {
-        let run = standfast(
-            dir.path(),
-            &[&["replay", "out", "--trial=1"], more].concat(),
-        )
-        .success();
-        assert!(!stderr(&run).contains("not compared"), "{}", stderr(&run));
-        fs::read(&page).unwrap()
-    };
-    assert!(
-        replayed(&["--engine=rapier"]) == replayed(&[]),
-        "another page"
-    );
-    let message = stderr(
-        &standfast(
-            dir.path(),
-            &["replay", "out", "--trial=1", "--engine=bullet"],
-        )
-        .code(2),
-    );
-    assert!(message.contains("rapier, mujoco, both"), "{message}");
-}
-
 #[cfg(feature = "mujoco")]
 #[test]
-fn a_trial_is_replayed_in_another_engine_and_in_both() {
-    let dir = with_result();
+fn a_trial_is_replayed_in_another_engine_and_beside_itself_in_it() {
+    let dir = folder();
+    standfast(dir.path(), &short(&[FEW, "--replays=0"])).success();
     let page = |name: &str| fs::read_to_string(dir.path().join("out/replays").join(name)).unwrap();
     let replay = |more: &[&str]| {
-        standfast(
-            dir.path(),
-            &[&["replay", "out", "--trial=1"], more].concat(),
-        )
-        .success()
+        let args = [&["replay", "out", "--trial=1"], more].concat();
+        standfast(dir.path(), &args).success()
     };
-    let told = stderr(&replay(&["--engine=mujoco"]));
+    let told = stderr(&replay(&["--controller=hold@mujoco"]));
     assert!(
-        told.contains("The result is of Rapier, so this trial in MuJoCo is not compared with it."),
+        told.contains("This trial of hold@mujoco is not in the result"),
         "{told}"
     );
-    assert!(
-        page("trial-1-hold-mujoco.html")
-            .contains("standfast replay . --trial 1 --controller hold --engine mujoco")
-    );
-    assert!(!page("trial-1-hold-mujoco.html").contains("id=\"engines\""));
+    assert!(!page("trial-1-hold-mujoco.html").contains("id=\"parting\""));
 
-    let run = replay(&["--engine=both"]);
+    let both = ["--controller=hold", "--controller=hold@mujoco"];
+    let run = replay(&both);
     let (text, told) = (stdout(&run), stderr(&run));
     assert!(
-        text.starts_with("solid       Rapier ") && text.contains("\nghost       MuJoCo "),
+        text.starts_with("solid       hold") && text.contains("\nghost       hold@mujoco"),
         "{text}"
     );
-    assert!(
-        !told.contains("not as it was") && !told.contains("not compared"),
-        "{told}"
-    );
-    let both = page("trial-1-hold-both.html");
-    assert!(
-        both.contains("--trial 1 --controller hold --engine both")
-            && both.contains("<b>Ghost:</b> MuJoCo")
-    );
+    assert!(!told.contains("not as it was"), "{told}");
     let json = |more: &[&str]| -> serde_json::Value {
         serde_json::from_str(&stdout(&replay(&[&["--json"], more].concat()))).unwrap()
     };
-    let (both, alone) = (json(&["--engine=both"]), json(&["--engine=mujoco"]));
-    let [solid, ghost] =
-        [&both["engine"], &both["ghost"]["engine"]].map(|engine| engine.as_str().unwrap());
-    assert!(
-        solid.starts_with("Rapier ") && ghost.starts_with("MuJoCo "),
-        "{solid}, {ghost}"
-    );
+    let (both, alone) = (json(&both), json(&["--controller=hold@mujoco"]));
     assert_eq!(json(&[])["outcome"], both["outcome"]);
     assert_eq!(
         (&both["ghost"]["end_s"], &both["ghost"]["outcome"]),

@@ -9,7 +9,6 @@ use super::terminal::{note, print};
 use standfast_core::error::{Error, Result};
 use standfast_files::write_atomic;
 use standfast_report::text::ceiling as text;
-use standfast_sim::Engine;
 use standfast_study::ask::spec::MOST_TRIALS;
 use standfast_study::ceiling::{CeilingOptions, CeilingSearch, MOST_TRIES};
 use standfast_study::{Campaign, Overrides};

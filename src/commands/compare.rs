@@ -1,10 +1,7 @@
 //! `standfast compare`: compares two finished campaigns with the same pushes, trial by trial.
 
-use super::arguments::{MOST_EXTRAS, count};
-use super::interrupt::{STOP, stop_on_ctrl_c};
-use super::progress::Progress;
 use super::result::{Printing, exit_code, say_failed_gates};
-use super::terminal::{note, print, warn};
+use super::terminal::{note, print};
 use standfast_core::error::{Error, Result};
 use standfast_report::result;
 use standfast_study::Folder;

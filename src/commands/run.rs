@@ -112,12 +112,12 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         announce(&work);
     }
     simulate(&mut work, gates.as_ref(), args.bare && is_new)?;
-    let Some(gates) = gates.filter(|_| args.shard.is_none()) else {
+    let Some(gates) = gates.as_ref().filter(|_| args.shard.is_none()) else {
         print_status(&folder, args.gates.baseline.as_deref(), args.printing)?;
         return Ok(ExitCode::SUCCESS);
     };
     let (summary, _) = work
-        .within_threads(|| conclude(&folder, &gates, &args.replays, Some(args.printing), false))?;
+        .within_threads(|| conclude(&folder, gates, &args.replays, Some(args.printing), false))?;
     Ok(exit_code(&[summary]))
 }
 

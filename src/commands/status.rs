@@ -115,7 +115,7 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
     if printing.json {
         print(&standfast_report::json(&json!({
             "name": folder.manifest.campaign.name,
-            "engine": folder.manifest.engine,
+            "engine": folder.manifest.engine(),
             "config_hash": folder.manifest.config_hash,
             "complete": complete,
             "parts": blocks,
@@ -126,7 +126,7 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
         })))?;
         return Ok(complete);
     }
-    let (path, engine) = (folder.path.display(), &folder.manifest.engine);
+    let (path, engine) = (folder.path.display(), folder.manifest.engine());
     let mut head =
         format!("{path}: {parts_complete} of {blocks} parts are complete, simulated by {engine}");
     for (set, trials) in stopped_early(folder) {

@@ -60,7 +60,7 @@ mod tests {
             "a/b",
         ]
         .map(|set| {
-            let path = replay_file(7, set, None);
+            let path = replay_file(7, set);
             assert_eq!(path.parent(), Some(Path::new(REPLAYS)));
             path.file_name().unwrap().to_str().unwrap().to_string()
         });
