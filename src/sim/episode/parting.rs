@@ -9,7 +9,7 @@ use nalgebra::Point2;
 use serde::Serialize;
 use standfast_core::error::Result;
 use standfast_core::robot::{Foot, PerFoot, Robot};
-use standfast_core::socket::{PreparedController, Word};
+use standfast_core::socket::PreparedController;
 
 /// When and where two episodes of one trial part. Times are from the beginning of the episodes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -22,7 +22,7 @@ pub struct Parting {
     /// The distance (m).
     pub distance_m: f64,
     /// Phase of each controller at that time, and the time since which it has had this phase without a break.
-    pub phases: [Word; 2],
+    pub phases: [String; 2],
     pub phases_since_s: [f64; 2],
     /// Soles of each robot that bear a load at that time, and the time since which the same soles have borne a load.
     pub loaded: [SoleContact; 2],
@@ -117,7 +117,7 @@ struct Moment {
     time_s: f64,
     com: Point2<f64>,
     soles: PerFoot<Point2<f64>>,
-    phase: Word,
+    phase: String,
     loaded: SoleContact,
 }
 
@@ -128,7 +128,7 @@ impl From<&Tick<'_>> for Moment {
             time_s: truth.time_s,
             com: truth.com.xy(),
             soles: PerFoot::from_fn(|foot| truth.soles[foot].translation.vector.xy().into()),
-            phase: tick.report.phase.clone(),
+            phase: tick.report.phase.into(),
             loaded: PerFoot::from_fn(|foot| contact(tick, foot).is_some()).into(),
         }
     }
@@ -149,7 +149,7 @@ impl From<&Snapshot> for Moment {
 /// Watches two episodes tick by tick.
 struct PartingDetector {
     limit_m: f64,
-    phases: [Option<(Word, f64)>; 2],
+    phases: [Option<(String, f64)>; 2],
     loaded: [Option<(SoleContact, f64)>; 2],
 }
 
@@ -253,7 +253,7 @@ mod tests {
             near.at_s > 0.1 && far.at_s < 1.0,
             "not before the push: {near:?} {far:?}"
         );
-        assert_eq!(far.phases, [Word::from("stiff"), "stiff".into()]);
+        assert_eq!(far.phases, [String::from("stiff"), "stiff".into()]);
         let half_m = half_sole_width_m(&robot);
         assert!(
             robot.soles.left.half_m.contains(&half_m) && half_m < 0.05,
@@ -299,7 +299,7 @@ mod tests {
             (parting.distance_m - 1.01 * limit_m).abs() < 1e-12,
             "{parting:?}"
         );
-        assert_eq!(parting.phases, [Word::from("stiff"), "swing-left".into()]);
+        assert_eq!(parting.phases, [String::from("stiff"), "swing-left".into()]);
         assert_eq!(
             parting.phases_since_s,
             [0.0, film.snapshots[45].time_s],
