@@ -69,7 +69,7 @@
 //!         self.1.iter().for_each(|&ankle| command.tau_ff[ankle] += self.2 * sensed.imu.gyro.y);
 //!         Ok(())
 //!     }
-//!     fn report(&self) -> Report {
+//!     fn report(&self) -> Report<'_> {
 //!         Report::of_phase("standing")
 //!     }
 //!     fn fork(&self) -> Option<Box<dyn Controller>> {

@@ -1,9 +1,7 @@
 //! Trials of a campaign, run again one by one: the report of `push` agrees with the campaign, to the bit.
 
-use crate::common::parts::rows;
-use crate::common::program::{
-    FEW, SEVERAL_PARTS, files, folder, forge, short, standfast, stderr, stdout,
-};
+use crate::common::parts::{forge_manifest, rows};
+use crate::common::program::{FEW, SEVERAL_PARTS, files, folder, short, standfast, stderr, stdout};
 use std::fs;
 
 /// The columns of a trial that `push` reports too, as JSON values: outcome, times and peaks.
@@ -516,17 +514,17 @@ fn a_result_has_replays_of_telling_trials() {
     );
 
     // With another build or other inputs the trial is another one, and the program says so.
-    forge(&out, |manifest| manifest.campaign.seed += 1);
+    forge_manifest(&out, |manifest| manifest.campaign.seed += 1);
     let refused =
         stderr(&standfast(dir.path(), &["replay", "out", "--trial=0", "--gains=hold"]).code(3));
     assert!(
         refused.contains("trial 0 of hold: impulse_n_s = ") && refused.contains("is not what seed"),
         "{refused}"
     );
-    forge(&out, |manifest| manifest.campaign.seed -= 1);
+    forge_manifest(&out, |manifest| manifest.campaign.seed -= 1);
     // The trial then ends at another time, whether the robot stands or not.
     let ends = |horizon_s: f64, standing_time_s: f64| {
-        forge(&out, |manifest| {
+        forge_manifest(&out, |manifest| {
             manifest.campaign.episode.horizon_s = horizon_s;
             manifest.campaign.episode.judge.standing_time_s = standing_time_s;
         });

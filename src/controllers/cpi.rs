@@ -8,7 +8,7 @@ use standfast_core::lipm::GainSet;
 use standfast_core::lipm::catching::{CatchingTable, Departure};
 use standfast_core::lipm::stepping::SteppingTable;
 use standfast_core::robot::Robot;
-use standfast_core::socket::PreparedController;
+use standfast_core::socket::{PreparedController, Report};
 use std::sync::Arc;
 use toml::{Table, Value};
 
@@ -67,7 +67,7 @@ impl ControllerSpec for GainSet {
     }
 
     fn totals(&self) -> &'static [&'static str] {
-        &["gain_switches", "left_sets_at_s"]
+        &Report::TOTALS
     }
 
     /// The margin, the slowest pole of each gain, and the most important numbers of footsteps. The ranges, like the

@@ -138,9 +138,8 @@ mod tests {
             let report = factory.start(0).report();
             assert!(
                 report
-                    .totals
-                    .iter()
-                    .all(|(total, _)| settings.totals().contains(&&**total)),
+                    .totals()
+                    .all(|(total, _)| settings.totals().contains(&total)),
                 "{report:?}"
             );
         }

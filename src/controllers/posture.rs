@@ -54,7 +54,7 @@ impl Controller for StiffController {
         Ok(())
     }
 
-    fn report(&self) -> Report {
+    fn report(&self) -> Report<'_> {
         Report::of_phase("posture")
     }
 

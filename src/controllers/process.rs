@@ -15,7 +15,7 @@ use serde_json::{Map, Value, json};
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{PerFoot, Robot};
 use standfast_core::socket::{
-    Command, Controller, Note, PreparedController, Report, Sensed, TickError, Wrench,
+    Command, Controller, PreparedController, Report, Sensed, TickError, Wrench,
 };
 use standfast_files::assets::{Source, number, parse_toml};
 use std::collections::{BTreeMap, BTreeSet};
@@ -256,7 +256,7 @@ impl ControllerSpec for Process {
                 seed,
                 talker: None,
                 phase: "starting".into(),
-                numbers: Map::new(),
+                numbers: Vec::new(),
                 phases: BTreeSet::new(),
                 names: BTreeSet::new(),
             }
@@ -285,7 +285,7 @@ struct Remote {
     /// The child of this episode; None before the first tick and after a failure.
     talker: Option<Talker>,
     phase: String,
-    numbers: Map<String, Value>,
+    numbers: Vec<(String, f64)>,
     /// All phases and all names of numbers of this episode so far.
     phases: BTreeSet<String>,
     names: BTreeSet<String>,
@@ -377,7 +377,10 @@ impl Remote {
         if let Some(phase) = answer.phase {
             self.phase = phase;
         }
-        self.numbers = answer.numbers;
+        let numbers = answer.numbers.into_iter();
+        self.numbers = numbers
+            .filter_map(|(name, number)| Some((name, number.as_f64()?)))
+            .collect();
         // Only a child that has answered is kept.
         self.talker = Some(talker);
         Ok(())
@@ -395,16 +398,11 @@ impl Controller for Remote {
         })
     }
 
-    fn report(&self) -> Report {
-        let mut report = Report::of_phase(self.phase.clone());
-        let numbers = self
-            .numbers
-            .iter()
-            .filter_map(|(name, value)| Some((name, value.as_f64()?)));
-        report.notes = numbers
-            .map(|(name, number)| (name.clone().into(), Note::Number(number)))
-            .collect();
-        report
+    fn report(&self) -> Report<'_> {
+        Report {
+            others: &self.numbers,
+            ..Report::of_phase(&self.phase)
+        }
     }
 
     /// A process cannot be copied.

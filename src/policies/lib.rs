@@ -428,7 +428,7 @@ impl Controller for Actor {
         Ok(())
     }
 
-    fn report(&self) -> Report {
+    fn report(&self) -> Report<'_> {
         Report::of_phase("policy")
     }
 

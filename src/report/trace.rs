@@ -4,12 +4,11 @@
 //! estimates and commands at t (which act after the robot's delay). All values are in the world frame. Estimates and
 //! commands are in the controller's estimate of the world frame, which drifts when feet slip. Before the first physics
 //! step, the forces are half of the weight on each sole. A value that does not exist is empty, such as the ZMP in
-//! flight or a value that a controller does not report. Other notes of a controller have columns of their own. The
+//! flight or a value that a controller does not report. What else a controller reports has columns of its own. The
 //! chapter `columns` of the guide has the meaning of each column.
 
 use serde_json::{Map, Value, json};
 use standfast_core::robot::{Foot, Pose, Robot};
-use standfast_core::socket::Note;
 use standfast_files::columns::{Data, DataColumn};
 use standfast_sim::episode::Tick;
 
@@ -18,8 +17,10 @@ pub struct Trace {
     names: Vec<String>,
     values: Vec<Vec<Option<f64>>>,
     phase: Vec<String>,
-    /// The notes of the controller, by name: a number or a word at each tick, or nothing.
-    notes: Vec<(String, Vec<Option<Note>>)>,
+    /// The acting gain.
+    gain: Vec<Option<String>>,
+    /// The [numbers](standfast_core::socket::Report::numbers) of the controller, by name.
+    numbers: Vec<(String, Vec<Option<f64>>)>,
     /// Whether the tick lies after the verdict (1) or not (0).
     after_verdict: Vec<i64>,
     /// The links that met during the tick.
@@ -27,7 +28,7 @@ pub struct Trace {
     links: Vec<String>,
 }
 
-/// Names of the columns before `phase`, the notes of the controller, `after_verdict` and `links_met`.
+/// Names of the columns before `phase`, what else the controller reports, `after_verdict` and `links_met`.
 const BODY: &str = "time_s com_x_m com_y_m com_z_m com_vel_x_m_s com_vel_y_m_s com_vel_z_m_s \
                     com_x_m_est com_y_m_est com_z_m_est com_vel_x_m_s_est com_vel_y_m_s_est com_vel_z_m_s_est \
                     zmp_x_m zmp_y_m zmp_ref_x_m zmp_ref_y_m dcm_x_m dcm_y_m \
@@ -65,15 +66,14 @@ impl Trace {
         }
         let values = vec![Vec::new(); names.len()];
         let links = robot.links.iter().map(|link| link.name.clone()).collect();
-        let (phase, notes, after_verdict, links_met) =
-            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         Self {
             names,
             values,
-            phase,
-            notes,
-            after_verdict,
-            links_met,
+            phase: Vec::new(),
+            gain: Vec::new(),
+            numbers: Vec::new(),
+            after_verdict: Vec::new(),
+            links_met: Vec::new(),
             links,
         }
     }
@@ -120,22 +120,23 @@ impl Trace {
         for (column, value) in self.values.iter_mut().zip(row) {
             column.push(value);
         }
-        for (name, note) in &report.notes {
+        for (name, number) in report.numbers() {
             let ticks = self.phase.len();
             let place = self
-                .notes
+                .numbers
                 .iter()
                 .position(|(known, _)| known == name)
                 .unwrap_or_else(|| {
-                    self.notes.push((name.to_string(), vec![None; ticks]));
-                    self.notes.len() - 1
+                    self.numbers.push((name.to_string(), vec![None; ticks]));
+                    self.numbers.len() - 1
                 });
-            self.notes[place].1.push(Some(note.clone()));
+            self.numbers[place].1.push(Some(number));
         }
         self.phase.push(report.phase.to_string());
+        self.gain.push(report.gain.map(String::from));
         let ticks = self.phase.len();
-        for (_, notes) in &mut self.notes {
-            notes.resize(ticks, None);
+        for (_, numbers) in &mut self.numbers {
+            numbers.resize(ticks, None);
         }
         self.after_verdict.push(i64::from(tick.is_after));
         self.links_met.push(truth.meeting.map(|meeting| {
@@ -149,25 +150,28 @@ impl Trace {
         let numbers = Self::names_of_body()
             .zip(&self.values)
             .map(|(name, of_tick)| (name, json!(of_tick.last())));
-        let notes = self.notes.iter().map(|(name, notes)| {
-            let note = match notes.last() {
-                Some(Some(Note::Number(number))) => json!(number),
-                Some(Some(Note::Word(word))) => json!(word.to_string()),
-                _ => Value::Null,
-            };
-            (name.as_str(), note)
-        });
+        let gain = self.has_gain().then(|| ("gain", json!(self.gain.last())));
+        let reported = self
+            .numbers
+            .iter()
+            .map(|(name, of_tick)| (name.as_str(), json!(of_tick.last())));
         let words = [
             ("phase", json!(self.phase.last())),
             ("links_met", json!(self.links_met.last())),
         ];
         let after = ("after_verdict", json!(self.after_verdict.last()));
         numbers
-            .chain(notes)
+            .chain(gain)
+            .chain(reported)
             .chain(words)
             .chain([after])
             .map(|(name, value)| (name.to_string(), value))
             .collect()
+    }
+
+    /// Whether the controller has gains.
+    fn has_gain(&self) -> bool {
+        self.gain.iter().any(Option::is_some)
     }
 
     /// The names of the numbers that every robot has and every controller may have.
@@ -177,6 +181,7 @@ impl Trace {
 
     /// The finished table. Only columns with missing values are nullable.
     pub fn columns(self) -> Vec<DataColumn> {
+        let has_gain = self.has_gain();
         let mut columns: Vec<DataColumn> = (self.names.into_iter().zip(self.values))
             .map(|(name, values)| {
                 let whole: Option<Vec<f64>> = values.iter().copied().collect();
@@ -184,13 +189,19 @@ impl Trace {
             })
             .collect();
         let phase = DataColumn::new("phase", Data::Text(self.phase));
+        let gain = has_gain.then(|| DataColumn::new("gain", Data::OptText(self.gain)));
         let after_verdict = DataColumn::new("after_verdict", Data::I64(self.after_verdict));
         let links_met = DataColumn::new("links_met", Data::OptText(self.links_met));
-        let noted = std::iter::once(phase)
-            .chain(self.notes.into_iter().map(noted))
+        let numbers = self.numbers.into_iter().map(|(name, numbers)| {
+            let finite = numbers.into_iter().map(|n| n.filter(|n| n.is_finite()));
+            DataColumn::new(name, Data::OptF64(finite.collect()))
+        });
+        let reported = std::iter::once(phase)
+            .chain(gain)
+            .chain(numbers)
             .chain([after_verdict, links_met]);
         let place = BODY.split_whitespace().count();
-        columns.splice(place..place, noted);
+        columns.splice(place..place, reported);
         columns
     }
 }
@@ -199,24 +210,4 @@ impl Trace {
 fn as_numbers(pose: &Pose) -> [f64; 7] {
     let (at, r) = (pose.translation.vector, pose.rotation);
     [at.x, at.y, at.z, r.w, r.i, r.j, r.k]
-}
-
-/// The column of a note: of numbers or, if any of its values is a word, of words.
-fn noted((name, notes): (String, Vec<Option<Note>>)) -> DataColumn {
-    let has_words = notes.iter().any(|note| matches!(note, Some(Note::Word(_))));
-    let notes = notes.into_iter();
-    let data = if has_words {
-        let words = notes.map(|note| match note? {
-            Note::Number(number) => Some(number.to_string()),
-            Note::Word(word) => Some(word.to_string()),
-        });
-        Data::OptText(words.collect())
-    } else {
-        let numbers = notes.map(|note| match note? {
-            Note::Number(number) if number.is_finite() => Some(number),
-            _ => None,
-        });
-        Data::OptF64(numbers.collect())
-    };
-    DataColumn::new(name, data)
 }

@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 use standfast::files::columns::{Data, DataColumn, is_whole, read_parquet, sealed_bytes};
+use standfast::study::store::manifest::Manifest;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -46,6 +47,26 @@ pub fn forge(part: &Path, column: &str, change: impl Fn(f64) -> f64) {
         }
     }
     write(part, &columns, &texts["part"]);
+}
+
+/// Changes the manifest of a result folder, and all that guards the manifest: the seal, the hash, and the hash in every
+/// part.
+pub fn forge_manifest(folder: &Path, change: impl FnOnce(&mut Manifest)) {
+    let mut manifest = Manifest::read(folder).unwrap();
+    change(&mut manifest);
+    manifest.config_hash = manifest.hash().unwrap();
+    manifest.write(folder).unwrap();
+    for entry in fs::read_dir(folder.join("parts")).unwrap() {
+        let path = entry.unwrap().path();
+        if path
+            .extension()
+            .is_some_and(|extension| extension == "parquet")
+        {
+            relabel(&path, |label| {
+                label["config_hash"] = manifest.config_hash.clone().into()
+            });
+        }
+    }
 }
 
 /// Changes the label of a part, and makes its hash anew.

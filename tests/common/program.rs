@@ -1,7 +1,5 @@
 //! The program from outside, for tests of its files and messages.
 
-use super::parts::relabel;
-use standfast::study::store::manifest::Manifest;
 use std::process::{Child, Command, Output};
 use std::{collections::BTreeMap, fs, path::Path};
 use tempfile::TempDir;
@@ -111,25 +109,4 @@ pub fn stdout(run: &Run) -> String {
 
 pub fn stderr(run: &Run) -> String {
     String::from_utf8(run.get_output().stderr.clone()).unwrap()
-}
-
-/// Changes the manifest of a result folder, and all that guards the manifest: the seal, the hash, and the hash in every
-/// part.
-pub fn forge(folder: &Path, change: impl FnOnce(&mut Manifest)) {
-    let mut manifest = Manifest::read(folder).unwrap();
-    let old = manifest.config_hash.clone();
-    change(&mut manifest);
-    manifest.config_hash = manifest.hash().unwrap();
-    manifest.write(folder).unwrap();
-    for path in fs::read_dir(folder.join("parts")).unwrap() {
-        let path = path.unwrap().path();
-        if path.extension().is_some_and(|e| e == "parquet") {
-            relabel(&path, |label| {
-                label["config_hash"] = manifest.config_hash.clone().into()
-            });
-        } else if path.ends_with("stopped.json") {
-            let text = fs::read_to_string(&path).unwrap();
-            fs::write(&path, text.replace(&old, &manifest.config_hash)).unwrap();
-        }
-    }
 }

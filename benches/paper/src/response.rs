@@ -155,17 +155,17 @@ fn measure_at(
             }
         }
         let mut seen = None;
-        closed_loop.decide(&mut |_, tick| seen = Some((tick.truth.zmp, tick.report.clone())));
-        let Some((
-            zmp,
-            Report {
+        closed_loop.decide(&mut |_, tick| {
+            let Report {
                 phase,
-                zmp_ref: Some(zmp_ref),
-                zmp: Some(zmp_est),
+                zmp,
+                zmp_ref,
                 ..
-            },
-        )) = seen
-        else {
+            } = tick.report;
+            let stands = phase == Phase::Switching.name();
+            seen = Some((tick.truth.zmp, zmp, zmp_ref, stands));
+        });
+        let Some((zmp, Some(zmp_est), Some(zmp_ref), stands)) = seen else {
             return Err(lost(what, frequency_hz));
         };
         if k > 0 {
@@ -178,7 +178,7 @@ fn measure_at(
                 estimate += Complex::cis(TAU * frequency_hz * dt) * turn_at(k) * zmp_est[axis];
             }
         }
-        (wanted_before, stood) = (zmp_ref, phase == Phase::Switching.name());
+        (wanted_before, stood) = (zmp_ref, stands);
         closed_loop.advance();
     }
     let wanted_m = 2.0 * wanted.norm() / measured as f64;

@@ -5,7 +5,7 @@ use super::estimate::Estimate;
 use super::stand::{Supervisor, Support};
 use super::step::Swing;
 use crate::robot::{Foot, Posture};
-use crate::socket::{Airborne, Note, Report};
+use crate::socket::{Airborne, Report};
 use nalgebra::{Point2, Vector2};
 
 /// The activity of the controller.
@@ -54,27 +54,10 @@ pub struct Account<'a> {
 
 impl<'a> Account<'a> {
     /// The account for readers that know no CPI sets.
-    pub fn report(&self) -> Report {
-        let number = |name: &'static str, value: f64| (name.into(), Note::Number(value));
-        let mut notes = vec![(
-            "gain".into(),
-            Note::Word(self.gain_name().to_string().into()),
-        )];
-        // The CPI sets are not evaluated while a foot is in the air.
-        if self.stands() {
-            notes.push(number("cpi_margin", self.margin));
-            notes.push(number(
-                "in_cpi_set",
-                f64::from(u8::from(self.phase == Phase::Switching)),
-            ));
-        }
-        if let Some(Swing { footstep, .. }) = self.swing {
-            notes.push(number("zmp_error_x_m", footstep.zmp_error.x));
-            notes.push(number("zmp_error_y_m", footstep.zmp_error.y));
-        }
-        let estimate = self.estimate;
+    pub fn report(&self) -> Report<'a> {
+        let (estimate, stands) = (self.estimate, self.stands());
         Report {
-            phase: self.phase.name().into(),
+            phase: self.phase.name(),
             base: Some(estimate.posture.base),
             com: Some(estimate.com),
             com_vel: Some(estimate.com_vel),
@@ -84,8 +67,12 @@ impl<'a> Account<'a> {
                 foot: swing.footstep.foot,
                 landing: swing.to,
             }),
-            notes,
-            totals: vec![("gain_switches".into(), f64::from(self.switches))],
+            zmp_error: self.swing.map(|swing| swing.footstep.zmp_error),
+            gain: Some(self.gain_name()),
+            cpi_margin: stands.then_some(self.margin),
+            in_cpi_set: stands.then_some(self.phase == Phase::Switching),
+            gain_switches: Some(self.switches),
+            ..Report::default()
         }
     }
 

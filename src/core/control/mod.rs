@@ -132,20 +132,16 @@ impl Controller for CpiController {
         Ok(())
     }
 
-    fn report(&self) -> Report {
-        let mut report = self.account().report();
-        if let Some(at_s) = self.left_sets_at_s {
-            report.totals.push(("left_sets_at_s".into(), at_s));
+    fn report(&self) -> Report<'_> {
+        Report {
+            left_sets_at_s: self.left_sets_at_s,
+            promise: Some(self),
+            ..self.account().report()
         }
-        report
     }
 
     fn fork(&self) -> Option<Box<dyn Controller>> {
         Some(Box::new(self.clone()))
-    }
-
-    fn promise(&self) -> Option<&dyn Promise> {
-        Some(self)
     }
 }
 

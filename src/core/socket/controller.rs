@@ -19,7 +19,7 @@
 //!         command.q_ref.clone_from(self.start.get_or_insert_with(|| sensed.q.clone()));
 //!         Ok(())
 //!     }
-//!     fn report(&self) -> Report {
+//!     fn report(&self) -> Report<'_> {
 //!         Report::of_phase("stiff")
 //!     }
 //!     fn fork(&self) -> Option<Box<dyn Controller>> {
@@ -35,9 +35,6 @@ use std::any::Any;
 use std::borrow::Cow;
 use std::fmt;
 
-/// A name that is compiled in, or that a controller makes up.
-pub type Word = Cow<'static, str>;
-
 /// A controller in an episode. It starts with the robot at home and at rest.
 pub trait Controller: Any + Send + Sync {
     /// Runs one control tick: reads `sensed` and writes the targets of the servos into `command`, which holds the last
@@ -45,7 +42,7 @@ pub trait Controller: Any + Send + Sync {
     fn tick(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), TickError>;
 
     /// The activity of the controller at the last tick, and the reason.
-    fn report(&self) -> Report;
+    fn report(&self) -> Report<'_>;
 
     /// A copy that continues from the present state to the same bits, so that trials with the same beginning can share
     /// it. It is None if the controller cannot be copied, or if it uses its seed; each of its episodes then runs from
@@ -61,12 +58,6 @@ pub trait Controller: Any + Send + Sync {
     /// The action for an observation of these numbers, without any memory. It is None if the controller takes no
     /// observations. Errors are in words.
     fn answer(&self, _observed: &[f64]) -> Option<Result<Vec<f64>, String>> {
-        None
-    }
-
-    /// The states from which the controller promises to recover by standing. The judge compares the promise with the
-    /// outcome.
-    fn promise(&self) -> Option<&dyn Promise> {
         None
     }
 }
@@ -109,12 +100,13 @@ impl TickError {
     }
 }
 
-/// The activity of a controller at a tick, and the reason. All fields but the phase are optional, and a missing one is
-/// not shown. All places are in the world frame as the controller estimates it.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Report {
+/// The activity of a controller at a tick, and the reason. It borrows from the controller and allocates nothing. All
+/// fields but the phase are optional, and a missing one is not shown. All places are in the world frame as the
+/// controller estimates it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Report<'a> {
     /// The activity, in a word or two joined by `-`.
-    pub phase: Word,
+    pub phase: &'a str,
     /// Estimated pose of the robot's base. With it, the places below are moved to the true world for pictures.
     pub base: Option<Pose>,
     /// Estimated COM (m) and its velocity (m/s).
@@ -123,53 +115,59 @@ pub struct Report {
     /// Estimated ZMP and desired ZMP (m).
     pub zmp: Option<Point2<f64>>,
     pub zmp_ref: Option<Point2<f64>>,
-    /// The footstep in the air.
+    /// The footstep in the air, and the ZMP error for which it is taken (m, control frame).
     pub footstep: Option<Airborne>,
-    /// Numbers and names of this tick, for traces and pictures.
-    pub notes: Vec<(Word, Note)>,
-    /// Numbers of the episode so far, such as a count, with units in their names. The last ones before a fall go to the
-    /// result.
-    pub totals: Vec<(Word, f64)>,
+    pub zmp_error: Option<Vector2<f64>>,
+    /// Name of the acting gain. With a foot in the air, it is the last acting gain.
+    pub gain: Option<&'a str>,
+    /// Margin of the estimated state in the slowest gain's CPI set, and whether any CPI set contains the state. None
+    /// with a foot in the air, since the CPI sets are then not evaluated.
+    pub cpi_margin: Option<f64>,
+    pub in_cpi_set: Option<bool>,
+    /// How often a gain has been started in the episode so far.
+    pub gain_switches: Option<u32>,
+    /// Time at which the state was first in no CPI set (s).
+    pub left_sets_at_s: Option<f64>,
+    /// Other numbers of this tick under names that the controller chooses, for traces.
+    pub others: &'a [(String, f64)],
+    /// The states from which the controller promises to recover by standing. The judge compares the promise with the
+    /// outcome.
+    pub promise: Option<&'a dyn Promise>,
 }
 
-impl Report {
+impl<'a> Report<'a> {
+    /// Names of the [`totals`](Self::totals).
+    pub const TOTALS: [&'static str; 2] = ["gain_switches", "left_sets_at_s"];
+
     /// A report of the phase alone.
-    pub fn of_phase(phase: impl Into<Word>) -> Self {
+    pub fn of_phase(phase: &'a str) -> Self {
         Self {
-            phase: phase.into(),
+            phase,
             ..Self::default()
         }
     }
 
-    /// The note of this name, if it is a number.
-    pub fn number(&self, name: &str) -> Option<f64> {
-        match self.note(name)? {
-            Note::Number(number) => Some(*number),
-            Note::Word(_) => None,
-        }
+    /// The numbers of this tick that have a column of their own in traces, by name of the column.
+    pub fn numbers(&self) -> impl Iterator<Item = (&'a str, f64)> + use<'a> {
+        let of_sets = [
+            ("cpi_margin", self.cpi_margin),
+            ("in_cpi_set", self.in_cpi_set.map(f64::from)),
+            ("zmp_error_x_m", self.zmp_error.map(|error| error.x)),
+            ("zmp_error_y_m", self.zmp_error.map(|error| error.y)),
+        ];
+        let others = self.others.iter().map(|(name, number)| (&**name, *number));
+        of_sets
+            .into_iter()
+            .filter_map(|(name, number)| Some((name, number?)))
+            .chain(others)
     }
 
-    /// The note of this name, if it is a word.
-    pub fn word(&self, name: &str) -> Option<&str> {
-        match self.note(name)? {
-            Note::Number(_) => None,
-            Note::Word(word) => Some(word),
-        }
+    /// The numbers of the episode so far, by name of their column in results. The last ones before a fall are kept.
+    pub fn totals(&self) -> impl Iterator<Item = (&'static str, f64)> + use<> {
+        let totals = [self.gain_switches.map(f64::from), self.left_sets_at_s];
+        let named = Self::TOTALS.into_iter().zip(totals);
+        named.filter_map(|(name, total)| Some((name, total?)))
     }
-
-    fn note(&self, name: &str) -> Option<&Note> {
-        self.notes
-            .iter()
-            .find(|(found, _)| found == name)
-            .map(|(_, note)| note)
-    }
-}
-
-/// A number or a word of a report.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Note {
-    Number(f64),
-    Word(Word),
 }
 
 /// A foot in the air, and the pose of its sole at the planned landing.
@@ -180,7 +178,7 @@ pub struct Airborne {
 }
 
 /// The states from which a controller promises to recover without a footstep.
-pub trait Promise {
+pub trait Promise: fmt::Debug + Sync {
     /// The margin of a state of the COM (m and m/s, world frame) among the promised states: 1 for rest at home, 0 at
     /// the border, negative outside, and negative infinity if no states are promised now.
     fn margin_at(&self, com: Point2<f64>, com_vel: Vector2<f64>) -> f64;

@@ -6,7 +6,6 @@ mod home_command;
 mod io;
 
 pub use controller::{
-    Airborne, Controller, Note, PreparedController, Promise, RecoveryRegion, Report, TickError,
-    Word,
+    Airborne, Controller, PreparedController, Promise, RecoveryRegion, Report, TickError,
 };
 pub use io::{Command, CommandError, Imu, Sensed, SensedError, Wrench};

@@ -483,7 +483,7 @@ mod tests {
             }
         }
 
-        fn report(&self) -> Report {
+        fn report(&self) -> Report<'_> {
             Report::of_phase("faulty")
         }
 

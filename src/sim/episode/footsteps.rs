@@ -50,15 +50,11 @@ impl FootstepLog {
         let center = |foot: Foot| soles[foot].translation.vector.into();
         match (report.footstep, self.lifted) {
             (Some(Airborne { foot, .. }), None) => {
-                let zmp_error_m = report
-                    .number("zmp_error_x_m")
-                    .zip(report.number("zmp_error_y_m"));
-                let zmp_error_m = zmp_error_m.map(|(x, y)| [x, y]);
                 self.lifted = Some(Lifted {
                     foot,
                     lift_s: time_s,
                     from_m: center(foot),
-                    zmp_error_m,
+                    zmp_error_m: report.zmp_error.map(Into::into),
                 });
             }
             (
@@ -78,7 +74,7 @@ impl FootstepLog {
                     from_m,
                     to_m: center(foot),
                     zmp_error_m,
-                    in_set_at_landing: report.number("in_cpi_set").map(|is_in| is_in > 0.0),
+                    in_set_at_landing: report.in_cpi_set,
                 });
             }
             _ => {}

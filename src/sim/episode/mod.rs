@@ -40,7 +40,7 @@ mod testing {
             Ok(())
         }
 
-        fn report(&self) -> Report {
+        fn report(&self) -> Report<'_> {
             Report::of_phase("stiff")
         }
 

@@ -5,7 +5,6 @@ use super::snapshot::Snapshot;
 use nalgebra::Point2;
 use serde::Serialize;
 use standfast_core::robot::{Foot, PerFoot, Robot};
-use standfast_core::socket::Word;
 
 /// When and where two episodes of one trial part. Times are from the beginning of the episodes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -18,7 +17,7 @@ pub struct Parting {
     /// The distance (m).
     pub distance_m: f64,
     /// Phase of each controller at that time, and the time since which it has had this phase without a break.
-    pub phases: [Word; 2],
+    pub phases: [String; 2],
     pub phases_since_s: [f64; 2],
     /// Soles of each robot that bear a load at that time, and the time since which the same soles have borne a load.
     pub loaded: [SoleContact; 2],
@@ -78,7 +77,7 @@ struct Moment {
     time_s: f64,
     com: Point2<f64>,
     soles: PerFoot<Point2<f64>>,
-    phase: Word,
+    phase: String,
     loaded: SoleContact,
 }
 
@@ -97,7 +96,7 @@ impl From<&Snapshot> for Moment {
 /// Watches two episodes tick by tick.
 struct PartingDetector {
     limit_m: f64,
-    phases: [Option<(Word, f64)>; 2],
+    phases: [Option<(String, f64)>; 2],
     loaded: [Option<(SoleContact, f64)>; 2],
 }
 
@@ -204,7 +203,7 @@ mod tests {
             (parting.distance_m - 1.01 * limit_m).abs() < 1e-12,
             "{parting:?}"
         );
-        assert_eq!(parting.phases, [Word::from("stiff"), "swing-left".into()]);
+        assert_eq!(parting.phases, [String::from("stiff"), "swing-left".into()]);
         assert_eq!(
             parting.phases_since_s,
             [0.0, film.snapshots[45].time_s],

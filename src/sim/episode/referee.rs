@@ -194,13 +194,13 @@ impl Referee {
         if tick.dcm_outside_m.is_finite() {
             record.peak_dcm_outside_m = record.peak_dcm_outside_m.max(tick.dcm_outside_m);
         }
-        for (name, total) in &report.totals {
-            match record.totals.0.get_mut(&**name) {
-                Some(known) => *known = *total,
-                None => _ = record.totals.0.insert(name.to_string(), *total),
+        for (name, total) in report.totals() {
+            match record.totals.0.get_mut(name) {
+                Some(known) => *known = total,
+                None => _ = record.totals.0.insert(name.to_string(), total),
             }
         }
-        if let (Some(promise), None) = (tick.promise(), record.promise_margin)
+        if let (Some(promise), None) = (report.promise, record.promise_margin)
             && truth.time_s >= self.pushed_s[1]
         {
             record.promise_margin = Some(promise.margin_at(truth.com.xy(), truth.com_vel.xy()));

@@ -4,7 +4,7 @@ use super::tick::Tick;
 use nalgebra::{Isometry2, Point2, Point3, UnitQuaternion, Vector3};
 use standfast_core::robot::kinematics::on_ground;
 use standfast_core::robot::{Foot, PerFoot, Posture, Robot};
-use standfast_core::socket::{Airborne, RecoveryRegion, Word};
+use standfast_core::socket::{Airborne, RecoveryRegion};
 
 /// One moment of an episode: the true state, and the intentions of the controller, both in the world frame. The
 /// intentions are moved there from the controller's own estimate of the world, which drifts when feet slip
@@ -38,7 +38,7 @@ pub struct Snapshot {
     /// without gains, with a foot in the air, and if there is no CPI set.
     pub margin: Option<f64>,
     /// What the controller is doing, in one word.
-    pub phase: Word,
+    pub phase: String,
     /// The foot in the air.
     pub in_air: Option<Foot>,
     /// Corners of the sole where the foot in the air is to land.
@@ -66,8 +66,8 @@ impl Snapshot {
         let (truth, report) = (tick.truth, &tick.report);
         let force = truth.push_force;
         let to_world = to_world(tick);
-        let mut regions = tick
-            .promise()
+        let mut regions = report
+            .promise
             .map_or_else(Vec::new, |promise| promise.regions());
         for corner in regions.iter_mut().flat_map(|region| &mut region.corners) {
             *corner = to_world * *corner;
@@ -86,13 +86,11 @@ impl Snapshot {
                 .map_or_else(Vec::new, |polygon| polygon.vertices().to_vec()),
             regions,
             gain: report
-                .word("gain")
+                .gain
                 .filter(|_| report.footstep.is_none())
                 .map(String::from),
-            margin: report
-                .number("cpi_margin")
-                .filter(|margin| margin.is_finite()),
-            phase: report.phase.clone(),
+            margin: report.cpi_margin.filter(|margin| margin.is_finite()),
+            phase: report.phase.into(),
             in_air: report.footstep.map(|footstep| footstep.foot),
             footstep: report.footstep.map(|Airborne { foot, landing }| {
                 robot.soles[foot].corners().map(|corner| {

@@ -4,7 +4,7 @@ use crate::Truth;
 use nalgebra::Point2;
 use standfast_core::geometry::SupportPolygon;
 use standfast_core::robot::{Foot, GRAVITY, PerFoot, Pose, Robot};
-use standfast_core::socket::{Command, Controller, Promise, Report};
+use standfast_core::socket::{Command, Controller, Report};
 
 /// A failure that ends an episode at once, in words.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,7 +24,7 @@ pub struct Tick<'a> {
     /// Distance of the DCM from the support (m): negative inside, infinite in flight.
     pub dcm_outside_m: f64,
     /// What the controller did, and why.
-    pub report: Report,
+    pub report: Report<'a>,
     /// The controller itself; None if the report has no controller.
     pub controller: Option<&'a dyn Controller>,
     pub command: &'a Command,
@@ -40,7 +40,7 @@ impl<'a> Tick<'a> {
         robot: &Robot,
         omega: f64,
         truth: &'a Truth,
-        report: Report,
+        report: Report<'a>,
         command: &'a Command,
     ) -> Self {
         let dcm = truth.com.xy() + truth.com_vel.xy() / omega;
@@ -58,11 +58,6 @@ impl<'a> Tick<'a> {
             failure,
             is_after,
         }
-    }
-
-    /// The states from which the controller promises to recover by standing, if it promises any.
-    pub fn promise(&self) -> Option<&'a dyn Promise> {
-        self.controller?.promise()
     }
 
     /// Whether the episode cannot go on: a number is not finite or absurdly large, or something failed.

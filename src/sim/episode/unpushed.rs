@@ -166,7 +166,7 @@ mod tests {
             Ok(())
         }
 
-        fn report(&self) -> Report {
+        fn report(&self) -> Report<'_> {
             Report::of_phase("forgetful")
         }
 

@@ -76,7 +76,7 @@ fn a_robot_at_rest_walks_home_and_takes_the_same_push_again() {
         let record = bench.run(vec![first, again], None, 12.0, Until::Decided, |tick| {
             // The standing time of the judge is over before the feet move.
             if (tick.truth.time_s - 1.7).abs() < 1e-6 {
-                at_rest = Some((from_home(&bench, tick), tick.report.phase.clone()));
+                at_rest = Some((from_home(&bench, tick), tick.report.phase.to_string()));
             }
             if (tick.truth.time_s - again.start_s).abs() < 1e-6 {
                 before_push = Some(from_home(&bench, tick));

@@ -179,8 +179,9 @@ fn gain_sets_can_be_switched_with_a_foot_in_the_air() {
             }
             let (name, new) = (&from.factory.name, &to.factory.name);
             assert!(switched_at.is_some(), "{name} has lifted no foot");
-            let (phase, stands) =
-                ticked(&mut live, |tick| (tick.report.phase.clone(), stands(tick)));
+            let (phase, stands) = ticked(&mut live, |tick| {
+                (tick.report.phase.to_string(), stands(tick))
+            });
             match new.as_str() {
                 // A controller of another kind does not know that a foot is in the air.
                 "hold" => assert_eq!(phase, "posture", "{name} to {new}"),
