@@ -24,8 +24,7 @@ use std::process::ExitCode;
   standfast push --impulse 2 --plot push.svg        COM, ZMP and feet over time, as a picture
   standfast push --impulse 2 --trace push.csv       every tick, as numbers
   standfast push --impulse 5 --replay push.html     a page to watch in 3D, in any browser
-  standfast push --impulse 5 --frames pictures      snapshots and an animated picture
-  standfast push --beside hold --frames pictures    two robots beside each other
+  standfast push --beside hold --replay push.html   the robot of hold as a ghost
   standfast push --campaign standard --trial 17     trial 17 of that campaign
 
 A campaign gives sensor noise and thresholds, and its trial the pushes, the robot and
@@ -235,7 +234,8 @@ impl PushArgs {
             .into_iter()
             .find_map(|(option, path)| Some((option, path.as_ref()?)));
         if let (Some(_), Some((option, path))) = (&self.beside, asked) {
-            let accepted = "--replay and --frames, which show both; or a push for each controller, without --beside";
+            let accepted =
+                "--replay, which shows both; or a push for each controller, without --beside";
             return Err(Error::option(
                 option,
                 path.display(),
