@@ -151,19 +151,52 @@ mod tests {
             root.attribute("width").unwrap().parse::<f64>().unwrap()
                 > LETTER * heading.len() as f64
         );
-        assert!(
-            svg.contains(".paper{fill:#fff}")
-                && svg.contains(".s6{--c:#")
-                && svg.contains("--zmp:#"),
-            "{svg}"
+        assert!(!svg.contains("prefers-color-scheme"), "{svg}");
+        assert!(page_style().contains("prefers-color-scheme"));
+    }
+
+    /// Programs that are no browser draw a file in the colours that a browser shows.
+    #[test]
+    fn a_file_has_its_colours_in_a_program_that_is_no_browser() {
+        let mut panel = Panel::new(400.0, 60.0);
+        let controllers: Vec<String> = (0..COLORS).map(class_of_set).collect();
+        let marks = ["com", "zmp", "dcm", "slice", "wanted", "plan", "push"];
+        let all = controllers.iter().map(String::as_str).chain(marks);
+        for (i, class) in all.clone().enumerate() {
+            let at = [15.0 + 20.0 * i as f64, 20.0];
+            panel.group(&format!("class=\"{class}\""), |panel| {
+                panel.circle("dot", at, 8.0);
+                panel.line("", [at[0] - 8.0, 50.0], [at[0] + 8.0, 50.0]);
+            });
+        }
+        let colors = LIGHT[..COLORS].iter().map(|(_, color)| color.to_string());
+        let of_marks = ["com", "zmp", "dcm", "sets", "zmpRef", "footstep", "push"].map(|id| {
+            let mark = Overlay::ALL.into_iter().find(|mark| mark.look().id == id);
+            mark.unwrap().color().css()
+        });
+        let expected: Vec<String> = colors.chain(of_marks).collect();
+        let svg = document("", &[panel], 1);
+        let tree = resvg::usvg::Tree::from_str(&svg, &resvg::usvg::Options::default()).unwrap();
+        let size = tree.size().to_int_size();
+        let mut drawn = resvg::tiny_skia::Pixmap::new(size.width(), size.height()).unwrap();
+        resvg::render(
+            &tree,
+            resvg::tiny_skia::Transform::identity(),
+            &mut drawn.as_mut(),
         );
-        assert!(
-            !svg.contains("prefers-color-scheme") && page_style().contains("prefers-color-scheme")
+        for (i, (class, color)) in all.zip(expected).enumerate() {
+            let x = GAP as u32 + 15 + 20 * i as u32;
+            for y in [20, 50] {
+                let seen = drawn.pixel(x, (GAP + HEADING) as u32 + y).unwrap();
+                let [r, g, b] = [seen.red(), seen.green(), seen.blue()];
+                assert_eq!(format!("#{r:02x}{g:02x}{b:02x}"), color, "{class}");
+            }
+        }
+        assert_eq!(
+            drawn.pixel(1, 1).unwrap().green(),
+            255,
+            "the paper is white"
         );
-        assert!(
-            (0..9)
-                .all(|set| STYLE
-                    .contains(&format!(".{}{{", class_of_set(set).replace(" again", ""))))
-        );
+        assert!(!svg.contains("var(") && !svg.contains(":is("), "{svg}");
     }
 }
