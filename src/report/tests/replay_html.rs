@@ -565,7 +565,7 @@ const SAVED: &str = "(async () => {
     const { href, download } = document.getElementById('saved');
     const data = Uint8Array.from(atob(href.split(',')[1]), (c) => c.charCodeAt());
     const decoder = new ImageDecoder({ data, type: href.slice(5, href.indexOf(';')) });
-    await decoder.completed;
+    await Promise.all([decoder.tracks.ready, decoder.completed]);
     const count = decoder.tracks.selectedTrack.frameCount, pictures = [];
     for (const frameIndex of [0, count - 1]) {
         const { image } = await decoder.decode({ frameIndex }), { displayWidth: width, displayHeight: height } = image;
