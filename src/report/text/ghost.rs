@@ -1,5 +1,5 @@
-//! Two films of one trial in words: in two engines, or with two controllers. In pictures the robot of one film is
-//! solid, and the robot of the other is a ghost or beside it.
+//! Two films of one trial in words: in two engines, or with two controllers. On a page the robot of one film is
+//! solid, and the robot of the other is a ghost.
 
 use super::agreement::in_words;
 use super::story::outcome;
