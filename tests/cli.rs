@@ -190,7 +190,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
                 "--plot=a.svg",
             ],
             &[
-                "--plot = a.svg: shows one controller, and two are asked for; accepted: --replay and --frames",
+                "--plot = a.svg: shows one controller, and two are asked for; accepted: --replay, which shows both",
             ],
         ),
         (
@@ -829,12 +829,7 @@ fn inputs_from_files_are_kept_with_the_result() {
 #[test]
 fn a_check_says_that_all_is_fine_and_writes_nothing() {
     let dir = folder();
-    let files = [
-        "--trace=t.csv",
-        "--plot=p.svg",
-        "--replay=r.html",
-        "--frames=frames",
-    ];
+    let files = ["--trace=t.csv", "--plot=p.svg", "--replay=r.html"];
     for args in [
         short(&[FEW, "--gate=hold >= 0.1", "--json"]),
         [
@@ -1288,7 +1283,6 @@ fn names_that_are_not_utf_8_are_written_or_refused() {
         ("--trace=", ".csv"),
         ("--plot=", ".svg"),
         ("--replay=", ".html"),
-        ("--frames=", ""),
     ] {
         let output = named(option.as_bytes(), ending.as_bytes());
         run(&[&push[..], &[output]].concat()).success();

@@ -1,5 +1,5 @@
 //! What `push` and `replay` tell of one episode, and the files of it that they write: a trace, a plot over time, a page
-//! to watch, snapshots.
+//! to watch.
 
 use super::arguments::check_output;
 use super::terminal::note;
@@ -7,8 +7,7 @@ use serde_json::json;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Robot, Units};
 use standfast_files::assets::DEFAULT_ROBOT;
-use standfast_files::{folder_of, is_same_folder, shell_word, write_atomic};
-use standfast_pictures::FramesOptions;
+use standfast_files::{shell_word, write_atomic};
 use standfast_report::observer::EpisodeObserver;
 use standfast_report::replay::{self, Head};
 use standfast_report::text::ghost::{ended, parted};
@@ -33,46 +32,21 @@ pub struct OutputArgs {
     /// Write a page that shows the episode in 3D, in any browser
     #[arg(long, value_name = "FILE.html")]
     pub replay: Option<PathBuf>,
-    /// Draw snapshots and an animated picture to this folder
-    #[arg(long, value_name = "DIR")]
-    pub frames: Option<PathBuf>,
 }
 
 impl OutputArgs {
-    /// Checks before the episode that its files can be written. Fails for a file of an unknown kind, in a folder that
-    /// does not exist or in the folder of `--frames`, and if the folder of `--frames` holds other files.
+    /// Checks before the episode that its files can be written. Fails for a file of an unknown kind, or in a folder that
+    /// does not exist.
     pub fn check(&self) -> Result<()> {
-        let files = [
-            ("--trace", &self.trace),
-            ("--plot", &self.plot),
-            ("--replay", &self.replay),
+        let files: [(_, _, &[&str]); 3] = [
+            ("--trace", &self.trace, &["csv", "parquet", "mcap"]),
+            ("--plot", &self.plot, &["svg"]),
+            ("--replay", &self.replay, &["html"]),
         ];
-        let kinds: [&[&str]; 3] = [&["csv", "parquet", "mcap"], &["svg"], &["html"]];
-        for ((option, path), kinds) in files.into_iter().zip(kinds) {
+        for (option, path, kinds) in files {
             if let Some(path) = path {
                 check_output(option, path, kinds)?;
             }
-        }
-        let Some(frames) = &self.frames else {
-            return Ok(());
-        };
-        standfast_pictures::check_folder(frames)?;
-        // The folder of `--frames` may hold nothing else: a second run would refuse to write to it.
-        for (option, path) in files {
-            let problem = match path {
-                Some(path) if path == frames => "it is the folder of --frames",
-                Some(path) if is_same_folder(folder_of(path), frames) => {
-                    "it is in the folder of --frames"
-                }
-                _ => continue,
-            };
-            let path = path.as_deref().unwrap_or(frames);
-            return Err(Error::option(
-                option,
-                path.display(),
-                problem,
-                "a file in another folder",
-            ));
         }
         Ok(())
     }
@@ -88,38 +62,26 @@ impl OutputArgs {
 
     /// Whether no file is asked for.
     pub fn is_empty(&self) -> bool {
-        [&self.trace, &self.plot, &self.replay, &self.frames]
+        [&self.trace, &self.plot, &self.replay]
             .into_iter()
             .all(Option::is_none)
     }
 
-    /// Draws the snapshots of a film if they are asked for, with the snapshots of a second film of the same trial.
-    pub fn draw_frames(&self, film: &Film, second: Option<&Film>) -> Result<()> {
-        if let Some(folder) = &self.frames {
-            standfast_pictures::write_frames(film, second, folder, &FramesOptions::default())?;
-        }
-        Ok(())
-    }
-
-    /// Writes the page and the snapshots that are asked for. `command` is the command line that the page states.
+    /// Writes the page that is asked for. `command` is the command line that the page states.
     fn show(
         &self,
         shown: &FilmedEpisode,
         second: Option<&FilmedEpisode>,
         command: String,
     ) -> Result<()> {
-        if let Some(path) = &self.replay {
-            write_replay(
-                shown,
-                second,
-                path,
-                Origin {
-                    command,
-                    ..Origin::default()
-                },
-            )?;
+        let origin = Origin {
+            command,
+            ..Origin::default()
+        };
+        match &self.replay {
+            Some(path) => write_replay(shown, second, path, origin),
+            None => Ok(()),
         }
-        self.draw_frames(&shown.1, second.map(|(_, film)| film))
     }
 
     /// Prints which files were written.
@@ -129,12 +91,6 @@ impl OutputArgs {
             .flatten()
         {
             note(&format!("written: {}", path.display()));
-        }
-        if let Some(folder) = &self.frames {
-            note(&format!(
-                "written: {}: frame-*.png, strip.png, motion.gif",
-                folder.display()
-            ));
         }
     }
 
@@ -239,7 +195,7 @@ pub fn run(
     as_json: bool,
     command: String,
 ) -> Result<(String, bool)> {
-    let report = if outputs.replay.is_some() || outputs.frames.is_some() {
+    let report = if outputs.replay.is_some() {
         let shown = film(episode, disturbance, outputs)?;
         outputs.show(&shown, None, command)?;
         shown.0

@@ -26,8 +26,7 @@ use std::process::ExitCode;
   standfast push --impulse 2 --plot push.svg        COM, ZMP and feet over time, as a picture
   standfast push --impulse 2 --trace push.csv       every tick, as numbers
   standfast push --impulse 5 --replay push.html     a page to watch in 3D, in any browser
-  standfast push --impulse 5 --frames pictures      snapshots and an animated picture
-  standfast push --controller hold --controller catch@mujoco   two robots, and when they part
+  standfast push --controller hold --controller catch@mujoco --replay push.html   two robots
   standfast push --campaign standard --trial 17     trial 17 of that campaign
 
 A campaign gives sensor noise and thresholds, and its trial the pushes, the robot and
@@ -235,7 +234,7 @@ impl PushArgs {
             .into_iter()
             .find_map(|(option, path)| Some((option, path.as_ref()?)));
         if let (true, Some((option, path))) = (self.gains.len() > 1, asked) {
-            let accepted = "--replay and --frames, which show both; or a push for each controller";
+            let accepted = "--replay, which shows both; or a push for each controller";
             return Err(Error::option(
                 option,
                 path.display(),

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use serde_json::json;
 use standfast_core::error::{Error, Result};
 use standfast_files::{shell_word, write_atomic};
+use standfast_report::figure::skeleton;
 use standfast_report::text::next_command;
 use standfast_report::trial_page::replay_file;
 use standfast_report::with_fields_of;
@@ -21,7 +22,6 @@ use std::process::ExitCode;
 #[command(after_help = "Examples:
   standfast replay standfast-results/standard --trial 17
   standfast replay results --trial 17 --controller hold -o hold.html
-  standfast replay results --trial 17 --frames pictures     snapshots and a GIF
   standfast replay results --trial 17 --controller hold --controller catch   when the two part
   standfast replay results --trial 17 --controller catch@mujoco    another engine
 
@@ -44,9 +44,6 @@ pub struct ReplayArgs {
     /// The page to write [default: DIR/replays/trial-I-NAME.html]
     #[arg(short, long, value_name = "FILE.html")]
     pub output: Option<PathBuf>,
-    /// Draw snapshots (PNG), a strip of them and an animated picture (GIF) to this folder
-    #[arg(long, value_name = "DIR")]
-    pub frames: Option<PathBuf>,
     /// Write every control tick to this file: .csv, .parquet or .mcap (Foxglove)
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
@@ -63,7 +60,6 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     let mut outputs = OutputArgs {
         trace: args.trace.clone(),
         plot: args.plot.clone(),
-        frames: args.frames.clone(),
         // The page has the option `--output` in this command, which is checked below.
         replay: None,
     };
@@ -129,7 +125,6 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     };
     page.write(&shown, ghost_shown.as_ref(), &path)?;
     let (report, film) = &shown;
-    outputs.draw_frames(film, ghost_shown.as_ref().map(|(_, film)| film))?;
     outputs.say_what_was_written();
     print(&if args.json {
         let mut head = json!({
@@ -283,8 +278,8 @@ fn write_page(folder: &Path, trial: u64, set: &str) -> Result<Option<String>> {
     }
     .write(&shown, None, &path)?;
     write_atomic(
-        &path.with_extension("png"),
-        &standfast_pictures::thumbnail(&shown.1),
+        &path.with_extension("svg"),
+        skeleton::of_film(&shown.1).as_bytes(),
     )?;
     Ok(differs)
 }

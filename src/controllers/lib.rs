@@ -135,7 +135,8 @@ mod tests {
                 (settings.name(), &factory.name[..], &factory.warning),
                 (name, name, &None)
             );
-            let report = factory.start(0).report();
+            let controller = factory.start(0);
+            let report = controller.report();
             assert!(
                 report
                     .totals()

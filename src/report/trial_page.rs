@@ -39,10 +39,10 @@ pub fn replay_found(folder: &Path, origin: &SetOrigin, trial: u64) -> Option<Str
 
 /// The small picture beside a page that was [found](replay_found), for a report in `folder`.
 pub fn picture_found(folder: &Path, page: &str) -> Option<String> {
-    let png = read(&folder.join(page).with_extension("png"), MOST_BYTES).ok()?;
+    let svg = read(&folder.join(page).with_extension("svg"), MOST_BYTES).ok()?;
     Some(format!(
-        "data:image/png;base64,{}",
-        BASE64_STANDARD.encode(png)
+        "data:image/svg+xml;base64,{}",
+        BASE64_STANDARD.encode(svg)
     ))
 }
 

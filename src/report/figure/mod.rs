@@ -9,19 +9,38 @@ pub mod limit_map;
 pub mod motion;
 pub mod panel;
 pub mod polar;
+pub mod skeleton;
 pub mod success;
 
 use panel::{Panel, escape};
 use standfast_core::error::Result;
 use standfast_files::write_atomic;
-use standfast_pictures::scene::palette;
+use standfast_scene::palette::{self, Overlay};
 use std::path::Path;
 
 const STYLE: &str = include_str!("figure.css");
-/// Lighter colours, for pages that turn dark if the reader prefers that.
-const DARK: &str = include_str!("dark.css");
-/// Colours of a file that is not part of a page, which stays white on any page. Pages define their own.
-const PAPER: &str = ":root{--page:#fff;--ink:#1f2328;--soft:#5c6570;--line:#e3e6ea}\n";
+/// What only pages need: colours of controllers beside figures, and lighter colours for readers who prefer dark pages.
+const PAGE: &str = include_str!("page.css");
+/// Colours of figures: controllers, feet, ground.
+const LIGHT: [(&str, &str); 10] = [
+    ("s0", "#0072b2"),
+    ("s1", "#d55e00"),
+    ("s2", "#009e73"),
+    ("s3", "#cc79a7"),
+    ("s4", "#56b4e9"),
+    ("s5", "#e69f00"),
+    ("s6", "#5a5a5a"),
+    ("left", "#5a5a5a"),
+    ("right", "#b3568c"),
+    ("ground", "#eceff2"),
+];
+/// Further colours of a file, which stays white on any page. Pages define their own.
+const PAPER: [(&str, &str); 4] = [
+    ("page", "#fff"),
+    ("ink", "#1f2328"),
+    ("soft", "#5c6570"),
+    ("line", "#e3e6ea"),
+];
 /// Space between the panels of a file, and around them (px).
 const GAP: f64 = 16.0;
 /// Height of the heading of a file, and approximate width of its letters (px).
@@ -32,7 +51,36 @@ pub const COLORS: usize = 7;
 
 /// The style sheet of panels that stand in a page.
 pub fn page_style() -> String {
-    palette::css() + STYLE + DARK
+    let colors = LIGHT.map(|(name, color)| format!("--{name}:{color}"));
+    format!(
+        "{}:root{{{}}}\n{STYLE}{PAGE}",
+        palette::css(),
+        colors.join(";")
+    )
+}
+
+/// The style sheet of a file. Only browsers know variables, so each is replaced by its colour, and `figure.css` has no
+/// selectors but classes and names of elements: so Inkscape, rsvg-convert, CairoSVG and LaTeX draw the same colours.
+fn file_style() -> String {
+    let named = LIGHT.into_iter().chain(PAPER);
+    let mut style = named.fold(STYLE.to_string(), |style, (name, color)| {
+        style.replace(&format!("var(--{name})"), color)
+    });
+    for overlay in Overlay::ALL {
+        let name = format!("var(--{})", overlay.look().id);
+        style = style.replace(&name, &overlay.color().css());
+    }
+    style
+}
+
+/// A panel as a file of its own, without a heading.
+fn alone(panel: &Panel) -> String {
+    let (style, width, height) = (file_style(), panel.width, panel.height);
+    panel
+        .svg(&format!(
+            "xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\""
+        ))
+        .replacen(">\n", &format!(">\n<style>\n{style}</style>\n"), 1)
 }
 
 /// Classes of all elements that are drawn for a controller.
@@ -59,10 +107,10 @@ pub fn document(heading: &str, panels: &[Panel], columns: usize) -> String {
     }
     let width = width.ceil();
     let height = rows.iter().map(|row| row_height(row) + GAP).sum::<f64>() + GAP + HEADING;
-    let (heading, colors) = (escape(heading), palette::css());
+    let (heading, style) = (escape(heading), file_style());
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"fig\" role=\"img\" width=\"{width}\" height=\"{height:.0}\" \
-         viewBox=\"0 0 {width} {height:.0}\">\n<title>{heading}</title>\n<style>\n{PAPER}{colors}{STYLE}</style>\n\
+         viewBox=\"0 0 {width} {height:.0}\">\n<title>{heading}</title>\n<style>\n{style}</style>\n\
          <rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
          <text class=\"heading\" x=\"{GAP}\" y=\"28\">{heading}</text>\n"
     );
@@ -103,19 +151,52 @@ mod tests {
             root.attribute("width").unwrap().parse::<f64>().unwrap()
                 > LETTER * heading.len() as f64
         );
-        assert!(
-            svg.contains(".paper{fill:#fff}")
-                && svg.contains(".s6{--c:#")
-                && svg.contains("--zmp:#"),
-            "{svg}"
+        assert!(!svg.contains("prefers-color-scheme"), "{svg}");
+        assert!(page_style().contains("prefers-color-scheme"));
+    }
+
+    /// Programs that are no browser draw a file in the colours that a browser shows.
+    #[test]
+    fn a_file_has_its_colours_in_a_program_that_is_no_browser() {
+        let mut panel = Panel::new(400.0, 60.0);
+        let controllers: Vec<String> = (0..COLORS).map(class_of_set).collect();
+        let marks = ["com", "zmp", "dcm", "slice", "wanted", "plan", "push"];
+        let all = controllers.iter().map(String::as_str).chain(marks);
+        for (i, class) in all.clone().enumerate() {
+            let at = [15.0 + 20.0 * i as f64, 20.0];
+            panel.group(&format!("class=\"{class}\""), |panel| {
+                panel.circle("dot", at, 8.0);
+                panel.line("", [at[0] - 8.0, 50.0], [at[0] + 8.0, 50.0]);
+            });
+        }
+        let colors = LIGHT[..COLORS].iter().map(|(_, color)| color.to_string());
+        let of_marks = ["com", "zmp", "dcm", "sets", "zmpRef", "footstep", "push"].map(|id| {
+            let mark = Overlay::ALL.into_iter().find(|mark| mark.look().id == id);
+            mark.unwrap().color().css()
+        });
+        let expected: Vec<String> = colors.chain(of_marks).collect();
+        let svg = document("", &[panel], 1);
+        let tree = resvg::usvg::Tree::from_str(&svg, &resvg::usvg::Options::default()).unwrap();
+        let size = tree.size().to_int_size();
+        let mut drawn = resvg::tiny_skia::Pixmap::new(size.width(), size.height()).unwrap();
+        resvg::render(
+            &tree,
+            resvg::tiny_skia::Transform::identity(),
+            &mut drawn.as_mut(),
         );
-        assert!(
-            !svg.contains("prefers-color-scheme") && page_style().contains("prefers-color-scheme")
+        for (i, (class, color)) in all.zip(expected).enumerate() {
+            let x = GAP as u32 + 15 + 20 * i as u32;
+            for y in [20, 50] {
+                let seen = drawn.pixel(x, (GAP + HEADING) as u32 + y).unwrap();
+                let [r, g, b] = [seen.red(), seen.green(), seen.blue()];
+                assert_eq!(format!("#{r:02x}{g:02x}{b:02x}"), color, "{class}");
+            }
+        }
+        assert_eq!(
+            drawn.pixel(1, 1).unwrap().green(),
+            255,
+            "the paper is white"
         );
-        assert!(
-            (0..9)
-                .all(|set| STYLE
-                    .contains(&format!(".{}{{", class_of_set(set).replace(" again", ""))))
-        );
+        assert!(!svg.contains("var(") && !svg.contains(":is("), "{svg}");
     }
 }

@@ -2,7 +2,6 @@
 //! marks and text are in px.
 
 use crate::foreign::harmless;
-use base64::prelude::{BASE64_STANDARD, Engine};
 use minijinja::HtmlEscape;
 use std::fmt::{Display, Write};
 
@@ -241,16 +240,6 @@ impl Panel {
             panel.line(class, from, neck);
             panel.polygon(&format!("{class} head"), [to, wing(1.0), wing(-1.0)]);
         });
-    }
-
-    /// A PNG in the upper left corner, shown in a size (px). `words` describe it for readers who cannot see it.
-    pub fn image(&mut self, [width, height]: PanelPoint, png: &[u8], words: &str) {
-        let ([width, height], words) = ([width, height].map(px), escape(words));
-        let data = BASE64_STANDARD.encode(png);
-        self.add(format_args!(
-            "<image x=\"0\" y=\"0\" width=\"{width}\" height=\"{height}\" role=\"img\" aria-label=\"{words}\" \
-             href=\"data:image/png;base64,{data}\"/>"
-        ));
     }
 
     /// A legend with its first row at a place (px). Returns the place of the next row.

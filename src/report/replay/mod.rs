@@ -11,14 +11,14 @@ use crate::html_page;
 use crate::text::ghost::{ended, parted};
 use minijinja::{UndefinedBehavior, context};
 use standfast_core::error::{Error, Result};
-use standfast_pictures::scene::palette::{self, Overlay};
+use standfast_scene::palette::{self, Overlay};
 use standfast_sim::episode::Film;
 use standfast_sim::episode::parting::Parting;
 
 const TEMPLATE: &str = include_str!("replay.html.jinja");
 const STYLE: &str = include_str!("replay.css");
 /// The scripts of the page, which share one scope, in the order in which they use each other.
-const SCRIPTS: [&str; 8] = [
+const SCRIPTS: [&str; 9] = [
     include_str!("math.js"),
     include_str!("film.js"),
     include_str!("meshes.js"),
@@ -26,6 +26,7 @@ const SCRIPTS: [&str; 8] = [
     include_str!("overlays.js"),
     include_str!("camera.js"),
     include_str!("plots.js"),
+    include_str!("save.js"),
     include_str!("player.js"),
 ];
 

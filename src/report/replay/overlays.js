@@ -98,12 +98,14 @@ class Over {
   constructor(canvas) {
     this.canvas = canvas;
     this.pen = canvas.getContext("2d");
+    // Pixels for each point of the screen.
+    this.ratio = 1;
   }
 
   draw(film, moment, marks, view, theme, on) {
-    const { canvas, pen } = this, ratio = window.devicePixelRatio || 1, { plumb } = PALETTE;
+    const { canvas, pen, ratio } = this, { plumb } = PALETTE;
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.clearRect(0, 0, canvas.width, canvas.height);
+    pen.clearRect(0, 0, canvas.width / ratio, canvas.height / ratio);
     const [halfWidth, halfHeight] = [canvas.width, canvas.height].map((px) => px / ratio / 2);
     const seen = (point) => {
       const [x, y, , w] = seenFrom(view, point);

@@ -7,7 +7,7 @@
 use base64::prelude::{BASE64_STANDARD, Engine};
 use nalgebra::Point2;
 use serde_json::{Value, json};
-use standfast_pictures::scene::mesh::DrawnMesh;
+use standfast_scene::mesh::DrawnMesh;
 
 const NONE: u16 = u16::MAX;
 /// Smallest step of a grid, 1 µm for positions and 1 µrad for angles.

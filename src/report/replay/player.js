@@ -24,7 +24,7 @@ try {
     resize();
   });
 } catch (problem) {
-  find("view").hidden = find("over").hidden = find("views").hidden = true;
+  find("view").hidden = find("over").hidden = find("views").hidden = find("saves").hidden = true;
   find("no-view").hidden = false;
   // Only the 3D view has failed; everything else works without it.
   find("why").textContent = problem.message;
@@ -70,20 +70,27 @@ function link() {
 }
 
 function followLink() {
-  const found = /^#t=(\d+\.?\d*|\.\d+)s?$/.exec(location.hash);
-  if (!found) return;
-  state.playing = false;
-  seek(Number(found[1]));
+  const asked = new URLSearchParams(location.hash.slice(1)), time = /^(\d+\.?\d*|\.\d+)s?$/.exec(asked.get("t"));
+  if (time) {
+    state.playing = false;
+    seek(Number(time[1]));
+  }
+  if (speeds.includes(Number(asked.get("speed")))) setSpeed(Number(asked.get("speed")));
+  if (camera && VIEWS[asked.get("view")]) camera.set(asked.get("view"));
+  save(asked.get("save"), false);
 }
 
 // Controls.
 const speeds = [...find("speed").options].map((option) => Number(option.value));
-function setSpeed(by) {
-  const at = clamp(speeds.indexOf(state.speed) + by, 0, speeds.length - 1);
-  state.speed = speeds[at];
-  find("speed").value = String(state.speed);
+function setSpeed(speed) {
+  state.speed = speed;
+  find("speed").value = String(speed);
 }
-setSpeed(0);
+// Goes to a slower or a faster speed, by a number of choices.
+function changeSpeed(by) {
+  setSpeed(speeds[clamp(speeds.indexOf(state.speed) + by, 0, speeds.length - 1)]);
+}
+setSpeed(1);
 find("speed").addEventListener("change", (event) => {
   state.speed = Number(event.target.value);
   release();
@@ -123,8 +130,8 @@ const ACTIONS = {
   skip: () => step(TENTH),
   start: () => step(-film.count),
   end: () => step(film.count),
-  slower: () => setSpeed(-1),
-  faster: () => setSpeed(1),
+  slower: () => changeSpeed(-1),
+  faster: () => changeSpeed(1),
   help: () => {
     const keys = find("keys");
     keys.open = !keys.open;
@@ -133,6 +140,7 @@ const ACTIONS = {
   link: () => copy(link()),
   command: () => copy(find("command-text").textContent),
 };
+for (const kind of Object.keys(SAVES)) ACTIONS["save-" + kind] = () => save(kind, true);
 for (const view of Object.keys(VIEWS)) ACTIONS["view-" + view] = () => camera && camera.set(view);
 const KEYS = {
   " ": "play", ",": "back", ".": "forth", ArrowLeft: "rewind", ArrowRight: "skip", Home: "start", End: "end", r: "start",
@@ -165,17 +173,19 @@ document.addEventListener("keydown", (event) => {
 });
 
 let fading;
+// Shows a text for a while.
+function say(text) {
+  find("toast").textContent = text;
+  find("toast").hidden = false;
+  clearTimeout(fading);
+  fading = setTimeout(() => { find("toast").hidden = true; }, 5000);
+}
+
 function copy(text) {
-  const say = (word) => {
-    find("toast").textContent = word + text;
-    find("toast").hidden = false;
-    clearTimeout(fading);
-    fading = setTimeout(() => { find("toast").hidden = true; }, 5000);
-  };
   // Where copying is not allowed, the text stays on the page to be copied by hand.
-  say("");
+  say(text);
   const clipboard = navigator.clipboard ? navigator.clipboard.writeText(text) : Promise.reject();
-  clipboard.then(() => say("copied: "), () => {});
+  clipboard.then(() => say("copied: " + text), () => {});
 }
 
 // The time line shows the phases of the controller and the events of the episode.
@@ -231,7 +241,9 @@ function renderPlots() {
 
 // Fits the canvases to the layout.
 function resize() {
+  if (state.saving) return;
   const ratio = window.devicePixelRatio || 1, pixels = (px) => Math.max(1, Math.round(px * ratio));
+  if (scene) scene.over.ratio = ratio;
   for (const canvas of scene ? [find("view"), find("over")] : []) {
     [canvas.width, canvas.height] = [pixels(canvas.clientWidth), pixels(canvas.clientHeight)];
   }
@@ -257,7 +269,7 @@ function frame(now) {
     state.last = now;
     if (state.time >= film.end) pause();
   }
-  if (state.stale) {
+  if (state.stale && !state.saving) {
     state.stale = false;
     draw();
   }

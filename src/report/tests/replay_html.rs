@@ -558,6 +558,79 @@ fn a_key_hides_the_ghost() {
     );
 }
 
+/// What is saved is decoded by the browser, which knows nothing of how it was written: size, number of pictures, the share
+/// of purple (the robot) in each sixth of the first and of the last one, and the highest purple row.
+const SAVED: &str = "(async () => {
+    while (!document.getElementById('saved')) await new Promise((done) => setTimeout(done, 50));
+    const { href, download } = document.getElementById('saved');
+    const data = Uint8Array.from(atob(href.split(',')[1]), (c) => c.charCodeAt());
+    const decoder = new ImageDecoder({ data, type: href.slice(5, href.indexOf(';')) });
+    await Promise.all([decoder.tracks.ready, decoder.completed]);
+    const count = decoder.tracks.selectedTrack.frameCount, pictures = [];
+    for (const frameIndex of [0, count - 1]) {
+        const { image } = await decoder.decode({ frameIndex }), { displayWidth: width, displayHeight: height } = image;
+        const pen = new OffscreenCanvas(width, height).getContext('2d');
+        pen.drawImage(image, 0, 0);
+        const pixels = pen.getImageData(0, 0, width, height).data, sixths = [0, 0, 0, 0, 0, 0];
+        let top = height;
+        for (let i = 0; i < pixels.length; i += 4) {
+            const [r, g, b] = pixels.slice(i, i + 3), at = i / 4;
+            if (!(b > 60 && b > 1.25 * r && r > 1.2 * g)) continue;
+            sixths[Math.floor((6 * (at % width)) / width)] += 6 / (width * height);
+            top = Math.min(top, at / width / height);
+        }
+        pictures.push({ width, height, sixths, top });
+    }
+    return { href, download, count, first: pictures[0], last: pictures[1] };
+})()";
+
+#[test]
+fn the_page_saves_what_it_shows_and_the_same_bytes_again() {
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let file = written(&folder, fallen(), &head());
+    let mut saved = |kind: &str| {
+        let mut tab = browser.tab(900, 700, "light");
+        let asked = format!("{}#t=0.4&speed=5&view=front&save={kind}", file.display());
+        tab.open(asked.as_ref());
+        let found = tab.evaluate(SAVED);
+        let view = tab.evaluate("[replay.camera.elevation, document.getElementById('view').width, document.getElementById('view').height]");
+        assert!((view[0].as_f64().unwrap() - 6_f64.to_radians()).abs() < 1e-9);
+        (found, [view[1].clone(), view[2].clone()])
+    };
+    let size = |picture: &Value| [picture["width"].clone(), picture["height"].clone()];
+    let top = |picture: &Value| picture["top"].as_f64().unwrap();
+    for kind in ["png", "strip", "film"] {
+        let (found, view) = saved(kind);
+        let ending = if kind == "film" { "gif" } else { "png" };
+        assert_eq!(found["download"], format!("A-push.{ending}"));
+        assert_eq!(
+            saved(kind).0["href"],
+            found["href"],
+            "other bytes of {kind}"
+        );
+        let (first, last) = (&found["first"], &found["last"]);
+        match kind {
+            "png" => assert_eq!(size(first), view),
+            "strip" => {
+                assert_eq!(size(first), [1440, 320].map(Value::from));
+                let sixths = first["sixths"].as_array().unwrap();
+                assert!(
+                    sixths.iter().all(|share| share.as_f64().unwrap() > 0.02),
+                    "{sixths:?}"
+                );
+            }
+            _ => {
+                assert_eq!(size(last), [480, 360].map(Value::from));
+                assert!(found["count"].as_u64().unwrap() > 5, "{}", found["count"]);
+                assert!(top(last) > top(first) + 0.1, "no fall: {first} {last}");
+            }
+        }
+    }
+}
+
 #[test]
 fn without_webgl_the_rest_works() {
     let Some(mut browser) = Browser::start() else {

@@ -1,5 +1,5 @@
-//! The films of two entrants in one trial, in words. In pictures the robot of one film is solid, and the robot of the
-//! other is a ghost or beside it.
+//! The films of two entrants in one trial, in words. On a page the robot of one film is solid, and the robot of the other
+//! is a ghost.
 
 use super::story::outcome;
 use standfast_sim::episode::Film;

@@ -5,7 +5,7 @@ use kiss3d::camera::{Camera3d, OrbitCamera3d};
 use kiss3d::egui::{Pos2, Vec2, pos2};
 use kiss3d::glamx::{Mat4, Vec3, Vec4};
 use nalgebra::{Point3, Unit, Vector3};
-use standfast_pictures::scene::scale::RobotScale;
+use standfast_scene::scale::RobotScale;
 
 /// The camera at the start, at the front left of the robot, which appears to the left of the panel.
 pub fn camera(scale: RobotScale) -> OrbitCamera3d {

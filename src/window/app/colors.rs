@@ -2,7 +2,7 @@
 
 use super::triangles::Rgb;
 use kiss3d::egui::Color32;
-use standfast_pictures::scene::palette::{Color, Overlay};
+use standfast_scene::palette::{Color, Overlay};
 
 pub const SKY: Color = Color(0xe9, 0xed, 0xf2);
 pub const FLOOR: Color = Color(0xcf, 0xd6, 0xde);

@@ -7,8 +7,8 @@ use super::space::{brightness, to_sun};
 use kiss3d::egui::{Mesh, Shape};
 use nalgebra::Point3;
 use standfast_core::robot::Kinematics;
-use standfast_pictures::scene::palette::{Color, GHOST};
-use standfast_pictures::scene::{Stage, Surface};
+use standfast_scene::palette::{Color, GHOST};
+use standfast_scene::{Stage, Surface};
 
 /// Distance from the same part of the solid robot at which a part of the ghost has its full opacity, for a robot of the
 /// size of UT-mu2 (m). Nearer parts are fainter, so that a ghost at the same place does not tint the robot.

@@ -1,7 +1,7 @@
 //! The wishes of the user, and the keys for them.
 
 use kiss3d::event::{Action, Key};
-use standfast_pictures::scene::palette::{GHOST, Overlay};
+use standfast_scene::palette::{GHOST, Overlay};
 use std::time::{Duration, Instant};
 
 /// A wish of the user, from a key or from the panel.

@@ -7,9 +7,9 @@ use super::{colors, space};
 use kiss3d::egui::epaint::PathShape;
 use kiss3d::egui::{self, Align2, Color32, FontId, Painter, Pos2, Shape, pos2, vec2};
 use nalgebra::{Point2, Point3};
-use standfast_pictures::scene::palette::{Color, GHOST, Overlay};
-use standfast_pictures::scene::scale::RobotScale;
-use standfast_pictures::scene::{
+use standfast_scene::palette::{Color, GHOST, Overlay};
+use standfast_scene::scale::RobotScale;
+use standfast_scene::{
     Drawing, FlatShape, SceneMark, ScreenPoint, Stroke, arrow, on_ground, strokes,
 };
 use standfast_sim::Ground;

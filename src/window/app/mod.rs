@@ -38,8 +38,8 @@ use simulation::Simulation;
 use space::Space;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Units;
-use standfast_pictures::scene::Stage;
-use standfast_pictures::scene::palette::Overlay;
+use standfast_scene::Stage;
+use standfast_scene::palette::Overlay;
 use std::path::Path;
 use std::time::Instant;
 use watchdog::Watchdog;
@@ -396,8 +396,7 @@ fn write_picture(window: &Window, path: &Path) -> Result<()> {
 
 /// A robot three times as long as the window is made for, of the same density.
 #[cfg(test)]
-const THRICE: standfast_pictures::scene::scale::RobotScale =
-    standfast_pictures::scene::scale::RobotScale {
-        length: 3.0,
-        mass: 27.0,
-    };
+const THRICE: standfast_scene::scale::RobotScale = standfast_scene::scale::RobotScale {
+    length: 3.0,
+    mass: 27.0,
+};

@@ -11,9 +11,9 @@ use kiss3d::egui::{
     Align2, Area, Button, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText,
     ScrollArea, Sense, Ui, vec2,
 };
-use standfast_pictures::scene::palette::{GHOST, Overlay, OverlayLook};
-use standfast_pictures::scene::scale::RobotScale;
-use standfast_pictures::scene::{doing, without_gain};
+use standfast_scene::palette::{GHOST, Overlay, OverlayLook};
+use standfast_scene::scale::RobotScale;
+use standfast_scene::{doing, without_gain};
 
 /// Width of the panel (points).
 pub const WIDTH: f32 = 340.0;

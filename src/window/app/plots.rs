@@ -5,7 +5,7 @@ use super::colors::OnScreen as _;
 use egui_plot::{AxisHints, Line, LineStyle, Plot, PlotPoint, PlotPoints, uniform_grid_spacer};
 use kiss3d::egui::{Rangef, Ui};
 use nalgebra::Point2;
-use standfast_pictures::scene::palette::{GHOST, Overlay};
+use standfast_scene::palette::{GHOST, Overlay};
 use standfast_sim::episode::Snapshot;
 use std::collections::VecDeque;
 

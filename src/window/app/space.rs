@@ -9,8 +9,8 @@ use kiss3d::scene::SceneNode3d;
 use kiss3d::window::Window;
 use nalgebra::{Point3, Vector3};
 use standfast_core::robot::Kinematics;
-use standfast_pictures::scene::scale::RobotScale;
-use standfast_pictures::scene::{Drawing, GroundPart, SceneMark, Stage, faces};
+use standfast_scene::scale::RobotScale;
+use standfast_scene::{Drawing, GroundPart, SceneMark, Stage, faces};
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
 use standfast_sim::push::round;
@@ -124,7 +124,7 @@ impl<'a> Space<'a> {
             let lit: Vec<(Vec3, Rgb)> = lit.collect();
             for face in &solid.mesh.faces {
                 // If thinning has collapsed a thin wall, its inner side lies on the outer one. So only triangles that
-                // face the eye are drawn, as in replays and pictures.
+                // face the eye are drawn, as in replays.
                 let [a, b, c] = face.map(|i| corners[i].0);
                 if (b - a).cross(&(c - a)).dot(&(eye - a)) > 0.0 {
                     for &i in face {

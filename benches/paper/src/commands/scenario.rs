@@ -133,13 +133,8 @@ fn check_without_physics(args: &ScenarioArgs) -> Result<()> {
         trace,
         plot: _,
         replay,
-        frames,
     } = &args.outputs;
-    let files = [
-        ("--trace", trace),
-        ("--replay", replay),
-        ("--frames", frames),
-    ];
+    let files = [("--trace", trace), ("--replay", replay)];
     let files =
         files.map(|(option, path)| (option, path.as_ref().map(|path| path.display().to_string())));
     let engine = (

@@ -1,4 +1,4 @@
-//! The size of a robot in relation to UT-mu2, for which the window, pages and pictures were made. Marks grow with the
+//! The size of a robot in relation to UT-mu2, for which the window and pages were made. Marks grow with the
 //! length of the robot, and the pull of the mouse with its weight.
 
 use standfast_core::robot::Robot;

@@ -1,5 +1,5 @@
 //! Signs that mark points: flat shapes about the point with a white rim, so that they are visible on a robot of any
-//! colour. The window, pictures and replays draw the same signs.
+//! colour. The window and replays draw the same signs.
 
 use serde::{Serialize, Serializer};
 use std::f64::consts::TAU;

@@ -1,6 +1,4 @@
-//! The phase of the controller in words, for replays, the labels of pictures, and the window.
-
-use standfast_sim::episode::Snapshot;
+//! The phase of the controller in words, for replays and the window.
 
 /// The phases of our own controllers, each with the activity of the controller, and with the reason why no gain is in
 /// use.
@@ -35,12 +33,4 @@ pub fn without_gain(phase: &str) -> &'static str {
         .iter()
         .find(|(name, ..)| *name == phase)
         .map_or("none", |(.., why)| why)
-}
-
-/// The label of a moment: the name of the gain in use or, if there is none, the activity of the controller.
-pub fn in_short(now: &Snapshot) -> String {
-    match now.gain.as_ref().filter(|_| now.phase == "switching") {
-        Some(gain) => format!("gain {gain}"),
-        None => doing(&now.phase),
-    }
 }

@@ -1,9 +1,11 @@
-//! The visible scene as plain data: the robot's solids as triangles, the ground as faces, and one list of marks.
-//! Pictures rasterise it, the window of `view` sends it to the graphics card, and the page of a replay uses its parts.
+//! The visible scene as plain data: the robot's solids as triangles, the ground as faces, and one list of marks. The
+//! window of `view` and the page of a replay draw it, each on the graphics card, and so alike.
 //!
 //! To add a mark, add an [`Overlay`] with its look and its style, which says what it shows of a snapshot. The parts of
 //! marks that lie flat over the picture (signs, outlines, arrows) come from `strokes`, in points of a screen, so that
 //! they have the same size for robots of any size, and the robot never hides them.
+
+#![forbid(unsafe_code)]
 
 mod events;
 mod ground;
@@ -27,7 +29,7 @@ use standfast_core::robot::{Kinematics, Posture, Robot};
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
 pub use strokes::{Stroke, arrow, strokes};
-pub use words::{PHASES, doing, in_short, without_gain};
+pub use words::{PHASES, doing, without_gain};
 
 /// A robot that can be drawn in any posture, and the ground on which it stands.
 pub struct Stage<'a> {
@@ -99,22 +101,6 @@ impl<'a> Stage<'a> {
         self.solids
             .iter()
             .map(|solid| (solid, *kinematics.link_pose(solid.link)))
-    }
-
-    /// Balls that contain the robot's solids (centre in the world frame, and radius; m). A camera is framed on them.
-    pub fn extent(&self, posture: &Posture) -> Vec<(Point3<f64>, f64)> {
-        let kinematics = self.kinematics(posture);
-        self.solids(&kinematics)
-            .map(
-                |(
-                    Surface {
-                        ball: (at, radius_m),
-                        ..
-                    },
-                    pose,
-                )| (pose * at, *radius_m),
-            )
-            .collect()
     }
 
     /// The marks of a moment, in the order in which they are drawn.

@@ -1,5 +1,5 @@
 //! The overlays: all marks beside the robot, with their colours, keys, names and styles. They are the same in the
-//! window, in pictures and in replays.
+//! window and in replays.
 
 use super::sign::Sign;
 use nalgebra::Point2;

@@ -1,4 +1,4 @@
-//! The marks of a moment, as one list for pictures, the window and replays.
+//! The marks of a moment, as one list for the window and replays.
 
 use super::palette::{Overlay, Sheet, Style};
 use super::scale::RobotScale;
