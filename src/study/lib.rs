@@ -2,7 +2,7 @@
 //! controller the number of trials from which it recovers. [`ask`] is what a campaign asks, [`plan`] reads the inputs,
 //! [`run`] runs the trials, [`store`] keeps the results, and [`verdict`] draws the conclusions. [`limit`] searches the
 //! largest recoverable impulse, heading by heading, [`tune`] searches a better controller, [`ceiling`] searches
-//! recoveries from the pushes that a controller loses, and [`partings`] shows where the traces of two physics engines
+//! recoveries from the pushes that a controller loses ([`batch`] runs the jobs of these three), and [`partings`] shows where the traces of two physics engines
 //! part.
 //!
 //! Imports between these rooms go one way: [`ask`] does not know [`store`], and neither knows [`verdict`].
@@ -14,6 +14,7 @@
 extern crate self as standfast_study;
 
 pub mod ask;
+pub mod batch;
 pub mod ceiling;
 pub mod cma_es;
 #[cfg(test)]

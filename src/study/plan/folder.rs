@@ -13,7 +13,18 @@ impl PreparedCampaign {
     /// The folder for the result: `out` if it is given, else a folder under `standfast-results` that is new or belongs
     /// to this campaign. Writes nothing. Fails if `out` holds something else.
     pub fn folder(&self, out: Option<&Path>) -> Result<Folder> {
-        let path = out.map_or_else(|| self.usual_folder(), Path::to_path_buf);
+        let Manifest {
+            campaign,
+            config_hash,
+            ..
+        } = &self.manifest;
+        let usual = || {
+            let engine = campaign.episode.engine;
+            usual_folder(&campaign.name, engine, config_hash, |path| {
+                self.may_have(path).unwrap_or(false)
+            })
+        };
+        let path = out.map_or_else(usual, Path::to_path_buf);
         if !self.may_have(&path)? {
             let advice = out.map_or("", |_| ". Give a new folder, or remove this one");
             let differences = self.differences(&path);
@@ -30,26 +41,6 @@ impl PreparedCampaign {
             ..self.manifest.clone()
         };
         Ok(Folder { path, manifest })
-    }
-
-    /// The folder named after the campaign or, if that holds something else, the one that is named after its hash, too.
-    fn usual_folder(&self) -> PathBuf {
-        let Manifest {
-            campaign,
-            config_hash,
-            ..
-        } = &self.manifest;
-        let results = Path::new("standfast-results");
-        let name = match campaign.episode.engine {
-            Engine::Rapier => campaign.name.clone(),
-            other => format!("{}-{}", campaign.name, other.name()),
-        };
-        let plain = results.join(&name);
-        if self.may_have(&plain).unwrap_or(false) {
-            plain
-        } else {
-            results.join(format!("{name}-{}", &config_hash[..8]))
-        }
     }
 
     /// Whether a folder is new or belongs to this campaign.
@@ -107,5 +98,25 @@ impl PreparedCampaign {
         } else {
             self.manifest.clone()
         }
+    }
+}
+
+/// A folder under `standfast-results` that is named after what it holds and the engine, unless that is Rapier; and after the
+/// hash of the configuration, too, if the folder of the plain name may not be taken.
+pub(crate) fn usual_folder(
+    name: &str,
+    engine: Engine,
+    hash: &str,
+    may_have: impl Fn(&Path) -> bool,
+) -> PathBuf {
+    let results = Path::new("standfast-results");
+    let name = match engine {
+        Engine::Rapier => name.into(),
+        other => format!("{name}-{}", other.name()),
+    };
+    let plain = results.join(&name);
+    match may_have(&plain) {
+        true => plain,
+        false => results.join(format!("{name}-{}", &hash[..8])),
     }
 }

@@ -8,6 +8,7 @@ mod pool;
 mod trials;
 mod unpushed;
 
+pub(crate) use folder::usual_folder;
 pub(crate) use pool::pool;
 pub(crate) use trials::each_caught;
 
@@ -26,6 +27,7 @@ use standfast_files::assets::{self, InputKind};
 use standfast_files::sha256_hex;
 use standfast_robots::urdf::Files;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 /// A campaign whose inputs are read and checked. The controllers are designed later.
 pub struct PreparedCampaign {
@@ -35,6 +37,8 @@ pub struct PreparedCampaign {
     controllers: Vec<Box<dyn ControllerSpec>>,
     /// The inputs that are not compiled in, each by its name in the result folder.
     inputs: Vec<(String, Vec<u8>)>,
+    /// The controllers that have been tried without a push.
+    tried: OnceLock<Vec<PreparedController>>,
 }
 
 impl PreparedCampaign {
@@ -119,6 +123,7 @@ impl PreparedCampaign {
             robot,
             controllers,
             inputs: inputs.kept,
+            tried: OnceLock::new(),
         })
     }
 
