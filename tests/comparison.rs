@@ -1,5 +1,6 @@
 //! Gates, early stopping and comparisons, by the program from outside.
 
+use crate::common::parts::{relabel, rows};
 use crate::common::program::{
     FEW, PROGRAM, SEVERAL_PARTS, SHORT, files, folder, forge, short, standfast, stderr, stdout,
 };
@@ -60,11 +61,9 @@ fn what_another_build_has_made_is_kept_but_said() {
     assert!(!said());
     let merged =
         || stderr(&standfast(dir.path(), &["merge", "out"]).success()).contains("2 builds");
-    let marker = dir.path().join("out/parts/part-000000.json");
-    let mut changed: Value = serde_json::from_slice(&fs::read(&marker).unwrap()).unwrap();
-    changed["build"] = "0".into();
     assert!(!merged());
-    fs::write(&marker, changed.to_string()).unwrap();
+    let part = dir.path().join("out/parts/part-000000.parquet");
+    relabel(&part, |label| label["build"] = "0".into());
     assert!(said() && merged());
 }
 
@@ -141,7 +140,7 @@ fn while_trials_are_run_there_is_no_result_of_an_earlier_look() {
     let dir = folder();
     let out = dir.path().join("out");
     standfast(dir.path(), &short(&[SEVERAL_PARTS])).success();
-    fs::remove_file(out.join("parts/part-000001.json")).unwrap();
+    fs::remove_file(out.join("parts/part-000001.parquet")).unwrap();
     // A shard joins nothing, so it leaves the same files as an interruption.
     standfast(dir.path(), &short(&[SEVERAL_PARTS, "--shard=2/2"])).success();
     let left: Vec<String> = files(&out)
@@ -640,7 +639,7 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
     .success();
     assert!(files(&other.path().join("out")) == whole, "two threads");
     // One part is removed by hand, and the same command continues.
-    fs::remove_file(other.path().join("out/parts/part-000000.json")).unwrap();
+    fs::remove_file(other.path().join("out/parts/part-000000.parquet")).unwrap();
     fs::remove_file(other.path().join("out/parts/stopped.json")).unwrap();
     standfast(other.path(), &short(&until)).success();
     assert!(files(&other.path().join("out")) == whole, "resumed");
@@ -716,15 +715,18 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
     let pair = &found["pairs"][0];
     let counts = ["both", "only_a", "only_b", "neither"].map(|key| pair[key].as_u64().unwrap());
     assert_eq!(counts.iter().sum::<u64>(), 25, "{pair}");
-    let part = |block: u64| {
-        String::from_utf8(whole[&format!("parts/part-{block:06}.csv")].clone()).unwrap()
+    let has = |block: u64, controller: &str| {
+        let part = dir
+            .path()
+            .join(format!("out/parts/part-{block:06}.parquet"));
+        rows(&part)
+            .iter()
+            .any(|row| row["controller"] == controller)
     };
-    assert!(
-        part(4).contains(",hold,") && !part(5).contains(",hold,") && part(5).contains(",fixed,")
-    );
+    assert!(has(4, "hold") && !has(5, "hold") && has(5, "fixed"));
     run(other.path(), "--max-trials=50", &["--threads=2"]);
     assert!(files(&other.path().join("out")) == whole, "two threads");
-    for lost in ["part-000002.json", "part-000008.csv", "stopped.json"] {
+    for lost in ["part-000002.parquet", "part-000008.parquet", "stopped.json"] {
         fs::remove_file(other.path().join("out/parts").join(lost)).unwrap();
     }
     standfast(other.path(), &["status", "out"]).code(3);
@@ -1166,11 +1168,9 @@ fn who_does_not_fall_has_survived() {
         told.contains("judge:  survival: a robot that stands still, or has not fallen after 6 s"),
         "{told}"
     );
-    let rows = fs::read_to_string(dir.path().join("b/parts/part-000000.csv")).unwrap();
-    assert!(
-        rows.contains(",Survived,") && !rows.contains(",TimedOut,"),
-        "{rows}"
-    );
+    let rows = rows(&dir.path().join("b/parts/part-000000.parquet"));
+    let has = |outcome: &str| rows.iter().any(|row| row["outcome"] == outcome);
+    assert!(has("Survived") && !has("TimedOut"), "{rows:?}");
     // The robot has 8 kg. Over sqrt(g h), the change of velocity is a share of 1.74 m/s.
     let push = stdout(
         &standfast(

@@ -1,5 +1,6 @@
 //! The same episode gives the same bits.
 
+use crate::common::parts::rows;
 use crate::common::program::{SEVERAL_PARTS, files, folder, standfast};
 use crate::common::{Bench, engine, push, sensor_errors};
 use nalgebra::Vector3;
@@ -228,18 +229,18 @@ fn a_campaign_that_varies_everything_is_the_same_bytes_for_any_number_of_threads
         ]
         .concat();
         standfast(dir.path(), &args).success();
-        files(&dir.path().join("out"))
+        let row = rows(&dir.path().join("out/parts/part-000000.parquet")).remove(0);
+        (files(&dir.path().join("out")), row)
     };
-    let one = result("--threads=1");
-    let rows = String::from_utf8(one["parts/part-000000.csv"].clone()).unwrap();
+    let (one, row) = result("--threads=1");
     assert!(
-        rows.contains("second_impulse_n_s")
-            && rows.contains("ground_step_m")
-            && rows.contains("Fell"),
-        "{rows}"
+        row["second_impulse_n_s"].is_number()
+            && row["ground_step_m"].is_number()
+            && row["outcome"] == "Fell",
+        "{row:?}"
     );
     assert!(
-        one == result("--threads=2"),
+        one == result("--threads=2").0,
         "two threads wrote something else"
     );
 }

@@ -3,9 +3,9 @@
 //!
 //! `cargo test --release --test faults -- --nocapture` prints the table.
 
+use crate::common::parts;
 use crate::common::program::{PROGRAM, Run, files, folder, send, standfast, stderr};
 use serde_json::Value;
-use standfast::files::sha256_hex;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -53,8 +53,8 @@ fn started(dir: &Path) -> Child {
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    let marker = dir.join("out/parts/part-000002.json");
-    while !marker.exists() {
+    let part = dir.join("out/parts/part-000002.parquet");
+    while !part.exists() {
         std::thread::sleep(Duration::from_millis(5));
     }
     child
@@ -88,31 +88,13 @@ fn change(path: &Path, change: impl FnOnce(&mut Value)) {
     fs::write(path, value.to_string()).unwrap();
 }
 
-/// Changes the cells of a column in a part, and the hash of the part in its marker.
+/// Changes the numbers of a column in a part, and makes the hash of the part anew.
 fn forge(dir: &Path, part: &str, column: &str, change: impl Fn(f64) -> f64) {
-    let [csv, marker] = ["csv", "json"].map(|kind| dir.join(format!("out/parts/{part}.{kind}")));
-    let mut reader = csv::Reader::from_path(&csv).unwrap();
-    let heads = reader.headers().unwrap().clone();
-    let at = heads.iter().position(|head| head == column).unwrap();
-    let mut written = csv::Writer::from_writer(Vec::new());
-    written.write_record(&heads).unwrap();
-    for row in reader.records().map(Result::unwrap) {
-        let cell = change(row[at].parse().unwrap()).to_string();
-        written
-            .write_record(
-                row.iter()
-                    .enumerate()
-                    .map(|(i, old)| if i == at { &cell } else { old }),
-            )
-            .unwrap();
-    }
-    let bytes = written.into_inner().unwrap();
-    change_marker(&marker, sha256_hex(&bytes));
-    fs::write(&csv, bytes).unwrap();
-}
-
-fn change_marker(marker: &Path, sha256: String) {
-    change(marker, |value| value["sha256"] = sha256.into());
+    parts::forge(
+        &dir.join(format!("out/parts/{part}.parquet")),
+        column,
+        change,
+    );
 }
 
 /// A fault in the folder of a campaign, which is new or, after `begin`, begun. The function returns what happened.
@@ -187,14 +169,14 @@ const FAULTS: [Fault; 14] = [
     ("a limit on file sizes that is met in the middle", |dir| {
         run_with_files_up_to(dir, 8).code(75);
         assert!(
-            dir.join("out/parts/part-000011.json").exists()
+            dir.join("out/parts/part-000011.parquet").exists()
                 && !dir.join("out/report.html").exists()
         );
         "an error, exit code 75; finished parts are kept, and no half of a file is left"
     }),
     ("a byte of a part changed", |dir| {
         run(dir).success();
-        let part = dir.join("out/parts/part-000003.csv");
+        let part = dir.join("out/parts/part-000003.parquet");
         let mut bytes = fs::read(&part).unwrap();
         bytes[200] ^= 1;
         fs::write(&part, bytes).unwrap();
@@ -210,19 +192,14 @@ const FAULTS: [Fault; 14] = [
                 let said = stderr(&standfast(dir, &[command, "out"]).code(3));
                 let told = "trial 15 of hold: impulse_n_s = 0.001: is not what seed 1 draws for this trial; accepted: ";
                 assert!(
-                    said.contains("part-000003.csv: ") && said.contains(told),
+                    said.contains("part-000003.parquet: ") && said.contains(told),
                     "{said}"
                 );
-                assert!(
-                    said.contains("remove part-000003.csv and part-000003.json"),
-                    "{said}"
-                );
+                assert!(said.contains("remove part-000003.parquet"), "{said}");
             }
             standfast(dir, &["replay", "out", "--trial=15"]).code(3);
-            ["csv", "json"].iter().for_each(|kind| {
-                fs::remove_file(dir.join(format!("out/parts/part-000003.{kind}"))).unwrap()
-            });
-            "`merge` and `status` refuse, exit code 3, and name the trial and the files to remove; it is run again"
+            fs::remove_file(dir.join("out/parts/part-000003.parquet")).unwrap();
+            "`merge` and `status` refuse, exit code 3, and name the trial and the file to remove; it is run again"
         },
     ),
     (

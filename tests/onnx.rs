@@ -1,6 +1,7 @@
 //! Learned policies: a network gives the same actions as its law in Python, mistakes are reported in a sentence, and
 //! real policies stand and are pushed if they are available.
 
+use crate::common::parts::rows;
 use crate::common::program::{folder, standfast, stderr, stdout};
 use ndarray::array;
 use ndarray_npy::{NpzWriter, WriteNpyExt};
@@ -257,7 +258,7 @@ fn a_policy_is_an_input_of_its_result_and_gives_the_same_bytes_on_any_number_of_
             threads,
         ];
         standfast(dir.path(), &args).success();
-        fs::read(dir.path().join(&out[6..]).join("parts/part-000000.csv")).unwrap()
+        fs::read(dir.path().join(&out[6..]).join("parts/part-000000.parquet")).unwrap()
     };
     assert_eq!(run("--out=a", "--threads=1"), run("--out=b", "--threads=2"));
     assert!(dir.path().join("a/inputs/gains/policy.onnx").is_file());
@@ -705,13 +706,15 @@ fn a_policy_brings_its_own_motors() {
         ];
         args.extend(controllers.iter().map(String::as_str));
         standfast(dir.path(), &args).success();
-        let parts = fs::read_to_string(dir.path().join(out).join("parts/part-000000.csv")).unwrap();
+        let rows = rows(&dir.path().join(out).join("parts/part-000000.parquet"));
         // The rows of each controller, without its name.
         move |name: &str| {
-            let rows = parts
-                .lines()
-                .filter(|line| line.split(',').any(|cell| cell == name));
-            rows.map(|line| line.replace(name, "")).collect::<Vec<_>>()
+            let mut of_it = rows.clone();
+            of_it.retain(|row| row["controller"] == name);
+            for row in &mut of_it {
+                row.remove("controller");
+            }
+            of_it
         }
     };
     let all = [&["hold"][..], &files.each_ref().map(String::as_str)].concat();

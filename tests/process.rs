@@ -1,6 +1,7 @@
 //! Controllers that run in processes of their own, in Python: they do the same as the same controller within the
 //! program, failures are outcomes with a cause, and no child is left behind.
 
+use crate::common::parts::{Row, rows};
 use crate::common::program::{PROGRAM, Run, folder, send, standfast, stderr, stdout};
 use serde_json::Value;
 use std::fs;
@@ -41,22 +42,13 @@ fn controller(folder: &Path, name: &str, more: &str, script: &str) -> String {
 }
 
 /// The rows of a controller in a part, without its name, and without the column on second runs.
-fn rows_of(part: &Path, set: &str) -> Vec<Vec<String>> {
-    let mut reader = csv::Reader::from_path(part).unwrap();
-    let headers = reader.headers().unwrap().clone();
-    let at = headers.iter().position(|name| name == "set").unwrap();
-    let rows = reader
-        .records()
-        .map(|row| row.unwrap())
-        .filter(|row| &row[at] == set);
-    let rest = |row: csv::StringRecord| {
-        let cells = headers
-            .iter()
-            .zip(&row)
-            .filter(|(name, _)| !["set", "repeats"].contains(name));
-        cells.map(|(_, cell)| cell.into()).collect()
-    };
-    rows.map(rest).collect()
+fn rows_of(part: &Path, controller: &str) -> Vec<Row> {
+    let mut rows = rows(part);
+    rows.retain(|row| row["controller"] == controller);
+    for row in &mut rows {
+        row.retain(|name, _| !["controller", "repeats"].contains(&name.as_str()));
+    }
+    rows
 }
 
 #[test]
@@ -81,7 +73,7 @@ fn hold_in_python_is_hold_to_the_bit_and_is_replayed_from_its_result() {
     };
     run("--out=a", "--threads=1");
     run("--out=b", "--threads=2");
-    let part = |out: &str| dir.path().join(out).join("parts/part-000000.csv");
+    let part = |out: &str| dir.path().join(out).join("parts/part-000000.parquet");
     assert_eq!(fs::read(part("a")).unwrap(), fs::read(part("b")).unwrap());
     let [inside, outside] = ["hold", "hold-python"].map(|set| rows_of(&part("a"), set));
     assert!(
@@ -163,7 +155,7 @@ fn controllers_in_cpp_do_what_those_in_python_do_to_the_bit() {
         "--gains=cpp/ankles.toml",
     ];
     standfast(dir.path(), &[&run[..], &[&python[0], &python[1]]].concat()).success();
-    let part = dir.path().join("a/parts/part-000000.csv");
+    let part = dir.path().join("a/parts/part-000000.parquet");
     let rows = |set: &str| rows_of(&part, set);
     assert!(rows("hold-cpp").len() == 4 && rows("hold-cpp") == rows("hold-python"));
     assert!(rows("ankles-cpp") == rows("ankles") && rows("ankles") != rows("hold-cpp"));
@@ -448,20 +440,12 @@ fn a_failure_is_an_outcome_with_its_cause_and_leaves_no_child() {
                 .contains("2 trials ended since the controller failed"),
             "{summary}"
         );
-        let mut reader =
-            csv::Reader::from_path(dir.path().join("a/parts/part-000000.csv")).unwrap();
-        let headers = reader.headers().unwrap().clone();
-        let at = |column: &str| headers.iter().position(|name| name == column).unwrap();
-        for row in reader
-            .records()
-            .map(|row| row.unwrap())
-            .filter(|row| &row[at("set")] == name)
-        {
-            assert_eq!(&row[at("outcome")], "Failed", "{name}");
+        for row in rows_of(&dir.path().join("a/parts/part-000000.parquet"), name) {
+            assert_eq!(row["outcome"], "Failed", "{name}");
             assert!(
-                row[at("fall_cause")].contains(cause),
+                row["fall_cause"].as_str().unwrap().contains(cause),
                 "{name}: {}\nwanted: {cause}",
-                &row[at("fall_cause")]
+                row["fall_cause"]
             );
         }
         let pids = fs::read_to_string(dir.path().join("pids")).unwrap();

@@ -1,9 +1,10 @@
 //! Trials of a campaign, run again one by one: the report of `push` agrees with the campaign, to the bit.
 
+use crate::common::parts::rows;
 use crate::common::program::{
     FEW, SEVERAL_PARTS, files, folder, forge, short, standfast, stderr, stdout,
 };
-use std::{collections::BTreeMap, fs, path::Path};
+use std::fs;
 
 /// The columns of a trial that `push` reports too, as JSON values: outcome, times and peaks.
 const REPLAYED: [&str; 14] = [
@@ -22,29 +23,6 @@ const REPLAYED: [&str; 14] = [
     "promise_margin",
     "promise_margin_est",
 ];
-
-/// A part of a campaign as one object per row, with numbers to the bit.
-fn rows(part: &Path) -> Vec<BTreeMap<String, serde_json::Value>> {
-    let mut reader = csv::Reader::from_path(part).unwrap();
-    let names = reader.headers().unwrap().clone();
-    let value = |text: &str| match text {
-        "" => serde_json::Value::Null,
-        text => text
-            .parse::<f64>()
-            .map_or(text.into(), serde_json::Value::from),
-    };
-    let row = |row: csv::StringRecord| {
-        names
-            .iter()
-            .map(String::from)
-            .zip(row.iter().map(value))
-            .collect()
-    };
-    reader
-        .records()
-        .map(|record| row(record.unwrap()))
-        .collect()
-}
 
 #[test]
 fn a_trial_is_replayed_to_the_bit() {
@@ -74,13 +52,13 @@ fn a_trial_is_replayed_to_the_bit() {
         let out = more[2].trim_start_matches("--out=");
         let run = [&["run", "--seed=5"][..], &gains, &args, &more[..]].concat();
         standfast(dir.path(), &run).success();
-        let rows = rows(&dir.path().join(out).join("parts/part-000000.csv"));
+        let rows = rows(&dir.path().join(out).join("parts/part-000000.parquet"));
         assert_eq!(rows.len(), 4);
         assert!(more[0] == "harsh" || rows.iter().any(|row| row["outcome"] == "Recovered"));
         for row in rows {
             let (trial, set) = (
                 row["trial"].as_f64().unwrap().to_string(),
-                row["set"].as_str().unwrap(),
+                row["controller"].as_str().unwrap(),
             );
             // A controller from a file can be given by its name, since the result has a copy.
             let campaign = format!("{out}/campaign.toml");
@@ -140,7 +118,7 @@ fn a_trial_ends_alike_however_it_is_looked_at() {
     ]
     .concat();
     standfast(dir.path(), &run).success();
-    let rows = rows(&dir.path().join("out/parts/part-000000.csv"));
+    let rows = rows(&dir.path().join("out/parts/part-000000.parquet"));
     assert_eq!(
         rows.iter().map(|row| &row["outcome"]).collect::<Vec<_>>(),
         ["Fell", "Recovered"]
@@ -150,7 +128,7 @@ fn a_trial_ends_alike_however_it_is_looked_at() {
             "--trial=0",
             "--json",
             "--gains",
-            row["set"].as_str().unwrap(),
+            row["controller"].as_str().unwrap(),
         ];
         let push = ["push", "--campaign=out/campaign.toml"];
         let page = ["replay", "out", "--output=page.html"];
@@ -273,7 +251,7 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     assert!(files(&dir.path().join("shards")) == whole, "merged");
     // The result has its own copy of the controller.
     fs::remove_file(&mine).unwrap();
-    fs::remove_file(out.join("parts/part-000001.json")).unwrap();
+    fs::remove_file(out.join("parts/part-000001.parquet")).unwrap();
     let run = standfast(
         dir.path(),
         &["run", "out/campaign.toml", "--out", "out", "--replays=0"],
@@ -286,10 +264,10 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
     );
     assert!(files(&out) == whole, "resumed");
 
-    let rows = rows(&out.join("parts/part-000005.csv"));
+    let rows = rows(&out.join("parts/part-000005.parquet"));
     let sets: Vec<&str> = rows
         .iter()
-        .map(|row| row["set"].as_str().unwrap())
+        .map(|row| row["controller"].as_str().unwrap())
         .collect();
     assert_eq!(
         sets,
@@ -576,7 +554,7 @@ fn a_result_has_replays_of_telling_trials() {
     ends(0.4, 0.1);
 
     // The trials are computed again, so other trials may be telling.
-    fs::remove_file(out.join("parts/part-000001.json")).unwrap();
+    fs::remove_file(out.join("parts/part-000001.parquet")).unwrap();
     standfast(dir.path(), &asked("--replays=0")).success();
     assert!(
         !out.join("replays").join(&pages[0]).exists(),
@@ -731,9 +709,8 @@ fn every_column_is_explained() {
             .map(String::from)
             .collect::<std::collections::BTreeSet<_>>()
     };
-    let mut trials = of_file("out/parts/part-000000.csv");
-    assert!(trials.remove("totals"));
-    trials.extend(["gain_switches", "left_sets_at_s"].map(String::from));
+    let part = dir.path().join("out/parts/part-000000.parquet");
+    let trials = rows(&part).remove(0).into_keys().collect();
     let told = stdout(&standfast(dir.path(), &["columns"]).success());
     assert!(
         told.lines().all(|line| line.chars().count() <= 80),
@@ -774,5 +751,5 @@ fn every_column_is_explained() {
             .collect::<std::collections::BTreeSet<_>>()
     };
     assert_eq!(listed(of_trials), trials);
-    assert_eq!(listed(of_traces), of_file("t.csv"));
+    assert_eq!(listed(of_traces), of_file("t.parquet"));
 }

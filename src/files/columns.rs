@@ -1,16 +1,20 @@
-//! Tables as columns, from which trials and traces are written as Parquet or CSV files.
+//! Tables as columns: trials and traces are written as Parquet or CSV files, and trials are read again.
 
-use crate::write_atomic;
+use crate::{sha256_hex, write_atomic};
+use bytes::Bytes;
 use parquet::basic::{Compression, GzipLevel, LogicalType, Repetition, Type as Physical};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
-use parquet::file::{
-    properties::WriterProperties, writer::SerializedColumnWriter, writer::SerializedFileWriter,
-};
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::Type;
 use serde_json::{Map, Value, json};
 use standfast_core::error::{Error, Result};
+use std::collections::BTreeMap;
+use std::ops::Range;
 use std::{io::Write, path::Path, sync::Arc};
 
 /// The chapter of the guide on the columns of trials and traces.
@@ -117,11 +121,34 @@ impl DataColumn {
     }
 }
 
+impl Data {
+    /// Number of values, the missing ones among them.
+    pub fn len(&self) -> usize {
+        match self {
+            Data::F64(values) => values.len(),
+            Data::OptF64(values) => values.len(),
+            Data::I64(values) => values.len(),
+            Data::Text(values) => values.len(),
+            Data::OptText(values) => values.len(),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
 /// Writes columns of equal length to a `.csv` or `.parquet` file. It fails for any other extension.
 pub fn write(path: &Path, columns: &[DataColumn]) -> Result<()> {
     match path.extension().and_then(|e| e.to_str()) {
         Some("csv") => write_csv(path, columns),
-        Some("parquet") => write_atomic(path, &parquet_bytes(columns).map_err(|e| other(path, e))?),
+        Some("parquet") => {
+            let about = [(ABOUT, about(columns))];
+            write_atomic(
+                path,
+                &parquet_bytes(columns, &about).map_err(|e| other(path, e))?,
+            )
+        }
         _ => {
             let problem = "unknown kind of file";
             let accepted = "a name that ends in .csv or .parquet";
@@ -153,44 +180,28 @@ fn write_csv(path: &Path, columns: &[DataColumn]) -> Result<()> {
 }
 
 /// A Parquet file while it is written, with gzip compression, without host name or time. It is written row group by row
-/// group. Its metadata `columns` state for each column, as JSON, its meaning and unit.
+/// group.
 pub struct ParquetFile<W: Write + Send>(SerializedFileWriter<W>);
 
 impl<W: Write + Send> ParquetFile<W> {
     /// A file with columns of these names and kinds. Their values are not used.
-    pub fn new(to: W, columns: impl IntoIterator<Item = DataColumn>) -> Result<Self, ParquetError> {
-        let mut about = Map::new();
-        let mut fields = Vec::new();
-        for column in columns {
-            let (unit, meaning) = (unit(&column.name), meaning(&column.name));
-            fields.push(Arc::new(field(&column)?));
-            about.insert(column.name, json!({ "unit": unit, "meaning": meaning }));
-        }
-        let schema = Arc::new(
-            Type::group_type_builder("rows")
-                .with_fields(fields)
-                .build()?,
-        );
+    pub fn new(to: W, columns: &[DataColumn]) -> Result<Self, ParquetError> {
+        let fields: Result<_, ParquetError> = columns
+            .iter()
+            .map(|column| field(column).map(Arc::new))
+            .collect();
+        let schema = Type::group_type_builder("rows").with_fields(fields?);
         let properties = WriterProperties::builder()
-            .set_key_value_metadata(Some(vec![KeyValue::new(
-                "columns".into(),
-                Value::Object(about).to_string(),
-            )]))
             .set_compression(Compression::GZIP(GzipLevel::default()))
             .set_created_by(concat!("standfast ", env!("CARGO_PKG_VERSION")).into())
+            .set_statistics_enabled(EnabledStatistics::Chunk)
             .build();
-        Ok(Self(SerializedFileWriter::new(
-            to,
-            schema,
-            Arc::new(properties),
-        )?))
+        let (schema, properties) = (Arc::new(schema.build()?), Arc::new(properties));
+        Ok(Self(SerializedFileWriter::new(to, schema, properties)?))
     }
 
     /// Adds a row group of columns of equal length, in the order of the file's columns.
-    pub fn group(
-        &mut self,
-        columns: impl IntoIterator<Item = DataColumn>,
-    ) -> Result<(), ParquetError> {
+    pub fn group(&mut self, columns: &[DataColumn]) -> Result<(), ParquetError> {
         let mut group = self.0.next_row_group()?;
         for column in columns {
             let mut writer = group
@@ -202,17 +213,164 @@ impl<W: Write + Send> ParquetFile<W> {
         group.close().map(|_| ())
     }
 
+    /// Adds a text to the metadata of the file.
+    pub fn state(&mut self, key: &str, text: String) {
+        self.0
+            .append_key_value_metadata(KeyValue::new(key.into(), text));
+    }
+
     /// Ends the file, and returns the writer.
     pub fn finish(self) -> Result<W, ParquetError> {
         self.0.into_inner()
     }
 }
 
-/// The Parquet file for columns of equal length, with one row group.
-fn parquet_bytes(columns: &[DataColumn]) -> Result<Vec<u8>, ParquetError> {
-    let mut file = ParquetFile::new(Vec::new(), columns.iter().cloned())?;
-    file.group(columns.iter().cloned())?;
+/// The Parquet file for columns of equal length, with one row group and these texts in its metadata.
+pub fn parquet_bytes(
+    columns: &[DataColumn],
+    texts: &[(&str, String)],
+) -> Result<Vec<u8>, ParquetError> {
+    let mut file = ParquetFile::new(Vec::new(), columns)?;
+    file.group(columns)?;
+    for (key, text) in texts {
+        file.state(key, text.clone());
+    }
     file.finish()
+}
+
+/// The key of [`about`] in the metadata of a file.
+pub const ABOUT: &str = "columns";
+
+/// For each column, as JSON, its meaning and unit.
+pub fn about(columns: &[DataColumn]) -> String {
+    let mut about = Map::new();
+    for DataColumn { name, .. } in columns {
+        about.insert(
+            name.clone(),
+            json!({ "unit": unit(name), "meaning": meaning(name) }),
+        );
+    }
+    Value::Object(about).to_string()
+}
+
+/// The texts in the metadata of a Parquet file, by their keys.
+pub fn texts(bytes: impl Into<Bytes>) -> Result<BTreeMap<String, String>, ParquetError> {
+    Ok(texts_of(&SerializedFileReader::new(bytes.into())?))
+}
+
+fn texts_of(file: &impl FileReader) -> BTreeMap<String, String> {
+    let metadata = file.metadata().file_metadata().key_value_metadata();
+    let pairs = metadata.into_iter().flatten();
+    pairs
+        .map(|KeyValue { key, value }| (key.clone(), value.clone().unwrap_or_default()))
+        .collect()
+}
+
+/// The columns of a Parquet file of [`parquet_bytes`], and the texts in its metadata.
+pub fn read_parquet(
+    bytes: impl Into<Bytes>,
+) -> Result<(Vec<DataColumn>, BTreeMap<String, String>), ParquetError> {
+    let file = SerializedFileReader::new(bytes.into())?;
+    let group = file.get_row_group(0)?;
+    let rows = group.metadata().num_rows() as usize;
+    let schema = file.metadata().file_metadata().schema_descr();
+    let mut columns = Vec::new();
+    for (i, column) in schema.columns().iter().enumerate() {
+        let may_miss = column.max_def_level() > 0;
+        let data = match group.get_column_reader(i)? {
+            ColumnReader::DoubleColumnReader(values) if may_miss => {
+                Data::OptF64(read_column(values, rows, true)?)
+            }
+            ColumnReader::DoubleColumnReader(values) => Data::F64(
+                read_column(values, rows, false)?
+                    .into_iter()
+                    .flatten()
+                    .collect(),
+            ),
+            ColumnReader::Int64ColumnReader(values) => Data::I64(
+                read_column(values, rows, false)?
+                    .into_iter()
+                    .flatten()
+                    .collect(),
+            ),
+            ColumnReader::ByteArrayColumnReader(values) => {
+                let mut texts = Vec::new();
+                for bytes in read_column(values, rows, may_miss)? {
+                    let text = bytes.map(|bytes| bytes.as_utf8().map(String::from));
+                    texts.push(text.transpose()?);
+                }
+                match may_miss {
+                    true => Data::OptText(texts),
+                    false => Data::Text(texts.into_iter().flatten().collect()),
+                }
+            }
+            _ => return Err(ParquetError::General("a column of another kind".into())),
+        };
+        if data.len() != rows {
+            return Err(ParquetError::EOF("a column is too short".into()));
+        }
+        columns.push(DataColumn::new(column.name(), data));
+    }
+    Ok((columns, texts_of(&file)))
+}
+
+/// The values of a column, some of which may be missing.
+fn read_column<T: DataType>(
+    mut column: ColumnReaderImpl<T>,
+    rows: usize,
+    may_miss: bool,
+) -> Result<Vec<Option<T::T>>, ParquetError> {
+    let (mut present, mut values) = (Vec::new(), Vec::new());
+    while column
+        .read_records(rows, Some(&mut present), None, &mut values)?
+        .0
+        > 0
+    {}
+    let mut values = values.into_iter();
+    if !may_miss {
+        return Ok(values.map(Some).collect());
+    }
+    let place = |is_there| if is_there == 0 { None } else { values.next() };
+    Ok(present.into_iter().map(place).collect())
+}
+
+/// The key of the hash in the metadata of a sealed file, and what precedes its 64 digits there.
+const SEAL: (&str, &str) = ("sha256", "sha256:");
+const NO_DIGITS: &str = "0000000000000000000000000000000000000000000000000000000000000000";
+
+/// A Parquet file as of [`parquet_bytes`] that also holds the SHA-256 of all its bytes. For the hash, its own digits are
+/// zeros.
+pub fn sealed_bytes(
+    columns: &[DataColumn],
+    texts: &[(&str, String)],
+) -> Result<Vec<u8>, ParquetError> {
+    let seal = (SEAL.0, format!("{}{NO_DIGITS}", SEAL.1));
+    let mut bytes = parquet_bytes(columns, &[texts, &[seal]].concat())?;
+    let sha256 = sha256_hex(&bytes);
+    let place = place_of_seal(&bytes).expect("it was just written");
+    bytes[place].copy_from_slice(sha256.as_bytes());
+    Ok(bytes)
+}
+
+/// Whether a file is as [`sealed_bytes`] made it. The reader of Parquet files may panic over others.
+pub fn is_whole(bytes: &[u8]) -> bool {
+    let Some(place) = place_of_seal(bytes) else {
+        return false;
+    };
+    let mut unsealed = bytes.to_vec();
+    unsealed[place.clone()].copy_from_slice(NO_DIGITS.as_bytes());
+    bytes[place] == *sha256_hex(&unsealed).as_bytes()
+}
+
+/// The place of the digits of the hash in a sealed file.
+fn place_of_seal(bytes: &[u8]) -> Option<Range<usize>> {
+    let before = SEAL.1.as_bytes();
+    let found = bytes
+        .windows(before.len())
+        .rposition(|window| window == before)?;
+    let first = found + before.len();
+    let place = first..first + NO_DIGITS.len();
+    bytes.get(place.clone()).map(|_| place)
 }
 
 fn field(column: &DataColumn) -> Result<Type, ParquetError> {
@@ -277,8 +435,6 @@ fn other(path: &Path, e: impl std::error::Error + Send + Sync + 'static) -> Erro
 #[cfg(test)]
 mod tests {
     use super::*;
-    use parquet::file::reader::{FileReader, SerializedFileReader};
-    use parquet::record::Field;
 
     fn sample() -> Vec<DataColumn> {
         vec![
@@ -296,36 +452,26 @@ mod tests {
         ]
     }
 
+    /// Compared as text, since NaN is not equal to itself.
     #[test]
     fn parquet_reads_back_value_by_value() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("t.parquet");
-        write(&path, &sample()).unwrap();
-        let reader = SerializedFileReader::new(std::fs::File::open(&path).unwrap()).unwrap();
-        let rows: Vec<Vec<Field>> = reader
-            .get_row_iter(None)
-            .unwrap()
-            .map(|row| {
-                row.unwrap()
-                    .into_columns()
-                    .into_iter()
-                    .map(|(_, field)| field)
-                    .collect()
-            })
-            .collect();
-        assert_eq!(rows[0][0], Field::Double(0.1));
-        assert!(matches!(rows[1][0], Field::Double(x) if x.is_nan()));
-        assert_eq!(rows[2][0], Field::Double(1.0 / 3.0));
-        assert_eq!(
-            (&rows[0][1], &rows[1][1]),
-            (&Field::Null, &Field::Double(2.5))
-        );
-        assert_eq!(rows[2][2], Field::Long(-1));
-        assert_eq!(
-            (&rows[2][3], &rows[1][4]),
-            (&Field::Str("ü".into()), &Field::Null)
-        );
-        assert_eq!(rows[0][4], Field::Str("knee".into()));
+        let bytes = parquet_bytes(&sample(), &[("part", "one".into())]).unwrap();
+        let (columns, texts) = read_parquet(bytes).unwrap();
+        assert_eq!(format!("{columns:?}"), format!("{:?}", sample()));
+        assert_eq!(texts["part"], "one");
+    }
+
+    #[test]
+    fn a_change_of_any_byte_breaks_the_seal() {
+        let bytes = sealed_bytes(&sample(), &[("part", "sha256:".into())]).unwrap();
+        assert!(is_whole(&bytes));
+        read_parquet(bytes.clone()).unwrap();
+        for at in 0..bytes.len() {
+            let mut changed = bytes.clone();
+            changed[at] ^= 1 << (at % 8);
+            assert!(!is_whole(&changed), "byte {at}");
+        }
+        assert!(!is_whole(&bytes[..bytes.len() - 1]) && !is_whole(b""));
     }
 
     #[test]

@@ -99,6 +99,8 @@ pub fn start(
             ));
         }
     }
+    // A clone shares the layout that is known by then. Otherwise each exchange of the models compares their layouts.
+    model.layout();
     let spare = Some(Box::new(model.clone()));
     let mut data = MjData::new(Box::new(model));
     let base = posture.base;

@@ -144,7 +144,7 @@ impl Default for PhysicsStep {
     fn default() -> Self {
         Self {
             rapier: 0.002,
-            mujoco: 0.0005,
+            mujoco: 0.001,
         }
     }
 }
@@ -189,12 +189,12 @@ mod tests {
         assert_eq!(read("0.0005").unwrap(), PhysicsStep::all(0.0005));
         let steps = PhysicsStep {
             rapier: PhysicsStep::default().rapier,
-            mujoco: 0.001,
+            mujoco: 0.0005,
         };
-        assert_eq!(read("{ mujoco = 0.001 }").unwrap(), steps);
+        assert_eq!(read("{ mujoco = 0.0005 }").unwrap(), steps);
         assert_eq!(
             (steps.of(Engine::Rapier), steps.of(Engine::Mujoco)),
-            (0.002, 0.001)
+            (0.002, 0.0005)
         );
         for bad in ["'small'", "{ bullet = 0.001 }"] {
             let message = read(bad).unwrap_err().to_string();

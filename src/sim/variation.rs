@@ -57,6 +57,24 @@ impl<T> Variation<T> {
         }
     }
 
+    /// The fields, to be changed.
+    pub fn each_mut(&mut self) -> Variation<&mut T> {
+        Variation {
+            mass_scale: &mut self.mass_scale,
+            trunk_com_x_m: &mut self.trunk_com_x_m,
+            trunk_com_y_m: &mut self.trunk_com_y_m,
+            friction: &mut self.friction,
+            slope_deg: &mut self.slope_deg,
+            slope_heading_deg: &mut self.slope_heading_deg,
+            ground_step_m: &mut self.ground_step_m,
+            kp_scale: &mut self.kp_scale,
+            kd_scale: &mut self.kd_scale,
+            torque_scale: &mut self.torque_scale,
+            speed_scale: &mut self.speed_scale,
+            delay_s: &mut self.delay_s,
+        }
+    }
+
     /// Pairs each field with the same field of `other`.
     pub fn zip<U>(self, other: Variation<U>) -> Variation<(T, U)> {
         let mut others = other.list().into_iter();

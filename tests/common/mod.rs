@@ -6,6 +6,7 @@ pub mod browser;
 #[path = "../../src/sim/tests/common/mod.rs"]
 mod closed_loop;
 pub mod display;
+pub mod parts;
 pub mod program;
 pub mod window;
 

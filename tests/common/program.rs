@@ -1,5 +1,6 @@
 //! The program from outside, for tests of its files and messages.
 
+use super::parts::relabel;
 use standfast::study::store::manifest::Manifest;
 use std::process::{Child, Command, Output};
 use std::{collections::BTreeMap, fs, path::Path};
@@ -120,20 +121,15 @@ pub fn forge(folder: &Path, change: impl FnOnce(&mut Manifest)) {
     change(&mut manifest);
     manifest.config_hash = manifest.hash().unwrap();
     manifest.write(folder).unwrap();
-    for marker in fs::read_dir(folder.join("parts"))
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-    {
-        let is_marker =
-            marker.extension().is_some_and(|e| e == "json") && !marker.ends_with("campaign.json");
-        if is_marker {
-            fs::write(
-                &marker,
-                fs::read_to_string(&marker)
-                    .unwrap()
-                    .replace(&old, &manifest.config_hash),
-            )
-            .unwrap();
+    for path in fs::read_dir(folder.join("parts")).unwrap() {
+        let path = path.unwrap().path();
+        if path.extension().is_some_and(|e| e == "parquet") {
+            relabel(&path, |label| {
+                label["config_hash"] = manifest.config_hash.clone().into()
+            });
+        } else if path.ends_with("stopped.json") {
+            let text = fs::read_to_string(&path).unwrap();
+            fs::write(&path, text.replace(&old, &manifest.config_hash)).unwrap();
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::PreparedCampaign;
 use crate::store::folder::Folder;
 use crate::store::manifest::{MANIFEST, Manifest};
-use crate::store::part::Marker;
+use crate::store::part::PartLabel;
 use standfast_core::error::{Error, Result};
 use standfast_sim::Engine;
 use std::num::NonZeroU64;
@@ -33,7 +33,7 @@ impl PreparedCampaign {
         }
         let begun = match Folder::open(&path).ok().flatten() {
             Some(folder) => folder.manifest,
-            None => self.begun_by(&self.markers(&path)),
+            None => self.begun_by(&self.labels(&path)),
         };
         let manifest = Manifest {
             part_trials: begun.part_trials,
@@ -46,20 +46,20 @@ impl PreparedCampaign {
     /// Whether a folder is new or belongs to this campaign.
     fn may_have(&self, path: &Path) -> Result<bool> {
         match Folder::open(path) {
-            Err(_) if !self.markers(path).is_empty() => Ok(true),
+            Err(_) if !self.labels(path).is_empty() => Ok(true),
             folder => Ok(folder?
                 .is_none_or(|folder| folder.manifest.config_hash == self.manifest.config_hash)),
         }
     }
 
-    /// The markers of this campaign's parts in a folder whose manifest is lost. The manifest will be written again.
-    fn markers(&self, path: &Path) -> Vec<Marker> {
+    /// The labels of this campaign's parts in a folder whose manifest is lost. The manifest will be written again.
+    fn labels(&self, path: &Path) -> Vec<PartLabel> {
         if path.join(MANIFEST).exists() {
             return Vec::new();
         }
-        let mut markers = Folder::markers(path).unwrap_or_default();
-        markers.retain(|marker| marker.config_hash == self.manifest.config_hash);
-        markers
+        let mut labels = Folder::labels(path).unwrap_or_default();
+        labels.retain(|label| label.config_hash == self.manifest.config_hash);
+        labels
     }
 
     /// What tells the campaign in a folder from this one.
@@ -80,16 +80,16 @@ impl PreparedCampaign {
     }
 
     /// The manifest with which a folder was begun that has these parts.
-    fn begun_by(&self, markers: &[Marker]) -> Manifest {
+    fn begun_by(&self, labels: &[PartLabel]) -> Manifest {
         let mut begun = self.manifest.clone();
-        if let Some(part_trials) = markers
+        if let Some(part_trials) = labels
             .iter()
-            .filter_map(|marker| NonZeroU64::new(marker.trials))
+            .filter_map(|label| NonZeroU64::new(label.trials))
             .max()
         {
             begun.part_trials = part_trials;
         }
-        if let Some(planned_trials) = markers.iter().find_map(|marker| marker.planned_trials) {
+        if let Some(planned_trials) = labels.iter().find_map(|label| label.planned_trials) {
             begun.planned_trials = planned_trials;
         }
         // A single last part may be a short one, so it does not tell the size of the others.

@@ -2,7 +2,7 @@
 
 use crate::ask::spec::Campaign;
 use crate::store::manifest::{MANIFEST, Manifest};
-use crate::store::part::{Marker, PartFile};
+use crate::store::part::{PartFile, PartLabel};
 use crate::store::row::TrialRow;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -85,13 +85,23 @@ impl Folder {
             .into_iter()
             .flatten()
             .flatten();
-        if let Some(part) = parts.map(|entry| entry.path()).find(|part| part.is_dir()) {
-            return fail(
-                "part of a result",
-                &part,
-                "it is a folder",
-                "a file; remove the folder",
-            );
+        for part in parts.map(|entry| entry.path()) {
+            if part.is_dir() {
+                return fail(
+                    "part of a result",
+                    &part,
+                    "it is a folder",
+                    "a file; remove the folder",
+                );
+            }
+            if part.extension().is_some_and(|extension| extension == "csv") {
+                return fail(
+                    "part of a result",
+                    &part,
+                    "it was written by a former version of standfast, whose results this one does not read",
+                    "a new folder",
+                );
+            }
         }
         if path.join(MANIFEST).exists() {
             return Ok(Some(Folder {
@@ -99,29 +109,26 @@ impl Folder {
                 manifest: Manifest::read(path)?,
             }));
         }
-        if Self::markers(path)?.is_empty() {
+        if Self::labels(path)?.is_empty() {
             return Ok(None);
         }
         Err(Error::LostManifest(path.into()))
     }
 
-    /// The markers of the parts in a folder, which can be read without a manifest. There are none if a run failed
-    /// before its first part. It fails if the folder has other content.
-    pub fn markers(path: &Path) -> Result<Vec<Marker>> {
+    /// The labels of the parts in a folder, which can be read without a manifest. There are none if a run failed before
+    /// its first part. It fails if the folder has other content.
+    pub fn labels(path: &Path) -> Result<Vec<PartLabel>> {
         let parts = path.join("parts");
-        let mut markers = Vec::new();
+        let mut labels = Vec::new();
         if parts.is_dir() {
             for name in names(&parts)? {
-                let is_marker = name
-                    .to_str()
-                    .is_some_and(|name| name.starts_with("part-") && name.ends_with(".json"));
-                if is_marker {
-                    markers.extend(Marker::read(&parts.join(name)));
+                if name.to_str().is_some_and(|name| name.starts_with("part-")) {
+                    labels.extend(PartLabel::read(&parts.join(name)));
                 }
             }
         }
         // A run creates `parts` first. If that is missing, a `campaign.toml` is a file of the user.
-        if markers.is_empty()
+        if labels.is_empty()
             && !names(path)?.iter().all(|name| {
                 (parts.is_dir() && BEGUN.iter().any(|ours| name == ours)) || is_temporary(name)
             })
@@ -133,7 +140,7 @@ impl Folder {
                 problem,
             });
         }
-        Ok(markers)
+        Ok(labels)
     }
 
     /// Opens the folder of a campaign. It fails if there is no such folder, or if it does not hold a campaign.
@@ -148,10 +155,10 @@ impl Folder {
 
     /// The builds of the program that made the parts ([`build_id`]).
     pub fn builds(&self) -> BTreeSet<String> {
-        Self::markers(&self.path)
+        Self::labels(&self.path)
             .unwrap_or_default()
             .into_iter()
-            .map(|marker| marker.build)
+            .map(|label| label.build)
             .collect()
     }
 
@@ -291,10 +298,11 @@ impl Folder {
 
     /// The part of a block, whether it is complete or not.
     pub fn part(&self, block: u64) -> PartFile<'_> {
-        let stem = self.path.join(format!("parts/part-{block:06}"));
+        let path = self.path.join(format!("parts/part-{block:06}.parquet"));
         let (first, end) = self.range(block);
         let Manifest {
             sets,
+            totals,
             config_hash,
             planned_trials,
             campaign,
@@ -302,9 +310,10 @@ impl Folder {
         } = &self.manifest;
         let planned_trials = campaign.stopping.until_resolved.then_some(*planned_trials);
         PartFile {
-            stem,
+            path,
             trials: first..end,
             sets,
+            totals,
             config_hash,
             planned_trials,
             campaign,
@@ -521,17 +530,33 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_flipped_byte_a_missing_marker_and_a_foreign_part_are_noticed() {
+    fn a_missing_part_and_a_foreign_one_are_noticed() {
         let (dir, mut folder) = written(&[0, 1, 2]);
-        let part = dir.path().join("parts/part-000000.csv");
-        let mut bytes = fs::read(&part).unwrap();
-        let last = bytes.len() - 2;
-        bytes[last] ^= 1;
-        fs::write(&part, bytes).unwrap();
-        fs::remove_file(dir.path().join("parts/part-000001.json")).unwrap();
-        assert_eq!(folder.missing(), [0, 1]);
+        fs::remove_file(dir.path().join("parts/part-000001.parquet")).unwrap();
+        fs::copy(
+            dir.path().join("parts/part-000000.parquet"),
+            dir.path().join("parts/part-000002.parquet"),
+        )
+        .unwrap();
+        assert_eq!(folder.missing(), [1, 2]);
         folder.manifest.config_hash = "other".into();
         assert_eq!(folder.missing(), [0, 1, 2]);
+    }
+
+    #[test]
+    fn a_flipped_byte_is_noticed() {
+        let (dir, folder) = written(&[0, 1, 2]);
+        let part = dir.path().join("parts/part-000001.parquet");
+        let mut bytes = fs::read(&part).unwrap();
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        fs::write(&part, bytes).unwrap();
+        assert_eq!(folder.missing(), [1]);
+        let message = folder.part(1).rows().unwrap_err().to_string();
+        assert!(
+            message.contains("part-000001.parquet: is damaged"),
+            "{message}"
+        );
     }
 
     /// Writes the first part with a change in its first row that has this outcome, and returns the message of the
@@ -551,15 +576,15 @@ pub(crate) mod tests {
         assert_eq!(errors.each_ref().map(Error::exit_code), [3, 3]);
         let [message, told_by_status] = errors.map(|error| error.to_string());
         assert_eq!(message, told_by_status);
-        let advice = "To have its trials run again, remove part-000000.csv and part-000000.json";
+        let advice = "To have its trials run again, remove part-000000.parquet";
         assert!(
-            message.contains("part-000000.csv: trial ") && message.contains(advice),
+            message.contains("part-000000.parquet: trial ") && message.contains(advice),
             "{message}"
         );
         message
     }
 
-    /// The marker matches, so a forger changed both files. Each case makes a single change, in a row with the outcome
+    /// The hash matches, so a forger made it anew. Each case makes a single change, in a row with the outcome
     /// that the change contradicts.
     #[test]
     fn a_row_that_contradicts_itself_is_refused() {
@@ -656,7 +681,7 @@ pub(crate) mod tests {
                 "{message}"
             );
         }
-        // The parts are of another seed, with markers that state this one.
+        // The parts are of another seed, with labels that state this one.
         folder.manifest.campaign.seed += 1;
         assert!(
             folder
@@ -670,10 +695,10 @@ pub(crate) mod tests {
     #[test]
     fn what_cannot_be_written_is_told_at_the_start() {
         let (dir, folder) = written(&[0]);
-        fs::create_dir(folder.path.join("parts/part-000001.csv")).unwrap();
+        fs::create_dir(folder.path.join("parts/part-000001.parquet")).unwrap();
         let message = Folder::open(&folder.path).unwrap_err().to_string();
         assert!(
-            message.contains("part-000001.csv: it is a folder; accepted: a file"),
+            message.contains("part-000001.parquet: it is a folder; accepted: a file"),
             "{message}"
         );
         #[cfg(unix)]
@@ -688,7 +713,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// A run that failed before its first part leaves a folder that counts as empty. The markers of parts state their
+    /// A run that failed before its first part leaves a folder that counts as empty. The labels of parts state their
     /// campaign. A folder with other content is not opened.
     #[test]
     fn a_folder_without_a_manifest_is_told_by_its_parts() {
@@ -707,11 +732,17 @@ pub(crate) mod tests {
         folder.part(0).write(&rows(&folder, 0)).unwrap();
         let error = Folder::open(dir.path()).unwrap_err();
         assert!(matches!(error, Error::LostManifest(_)), "{error}");
-        let markers = Folder::markers(dir.path()).unwrap();
+        let labels = Folder::labels(dir.path()).unwrap();
         assert_eq!(
-            (markers.len(), &markers[0].config_hash),
+            (labels.len(), &labels[0].config_hash),
             (1, &folder.manifest.config_hash)
         );
-        assert_eq!(markers[0].trials, 25);
+        assert_eq!(labels[0].trials, 25);
+        fs::write(dir.path().join("parts/part-000001.csv"), "trial").unwrap();
+        let message = Folder::open(dir.path()).unwrap_err().to_string();
+        assert!(
+            message.contains("by a former version of standfast"),
+            "{message}"
+        );
     }
 }

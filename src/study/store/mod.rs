@@ -4,7 +4,6 @@
 //! run again.
 
 pub mod claim;
-pub mod fields;
 pub mod folder;
 pub mod manifest;
 pub mod part;

@@ -1,30 +1,35 @@
-//! Stores a part of a result: the rows of one block of trials, in a CSV file with all digits of its floats. A small
-//! marker is written after it, with row count, range of trials, configuration hash and content hash. A part is complete
-//! only if all four match.
+//! Stores a part of a result: the rows of one block of trials, as the columns of one Parquet file. The metadata of the file
+//! state the trials, the configuration hash of the campaign, and a hash of the file. A part is complete only if all of
+//! this matches.
 //!
 //! Parts do not depend on threads, shards, hosts or interruptions: a finished campaign always has the same bytes. Parts
-//! may depend on the build of the program, which the marker names. A campaign that ends when decided stops some
-//! controllers early. Then a part has only the other controllers, and its marker names them.
+//! may depend on the build of the program, which the metadata name. A campaign that ends when decided stops some
+//! controllers early. Then a part has only the other controllers, and its metadata name them.
 
 use crate::ask::spec::Campaign;
-use crate::store::row::{TrialRow, read_csv, write_csv};
+use crate::store::row::{TrialRow, columns, rows};
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::read;
-use standfast_files::{build_id, json, sha256_hex, write_atomic};
+use standfast_files::columns::{DataColumn, is_whole, read_parquet, sealed_bytes, texts};
+use standfast_files::{build_id, json, write_atomic};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Largest size of a file that is read (bytes). Parts are far smaller.
 const MOST_BYTES: u64 = 100_000_000;
+/// The key of the label in the metadata of a part.
+const LABEL: &str = "part";
 
-/// The files of a part, whether it is complete or not.
+/// The file of a part, whether it is complete or not.
 pub struct PartFile<'a> {
-    /// Path without the extension.
-    pub stem: PathBuf,
+    pub path: PathBuf,
     pub trials: Range<u64>,
     /// Names of the controllers, in the order of the campaign.
     pub sets: &'a [String],
+    /// Names of the totals of the controllers, which are columns.
+    pub totals: &'a [String],
     pub config_hash: &'a str,
     /// The planned number of trials of a campaign that ends when decided. The looks follow from it.
     pub planned_trials: Option<u64>,
@@ -32,74 +37,74 @@ pub struct PartFile<'a> {
     pub campaign: &'a Campaign,
 }
 
-/// The marker beside the rows of a part. It states what the part has to contain.
+/// What a part states of itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Marker {
+pub struct PartLabel {
     /// Build of the program that wrote the part ([`build_id`]).
     pub build: String,
     first_trial: u64,
     /// Number of trials in the part.
     pub trials: u64,
-    rows: usize,
     /// Names of the controllers in the part. It is None if the part has all controllers of the campaign.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    sets: Option<Vec<String>>,
+    controllers: Option<Vec<String>>,
     pub config_hash: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub planned_trials: Option<u64>,
-    sha256: String,
 }
 
-impl Marker {
-    /// The marker at this path. It is None if the file cannot be read.
+impl PartLabel {
+    /// The label of the part at this path. It is None if the file cannot be read or is damaged.
     pub fn read(path: &Path) -> Option<Self> {
-        serde_json::from_slice(&read(path, MOST_BYTES).ok()?).ok()
+        let bytes = read(path, MOST_BYTES)
+            .ok()
+            .filter(|bytes| is_whole(bytes))?;
+        Self::of(&texts(bytes).ok()?).ok()
+    }
+
+    fn of(texts: &BTreeMap<String, String>) -> serde_json::Result<Self> {
+        serde_json::from_str(texts.get(LABEL).map_or("", String::as_str))
     }
 }
 
 impl PartFile<'_> {
-    /// Writes the part, then its marker. `rows` must be sorted by trial, then by controller. All trials of the part
-    /// must have rows of the same controllers.
+    /// Writes the part. `rows` must be sorted by trial, then by controller. All trials of the part must have rows of the
+    /// same controllers.
     pub fn write(&self, rows: &[TrialRow]) -> Result<()> {
-        let path = self.path("csv");
-        let bytes = write_csv(rows).map_err(|e| Error::Write {
-            path: path.clone(),
+        let label = json(&self.label(build_id(), &self.held_by(rows)))?;
+        let bytes = sealed_bytes(&columns(rows, self.totals), &[(LABEL, label)]);
+        let bytes = bytes.map_err(|e| Error::Write {
+            path: self.path.clone(),
             source: std::io::Error::other(e),
         })?;
-        write_atomic(&path, &bytes)?;
-        write_atomic(
-            &self.path("json"),
-            json(&self.marker(build_id(), &self.held_by(rows), &bytes))?.as_bytes(),
-        )
+        write_atomic(&self.path, &bytes)
     }
 
     /// Reads the rows, sorted by trial and then by controller. It fails if the part is missing or damaged, belongs to
     /// another campaign, or has an impossible row.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
-        let (content, sets) = self.content()?;
-        self.checked(&content, &sets)
+        let (columns, sets) = self.content()?;
+        self.checked(&columns, &sets)
     }
 
     /// The error in the rows of a complete part. It is None if there is no error, or if the part is missing or damaged.
     pub fn contradiction(&self) -> Option<Error> {
-        let (content, sets) = self.content().ok()?;
-        self.checked(&content, &sets).err()
+        let (columns, sets) = self.content().ok()?;
+        self.checked(&columns, &sets).err()
     }
 
     /// The rows of a complete part. It fails if the rows belong to other trials, or if a row is impossible: a hash
     /// shows an accident, but whoever changes a row can compute a new hash. The drawn quantities of a trial follow from
     /// the campaign, so they are compared to the bit.
-    fn checked(&self, content: &[u8], sets: &[&String]) -> Result<Vec<TrialRow>> {
-        let [csv, marker] = ["csv", "json"].map(|extension| self.path(extension));
+    fn checked(&self, columns: &[DataColumn], sets: &[&String]) -> Result<Vec<TrialRow>> {
         let refused = |problem: String| {
-            let [csv, marker] =
-                [&csv, &marker].map(|path| path.file_name().unwrap_or_default().display());
-            let advice = format!("To have its trials run again, remove {csv} and {marker}");
+            let name = self.path.file_name().unwrap_or_default().display();
+            let advice = format!("To have its trials run again, remove {name}");
             self.damaged(format!(
                 "{problem}. {advice}, and give the command that began the campaign again"
             ))
         };
-        let rows = read_csv(content).map_err(|e| refused(e.to_string()))?;
+        let rows = rows(columns, self.totals).map_err(refused)?;
         let expected = self
             .trials
             .clone()
@@ -134,49 +139,44 @@ impl PartFile<'_> {
             .collect()
     }
 
-    fn path(&self, extension: &str) -> PathBuf {
-        self.stem.with_extension(extension)
-    }
-
     fn damaged(&self, problem: String) -> Error {
         Error::Parts {
-            path: self.path("csv"),
+            path: self.path.clone(),
             problem,
         }
     }
 
-    fn marker(&self, build: &str, sets: &[&String], content: &[u8]) -> Marker {
-        let trials = self.trials.end - self.trials.start;
+    fn label(&self, build: &str, sets: &[&String]) -> PartLabel {
         let holds_all = sets.len() == self.sets.len();
-        Marker {
+        PartLabel {
             build: build.into(),
             first_trial: self.trials.start,
-            trials,
-            rows: trials as usize * sets.len(),
-            sets: (!holds_all).then(|| sets.iter().map(|set| set.to_string()).collect()),
+            trials: self.trials.end - self.trials.start,
+            controllers: (!holds_all).then(|| sets.iter().map(|set| set.to_string()).collect()),
             config_hash: self.config_hash.into(),
             planned_trials: self.planned_trials,
-            sha256: sha256_hex(content),
         }
     }
 
-    /// The content of a complete part, and its controllers in the order of the campaign.
-    fn content(&self) -> Result<(Vec<u8>, Vec<&String>)> {
-        let bytes = read(&self.path("json"), MOST_BYTES)
-            .map_err(|e| self.damaged(format!("its marker cannot be read: {e}")))?;
-        let content =
-            read(&self.path("csv"), MOST_BYTES).map_err(|e| self.damaged(e.to_string()))?;
-        let marker: Marker = serde_json::from_slice(&bytes)
-            .map_err(|e| self.damaged(format!("its marker is damaged: {e}")))?;
-        let sets: Vec<&String> = self
-            .sets
-            .iter()
-            .filter(|set| marker.sets.as_ref().is_none_or(|held| held.contains(set)))
-            .collect();
-        if marker == self.marker(&marker.build, &sets, &content) {
-            Ok((content, sets))
-        } else {
-            Err(self.damaged("does not match its marker".into()))
+    /// The columns of a complete part, and its controllers in the order of the campaign.
+    fn content(&self) -> Result<(Vec<DataColumn>, Vec<&String>)> {
+        let bytes = read(&self.path, MOST_BYTES).map_err(|e| self.damaged(e.to_string()))?;
+        let is_damaged = |problem: &str| self.damaged(format!("is damaged: {problem}"));
+        if !is_whole(&bytes) {
+            return Err(is_damaged("it does not match its hash"));
         }
+        let (columns, texts) = read_parquet(bytes).map_err(|e| is_damaged(&e.to_string()))?;
+        let label = PartLabel::of(&texts).map_err(|e| is_damaged(&format!("its label: {e}")))?;
+        let mut sets = Vec::new();
+        for set in self.sets {
+            let held = label.controllers.as_ref();
+            if held.is_none_or(|held| held.contains(set)) {
+                sets.push(set);
+            }
+        }
+        if label != self.label(&label.build, &sets) {
+            return Err(self.damaged("is the part of other trials or of another campaign".into()));
+        }
+        Ok((columns, sets))
     }
 }

@@ -4,18 +4,17 @@ use crate::ask::spec::Campaign;
 #[cfg(doc)]
 use crate::ask::standing_bound::StandingBound;
 use crate::ask::trial;
-use crate::store::fields::{Field, columns, fields};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use standfast_files::Hashing;
-use standfast_files::columns::ParquetFile;
-use standfast_sim::episode::{Counts, EpisodeConfig, Membership, Outcome, Record};
+use standfast_files::columns::{ABOUT, Data, DataColumn, ParquetFile, about};
+use standfast_sim::episode::{Counts, EpisodeConfig, FootstepLog, Membership, Outcome, Record};
 use standfast_sim::{Push, Variation};
 use std::io::Write;
 
-/// A row of `trials.parquet`. Its columns are the fields of the structs in it, one after the other, by their names. A
-/// field that is added to one of these structs becomes a column.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+/// A row of `trials.parquet`. Its columns are those of [`TrialRow::cells`].
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct TrialRow {
     /// Index of the trial, from 0. A trial has the same pushes, robot, ground and noise for every controller.
     pub trial: u64,
@@ -295,37 +294,249 @@ impl TrialRow {
     }
 }
 
-/// The rows as CSV, with the names of the columns in the first line and floats with all their digits.
-pub fn write_csv(rows: &[TrialRow]) -> csv::Result<Vec<u8>> {
-    let mut csv = csv::WriterBuilder::new()
-        .has_headers(false)
-        .from_writer(Vec::new());
-    csv.write_record(fields::<TrialRow>().iter().map(|field| field.name))?;
-    for row in rows {
-        csv.serialize(row)?;
-    }
-    csv.into_inner().map_err(|e| e.into_error().into())
+/// The value of a row in a column.
+enum Cell<'a> {
+    /// The number of a trial.
+    Trial(&'a mut u64),
+    Count(&'a mut u32),
+    Number(&'a mut f64),
+    OptNumber(&'a mut Option<f64>),
+    /// A text, or a name out of several.
+    Word(&'a mut dyn Word),
+    OptWord(&'a mut dyn Word),
 }
 
-/// The rows of a CSV text. Fails if its columns are not the columns of a row.
-pub fn read_csv(text: &[u8]) -> csv::Result<Vec<TrialRow>> {
-    let mut csv = csv::Reader::from_reader(text);
-    if !csv
-        .headers()?
-        .iter()
-        .eq(fields::<TrialRow>().iter().map(|field| field.name))
-    {
-        return Err(
-            std::io::Error::other("its columns are not those of this build of standfast").into(),
-        );
+/// What is written as text. Option<T> may be missing.
+trait Word {
+    fn get(&self) -> Option<String>;
+    /// Returns whether the value has this text.
+    fn set(&mut self, text: Option<&str>) -> bool;
+}
+
+impl<T: Serialize + DeserializeOwned> Word for T {
+    fn get(&self) -> Option<String> {
+        let value = serde_json::to_value(self).ok()?;
+        value.as_str().map(String::from)
     }
-    csv.records()
-        .map(|record| record?.deserialize(None))
-        .collect()
+
+    fn set(&mut self, text: Option<&str>) -> bool {
+        serde_json::from_value(text.into()).is_ok_and(|value| {
+            *self = value;
+            true
+        })
+    }
+}
+
+impl TrialRow {
+    /// The columns in order: a name and a value each. The totals of the controllers follow them.
+    fn cells(&mut self) -> Vec<(&'static str, Cell<'_>)> {
+        use Cell::*;
+        // Without `..`, so that whoever adds a field is asked for its column.
+        let Self {
+            trial,
+            set,
+            impulse_over_m_omega_d,
+            push,
+            second,
+            variation,
+            repeats,
+            record,
+        } = self;
+        let Push {
+            impulse_n_s,
+            heading_deg,
+            height_m,
+            duration_s,
+            start_s,
+            profile,
+        } = push;
+        let mut cells = vec![
+            ("trial", Trial(trial)),
+            ("controller", Word(set)),
+            ("impulse_over_m_omega_d", OptNumber(impulse_over_m_omega_d)),
+            ("impulse_n_s", Number(impulse_n_s)),
+            ("heading_deg", Number(heading_deg)),
+            ("height_m", Number(height_m)),
+            ("duration_s", Number(duration_s)),
+            ("start_s", Number(start_s)),
+            ("profile", Word(profile)),
+            (
+                "second_impulse_n_s",
+                OptNumber(&mut second.second_impulse_n_s),
+            ),
+            (
+                "second_heading_deg",
+                OptNumber(&mut second.second_heading_deg),
+            ),
+            ("second_start_s", OptNumber(&mut second.second_start_s)),
+        ];
+        for (name, value) in variation.each_mut().list() {
+            cells.push((name, OptNumber(value)));
+        }
+        cells.push(("repeats", OptWord(repeats)));
+        let Record {
+            outcome,
+            end_s,
+            fell_at_s,
+            fall_cause,
+            settled_at_s,
+            home_at_s,
+            com_speed_at_push_m_s,
+            peak_tilt_deg,
+            lowest_com_height_ratio,
+            peak_torque_n_m,
+            peak_torque_ratio,
+            torque_limited_s,
+            peak_joint_speed_rad_s,
+            peak_dcm_outside_m,
+            peak_slip_m,
+            legs_met_at_s,
+            legs_met,
+            promise_margin,
+            promise_margin_est,
+            footsteps,
+            totals: _,
+        } = record;
+        let FootstepLog {
+            count,
+            unfinished_footstep,
+            taken: _,
+            lifted: _,
+        } = footsteps;
+        cells.extend([
+            ("outcome", Word(outcome)),
+            ("end_s", Number(end_s)),
+            ("fell_at_s", OptNumber(fell_at_s)),
+            ("fall_cause", OptWord(fall_cause)),
+            ("settled_at_s", OptNumber(settled_at_s)),
+            ("home_at_s", OptNumber(home_at_s)),
+            ("com_speed_at_push_m_s", OptNumber(com_speed_at_push_m_s)),
+            ("peak_tilt_deg", Number(peak_tilt_deg)),
+            (
+                "lowest_com_height_ratio",
+                OptNumber(lowest_com_height_ratio),
+            ),
+            ("peak_torque_n_m", Number(peak_torque_n_m)),
+            ("peak_torque_ratio", Number(peak_torque_ratio)),
+            ("torque_limited_s", Number(torque_limited_s)),
+            ("peak_joint_speed_rad_s", Number(peak_joint_speed_rad_s)),
+            ("peak_dcm_outside_m", Number(peak_dcm_outside_m)),
+            ("peak_slip_m", Number(peak_slip_m)),
+            ("legs_met_at_s", OptNumber(legs_met_at_s)),
+            ("legs_met", OptWord(legs_met)),
+            ("promise_margin", OptNumber(promise_margin)),
+            ("promise_margin_est", OptNumber(promise_margin_est)),
+            ("footsteps", Count(count)),
+            ("unfinished_footstep", OptWord(unfinished_footstep)),
+        ]);
+        cells
+    }
+}
+
+impl Cell<'_> {
+    /// A column of this kind without values.
+    fn column(&self, name: &str) -> DataColumn {
+        let data = match self {
+            Cell::Trial(_) | Cell::Count(_) => Data::I64(Vec::new()),
+            Cell::Number(_) => Data::F64(Vec::new()),
+            Cell::OptNumber(_) => Data::OptF64(Vec::new()),
+            Cell::Word(_) => Data::Text(Vec::new()),
+            Cell::OptWord(_) => Data::OptText(Vec::new()),
+        };
+        DataColumn::new(name, data)
+    }
+
+    /// Adds the value to its column.
+    fn push_to(self, data: &mut Data) {
+        match (self, data) {
+            (Cell::Trial(value), Data::I64(values)) => values.push(*value as i64),
+            (Cell::Count(value), Data::I64(values)) => values.push((*value).into()),
+            (Cell::Number(value), Data::F64(values)) => values.push(*value),
+            (Cell::OptNumber(value), Data::OptF64(values)) => values.push(*value),
+            (Cell::Word(value), Data::Text(values)) => values.push(value.get().unwrap_or_default()),
+            (Cell::OptWord(value), Data::OptText(values)) => values.push(value.get()),
+            _ => unreachable!("the column was made for such cells"),
+        }
+    }
+
+    /// Takes the value from row `i` of its column. Returns whether it can have that value.
+    fn take(self, data: &Data, i: usize) -> bool {
+        match (self, data) {
+            (Cell::Trial(value), Data::I64(values)) => {
+                u64::try_from(values[i]).map(|from| *value = from).is_ok()
+            }
+            (Cell::Count(value), Data::I64(values)) => {
+                u32::try_from(values[i]).map(|from| *value = from).is_ok()
+            }
+            (Cell::Number(value), Data::F64(values)) => {
+                *value = values[i];
+                true
+            }
+            (Cell::OptNumber(value), Data::OptF64(values)) => {
+                *value = values[i];
+                true
+            }
+            (Cell::Word(value), Data::Text(values)) => value.set(Some(&values[i])),
+            (Cell::OptWord(value), Data::OptText(values)) => value.set(values[i].as_deref()),
+            _ => false,
+        }
+    }
+}
+
+/// The rows as columns, with a column for each of `totals`, which are totals of controllers.
+pub fn columns(rows: &[TrialRow], totals: &[String]) -> Vec<DataColumn> {
+    let mut columns = Vec::new();
+    for (name, cell) in TrialRow::default().cells() {
+        columns.push(cell.column(name));
+    }
+    let own = columns.len();
+    for row in rows {
+        for (column, (_, cell)) in columns.iter_mut().zip(row.clone().cells()) {
+            cell.push_to(&mut column.data);
+        }
+    }
+    for name in totals {
+        let values = rows.iter().map(|row| row.record.totals.get(name)).collect();
+        columns.push(DataColumn::new(name, Data::OptF64(values)));
+    }
+    debug_assert_eq!(columns.len(), own + totals.len());
+    columns
+}
+
+/// The rows of these columns. Fails, in words, if they are not the columns of rows with these totals.
+pub fn rows(columns: &[DataColumn], totals: &[String]) -> Result<Vec<TrialRow>, String> {
+    let names = self::columns(&[], totals);
+    if !names
+        .iter()
+        .map(|column| &column.name)
+        .eq(columns.iter().map(|column| &column.name))
+    {
+        return Err("its columns are not those of this build of standfast".into());
+    }
+    let mut rows = Vec::new();
+    for i in 0..columns.first().map_or(0, |column| column.data.len()) {
+        let mut row = TrialRow::default();
+        let own = row.cells().len();
+        for (column, (name, cell)) in columns.iter().zip(row.cells()) {
+            if !cell.take(&column.data, i) {
+                return Err(format!("its column {name} has a value that no trial has"));
+            }
+        }
+        for column in &columns[own..] {
+            let Data::OptF64(values) = &column.data else {
+                return Err(format!("its column {} does not hold numbers", column.name));
+            };
+            if let Some(value) = values[i] {
+                row.record.totals.0.insert(column.name.clone(), value);
+            }
+        }
+        rows.push(row);
+    }
+    Ok(rows)
 }
 
 /// Number of rows in a row group of `trials.parquet`; the last group may have fewer. The rows of a group wait in memory
-/// (some 13 MB), and are converted to text when the group is written.
+/// (some 13 MB).
 const GROUP_ROWS: usize = 16_384;
 
 /// `trials.parquet` while it is written. Rows are written as they come, and hashed.
@@ -334,7 +545,6 @@ pub struct TrialsFile<W: Write + Send> {
     /// Rows of the next row group.
     waiting: Vec<TrialRow>,
     groups: usize,
-    fields: Vec<Field>,
     totals: Vec<String>,
 }
 
@@ -342,15 +552,14 @@ impl<W: Write + Send> TrialsFile<W> {
     /// Begins a file with a column for each of `totals`, which are totals of controllers. Fails if nothing can be
     /// written there.
     pub fn new(to: W, totals: &[String]) -> Result<Self> {
-        let (fields, totals) = (fields::<TrialRow>(), totals.to_vec());
-        let file = ParquetFile::new(Hashing::new(to), columns(&fields, &totals, &[]))
-            .map_err(not_written)?;
+        let columns = columns(&[], totals);
+        let mut file = ParquetFile::new(Hashing::new(to), &columns).map_err(not_written)?;
+        file.state(ABOUT, about(&columns));
         Ok(Self {
             file,
             waiting: Vec::new(),
             groups: 0,
-            fields,
-            totals,
+            totals: totals.to_vec(),
         })
     }
 
@@ -375,13 +584,8 @@ impl<W: Write + Send> TrialsFile<W> {
     }
 
     fn write_group(&mut self) -> Result<()> {
-        let text = write_csv(&self.waiting).map_err(not_written)?;
-        let cells: Vec<_> = csv::Reader::from_reader(&text[..])
-            .into_records()
-            .collect::<Result<_, _>>()
-            .map_err(not_written)?;
         self.file
-            .group(columns(&self.fields, &self.totals, &cells))
+            .group(&columns(&self.waiting, &self.totals))
             .map_err(not_written)?;
         self.waiting.clear();
         self.groups += 1;
@@ -400,27 +604,11 @@ fn not_written(source: impl std::error::Error + Send + Sync + 'static) -> Error 
 pub(crate) mod tests {
     use super::*;
     use crate::fixtures::row;
-    use standfast_files::columns::{Data, DataColumn};
-
     use parquet::errors::ParquetError;
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::RowAccessor;
     use standfast_core::error::TRY_AGAIN;
     use standfast_core::robot::Foot;
-
-    /// The rows as columns, with these totals.
-    fn as_columns(rows: &[TrialRow], totals: &[&str]) -> Vec<DataColumn> {
-        let text = write_csv(rows).unwrap();
-        let totals = totals
-            .iter()
-            .map(|name| name.to_string())
-            .collect::<Vec<_>>();
-        let cells: Vec<_> = csv::Reader::from_reader(&text[..])
-            .into_records()
-            .map(Result::unwrap)
-            .collect();
-        columns(&fields::<TrialRow>(), &totals, &cells).collect()
-    }
 
     #[test]
     fn a_row_reads_back_to_the_bit() {
@@ -433,35 +621,44 @@ pub(crate) mod tests {
             odd.record.footsteps.count,
             odd.record.footsteps.unfinished_footstep,
         ) = (3, Some(Foot::Left));
-        let rows = [row(0, "a, \"b\"", 2.0, Outcome::TimedOut), odd];
-        let text = write_csv(&rows).unwrap();
+        odd.repeats = Some(Repeats::No);
+        let written = [row(0, "a, \"b\"", 2.0, Outcome::TimedOut), odd];
+        let totals = ["gain_switches".to_string()];
+        let read = rows(&columns(&written, &totals), &totals).unwrap();
         // Compared as text, since NaN is not equal to itself.
-        assert_eq!(
-            format!("{:?}", read_csv(&text).unwrap()),
-            format!("{rows:?}")
-        );
+        assert_eq!(format!("{read:?}"), format!("{written:?}"));
     }
 
     #[test]
-    fn rows_with_other_columns_are_not_read() {
-        let text =
-            String::from_utf8(write_csv(&[row(0, "a", 1.0, Outcome::Fell)]).unwrap()).unwrap();
-        let swapped = text.replacen("height_m,duration_s", "duration_s,height_m", 1);
-        assert_ne!(text, swapped);
-        assert!(
-            read_csv(swapped.as_bytes())
-                .unwrap_err()
-                .to_string()
-                .contains("not those of this build")
-        );
+    fn columns_that_are_not_those_of_rows_are_not_read() {
+        let whole = columns(&[row(0, "a", 1.0, Outcome::Fell)], &[]);
+        let changes: [(fn(&mut Vec<DataColumn>), &str); 4] = [
+            (|columns| columns.swap(5, 6), "not those of this build"),
+            (
+                |columns| columns[0].data = Data::I64(vec![-1]),
+                "its column trial has a value that no trial has",
+            ),
+            (
+                |columns| columns[8].data = Data::Text(vec!["round".into()]),
+                "its column profile has",
+            ),
+            (
+                |columns| columns[3].data = Data::OptF64(vec![None]),
+                "its column impulse_n_s has",
+            ),
+        ];
+        for (change, problem) in changes {
+            let mut changed = whole.clone();
+            change(&mut changed);
+            let told = rows(&changed, &[]).unwrap_err();
+            assert!(told.contains(problem), "{told}");
+        }
     }
 
     #[test]
     fn words_and_totals_are_columns() {
-        let found = as_columns(
-            &[row(0, "hold", 2.0, Outcome::TimedOut)],
-            &["gain_switches", "left_sets_at_s"],
-        );
+        let totals = ["gain_switches", "left_sets_at_s"].map(String::from);
+        let found = columns(&[row(0, "hold", 2.0, Outcome::TimedOut)], &totals);
         let column = |name: &str| {
             found
                 .iter()
@@ -469,7 +666,7 @@ pub(crate) mod tests {
                 .map(|column| column.data.clone())
         };
         for (name, expected) in [
-            ("set", "hold"),
+            ("controller", "hold"),
             ("profile", "rectangular"),
             ("outcome", "TimedOut"),
         ] {
@@ -489,8 +686,7 @@ pub(crate) mod tests {
             column("unfinished_footstep"),
             Some(Data::OptText(vec![None]))
         );
-        assert_eq!(column("totals"), None);
-        // A part lists its columns in the order in which it writes their values.
+        // A column has the values of its own field.
         assert_eq!(column("peak_slip_m"), Some(Data::F64(vec![0.003])));
         assert_eq!(column("footsteps"), Some(Data::I64(vec![0])));
     }

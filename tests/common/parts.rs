@@ -1,0 +1,62 @@
+//! Reads the parts of results, and changes them as a forger would.
+
+use serde_json::Value;
+use standfast::files::columns::{Data, DataColumn, is_whole, read_parquet, sealed_bytes};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// A row of a part, by the names of the columns. A value that is missing is null.
+pub type Row = BTreeMap<String, Value>;
+
+/// The rows of a part. A float has the bits of the part.
+pub fn rows(part: &Path) -> Vec<Row> {
+    let bytes = fs::read(part).unwrap();
+    assert!(is_whole(&bytes), "{}", part.display());
+    let (columns, _) = read_parquet(bytes).unwrap();
+    let mut rows = vec![Row::new(); columns[0].data.len()];
+    for DataColumn { name, data } in &columns {
+        for (i, row) in rows.iter_mut().enumerate() {
+            row.insert(name.clone(), value(data, i));
+        }
+    }
+    rows
+}
+
+fn value(data: &Data, i: usize) -> Value {
+    match data {
+        Data::F64(values) => values[i].into(),
+        Data::OptF64(values) => values[i].into(),
+        // All numbers are floats, as in other files that the tests read.
+        Data::I64(values) => (values[i] as f64).into(),
+        Data::Text(values) => values[i].as_str().into(),
+        Data::OptText(values) => values[i].as_deref().into(),
+    }
+}
+
+/// Changes the numbers of a column in a part, and makes its hash anew.
+pub fn forge(part: &Path, column: &str, change: impl Fn(f64) -> f64) {
+    let (mut columns, texts) = read_parquet(fs::read(part).unwrap()).unwrap();
+    for column in columns.iter_mut().filter(|other| other.name == column) {
+        let Data::F64(values) = &mut column.data else {
+            panic!("{} does not hold numbers", column.name);
+        };
+        for value in values {
+            *value = change(*value);
+        }
+    }
+    write(part, &columns, &texts["part"]);
+}
+
+/// Changes the label of a part, and makes its hash anew.
+pub fn relabel(part: &Path, change: impl FnOnce(&mut Value)) {
+    let (columns, texts) = read_parquet(fs::read(part).unwrap()).unwrap();
+    let mut label: Value = serde_json::from_str(&texts["part"]).unwrap();
+    change(&mut label);
+    write(part, &columns, &label.to_string());
+}
+
+fn write(part: &Path, columns: &[DataColumn], label: &str) {
+    let bytes = sealed_bytes(columns, &[("part", label.into())]).unwrap();
+    fs::write(part, bytes).unwrap();
+}
