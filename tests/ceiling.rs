@@ -1,6 +1,6 @@
 //! `standfast ceiling`: a search catches pushes that the controller loses, and its recoveries can be repeated.
 
-use crate::common::program::{folder, standfast, stderr, stdout};
+use crate::common::program::{files, folder, standfast, stderr, stdout};
 use serde_json::Value;
 use std::fs;
 
@@ -79,11 +79,72 @@ fn a_lost_push_is_caught_and_can_be_repeated() {
         assert_eq!(push("without.toml")["outcome"], "Fell", "{line}");
     }
 
-    let again = stderr(&standfast(dir.path(), &[&LOST[..], &["--out=found"]].concat()).code(2));
-    assert!(
-        again.contains("--out = found: it holds a result already"),
-        "{again}"
+    assert_eq!(search(&[&few[..], &["--out=found"]].concat()), json);
+    let other = stderr(
+        &standfast(
+            dir.path(),
+            &[&LOST[..], &["--trials=2", "--out=found"]].concat(),
+        )
+        .code(3),
     );
+    assert!(
+        other.contains("found: holds another search: trials is 1 there and 2 here"),
+        "{other}"
+    );
+}
+
+/// The files of a search, whole, killed and continued, or in shards that end with the last one.
+#[test]
+fn kills_and_shards_change_nothing() {
+    let dir = folder();
+    let args = |more: &[&'static str]| {
+        let pushes = [
+            "--set=push.impulse_n_s={uniform=[1, 30]}",
+            "--set=push.heading_deg=90",
+        ];
+        [
+            &["ceiling", "nominal", "--trials=4", "--tries=1", "--json"],
+            &pushes[..],
+            more,
+        ]
+        .concat()
+    };
+    let json = stdout(&standfast(dir.path(), &args(&["--threads=1", "--out=whole"])).success());
+    let whole = files(&dir.path().join("whole"));
+    assert!(json.contains("\"recovered\": ") && whole["ceiling.json"] == json.as_bytes());
+    assert!(
+        whole.contains_key("parts/trial-4-of-4.json"),
+        "{:?}",
+        whole.keys()
+    );
+
+    let mut child = std::process::Command::new(crate::common::PROGRAM)
+        .current_dir(dir.path())
+        .args(args(&["--out=killed"]))
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    while !dir.path().join("killed/parts").exists() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_eq!(
+        stdout(&standfast(dir.path(), &args(&["--out=killed"])).success()),
+        json
+    );
+    let mut killed = files(&dir.path().join("killed"));
+    killed.retain(|name, _| !name.contains(".tmp-"));
+    assert!(killed == whole, "{:?}", killed.keys());
+
+    let first = stdout(&standfast(dir.path(), &args(&["--shard=1/2", "--out=shards"])).success());
+    assert!(first.contains("\"missing_shards\": \"2\""), "{first}");
+    assert_eq!(
+        stdout(&standfast(dir.path(), &args(&["--shard=2/2", "--out=shards"])).success()),
+        json
+    );
+    assert!(files(&dir.path().join("shards")) == whole);
 }
 
 /// With one generation of tries, nothing may be found. The text then says so, and claims no proof.

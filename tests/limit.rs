@@ -1,6 +1,6 @@
 //! `standfast limit` from outside: its output, its independence of threads, and its refusals.
 
-use crate::common::program::standfast;
+use crate::common::program::{files, folder, standfast, stderr, stdout};
 use serde_json::Value;
 use std::{fs, path::Path};
 
@@ -203,11 +203,133 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         );
     }
 
-    let again = standfast(dir.path(), &args).code(2);
-    let message = text(&again.get_output().stderr);
+    let again = standfast(dir.path(), &args).success();
+    assert_eq!(text(&again.get_output().stdout), printed);
     assert!(
-        message.contains("--out = out: it holds a result"),
+        text(&again.get_output().stderr)
+            .contains("out: all 2 searches are there; nothing is computed again")
+    );
+}
+
+/// The files of a search, whole or in shards, on one thread or two, and killed as often as it has finished something.
+#[test]
+fn kills_shards_and_threads_change_nothing() {
+    let dir = folder();
+    let args = |more: &[&'static str]| {
+        let few = [
+            NOMINAL,
+            "--precision=0.4",
+            "--replicas=1",
+            "--dense",
+            "--headings=6",
+        ];
+        [&[SMALL[0], SMALL[1], SMALL[3], SMALL[4]], &few[..], more].concat()
+    };
+    let json = stdout(&standfast(dir.path(), &args(&["--threads=1", "--out=whole"])).success());
+    let whole = files(&dir.path().join("whole"));
+    assert_eq!(whole["limit.json"], json.as_bytes());
+    assert!(whole.contains_key("map.svg") && whole.contains_key("parts/search-6-of-6.json"));
+
+    // Killed as soon as one more search is finished, at another moment each time.
+    let parts = || fs::read_dir(dir.path().join("killed/parts")).map_or(0, Iterator::count);
+    let mut kills = 0;
+    for round in 0..10 {
+        let before = parts();
+        let mut child = std::process::Command::new(crate::common::PROGRAM)
+            .current_dir(dir.path())
+            .args(args(&["--threads=2", "--out=killed"]))
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        while parts() == before && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        std::thread::sleep(std::time::Duration::from_millis(7 * round));
+        kills += usize::from(child.try_wait().unwrap().is_none());
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    assert!(kills > 0);
+    assert_eq!(
+        stdout(&standfast(dir.path(), &args(&["--out=killed"])).success()),
+        json
+    );
+    let mut killed = files(&dir.path().join("killed"));
+    killed.retain(|name, _| !name.contains(".tmp-"));
+    assert!(killed == whole, "{:?}", killed.keys());
+
+    // Each shard runs its own searches, and the last one writes the result.
+    for (shard, missing) in [("--shard=3/3", "1-2"), ("--shard=1/3", "2")] {
+        let told = stdout(&standfast(dir.path(), &args(&[shard, "--out=shards"])).success());
+        let told: Value = serde_json::from_str(&told).unwrap();
+        assert_eq!(
+            (&told["complete"], &told["missing_shards"]),
+            (&false.into(), &missing.into())
+        );
+        assert!(!dir.path().join("shards/limit.json").exists());
+    }
+    assert_eq!(
+        stdout(&standfast(dir.path(), &args(&["--shard=2/3", "--out=shards"])).success()),
+        json
+    );
+    assert!(files(&dir.path().join("shards")) == whole);
+
+    // A folder keeps to its search.
+    for (more, expected) in [
+        (
+            args(&["--out=whole", "--max-trials=9"]),
+            "holds another search: max_trials is 150 there and 9 here",
+        ),
+        (
+            args(&["--out=whole", "--seed=9"]),
+            "holds another search: seed is",
+        ),
+        (
+            vec!["ceiling", NOMINAL, "--out=whole"],
+            "holds something else than a search of `ceiling`",
+        ),
+        (vec!["run", "smoke", "--trials=1", "--out=whole"], "holds"),
+    ] {
+        let message = stderr(&standfast(dir.path(), &more).code(3));
+        assert!(
+            message.contains("whole: ") && message.contains(expected),
+            "{message}"
+        );
+    }
+    fs::write(dir.path().join("whole/parts/search-2-of-6.json"), "{").unwrap();
+    let message = stderr(&standfast(dir.path(), &args(&["--out=whole"])).code(3));
+    assert!(
+        message.contains("whole/parts/search-2-of-6.json: is damaged"),
         "{message}"
+    );
+    fs::remove_file(dir.path().join("whole/parts/search-2-of-6.json")).unwrap();
+    assert_eq!(
+        stdout(&standfast(dir.path(), &args(&["--out=whole"])).success()),
+        json
+    );
+    assert!(files(&dir.path().join("whole")) == whole);
+}
+
+/// Without `--out` a search has a folder, which is said, and another search of the campaign has another one.
+#[test]
+fn a_search_without_a_folder_gets_one() {
+    let dir = folder();
+    let args = |precision| [&SMALL[..], &[NOMINAL, "--replicas=0", precision]].concat();
+    let first = standfast(dir.path(), &args("--precision=1")).success();
+    assert!(
+        stderr(&first).contains("written: standfast-results/limit-nominal/limit.json"),
+        "{}",
+        stderr(&first)
+    );
+    let second = stderr(&standfast(dir.path(), &args("--precision=2")).success());
+    assert!(
+        second.contains("written: standfast-results/limit-nominal-"),
+        "{second}"
+    );
+    let again = standfast(dir.path(), &args("--precision=1")).success();
+    assert!(
+        stderr(&again).contains("nothing is computed again") && stdout(&again) == stdout(&first)
     );
 }
 
@@ -301,9 +423,9 @@ fn threads_change_nothing_the_seed_does_and_too_few_trials_are_marked() {
         let run = standfast(dir.path(), &args).success();
         text(&run.get_output().stdout)
     };
-    let one = of(&["--headings=2", "--threads=1"]);
+    let one = of(&["--headings=2", "--threads=1", "--out=one"]);
     assert!(one.contains("\"resolved\": false") && one.contains("\"random\": true"));
-    assert_eq!(one, of(&["--headings=2", "--threads=2"]));
+    assert_eq!(one, of(&["--headings=2", "--threads=2", "--out=two"]));
     let found = |json: &str| serde_json::from_str::<Value>(json).unwrap()["headings"].take();
     // The result at a heading depends on no other heading.
     assert_ne!(found(&one), found(&of(&["--headings=2", "--seed=9"])));

@@ -274,29 +274,6 @@ where
     })
 }
 
-/// Checks that `--out` is a folder, new or not, that holds none of these files.
-pub fn check_new_result<'a>(
-    folder: &Path,
-    files: impl IntoIterator<Item = &'a PathBuf>,
-) -> Result<()> {
-    let fail = |problem| {
-        Err(Error::option(
-            "--out",
-            folder.display(),
-            problem,
-            "a new or empty folder",
-        ))
-    };
-    if folder.exists() && !folder.is_dir() {
-        return fail("it is a file");
-    }
-    if files.into_iter().any(|file| file.exists()) {
-        fail("it holds a result already")
-    } else {
-        Ok(())
-    }
-}
-
 /// Whether a path ends as files of this kind do.
 pub fn is_file_of(path: &str, extension: &str) -> bool {
     Path::new(path)

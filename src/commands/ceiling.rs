@@ -1,18 +1,15 @@
 //! `standfast ceiling`: tries again what a controller loses, with knowledge of the push, and tells what can be caught.
 
-use super::arguments::{
-    CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, count, fine,
-};
-use super::interrupt::{STOP, nothing_kept, stop_on_ctrl_c};
-use super::progress::Progress;
-use super::terminal::{note, print};
+use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, count, fine};
+use super::batch::{BatchArgs, write_once};
+use super::interrupt::stop_on_ctrl_c;
+use super::terminal::print;
 use standfast_core::error::{Error, Result};
-use standfast_files::write_atomic;
 use standfast_report::text::ceiling as text;
 use standfast_study::ask::spec::MOST_TRIALS;
+use standfast_study::batch::Batch;
 use standfast_study::ceiling::{CeilingOptions, CeilingSearch, MOST_TRIES};
 use standfast_study::{Campaign, Overrides};
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -31,8 +28,11 @@ the ground; but it moves only after the push has begun, and within the torques
 of its joints.
 
 A push that is recovered from so can be caught, and the text tells by what. Of
-one that is not, nothing is proven. With --out, each recovery is written as a
-gain set, which push can show beside the controller.")]
+one that is not, nothing is proven. The folder of --out gets ceiling.json, and
+each recovery as a gain set (trial-N.toml), which push can show beside the
+controller. It keeps each trial that is finished: the same command goes on
+after an interruption, and shards on several machines can share it.")]
+#[command(mut_arg("out", |arg| arg.help("Folder for the result [default: standfast-results/ceiling-NAME]")))]
 pub struct CeilingArgs {
     #[command(flatten)]
     pub campaign: CampaignArgs,
@@ -44,26 +44,19 @@ pub struct CeilingArgs {
     /// Most tries for a push, in steps of 24
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = count::<u64>(1..=MOST_TRIES))]
     pub tries: u64,
-    /// Number of threads, or 0 for one on each core; the result does not depend on it
-    #[arg(long, value_name = "T", default_value_t = 0, value_parser = count::<usize>(0..=MOST_THREADS))]
-    pub threads: usize,
-    /// Write ceiling.json and the recoveries (trial-N.toml) to this folder
-    #[arg(short, long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
     /// Do not try first whether the robot stands without a push
     #[arg(long)]
     pub untried: bool,
     #[command(flatten)]
     pub check: CheckArgs,
-    /// Print one JSON object instead of text
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub batch: BatchArgs,
 }
 
 /// The file of the result.
 const RESULT: &str = "ceiling.json";
 
-/// Tries the lost trials, prints what was found and writes it. Nothing of an interrupted search is kept.
+/// Tries the lost trials, prints what was found and writes it.
 pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
     let name = args.campaign.or_standard();
     let mut overrides = Overrides {
@@ -83,17 +76,17 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
             "one, such as catch or catch@mujoco",
         ));
     };
-    if let Some(folder) = &args.out {
-        check_new_result(folder, [&folder.join(RESULT)])?;
-    }
     stop_on_ctrl_c();
     let options = CeilingOptions {
         tries: args.tries,
-        threads: args.threads,
+        threads: args.batch.threads,
         untried: args.untried,
     };
     let clairvoyant = CeilingSearch::new(campaign, robot_files, options)?;
+    let (task, jobs) = (clairvoyant.task(), &clairvoyant.jobs);
+    let folder = task.folder(args.batch.out.as_deref())?;
     if args.check.check {
+        clairvoyant.controller()?;
         let most = format!(
             "up to {} tries for each of {} trials",
             args.tries, campaign.trials
@@ -103,30 +96,31 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
             campaign.name
         ));
     }
-    let progress = Progress::of(campaign.trials, "trials");
-    let ceiling = clairvoyant.run(&STOP, &|| progress.episode(), &|| progress.tick());
-    progress.finish();
-    let ceiling = nothing_kept(ceiling)?;
+    let prepare = || clairvoyant.controller().map(drop);
+    let run = |batch: &Batch| clairvoyant.run(batch);
+    let Some(ceiling) = args
+        .batch
+        .search(&task, &folder, jobs, "trials", prepare, run)?
+    else {
+        return Ok(ExitCode::SUCCESS);
+    };
     let as_json = standfast_report::json(&ceiling);
     // The campaign's file may state fewer trials.
     let trials = args.trials.map(|trials| format!(" --set trials={trials}"));
     let changes = args.change.settings.options() + &trials.unwrap_or_default();
-    print(&if args.json {
+    print(&if args.batch.json {
         as_json.clone()
     } else {
-        text::text(&ceiling, args.out.as_deref(), &changes)
+        text::text(&ceiling, &folder, &changes)
     })?;
-    if let Some(folder) = &args.out {
-        for lost in &ceiling.lost {
-            let Some(recovery) = &lost.found else {
-                continue;
-            };
-            let gains = toml::to_string(&clairvoyant.gains(lost.trial, recovery))
-                .expect("a gain set is a table");
-            write_atomic(&folder.join(text::file(lost.trial)), gains.as_bytes())?;
-        }
-        write_atomic(&folder.join(RESULT), as_json.as_bytes())?;
-        note(&format!("written: {}", folder.join(RESULT).display()));
+    for lost in &ceiling.lost {
+        let Some(recovery) = &lost.found else {
+            continue;
+        };
+        let gains = toml::to_string(&clairvoyant.gains(lost.trial, recovery))
+            .expect("a gain set is a table");
+        write_once(&folder.join(text::file(lost.trial)), gains.as_bytes())?;
     }
+    write_once(&folder.join(RESULT), as_json.as_bytes())?;
     Ok(ExitCode::SUCCESS)
 }

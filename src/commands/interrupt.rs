@@ -46,10 +46,12 @@ fn handle(mut signals: Signals) {
     }
 }
 
-/// Says of a search that was interrupted that nothing of it is kept.
-pub fn nothing_kept<T>(result: Result<T>) -> Result<T> {
+/// Says of a search that was interrupted what is kept of it.
+pub fn say_what_is_kept<T>(result: Result<T>, what: &str) -> Result<T> {
     if let Err(Error::Interrupted) = result {
-        alert("interrupted: nothing was kept; the same command starts again from the beginning");
+        alert(&format!(
+            "interrupted: finished {what} are kept, and the same command goes on from there"
+        ));
     }
     result
 }

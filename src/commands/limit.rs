@@ -1,19 +1,17 @@
 //! `standfast limit`: searches the largest impulse that each controller recovers from, by heading, and prints it beside
 //! the pendulum bounds.
 
-use super::arguments::{
-    CampaignArgs, ChangeArgs, CheckArgs, MOST_THREADS, check_new_result, check_output, count, fine,
-    number,
-};
+use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, check_output, count, fine, number};
+use super::batch::{BatchArgs, write_once};
 use super::episode::{Origin, OutputArgs, command_line, film, write_replay};
-use super::interrupt::{STOP, nothing_kept, stop_on_ctrl_c};
-use super::progress::{Progress, duration};
+use super::interrupt::stop_on_ctrl_c;
+use super::progress::duration;
 use super::terminal::{note, print};
 use standfast_core::error::Result;
-use standfast_files::write_atomic;
 use standfast_report::{figure, text};
 use standfast_sim::episode::EpisodeRun;
 use standfast_study::Campaign;
+use standfast_study::batch::Batch;
 use standfast_study::limit::{
     LimitOptions, Limits, MOST_HEADINGS, MOST_REPLICAS, MOST_TRIALS, Searches, pushed,
 };
@@ -48,7 +46,9 @@ is recovered from, and every push above it is lost. The trials of a search are
 not those of `run`: `push` takes their numbers by --limit-trial, as the printed
 commands do.
 
-A run of limit that was interrupted starts again from the beginning.")]
+Each search that is finished is kept in the folder of --out: the same command
+goes on after an interruption, and shards on several machines can share it.")]
+#[command(mut_arg("out", |arg| arg.help("Folder for limit.json and limit.svg [default: standfast-results/limit-NAME]")))]
 pub struct LimitArgs {
     #[command(flatten)]
     pub campaign: CampaignArgs,
@@ -68,16 +68,9 @@ pub struct LimitArgs {
     /// nominal campaign then takes a fourteenth of the pushes
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = count::<u64>(0..=MOST_REPLICAS))]
     pub replicas: u64,
-    /// Try every impulse, in steps of the precision, and with --out draw map.svg, in which a hole is seen, with a replay of
-    /// each hole
+    /// Try every impulse, in steps of the precision, and draw map.svg, in which a hole is seen, with a replay of each hole
     #[arg(long)]
     pub dense: bool,
-    /// Number of threads, or 0 for one on each core; the result does not depend on it
-    #[arg(long, value_name = "T", default_value_t = 0, value_parser = count::<usize>(0..=MOST_THREADS))]
-    pub threads: usize,
-    /// Write limit.json and limit.svg to this folder
-    #[arg(short, long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
     /// Draw limits and bounds around the robot to this file
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
@@ -86,62 +79,65 @@ pub struct LimitArgs {
     pub untried: bool,
     #[command(flatten)]
     pub check: CheckArgs,
-    /// Print one JSON object instead of text
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub batch: BatchArgs,
 }
 
-/// Searches the limits, prints them and writes them. Nothing of an interrupted search is kept.
+/// Searches the limits, prints them and writes them.
 pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     let name = args.campaign.or_standard();
     let overrides = args.change.overrides();
     let robot_files = Campaign::robot_files(name, &overrides)?;
     let campaign = Campaign::load_for(&robot_files.robot()?, name, &overrides)?;
-    let files = args.files()?;
+    if let Some(path) = &args.plot {
+        check_output("--plot", path, &["svg"])?;
+    }
     let options = LimitOptions {
         headings: args.headings,
         precision_n_s: args.precision,
         max_trials: args.max_trials,
         replicas: args.replicas,
         is_dense: args.dense,
-        threads: args.threads,
+        threads: args.batch.threads,
         untried: args.untried,
     };
     stop_on_ctrl_c();
     let searches = Searches::new(&campaign, robot_files, options)?;
-    let count = searches.count();
+    let (task, jobs) = (searches.task(), &searches.jobs);
+    let folder = task.folder(args.batch.out.as_deref())?;
     if args.check.check {
-        let word = if count == 1 { "search" } else { "searches" };
-        let takes = duration(searches.estimated_s()?);
-        return fine(&format!(
-            "campaign {}: {count} {word} to run; that takes some {takes} on this machine",
-            campaign.name
-        ));
+        return args.say_what_is_to_run(&searches, &folder);
     }
-    let progress = Progress::of(count, "searches");
-    let limits = searches.run(&STOP, &|| progress.episode(), &|| progress.tick());
-    progress.finish();
-    let limits = nothing_kept(limits)?;
+    let prepare = || searches.controllers().map(drop);
+    let run = |batch: &Batch| searches.run(batch);
+    let Some(limits) = args
+        .batch
+        .search(&task, &folder, jobs, "searches", prepare, run)?
+    else {
+        return Ok(ExitCode::SUCCESS);
+    };
     // The result is printed before it is written, so that it is not lost if it cannot be written.
     let as_json = standfast_report::json(&limits);
-    print(&if args.json {
+    print(&if args.batch.json {
         as_json.clone()
     } else {
         text::limits(&limits, &args.change.settings.options())
     })?;
-    for path in files {
-        match path
-            .extension()
-            .is_some_and(|extension| extension == "json")
-        {
-            true => write_atomic(&path, as_json.as_bytes())?,
-            false => figure::limit::write(&path, &limits)?,
+    if let Some(plot) = &args.plot {
+        figure::limit::write(plot, &limits)?;
+        note(&format!("written: {}", plot.display()));
+    }
+    // The JSON comes last: where it is, all is.
+    let result = folder.join("limit.json");
+    if !result.exists() {
+        if args.dense {
+            write_map(&folder, &campaign, &searches, &limits)?;
         }
-        note(&format!("written: {}", path.display()));
+        let picture = folder.join("limit.svg");
+        figure::limit::write(&picture, &limits)?;
+        note(&format!("written: {}", picture.display()));
     }
-    if let Some(folder) = args.out.as_ref().filter(|_| args.dense) {
-        write_map(folder, &campaign, &searches, &limits)?;
-    }
+    write_once(&result, as_json.as_bytes())?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -158,7 +154,7 @@ fn write_map(
     let holes: Vec<_> = limits.holes().take(MOST_REPLAYS).collect();
     let file = |number: usize| format!("hole-{}.html", number + 1);
     for (number, &(heading_deg, limit, hole)) in holes.iter().enumerate() {
-        let Some((robot, factory, config)) = searches.case(&limit.name) else {
+        let Some((robot, factory, config)) = searches.case(&limit.name)? else {
             continue;
         };
         let disturbance = pushed(campaign, hole.trial, hole.impulse_n_s, heading_deg);
@@ -190,18 +186,20 @@ fn write_map(
 }
 
 impl LimitArgs {
-    /// The files to write. Checks before any work that they can be written, and that no result would be overwritten.
-    fn files(&self) -> Result<Vec<PathBuf>> {
-        let mut files = Vec::new();
-        if let Some(folder) = &self.out {
-            files.extend(["limit.json", "limit.svg"].map(|name| folder.join(name)));
-            let map = self.dense.then(|| folder.join("map.svg"));
-            check_new_result(folder, files.iter().chain(&map))?;
-        }
-        if let Some(path) = &self.plot {
-            check_output("--plot", path, &["svg"])?;
-            files.push(path.clone());
-        }
-        Ok(files)
+    /// Says for --check how many searches there are to run, and how long they take.
+    fn say_what_is_to_run(&self, searches: &Searches, folder: &Path) -> Result<ExitCode> {
+        let count = searches.jobs.lacking(folder, self.batch.shard).len();
+        let word = if count == 1 { "search" } else { "searches" };
+        let takes = match count {
+            0 => String::new(),
+            _ => format!(
+                "; that takes some {} on this machine",
+                duration(searches.estimated_s(count)?)
+            ),
+        };
+        fine(&format!(
+            "campaign {}: {count} {word} to run{takes}",
+            searches.task().manifest.campaign.name
+        ))
     }
 }

@@ -1,9 +1,11 @@
 //! The command line: one file for each command, with its arguments and its steps in the order in which they happen.
 //!
 //! Several commands share arguments (`arguments`), printing (`terminal`), the progress bar (`progress`), Ctrl-C
-//! (`interrupt`), the end of a campaign (`result`), and the simulation of one episode (`episode`).
+//! (`interrupt`), the end of a campaign (`result`), searches of many jobs (`batch`), and the simulation of one episode
+//! (`episode`).
 
 pub mod arguments;
+mod batch;
 mod ceiling;
 mod check;
 mod columns;

@@ -49,9 +49,9 @@ impl Progress {
         Self::new("episodes", true, total, there, at_most)
     }
 
-    /// Starts the clock for other things, such as searches, each of which takes many episodes.
-    pub fn of(total: u64, what: &'static str) -> Self {
-        Self::new(what, false, total, 0, false)
+    /// Starts the clock for other things, such as searches, each of which takes many episodes; some are `there` already.
+    pub fn of(total: u64, there: u64, what: &'static str) -> Self {
+        Self::new(what, false, total, there, false)
     }
 
     /// Starts the clock for other things, each of which takes one episode.

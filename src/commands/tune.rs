@@ -4,18 +4,19 @@
 use super::arguments::{
     CheckArgs, ControllerArgs, MOST_THREADS, ReplaysArgs, SettingArgs, count, fine,
 };
-use super::interrupt::{STOP, stop_on_ctrl_c};
+use super::interrupt::{STOP, say_what_is_kept, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::result::conclude;
 use super::run::simulate;
-use super::terminal::{alert, note, print};
+use super::terminal::{note, print};
 use standfast_core::error::{Error, Result};
 use standfast_files::{is_same_file, write_atomic};
 use standfast_report::{text::tune as text, tune_page};
 use standfast_robots::urdf::Files;
+use standfast_study::batch::Batch;
 use standfast_study::run::{CampaignRun, RunOptions};
 use standfast_study::tune::search::Generation;
-use standfast_study::tune::{Budget, MOST_EPISODES, TuneEvents, TuneOptions, Tuned, Tuning};
+use standfast_study::tune::{Budget, MOST_EPISODES, TuneOptions, Tuned, Tuning};
 use standfast_study::verdict::gates::Gates;
 use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Shard, Summary};
 use std::path::{Path, PathBuf};
@@ -177,22 +178,18 @@ fn search(tuning: &Tuning) -> Result<Tuned> {
     let on_generation = |generation: &Generation, spread: f64, spent: u64| {
         note(&text::generation(generation, spread, spent))
     };
-    let on_wait = |missing: Shard| log::info!("waits for shard {missing}");
-    let on_episode = || progress.episode();
-    let watch = TuneEvents {
+    let batch = Batch {
+        folder: &tuning.folder,
+        task: &tuning.hash,
+        shard: tuning.options.shard,
         stop: &STOP,
-        on_episode: &on_episode,
-        on_generation: &on_generation,
-        on_wait: &on_wait,
+        on_episode: &|| progress.episode(),
+        on_job: &|| {},
+        on_wait: &|missing| log::info!("waits for shard {missing}"),
     };
-    let tuned = tuning.search(&watch);
+    let tuned = tuning.search(batch, &on_generation);
     progress.finish();
-    if let Err(Error::Interrupted) = tuned {
-        alert(
-            "interrupted: finished generations are kept, and the same command goes on from there",
-        );
-    }
-    tuned
+    say_what_is_kept(tuned, "generations")
 }
 
 /// Compares what is proposed with the incumbent by the final campaigns, unless it is the incumbent.

@@ -12,12 +12,14 @@
 use crate::ask::bounds::in_range;
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
+use crate::batch::{Batch, Jobs, SearchTask};
 use crate::cma_es::CmaEs;
 use crate::limit::PendulumBounds;
-use crate::plan::{PreparedCampaign, pool};
+use crate::plan::{PreparedCampaign, each_caught, pool};
 use nalgebra::DVector;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
 use standfast_controllers::{depart, gain_set};
 use standfast_core::error::{Error, Result};
 use standfast_core::lipm::GainSet;
@@ -27,7 +29,6 @@ use standfast_robots::urdf::Files;
 use standfast_sim::Push;
 use standfast_sim::episode::{ClosedLoop, Footstep, Outcome, Record};
 use standfast_stats::rate::SuccessCount;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Number of search variables: all numbers of all departures.
 const NUMBERS: usize = DEPARTURES * Departure::NUMBERS;
@@ -60,8 +61,9 @@ pub struct CeilingSearch<'a> {
     options: CeilingOptions,
     plan: PreparedCampaign,
     gains: GainSet,
-    factory: PreparedController,
     pendulum_bounds: PendulumBounds,
+    /// One for each trial.
+    pub jobs: Jobs,
 }
 
 /// The result.
@@ -87,7 +89,7 @@ pub struct Ceiling {
 }
 
 /// A trial that the controller loses.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LostTrial {
     pub trial: u64,
     pub impulse_n_s: f64,
@@ -104,7 +106,7 @@ pub struct LostTrial {
 }
 
 /// How the clairvoyant recovers.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recovery {
     /// The departures that the recovery needs: any number whose removal the robot survives is set to zero.
     pub departures: Vec<Departure>,
@@ -112,8 +114,7 @@ pub struct Recovery {
 }
 
 impl<'a> CeilingSearch<'a> {
-    /// Reads the controller, which must be a gain set with footsteps by the rule `[catching]`, and runs nothing but an
-    /// episode without a push.
+    /// Reads the controller, which must be a gain set with footsteps by the rule `[catching]`, and runs nothing.
     pub fn new(campaign: &'a Campaign, files: Files, options: CeilingOptions) -> Result<Self> {
         in_range(
             "command line",
@@ -137,14 +138,14 @@ impl<'a> CeilingSearch<'a> {
         }
         let plan = PreparedCampaign::with(campaign, files)?;
         let pendulum_bounds = PendulumBounds::new(&plan.robot, campaign)?;
-        let factory = plan.tried_factories(options.untried)?.remove(0);
+        let jobs = Jobs::kept_one_by_one("trial", campaign.trials as usize);
         Ok(Self {
             campaign,
             options,
             plan,
             gains,
-            factory,
             pendulum_bounds,
+            jobs,
         })
     }
 
@@ -162,62 +163,66 @@ impl<'a> CeilingSearch<'a> {
         gains
     }
 
-    /// Runs all trials, and searches for those that are lost. It calls `on_episode` after each episode and `on_trial`
-    /// after each trial, from any thread. It fails if `stop` is set from outside.
-    pub fn run(
-        &self,
-        stop: &AtomicBool,
-        on_episode: &(dyn Fn() + Sync),
-        on_trial: &(dyn Fn() + Sync),
-    ) -> Result<Ceiling> {
+    /// The task, on which the folder of a result depends.
+    pub fn task(&self) -> SearchTask {
+        SearchTask {
+            command: "ceiling".into(),
+            options: json!({ "trials": self.campaign.trials, "tries": self.options.tries }),
+            manifest: self.plan.manifest.clone(),
+        }
+    }
+
+    /// Prepares the controller and tries it without a push, unless that is done. Fails if the robot falls.
+    pub fn controller(&self) -> Result<&PreparedController> {
+        Ok(&self.plan.tried_factories(self.options.untried)?[0])
+    }
+
+    /// Runs the trials of this shard that the folder lacks, and searches for those that are lost. Returns the result as
+    /// soon as the trials of all shards are there.
+    pub fn run(&self, batch: &Batch) -> Result<Option<Ceiling>> {
         let Self {
             campaign,
             options,
             plan,
-            factory,
             ..
         } = self;
-        let numbers: Vec<u64> = (0..campaign.trials).collect();
-        let lost: Vec<Option<LostTrial>> = pool(options.threads)?.install(|| {
-            numbers
-                .into_par_iter()
-                .with_max_len(1)
-                .map(|trial| {
-                    let lost = self.lost(trial, stop, on_episode)?;
-                    on_trial();
-                    Ok(lost)
-                })
-                .collect::<Result<_>>()
-        })?;
+        if !batch.lacks(&self.jobs).is_empty() {
+            let factory = self.controller()?;
+            pool(options.threads)?.install(|| {
+                batch.run(&self.jobs, |trial| self.lost(factory, trial as u64, batch))
+            })?;
+        }
+        let Some(lost) = batch.results::<Option<LostTrial>>(&self.jobs)? else {
+            return Ok(None);
+        };
         let lost: Vec<LostTrial> = lost.into_iter().flatten().collect();
         let recovered = campaign.trials - lost.len() as u64;
         let caught = lost.iter().filter(|lost| lost.found.is_some()).count() as u64;
-        Ok(Ceiling {
+        Ok(Some(Ceiling {
             campaign: campaign.name.clone(),
             robot: campaign.robot.clone(),
             engine: plan.manifest.engine(),
             seed: campaign.seed,
-            controller: factory.name.clone(),
+            controller: plan.manifest.sets[0].clone(),
             trials: campaign.trials,
             alone: SuccessCount::new(recovered, campaign.trials),
             with_search: SuccessCount::new(recovered + caught, campaign.trials),
             com_height_m: self.pendulum_bounds.com_height_m,
             tries: options.tries,
             lost,
-        })
+        }))
     }
 
     /// Runs a trial, and searches a recovery if the controller loses it. Returns None if the controller recovers.
     fn lost(
         &self,
+        factory: &PreparedController,
         number: u64,
-        stop: &AtomicBool,
-        on_episode: &(dyn Fn() + Sync),
+        batch: &Batch,
     ) -> Result<Option<LostTrial>> {
         let Self {
             campaign,
             plan,
-            factory,
             pendulum_bounds,
             ..
         } = self;
@@ -228,13 +233,13 @@ impl<'a> CeilingSearch<'a> {
         let again = RepeatedTrial {
             begun,
             pushes,
-            on_episode,
+            batch,
         };
         let record = again.record(&Departures::default());
         if record.outcome.is_success() {
             return Ok(None);
         }
-        let (tries, found) = self.search(number, &again, stop)?;
+        let (tries, found) = self.search(number, &again)?;
         let Push {
             impulse_n_s,
             heading_deg,
@@ -256,12 +261,7 @@ impl<'a> CeilingSearch<'a> {
 
     /// Searches departures with which the robot recovers. Returns the number of tries and the recovery, if one was
     /// found.
-    fn search(
-        &self,
-        number: u64,
-        again: &RepeatedTrial,
-        stop: &AtomicBool,
-    ) -> Result<(u64, Option<Recovery>)> {
+    fn search(&self, number: u64, again: &RepeatedTrial) -> Result<(u64, Option<Recovery>)> {
         let begin = |round: u64| {
             let seed = self.campaign.seed ^ number.rotate_left(20) ^ round.rotate_left(50);
             CmaEs::new(vec![0.0; NUMBERS], STEP, GENERATION, seed)
@@ -269,9 +269,7 @@ impl<'a> CeilingSearch<'a> {
         let (mut tries, mut round) = (0, 0);
         let mut search = begin(round);
         while tries < self.options.tries {
-            if stop.load(Ordering::Relaxed) {
-                return Err(Error::Interrupted);
-            }
+            again.batch.go_on()?;
             let points = search.ask();
             let cost =
                 |point: &DVector<f64>| self.cost(&again.record(&departures(point.as_slice())));
@@ -307,21 +305,23 @@ impl<'a> CeilingSearch<'a> {
 struct RepeatedTrial<'a> {
     begun: ClosedLoop<'a>,
     pushes: Vec<Push>,
-    /// Called after every episode.
-    on_episode: &'a (dyn Fn() + Sync),
+    batch: &'a Batch<'a>,
 }
 
 impl RepeatedTrial<'_> {
     fn record(&self, departures: &Departures) -> Record {
-        let mut again = self
-            .begun
-            .with(&[0], self.pushes.clone())
-            .expect("a gain set's controller can be copied");
-        for controller in again.controllers() {
-            depart(controller, departures);
-        }
-        let record = again.finish().expect("a gain set has no process").remove(0);
-        (self.on_episode)();
+        let run = |sets: &[usize]| {
+            let again = self.begun.with(sets, self.pushes.clone());
+            let mut again = again.expect("a gain set's controller can be copied");
+            for controller in again.controllers() {
+                depart(controller, departures);
+            }
+            again.finish()
+        };
+        let record = each_caught(&[0], run)
+            .expect("a gain set has no process")
+            .remove(0);
+        (self.batch.on_episode)();
         record
     }
 

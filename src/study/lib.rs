@@ -2,7 +2,7 @@
 //! controller the number of trials from which it recovers. [`ask`] is what a campaign asks, [`plan`] reads the inputs,
 //! [`run`] runs the trials, [`store`] keeps the results, and [`verdict`] draws the conclusions. [`limit`] searches the
 //! largest recoverable impulse, heading by heading, [`tune`] searches a better controller, and [`ceiling`] searches
-//! recoveries from the pushes that a controller loses.
+//! recoveries from the pushes that a controller loses. [`batch`] runs the jobs of these three.
 //!
 //! Imports between these rooms go one way: [`ask`] does not know [`store`], and neither knows [`verdict`].
 
@@ -13,6 +13,7 @@
 extern crate self as standfast_study;
 
 pub mod ask;
+pub mod batch;
 pub mod ceiling;
 pub mod cma_es;
 #[cfg(test)]

@@ -47,7 +47,7 @@ pub struct CampaignRun<'a> {
     pub plan: &'a PreparedCampaign,
     pub folder: &'a Folder,
     pool: ThreadPool,
-    factories: Vec<PreparedController>,
+    untried: bool,
     pub shard: Option<Shard>,
     /// Blocks to run. If the campaign ends when decided, these are the blocks up to the next look.
     missing: Vec<u64>,
@@ -74,7 +74,7 @@ impl<'a> CampaignRun<'a> {
             plan,
             folder,
             pool: pool(options.threads)?,
-            factories: Vec::new(),
+            untried: options.untried,
             shard: options.shard,
             missing: Vec::new(),
             all_trials: vec![campaign.trials; sets.len()],
@@ -86,11 +86,15 @@ impl<'a> CampaignRun<'a> {
             None => work.blocks().filter(|&block| work.lacks(block)).collect(),
         };
         if !work.is_done() {
-            work.factories = work
-                .pool
-                .install(|| plan.tried_factories(options.untried))?;
+            work.factories()?;
         }
         Ok(work)
+    }
+
+    /// The controllers, tried without a push.
+    fn factories(&self) -> Result<&'a [PreparedController]> {
+        let (plan, untried) = (self.plan, self.untried);
+        self.pool.install(|| plan.tried_factories(untried))
     }
 
     /// Whether the folder lacks nothing.
@@ -206,13 +210,15 @@ impl<'a> CampaignRun<'a> {
                 }
             }
         }
-        // Taken out of `self`, because the opening borrows the factories during all looks.
-        let (plan, factories) = (self.plan, std::mem::take(&mut self.factories));
-        let opening = plan.opening(&factories);
+        let factories = match self.is_done() {
+            true => &[],
+            false => self.factories()?,
+        };
+        let opening = self.plan.opening(factories);
         // Another shard may have decided the campaign, perhaps by parts that are not seen here.
         while !self.is_done() && !self.is_decided() {
             self.pool
-                .install(|| self.run_blocks(&factories, opening.as_ref(), watch))?;
+                .install(|| self.run_blocks(factories, opening.as_ref(), watch))?;
             self.missing = self.look_on(watch.on_look)?;
         }
         match &self.looks {

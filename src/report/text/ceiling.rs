@@ -31,7 +31,7 @@ pub fn file(trial: u64) -> String {
 
 /// The result. `folder` is the folder of the written recoveries, and `changes` are the options that changed the
 /// campaign.
-pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
+pub fn text(ceiling: &Ceiling, folder: &Path, changes: &str) -> String {
     let Ceiling {
         robot,
         campaign,
@@ -123,7 +123,7 @@ pub fn text(ceiling: &Ceiling, folder: Option<&Path>, changes: &str) -> String {
          DCM is so far outside of the support. Landing places and the ZMP are shifted forward, and to the side of the foot \
          in the air; the trunk tilts about its x and y axes. What is not recovered by search may be possible all the same.",
     );
-    if let (Some(lost), Some(folder)) = (recovered.first(), folder) {
+    if let Some(lost) = recovered.first() {
         let plant = plant_options(robot, engine);
         let gains = shell_word(&folder.join(file(lost.trial)).to_string_lossy());
         text += &format!(

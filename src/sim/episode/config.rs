@@ -129,7 +129,7 @@ impl EpisodeConfig {
 }
 
 /// The disturbances of one episode, which the controller does not know.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Disturbance {
     pub pushes: Vec<Push>,
     /// Noise and bias of the sensors. None means ideal sensors; the robot's delay remains.

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use standfast_core::robot::{Foot, PerFoot, Pose};
 use standfast_core::socket::{Airborne, Report};
 
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Footstep {
     pub foot: Foot,
     /// Times of the ticks at which the controller lifts the foot and takes it as landed.

@@ -26,6 +26,15 @@ pub enum Outcome {
 }
 
 impl Outcome {
+    pub const ALL: [Self; 6] = [
+        Self::Recovered,
+        Self::Survived,
+        Self::Fell,
+        Self::Diverged,
+        Self::Failed,
+        Self::TimedOut,
+    ];
+
     /// Whether the trial was won.
     pub fn is_success(self) -> bool {
         matches!(self, Self::Recovered | Self::Survived)

@@ -3,19 +3,20 @@
 //! For each controller and heading, a [psychometric search](standfast_stats::psychometric) finds the impulse with 50 %
 //! recovery. A second one goes up from small impulses to the first that is lost: below it nothing was, and it looks between
 //! the headings, too. A map tries every impulse. Each of their trials is a trial of the campaign with another impulse and
-//! heading of the push. Trial k at a heading has the same noise and variations for every controller. The searches run in
-//! parallel and independently of each other, so the result does not depend on the number of threads.
+//! heading of the push. Trial k at a heading has the same noise and variations for every controller. The searches know
+//! nothing of each other: they are the jobs of a [batch](crate::batch).
 
 mod pendulum_bounds;
 mod search;
 
 use crate::ask::bounds::in_range;
 use crate::ask::spec::Campaign;
+use crate::batch::{Batch, Jobs, SearchTask};
 use crate::limit::search::{LimitSearch, MAP_TO, is_random};
 use crate::plan::{PreparedCampaign, pool};
 use rayon::ThreadPool;
-use rayon::prelude::*;
 use serde::Serialize;
+use serde_json::json;
 use standfast_core::error::Result;
 use standfast_core::robot::Robot;
 use standfast_core::socket::PreparedController;
@@ -23,7 +24,6 @@ use standfast_robots::urdf::Files;
 use standfast_sim::Engine;
 use standfast_sim::episode::EpisodeConfig;
 use standfast_stats::psychometric::Rule;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 pub use pendulum_bounds::{Heading, PendulumBounds};
@@ -72,7 +72,8 @@ pub struct Searches<'a> {
     pendulum_bounds: PendulumBounds,
     headings: Vec<Heading>,
     pool: ThreadPool,
-    factories: Vec<PreparedController>,
+    /// One for each heading and controller.
+    pub jobs: Jobs,
 }
 
 /// The result. Lengths are in the control frame: origin midway between the soles' centres, x forward, y left.
@@ -110,8 +111,8 @@ pub struct LimitEngine {
 }
 
 impl<'a> Searches<'a> {
-    /// Reads and prepares the controllers for the robot of these files, and tries each without a push. It fails if an
-    /// option or an input is wrong, if a robot falls, or if the reach of the robot's feet is not known.
+    /// Reads the controllers for the robot of these files, and runs nothing. It fails if an option or an input is wrong,
+    /// or if the reach of the robot's feet is not known.
     pub fn new(campaign: &'a Campaign, files: Files, options: LimitOptions) -> Result<Self> {
         check(&options)?;
         let plan = PreparedCampaign::with(campaign, files)?;
@@ -124,11 +125,10 @@ impl<'a> Searches<'a> {
             precision_n_s,
             [usual_n_s / FINER, usual_n_s * COARSER],
         )?;
-        let headings = (0..options.headings)
+        let headings: Vec<Heading> = (0..options.headings)
             .map(|i| pendulum_bounds.heading(360.0 * i as f64 / options.headings as f64))
             .collect();
-        let pool = pool(options.threads)?;
-        let factories = pool.install(|| plan.tried_factories(options.untried))?;
+        let jobs = Jobs::kept_one_by_one("search", headings.len() * plan.manifest.sets.len());
         Ok(Self {
             campaign,
             options,
@@ -136,35 +136,57 @@ impl<'a> Searches<'a> {
             plan,
             pendulum_bounds,
             headings,
-            pool,
-            factories,
+            pool: pool(options.threads)?,
+            jobs,
         })
     }
 
-    pub fn count(&self) -> u64 {
-        (self.headings.len() * self.factories.len()) as u64
+    /// The task, on which the folder of a result depends.
+    pub fn task(&self) -> SearchTask {
+        let LimitOptions {
+            headings,
+            max_trials,
+            replicas,
+            is_dense,
+            ..
+        } = self.options;
+        SearchTask {
+            command: "limit".into(),
+            options: json!({
+                "headings": headings,
+                "precision_n_s": self.precision_n_s,
+                "max_trials": max_trials,
+                "replicas": replicas,
+                "dense": is_dense,
+            }),
+            manifest: self.plan.manifest.clone(),
+        }
+    }
+
+    /// Prepares the controllers and tries each without a push, unless that is done. Fails if a robot falls.
+    pub fn controllers(&self) -> Result<&[PreparedController]> {
+        self.pool
+            .install(|| self.plan.tried_factories(self.options.untried))
     }
 
     /// The robot, the controller of this name, and the settings of its episodes.
-    pub fn case(&self, name: &str) -> Option<(&Robot, &PreparedController, EpisodeConfig)> {
-        let set = self.plan.manifest.sets.iter().position(|set| set == name)?;
-        Some((
-            &self.plan.robot,
-            &self.factories[set],
-            self.plan.episode(set),
-        ))
+    pub fn case(&self, name: &str) -> Result<Option<(&Robot, &PreparedController, EpisodeConfig)>> {
+        let factories = self.controllers()?;
+        let set = self.plan.manifest.sets.iter().position(|set| set == name);
+        Ok(set.map(|set| (&self.plan.robot, &factories[set], self.plan.episode(set))))
     }
 
-    /// A rough estimate of the time of the searches on this machine (s). It runs some pushes, and supposes that each
-    /// limit is the bound with one footstep.
-    pub fn estimated_s(&self) -> Result<f64> {
+    /// A rough estimate of the time of `searches` on this machine (s). It runs some pushes, and supposes that each limit is
+    /// the bound with one footstep.
+    pub fn estimated_s(&self, searches: usize) -> Result<f64> {
         const SAMPLE: usize = 16;
         const LONG_S: f64 = 0.5;
         /// Number of trials of a usual search for the limit: first if trials can differ, then if they cannot.
         const OF_SEARCH: [f64; 2] = [60.0, 8.0];
-        let opening = self.plan.opening(&self.factories);
+        let factories = self.controllers()?;
+        let opening = self.plan.opening(factories);
         let (start, mut pushes) = (Instant::now(), 0);
-        for (set, heading) in (0..self.factories.len())
+        for (set, heading) in (0..factories.len())
             .cycle()
             .zip(self.headings.iter().cycle())
             .take(SAMPLE)
@@ -184,7 +206,7 @@ impl<'a> Searches<'a> {
                 heading_deg,
             );
             self.plan
-                .records(&self.factories, opening.as_ref(), disturbance, &[set])?;
+                .records(factories, opening.as_ref(), disturbance, &[set])?;
             pushes += 1;
         }
         let of_search =
@@ -196,7 +218,7 @@ impl<'a> Searches<'a> {
         };
         let (replicas, precision_n_s) = (self.options.replicas as f64, self.precision_n_s);
         let is_dense = f64::from(self.options.is_dense);
-        let of_set: f64 = self
+        let of_headings: f64 = self
             .headings
             .iter()
             .map(|heading| {
@@ -206,74 +228,61 @@ impl<'a> Searches<'a> {
             })
             .sum();
         let of_push_s = start.elapsed().as_secs_f64() / pushes as f64;
-        Ok(of_push_s * of_set * self.factories.len() as f64
-            / self.pool.current_num_threads() as f64)
+        let of_search = of_headings / self.headings.len() as f64;
+        Ok(of_push_s * of_search * searches as f64 / self.pool.current_num_threads() as f64)
     }
 
-    /// Runs all searches. It calls `on_episode` after each episode and `on_search` after each search, from any thread.
-    /// It fails if `stop` is set from outside.
-    pub fn run(
-        &self,
-        stop: &AtomicBool,
-        on_episode: &(dyn Fn() + Sync),
-        on_search: &(dyn Fn() + Sync),
-    ) -> Result<Limits> {
+    /// Runs the searches of this shard that the folder lacks. Returns the result as soon as those of all shards are there.
+    pub fn run(&self, batch: &Batch) -> Result<Option<Limits>> {
         let Self {
             campaign,
             options,
             precision_n_s,
             plan,
             pendulum_bounds,
-            pool,
-            factories,
             ..
         } = self;
         let (precision_n_s, mut headings) = (*precision_n_s, self.headings.clone());
         let sets = &plan.manifest.sets;
         let random = is_random(campaign);
         let sector_deg = SECTOR_DEG.min(180.0 / options.headings as f64);
-        let opening = plan.opening(factories);
-        let jobs: Vec<(usize, usize)> = (0..headings.len())
-            .flat_map(|h| (0..sets.len()).map(move |s| (h, s)))
-            .collect();
-        // One job at a time, so that no core is left with several searches at the end.
-        let limits: Vec<SetLimit> = pool.install(|| {
-            jobs.par_iter()
-                .with_max_len(1)
-                .map(|&(heading, set)| {
-                    let heading: &Heading = &headings[heading];
-                    let rule = Rule {
-                        most_n_s: (BEYOND_THE_BOUND * heading.bound_n_step_n_s)
-                            .max(10.0 * precision_n_s),
-                        precision_n_s,
-                        max_trials: options.max_trials,
-                        random,
-                    };
-                    let search = LimitSearch {
-                        campaign,
-                        plan,
-                        factories,
-                        opening: opening.as_ref(),
-                        set,
-                        heading_deg: heading.heading_deg,
-                        bound_one_step_n_s: heading.bound_one_step_n_s,
-                        replicas: options.replicas,
-                        sector_deg,
-                        is_dense: options.is_dense,
-                        stop,
-                        on_episode,
-                    };
-                    let limit = search.run(rule)?;
-                    on_search();
-                    Ok(limit)
-                })
-                .collect::<Result<_>>()
-        })?;
+        if !batch.lacks(&self.jobs).is_empty() {
+            let factories = self.controllers()?;
+            let opening = plan.opening(factories);
+            let search = |job: usize| {
+                let heading = &headings[job / sets.len()];
+                let rule = Rule {
+                    most_n_s: (BEYOND_THE_BOUND * heading.bound_n_step_n_s)
+                        .max(10.0 * precision_n_s),
+                    precision_n_s,
+                    max_trials: options.max_trials,
+                    random,
+                };
+                LimitSearch {
+                    campaign,
+                    plan,
+                    factories,
+                    opening: opening.as_ref(),
+                    set: job % sets.len(),
+                    heading_deg: heading.heading_deg,
+                    bound_one_step_n_s: heading.bound_one_step_n_s,
+                    replicas: options.replicas,
+                    sector_deg,
+                    is_dense: options.is_dense,
+                    batch,
+                }
+                .run(rule)
+            };
+            self.pool.install(|| batch.run(&self.jobs, search))?;
+        }
+        let Some(limits) = batch.results::<SetLimit>(&self.jobs)? else {
+            return Ok(None);
+        };
         let mut limits = limits.into_iter();
         for heading in &mut headings {
             heading.sets = limits.by_ref().take(sets.len()).collect();
         }
-        Ok(Limits {
+        Ok(Some(Limits {
             campaign: campaign.name.clone(),
             robot: campaign.robot.clone(),
             engine: campaign.episode.engine,
@@ -299,7 +308,7 @@ impl<'a> Searches<'a> {
                 .sum(),
             pendulum_bounds: pendulum_bounds.clone(),
             headings,
-        })
+        }))
     }
 }
 

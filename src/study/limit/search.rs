@@ -3,16 +3,16 @@
 
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
+use crate::batch::Batch;
 use crate::plan::PreparedCampaign;
-use serde::{Serialize, Serializer};
-use standfast_core::error::{Error, Result};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+use standfast_core::error::Result;
 use standfast_core::socket::PreparedController;
 use standfast_sim::episode::{ClosedLoop, Disturbance, Outcome};
 use standfast_stats::psychometric::{Posterior, Rule};
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Result for one controller at one heading.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SetLimit {
     pub name: String,
     pub impulse50_n_s: f64,
@@ -34,7 +34,7 @@ pub struct SetLimit {
     /// Number of trials of the search for the first loss.
     pub safe_trials: u64,
     /// The pushes of the map at this heading, from weak to hard; empty without a map.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub map: Vec<MapPoint>,
     /// Number of trials of the search for `impulse50_n_s`, and the number of each outcome.
     pub trials: u64,
@@ -47,7 +47,7 @@ pub struct SetLimit {
 }
 
 /// A push that was lost, exactly as `standfast push` can repeat it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FirstLoss {
     pub impulse_n_s: f64,
     pub heading_deg: f64,
@@ -62,12 +62,12 @@ pub struct FirstLoss {
 }
 
 /// A push of the map.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MapPoint {
     pub impulse_n_s: f64,
     /// Index of the trial of this search, which fixes all but impulse and heading; `push` takes it by `--limit-trial`.
     pub trial: u64,
-    #[serde(serialize_with = "by_name")]
+    #[serde(serialize_with = "by_name", deserialize_with = "of_name")]
     pub outcome: Outcome,
 }
 
@@ -76,6 +76,14 @@ fn by_name<S: Serializer>(
     serializer: S,
 ) -> std::result::Result<S::Ok, S::Error> {
     serializer.serialize_str(outcome.name())
+}
+
+fn of_name<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Outcome, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    let outcome = Outcome::ALL
+        .into_iter()
+        .find(|outcome| outcome.name() == name);
+    outcome.ok_or_else(|| de::Error::custom(format!("{name} is no outcome")))
 }
 
 /// A loss at an impulse below this share of the impulse with 50 % recovery is a hole.
@@ -162,9 +170,7 @@ pub(super) struct LimitSearch<'a> {
     pub sector_deg: f64,
     /// Whether to try every impulse, for a map.
     pub is_dense: bool,
-    pub stop: &'a AtomicBool,
-    /// Called after every episode.
-    pub on_episode: &'a (dyn Fn() + Sync),
+    pub batch: &'a Batch<'a>,
 }
 
 impl LimitSearch<'_> {
@@ -305,14 +311,12 @@ impl LimitSearch<'_> {
 
     /// Fails if the searches are to stop.
     fn outcome(&self, disturbance: Disturbance) -> Result<Outcome> {
-        if self.stop.load(Ordering::Relaxed) {
-            return Err(Error::Interrupted);
-        }
+        self.batch.go_on()?;
         let outcome = self
             .plan
             .records(self.factories, self.opening, disturbance, &[self.set])?[0]
             .outcome;
-        (self.on_episode)();
+        (self.batch.on_episode)();
         Ok(outcome)
     }
 }

@@ -12,7 +12,17 @@ impl PreparedCampaign {
     /// The folder for the result: `out` if it is given, else a folder under `standfast-results` that is new or belongs
     /// to this campaign. Writes nothing. Fails if `out` holds something else.
     pub fn folder(&self, out: Option<&Path>) -> Result<Folder> {
-        let path = out.map_or_else(|| self.usual_folder(), Path::to_path_buf);
+        let Manifest {
+            campaign,
+            config_hash,
+            ..
+        } = &self.manifest;
+        let usual = || {
+            usual_folder(&campaign.name, config_hash, |path| {
+                self.may_have(path).unwrap_or(false)
+            })
+        };
+        let path = out.map_or_else(usual, Path::to_path_buf);
         if !self.may_have(&path)? {
             let advice = out.map_or("", |_| ". Give a new folder, or remove this one");
             let differences = self.differences(&path);
@@ -29,23 +39,6 @@ impl PreparedCampaign {
             ..self.manifest.clone()
         };
         Ok(Folder { path, manifest })
-    }
-
-    /// The folder named after the campaign or, if that holds something else, the one that is named after its hash, too.
-    fn usual_folder(&self) -> PathBuf {
-        let Manifest {
-            campaign,
-            config_hash,
-            ..
-        } = &self.manifest;
-        let results = Path::new("standfast-results");
-        let name = &campaign.name;
-        let plain = results.join(name);
-        if self.may_have(&plain).unwrap_or(false) {
-            plain
-        } else {
-            results.join(format!("{name}-{}", &config_hash[..8]))
-        }
     }
 
     /// Whether a folder is new or belongs to this campaign.
@@ -103,5 +96,16 @@ impl PreparedCampaign {
         } else {
             self.manifest.clone()
         }
+    }
+}
+
+/// A folder under `standfast-results` that is named after what it holds or, if that folder may not be taken, after the hash
+/// of the configuration, too.
+pub(crate) fn usual_folder(name: &str, hash: &str, may_have: impl Fn(&Path) -> bool) -> PathBuf {
+    let results = Path::new("standfast-results");
+    let plain = results.join(name);
+    match may_have(&plain) {
+        true => plain,
+        false => results.join(format!("{name}-{}", &hash[..8])),
     }
 }

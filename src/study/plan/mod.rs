@@ -8,6 +8,7 @@ mod pool;
 mod trials;
 mod unpushed;
 
+pub(crate) use folder::usual_folder;
 pub(crate) use pool::pool;
 pub(crate) use trials::each_caught;
 
@@ -28,6 +29,7 @@ use standfast_robots::urdf::Files;
 use standfast_sim::Engine;
 use standfast_sim::episode::EpisodeConfig;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 /// A campaign whose inputs are read and checked. The controllers are designed later.
 pub struct PreparedCampaign {
@@ -38,6 +40,8 @@ pub struct PreparedCampaign {
     entrants: Vec<(Box<dyn ControllerSpec>, Engine)>,
     /// The inputs that are not compiled in, each by its name in the result folder.
     inputs: Vec<(String, Vec<u8>)>,
+    /// The controllers that have been tried without a push.
+    tried: OnceLock<Vec<PreparedController>>,
 }
 
 impl PreparedCampaign {
@@ -127,6 +131,7 @@ impl PreparedCampaign {
             robot,
             entrants,
             inputs: inputs.kept,
+            tried: OnceLock::new(),
         })
     }
 

@@ -30,7 +30,7 @@ impl PreparedCampaign {
     }
 
     /// Runs the episodes of a trial with some controllers, given by their numbers in ascending order. The episodes
-    /// continue `opening`, if there is one. Errors are those of [`ClosedLoop::finish`].
+    /// continue `opening`, if there is one. Errors and panics are as in [`each_caught`].
     pub(crate) fn records(
         &self,
         factories: &[PreparedController],
@@ -38,16 +38,17 @@ impl PreparedCampaign {
         disturbance: Disturbance,
         sets: &[usize],
     ) -> Result<Vec<Record>> {
-        if let Some(shared) =
-            opening.and_then(|opening| opening.with(sets, disturbance.pushes.clone()))
-        {
-            return shared.finish();
-        }
-        let entrants = sets
-            .iter()
-            .map(|&set| (&factories[set], self.entrants[set].1));
         let episode = &self.manifest.campaign.episode;
-        ClosedLoop::of_entrants(&self.robot, entrants, episode, disturbance).finish()
+        each_caught(sets, |sets| {
+            let shared = opening.and_then(|opening| opening.with(sets, disturbance.pushes.clone()));
+            let own = || {
+                let entrants = sets
+                    .iter()
+                    .map(|&set| (&factories[set], self.entrants[set].1));
+                ClosedLoop::of_entrants(&self.robot, entrants, episode, disturbance.clone())
+            };
+            shared.unwrap_or_else(own).finish()
+        })
     }
 
     /// The time that a trial takes with all controllers on one core of this machine (s). It is measured on up to 8
@@ -92,14 +93,12 @@ impl PreparedCampaign {
                 .iter()
                 .map(|&set| trial::synthetic(campaign, trial, set, hardness))
                 .collect(),
-            false => each_caught(sets, |sets| {
-                self.records(
-                    factories,
-                    opening,
-                    trial::disturbance(campaign, trial),
-                    sets,
-                )
-            })?,
+            false => self.records(
+                factories,
+                opening,
+                trial::disturbance(campaign, trial),
+                sets,
+            )?,
         };
         let mut rows = Vec::new();
         for (&set, record) in sets.iter().zip(records) {
@@ -129,13 +128,9 @@ impl PreparedCampaign {
         {
             return Ok(None);
         }
-        let again =
-            caught(|| self.records(factories, None, trial::disturbance(campaign, trial), &[set]));
+        let again = self.records(factories, None, trial::disturbance(campaign, trial), &[set])?;
         // As text, since NaN is not equal to itself.
-        let is_same = match again {
-            Ok(again) => format!("{:?}", again?[0]) == format!("{record:?}"),
-            Err(_panic) => false,
-        };
+        let is_same = format!("{:?}", again[0]) == format!("{record:?}");
         Ok(Some(if is_same { Repeats::Yes } else { Repeats::No }))
     }
 }

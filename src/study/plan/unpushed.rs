@@ -8,14 +8,23 @@ use standfast_core::socket::PreparedController;
 use standfast_sim::episode::unpushed::UnpushedEpisode;
 
 impl PreparedCampaign {
-    /// Prepares all controllers, and runs an episode without a push with each. Fails if a robot falls in its episode,
-    /// because recovery rates of a robot that falls without a push would mean nothing. `untried` leaves the episodes
-    /// out.
-    pub(crate) fn tried_factories(&self, untried: bool) -> Result<Vec<PreparedController>> {
-        let (factories, campaign) = (self.factories()?, &self.manifest.campaign);
-        if untried || campaign.synthetic {
-            return Ok(factories);
+    /// All controllers, ready to run. The first call prepares them, and runs an episode without a push with each. Fails if
+    /// a robot falls in its episode, because recovery rates of a robot that falls without a push would mean nothing.
+    /// `untried` leaves the episodes out.
+    pub(crate) fn tried_factories(&self, untried: bool) -> Result<&[PreparedController]> {
+        if let Some(tried) = self.tried.get() {
+            return Ok(tried);
         }
+        let factories = self.factories()?;
+        if !untried && !self.manifest.campaign.synthetic {
+            self.try_unpushed(&factories)?;
+        }
+        Ok(self.tried.get_or_init(|| factories))
+    }
+
+    /// Fails if the robot falls without a push with one of these controllers.
+    fn try_unpushed(&self, factories: &[PreparedController]) -> Result<()> {
+        let campaign = &self.manifest.campaign;
         let episodes: Vec<UnpushedEpisode> = factories
             .par_iter()
             .enumerate()
@@ -37,7 +46,6 @@ impl PreparedCampaign {
                 });
             }
         }
-        Error::all(falls)?;
-        Ok(factories)
+        Error::all(falls)
     }
 }

@@ -11,11 +11,11 @@ pub mod draw;
 pub mod race;
 pub mod response;
 pub mod search;
-pub mod shard_pool;
 pub mod verdict;
 
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
+use crate::batch::{Batch, TASK, damaged, read, read_of};
 use crate::plan::{PreparedCampaign, each_caught, pool};
 use crate::store::shard::Shard;
 use draw::IncumbentSample;
@@ -23,7 +23,6 @@ use race::{EpisodeScore, WeightedTrial};
 use response::Effect;
 use search::{Arena, Generation, TuneSearch, least_episodes, trials_of};
 use serde::{Deserialize, Serialize};
-use shard_pool::{SearchFile, ShardPool, damaged, read, read_of};
 use standfast_controllers::ControllerSpec;
 use standfast_controllers::tunable::Tunable;
 use standfast_controllers::values::{number_to_vary, with_values};
@@ -35,11 +34,8 @@ use standfast_files::{json, json_pretty, sha256_hex, write_atomic};
 use standfast_robots::urdf::Files;
 use standfast_sim::episode::ClosedLoop;
 use std::path::{Component, Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 use verdict::CaseVerdict;
 
-/// The file of the task.
-const TASK: &str = "task.json";
 /// The file of the sample.
 const SAMPLE_FILE: &str = "sample.json";
 /// Largest number of episodes of a budget: some years of simulation on a core.
@@ -63,19 +59,6 @@ pub struct TuneOptions {
     pub untried: bool,
     /// The share of this program, if several run the search together.
     pub shard: Option<Shard>,
-}
-
-/// Functions that are called during a search, and a flag that stops it.
-pub struct TuneEvents<'a> {
-    /// Somebody sets this to stop the search early.
-    pub stop: &'a AtomicBool,
-    /// Called after every episode that is run here, from any thread.
-    pub on_episode: &'a (dyn Fn() + Sync),
-    /// Called after each generation, also for those in the folder, with the spread of the samples and the episodes so
-    /// far.
-    pub on_generation: &'a (dyn Fn(&Generation, f64, u64) + Sync),
-    /// Called when the program waits for others, with the first shard whose part is missing.
-    pub on_wait: &'a (dyn Fn(Shard) + Sync),
 }
 
 /// How much a search may cost, with its final campaign.
@@ -193,12 +176,12 @@ pub struct Tuning {
     /// Whether the folder holds the beginning of this search.
     pub goes_on: bool,
     /// The [hash](Task::hash) of the task.
-    hash: String,
-    folder: PathBuf,
+    pub hash: String,
+    pub folder: PathBuf,
     base: Box<dyn ControllerSpec>,
     /// The campaign of each case, with the seed of the search.
     plans: Vec<PreparedCampaign>,
-    options: TuneOptions,
+    pub options: TuneOptions,
 }
 
 impl Tuning {
@@ -518,25 +501,26 @@ impl Tuning {
     /// Runs the search, from where the folder stopped if it holds a beginning. Finished work is written to the folder,
     /// so that the same command continues it. Fails if it is stopped from outside, or if the robot falls without a
     /// push.
-    pub fn search(&self, watch: &TuneEvents) -> Result<Tuned> {
+    ///
+    /// `batch` is of this [folder](Self::folder) and this [task](Self::hash). `on_generation` is called after each
+    /// generation, also for those in the folder, with the spread of the samples and the episodes so far.
+    pub fn search(
+        &self,
+        batch: Batch,
+        on_generation: &(dyn Fn(&Generation, f64, u64) + Sync),
+    ) -> Result<Tuned> {
         if !self.goes_on {
             write_atomic(&self.folder.join(TASK), json_pretty(&self.task)?.as_bytes())?;
         }
-        pool(self.options.threads)?.install(|| self.searched(watch))
+        pool(self.options.threads)?.install(|| self.searched(batch, on_generation))
     }
 
-    fn searched(&self, watch: &TuneEvents) -> Result<Tuned> {
-        let Self {
-            options, folder, ..
-        } = self;
-        let team = ShardPool {
-            shard: options.shard,
-            folder,
-            task: &self.hash,
-            stop: watch.stop,
-            on_wait: watch.on_wait,
-        };
-        let sampled = self.sample(team, watch)?;
+    fn searched(
+        &self,
+        batch: Batch,
+        on_generation: &(dyn Fn(&Generation, f64, u64) + Sync),
+    ) -> Result<Tuned> {
+        let sampled = self.sample(batch)?;
         let samples = self
             .plans
             .iter()
@@ -545,7 +529,7 @@ impl Tuning {
         let arena = Robots {
             tuning: self,
             samples: samples.collect(),
-            on_episode: watch.on_episode,
+            on_episode: batch.on_episode,
         };
         let Task {
             tunables,
@@ -570,13 +554,13 @@ impl Tuning {
                     stored
                 }
                 None => {
-                    let new = search.generation(team)?;
-                    self.write(&self.generation_file(number), &new)?;
+                    let new = search.generation(batch)?;
+                    batch.write(&self.generation_file(number), &new)?;
                     new
                 }
             };
             spent += generation.episodes;
-            (watch.on_generation)(&generation, search.spread(), spent);
+            on_generation(&generation, search.spread(), spent);
             generations.push(generation);
         }
         let proposed = search.proposed()?;
@@ -597,7 +581,7 @@ impl Tuning {
     }
 
     /// The outcomes of the incumbent in the first trials, for each case.
-    fn sample(&self, team: ShardPool, watch: &TuneEvents) -> Result<Vec<Vec<bool>>> {
+    fn sample(&self, batch: Batch) -> Result<Vec<Vec<bool>>> {
         if let Some(sample) = self.sample_there()? {
             return Ok(sample);
         }
@@ -605,23 +589,14 @@ impl Tuning {
         for (case, plan) in self.plans.iter().enumerate() {
             let factory = &plan.tried_factories(self.options.untried)?[0];
             let name = format!("sample-{}", case + 1);
-            sampled.push(team.gather(&name, SAMPLE as usize, |number| {
+            sampled.push(batch.gather(&name, SAMPLE as usize, |number| {
                 let tally = tallies(plan, &[factory], number as u64)?[0];
-                (watch.on_episode)();
+                (batch.on_episode)();
                 Ok(tally.won)
             })?);
         }
-        self.write(&self.folder.join(SAMPLE_FILE), &sampled)?;
+        batch.write(&self.folder.join(SAMPLE_FILE), &sampled)?;
         Ok(sampled)
-    }
-
-    /// Writes a file of the search, with the hash of its task.
-    fn write<T: Clone + Serialize>(&self, path: &Path, found: &T) -> Result<()> {
-        let bound = SearchFile {
-            task: self.hash.clone(),
-            found: found.clone(),
-        };
-        write_atomic(path, json_pretty(&bound)?.as_bytes())
     }
 
     fn generation_file(&self, number: usize) -> PathBuf {

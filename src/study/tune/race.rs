@@ -7,7 +7,7 @@
 //! follows from the trials on which the candidate and the leader differ: it is the root of the sum of their squared
 //! weights, over the sum of all weights.
 
-use super::shard_pool::ShardPool;
+use crate::batch::Batch;
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use std::cmp::Ordering;
@@ -60,7 +60,7 @@ pub struct Race<'a> {
     /// The trials of each case. All cases have the same number of trials.
     pub cases: &'a [Vec<WeightedTrial>],
     pub judge: &'a TrialJudge<'a>,
-    pub team: ShardPool<'a>,
+    pub batch: Batch<'a>,
     /// The name of the race, which no other race of the search has.
     pub name: String,
 }
@@ -75,7 +75,7 @@ pub struct Raced {
 }
 
 impl Race<'_> {
-    /// Runs the race. Fails as [`ShardPool::gather`] does.
+    /// Runs the race. Fails as [`Batch::gather`] does.
     pub fn run(&self) -> Result<Raced> {
         let all = self.cases.iter().map(Vec::len).min().unwrap_or(0);
         let mut board = Board {
@@ -90,7 +90,7 @@ impl Race<'_> {
                 .flat_map(|i| (0..self.cases.len()).map(move |case| (case, i)))
                 .collect();
             let name = format!("{}-{}", self.name, look + 1);
-            let scores = self.team.gather(&name, jobs.len(), |job| {
+            let scores = self.batch.gather(&name, jobs.len(), |job| {
                 let (case, i) = jobs[job];
                 (self.judge)(case, self.cases[case][i].trial, &active)
             })?;
@@ -99,7 +99,7 @@ impl Race<'_> {
                     "parts of {name} do not have all candidates; remove them, and start all shards again"
                 );
                 return Err(Error::Parts {
-                    path: self.team.folder.into(),
+                    path: self.batch.folder.into(),
                     problem,
                 });
             }
@@ -237,20 +237,12 @@ impl Board<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::batch::tests::quiet;
     use std::path::Path;
-    use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-
-    static GO_ON: AtomicBool = AtomicBool::new(false);
+    use std::sync::atomic::{AtomicU64, Ordering};
 
     /// A race of the incumbent, the mean and some samples on 40 trials of each case.
     fn race(candidates: usize, cases: usize, judge: &TrialJudge) -> Raced {
-        let team = ShardPool {
-            shard: None,
-            folder: Path::new("."),
-            task: "",
-            stop: &GO_ON,
-            on_wait: &|_| {},
-        };
         let trials = vec![
             (0..40)
                 .map(|trial| WeightedTrial {
@@ -265,7 +257,7 @@ mod tests {
             guests: 2,
             cases: &trials,
             judge,
-            team,
+            batch: quiet(Path::new("."), None),
             name: "race".into(),
         }
         .run()

@@ -10,8 +10,8 @@
 
 use super::race::{CandidateScore, EpisodeScore, Race, WeightedTrial};
 use super::response::{Effect, EvaluatedCandidate, Response};
-use super::shard_pool::ShardPool;
 use crate::ask::trial;
+use crate::batch::Batch;
 use serde::{Deserialize, Serialize};
 use standfast_controllers::tunable::Tunable;
 use standfast_core::error::{Error, Result};
@@ -242,8 +242,8 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
             .collect()
     }
 
-    /// Runs the next generation. Fails as [`ShardPool::gather`] does, or if no sample can be a candidate.
-    pub fn generation(&mut self, team: ShardPool) -> Result<Generation> {
+    /// Runs the next generation. Fails as [`Batch::gather`] does, or if no sample can be a candidate.
+    pub fn generation(&mut self, batch: Batch) -> Result<Generation> {
         let number = self.tried.len() as u64 + 1;
         let now: Vec<f64> = self.tunables.iter().map(|tunable| tunable.now).collect();
         let middle = self.values(&self.middles[self.middles.len() - 1]);
@@ -270,7 +270,7 @@ impl<'a, A: Arena> TuneSearch<'a, A> {
                 let entrants: Vec<&A::Entrant> = active.iter().map(|&i| &entrants[i]).collect();
                 self.arena.judge(case, trial, &entrants)
             },
-            team,
+            batch,
             name: format!("generation-{number:03}"),
         };
         let raced = race.run()?;
@@ -389,20 +389,13 @@ fn mirrored(share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::batch::tests::quiet;
     use standfast_stats::mcnemar::PairedCounts;
     use std::hash::{DefaultHasher, Hasher};
     use std::path::Path;
-    use std::sync::atomic::AtomicBool;
 
-    static GO_ON: AtomicBool = AtomicBool::new(false);
-    fn alone() -> ShardPool<'static> {
-        ShardPool {
-            shard: None,
-            folder: Path::new("."),
-            task: "",
-            stop: &GO_ON,
-            on_wait: &|_| {},
-        }
+    fn alone() -> Batch<'static> {
+        quiet(Path::new("."), None)
     }
 
     /// Trials that are won with a chance that depends on the values.
