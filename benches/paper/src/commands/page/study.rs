@@ -31,7 +31,7 @@ const PARTS: u64 = 19;
 
 /// Runs everything. Fails if the solver gives up, or if a built-in scenario is not of the kind that the figures need.
 pub fn run() -> Result<Study> {
-    let progress = Progress::of(PARTS, "simulations and searches");
+    let progress = Progress::of(PARTS, 0, "simulations and searches");
     let first = Scenario::load("push-behind")?;
     let robot = standfast::robots::load(&first.robot)?;
     let EpisodeConfig {
