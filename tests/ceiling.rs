@@ -95,6 +95,7 @@ fn a_lost_push_is_caught_and_can_be_repeated() {
 
 /// The files of a search, whole, killed and continued, or in shards that end with the last one.
 #[test]
+#[ignore = "kills a search, a quarter of a minute"]
 fn kills_and_shards_change_nothing() {
     let dir = folder();
     let args = |more: &[&'static str]| {
@@ -187,7 +188,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
         ),
         (
             &["--gains=catch", "--gains=paper"],
-            "--controller = 2 controllers: too many; accepted: one, such as catch",
+            "--controller = catch, paper: is more than one entrant; accepted: one, such as catch or catch@mujoco",
         ),
         (
             &["--tries=0"],
@@ -195,7 +196,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
         ),
         (
             &["--engine=both"],
-            "--controller = 2 controllers: too many; accepted: one, such as catch",
+            "--controller = catch@rapier, catch@mujoco: is more than one entrant",
         ),
     ] {
         let message = stderr(&standfast(dir.path(), &[&["ceiling"], args].concat()).code(2));

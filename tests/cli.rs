@@ -981,7 +981,7 @@ fn the_help_is_short_and_the_long_one_has_examples() {
     }
     // The help lists no option that the command refuses.
     let slurm = of(&["slurm", "--help"]);
-    for refused in ["--shard <", "--check\n", "both]"] {
+    for refused in ["--shard <", "--check\n"] {
         assert!(!slurm.contains(refused), "{refused} is in {slurm}");
     }
 }

@@ -213,6 +213,7 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
 
 /// The files of a search, whole or in shards, on one thread or two, and killed as often as it has finished something.
 #[test]
+#[ignore = "kills a search ten times, a hundred seconds"]
 fn kills_shards_and_threads_change_nothing() {
     let dir = folder();
     let args = |more: &[&'static str]| {

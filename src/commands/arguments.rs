@@ -71,8 +71,7 @@ impl ControllerArgs {
 /// Options that change a campaign.
 #[derive(Debug, Default, Args)]
 pub struct ChangeArgs {
-    /// Controller by name or file, with an engine of its own as in catch@mujoco; may be repeated [default: those of the
-    /// campaign]
+    /// Controller by name or file, or in an engine: catch@mujoco; may be repeated [default: those of the campaign]
     #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE")]
     pub gains: Vec<String>,
     /// Compare a controller with variants of it, each with one value changed, such as paper:stepping.alpha=2,5
@@ -88,11 +87,11 @@ pub struct ChangeArgs {
 /// Those that are the same for several controllers and robots.
 #[derive(Debug, Default, Args)]
 pub struct SettingArgs {
-    /// Physics engine of controllers without @ENGINE; both: each of them in both [default: that of the campaign]
+    /// Physics engine of controllers without @ENGINE [default: that of the campaign]
     #[arg(long, value_name = "ENGINE", value_parser = [ENGINES[0], ENGINES[1], BOTH])]
     pub engine: Option<String>,
-    /// Which trials count: recovered (it comes to stand still), or survived (or has not fallen at the horizon, as walkers)
-    /// [default: that of the campaign, mostly recovered]
+    /// Which trials count: recovered (it comes to stand still), or survived (or has not fallen, as walkers) [default: that of
+    /// the campaign]
     #[arg(long, value_name = "WHICH", value_parser = one_of::<Counts, 2>(JUDGES))]
     pub judge: Option<Counts>,
     /// Seed of all random numbers [default: that of the campaign]

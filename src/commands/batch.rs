@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub struct BatchArgs {
-    /// Number of threads, or 0 for one on each core; the result does not depend on it
+    /// Number of threads, or 0 for one on each core
     #[arg(long, value_name = "T", default_value_t = 0, value_parser = count::<usize>(0..=MOST_THREADS))]
     pub threads: usize,
     /// Run only part K of N (1/N to N/N); the one that ends last writes the result

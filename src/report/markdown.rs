@@ -113,7 +113,9 @@ mod tests {
         assert!(place("--trial 50 --controller b") < place("a recovers most often: "));
         assert!(place("a recovers most often: ") < place("- a is better than b by 50.0 points"));
         assert!(place("- a is better than b by 50.0 points") < place("| b &gt;= 0.8 | FAILED |"));
-        assert!(place("| b &gt;= 0.8 | FAILED |") < place("| a | b | 50 | 50 | 0 | 0 | +50.0 |"));
+        assert!(
+            place("| b &gt;= 0.8 | FAILED |") < place("| a | b | 50 | 50 | 0 | 0.00 | +50.0 |")
+        );
         assert!(
             text.contains(" The intervals hold at 95 %; p is that of the exact McNemar test.\n"),
             "{text}"

@@ -68,7 +68,7 @@ const SAVES = {
       // The page stays alive between two frames.
       await new Promise((done) => setTimeout(done));
     }
-    return gif.url();
+    return gif.address();
   },
 };
 
@@ -198,7 +198,7 @@ class Gif {
     return bytes;
   }
 
-  url() {
+  address() {
     this.put([0x3b]);
     const text = this.parts.map((part) => {
       let piece = "";

@@ -138,7 +138,7 @@ mod tests {
         let of = |set: &[&str]| rows(&summary(&outcomes, set, &[]), "pairs", "a");
         assert_eq!(
             of(&[])[1],
-            "a | b | 50 | 50 | 0 | 0 | +50.0 | 40.4 to 59.6 | < 0.0001"
+            "a | b | 50 | 50 | 0 | 0.00 | +50.0 | 40.4 to 59.6 | < 0.0001"
         );
         let sequential = of(&["stopping.until_resolved=true"]);
         assert!(sequential[1].ends_with(" | -"), "no p: {sequential:?}");

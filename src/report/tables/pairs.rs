@@ -19,16 +19,6 @@ fn names(pair: &PairSummary) -> impl Iterator<Item = Cell> {
     [&pair.a, &pair.b].into_iter().map(cell)
 }
 
-fn of_counts(counts: &PairedCounts) -> impl Iterator<Item = Cell> {
-    let PairedCounts {
-        both,
-        only_a,
-        only_b,
-        neither,
-    } = *counts;
-    [both, only_a, only_b, neither].into_iter().map(cell)
-}
-
 /// A difference and its interval, as two cells.
 fn difference(at: f64, ci: Option<[f64; 2]>, digits: usize) -> [Cell; 2] {
     let interval = ci.map_or("-".into(), |[least, most]| {
@@ -45,9 +35,7 @@ fn difference(at: f64, ci: Option<[f64; 2]>, digits: usize) -> [Cell; 2] {
 
 /// The counts behind the verdicts.
 pub(super) fn counts(summary: &Summary) -> Table {
-    let columns = columns([
-        "both", "only a", "only b", "neither", "kappa", "a - b", "95 %", "p",
-    ]);
+    let columns = columns(["both", "only a", "only b", "kappa", "a - b", "95 %", "p"]);
     let mut table = Table {
         about_zero: true,
         ..Table::new("Counts and differences", columns)
@@ -58,17 +46,23 @@ pub(super) fn counts(summary: &Summary) -> Table {
             Some(pair.adjusted_ci95.map(|share| 100.0 * share)),
             1,
         );
+        let PairedCounts {
+            both,
+            only_a,
+            only_b,
+            neither: _,
+        } = pair.counts;
         let kappa = pair.kappa.map_or("-".into(), |kappa| format!("{kappa:.2}"));
         let p = [cell(pair.adjusted_p.map_or("-".into(), p_cell))];
         table.row(
             names(pair)
-                .chain(of_counts(&pair.counts))
+                .chain([both, only_a, only_b].map(cell))
                 .chain([cell(kappa)])
                 .chain(seen)
                 .chain(p),
         );
     }
-    let about = "Trials from which both, one or neither recovered. Kappa (Cohen) is 1 if both always \
+    let about = "Trials from which both, or only one, recovered. Kappa (Cohen) is 1 if both always \
                  recover from the same trials, 0 if no more often than by chance. a - b is the rate of a less that of b, in points.";
     table.with_note(format!("{about} {}", about_pairs(summary)))
 }

@@ -194,7 +194,7 @@ fn the_ghost_is_the_robot_of_the_second_film() {
         "replay.film.events.filter((event) => event.kind === 'parting').map((e) => e.from_s)",
     );
     assert_eq!(marked, serde_json::json!([parting.at_s]));
-    let told = text(&mut tab, "engines");
+    let told = text(&mut tab, "parting");
     let parted = format!("At {:.3} s the ", parting.at_s);
     let [solid, other] = [
         format!("Solid: {}", film.controller),
@@ -203,7 +203,7 @@ fn the_ghost_is_the_robot_of_the_second_film() {
     for part in [&solid, "recovered, still from", &other, "fell at", &parted] {
         assert!(told.contains(part), "no {part:?} in {told}");
     }
-    tab.evaluate("new Promise((done) => { addEventListener('hashchange', done); document.querySelector('#engines a').click(); })");
+    tab.evaluate("new Promise((done) => { addEventListener('hashchange', done); document.querySelector('#parting a').click(); })");
     let time_s = tab.evaluate("replay.state.time").as_f64().unwrap();
     assert!((time_s - parting.at_s).abs() < 1e-9, "{time_s}");
     assert_no_problems(&mut tab, &file);
@@ -212,7 +212,7 @@ fn the_ghost_is_the_robot_of_the_second_film() {
         packed(film)["ghost"].is_null()
             && !page(film, None, &head())
                 .unwrap()
-                .contains("id=\"engines\"")
+                .contains("id=\"parting\"")
     );
 }
 
