@@ -5,9 +5,11 @@
 pub mod browser;
 #[path = "../../src/sim/tests/common/mod.rs"]
 mod closed_loop;
+#[cfg(feature = "view")]
 pub mod display;
 pub mod parts;
 pub mod program;
+#[cfg(feature = "view")]
 pub mod window;
 
 pub use closed_loop::*;

@@ -632,7 +632,8 @@ pub(crate) mod tests {
     #[test]
     fn columns_that_are_not_those_of_rows_are_not_read() {
         let whole = columns(&[row(0, "a", 1.0, Outcome::Fell)], &[]);
-        let changes: [(fn(&mut Vec<DataColumn>), &str); 4] = [
+        type Change = fn(&mut Vec<DataColumn>);
+        let changes: [(Change, &str); 4] = [
             (|columns| columns.swap(5, 6), "not those of this build"),
             (
                 |columns| columns[0].data = Data::I64(vec![-1]),
