@@ -13,7 +13,7 @@ use standfast_sim::episode::{Counts, EpisodeConfig, FootstepLog, Membership, Out
 use standfast_sim::{Push, Variation};
 use std::io::Write;
 
-/// A row of `trials.parquet`. Its columns are those of [`TrialRow::cells`].
+/// A row of `trials.parquet`, whose columns are listed by `cells`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TrialRow {
     /// Index of the trial, from 0. A trial has the same pushes, robot, ground and noise for every controller.
@@ -306,7 +306,7 @@ enum Cell<'a> {
     OptWord(&'a mut dyn Word),
 }
 
-/// What is written as text. Option<T> may be missing.
+/// What is written as text, of which an option may be missing.
 trait Word {
     fn get(&self) -> Option<String>;
     /// Returns whether the value has this text.
