@@ -179,20 +179,23 @@ fn write_csv(path: &Path, columns: &[DataColumn]) -> Result<()> {
     )
 }
 
-/// A Parquet file while it is written, with gzip compression, without host name or time. It is written row group by row
-/// group.
+/// A Parquet file while it is written, without host name or time. It is written row group by row group.
 pub struct ParquetFile<W: Write + Send>(SerializedFileWriter<W>);
 
 impl<W: Write + Send> ParquetFile<W> {
-    /// A file with columns of these names and kinds. Their values are not used.
+    /// A file with gzip compression and with columns of these names and kinds. Their values are not used.
     pub fn new(to: W, columns: &[DataColumn]) -> Result<Self, ParquetError> {
+        Self::with(to, columns, Compression::GZIP(GzipLevel::default()))
+    }
+
+    fn with(to: W, columns: &[DataColumn], compression: Compression) -> Result<Self, ParquetError> {
         let fields: Result<_, ParquetError> = columns
             .iter()
             .map(|column| field(column).map(Arc::new))
             .collect();
         let schema = Type::group_type_builder("rows").with_fields(fields?);
         let properties = WriterProperties::builder()
-            .set_compression(Compression::GZIP(GzipLevel::default()))
+            .set_compression(compression)
             .set_created_by(concat!("standfast ", env!("CARGO_PKG_VERSION")).into())
             .set_statistics_enabled(EnabledStatistics::Chunk)
             .build();
@@ -230,7 +233,14 @@ pub fn parquet_bytes(
     columns: &[DataColumn],
     texts: &[(&str, String)],
 ) -> Result<Vec<u8>, ParquetError> {
-    let mut file = ParquetFile::new(Vec::new(), columns)?;
+    bytes_of(ParquetFile::new(Vec::new(), columns)?, columns, texts)
+}
+
+fn bytes_of(
+    mut file: ParquetFile<Vec<u8>>,
+    columns: &[DataColumn],
+    texts: &[(&str, String)],
+) -> Result<Vec<u8>, ParquetError> {
     file.group(columns)?;
     for (key, text) in texts {
         file.state(key, text.clone());
@@ -255,21 +265,17 @@ pub fn about(columns: &[DataColumn]) -> String {
 
 /// The texts in the metadata of a Parquet file, by their keys.
 pub fn texts(bytes: impl Into<Bytes>) -> Result<BTreeMap<String, String>, ParquetError> {
-    Ok(texts_of(&SerializedFileReader::new(bytes.into())?))
+    let file = SerializedFileReader::new(bytes.into())?;
+    let mut texts = BTreeMap::new();
+    let stated = file.metadata().file_metadata().key_value_metadata();
+    for KeyValue { key, value } in stated.into_iter().flatten() {
+        texts.insert(key.clone(), value.clone().unwrap_or_default());
+    }
+    Ok(texts)
 }
 
-fn texts_of(file: &impl FileReader) -> BTreeMap<String, String> {
-    let metadata = file.metadata().file_metadata().key_value_metadata();
-    let pairs = metadata.into_iter().flatten();
-    pairs
-        .map(|KeyValue { key, value }| (key.clone(), value.clone().unwrap_or_default()))
-        .collect()
-}
-
-/// The columns of a Parquet file of [`parquet_bytes`], and the texts in its metadata.
-pub fn read_parquet(
-    bytes: impl Into<Bytes>,
-) -> Result<(Vec<DataColumn>, BTreeMap<String, String>), ParquetError> {
+/// The columns of a Parquet file of [`parquet_bytes`].
+pub fn read_parquet(bytes: impl Into<Bytes>) -> Result<Vec<DataColumn>, ParquetError> {
     let file = SerializedFileReader::new(bytes.into())?;
     let group = file.get_row_group(0)?;
     let rows = group.metadata().num_rows() as usize;
@@ -311,7 +317,7 @@ pub fn read_parquet(
         }
         columns.push(DataColumn::new(column.name(), data));
     }
-    Ok((columns, texts_of(&file)))
+    Ok(columns)
 }
 
 /// The values of a column, some of which may be missing.
@@ -338,14 +344,15 @@ fn read_column<T: DataType>(
 const SEAL: (&str, &str) = ("sha256", "sha256:");
 const NO_DIGITS: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
-/// A Parquet file as of [`parquet_bytes`] that also holds the SHA-256 of all its bytes. For the hash, its own digits are
-/// zeros.
+/// A Parquet file as of [`parquet_bytes`], but without compression, which takes time, that also holds the SHA-256 of all its
+/// bytes. For the hash, its own digits are zeros.
 pub fn sealed_bytes(
     columns: &[DataColumn],
     texts: &[(&str, String)],
 ) -> Result<Vec<u8>, ParquetError> {
     let seal = (SEAL.0, format!("{}{NO_DIGITS}", SEAL.1));
-    let mut bytes = parquet_bytes(columns, &[texts, &[seal]].concat())?;
+    let file = ParquetFile::with(Vec::new(), columns, Compression::UNCOMPRESSED)?;
+    let mut bytes = bytes_of(file, columns, &[texts, &[seal]].concat())?;
     let sha256 = sha256_hex(&bytes);
     let place = place_of_seal(&bytes).expect("it was just written");
     bytes[place].copy_from_slice(sha256.as_bytes());
@@ -456,9 +463,9 @@ mod tests {
     #[test]
     fn parquet_reads_back_value_by_value() {
         let bytes = parquet_bytes(&sample(), &[("part", "one".into())]).unwrap();
-        let (columns, texts) = read_parquet(bytes).unwrap();
+        assert_eq!(texts(bytes.clone()).unwrap()["part"], "one");
+        let columns = read_parquet(bytes).unwrap();
         assert_eq!(format!("{columns:?}"), format!("{:?}", sample()));
-        assert_eq!(texts["part"], "one");
     }
 
     #[test]

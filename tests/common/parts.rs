@@ -1,7 +1,7 @@
 //! Reads the parts of results, and changes them as a forger would.
 
 use serde_json::Value;
-use standfast::files::columns::{Data, DataColumn, is_whole, read_parquet, sealed_bytes};
+use standfast::files::columns::{Data, DataColumn, is_whole, read_parquet, sealed_bytes, texts};
 use standfast::study::store::manifest::Manifest;
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,7 +14,7 @@ pub type Row = BTreeMap<String, Value>;
 pub fn rows(part: &Path) -> Vec<Row> {
     let bytes = fs::read(part).unwrap();
     assert!(is_whole(&bytes), "{}", part.display());
-    let (columns, _) = read_parquet(bytes).unwrap();
+    let columns = read_parquet(bytes).unwrap();
     let mut rows = vec![Row::new(); columns[0].data.len()];
     for DataColumn { name, data } in &columns {
         for (i, row) in rows.iter_mut().enumerate() {
@@ -37,7 +37,8 @@ fn value(data: &Data, i: usize) -> Value {
 
 /// Changes the numbers of a column in a part, and makes its hash anew.
 pub fn forge(part: &Path, column: &str, change: impl Fn(f64) -> f64) {
-    let (mut columns, texts) = read_parquet(fs::read(part).unwrap()).unwrap();
+    let bytes = fs::read(part).unwrap();
+    let mut columns = read_parquet(bytes.clone()).unwrap();
     for column in columns.iter_mut().filter(|other| other.name == column) {
         let Data::F64(values) = &mut column.data else {
             panic!("{} does not hold numbers", column.name);
@@ -46,7 +47,7 @@ pub fn forge(part: &Path, column: &str, change: impl Fn(f64) -> f64) {
             *value = change(*value);
         }
     }
-    write(part, &columns, &texts["part"]);
+    write(part, &columns, &texts(bytes).unwrap()["part"]);
 }
 
 /// Changes the manifest of a result folder, and all that guards the manifest: the seal, the hash, and the hash in every
@@ -71,8 +72,9 @@ pub fn forge_manifest(folder: &Path, change: impl FnOnce(&mut Manifest)) {
 
 /// Changes the label of a part, and makes its hash anew.
 pub fn relabel(part: &Path, change: impl FnOnce(&mut Value)) {
-    let (columns, texts) = read_parquet(fs::read(part).unwrap()).unwrap();
-    let mut label: Value = serde_json::from_str(&texts["part"]).unwrap();
+    let bytes = fs::read(part).unwrap();
+    let columns = read_parquet(bytes.clone()).unwrap();
+    let mut label: Value = serde_json::from_str(&texts(bytes).unwrap()["part"]).unwrap();
     change(&mut label);
     write(part, &columns, &label.to_string());
 }

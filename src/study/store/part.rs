@@ -11,7 +11,7 @@ use crate::store::row::{TrialRow, columns, rows};
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::read;
-use standfast_files::columns::{DataColumn, is_whole, read_parquet, sealed_bytes, texts};
+use standfast_files::columns::{is_whole, read_parquet, sealed_bytes, texts};
 use standfast_files::{build_id, json, write_atomic};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -83,20 +83,20 @@ impl PartFile<'_> {
     /// Reads the rows, sorted by trial and then by controller. It fails if the part is missing or damaged, belongs to
     /// another campaign, or has an impossible row.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
-        let (columns, sets) = self.content()?;
-        self.checked(&columns, &sets)
+        let (bytes, sets) = self.whole()?;
+        self.checked(bytes, &sets)
     }
 
     /// The error in the rows of a complete part. It is None if there is no error, or if the part is missing or damaged.
     pub fn contradiction(&self) -> Option<Error> {
-        let (columns, sets) = self.content().ok()?;
-        self.checked(&columns, &sets).err()
+        let (bytes, sets) = self.whole().ok()?;
+        self.checked(bytes, &sets).err()
     }
 
     /// The rows of a complete part. It fails if the rows belong to other trials, or if a row is impossible: a hash
     /// shows an accident, but whoever changes a row can compute a new hash. The drawn quantities of a trial follow from
     /// the campaign, so they are compared to the bit.
-    fn checked(&self, columns: &[DataColumn], sets: &[&String]) -> Result<Vec<TrialRow>> {
+    fn checked(&self, bytes: Vec<u8>, sets: &[&String]) -> Result<Vec<TrialRow>> {
         let refused = |problem: String| {
             let name = self.path.file_name().unwrap_or_default().display();
             let advice = format!("To have its trials run again, remove {name}");
@@ -104,7 +104,8 @@ impl PartFile<'_> {
                 "{problem}. {advice}, and give the command that began the campaign again"
             ))
         };
-        let rows = rows(columns, self.totals).map_err(refused)?;
+        let columns = read_parquet(bytes).map_err(|e| refused(e.to_string()))?;
+        let rows = rows(&columns, self.totals).map_err(refused)?;
         let expected = self
             .trials
             .clone()
@@ -127,7 +128,7 @@ impl PartFile<'_> {
 
     /// For each controller of the campaign, whether the part is complete and has rows of the controller.
     pub fn holds(&self) -> Vec<bool> {
-        let held = self.content().map_or(Vec::new(), |(_, sets)| sets);
+        let held = self.whole().map_or(Vec::new(), |(_, sets)| sets);
         self.sets.iter().map(|set| held.contains(&set)).collect()
     }
 
@@ -158,14 +159,14 @@ impl PartFile<'_> {
         }
     }
 
-    /// The columns of a complete part, and its controllers in the order of the campaign.
-    fn content(&self) -> Result<(Vec<DataColumn>, Vec<&String>)> {
+    /// The bytes of a complete part, and its controllers in the order of the campaign.
+    fn whole(&self) -> Result<(Vec<u8>, Vec<&String>)> {
         let bytes = read(&self.path, MOST_BYTES).map_err(|e| self.damaged(e.to_string()))?;
         let is_damaged = |problem: &str| self.damaged(format!("is damaged: {problem}"));
         if !is_whole(&bytes) {
             return Err(is_damaged("it does not match its hash"));
         }
-        let (columns, texts) = read_parquet(bytes).map_err(|e| is_damaged(&e.to_string()))?;
+        let texts = texts(bytes.clone()).map_err(|e| is_damaged(&e.to_string()))?;
         let label = PartLabel::of(&texts).map_err(|e| is_damaged(&format!("its label: {e}")))?;
         let mut sets = Vec::new();
         for set in self.sets {
@@ -177,6 +178,6 @@ impl PartFile<'_> {
         if label != self.label(&label.build, &sets) {
             return Err(self.damaged("is the part of other trials or of another campaign".into()));
         }
-        Ok((columns, sets))
+        Ok((bytes, sets))
     }
 }
