@@ -95,12 +95,14 @@ fn wrong(command: &str, folder: &Path) -> Option<String> {
             .is_some_and(|name| names.contains(&name.as_str()))
     };
     // Arguments are parsed before help is printed, so an unknown one or an invalid value is an error.
-    let only = if is_among(&CHECKED) {
+    // In a program without MuJoCo, entrants in that engine are no more than arguments.
+    let is_checked = cfg!(feature = "mujoco") || !command.contains("@mujoco");
+    let only = if is_checked && is_among(&CHECKED) {
         "--check"
     } else {
         "--help"
     };
-    let untried = is_among(&TRYING).then_some("--untried");
+    let untried = (is_checked && is_among(&TRYING)).then_some("--untried");
     // In a program without MuJoCo the rest of the command can still be checked.
     let there = |word| {
         if cfg!(feature = "mujoco") || !["mujoco", "both"].contains(&word) {
