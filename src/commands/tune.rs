@@ -1,9 +1,8 @@
 //! `standfast tune`: searches better numbers for a controller, and judges what it finds by trials that the search has not
 //! seen.
 
-use super::arguments::{
-    CheckArgs, ControllerArgs, MOST_THREADS, ReplaysArgs, SettingArgs, count, fine,
-};
+use super::arguments::{CheckArgs, ControllerArgs, ReplaysArgs, SettingArgs, count, fine};
+use super::batch::BatchArgs;
 use super::interrupt::{STOP, say_what_is_kept, stop_on_ctrl_c};
 use super::progress::Progress;
 use super::result::conclude;
@@ -13,13 +12,13 @@ use standfast_core::error::{Error, Result};
 use standfast_files::{is_same_file, write_atomic};
 use standfast_report::{text::tune as text, tune_page};
 use standfast_robots::urdf::Files;
-use standfast_study::batch::Batch;
+use standfast_study::batch::{self, Batch};
 use standfast_study::run::{CampaignRun, RunOptions};
 use standfast_study::tune::search::Generation;
 use standfast_study::tune::{Budget, MOST_EPISODES, TuneOptions, Tuned, Tuning};
 use standfast_study::verdict::gates::Gates;
-use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Shard, Summary};
-use std::path::{Path, PathBuf};
+use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Summary};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::thread::sleep;
@@ -48,6 +47,8 @@ NAME-tuned.toml in the folder of --out; tune.html shows the search.
 
 A search that was interrupted goes on where it stopped when the same command is
 given again. The guide's chapter tuning.md has more.")]
+#[command(mut_arg("shard", |arg| arg.help("Run only part K of N (1/N to N/N) of each generation; all N run at the same time, and share the folder")))]
+#[command(mut_arg("out", |arg| arg.help("Folder for the search and its result [default: standfast-results/tune-NAME]")))]
 pub struct TuneArgs {
     #[command(flatten)]
     pub controller: ControllerArgs,
@@ -68,23 +69,13 @@ pub struct TuneArgs {
     pub trials: u64,
     #[command(flatten)]
     pub settings: SettingArgs,
-    /// Number of threads, or 0 for one on each core; the result does not depend on it
-    #[arg(long, value_name = "T", default_value_t = 0, value_parser = count::<usize>(0..=MOST_THREADS))]
-    pub threads: usize,
-    /// Run only part K of N (1/N to N/N) of each generation; all N run at the same time, and share the folder
-    #[arg(long, value_name = "K/N")]
-    pub shard: Option<Shard>,
-    /// Folder for the search and its result [default: standfast-results/tune-NAME]
-    #[arg(short, long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
     /// Do not try first whether the robot stands without a push
     #[arg(long)]
     pub untried: bool,
     #[command(flatten)]
     pub check: CheckArgs,
-    /// Print one JSON object instead of text
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub batch: BatchArgs,
 }
 
 /// Longest time of a budget, a year (h).
@@ -124,9 +115,9 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
         vary: args.vary.clone(),
         budget: args.budget,
         trials: args.trials,
-        threads: args.threads,
+        threads: args.batch.threads,
         untried: args.untried,
-        shard: args.shard,
+        shard: args.batch.shard,
     };
     stop_on_ctrl_c();
     let name = Path::new(args.controller.name())
@@ -134,15 +125,8 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
         .unwrap_or_default()
         .to_string_lossy();
     let of_name = || Path::new("standfast-results").join(format!("tune-{name}"));
-    let folder = args.out.clone().unwrap_or_else(of_name);
-    if folder.exists() && !folder.is_dir() {
-        return Err(Error::option(
-            "--out",
-            folder.display(),
-            "it is a file",
-            "a folder, new or of this search",
-        ));
-    }
+    let folder = args.batch.out.clone().unwrap_or_else(of_name);
+    batch::check_out(&folder)?;
     let tuning = Tuning::new(&cases, options, &folder)?;
     let numbers = tuning.task.tunables.len();
     let told = format!(
@@ -221,8 +205,8 @@ fn judge(
             campaign.trials
         ));
         let options = RunOptions {
-            threads: args.threads,
-            shard: args.shard,
+            threads: args.batch.threads,
+            shard: args.batch.shard,
             untried: true,
         };
         let mut work = CampaignRun::new(&plan, &result, options, Some(&gates))?;
@@ -260,7 +244,7 @@ fn finish(args: &TuneArgs, tuning: &Tuning, tuned: &Tuned, folder: &Path) -> Res
         return Ok(ExitCode::SUCCESS);
     }
     let as_json = standfast_report::json(tuned);
-    print(&if args.json {
+    print(&if args.batch.json {
         as_json.clone()
     } else {
         text::text(tuned)
@@ -285,7 +269,7 @@ fn finish(args: &TuneArgs, tuning: &Tuning, tuned: &Tuned, folder: &Path) -> Res
 impl TuneArgs {
     /// Whether the result is written here, and not by another shard.
     fn writes(&self) -> bool {
-        self.shard.is_none_or(|shard| shard.index == 1)
+        self.batch.shard.is_none_or(|shard| shard.index == 1)
     }
 
     /// The campaign of each robot in each engine, with the files of the robot.

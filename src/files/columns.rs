@@ -7,7 +7,7 @@ use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
-use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::Type;
@@ -197,7 +197,6 @@ impl<W: Write + Send> ParquetFile<W> {
         let properties = WriterProperties::builder()
             .set_compression(compression)
             .set_created_by(concat!("standfast ", env!("CARGO_PKG_VERSION")).into())
-            .set_statistics_enabled(EnabledStatistics::Chunk)
             .build();
         let (schema, properties) = (Arc::new(schema.build()?), Arc::new(properties));
         Ok(Self(SerializedFileWriter::new(to, schema, properties)?))
@@ -229,7 +228,7 @@ impl<W: Write + Send> ParquetFile<W> {
 }
 
 /// The Parquet file for columns of equal length, with one row group and these texts in its metadata.
-pub fn parquet_bytes(
+fn parquet_bytes(
     columns: &[DataColumn],
     texts: &[(&str, String)],
 ) -> Result<Vec<u8>, ParquetError> {
@@ -274,7 +273,7 @@ pub fn texts(bytes: impl Into<Bytes>) -> Result<BTreeMap<String, String>, Parque
     Ok(texts)
 }
 
-/// The columns of a Parquet file of [`parquet_bytes`].
+/// The columns of the first row group of a Parquet file.
 pub fn read_parquet(bytes: impl Into<Bytes>) -> Result<Vec<DataColumn>, ParquetError> {
     let file = SerializedFileReader::new(bytes.into())?;
     let group = file.get_row_group(0)?;
@@ -344,8 +343,8 @@ fn read_column<T: DataType>(
 const SEAL: (&str, &str) = ("sha256", "sha256:");
 const NO_DIGITS: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
-/// A Parquet file as of [`parquet_bytes`], but without compression, which takes time, that also holds the SHA-256 of all its
-/// bytes. For the hash, its own digits are zeros.
+/// A Parquet file of columns of equal length, in one row group without compression, with these texts and the SHA-256 of all
+/// its bytes in its metadata. For the hash, its own digits are zeros.
 pub fn sealed_bytes(
     columns: &[DataColumn],
     texts: &[(&str, String)],

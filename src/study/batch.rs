@@ -253,6 +253,19 @@ pub fn damaged(path: &Path, problem: &str) -> Error {
     }
 }
 
+/// Fails if the folder of a search is a file.
+pub fn check_out(folder: &Path) -> Result<()> {
+    if folder.exists() && !folder.is_dir() {
+        return Err(Error::option(
+            "--out",
+            folder.display(),
+            "it is a file",
+            "a folder, new or of this search",
+        ));
+    }
+    Ok(())
+}
+
 /// What a command searches, as it is written to the folder before it begins.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SearchTask {
@@ -289,14 +302,7 @@ impl SearchTask {
             path: folder.into(),
             problem: format!("{problem}. Give a new folder, or remove this one"),
         };
-        if folder.exists() && !folder.is_dir() {
-            return Err(Error::option(
-                "--out",
-                folder.display(),
-                "it is a file",
-                "a folder, new or of this search",
-            ));
-        }
+        check_out(folder)?;
         if folder.join(manifest::MANIFEST).exists() {
             return Err(other("holds the result of `run`".into()));
         }
