@@ -167,7 +167,7 @@ const FAULTS: [Fault; 14] = [
         },
     ),
     ("a limit on file sizes that is met in the middle", |dir| {
-        run_with_files_up_to(dir, 8).code(75);
+        run_with_files_up_to(dir, 14).code(75);
         assert!(
             dir.join("out/parts/part-000011.parquet").exists()
                 && !dir.join("out/report.html").exists()
