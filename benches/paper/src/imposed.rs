@@ -14,7 +14,7 @@ use standfast::core::control::{Balance, Design, FootworkRules, home_polygon};
 use standfast::core::error::{Error, Result};
 use standfast::core::lipm::pendulum::State;
 use standfast::core::lipm::{OnlineSets, Pendulum};
-use standfast::core::robot::{GRAVITY, Kinematics, PerFoot, Robot};
+use standfast::core::robot::{Kinematics, PerFoot, Robot};
 use standfast::core::socket::{Command, TickError};
 use standfast::sim::episode::footsteps::FootstepLog;
 use standfast::sim::episode::{EpisodeConfig, Footstep, Lifted, Tick, home_distance};
@@ -174,7 +174,7 @@ impl<'a> Ideal<'a> {
         (estimate.com.x, estimate.com.y) = (state.com().x, state.com().y);
         estimate.com_vel = Vector3::new(state.com_vel().x, state.com_vel().y, 0.0);
         estimate.zmp = state.zmp();
-        let share = 0.5 * self.robot.mass() * GRAVITY;
+        let share = 0.5 * self.robot.weight_n();
         estimate.load_n = PerFoot::from_fn(|foot| if in_air == Some(foot) { 0.0 } else { share });
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use standfast_core::control::estimate::{Estimate, Estimator};
-use standfast_core::robot::{Foot, GRAVITY, PerFoot};
+use standfast_core::robot::{Foot, PerFoot};
 use standfast_core::socket::Wrench;
 use standfast_core::socket::{Imu, Sensed};
 
@@ -38,7 +38,7 @@ fn a_touch_is_no_contact() {
             Vector3::zeros(),
         );
         let soles = PerFoot {
-            left: load(robot.mass() * GRAVITY - right_n),
+            left: load(robot.weight_n() - right_n),
             right: load(right_n),
         };
         let dq = vec![0.0; q.len()];

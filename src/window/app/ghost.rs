@@ -30,7 +30,7 @@ pub fn shape(
         away_m(&(at_b * b.ball.0)).total_cmp(&away_m(&(at_a * a.ball.0)))
     });
     for ((Surface { mesh, ball, .. }, pose), (_, beside)) in parts {
-        let apart_m = (pose * ball.0 - beside * ball.0).norm() / stage.scale.length();
+        let apart_m = (pose * ball.0 - beside * ball.0).norm() / stage.scale.length;
         let opacity = GHOST.opacity * (apart_m / APART_M).min(1.0);
         let corners: Vec<_> = mesh
             .corners

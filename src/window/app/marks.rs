@@ -7,8 +7,8 @@ use super::{colors, space};
 use kiss3d::egui::epaint::PathShape;
 use kiss3d::egui::{self, Align2, Color32, FontId, Painter, Pos2, Shape, pos2, vec2};
 use nalgebra::{Point2, Point3};
+use standfast_core::robot::SizeRatio;
 use standfast_scene::palette::{Color, GHOST, Overlay};
-use standfast_scene::scale::RobotScale;
 use standfast_scene::{
     Drawing, FlatShape, SceneMark, ScreenPoint, Stroke, arrow, on_ground, strokes,
 };
@@ -23,7 +23,7 @@ pub struct Marks<'a> {
     pub painter: Painter,
     pub lens: &'a Lens,
     pub ground: Ground,
-    pub scale: RobotScale,
+    pub scale: SizeRatio,
 }
 
 impl Marks<'_> {
@@ -114,7 +114,7 @@ impl Marks<'_> {
     pub fn aim(&self, now: &Snapshot, aim: &Aim) {
         let (sin, cos) = aim.heading_deg.to_radians().sin_cos();
         let middle = nalgebra::center(&now.soles.left.xy(), &now.soles.right.xy());
-        let along = nalgebra::Vector2::new(cos, sin) * self.scale.length();
+        let along = nalgebra::Vector2::new(cos, sin) * self.scale.length;
         let at = |m: f64| self.on_ground(&(middle + along * m));
         let text = format!("{:.1} N s", aim.impulse_n_s);
         let faint = colors::PUSH.towards(colors::FLOOR, 0.35);
@@ -134,7 +134,7 @@ impl Marks<'_> {
 
     /// Writes the names of the axes at the ends of the grid.
     pub fn axes(&self) {
-        let end_m = space::grid_m(self.scale) + 0.05 * self.scale.length();
+        let end_m = space::grid_m(self.scale) + 0.05 * self.scale.length;
         for (name, x, y) in [("x, forward", end_m, 0.0), ("y, left", 0.0, end_m)] {
             let color = colors::GRID.towards(colors::INK, 0.4);
             self.at(self.on_ground(&Point2::new(x, y)), |painter, at| {

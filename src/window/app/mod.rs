@@ -396,7 +396,7 @@ fn write_picture(window: &Window, path: &Path) -> Result<()> {
 
 /// A robot three times as long as the window is made for, of the same density.
 #[cfg(test)]
-const THRICE: standfast_scene::scale::RobotScale = standfast_scene::scale::RobotScale {
+const THRICE: standfast_core::robot::SizeRatio = standfast_core::robot::SizeRatio {
     length: 3.0,
     mass: 27.0,
 };

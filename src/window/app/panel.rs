@@ -11,8 +11,8 @@ use kiss3d::egui::{
     Align2, Area, Button, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText,
     ScrollArea, Sense, Ui, vec2,
 };
+use standfast_core::robot::SizeRatio;
 use standfast_scene::palette::{GHOST, Overlay, OverlayLook};
-use standfast_scene::scale::RobotScale;
 use standfast_scene::{doing, without_gain};
 
 /// Width of the panel (points).
@@ -29,7 +29,7 @@ pub struct Seen<'a> {
     pub shown: &'a [Overlay],
     pub shows_ghost: bool,
     pub aim: Aim,
-    pub scale: RobotScale,
+    pub scale: SizeRatio,
 }
 
 /// Draws the panel, and adds the wishes of the user.
@@ -65,7 +65,7 @@ pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
                         ui,
                         &live.shown.trail,
                         ghost,
-                        scale.length(),
+                        scale.length,
                         live.shown.now.time_s,
                         height,
                     );

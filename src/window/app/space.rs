@@ -8,8 +8,7 @@ use kiss3d::glamx::Vec3;
 use kiss3d::scene::SceneNode3d;
 use kiss3d::window::Window;
 use nalgebra::{Point3, Vector3};
-use standfast_core::robot::Kinematics;
-use standfast_scene::scale::RobotScale;
+use standfast_core::robot::{Kinematics, SizeRatio};
 use standfast_scene::{Drawing, GroundPart, SceneMark, Stage, faces};
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
@@ -36,12 +35,12 @@ pub fn to_sun() -> Vector3<f64> {
 }
 
 /// Distance between the lines of the grid (m).
-pub fn spacing_m(scale: RobotScale) -> f64 {
-    round(SPACING_M * scale.length())
+pub fn spacing_m(scale: SizeRatio) -> f64 {
+    round(SPACING_M * scale.length)
 }
 
 /// Distance from the middle to the edge of the grid (m).
-pub fn grid_m(scale: RobotScale) -> f64 {
+pub fn grid_m(scale: SizeRatio) -> f64 {
     f64::from(LINES) * spacing_m(scale)
 }
 
@@ -73,7 +72,7 @@ impl<'a> Space<'a> {
         eye: Vec3,
         window: &mut Window,
     ) {
-        let (ground, layer_m) = (self.stage.ground(now), LAYER_M * self.stage.scale.length());
+        let (ground, layer_m) = (self.stage.ground(now), LAYER_M * self.stage.scale.length);
         self.triangles.clear();
         floor(&ground, self.stage.scale, &mut self.triangles);
         grid(&ground, self.stage.scale, window);
@@ -151,8 +150,8 @@ pub fn brightness(normal: &Vector3<f64>, to_eye: &Vector3<f64>, to_sun: &Vector3
 }
 
 /// Draws the floor, which fades into the sky.
-fn floor(ground: &Ground, scale: RobotScale, out: &mut ColoredTriangles) {
-    let [horizon_m, tile_m] = [HORIZON_M, TILE_M].map(|m| m * scale.length());
+fn floor(ground: &Ground, scale: SizeRatio, out: &mut ColoredTriangles) {
+    let [horizon_m, tile_m] = [HORIZON_M, TILE_M].map(|m| m * scale.length);
     let (near, far, wall) = (
         colors::FLOOR.linear(),
         colors::SKY.linear(),
@@ -176,12 +175,12 @@ fn floor(ground: &Ground, scale: RobotScale, out: &mut ColoredTriangles) {
 }
 
 /// Draws the lines of the grid.
-fn grid(ground: &Ground, scale: RobotScale, window: &mut Window) {
+fn grid(ground: &Ground, scale: SizeRatio, window: &mut Window) {
     let [low, high] = ground.patch;
     let (grid_m, spacing_m, above_m) = (
         grid_m(scale),
         spacing_m(scale),
-        2.0 * LAYER_M * scale.length(),
+        2.0 * LAYER_M * scale.length,
     );
     for i in -LINES..=LINES {
         let offset_m = f64::from(i) * spacing_m;

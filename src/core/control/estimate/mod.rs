@@ -79,7 +79,7 @@ impl Estimate {
                 left: true,
                 right: true,
             },
-            load_n: PerFoot::from_fn(|_| 0.5 * robot.mass() * GRAVITY),
+            load_n: PerFoot::from_fn(|_| 0.5 * robot.weight_n()),
             contact_load_n: CONTACT_LOAD.map(|(share, deviations)| {
                 share * robot.mass() * GRAVITY + deviations * robot.noise.sole_force_n
             }),
@@ -169,12 +169,12 @@ pub struct Estimator {
 impl Estimator {
     /// An estimator for a robot at rest in the state of `start`, with a control period `dt` (s).
     pub fn new(robot: &Robot, dt: f64, start: Estimate) -> Self {
-        let trunk = TrunkFilter::new(&robot.noise, robot.home_com_height(), dt, Vector3::zeros());
+        let units = Units::of(robot);
+        let trunk = TrunkFilter::new(&robot.noise, units.length_m, dt, Vector3::zeros());
         let stands = PerFoot {
             left: true,
             right: true,
         };
-        let units = Units::of(robot);
         let phase = dt * units.omega();
         let mut estimator = Self {
             units,
