@@ -7,8 +7,8 @@ use super::terminal::warn;
 use standfast_core::error::{Error, Result};
 use standfast_report::text::next_command;
 use standfast_study::Folder;
-use standfast_study::interim::InterimLooks;
 use standfast_study::store::claim::{Access, Claim};
+use standfast_study::until_resolved::UntilResolved;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -54,7 +54,7 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     }
     // The shards of a campaign that ends when decided may have left the looks to the merge; what the shards say is
     // looked at again.
-    if let Some(mut looks) = InterimLooks::new(&folder, &gates) {
+    if let Some(mut looks) = UntilResolved::new(&folder, &gates) {
         looks.go_on(&|_| {})?;
         if looks.is_over {
             folder.stop_at(&looks.set_trials)?;

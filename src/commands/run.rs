@@ -12,8 +12,8 @@ use standfast_core::error::{Error, Result};
 use standfast_files::shell_word;
 use standfast_report::text::next_command;
 use standfast_study::ask::spec::MOST_TRIALS;
-use standfast_study::interim::InterimLook;
 use standfast_study::run::{CampaignRun, RunEvents, RunOptions};
+use standfast_study::until_resolved::Look;
 use standfast_study::verdict::gates::Gates;
 use standfast_study::verdict::so_far::{SoFar, SuccessTally};
 use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Shard};
@@ -329,7 +329,7 @@ pub(super) fn simulate(
 
 /// What a look at a campaign that ends when decided has found: what is still to be decided, whether that takes more
 /// trials than the baseline has, and which controllers stop.
-fn words_of_look(look: &InterimLook, gates: Option<&Gates>) -> String {
+fn words_of_look(look: &Look, gates: Option<&Gates>) -> String {
     let what = match look.open {
         [] if gates.is_some_and(|gates| gates.outlasts_baseline(look.rows)) => {
             "not decided, but the baseline has no more"

@@ -7,8 +7,8 @@ use serde_json::json;
 use standfast_core::error::Result;
 use standfast_report::result::FILES;
 use standfast_report::text::{self, next_command};
-use standfast_study::interim::InterimLooks;
 use standfast_study::store::folder::joined;
+use standfast_study::until_resolved::UntilResolved;
 use standfast_study::verdict::gates::Gates;
 use standfast_study::{Folder, Summary};
 use std::collections::BTreeSet;
@@ -83,7 +83,7 @@ fn missing(folder: &Folder, baseline: Option<&Path>) -> Result<Vec<u64>> {
         }
         gates => gates?,
     };
-    let Some(mut looks) = InterimLooks::new(folder, &gates) else {
+    let Some(mut looks) = UntilResolved::new(folder, &gates) else {
         return Ok(folder.missing());
     };
     looks.go_on(&|_| {})?;

@@ -16,26 +16,11 @@
 //! order, 100 trials); those of ten and twenty sets in 97.1 to 99.5 %. Of four sets that are the same one was called
 //! better in 3.6 % at most.
 //!
-//! Where the campaign could end when decided, there is no p. A set is better as soon as the exact test of
-//! [`sign_test`](crate::sign_test) has said so at a planned look, and stays so. The interval is one that holds
-//! at any time ([`sequential`](crate::sequential)), made to agree: of a better set it loses what is not above 0,
-//! else it is widened to touch 0. Two sets are the same if it lies within the margin. What is proven of all pairs
-//! together:
-//!
-//! - In at most 5 % of campaigns any set is ever called better that is not, exactly, however long they go on.
-//! - In at most 5 % of campaigns any verdict is wrong, up to the count of trials that was planned; 5.1 % beyond. (Of
-//!   one pair with a share alpha of the error: without a difference, only "better" can be wrong, in at most alpha. With
-//!   a difference of at least the margin, the wrong set is called better in at most alpha / 2, and "same" needs a bet
-//!   on a smaller difference to win 2 / alpha - 1 times its stake, since the other half of the capital cannot have
-//!   grown: at most alpha / (2 - alpha).)
-//! - The betting intervals all hold at any time in at least 95 % of campaigns. What is cut off at 0 adds a miss only
-//!   where a set is called better that is not, so that all intervals hold in at least 90 %; what is widened takes
-//!   misses away.
-//!
-//! Simulated, where no two sets differ, a set was called better in 3.4 to 5.0 % of campaigns (one, three and six pairs,
-//! 400 to 1000 trials, also beyond the plan; 8000 campaigns each, so that the standard error is 0.2 %). Intervals
-//! missed the truth in the same campaigns, and in no others. Of four sets that differ, any of the six intervals missed
-//! the truth at any look in 0.3 to 1.3 % of campaigns (400 campaigns each), and at the end in no more.
+//! Where the campaign could end when decided, there is no p. The interval is one that holds at any time
+//! ([`sequential`](crate::sequential)), intersected over all looks, and the verdict is read from it: a set is better as
+//! soon as the interval leaves 0 out, and the two are the same as soon as it lies within the margin. A verdict is wrong
+//! only if the interval misses the truth. So in at most 5 % of campaigns any verdict on any pair is ever wrong, however
+//! long they go on and whenever somebody looks.
 
 use crate::mcnemar::PairedCounts;
 use serde::Serialize;
@@ -47,8 +32,7 @@ pub const ALPHA: f64 = 0.05;
 /// The decision on one pair of several.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decision {
-    /// Interval of the difference (a share), for all pairs together at 95 %. If a is better, 0 does not belong to the
-    /// interval, even as its end.
+    /// Interval of the difference (a share), for all pairs together at 95 %.
     pub ci95: [f64; 2],
     /// Two-sided p, of all pairs together. None if the campaign could end when decided.
     pub p: Option<f64>,
@@ -87,29 +71,12 @@ impl Decision {
         }
     }
 
-    /// The decision at any time, by the betting interval alone.
-    pub fn by_interval(betting: [f64; 2], margin: f64) -> Self {
+    /// The decision by an interval that holds at any time, and for all pairs together.
+    pub fn at_any_time(betting: [f64; 2], margin: f64) -> Self {
         Self {
             ci95: betting,
             p: None,
             verdict: verdict(betting, margin),
-        }
-    }
-
-    /// The decision if the campaign may end when decided, from the betting interval. `a_is_better` states whether the
-    /// exact test has said so by now.
-    pub fn at_looks(betting: [f64; 2], a_is_better: bool, margin: f64) -> Self {
-        match a_is_better {
-            true => Self {
-                ci95: betting.map(|end| end.max(0.0)),
-                p: None,
-                verdict: PairVerdict::Better,
-            },
-            false => Self {
-                ci95: with_0(betting),
-                p: None,
-                verdict: verdict(with_0(betting), margin),
-            },
         }
     }
 }
@@ -145,8 +112,7 @@ pub fn alpha_of_each(pairs: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::looks::Looks;
-    use crate::sign_test::{Winner, first_decision};
+    use crate::sequential::{looks_until, narrowed};
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     fn table(trials: u64, only_a: u64, only_b: u64) -> PairedCounts {
@@ -241,38 +207,15 @@ mod tests {
         );
     }
 
-    /// The two also agree if betting alone says otherwise, on either side.
-    #[test]
-    fn where_a_campaign_may_end_when_decided_the_interval_agrees_with_the_exact_test() {
-        for (only_a, only_b) in [
-            (0, 0),
-            (5, 0),
-            (18, 2),
-            (40, 20),
-            (300, 200),
-            (501, 499),
-            (2, 90),
-            (0, 2000),
-        ] {
-            let betting = table(2000, only_a, only_b).interval(0.99, true);
-            let [better, open] =
-                [true, false].map(|is_better| Decision::at_looks(betting, is_better, 0.02));
-            assert_eq!(better.ci95, betting.map(|end| end.max(0.0)));
-            assert_eq!((better.verdict, better.p), (PairVerdict::Better, None));
-            assert_eq!(open.ci95, [betting[0].min(0.0), betting[1].max(0.0)]);
-            assert!(open.verdict != PairVerdict::Better && open.p.is_none());
-        }
-    }
-
     /// Simulates campaigns of `trials` trials, of controllers with these rates. A push is as hard for all controllers,
     /// except in a share of the trials, where each controller has luck of its own. Returns in how many campaigns an
     /// interval misses the truth at the end, and in how many a controller is ever called better that is not. With
-    /// `looks` a campaign ends when decided.
+    /// `sequential` a campaign ends when decided.
     fn errors(
         rates: &[f64],
         share_of_own: f64,
         trials: u64,
-        looks: Option<Looks>,
+        sequential: bool,
         campaigns: u32,
     ) -> [u32; 2] {
         let mut rng = ChaCha8Rng::seed_from_u64(11);
@@ -302,47 +245,25 @@ mod tests {
                         .map(|trial| (trial[a], trial[b])),
                 )
             };
-            let winners: Vec<Option<Winner>> = pairs
-                .iter()
-                .map(|&pair| {
-                    let at_looks: Vec<_> = looks?
-                        .until(trials)
-                        .map(|look| counts(look, pair))
-                        .collect();
-                    first_decision(&at_looks, looks?, alpha_of_each(pairs.len()))
-                })
-                .collect();
-            let end = winners
-                .iter()
-                .map(|winner| winner.map_or(trials, |winner| winner.trials))
-                .max()
-                .unwrap();
+            let decide = |trials: u64, pair| match sequential {
+                true => {
+                    let level = each_of(pairs.len(), 1.0 - ALPHA);
+                    let betting = |look| counts(look, pair).interval(level, true);
+                    Decision::at_any_time(narrowed(looks_until(trials).map(betting)), 0.02)
+                }
+                false => Decision::once(&counts(trials, pair), pairs.len(), 0.02),
+            };
             let mut are_wrong = [false; 2];
-            for (&(a, b), winner) in pairs.iter().zip(&winners) {
-                let (a, b) = if winner.is_some_and(|winner| !winner.is_a) {
-                    (b, a)
-                } else {
-                    (a, b)
-                };
-                let (counts, truth) = (counts(end, (a, b)), rates[a] - rates[b]);
+            for &(a, b) in &pairs {
                 let Decision {
                     ci95: [least, most],
                     verdict,
                     ..
-                } = match looks {
-                    Some(_) => {
-                        let betting = counts.interval(each_of(pairs.len(), 1.0 - ALPHA), true);
-                        Decision::at_looks(betting, winner.is_some(), 0.02)
-                    }
-                    None => Decision::once(&counts, pairs.len(), 0.02),
-                };
-                let better_by = if winner.is_some() {
-                    truth
-                } else {
-                    truth * counts.difference().signum()
-                };
-                are_wrong[0] |= truth < least || most < truth || (winner.is_some() && truth == 0.0);
-                are_wrong[1] |= verdict == PairVerdict::Better && better_by <= 0.0;
+                } = decide(trials, (a, b));
+                let truth = rates[a] - rates[b];
+                let ahead = if least > 0.0 { truth } else { -truth };
+                are_wrong[0] |= truth < least || most < truth;
+                are_wrong[1] |= verdict == PairVerdict::Better && ahead <= 0.0;
             }
             errors = [0, 1].map(|kind| errors[kind] + u32::from(are_wrong[kind]));
         }
@@ -353,39 +274,62 @@ mod tests {
     /// either.
     #[test]
     fn a_campaign_errs_as_seldom_as_said() {
-        for (rates, share_of_own, trials, planned) in [
-            (&[0.5, 0.5, 0.5, 0.5][..], 0.2, 100, None),
-            (&[0.86, 0.55, 0.52, 0.5], 0.3, 200, None),
-            (&[0.99, 0.98, 0.95, 0.6], 0.1, 200, None),
+        for (rates, share_of_own, trials, sequential) in [
+            (&[0.5, 0.5, 0.5, 0.5][..], 0.2, 100, false),
+            (&[0.86, 0.55, 0.52, 0.5], 0.3, 200, false),
+            (&[0.99, 0.98, 0.95, 0.6], 0.1, 200, false),
             // All trials that differ fall to one side: the hardest case for Tango's interval.
-            (&[0.9, 0.89, 0.88, 0.87], 0.0, 400, None),
-            (&[0.7, 0.7], 0.3, 200, Some(200)),
-            // The campaign is continued with more trials than were planned.
-            (&[0.5, 0.5, 0.5], 0.3, 500, Some(100)),
-            (&[0.5, 0.5, 0.5, 0.5], 0.2, 400, Some(400)),
-            (&[0.86, 0.55, 0.52, 0.5], 0.3, 400, Some(400)),
+            (&[0.9, 0.89, 0.88, 0.87], 0.0, 400, false),
+            (&[0.7, 0.7], 0.3, 400, true),
+            (&[0.5, 0.5, 0.5, 0.5], 0.2, 400, true),
+            (&[0.86, 0.55, 0.52, 0.5], 0.3, 400, true),
         ] {
-            let (campaigns, most) = if planned.is_some() {
-                (400, 33)
-            } else {
-                (1000, 71)
-            };
-            let [missed, wrong] = errors(
-                rates,
-                share_of_own,
-                trials,
-                planned.map(Looks::up_to),
-                campaigns,
+            let (campaigns, most) = if sequential { (150, 16) } else { (1000, 71) };
+            let [missed, wrong] = errors(rates, share_of_own, trials, sequential, campaigns);
+            let told = format!("{rates:?}, {sequential}: {missed} missed, {wrong} wrong");
+            println!("{told}");
+            assert!(missed < most && wrong <= missed, "{told}");
+        }
+    }
+
+    /// A campaign of two controllers that ends when decided: with a difference it takes fewer trials than one of fixed
+    /// size that is planned for a smaller difference, and without one it hardly ever finds any.
+    #[test]
+    fn an_end_when_decided_saves_trials_where_the_difference_is_larger_than_planned() {
+        for (only_a, only_b, most, campaigns, found, mean) in [
+            (0.075, 0.025, 900, 200, 0.9..=1.0, 400.0..=500.0),
+            (0.11, 0.01, 400, 200, 0.9..=1.0, 100.0..=180.0),
+            (0.21, 0.01, 200, 200, 0.95..=1.0, 40.0..=75.0),
+            (0.05, 0.05, 900, 200, 0.0..=0.05, 800.0..=900.0),
+        ] {
+            let mut rng = ChaCha8Rng::seed_from_u64(5);
+            let (mut better, mut trials) = (0, 0);
+            for _ in 0..campaigns {
+                let (mut counts, mut interval) = (PairedCounts::default(), [-1.0, 1.0]);
+                for look in looks_until(most) {
+                    while counts.trials() < look {
+                        let drawn: f64 = rng.random();
+                        let loses = drawn < only_a + only_b && drawn >= only_a;
+                        counts.add(!loses, !(drawn < only_a));
+                    }
+                    interval = narrowed([interval, counts.interval(0.95, true)]);
+                    if verdict(interval, 0.02) != PairVerdict::Open {
+                        break;
+                    }
+                }
+                better += u32::from(verdict(interval, 0.02) == PairVerdict::Better);
+                trials += counts.trials();
+            }
+            let share = f64::from(better) / f64::from(campaigns);
+            let trials = trials as f64 / f64::from(campaigns);
+            let planned = table(1000, (1000.0 * only_a) as u64, (1000.0 * only_b) as u64);
+            println!(
+                "{only_a}, {only_b}: better in {share:.3}, {trials:.0} trials; a fixed size that finds it in 90 %: {:?}",
+                planned.trials_to_resolve(0.0, 0.9, ALPHA)
             );
-            let told = format!("{rates:?}, {planned:?}: {missed} missed, {wrong} wrong");
-            assert!(missed < most && wrong < most, "{told}");
             assert!(
-                if planned.is_none() {
-                    wrong <= missed
-                } else {
-                    wrong >= 2 || rates[0] != rates[1]
-                },
-                "{told}"
+                found.contains(&share) && mean.contains(&trials),
+                "{share} {trials}"
             );
         }
     }

@@ -1,18 +1,14 @@
 //! Tests and intervals that do not depend on campaigns: rates ([`rate`]), paired outcomes ([`mcnemar`]) and how far
-//! they agree ([`kappa`]), paired numbers ([`ranks`]), the decision between two of several controllers ([`decision`]),
-//! success against impulse ([`curve`]), looks at a campaign that may end when decided ([`looks`]), the exact test of a
-//! pair at these looks ([`sign_test`]), intervals that hold at any time ([`sequential`]), and the search for the
-//! impulse of 50 % recovery with few pushes ([`psychometric`]).
+//! they agree ([`kappa`]), the decision between two of several controllers ([`decision`]),
+//! success against impulse ([`curve`]), intervals that hold at any time ([`sequential`]), and the search for the impulse
+//! of 50 % recovery with few pushes ([`psychometric`]).
 
 #![forbid(unsafe_code)]
 
 pub mod curve;
 pub mod decision;
 pub mod kappa;
-pub mod looks;
 pub mod mcnemar;
 pub mod psychometric;
-pub mod ranks;
 pub mod rate;
 pub mod sequential;
-pub mod sign_test;

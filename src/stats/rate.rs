@@ -1,5 +1,6 @@
 //! Success rates with their intervals.
 
+use crate::sequential::rate_interval;
 use serde::Serialize;
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 
@@ -24,6 +25,14 @@ impl SuccessCount {
             recovered,
             success_rate,
             ci95: interval95(recovered, trials),
+        }
+    }
+
+    /// The same count, with an interval that holds however often one looks.
+    pub fn at_any_time(self) -> Self {
+        Self {
+            ci95: rate_interval(self.recovered, self.trials, 0.95),
+            ..self
         }
     }
 }

@@ -19,6 +19,8 @@
 //! Sources: Waudby-Smith and Ramdas 2024, "Estimating means of bounded random variables by betting", J. R. Stat. Soc. B
 //! 86, 1-27; Robbins 1970, "Statistical methods related to the law of the iterated logarithm" (mixtures).
 
+/// Number of trials between the first looks. All looks are at multiples of it.
+pub const LOOK_TRIALS: u64 = 25;
 /// Number of bets on either side, evenly spaced in the logarithm from the smallest one to 1.
 const BETS: usize = 30;
 /// Smallest bet on a difference. Mixtures were tried that are even in the bet, in its arcsine, or in its logarithm from
@@ -36,7 +38,7 @@ const HALVINGS: usize = 45;
 /// of trials in which only a and only b recovered. It contains the truth at all looks together with a probability of at
 /// least `level` (a share, such as 0.95).
 ///
-/// It is not intersected with the intervals of earlier looks, so it depends on the present counts alone.
+/// It depends on the present counts alone; [`narrowed`] intersects it with the intervals of earlier looks.
 ///
 /// # Panics
 /// Panics if there are fewer trials than `only_a + only_b`, or if `level` is not between 0 and 1.
@@ -63,6 +65,49 @@ pub fn rate_interval(recovered: u64, trials: u64, level: f64) -> [f64; 2] {
         high: recovered,
     }
     .interval(&bets(LEAST_BET_RATE), level)
+}
+
+/// Number of trials at the first look after `trials`, which is a round number: steps of 25 up to 500, of 50 up to 1000, of
+/// 100 up to 2500, of 250 up to 5000, and so on. The intervals hold whenever one looks. Few looks take little time, and
+/// a campaign ends by at most a tenth later.
+pub fn next_look(trials: u64) -> u64 {
+    let decade = 10u64.pow((trials.max(100) / 100).ilog10());
+    let share = match trials / decade {
+        ..250 => 10,
+        250..500 => 25,
+        _ => 50,
+    };
+    let step = LOOK_TRIALS.max(share * decade);
+    (trials / step + 1) * step
+}
+
+/// The first look at which there are at least `trials` trials, and at least one.
+pub fn look_from(trials: u64) -> u64 {
+    next_look(trials.saturating_sub(1))
+}
+
+/// The looks at no more than `trials` trials, and `trials` itself, in order.
+pub fn looks_until(trials: u64) -> impl Iterator<Item = u64> {
+    std::iter::successors(Some(next_look(0)), |look| Some(next_look(*look)))
+        .take_while(move |look| *look < trials)
+        .chain([trials])
+}
+
+/// The intersection of the intervals of all looks, in their order. It contains the truth with the level of each
+/// interval, and what one look has decided stays decided. An interval that does not overlap the intersection of the
+/// earlier ones is left out: at least one interval then misses the truth, and it cannot be known which one.
+pub fn narrowed(intervals: impl IntoIterator<Item = [f64; 2]>) -> [f64; 2] {
+    intervals.into_iter().fold(
+        [f64::NEG_INFINITY, f64::INFINITY],
+        |[low, high], [least, most]| {
+            let common = [low.max(least), high.min(most)];
+            if common[0] <= common[1] {
+                common
+            } else {
+                [low, high]
+            }
+        },
+    )
 }
 
 /// The bets, from 1 down to the smallest one, evenly spaced in the logarithm.
@@ -204,6 +249,31 @@ mod tests {
         );
         assert_eq!(rate_interval(0, 0, 0.95), [0.0, 1.0]);
         assert_eq!(difference_interval(0, 0, 0, 0.95), [-1.0, 1.0]);
+    }
+
+    #[test]
+    fn looks_are_at_round_numbers_a_tenth_apart() {
+        let found: Vec<u64> = looks_until(1150).collect();
+        assert_eq!(found[..4], [25, 50, 75, 100]);
+        assert_eq!(
+            found[18..],
+            [
+                475, 500, 550, 600, 650, 700, 750, 800, 850, 900, 950, 1000, 1100, 1150
+            ]
+        );
+        assert!(looks_until(10).eq([10]) && looks_until(50).eq([25, 50]));
+        let after = [1000, 2400, 2500, 5000, 9500, 10_000].map(next_look);
+        assert_eq!(after, [1100, 2500, 2750, 5500, 10_000, 11_000]);
+        for look in looks_until(100_000) {
+            assert!(look.is_multiple_of(LOOK_TRIALS) && look_from(look) == look);
+            assert!(look < 250 || next_look(look) <= look + look / 10, "{look}");
+        }
+    }
+
+    #[test]
+    fn what_a_look_has_left_out_stays_out() {
+        assert_eq!(narrowed([[-0.2, 0.4], [0.1, 0.5], [-0.1, 0.3]]), [0.1, 0.3]);
+        assert_eq!(narrowed([[0.1, 0.5], [-0.2, 0.0], [0.2, 0.6]]), [0.2, 0.5]);
     }
 
     #[test]

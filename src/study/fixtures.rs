@@ -38,7 +38,6 @@ pub fn manifest(sets: &[&str], overrides: Overrides) -> Manifest {
         robot_sha256: String::new(),
         engines: vec![campaign.episode.engine.with_version(); sets.len()],
         part_trials: part_trials(&campaign),
-        planned_trials: campaign.trials,
         sets: sets.iter().map(|set| set.to_string()).collect(),
         campaign,
     }

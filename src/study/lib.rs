@@ -18,12 +18,12 @@ pub mod ceiling;
 pub mod cma_es;
 #[cfg(test)]
 mod fixtures;
-pub mod interim;
 pub mod limit;
 pub mod plan;
 pub mod run;
 pub mod store;
 pub mod tune;
+pub mod until_resolved;
 pub mod verdict;
 
 pub use ask::bounds::{PushBounds, check_episode, check_steps};

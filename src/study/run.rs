@@ -1,12 +1,12 @@
 //! Runs a campaign: what its folder lacks is spread over the cores, and written part by part.
 
-use crate::interim::{InterimLook, InterimLooks};
 use crate::plan::{PreparedCampaign, pool};
 use crate::store::claim::{Access, Claim};
 use crate::store::folder::Folder;
 use crate::store::manifest::Manifest;
 use crate::store::row::TrialRow;
 use crate::store::shard::Shard;
+use crate::until_resolved::{Look, UntilResolved};
 use crate::verdict::gates::Gates;
 use crate::verdict::summary::Summary;
 use rayon::ThreadPool;
@@ -39,7 +39,7 @@ pub struct RunEvents<'a> {
     /// Called with the rows of every finished part, from any thread; first of those that were there already.
     pub on_part: &'a (dyn Fn(&[TrialRow]) + Sync),
     /// Called at every look at a campaign that ends when decided, with the episodes of the campaign in all, at most.
-    pub on_look: &'a (dyn Fn(&InterimLook, u64) + Sync),
+    pub on_look: &'a (dyn Fn(&Look, u64) + Sync),
 }
 
 /// The part of a campaign that its folder still lacks, with everything that is needed to run it.
@@ -54,7 +54,7 @@ pub struct CampaignRun<'a> {
     /// Number of trials of each controller, if the campaign does not end earlier.
     all_trials: Vec<u64>,
     /// None for a campaign with a fixed number of trials.
-    looks: Option<InterimLooks<'a>>,
+    looks: Option<UntilResolved<'a>>,
     claim: Option<Claim>,
 }
 
@@ -78,7 +78,7 @@ impl<'a> CampaignRun<'a> {
             shard: options.shard,
             missing: Vec::new(),
             all_trials: vec![campaign.trials; sets.len()],
-            looks: gates.and_then(|gates| InterimLooks::new(folder, gates)),
+            looks: gates.and_then(|gates| UntilResolved::new(folder, gates)),
             claim: None,
         };
         work.missing = match work.looks {
@@ -173,7 +173,7 @@ impl<'a> CampaignRun<'a> {
 
     /// Takes the next looks at a campaign that ends when decided, as far as there are trials. Returns the blocks to run
     /// next. It returns none if all is decided, or if there are no more trials.
-    fn look_on(&mut self, on_look: &dyn Fn(&InterimLook, u64)) -> Result<Vec<u64>> {
+    fn look_on(&mut self, on_look: &dyn Fn(&Look, u64)) -> Result<Vec<u64>> {
         let Some(mut looks) = self.looks.take() else {
             return Ok(Vec::new());
         };

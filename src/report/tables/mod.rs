@@ -29,7 +29,6 @@ pub struct ReportTable {
 /// All tables of a result that have rows, in their order.
 pub fn of(summary: &Summary) -> Vec<ReportTable> {
     use Detail::{Full, Page, Short};
-    let (pair_times, pair_kinds) = (pairs::shifts(summary), pairs::by_kind(summary));
     let each = [
         ("rates", Short, sets::rates(summary)),
         ("pairs", Full, pairs::effects(summary)),
@@ -40,15 +39,13 @@ pub fn of(summary: &Summary) -> Vec<ReportTable> {
         ("strata", Full, sets::by_kind(summary)),
         ("failures", Full, sets::losses(summary)),
         ("failures", Full, sets::causes(summary)),
-        ("foretold", Full, sets::foretold(summary)),
         ("times", Full, sets::times(summary)),
         ("times", Full, sets::footsteps(summary)),
     ];
-    let more = pair_times.into_iter().map(|table| ("times", Page, table));
+    let pair_kinds = pairs::by_kind(summary).into_iter();
     let all = each
         .into_iter()
-        .chain(more)
-        .chain(pair_kinds.into_iter().map(|table| ("strata", Page, table)));
+        .chain(pair_kinds.map(|table| ("strata", Page, table)));
     all.filter(|(.., table)| !table.rows.is_empty())
         .map(|(section, detail, table)| ReportTable {
             section,
@@ -63,7 +60,6 @@ mod tests {
     use super::*;
     use crate::fixtures::{ragged, summary};
     use standfast_sim::episode::Outcome::{Diverged, Fell, Recovered, TimedOut};
-    use standfast_study::verdict::set_summary::SetSummary;
 
     /// The texts of the rows of the table in `section` whose first heading is `heading`.
     fn rows(summary: &Summary, section: &str, heading: &str) -> Vec<String> {
@@ -173,10 +169,7 @@ mod tests {
         let mut all = of(&ragged(&["a >= b"]).0);
         let mut none = summary(&[[Recovered; 2]; 3], &[], &[]);
         none.pairs.clear();
-        none.sets = vec![SetSummary {
-            foretold: None,
-            ..none.sets[0].clone()
-        }];
+        none.sets.truncate(1);
         assert_eq!(
             of(&none)
                 .iter()

@@ -5,7 +5,6 @@ use crate::tables::sets::kind;
 use crate::text::comparison::{about_gates, about_pairs, in_unit, p_cell, shown, status, unit};
 use crate::text::layout::signed;
 use standfast_stats::mcnemar::PairedCounts;
-use standfast_stats::ranks::Shift;
 use standfast_study::Summary;
 use standfast_study::verdict::pairs::{PairSummary, rounded};
 
@@ -150,60 +149,6 @@ pub(super) fn by_kind(summary: &Summary) -> Vec<Table> {
         tables.push(table.with_note(
             "The rate of the first less that of the second, in points, with 95 % intervals.",
         ));
-    }
-    tables
-}
-
-/// How much slower one controller of a pair is, and how many footsteps more it takes.
-pub(super) fn shifts(summary: &Summary) -> Vec<Table> {
-    type ShiftQuantity = (
-        &'static str,
-        &'static str,
-        fn(&PairSummary) -> Option<Shift>,
-    );
-    let all: [ShiftQuantity; 3] = [
-        ("Time to standing", "s", |pair| pair.settling_s),
-        ("Time to home", "s", |pair| pair.homing_s),
-        ("Count of footsteps", "", |pair| pair.footsteps),
-    ];
-    let mut tables = Vec::new();
-    for (what, unit, shift) in all {
-        let columns = columns(["trials", "differ", "a - b", "95 %", "p"]).map(|column| {
-            match &*column.heading {
-                "a - b" => column.in_unit(unit),
-                _ => column,
-            }
-        });
-        let title = format!("{what}: pair by pair, over the trials from which both recovered");
-        let mut table = Table {
-            about_zero: true,
-            ..Table::new(title, columns)
-        };
-        for pair in &summary.pairs {
-            let Some(test) = shift(pair) else {
-                continue;
-            };
-            let (at, ci) = if unit.is_empty() {
-                (test.mean, test.mean_ci95)
-            } else {
-                (test.median, test.ci95)
-            };
-            let counts = [test.pairs, test.nonzero].map(cell);
-            table.row(
-                names(pair)
-                    .chain(counts)
-                    .chain(difference(at, ci, 2))
-                    .chain([cell(p_cell(test.p))]),
-            );
-        }
-        let about = if unit.is_empty() {
-            "The difference is that of the mean counts (Student's t)."
-        } else {
-            "The shift is Hodges and Lehmann's median of the differences, a less b."
-        };
-        tables.push(table.with_note(format!(
-            "{about} p is that of Wilcoxon's signed-rank test, not corrected for the number of pairs."
-        )));
     }
     tables
 }

@@ -5,7 +5,6 @@ use crate::text::layout::{percent, seconds, velocity_change};
 use standfast_stats::rate::SuccessCount;
 use standfast_study::Summary;
 use standfast_study::verdict::failures::Failures;
-use standfast_study::verdict::prediction::Prediction;
 use standfast_study::verdict::set_summary::{FittedCurve, SetSummary};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -271,25 +270,12 @@ fn counts<'a, F: Fn(&SetSummary) -> u64>(
 
 /// How long recoveries took.
 pub(super) fn times(summary: &Summary) -> Table {
-    let common = &summary.common_survivors;
-    let columns = [
-        "to standing",
-        "to home",
-        "to standing, common",
-        "to home, common",
-    ];
-    let mut table = Table::new("How long recoveries took", headings("controller", columns));
-    for ((i, set), of_common) in summary.sets.iter().enumerate().zip(&common.sets) {
-        let times =
-            [set.times, *of_common].map(|times| [times.median_settling_s, times.median_homing_s]);
-        table.row(
-            once(name(i, set)).chain(
-                times
-                    .concat()
-                    .into_iter()
-                    .map(|time_s| cell(seconds(time_s))),
-            ),
-        );
+    let columns = headings("controller", ["to standing", "to home"]);
+    let mut table = Table::new("How long recoveries took", columns);
+    for (i, set) in summary.sets.iter().enumerate() {
+        let times = [set.median_settling_s, set.median_homing_s];
+        let times = times.map(|time_s| cell(seconds(time_s)));
+        table.row(once(name(i, set)).chain(times));
     }
     let home = match summary.episode.end_early {
         true => {
@@ -298,10 +284,8 @@ pub(super) fn times(summary: &Summary) -> Table {
         false => "",
     };
     table.with_note(format!(
-        "Median times from the end of the last push until the robot stands, and until its COM is home for good: over the \
-         controller's own recoveries, and over the {} trials from which all recovered. Compare the latter, since a controller \
-         that recovers from harder pushes has slower recoveries among its own.{home}",
-        common.trials
+        "Median times from the end of the last push until the robot stands, and until its COM is home for good, over the \
+         controller's own recoveries. A controller that recovers from harder pushes has slower recoveries among its own.{home}"
     ))
 }
 
@@ -311,7 +295,7 @@ pub(super) fn footsteps(summary: &Summary) -> Table {
         .sets
         .iter()
         .enumerate()
-        .filter_map(|(i, set)| Some((i, set, set.stepped.as_ref()?)))
+        .filter_map(|(i, set)| Some((i, set, set.by_footsteps.as_ref()?)))
         .collect();
     let columns = columns(steppers.iter().map(|(i, set, _)| (*i, *set)));
     let mut table = Table::new(
@@ -323,42 +307,10 @@ pub(super) fn footsteps(summary: &Summary) -> Table {
         .enumerate()
         .filter(|_| !steppers.is_empty())
     {
-        let rates = steppers
-            .iter()
-            .map(|(.., stepped)| rate_of(&stepped.by_footsteps[i]));
+        let rates = steppers.iter().map(|(.., counts)| rate_of(&counts[i]));
         table.row(once(cell(label)).chain(rates));
     }
     table
-}
-
-/// How well the CPI sets predict the outcome.
-pub(super) fn foretold(summary: &Summary) -> Table {
-    let with: Vec<_> = summary
-        .sets
-        .iter()
-        .enumerate()
-        .filter_map(|(i, set)| Some((i, set, set.foretold.as_ref()?)))
-        .collect();
-    let columns = columns(with.iter().map(|(i, set, _)| (*i, *set)));
-    let mut table = Table::new(
-        "Recovered, by the state after the push",
-        once(words("slowest CPI set after the push")).chain(columns),
-    );
-    type PredictionRow = (&'static str, fn(&Prediction) -> Cell);
-    let rows: [PredictionRow; 4] = [
-        ("holds the state", |f| rate_of(&f.inside)),
-        ("does not", |f| rate_of(&f.outside)),
-        ("as foretold", |f| cell(percent(f.agreement))),
-        ("by the estimate", |f| cell(percent(f.agreement_est))),
-    ];
-    for (label, value) in rows.into_iter().filter(|_| !with.is_empty()) {
-        table.row(once(cell(label)).chain(with.iter().map(|(.., foretold)| value(foretold))));
-    }
-    table.with_note(
-        "First how many recovered of the trials in which the set holds the true state at the end of the push, and of those \
-         in which it does not. Then the share of trials that end as the set says, by the true state and by the one estimated \
-         then. Rates by the margin of the state are in summary.json.",
-    )
 }
 
 /// The columns of controllers side by side.

@@ -48,10 +48,7 @@ pub fn about_pairs(summary: &Summary) -> String {
         String::new()
     };
     match summary.stopping.until_resolved {
-        true => format!(
-            "The intervals hold at 95 %{together}, however often one looks; which controller is better is decided by an exact \
-             test at planned looks."
-        ),
+        true => format!("The intervals hold at 95 %{together}, however often one looks."),
         false => format!(
             "The intervals hold at 95 %{together}; p is that of the exact McNemar test{times}."
         ),

@@ -15,7 +15,7 @@ use standfast_files::assets::{self, InputKind, Source};
 use standfast_robots::urdf::Files;
 use standfast_sim::Engine;
 use standfast_sim::episode::{Counts, EpisodeConfig};
-use standfast_stats::looks::LOOK_TRIALS;
+use standfast_stats::sequential::look_from;
 use std::path::Path;
 use toml::Table;
 
@@ -233,7 +233,7 @@ impl Campaign {
             .map_err(|e| measures.explain(e))?;
         if campaign.stopping.until_resolved {
             // The last look is then also a look of a longer campaign, so that the campaign can be continued.
-            campaign.trials = campaign.trials.next_multiple_of(LOOK_TRIALS);
+            campaign.trials = look_from(campaign.trials);
         }
         Ok(campaign)
     }

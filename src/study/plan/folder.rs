@@ -35,7 +35,6 @@ impl PreparedCampaign {
         };
         let manifest = Manifest {
             part_trials: begun.part_trials,
-            planned_trials: begun.planned_trials,
             ..self.manifest.clone()
         };
         Ok(Folder { path, manifest })
@@ -86,9 +85,6 @@ impl PreparedCampaign {
             .max()
         {
             begun.part_trials = part_trials;
-        }
-        if let Some(planned_trials) = labels.iter().find_map(|label| label.planned_trials) {
-            begun.planned_trials = planned_trials;
         }
         // A single last part may be a short one, so it does not tell the size of the others.
         if begun.check("").is_ok() {

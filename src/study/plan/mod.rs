@@ -117,7 +117,6 @@ impl PreparedCampaign {
                 .map(|(_, engine)| engine.with_version())
                 .collect(),
             part_trials: part_trials(&resolved),
-            planned_trials: resolved.trials,
             sets,
             totals,
             inputs: inputs.listed,

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::read;
 use standfast_files::{build_id, is_temporary, json, write_atomic};
+use standfast_stats::sequential::look_from;
 use std::collections::{BTreeSet, HashMap};
 use std::ffi::OsString;
 use std::ops::Range;
@@ -210,13 +211,7 @@ impl Folder {
         }
         let stopped: Stopped =
             serde_json::from_slice(&read(&self.stopped_path(), MOST_BYTES).ok()?).ok()?;
-        let is_end = |trials: u64| {
-            let looks = self.manifest.looks().into_iter();
-            trials == campaign.trials
-                || looks
-                    .flat_map(|looks| looks.until(trials))
-                    .any(|look| look == trials)
-        };
+        let is_end = |trials: u64| trials == look_from(trials);
         let are_ends = match &stopped.set_trials {
             Some(set_trials) => {
                 set_trials.len() == sets.len()
@@ -304,18 +299,15 @@ impl Folder {
             sets,
             totals,
             config_hash,
-            planned_trials,
             campaign,
             ..
         } = &self.manifest;
-        let planned_trials = campaign.stopping.until_resolved.then_some(*planned_trials);
         PartFile {
             path,
             trials: first..end,
             sets,
             totals,
             config_hash,
-            planned_trials,
             campaign,
         }
     }

@@ -10,7 +10,7 @@
 use crate::ask::bounds::shown;
 use crate::ask::entrant::Entrant;
 use crate::ask::gate::GateSpec;
-use crate::ask::spec::{Campaign, MOST_TRIALS};
+use crate::ask::spec::Campaign;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use standfast_controllers::variant::ControllerName;
@@ -18,7 +18,7 @@ use standfast_core::error::{Error, Result};
 use standfast_files::assets;
 use standfast_files::{json_pretty, sha256_hex, write_atomic};
 use standfast_sim::PhysicsStep;
-use standfast_stats::looks::{LOOK_TRIALS, Looks};
+use standfast_stats::sequential::LOOK_TRIALS;
 use std::collections::BTreeMap;
 use std::num::NonZeroU64;
 use std::path::Path;
@@ -42,9 +42,6 @@ pub struct Manifest {
     /// Number of trials in a block. A folder keeps the number with which it was begun. The result does not depend on
     /// this number.
     pub part_trials: NonZeroU64,
-    /// Number of trials that was planned when the folder was begun. A folder keeps it, because the
-    /// [looks](Manifest::looks) follow from it.
-    pub planned_trials: u64,
     /// Names of the entrants, in the order of the campaign.
     pub sets: Vec<String>,
     /// Names of the totals that controllers report for a whole episode, each a column of `trials.parquet`.
@@ -95,14 +92,6 @@ impl Manifest {
             ));
         }
         sentences
-    }
-
-    /// The looks at which the campaign may end. It is None if its number of trials is fixed.
-    pub fn looks(&self) -> Option<Looks> {
-        self.campaign
-            .stopping
-            .until_resolved
-            .then(|| Looks::up_to(self.planned_trials))
     }
 
     /// The value that `config_hash` must have: the SHA-256 of the versions, the campaign without the settings on which
@@ -206,7 +195,8 @@ impl Manifest {
             ));
         }
         let part_trials = self.part_trials.get();
-        let is_between_looks = self.looks().is_none() || LOOK_TRIALS.is_multiple_of(part_trials);
+        let is_between_looks =
+            !self.campaign.stopping.until_resolved || LOOK_TRIALS.is_multiple_of(part_trials);
         if part_trials > self.campaign.trials.max(MOST_PART_TRIALS) || !is_between_looks {
             let accepted = "5 to 500; up to 25 in a campaign that ends when decided";
             return Err(Error::value(
@@ -215,15 +205,6 @@ impl Manifest {
                 part_trials,
                 "no size of a part",
                 accepted,
-            ));
-        }
-        if !(1..=MOST_TRIALS).contains(&self.planned_trials) {
-            return Err(Error::value(
-                file,
-                "planned_trials",
-                self.planned_trials,
-                "out of range",
-                "1 to 1e7",
             ));
         }
         Ok(())
@@ -362,7 +343,6 @@ mod tests {
         for (pointer, value, is_sealed_again, expected) in [
             ("/campaign/seed", 5.into(), false, foreign),
             ("/robot_sha256", "x".into(), false, foreign),
-            ("/planned_trials", 50.into(), false, foreign),
             // A seal can be made again, but the hash is also in every part.
             ("/campaign/seed", 5.into(), true, foreign),
             ("/campaign/trials", 1e18.into(), true, "1e+18"),
@@ -371,7 +351,6 @@ mod tests {
             ("/sets/1", "hold".into(), true, "2 different names"),
             ("/part_trials", 501.into(), true, "5 to 500"),
             ("/part_trials", 0.into(), true, "nonzero"),
-            ("/planned_trials", 0.into(), true, "1 to 1e7"),
         ] {
             let mut changed = written.clone();
             *changed.pointer_mut(pointer).unwrap() = value;

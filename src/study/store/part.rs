@@ -31,8 +31,6 @@ pub struct PartFile<'a> {
     /// Names of the totals of the controllers, which are columns.
     pub totals: &'a [String],
     pub config_hash: &'a str,
-    /// The planned number of trials of a campaign that ends when decided. The looks follow from it.
-    pub planned_trials: Option<u64>,
     /// The campaign of the part, against which its rows are checked.
     pub campaign: &'a Campaign,
 }
@@ -49,8 +47,6 @@ pub struct PartLabel {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     controllers: Option<Vec<String>>,
     pub config_hash: String,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub planned_trials: Option<u64>,
 }
 
 impl PartLabel {
@@ -155,7 +151,6 @@ impl PartFile<'_> {
             trials: self.trials.end - self.trials.start,
             controllers: (!holds_all).then(|| sets.iter().map(|set| set.to_string()).collect()),
             config_hash: self.config_hash.into(),
-            planned_trials: self.planned_trials,
         }
     }
 

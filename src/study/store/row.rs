@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use standfast_files::Hashing;
 use standfast_files::columns::{ABOUT, Data, DataColumn, ParquetFile, about};
-use standfast_sim::episode::{Counts, EpisodeConfig, FootstepLog, Membership, Outcome, Record};
+use standfast_sim::episode::{Counts, EpisodeConfig, FootstepLog, Outcome, Record};
 use standfast_sim::{Push, Variation};
 use std::io::Write;
 
@@ -263,11 +263,6 @@ impl TrialRow {
             &format!("cannot be in an episode that {}", outcome.name()),
             accepted,
         ))
-    }
-
-    /// Where the true state lay at the end of the last push; None without a promise.
-    pub fn set_after_push(&self) -> Option<Membership> {
-        self.record.promise_margin.map(Membership::of_margin)
     }
 
     pub fn has_recovered(&self) -> bool {

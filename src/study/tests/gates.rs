@@ -3,8 +3,8 @@
 
 use rand::{SeedableRng, rngs::ChaCha8Rng};
 use rand_distr::{Binomial, Distribution};
-use standfast_stats::looks::Looks;
 use standfast_stats::mcnemar::PairedCounts;
+use standfast_stats::sequential::next_look;
 use standfast_study::ask::gate::Gate;
 use standfast_study::verdict::evidence::{Evidence, GateAnswer, Status};
 use std::collections::HashMap;
@@ -191,7 +191,7 @@ fn a_gate_that_is_looked_at_until_it_is_resolved_errs_as_seldom_as_said() {
         for _ in 0..campaigns {
             let (mut recovered, mut trials, mut status) = (0, 0, Status::Unresolved);
             while status == Status::Unresolved && trials < most {
-                let next = Looks::up_to(most).after(trials);
+                let next = next_look(trials);
                 recovered += draw(&mut rng, next - trials, rate);
                 trials = next;
                 status = *known

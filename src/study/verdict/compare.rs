@@ -199,8 +199,6 @@ fn joined(
         robot_sha256: both(&a.robot_sha256, &b.robot_sha256),
         engines: [&a.engines[..], &b.engines].concat(),
         part_trials: a.part_trials,
-        // Both numbers were chosen before any outcome was known.
-        planned_trials: a.planned_trials.min(b.planned_trials),
         sets,
         totals: each_once([a, b].into_iter().flat_map(|of| of.totals.clone())),
         inputs: Vec::new(),

@@ -110,7 +110,7 @@ impl Evidence {
     ///
     /// The number for a difference and a fixed number of trials follows from the score test. Otherwise the width of the
     /// interval is taken as proportional to 1 / sqrt(number of trials) (normal approximation).
-    fn more_trials(&self, required: f64, confidence: f64) -> Option<u64> {
+    pub(super) fn more_trials(&self, required: f64, confidence: f64) -> Option<u64> {
         let distance = (self.observed - required).abs();
         if self.trials == 0 || distance < ROUNDING {
             return None;

@@ -6,13 +6,13 @@ use crate::store::manifest::Manifest;
 use crate::verdict::baseline::{Baseline, BaselineId, unlike};
 use crate::verdict::evidence::{Evidence, GateAnswer, Status};
 use crate::verdict::pairs::every_pair;
-use crate::verdict::standing::{DecisionTiming, PairDecision, narrowed};
+use crate::verdict::standing::PairDecision;
 use crate::verdict::trial_columns::{EpisodeEnd, TrialColumns};
 use serde::Serialize;
 use standfast_core::error::{Error, Result};
 use standfast_stats::decision::{Decision, PairVerdict, each_of};
-use standfast_stats::looks::Looks;
 use standfast_stats::mcnemar::PairedCounts;
+use standfast_stats::sequential::{looks_until, narrowed};
 use std::path::Path;
 
 /// The requirements of a campaign, and how they are decided.
@@ -22,8 +22,6 @@ pub struct Gates {
     sets: Vec<String>,
     baseline: Option<Baseline>,
     stopping: Stopping,
-    /// It is None if the number of trials is fixed.
-    looks: Option<Looks>,
 }
 
 /// A gate and its answer.
@@ -109,14 +107,12 @@ impl Gates {
                 accepted,
             ));
         }
-        let (sets, looks) = (manifest.sets.clone(), manifest.looks());
         Ok(Gates {
             spec,
             gates,
-            sets,
+            sets: manifest.sets.clone(),
             baseline,
             stopping: campaign.stopping,
-            looks,
         })
     }
 
@@ -229,9 +225,6 @@ impl Gates {
             return open;
         }
         let pairs = every_pair(self.sets.len());
-        let when = self
-            .looks
-            .map_or(DecisionTiming::AnyTime, DecisionTiming::At);
         for &pair in &pairs {
             let PairDecision {
                 a,
@@ -239,7 +232,7 @@ impl Gates {
                 counts,
                 decision: Decision { ci95, verdict, .. },
                 ..
-            } = PairDecision::of(rows, pair, pairs.len(), when, self.stopping.margin);
+            } = PairDecision::of(rows, pair, pairs.len(), true, self.stopping.margin);
             if verdict == PairVerdict::Open {
                 let pair = format!("{} - {}", self.sets[a], self.sets[b]);
                 open.push(Open {
@@ -287,9 +280,9 @@ impl Gates {
         };
         let trials = other.map_or(own.len(), |other| own.len().min(other.len())) as u64;
         let (mut evidence, counts) = (evidence_at(trials), counts_at(trials));
-        if let Some(looks) = self.looks {
-            let intervals = looks.until(trials).map(|look| evidence_at(look).interval);
-            evidence.interval = narrowed(intervals.chain([evidence.interval]));
+        if self.stopping.until_resolved {
+            evidence.interval =
+                narrowed(looks_until(trials).map(|look| evidence_at(look).interval));
         }
         let lost: Vec<usize> = (0..own.len())
             .filter(|&trial| !own[trial].has_recovered())

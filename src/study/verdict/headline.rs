@@ -118,25 +118,22 @@ mod tests {
     use super::*;
     use crate::fixtures::row;
     use crate::verdict::pairs::{DecisionRule, every_pair};
-    use crate::verdict::standing::DecisionTiming;
     use crate::verdict::trial_columns::TrialColumns;
     use standfast_sim::episode::Outcome::{Fell, Recovered};
-    use standfast_stats::looks::Looks;
 
-    fn headline(rows: &TrialColumns, when: DecisionTiming, margin: f64) -> String {
+    fn headline(rows: &TrialColumns, until_resolved: bool, margin: f64) -> String {
         let pairs = every_pair(rows.names.len());
         let pairs = PairSummary::all(
             rows,
             &pairs,
             &[],
             DecisionRule {
-                when,
+                until_resolved,
                 margin,
-                end_early: true,
             },
         );
         let sets: Vec<SetSummary> = (0..rows.names.len())
-            .map(|i| SetSummary::new(i, rows, &[], &[], true))
+            .map(|i| SetSummary::new(i, rows, &[], &[], until_resolved))
             .collect();
         of(&sets, &pairs, margin)
     }
@@ -154,7 +151,7 @@ mod tests {
             rows.push(row(trial, "b", 1.0, outcome(has_recovered)));
         }
         let rows = crate::fixtures::columns_of_rows(&rows, &["a", "b"]);
-        let told = headline(&rows, DecisionTiming::At(Looks::up_to(100)), 0.02);
+        let told = headline(&rows, true, 0.02);
         assert_eq!(
             told,
             "b recovers most often: in 85.0 % of 100 trials. It is not shown to be better than a."
@@ -222,7 +219,7 @@ mod tests {
             } else {
                 0.02
             };
-            assert_eq!(headline(&rows, DecisionTiming::Once, margin), expected);
+            assert_eq!(headline(&rows, false, margin), expected);
         }
     }
 }

@@ -1,11 +1,10 @@
 //! Draws conclusions from the trials of a campaign.
 //!
 //! A [`trial_columns`] keeps what is needed of the trials, and a [`summary`] states all conclusions. For each controller
-//! ([`set_summary`]) it says how many trials it recovered from, in which kinds of trials ([`strata`]) and how fast
-//! ([`times`]). It says how trials were lost ([`failures`], [`telling_trials`]), what the theory predicted
-//! ([`prediction`]), and whether footsteps helped ([`footsteps`]). It decides which of two controllers is better
-//! ([`standing`], [`pairs`]) and which recovers most often ([`headline`]), and it warns of what the result cannot
-//! support ([`warnings`]). The lines of a running campaign are [`so_far`].
+//! ([`set_summary`]) it says how many trials it recovered from, in which kinds of trials ([`strata`]) and how fast, and
+//! how trials were lost ([`failures`], [`telling_trials`]). It decides which of two controllers is better ([`standing`],
+//! [`pairs`]) and which recovers most often ([`headline`]), and it warns of what the result cannot support
+//! ([`warnings`]). The lines of a running campaign are [`so_far`].
 //!
 //! The requirements of a campaign are its [`gates`]. They are decided by [`evidence`], and some compare with an earlier
 //! result ([`baseline`]). Two results can be compared ([`compare`]).
@@ -14,18 +13,15 @@ pub mod baseline;
 pub mod compare;
 pub mod evidence;
 pub mod failures;
-pub mod footsteps;
 pub mod gates;
 pub mod headline;
 mod listed;
 pub mod pairs;
-pub mod prediction;
 pub mod set_summary;
 pub mod so_far;
 pub mod standing;
 pub mod strata;
 pub mod summary;
 pub mod telling_trials;
-pub mod times;
 pub mod trial_columns;
 pub mod warnings;

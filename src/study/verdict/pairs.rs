@@ -9,15 +9,14 @@
 //! difference comes first.
 
 use crate::store::manifest::Manifest;
-use crate::verdict::standing::{DecisionTiming, PairDecision};
+use crate::verdict::evidence::Evidence;
+use crate::verdict::standing::PairDecision;
 use crate::verdict::strata::Stratum;
 use crate::verdict::trial_columns::{EpisodeEnd, TrialColumns};
 use serde::Serialize;
-use standfast_stats::decision::{Decision, PairVerdict, alpha_of_each};
+use standfast_stats::decision::{ALPHA, Decision, PairVerdict, alpha_of_each, each_of};
 use standfast_stats::kappa::kappa;
-use standfast_stats::looks::Looks;
 use standfast_stats::mcnemar::PairedCounts;
-use standfast_stats::ranks::{Shift, signed_rank};
 use std::cmp::Ordering;
 
 /// Largest number of pairs that are all named in a text.
@@ -40,20 +39,17 @@ pub struct PairSummary {
     pub discordant: u64,
     /// Cohen's kappa of the two recoveries ([`kappa`]).
     pub kappa: Option<f64>,
-    /// Rate of a less rate of b over the trials that both have (a share). It is negative only if a was found better and
-    /// has recovered less often since.
+    /// Rate of a less rate of b over the trials that both have (a share). It is negative only if a was found better at
+    /// an earlier look of a campaign that ends when decided.
     pub difference: f64,
     /// Interval of the difference, at 95 % for all pairs of the result together. If the campaign could end when
-    /// decided, it is the intersection of the intervals of all looks. It does not contain 0 exactly if a is better,
-    /// even where 0 is its end.
+    /// decided, it is the intersection of the intervals of all looks. It does not contain 0 exactly if a is better.
     pub adjusted_ci95: [f64; 2],
     /// Two-sided p-value of McNemar's test times the number of pairs. It is below 0.05 exactly if a is better. It is
     /// None if the campaign could end when decided, because the test is for a number of trials that was fixed in
     /// advance.
     pub adjusted_p: Option<f64>,
     pub verdict: PairVerdict,
-    /// The number of trials at the look at which a was found better, if the campaign could end when decided.
-    pub better_after: Option<u64>,
     /// The verdict in sentences.
     pub words: String,
     /// About how many further trials would show the difference, if it is as large as observed. If the campaign ends
@@ -63,13 +59,6 @@ pub struct PairSummary {
     /// The first trials from which only a recovered, and the first trials from which only b recovered.
     pub first_only_a: Vec<u64>,
     pub first_only_b: Vec<u64>,
-    /// Time to standing (s), a less b, over the trials from which both recovered.
-    pub settling_s: Option<Shift>,
-    /// Time until the COM is home to stay (s), a less b, over the trials in which it came home with both controllers.
-    /// It is None for episodes that end early.
-    pub homing_s: Option<Shift>,
-    /// Number of finished footsteps, a less b, over the trials from which both recovered.
-    pub footsteps: Option<Shift>,
     pub strata: Vec<PairStratum>,
 }
 
@@ -108,23 +97,18 @@ impl PairStratum {
 /// How a campaign decides between two controllers.
 #[derive(Debug, Clone, Copy)]
 pub struct DecisionRule {
-    pub when: DecisionTiming,
+    /// Whether the campaign ends when decided, or has a fixed number of trials.
+    pub until_resolved: bool,
     /// Difference (a share) below which two controllers are the same.
     pub margin: f64,
-    /// Whether episodes ended as soon as the robot had settled or fallen. Then the homing time is not known.
-    pub end_early: bool,
 }
 
 impl DecisionRule {
     pub fn of(manifest: &Manifest) -> Self {
         let campaign = &manifest.campaign;
-        let when = manifest
-            .looks()
-            .map_or(DecisionTiming::Once, DecisionTiming::At);
         Self {
-            when,
+            until_resolved: campaign.stopping.until_resolved,
             margin: campaign.stopping.margin,
-            end_early: campaign.episode.end_early,
         }
     }
 }
@@ -152,18 +136,16 @@ impl PairSummary {
         strata: &[Stratum],
         pairs: usize,
         DecisionRule {
-            when,
+            until_resolved,
             margin,
-            end_early,
         }: DecisionRule,
     ) -> Self {
-        let standing = PairDecision::of(rows, sets, pairs, when, margin);
+        let standing = PairDecision::of(rows, sets, pairs, until_resolved, margin);
         let PairDecision {
             a,
             b,
             counts,
             decision: Decision { ci95, p, verdict },
-            better_after,
         } = standing;
         let first = |wins: usize, loses: usize| {
             (0..)
@@ -173,22 +155,15 @@ impl PairSummary {
                 .map(|(trial, _)| trial)
                 .collect()
         };
-        let shift = |get: &dyn Fn(&EpisodeEnd) -> Option<f64>| {
-            let both = rows
-                .common(a, b)
-                .filter(|(a, b)| a.has_recovered() && b.has_recovered());
-            let differences = both.filter_map(|(a, b)| Some(get(a)? - get(b)?));
-            signed_rank(&differences.collect::<Vec<_>>())
-        };
-        let alpha = alpha_of_each(pairs);
-        let more_trials = match when {
-            _ if verdict != PairVerdict::Open => None,
-            DecisionTiming::At(looks) => {
-                trials_to_resolve(&counts, looks, alpha).map(|trials| trials - counts.trials())
+        let more_trials = match (verdict, until_resolved) {
+            (PairVerdict::Open, true) => {
+                let level = each_of(pairs, 1.0 - ALPHA);
+                Evidence::difference(&counts, level, true).more_trials(0.0, level)
             }
-            DecisionTiming::Once | DecisionTiming::AnyTime => {
-                counts.trials_to_resolve(0.0, POWER, alpha)
+            (PairVerdict::Open, false) => {
+                counts.trials_to_resolve(0.0, POWER, alpha_of_each(pairs))
             }
+            _ => None,
         };
         let mut pair = Self {
             a: rows.names[a].clone(),
@@ -200,18 +175,10 @@ impl PairSummary {
             adjusted_ci95: ci95,
             adjusted_p: p,
             verdict,
-            better_after,
             words: String::new(),
             more_trials,
             first_only_a: first(a, b),
             first_only_b: first(b, a),
-            settling_s: shift(&EpisodeEnd::settling_s),
-            homing_s: if end_early {
-                None
-            } else {
-                shift(&EpisodeEnd::homing_s)
-            },
-            footsteps: shift(&|ended| Some(ended.footsteps.into())),
             strata: strata
                 .iter()
                 .map(|stratum| PairStratum::new(rows, (a, b), stratum))
@@ -226,10 +193,6 @@ impl PairSummary {
         let p = self
             .adjusted_p
             .map_or(String::new(), |p| format!(", {}", p_value(p)));
-        let least = match self.verdict {
-            PairVerdict::Better if self.adjusted_ci95[0] == 0.0 => "above 0".into(),
-            _ => least,
-        };
         let interval = format!("({least} to {most}{p})");
         let difference = points(self.difference);
         let seen = match self.difference {
@@ -238,13 +201,10 @@ impl PairSummary {
         };
         match (self.verdict, self.more_trials) {
             (PairVerdict::Better, _) if self.difference <= 0.0 => {
-                let (after, all) = (self.better_after.unwrap_or_default(), self.counts.trials());
-                let since = match self.difference {
-                    0.0 => "no difference".into(),
-                    less => format!("{a} {} points behind", points(-less)),
-                };
                 format!(
-                    "{a} was found better than {b} after {after} trials, which stands; all {all} trials show {since}."
+                    "{a} was found better than {b} by earlier trials {interval}, which stands; over all trials it recovered \
+                     {} points less often.",
+                    points(-self.difference)
                 )
             }
             (PairVerdict::Better, _) => {
@@ -284,27 +244,6 @@ pub(super) fn points(share: f64) -> String {
 /// The order of two pairs, each given by its verdict and its difference (a share).
 pub fn by_verdict(x: (PairVerdict, f64), y: (PairVerdict, f64)) -> Ordering {
     x.0.cmp(&y.0).then(y.1.total_cmp(&x.1))
-}
-
-/// The first look by which the exact test finds the difference with a chance of about [`POWER`], if the rates are as
-/// observed. The estimate supposes a single test at that look, with all the error that may be spent by then. It is None
-/// if no difference was observed.
-fn trials_to_resolve(counts: &PairedCounts, looks: Looks, alpha: f64) -> Option<u64> {
-    if counts.only_a == counts.only_b {
-        return None;
-    }
-    let mut look = counts.trials();
-    loop {
-        look = if look < u64::MAX / 2 {
-            looks.after(look)
-        } else {
-            u64::MAX
-        };
-        let trials = counts.trials_to_resolve(0.0, POWER, alpha * looks.spent(look));
-        if look == u64::MAX || trials.is_some_and(|trials| trials <= look) {
-            return Some(look);
-        }
-    }
 }
 
 /// The numbers of the controllers that recover most often, in the order of `rates` (shares). Controllers may have
@@ -360,21 +299,18 @@ pub fn every_pair(sets: usize) -> Vec<(usize, usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixtures::{row, rows};
+    use crate::fixtures::row;
     use standfast_sim::episode::Outcome::{self, Fell, Recovered, TimedOut};
 
     const AT_ONCE: DecisionRule = DecisionRule {
-        when: DecisionTiming::Once,
+        until_resolved: false,
         margin: 0.02,
-        end_early: true,
     };
 
-    fn at_looks(planned: u64) -> DecisionRule {
-        DecisionRule {
-            when: DecisionTiming::At(Looks::up_to(planned)),
-            ..AT_ONCE
-        }
-    }
+    const UNTIL_RESOLVED: DecisionRule = DecisionRule {
+        until_resolved: true,
+        ..AT_ONCE
+    };
 
     /// The pair of the controllers "a" and "b".
     fn pair(outcomes: &[[Outcome; 2]], deciding: DecisionRule) -> PairSummary {
@@ -495,55 +431,27 @@ mod tests {
     #[test]
     fn at_every_look_more_is_asked_for_than_once() {
         use PairVerdict::{Better, Open};
-        for (trials, [only_a, only_b], deciding, verdict, better_after, words) in [
+        for (trials, [only_a, only_b], deciding, verdict, words) in [
             (
                 100,
                 [9, 1],
                 AT_ONCE,
                 Better,
-                None,
                 "a is better than b by 8.0 points (",
             ),
-            (
-                100,
-                [9, 1],
-                at_looks(1000),
-                Open,
-                None,
-                "a and b: not resolved. ",
-            ),
+            (100, [9, 1], UNTIL_RESOLVED, Open, "a and b: not resolved. "),
             (
                 100,
                 [18, 1],
-                at_looks(1000),
+                UNTIL_RESOLVED,
                 Better,
-                Some(75),
                 "a is better than b by 17.0 points (4.2 to 31.9).",
-            ),
-            // By betting alone it would not be better.
-            (
-                100,
-                [12, 2],
-                at_looks(100),
-                Better,
-                Some(75),
-                "a is better than b by 10.0 points (above 0 to ",
-            ),
-            // Trials after the last look do not count yet.
-            (
-                74,
-                [18, 1],
-                at_looks(1000),
-                Open,
-                None,
-                "a and b: not resolved. ",
             ),
             (
                 500,
                 [12, 8],
-                at_looks(1000),
+                UNTIL_RESOLVED,
                 Open,
-                None,
                 "a and b: not resolved. a recovered 4.0 points more often (",
             ),
         ] {
@@ -555,55 +463,28 @@ mod tests {
                 })
                 .collect();
             let found = pair(&outcomes, deciding);
-            assert_eq!(
-                (found.verdict, found.better_after),
-                (verdict, better_after),
-                "{}",
-                found.words
-            );
+            assert_eq!(found.verdict, verdict, "{}", found.words);
             assert!(found.words.starts_with(words), "{}", found.words);
-            let more = (trials == 500).then_some(750);
-            assert!(
-                more.is_none()
-                    || found.more_trials == more
-                        && found
-                            .words
-                            .ends_with("about 750 more trials would show it.")
-            );
+            if trials == 500 {
+                let more = found.more_trials.unwrap();
+                assert!((500..3000).contains(&more), "{more}");
+                let told = format!("about {} more trials would show it.", rounded(more));
+                assert!(found.words.ends_with(&told), "{}", found.words);
+            }
         }
     }
 
-    /// A verdict stays once it is reached, and the words do not claim that a controller that is behind recovers more
-    /// often.
+    /// The words do not claim that a controller that is behind recovers more often.
     #[test]
-    fn a_set_that_was_found_better_stays_so_and_it_is_said_if_it_falls_behind() {
-        let at_first = pair(&in_turn(0, 25, 0), at_looks(200)).adjusted_ci95;
-        for (only_b, difference, words) in [
-            (0, 1.0, "a is better than b by 100.0 points ("),
-            (
-                25,
-                0.0,
-                "a was found better than b after 25 trials, which stands; all 50 trials show no difference.",
-            ),
-            (
-                175,
-                -0.75,
-                "a was found better than b after 25 trials, which stands; all 200 trials show a 75.0 points behind.",
-            ),
-        ] {
-            let found = pair(&in_turn(0, 25, only_b), at_looks(200));
-            assert_eq!(
-                (&found.a[..], found.verdict, found.better_after),
-                ("a", PairVerdict::Better, Some(25))
-            );
-            assert_eq!((found.difference, found.more_trials), (difference, None));
-            assert!(found.words.starts_with(words), "{}", found.words);
-            // If intervals exclude each other, the first one counts.
-            assert!(
-                only_b != 175 || found.adjusted_ci95 == at_first,
-                "{found:?}"
-            );
-        }
+    fn it_is_said_if_a_controller_that_was_found_better_falls_behind() {
+        let found = pair(&in_turn(0, 25, 75), UNTIL_RESOLVED);
+        assert_eq!((&found.a[..], found.difference), ("a", -0.5));
+        let told = &found.words;
+        assert!(
+            told.starts_with("a was found better than b by earlier trials (")
+                && told.ends_with("over all trials it recovered 50.0 points less often."),
+            "{told}"
+        );
     }
 
     #[test]
@@ -663,38 +544,5 @@ mod tests {
             "{open:?}"
         );
         assert_eq!(open.adjusted_p, Some(3.0 * open.counts.mcnemar_p()));
-    }
-
-    #[test]
-    fn times_are_compared_trial_by_trial_where_both_recover() {
-        let mut rows = rows(&[vec![[Recovered; 2]; 12], vec![[Recovered, Fell]]].concat());
-        for row in rows.iter_mut().filter(|row| row.set == "b") {
-            row.record.settled_at_s = row
-                .record
-                .settled_at_s
-                .map(|s| s + 0.1 + 0.001 * row.trial as f64);
-            row.record.footsteps.count = 1;
-        }
-        let pair = PairSummary::all(
-            &crate::fixtures::columns_of_rows(&rows, &["a", "b"]),
-            &[(0, 1)],
-            &[],
-            AT_ONCE,
-        )
-        .remove(0);
-        let (settling, footsteps) = (pair.settling_s.unwrap(), pair.footsteps.unwrap());
-        assert_eq!(
-            (
-                settling.pairs,
-                footsteps.pairs,
-                footsteps.median,
-                pair.homing_s
-            ),
-            (12, 12, -1.0, None)
-        );
-        assert!(
-            (settling.median + 0.1055).abs() < 1e-9 && settling.p < 0.001,
-            "{settling:?}"
-        );
     }
 }

@@ -1,16 +1,15 @@
 //! Sums up the trials of one controller: from how many it recovered, by impulse, and how it lost the others.
 
 use crate::verdict::failures::{Failures, FallCause};
-use crate::verdict::footsteps::ByFootsteps;
-use crate::verdict::prediction::Prediction;
 use crate::verdict::strata::Stratum;
 use crate::verdict::telling_trials::TellingTrial;
-use crate::verdict::times::Times;
-use crate::verdict::trial_columns::{Counted, EpisodeEnd, TrialColumns, success_count};
+use crate::verdict::trial_columns::{
+    Counted, EpisodeEnd, TrialColumns, success_count, success_count_of,
+};
 use serde::Serialize;
 use standfast_sim::episode::Outcome;
 use standfast_stats::curve::{NoCurve, Pushes, SuccessCurve};
-use standfast_stats::rate::SuccessCount;
+use standfast_stats::rate::{SuccessCount, median};
 
 /// Largest number of trials to which a curve is fitted as they are. With more trials, the impulses are rounded.
 const MANY: usize = 2500;
@@ -35,13 +34,17 @@ pub struct SetSummary {
     /// not.
     pub run_twice: u64,
     pub not_repeated: u64,
-    /// Times over the trials from which this controller recovered.
-    #[serde(flatten)]
-    pub times: Times,
-    /// How well the CPI sets predicted the outcomes. It is None for a controller without feedback gains.
-    pub foretold: Option<Prediction>,
-    /// Outcomes by number of footsteps. It is None for a controller that took no footstep.
-    pub stepped: Option<ByFootsteps>,
+    /// Median time from the end of the last push until the robot stands, which means that the COM is slow and inside of
+    /// the support (s), over the trials from which this controller recovered.
+    pub median_settling_s: Option<f64>,
+    /// Median time until the COM is home to stay (s). A trial in which it does not come home counts as later than all
+    /// others. It is None if the median is such a trial, and for episodes that end early.
+    pub median_homing_s: Option<f64>,
+    /// Number of recovered trials in which the COM was home at the horizon. It is None for episodes that end early.
+    pub home: Option<u64>,
+    /// Outcomes of the trials with no footstep begun, with one, with two, and with three or more. It is None for a
+    /// controller that took no footstep.
+    pub by_footsteps: Option<[SuccessCount; 4]>,
     /// How trials were lost.
     pub failures: Failures,
     pub fall_causes: Vec<FallCause>,
@@ -162,15 +165,19 @@ pub struct ImpulseBin {
 
 impl SetSummary {
     /// Sums up controller number `set`. `bins` are the edges of bins of impulse (N s), and `strata` are the strata of
-    /// the campaign. `end_early` is as for [`Times::of`].
+    /// the campaign. If the campaign ends when decided (`until_resolved`), the interval of the rate holds at any time.
     pub(super) fn new(
         set: usize,
         all: &TrialColumns,
         bins: &[f64],
         strata: &[Stratum],
-        end_early: bool,
+        until_resolved: bool,
     ) -> Self {
         let (name, trials) = (&all.names[set], all.of(set));
+        let of_all = |count: u64| match SuccessCount::new(count, trials.len() as u64) {
+            count if until_resolved => count.at_any_time(),
+            count => count,
+        };
         let Counted {
             failures,
             fall_causes,
@@ -188,6 +195,16 @@ impl SetSummary {
             .map(with)
             .iter()
             .sum();
+        let recovered: Vec<&EpisodeEnd> = trials
+            .iter()
+            .filter(|ended| ended.has_recovered())
+            .collect();
+        let settling = recovered.iter().filter_map(|ended| ended.settling_s());
+        let homing = || recovered.iter().map(|ended| ended.homing_s());
+        let begun = |ended: &EpisodeEnd| ended.footsteps as usize + usize::from(ended.in_swing);
+        let steps = trials.iter().any(|ended| begun(ended) > 0);
+        let by_footsteps =
+            [0, 1, 2, 3].map(|n| success_count_of(trials, |ended| begun(ended).min(3) == n));
         let mut by_impulse = Vec::new();
         for bin in bins.windows(2) {
             let (from_n_s, to_n_s) = (bin[0], bin[1]);
@@ -222,8 +239,8 @@ impl SetSummary {
         Self {
             name: name.clone(),
             origin: SetOrigin::own(name),
-            count: success_count(trials),
-            survived: SuccessCount::new(survived, trials.len() as u64),
+            count: of_all(recovered.len() as u64),
+            survived: of_all(survived),
             fell: with(Outcome::Fell),
             diverged: with(Outcome::Diverged),
             failed: with(Outcome::Failed),
@@ -231,9 +248,13 @@ impl SetSummary {
             moving_at_push: *moving_at_push,
             run_twice: *run_twice,
             not_repeated: *not_repeated,
-            times: Times::of(trials.iter(), end_early),
-            foretold: Prediction::new(trials),
-            stepped: ByFootsteps::new(trials),
+            median_settling_s: median(settling.collect()),
+            median_homing_s: (!all.end_early)
+                .then(|| median(homing().map(|s| s.unwrap_or(f64::INFINITY)).collect()))
+                .flatten()
+                .filter(|s| s.is_finite()),
+            home: (!all.end_early).then(|| homing().flatten().count() as u64),
+            by_footsteps: steps.then_some(by_footsteps),
             fall_causes: FallCause::most_frequent_first(fall_causes),
             by_impulse,
             curve,
@@ -272,6 +293,60 @@ pub(super) fn bin_edges(values: impl Iterator<Item = f64>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fixtures::{Changed as _, columns_of_rows, row, rows};
+    use crate::store::row::TrialRow;
+    use standfast_core::robot::Foot::{Left, Right};
+    use standfast_sim::episode::Outcome::{Fell, Recovered};
+
+    fn summed_up(rows: &[TrialRow], end_early: bool) -> SetSummary {
+        let mut columns = columns_of_rows(rows, &["a"]);
+        columns.end_early = end_early;
+        SetSummary::new(0, &columns, &[], &[], false)
+    }
+
+    #[test]
+    fn a_trial_that_never_gets_home_is_the_latest() {
+        let mut rows = rows(&[[Recovered, Recovered]; 3]);
+        let home = |rows: &[TrialRow]| {
+            let told = summed_up(rows, false);
+            (told.home, told.median_homing_s)
+        };
+        rows[0].record.home_at_s = None;
+        let (count, median_s) = home(&rows);
+        assert!(count == Some(2) && (median_s.unwrap() - (1.75 - 0.55)).abs() < 1e-12);
+        assert_eq!(summed_up(&rows, true).home, None);
+        rows[2].record.home_at_s = None;
+        assert_eq!(home(&rows), (Some(1), None));
+    }
+
+    #[test]
+    fn trials_are_counted_by_footsteps() {
+        let rows: Vec<TrialRow> = [
+            (Recovered, 0, None),
+            (Fell, 0, None),
+            (Fell, 0, Some(Left)),
+            (Recovered, 1, None),
+            (Fell, 2, None),
+            (Fell, 4, Some(Right)),
+        ]
+        .into_iter()
+        .zip(0..)
+        .map(|((outcome, footsteps, in_the_air), trial)| {
+            row(trial, "a", 3.0, outcome).with(|row| {
+                row.record.footsteps.count = footsteps;
+                row.record.footsteps.unfinished_footstep = in_the_air;
+            })
+        })
+        .collect();
+        let counts = summed_up(&rows, true).by_footsteps.unwrap();
+        let counts = counts.map(|count| (count.recovered, count.trials));
+        assert_eq!(counts, [(1, 2), (1, 2), (0, 1), (0, 1)]);
+        assert_eq!(
+            summed_up(&rows[..2], true).by_footsteps,
+            None,
+            "a controller that only stands"
+        );
+    }
 
     #[test]
     fn bins_are_round_and_hold_every_value() {

@@ -7,10 +7,6 @@ use crate::verdict::standing::PairDecision;
 use standfast_stats::decision::PairVerdict;
 use standfast_stats::mcnemar::PairedCounts;
 use standfast_stats::rate::SuccessCount;
-use standfast_stats::sequential::rate_interval;
-
-/// Level of the interval of a rate.
-const LEVEL: f64 = 0.95;
 
 /// Counts of the finished trials. The time to add a part does not grow with the number of parts before it.
 pub struct SuccessTally {
@@ -89,10 +85,7 @@ impl SoFar {
         let SuccessTally { names, trials, .. } = tally;
         let mut sets = Vec::new();
         for (name, &[trials, recovered]) in names.iter().zip(&tally.sets) {
-            let count = SuccessCount {
-                ci95: rate_interval(recovered, trials, LEVEL),
-                ..SuccessCount::new(recovered, trials)
-            };
+            let count = SuccessCount::new(recovered, trials).at_any_time();
             sets.push((name.clone(), count));
         }
         let every = every_pair(sets.len());

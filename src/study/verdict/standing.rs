@@ -1,26 +1,10 @@
 //! Decides between two controllers on the same trials. The lines of a running campaign, its end and its result all use
 //! this same decision.
-//!
-//! A betting interval contains the truth at all looks together with its confidence. So does the intersection of the
-//! intervals of all looks, from which the verdicts are taken. A question that is decided at one look stays decided,
-//! even if more trials are run because another question is still open.
 
 use crate::verdict::trial_columns::TrialColumns;
-use standfast_stats::decision::{ALPHA, Decision, alpha_of_each, each_of};
-use standfast_stats::looks::Looks;
+use standfast_stats::decision::{ALPHA, Decision, each_of};
 use standfast_stats::mcnemar::PairedCounts;
-use standfast_stats::sign_test::first_decision;
-
-/// The times at which a campaign may decide that one controller is better.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum DecisionTiming {
-    /// Once, after a number of trials that was fixed in advance.
-    Once,
-    /// At any time and any number of times, by intervals alone.
-    AnyTime,
-    /// At each of these looks, by the exact test.
-    At(Looks),
-}
+use standfast_stats::sequential::{looks_until, narrowed};
 
 /// Two controllers on the trials that both have. Controller a is the better one. If neither is known to be better, a is
 /// the one that recovers more often, or the first of two that recover equally often.
@@ -31,34 +15,37 @@ pub struct PairDecision {
     pub b: usize,
     pub counts: PairedCounts,
     pub decision: Decision,
-    /// The number of trials at the look at which a was found better. Later trials may contradict this, and then the
-    /// difference is not positive.
-    pub better_after: Option<u64>,
 }
 
 impl PairDecision {
-    /// Compares two controllers, given by their numbers, as one of `pairs` pairs. Controllers that differ by less than
-    /// `margin` (a share) are the same.
+    /// Compares two controllers, given by their numbers, as one of `pairs` pairs. The campaign ends when decided
+    /// (`until_resolved`), or has a fixed number of trials. Controllers that differ by less than `margin` (a share) are
+    /// the same.
     pub fn of(
         rows: &TrialColumns,
         sets: (usize, usize),
         pairs: usize,
-        when: DecisionTiming,
+        until_resolved: bool,
         margin: f64,
     ) -> Self {
-        let next = |trials: u64| match when {
-            DecisionTiming::At(looks) => looks.after(trials),
-            DecisionTiming::Once | DecisionTiming::AnyTime => u64::MAX,
+        let mut ends = rows.common(sets.0, sets.1);
+        let trials = rows.common(sets.0, sets.1).count() as u64;
+        let mut counts = PairedCounts::default();
+        let mut count_up_to = |look: u64| {
+            let more = ends.by_ref().take((look - counts.trials()) as usize);
+            more.for_each(|(a, b)| counts.add(a.has_recovered(), b.has_recovered()));
+            counts
         };
-        let (mut counts, mut at_looks, mut look) = (PairedCounts::default(), Vec::new(), next(0));
-        for (a, b) in rows.common(sets.0, sets.1) {
-            counts.add(a.has_recovered(), b.has_recovered());
-            if counts.trials() == look {
-                at_looks.push(counts);
-                look = next(look);
-            }
+        if !until_resolved {
+            let counts = count_up_to(trials);
+            let a_is_first = counts.only_a >= counts.only_b;
+            return Self::ordered(sets, counts, a_is_first, |counts| {
+                Decision::once(counts, pairs, margin)
+            });
         }
-        Self::new(sets, counts, &at_looks, pairs, when, margin)
+        let intervals = looks_until(trials).map(|look| betting(&count_up_to(look), pairs));
+        let interval = narrowed(intervals);
+        Self::by_interval(sets, counts, interval, margin)
     }
 
     /// Compares two controllers at any time, from counts of trials in any order.
@@ -68,59 +55,51 @@ impl PairDecision {
         pairs: usize,
         margin: f64,
     ) -> Self {
-        Self::new(sets, counts, &[], pairs, DecisionTiming::AnyTime, margin)
+        Self::by_interval(sets, counts, betting(&counts, pairs), margin)
     }
 
-    fn new(
-        (a, b): (usize, usize),
+    fn by_interval(
+        sets: (usize, usize),
         counts: PairedCounts,
-        at_looks: &[PairedCounts],
-        pairs: usize,
-        when: DecisionTiming,
+        [least, most]: [f64; 2],
         margin: f64,
     ) -> Self {
-        let winner = match when {
-            DecisionTiming::At(looks) => first_decision(at_looks, looks, alpha_of_each(pairs)),
-            DecisionTiming::Once | DecisionTiming::AnyTime => None,
+        // Later trials may contradict what an earlier look has decided.
+        let is_tied_or_ahead = counts.only_a >= counts.only_b;
+        let a_is_first = least > 0.0 || (is_tied_or_ahead && most >= 0.0);
+        let interval = if a_is_first {
+            [least, most]
+        } else {
+            [0.0 - most, 0.0 - least]
         };
-        let a_is_first = winner.map_or(counts.only_a >= counts.only_b, |winner| winner.is_a);
-        let ordered = |counts: PairedCounts| if a_is_first { counts } else { counts.swapped() };
-        let (a, b) = if a_is_first { (a, b) } else { (b, a) };
-        let betting =
-            |counts: &PairedCounts| ordered(*counts).interval(each_of(pairs, 1.0 - ALPHA), true);
-        let decision = match when {
-            DecisionTiming::Once => Decision::once(&ordered(counts), pairs, margin),
-            DecisionTiming::AnyTime => Decision::by_interval(betting(&counts), margin),
-            DecisionTiming::At(_) => Decision::at_looks(
-                narrowed(at_looks.iter().chain([&counts]).map(betting)),
-                winner.is_some(),
-                margin,
-            ),
+        Self::ordered(sets, counts, a_is_first, |_| {
+            Decision::at_any_time(interval, margin)
+        })
+    }
+
+    fn ordered(
+        (a, b): (usize, usize),
+        counts: PairedCounts,
+        a_is_first: bool,
+        decide: impl Fn(&PairedCounts) -> Decision,
+    ) -> Self {
+        let (a, b, counts) = if a_is_first {
+            (a, b, counts)
+        } else {
+            (b, a, counts.swapped())
         };
         Self {
             a,
             b,
-            counts: ordered(counts),
-            decision,
-            better_after: winner.map(|winner| winner.trials),
+            counts,
+            decision: decide(&counts),
         }
     }
 }
 
-/// The intersection of the intervals of all looks, in their order. An interval that does not overlap the intersection
-/// of the earlier ones is left out: at least one interval then misses the truth, and it cannot be known which one.
-pub fn narrowed(intervals: impl IntoIterator<Item = [f64; 2]>) -> [f64; 2] {
-    intervals.into_iter().fold(
-        [f64::NEG_INFINITY, f64::INFINITY],
-        |[low, high], [least, most]| {
-            let common = [low.max(least), high.min(most)];
-            if common[0] <= common[1] {
-                common
-            } else {
-                [low, high]
-            }
-        },
-    )
+/// The interval of the difference of one of `pairs` pairs that holds at any time, at 95 % for all pairs together.
+fn betting(counts: &PairedCounts, pairs: usize) -> [f64; 2] {
+    counts.interval(each_of(pairs, 1.0 - ALPHA), true)
 }
 
 #[cfg(test)]
@@ -129,31 +108,32 @@ mod tests {
     use standfast_sim::episode::Outcome::{self, Fell, Recovered};
     use standfast_stats::decision::PairVerdict;
 
+    fn decided(outcomes: &[[Outcome; 2]]) -> PairDecision {
+        let rows = crate::fixtures::columns_of_outcomes(outcomes);
+        PairDecision::of(&rows, (0, 1), 1, true, 0.05)
+    }
+
     /// A look at 300 trials decides the pair. The later trials alone would leave it open.
     #[test]
-    fn sets_that_were_found_to_be_the_same_stay_so() {
+    fn what_a_look_has_decided_stays_decided() {
         let mut outcomes = vec![[Recovered; 2]; 300];
-        let verdict = |outcomes: &[[Outcome; 2]]| {
-            let rows = crate::fixtures::columns_of_outcomes(outcomes);
-            PairDecision::of(
-                &rows,
-                (0, 1),
-                1,
-                DecisionTiming::At(Looks::up_to(100)),
-                0.05,
-            )
-            .decision
-            .verdict
-        };
+        let verdict = |outcomes: &[[Outcome; 2]]| decided(outcomes).decision.verdict;
         assert_eq!(verdict(&outcomes), PairVerdict::Same);
         outcomes.extend([[Recovered, Fell], [Fell, Recovered]].repeat(50));
         assert_eq!(verdict(&outcomes), PairVerdict::Same);
         assert_eq!(verdict(&outcomes[300..]), PairVerdict::Open);
     }
 
+    /// The second controller is better by the first trials, and stays so although it falls behind.
     #[test]
-    fn what_a_look_has_left_out_stays_out() {
-        assert_eq!(narrowed([[-0.2, 0.4], [0.1, 0.5], [-0.1, 0.3]]), [0.1, 0.3]);
-        assert_eq!(narrowed([[0.1, 0.5], [-0.2, 0.0], [0.2, 0.6]]), [0.2, 0.5]);
+    fn a_controller_that_was_found_better_stays_so() {
+        let early = vec![[Fell, Recovered]; 25];
+        for late in [0, 25, 75] {
+            let all = [early.clone(), vec![[Recovered, Fell]; late]].concat();
+            let found = decided(&all);
+            assert_eq!((found.a, found.b, found.counts.only_b), (1, 0, late as u64));
+            let Decision { ci95, p, verdict } = found.decision;
+            assert!(ci95[0] > 0.0 && p.is_none() && verdict == PairVerdict::Better);
+        }
     }
 }

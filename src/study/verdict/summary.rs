@@ -12,9 +12,7 @@ use crate::verdict::headline;
 use crate::verdict::listed::listed;
 use crate::verdict::pairs::{DecisionRule, PairSummary, every_pair};
 use crate::verdict::set_summary::{SetSummary, bin_edges};
-use crate::verdict::standing::DecisionTiming;
 use crate::verdict::strata::strata;
-use crate::verdict::times::CommonSurvivors;
 use crate::verdict::trial_columns::TrialColumns;
 use crate::verdict::warnings;
 use serde::Serialize;
@@ -46,9 +44,6 @@ pub struct Summary {
     /// The largest number of trials that was asked for. It is larger than `trials` if the campaign ended earlier
     /// because it was decided.
     pub most_trials: u64,
-    /// The number of trials that was asked for when the campaign was begun. If the campaign could end when decided, its
-    /// looks follow from this number.
-    pub planned_trials: u64,
     /// Sentences that say which controllers stopped before the others, and why. It is None if all have the same number
     /// of trials.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -68,8 +63,6 @@ pub struct Summary {
     /// The controller of which all others are variants, if there is one. Its pairs come first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
-    /// Times over the trials from which every controller recovered, which can be compared between controllers.
-    pub common_survivors: CommonSurvivors,
     /// Every pair of controllers, compared trial by trial, ordered by verdict. In a comparison of two results each pair
     /// has one controller of each result.
     pub pairs: Vec<PairSummary>,
@@ -95,7 +88,7 @@ impl Summary {
         let bins = bin_edges(rows.drawn.impulse_n_s.iter().flatten());
         let (trials, strata) = (rows.trials(), strata(&rows.drawn));
         let sets: Vec<SetSummary> = (0..manifest.sets.len())
-            .map(|i| SetSummary::new(i, rows, &bins, &strata, deciding.end_early))
+            .map(|i| SetSummary::new(i, rows, &bins, &strata, deciding.until_resolved))
             .collect();
         let mut pairs = PairSummary::all(rows, pairs, &strata, deciding);
         let reference = manifest.reference().map(String::from);
@@ -120,7 +113,6 @@ impl Summary {
             robot: campaign.robot.clone(),
             trials,
             most_trials: campaign.trials,
-            planned_trials: manifest.planned_trials,
             stopped: stopped(&sets, trials),
             stopping: campaign.stopping,
             seed: campaign.seed,
@@ -130,14 +122,12 @@ impl Summary {
             second_push: campaign.second_push,
             variations: campaign.variations,
             units: campaign.units,
-            interval: if deciding.when == DecisionTiming::Once {
-                INTERVAL
-            } else {
-                SEQUENTIAL_INTERVAL
+            interval: match deciding.until_resolved {
+                true => SEQUENTIAL_INTERVAL,
+                false => INTERVAL,
             },
             sets,
             reference,
-            common_survivors: CommonSurvivors::new(rows, deciding.end_early),
             pairs,
             gates: gates.judged(rows),
             baseline: gates.baseline(),
@@ -228,14 +218,10 @@ const INTERVAL: &str = "All intervals are at 95 %. Those of the differences of p
                         fewer than 5 trials recovered or fewer than 5 did not; differences by kind of trial have \
                         Tango's; gates have Clopper and Pearson's on rates and Tango's on differences.";
 /// Explains the intervals of a campaign that could end when decided.
-const SEQUENTIAL_INTERVAL: &str = "All intervals are at 95 %. Those of the differences of pairs, and of gates, are \
-                                   what betting confidence sequences leave of them at all looks together: they hold \
-                                   however often one looks, for all pairs and for all gates together. Which controller of a \
-                                   pair is better is decided by an exact test at planned looks; the interval of a better \
-                                   one is cut off at 0, which does not belong to it, and any other is widened to touch \
-                                   0. The others hold each for itself, and as for a fixed count of trials: \
-                                   rates have Wilson's, or Clopper and Pearson's where fewer than 5 trials recovered or \
-                                   fewer than 5 did not; differences by kind of trial have Tango's.";
+const SEQUENTIAL_INTERVAL: &str = "All intervals are at 95 %. Those of rates, of the differences of pairs, and of gates \
+                                   are betting confidence sequences: they hold however often one looks, those of \
+                                   pairs for all pairs together and those of gates for all gates together. Curves and \
+                                   kinds of trial have intervals as for a fixed count of trials.";
 
 #[cfg(test)]
 pub(crate) mod tests {
@@ -289,7 +275,6 @@ pub(crate) mod tests {
                 .iter()
                 .all(|telling| telling.trial < 25)
         );
-        assert!(summary.common_survivors.trials <= 5);
         let stopped = summary.stopped.clone().unwrap();
         assert!(
             stopped.starts_with("One controller stopped before the others, because "),

@@ -1,7 +1,7 @@
 //! Keeps what verdicts need of the rows of a campaign, in little memory. Rows are added part by part, and are not kept
 //! themselves.
 //!
-//! A trial with a controller takes 40 bytes, and the drawn quantities of the trial take 8 bytes for each quantity that
+//! A trial with a controller takes 32 bytes, and the drawn quantities of the trial take 8 bytes for each quantity that
 //! varies. A million trials of two controllers are about 100 MB; as rows they were 1.5 GB.
 //!
 //! A campaign that ends when decided stops a controller once all questions about this controller are decided. So
@@ -9,7 +9,7 @@
 
 use crate::store::row::{Repeats, TrialRow};
 use crate::verdict::failures::{Failures, FallCause};
-use standfast_sim::episode::{EpisodeConfig, Membership, Outcome};
+use standfast_sim::episode::{EpisodeConfig, Outcome};
 use standfast_stats::rate::SuccessCount;
 
 /// The trials of a campaign by controller. The place of a trial is its number.
@@ -18,6 +18,8 @@ pub struct TrialColumns {
     /// Names of the controllers, in the order of the campaign.
     pub names: Vec<String>,
     pub drawn: TrialConditions,
+    /// Whether episodes ended as soon as the robot had settled or fallen. Then times to home are not known.
+    pub end_early: bool,
     sets: Vec<OfSet>,
     /// Speed above which a COM is in motion when the push begins (m/s).
     standing_com_speed_m_s: f64,
@@ -50,13 +52,9 @@ pub struct EpisodeEnd {
     impulse_over_m_omega_d: f64,
     settling_s: f64,
     homing_s: f64,
-    promise_margin: f64,
     /// Number of completed footsteps.
     pub footsteps: u32,
     pub outcome: Outcome,
-    pub set_after_push: Option<Membership>,
-    /// Whether the estimated state was inside of the CPI set at the end of the push.
-    pub is_inside_est: bool,
     /// Whether a foot was in the air at the fall or at the end.
     pub in_swing: bool,
 }
@@ -90,6 +88,7 @@ impl TrialColumns {
         Self {
             names: names.to_vec(),
             drawn: TrialConditions::default(),
+            end_early: episode.end_early,
             sets,
             standing_com_speed_m_s,
         }
@@ -161,18 +160,8 @@ impl EpisodeEnd {
             impulse_over_m_omega_d: or_nan(row.impulse_over_m_omega_d),
             settling_s: or_nan(row.settling_s()),
             homing_s: or_nan(row.homing_s()),
-            promise_margin: or_nan(
-                row.record
-                    .promise_margin
-                    .filter(|margin| margin.is_finite()),
-            ),
             footsteps: row.record.footsteps.count,
             outcome: row.record.outcome,
-            set_after_push: row.set_after_push(),
-            is_inside_est: row
-                .record
-                .promise_margin_est
-                .is_some_and(|margin| margin >= 0.0),
             in_swing: row.record.footsteps.unfinished_footstep.is_some(),
         }
     }
@@ -193,10 +182,6 @@ impl EpisodeEnd {
     /// Homing time, as in [`TrialRow::homing_s`].
     pub fn homing_s(&self) -> Option<f64> {
         some(self.homing_s)
-    }
-
-    pub fn promise_margin(&self) -> Option<f64> {
-        some(self.promise_margin)
     }
 }
 
@@ -293,7 +278,7 @@ mod tests {
     /// A million trials with two controllers have to fit in memory.
     #[test]
     fn a_trial_takes_few_bytes() {
-        assert_eq!(size_of::<EpisodeEnd>(), 40);
+        assert_eq!(size_of::<EpisodeEnd>(), 32);
         let rows: Vec<TrialRow> = (0..20)
             .map(|trial| row(trial, "a", trial as f64, Outcome::Fell))
             .collect();

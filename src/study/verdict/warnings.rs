@@ -87,9 +87,8 @@ pub fn of(
     }
     if campaign.stopping.until_resolved {
         warnings.push(
-            "The campaign could end when decided. Intervals of differences, verdicts and gates allow for that. Rates, \
-             p-values, curves, strata and times do not: they are as for a fixed number of trials, and lean towards the \
-             result at which the campaign ended."
+            "The campaign could end when decided. Intervals of rates, differences and gates allow for that. Curves, kinds \
+             of trial and times do not: they lean towards the result at which the campaign ended."
                 .into(),
         );
     }

@@ -1,23 +1,19 @@
-//! Looks at a campaign that ends when decided. After fixed numbers of trials, the gates are asked what is still open. A
-//! controller stops if no open question needs more of its trials. The same parts always lead to the same decisions. So
-//! neither the end of the campaign nor the trials of a controller depend on threads, shards or interruptions.
+//! The end of a campaign that ends when decided. After fixed numbers of trials, the gates are asked what is still open,
+//! and a controller stops if no open question needs more of its trials. The same parts always lead to the same
+//! decisions. So neither the end of the campaign nor the trials of a controller depend on threads, shards or
+//! interruptions.
 
 use crate::store::folder::Folder;
 use crate::verdict::gates::{Gates, Open};
 use crate::verdict::trial_columns::TrialColumns;
 use standfast_core::error::Result;
-use standfast_stats::looks::Looks;
+use standfast_stats::sequential::next_look;
 use std::ops::Range;
 
-/// The state of the looks at a campaign.
-pub struct InterimLooks<'a> {
+/// How far a campaign that ends when decided is.
+pub struct UntilResolved<'a> {
     folder: &'a Folder,
     gates: &'a Gates,
-    planned: Looks,
-    /// Number of trials at the last look.
-    last: u64,
-    /// Number of trials at the next look.
-    pub next: u64,
     /// All trials up to the last look.
     rows: TrialColumns,
     /// Number of trials of each controller: the final one if it is decided, else the largest possible one.
@@ -27,7 +23,7 @@ pub struct InterimLooks<'a> {
 }
 
 /// The findings of one look.
-pub struct InterimLook<'a> {
+pub struct Look<'a> {
     /// All trials so far.
     pub rows: &'a TrialColumns,
     /// The questions that are still open.
@@ -38,32 +34,25 @@ pub struct InterimLook<'a> {
     pub set_trials: &'a [u64],
 }
 
-impl<'a> InterimLooks<'a> {
+impl<'a> UntilResolved<'a> {
     /// The state before the first look. It is None if the campaign has a fixed number of trials. `gates` state what the
     /// campaign has to decide.
     pub fn new(folder: &'a Folder, gates: &'a Gates) -> Option<Self> {
-        let (planned, most) = (folder.manifest.looks()?, folder.manifest.campaign.trials);
-        let set_trials = vec![most; folder.manifest.sets.len()];
-        let next = planned.after(0).min(most);
-        let rows = TrialColumns::new(&folder.manifest.sets, &folder.manifest.campaign.episode);
-        Some(Self {
+        let (campaign, sets) = (&folder.manifest.campaign, &folder.manifest.sets);
+        campaign.stopping.until_resolved.then(|| Self {
             folder,
             gates,
-            planned,
-            last: 0,
-            next,
-            rows,
-            set_trials,
+            rows: TrialColumns::new(sets, &campaign.episode),
+            set_trials: vec![campaign.trials; sets.len()],
             is_over: false,
         })
     }
 
     /// Takes all looks for which there are enough trials.
-    pub fn go_on(&mut self, on_look: &dyn Fn(&InterimLook)) -> Result<()> {
-        let most = self.folder.manifest.campaign.trials;
+    pub fn go_on(&mut self, on_look: &dyn Fn(&Look)) -> Result<()> {
         let sets = &self.folder.manifest.sets;
         while !self.is_over {
-            let blocks = self.blocks(self.last..self.next);
+            let blocks = self.blocks_to_look(self.rows.trials());
             if blocks.clone().any(|block| self.lacks(block)) {
                 return Ok(());
             }
@@ -71,28 +60,23 @@ impl<'a> InterimLooks<'a> {
                 self.rows
                     .push(&self.folder.rows_of(block..block + 1, &self.set_trials)?);
             }
-            self.last = self.next;
+            let trials = self.rows.trials();
             let open = self.gates.open(&self.rows);
-            self.is_over = open.is_empty() || self.last == most;
+            self.is_over = open.is_empty() || trials == self.most();
             let mut stopping = Vec::new();
-            for (set, trials) in self
-                .set_trials
-                .iter_mut()
-                .enumerate()
-                .filter(|(_, trials)| **trials > self.last)
-            {
-                if self.is_over || open.iter().all(|open| !open.sets.contains(&set)) {
-                    *trials = self.last;
+            for (set, of_set) in self.set_trials.iter_mut().enumerate() {
+                let needs_more = !self.is_over && open.iter().any(|open| open.sets.contains(&set));
+                if *of_set > trials && !needs_more {
+                    *of_set = trials;
                     stopping.extend((!self.is_over).then_some(sets[set].as_str()));
                 }
             }
-            on_look(&InterimLook {
+            on_look(&Look {
                 rows: &self.rows,
                 open: &open,
                 stopping,
                 set_trials: &self.set_trials,
             });
-            self.next = self.planned.after(self.last).min(most);
         }
         Ok(())
     }
@@ -101,32 +85,32 @@ impl<'a> InterimLooks<'a> {
     /// before the first later look for which it lacks any, so that the shard need not wait for the others. It is empty
     /// if the shard lacks no block.
     pub fn lacking(&self, is_own: impl Fn(u64) -> bool) -> Vec<u64> {
-        let (mut from, mut to) = (self.last, self.next);
-        while !self.is_over && from < to {
+        let mut from = self.rows.trials();
+        while !self.is_over && from < self.most() {
             let own = self
-                .blocks(from..to)
+                .blocks_to_look(from)
                 .filter(|&block| is_own(block) && self.lacks(block));
             let own: Vec<u64> = own.collect();
             if !own.is_empty() {
                 return own;
             }
-            (from, to) = (
-                to,
-                self.planned
-                    .after(to)
-                    .min(self.folder.manifest.campaign.trials),
-            );
+            from = next_look(from);
         }
         Vec::new()
+    }
+
+    fn most(&self) -> u64 {
+        self.folder.manifest.campaign.trials
     }
 
     fn lacks(&self, block: u64) -> bool {
         self.folder.lacks(block, &self.set_trials).contains(&true)
     }
 
-    /// The blocks with these trials. The range must begin and end at the border of a block.
-    fn blocks(&self, trials: Range<u64>) -> Range<u64> {
+    /// The blocks with the trials from `from`, which is a look, to the next look.
+    fn blocks_to_look(&self, from: u64) -> Range<u64> {
         let part_trials = self.folder.manifest.part_trials.get();
-        trials.start / part_trials..trials.end.div_ceil(part_trials)
+        let to = next_look(from).min(self.most());
+        from / part_trials..to.div_ceil(part_trials)
     }
 }
