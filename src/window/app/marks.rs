@@ -8,7 +8,7 @@ use kiss3d::egui::epaint::PathShape;
 use kiss3d::egui::{self, Align2, Color32, FontId, Painter, Pos2, Shape, pos2, vec2};
 use nalgebra::{Point2, Point3};
 use standfast_core::robot::SizeRatio;
-use standfast_scene::palette::{Color, GHOST, Overlay};
+use standfast_scene::palette::{Color, GHOST, Overlay, Style};
 use standfast_scene::{
     Drawing, FlatShape, SceneMark, ScreenPoint, Stroke, arrow, on_ground, strokes,
 };
@@ -77,6 +77,16 @@ impl Marks<'_> {
                 ..stroke
             });
         }
+    }
+
+    /// Draws the path of a point over the ground, in the colour of its mark.
+    pub fn trail(&self, path: impl Iterator<Item = Point2<f64>>, of: Overlay) {
+        let Style::Trail { width, opacity } = Overlay::Trail.look().style else {
+            return;
+        };
+        let places = path.filter_map(|at| self.lens.project(&self.on_ground(&at)));
+        let stroke = egui::Stroke::new(width as f32, of.color().faint(opacity as f32));
+        self.painter.add(Shape::line(places.collect(), stroke));
     }
 
     /// Place in the picture of a point in the world.

@@ -68,6 +68,7 @@ impl<'a> Space<'a> {
         &mut self,
         now: &Snapshot,
         kinematics: &Kinematics,
+        has_body: bool,
         marks: &[SceneMark],
         eye: Vec3,
         window: &mut Window,
@@ -78,6 +79,7 @@ impl<'a> Space<'a> {
         grid(&ground, self.stage.scale, window);
         self.robot(
             kinematics,
+            has_body,
             Point3::new(eye.x, eye.y, eye.z).cast(),
             &(ground.slope * Vector3::z()),
             layer_m,
@@ -97,11 +99,12 @@ impl<'a> Space<'a> {
         self.on_card.show(&self.triangles);
     }
 
-    /// Draws the robot, and its shadow on the plane with the normal `up`. The shadow is drawn `above_m` above the
+    /// Draws the robot if it `has_body`, and its shadow on the plane with the normal `up`. The shadow is drawn `above_m` above the
     /// plane, so that the floor does not hide it.
     fn robot(
         &mut self,
         kinematics: &Kinematics,
+        has_body: bool,
         eye: Point3<f64>,
         up: &Vector3<f64>,
         above_m: f64,
@@ -125,7 +128,7 @@ impl<'a> Space<'a> {
                 // If thinning has collapsed a thin wall, its inner side lies on the outer one. So only triangles that
                 // face the eye are drawn, as in replays.
                 let [a, b, c] = face.map(|i| corners[i].0);
-                if (b - a).cross(&(c - a)).dot(&(eye - a)) > 0.0 {
+                if has_body && (b - a).cross(&(c - a)).dot(&(eye - a)) > 0.0 {
                     for &i in face {
                         self.triangles.corner(lit[i].0, lit[i].1);
                     }
