@@ -8,11 +8,9 @@ use super::terminal::print;
 use nalgebra::Vector3;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Kinematics, Robot, Units};
-use standfast_core::socket::PreparedController;
 use standfast_sim::episode::{Counts, Disturbance, EpisodeConfig, EpisodeRun};
 use standfast_sim::{Engine, Profile, Push, Variation};
 use standfast_study::ask::bounds::in_range;
-use standfast_study::ask::entrant::Entrant;
 use standfast_study::ask::trial;
 use standfast_study::{Campaign, Overrides, PushBounds};
 use std::process::ExitCode;
@@ -113,29 +111,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
         config,
     } = &setting;
     let pushes = the_pushes(args, campaign.as_ref(), config, robot)?;
-    let mut entrants: Vec<(PreparedController, EpisodeConfig)> = Vec::new();
-    for listed in &args.gains {
-        let entrant = Entrant::split(listed);
-        let gains = match campaign {
-            Some(campaign) => campaign.gains_named(entrant.controller),
-            None => entrant.controller.into(),
-        };
-        let config = setting.config_in(entrant.engine.unwrap_or(config.engine))?;
-        let mut factory =
-            standfast_controllers::load(&gains)?.prepare(robot, config.control_period_s)?;
-        factory.name = entrant.of(&factory.name);
-        if let Some(warning) = &factory.warning {
-            log::warn!("{warning}");
-        }
-        if entrants.len() > 1 || entrants.iter().any(|(other, _)| other.name == factory.name) {
-            let (problem, accepted) = (
-                "cannot be shown beside the others",
-                "one or two that differ",
-            );
-            return Err(Error::option("--controller", listed, problem, accepted));
-        }
-        entrants.push((factory, config));
-    }
+    let entrants = setting.entrants(&args.gains)?;
     args.check_beside()?;
     args.outputs.check()?;
     args.outputs.check_length(config)?;

@@ -1,22 +1,23 @@
 //! `standfast view`: shows the robot in a 3D window, live.
 
-use super::arguments::{BOTH, CampaignArgs, ENGINES, MOST_TRIAL, check_output, count, number};
+use super::arguments::{CampaignArgs, ENGINES, MOST_TRIAL, check_output, count, number, one_of};
 use super::terminal::print;
 use standfast_core::error::Result;
+use standfast_sim::Engine;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "Examples:
-  standfast view                                    catch, paper, switching, hold
-  standfast view --controller hold --controller mine.toml     keys 1 and 2 switch the sets
-  standfast view --campaign harsh --trial 17        with a trial's pushes
-  standfast view --engine both                      the robot in both engines
+  standfast view                                    catch; keys 2 to 4: paper, switching, hold
+  standfast view --controller hold --controller catch@mujoco     two robots
+  standfast view harsh --trial 17                   with a trial's pushes
 
-Drag the robot with the mouse, or push it with Enter. With --campaign and
---trial, robot and ground are also those of the trial. The window lists its
-keys. To see a trial of a result as it was: `standfast replay DIR --trial I`.
+Drag the robot with the mouse, or push it with Enter. With a campaign and
+--trial, robot and ground are also those of the trial. A second controller is a
+ghost beside the first, which gets the same pushes and pulls. The window lists
+its keys. To see a trial of a result as it was: `standfast replay DIR --trial I`.
 
 The window needs a display, a Vulkan driver, and a program that was built with
 `cargo build --release --features view`, which takes some twenty minutes on two
@@ -24,17 +25,15 @@ cores. Without a window, `standfast push --replay push.html` writes a page that
 shows a push in a browser.")]
 pub struct ViewArgs {
     /// Trial of --campaign, whose robot, ground, noise and pushes are used
-    #[arg(long, value_name = "I", value_parser = count::<u64>(0..=MOST_TRIAL))]
+    #[arg(long, value_name = "I", requires = "of_campaign", value_parser = count::<u64>(0..=MOST_TRIAL))]
     pub trial: Option<u64>,
-    /// Controller by name or file, or a variant NAME:KEY=VALUE; may be given several times, the first acts
-    /// [default: catch, paper, switching, hold]
+    /// Controller by name or file, with an engine of its own as in catch@mujoco; a second one is a ghost beside the first
+    /// [default: catch]
     #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE")]
     pub gains: Vec<String>,
-    /// Physics engine that simulates the robot [default: that of the campaign, or rapier].
-    ///
-    /// With `both`, the robot in the second engine is shown, too, as a ghost. The same pushes and pulls act on both.
-    #[arg(long, value_name = "ENGINE", value_parser = [ENGINES[0], ENGINES[1], BOTH])]
-    pub engine: Option<String>,
+    /// Physics engine [default: that of the campaign, or rapier]
+    #[arg(long, value_name = "ENGINE", value_parser = one_of::<Engine, 2>(ENGINES))]
+    pub engine: Option<Engine>,
     /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
@@ -68,18 +67,39 @@ pub fn run(args: ViewArgs) -> Result<ExitCode> {
 /// Shows the window until it is closed, and tells what came of it.
 #[cfg(feature = "view")]
 fn shown(args: ViewArgs) -> Result<String> {
-    standfast_window::run(&standfast_window::Options {
-        trial: args.trial,
-        gains: args.gains,
-        engines: super::arguments::engines_of(args.engine.as_deref()),
+    let overrides = standfast_study::Overrides {
+        engines: Vec::from_iter(args.engine),
         robot: args.robot,
-        campaign: args.campaign.name().map(String::from),
+        ..Default::default()
+    };
+    let setting = super::episode::Setting::of(args.campaign.name(), &overrides, None)?;
+    let (mut controllers, mut configs): (Vec<_>, Vec<_>) =
+        setting.entrants(&args.gains)?.into_iter().unzip();
+    if controllers.is_empty() {
+        controllers = ["catch", "paper", "switching", "hold"]
+            .into_iter()
+            .map(|name| setting.controller(name))
+            .collect::<Result<_>>()?;
+        configs = vec![setting.config];
+    }
+    if let (Some(campaign), Some(index)) = (&setting.campaign, args.trial) {
+        campaign.check_trial(index)?;
+    }
+    let world = standfast_window::LiveSetup::new(
+        setting.robot,
+        controllers,
+        configs,
+        setting.campaign,
+        args.trial,
+    );
+    let options = standfast_window::Options {
         impulse: args.impulse,
         heading: args.heading,
         speed: args.speed,
         seconds: args.seconds,
         screenshot: args.screenshot,
-    })
+    };
+    standfast_window::run(&world, &options)
 }
 
 /// This build has no window. The error names the alternatives and the command that builds a window.
