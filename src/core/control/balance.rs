@@ -149,10 +149,10 @@ impl Balance {
             .update(family, &support, com, estimate.com_vel_xy());
         self.zmp_ref = decision.zmp.unwrap_or(self.zmp_ref);
         self.out_of_sets_s = (!decision.held).then(|| self.out_of_sets_s.map_or(0.0, |s| s + dt));
-        let lifts = match self.out_of_sets_s {
-            Some(out_of_sets_s) => self.lift(estimator, self.supervisor.zmp_error(), out_of_sets_s),
-            None => self.lift_at_ease(estimator),
-        };
+        let cause = self
+            .out_of_sets_s
+            .map(|out_of_sets_s| (self.supervisor.zmp_error(), out_of_sets_s));
+        let lifts = self.lift(estimator, cause);
         let estimate = estimator.now();
         if lifts {
             return self.swing_on(estimate, command);
@@ -213,37 +213,16 @@ impl Balance {
     /// Lifts a foot for an imposed ZMP error (m, control frame) that does not come from the state, as in the paper's
     /// Sect. V.C. Returns false if the footwork rule finds no footstep for it.
     pub fn lift_for(&mut self, estimator: &mut Estimator, zmp_error: Vector2<f64>) -> bool {
-        self.lift(estimator, zmp_error, f64::INFINITY)
+        self.lift(estimator, Some((zmp_error, f64::INFINITY)))
     }
 
-    fn lift(
-        &mut self,
-        estimator: &mut Estimator,
-        zmp_error: Vector2<f64>,
-        out_of_sets_s: f64,
-    ) -> bool {
-        self.begin(estimator, zmp_error, out_of_sets_s, |rule, now, body| {
-            rule.lift(now, body)
-        })
-    }
-
-    fn lift_at_ease(&mut self, estimator: &mut Estimator) -> bool {
-        self.begin(estimator, Vector2::zeros(), 0.0, |rule, now, body| {
-            rule.lift_at_ease(now, body)
-        })
-    }
-
-    /// Begins the footstep, if any, that the footwork rule returns. Returns whether there is one.
-    fn begin(
-        &mut self,
-        estimator: &mut Estimator,
-        zmp_error: Vector2<f64>,
-        out_of_sets_s: f64,
-        footstep: impl FnOnce(&mut dyn Footwork, &StepState, &mut Body) -> Option<Swing>,
-    ) -> bool {
+    /// Begins the footstep, if any, that the footwork rule returns, for a ZMP error and the time for which the state has
+    /// been in no CPI set, or at ease. Returns whether there is one.
+    fn lift(&mut self, estimator: &mut Estimator, cause: Option<(Vector2<f64>, f64)>) -> bool {
         let Some(footwork) = &mut self.footwork else {
             return false;
         };
+        let (zmp_error, out_of_sets_s) = cause.unwrap_or_default();
         let (design, last_landing) = (&self.design, self.last_landing);
         let now = StepState {
             design,
@@ -252,7 +231,10 @@ impl Balance {
             out_of_sets_s,
             last_landing,
         };
-        self.swing = footstep(&mut **footwork, &now, &mut self.body);
+        self.swing = match cause {
+            Some(_) => footwork.lift(&now, &mut self.body),
+            None => footwork.lift_at_ease(&now, &mut self.body),
+        };
         if let Some(swing) = &self.swing {
             estimator.lift(swing.footstep.foot);
         }

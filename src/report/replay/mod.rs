@@ -60,6 +60,12 @@ pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
     let (data, notes) = data::packed(film, ghost);
     let data = data.to_string().replace('<', "\\u003c");
     let looks = palette::json();
+    let mut overlays = Overlay::ALL.to_vec();
+    overlays.retain(|overlay| ghost.is_some() || *overlay != Overlay::Ghost);
+    let overlays: Vec<_> = overlays
+        .into_iter()
+        .map(|overlay| [overlay.look().key.to_string(), overlay.look().name.into()])
+        .collect();
     let context = context! {
         title => &head.title,
         lines => paragraphs(&head.lines),
@@ -72,11 +78,10 @@ pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
         outcomes => outcomes(film, ghost),
         ghost => ghost.map(|ghost| context! {
             ended => ended([film, ghost]).to_vec(),
-            other => &ghost.controller,
             parted => parted(film, ghost),
             parted_s => Parting::of_films(film, ghost).map(|parting| parting.at_s),
         }),
-        overlays => Overlay::ALL.map(Overlay::look).map(|look| vec![look.key.to_string(), look.name.to_string()]).to_vec(),
+        overlays,
         style => palette::css() + STYLE,
         script => format!("const PALETTE = {looks};\n{}", SCRIPTS.concat()),
         data,

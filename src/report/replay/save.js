@@ -65,7 +65,7 @@ const SAVES = {
     const { speed } = state, all = frames();
     const pixels = (time) => picture(time, FRAME, speed).getContext("2d").getImageData(0, 0, ...FRAME).data;
     const some = all.filter((_, i) => i % Math.ceil(all.length / LEARNED) === 0);
-    const marks = [...OVERLAYS, GHOST].map(({ id }) => colorOf(id, theme()).map((x) => Math.round(255 * x)));
+    const marks = OVERLAYS.map(({ id }) => colorOf(id, theme()).map((x) => Math.round(255 * x)));
     const gif = new Gif(...FRAME, paletteOf(some.map(pixels), [...marks, [255, 255, 255]]));
     for (const [i, time] of all.entries()) {
       gif.add(pixels(time), i === all.length - 1 ? LAST_CS : FRAME_CS);
