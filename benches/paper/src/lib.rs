@@ -3,7 +3,8 @@
 //!
 //! A [`scenario`] is a disturbance with a name. The paper's pushes are simulated as any push is; the ZMP errors that
 //! the paper gives to its controller are [`imposed`] on the ideal pendulum, without physics. [`response`] measures how
-//! well the ZMP of the simulated robot follows the desired ZMP, which the paper takes for granted. [`commands`] has a
+//! well the ZMP of the simulated robot follows the desired ZMP, which the paper takes for granted, and [`foretold`] how
+//! well the CPI sets foretell whether the robot recovers. [`commands`] has a
 //! file for each command of the program, and [`render`] draws and tells what the commands found.
 //!
 //! This crate sees the controller only through [`account`], and the robot through the closed loop of standfast.
@@ -16,6 +17,7 @@ use standfast::files::assets::{self, InputKind};
 
 pub mod account;
 pub mod commands;
+pub mod foretold;
 pub mod imposed;
 pub mod render;
 pub mod response;

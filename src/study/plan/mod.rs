@@ -273,7 +273,10 @@ pub(super) mod tests {
         );
         let cause = rows[1].record.fall_cause.as_ref().unwrap();
         assert!(cause.starts_with("panic: index out of bounds"), "{cause}");
-        assert_eq!(rows[1].pushes(), rows[0].pushes());
+        assert_eq!(
+            (rows[1].push, rows[1].second),
+            (rows[0].push, rows[0].second)
+        );
     }
 
     #[test]

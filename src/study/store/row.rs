@@ -77,27 +77,6 @@ impl TrialRow {
         }
     }
 
-    /// The pushes, in order of time.
-    pub fn pushes(&self) -> Vec<Push> {
-        let SecondPush {
-            second_impulse_n_s,
-            second_heading_deg,
-            second_start_s,
-        } = self.second;
-        let mut pushes = vec![self.push];
-        if let (Some(impulse_n_s), Some(heading_deg), Some(start_s)) =
-            (second_impulse_n_s, second_heading_deg, second_start_s)
-        {
-            pushes.push(Push {
-                impulse_n_s,
-                heading_deg,
-                start_s,
-                ..self.push
-            });
-        }
-        pushes
-    }
-
     /// A row of this trial before it was run: with all drawn quantities, and without a controller.
     pub fn drawn(campaign: &Campaign, trial: u64) -> Self {
         let pushes = trial::pushes(campaign, trial);

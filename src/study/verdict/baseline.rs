@@ -1,10 +1,9 @@
 //! Reads the earlier result with which gates compare, and checks whether two results can be compared at all.
 //!
 //! Two results can be compared only if their trials are the same. So their seeds, distributions and judges must be
-//! equal, and every push must be equal to the bit.
+//! equal. Every push is then equal to the bit, since each part is checked against what its campaign draws.
 
 use crate::ask::spec::Campaign;
-use crate::ask::trial;
 use crate::store::folder::Folder;
 use crate::store::manifest::{Manifest, differences};
 use crate::verdict::trial_columns::{EpisodeEnd, TrialColumns};
@@ -43,15 +42,7 @@ impl Baseline {
         refuse_other_engines(&folder, ours)?;
         let mut rows = TrialColumns::new(&folder.manifest.sets, &campaign.episode);
         for part in folder.parts()? {
-            let part = part?;
-            for row in &part {
-                let pushes = trial::pushes(campaign, row.trial);
-                let variation = trial::variation(campaign, row.trial);
-                if row.pushes() != pushes || row.variation != variation {
-                    return Err(other_push(path, row.trial));
-                }
-            }
-            rows.push(&part);
+            rows.push(&part?);
         }
         Ok(Baseline {
             manifest: folder.manifest,
@@ -166,18 +157,6 @@ fn refuse_other_engines(folder: &Folder, ours: &Manifest) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// The error if a trial of a result has another push, robot or ground than the same trial of the other result or of
-/// this program.
-pub(super) fn other_push(path: &Path, trial: u64) -> Error {
-    let problem = format!(
-        "trial {trial} has another push, robot or ground, although the campaigns are the same"
-    );
-    Error::Parts {
-        path: path.into(),
-        problem: problem + ": another version of standfast drew it",
-    }
 }
 
 /// The settings of a campaign on which its trials and their judgement depend.

@@ -4,7 +4,7 @@ use crate::ask::gate::GateSpec;
 use crate::store::folder::Folder;
 use crate::store::manifest::{Manifest, each_once};
 use crate::store::row::{TrialRow, TrialsFile};
-use crate::verdict::baseline::{other_push, refuse_other_trials, unlike};
+use crate::verdict::baseline::{refuse_other_trials, unlike};
 use crate::verdict::gates::Gates;
 use crate::verdict::set_summary::SetOrigin;
 use crate::verdict::summary::Summary;
@@ -99,8 +99,7 @@ impl Comparison {
 }
 
 /// Reads the trials that both folders have. `sets` are the new names of their controllers, those of the first folder
-/// first. The rows are written to `to` as a `trials.parquet`. Returns the columns, `to`, and the SHA-256 of the file. It
-/// fails if a trial is not the same in both.
+/// first. The rows are written to `to` as a `trials.parquet`. Returns the columns, `to`, and the SHA-256 of the file.
 fn paired<W: Write + Send>(
     [a, b]: [&Folder; 2],
     sets: &[String],
@@ -125,10 +124,6 @@ fn paired<W: Write + Send>(
     let mut file = TrialsFile::new(to, &totals)?;
     for (of_a, of_b) in trials(a)?.zip(trials(b)?) {
         let (of_a, of_b) = (of_a?, of_b?);
-        let (ours, theirs) = (&of_a[0], &of_b[0]);
-        if ours.pushes() != theirs.pushes() || ours.variation != theirs.variation {
-            return Err(other_push(&b.path, ours.trial));
-        }
         let rows: Vec<TrialRow> = of_a
             .into_iter()
             .map(&renamed_a)

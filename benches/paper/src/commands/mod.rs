@@ -1,5 +1,6 @@
 //! The command line: one file for each command, with its arguments and its steps in the order in which they happen.
 
+mod foretold;
 mod page;
 mod response;
 mod scenario;
@@ -33,6 +34,8 @@ struct Cli {
 enum Chosen {
     /// Draw the paper's figures, and check what the paper states
     Page(page::PageArgs),
+    /// Count recoveries by where the state was in the CPI sets after the push
+    Foretold(foretold::ForetoldArgs),
     /// Simulate a disturbance that has a name, or list the names
     Scenario(scenario::ScenarioArgs),
     /// Measure how well the ZMP follows the commanded ZMP
@@ -51,6 +54,7 @@ pub fn run() -> Result<ExitCode> {
     });
     match cli.command {
         Chosen::Page(args) => page::run(&args),
+        Chosen::Foretold(args) => foretold::run(&args),
         Chosen::Scenario(args) => scenario::run(&args),
         Chosen::Response(args) => response::run(&args),
     }
