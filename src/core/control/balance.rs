@@ -132,13 +132,12 @@ impl Balance {
         let Design { family, robot, .. } = &*self.design;
         let estimate = estimator.now();
         let (com, dt) = (estimate.com_xy(), family.pendulum.dt);
-        let (design, last_landing) = (&self.design, self.last_landing);
         let now = StepState {
-            design,
+            design: &self.design,
             estimate,
             zmp_error: Vector2::zeros(),
             out_of_sets_s: 0.0,
-            last_landing,
+            last_landing: self.last_landing,
         };
         let lean = self.footwork.as_mut().map_or(Vector2::zeros(), |rule| {
             rule.lean(&now, self.supervisor.margin)
@@ -161,7 +160,11 @@ impl Balance {
             landing.ago_s += dt;
         }
         self.switches += u32::from(decision.starts);
-        let is_landing = self.is_landing();
+        // The impact of the last landing may not be over yet.
+        let is_landing = self
+            .last_landing
+            .zip(self.footwork.as_ref())
+            .is_some_and(|(landing, footwork)| landing.ago_s < footwork.impact_s(&self.design));
         let Self { design, body, .. } = self;
         let Design { family, robot, .. } = &**design;
         body.com.height = [design.units.length_m, 0.0, 0.0];
@@ -202,14 +205,6 @@ impl Balance {
         Ok(())
     }
 
-    /// Whether the impact of the last landing is not over yet.
-    fn is_landing(&self) -> bool {
-        let (Some(landing), Some(footwork)) = (self.last_landing, &self.footwork) else {
-            return false;
-        };
-        landing.ago_s < footwork.impact_s(&self.design)
-    }
-
     /// Lifts a foot for an imposed ZMP error (m, control frame) that does not come from the state, as in the paper's
     /// Sect. V.C. Returns false if the footwork rule finds no footstep for it.
     pub fn lift_for(&mut self, estimator: &mut Estimator, zmp_error: Vector2<f64>) -> bool {
@@ -223,13 +218,12 @@ impl Balance {
             return false;
         };
         let (zmp_error, out_of_sets_s) = cause.unwrap_or_default();
-        let (design, last_landing) = (&self.design, self.last_landing);
         let now = StepState {
-            design,
+            design: &self.design,
             estimate: estimator.now(),
             zmp_error,
             out_of_sets_s,
-            last_landing,
+            last_landing: self.last_landing,
         };
         self.swing = match cause {
             Some(_) => footwork.lift(&now, &mut self.body),
@@ -246,19 +240,13 @@ impl Balance {
         let (Some(swing), Some(footwork)) = (&mut self.swing, &mut self.footwork) else {
             return Ok(());
         };
-        let Self {
-            design,
-            last_landing,
-            ..
-        } = self;
-        swing.time_s += design.family.pendulum.dt;
-        let (zmp_error, last_landing) = (swing.footstep.zmp_error, *last_landing);
+        swing.time_s += self.design.family.pendulum.dt;
         let now = StepState {
-            design,
+            design: &self.design,
             estimate,
-            zmp_error,
+            zmp_error: swing.footstep.zmp_error,
             out_of_sets_s: 0.0,
-            last_landing,
+            last_landing: self.last_landing,
         };
         self.zmp_ref = footwork.swing(&now, swing, &mut self.body, command)?;
         Ok(())

@@ -60,12 +60,6 @@ pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
     let (data, notes) = data::packed(film, ghost);
     let data = data.to_string().replace('<', "\\u003c");
     let looks = palette::json();
-    let mut overlays = Overlay::ALL.to_vec();
-    overlays.retain(|overlay| ghost.is_some() || *overlay != Overlay::Ghost);
-    let overlays: Vec<_> = overlays
-        .into_iter()
-        .map(|overlay| [overlay.look().key.to_string(), overlay.look().name.into()])
-        .collect();
     let context = context! {
         title => &head.title,
         lines => paragraphs(&head.lines),
@@ -81,7 +75,7 @@ pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
             parted => parted(film, ghost),
             parted_s => Parting::of_films(film, ghost).map(|parting| parting.at_s),
         }),
-        overlays,
+        overlays => Overlay::ALL.map(Overlay::look).map(|look| (look.key, look.name)),
         style => palette::css() + STYLE,
         script => format!("const PALETTE = {looks};\n{}", SCRIPTS.concat()),
         data,
