@@ -538,7 +538,7 @@ fn a_key_hides_the_ghost() {
         let ended = if parts { "fell" } else { "recovered" };
         let told = [
             format!("{}: recovered", film.controller),
-            format!("{}: {ended}", ghost.controller),
+            format!("{}: {ended}", beside.controller),
         ];
         assert_eq!(tab.evaluate(badges), json!(told));
         assert_no_problems(&mut tab, &file);
@@ -594,7 +594,7 @@ const SAVED: &str = "(async () => {
         pictures.push({ width, height, sixths, top });
     }
     // However long a picture takes to be drawn, a video lasts as long as its moments and the last picture.
-    const length = count ?? video.currentTime, is_whole = count === null ? length > 0.9 && length < 3 : count > 5;
+    const length = count ?? video.currentTime, is_whole = count === null ? length > 0.3 && length < 3 : count > 5;
     return { href, download, is_whole, first: pictures[0], last: pictures[1] };
 })()";
 
