@@ -138,23 +138,17 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
             ..of_trial
         }
     };
-    let run_of = |(factory, config)| EpisodeRun {
+    let runs = entrants.iter().map(|(factory, config)| EpisodeRun {
         robot,
         factory,
         config,
-    };
-    let command = command_line("standfast");
-    let outputs = &args.outputs;
-    let (text, is_broken) = match &entrants[..] {
-        [(factory, config), (other, in_other)] => {
-            let both = [(factory, config), (other, in_other)].map(run_of);
-            episode::run_beside(both, disturbance, outputs, args.json, command)?
+    });
+    let (outputs, command) = (&args.outputs, command_line("standfast"));
+    let (text, is_broken) = match runs.collect::<Vec<_>>()[..] {
+        [shown, ghost] => {
+            episode::run_beside([shown, ghost], disturbance, outputs, args.json, command)?
         }
-        shown => {
-            let (factory, config) = &shown[0];
-            let shown = run_of((factory, config));
-            episode::run(shown, disturbance(), outputs, args.json, command)?
-        }
+        ref shown => episode::run(shown[0], disturbance(), outputs, args.json, command)?,
     };
     print(&text)?;
     Ok(if is_broken {

@@ -90,8 +90,8 @@ pub(super) fn of(
                 add(Drawing::Sign { at: to, sign: foot });
                 add(Drawing::Sign { at: from, sign });
             }
-            // The trail is a matter of many moments, and the body is no mark.
-            Style::Trail { .. } | Style::Body { .. } => {}
+            // The trail is of many moments, and the robots are no marks.
+            Style::Trail { .. } | Style::Body { .. } | Style::Ghost(_) => {}
             Style::Arrow { of, ends, .. } => {
                 for force in &of(now) {
                     if let Some(arrow) = arrow_along(overlay, force, ends, scale) {

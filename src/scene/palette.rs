@@ -25,26 +25,20 @@ pub struct Plumb {
     pub gap: f64,
 }
 
-/// The looks of a ghost: the robot of a second entrant in the same trial, in one transparent colour.
+/// Opacities (0 to 1) of a ghost, the robot of a second entrant in the same trial, and of its marks.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Ghost {
+    pub opacity: f64,
+    pub marks_opacity: f64,
+}
+
 pub const GHOST: Ghost = Ghost {
-    key: 'e',
-    hint: "the second robot, with its COM and its ZMP",
-    color: Color::hex(0x4a7dbf),
     opacity: 0.42,
-    marks: [Overlay::Com, Overlay::Zmp],
     marks_opacity: 0.55,
 };
 
-/// Key, colour and opacities (0 to 1) of a ghost and of its marks.
-#[derive(Debug, Clone, Copy)]
-pub struct Ghost {
-    pub key: char,
-    pub hint: &'static str,
-    pub color: Color,
-    pub opacity: f64,
-    pub marks: [Overlay; 2],
-    pub marks_opacity: f64,
-}
+/// The marks that a ghost has.
+pub const GHOST_MARKS: [Overlay; 2] = [Overlay::Com, Overlay::Zmp];
 
 /// Time for which a push stays in the picture after its end (s), since it may be shorter than a frame.
 pub const AFTERGLOW_S: f64 = 0.3;
@@ -100,6 +94,7 @@ pub enum Overlay {
     Zmp,
     Trail,
     Body,
+    Ghost,
 }
 
 /// Name, key, colour and style of an overlay.
@@ -149,6 +144,8 @@ pub enum Style {
     Trail { width: f64, opacity: f64 },
     /// The robot itself, and its opacity while it is switched off.
     Body { opacity: f64 },
+    /// The second robot, in one colour.
+    Ghost(Ghost),
 }
 
 /// Style of a polygon on the ground: the opacity of its filling, and the opacity and width of its edge.
@@ -162,7 +159,7 @@ pub struct Sheet {
 impl Overlay {
     /// All overlays in the order in which they are drawn, one over the other. The signs of points get smaller from one
     /// to the next, so that all are visible at rest, when the points coincide.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Support,
         Self::Slices,
         Self::Footstep,
@@ -174,6 +171,7 @@ impl Overlay {
         Self::Zmp,
         Self::Trail,
         Self::Body,
+        Self::Ghost,
     ];
 
     /// How this overlay looks.
@@ -334,6 +332,14 @@ impl Overlay {
                 0x593399,
                 Style::Body { opacity: 0.22 },
             ),
+            Self::Ghost => (
+                "ghost",
+                'e',
+                "ghost",
+                "the second robot, with its COM and its ZMP",
+                0x4a7dbf,
+                Style::Ghost(GHOST),
+            ),
         };
         OverlayLook {
             id,
@@ -357,20 +363,11 @@ pub fn json() -> Value {
         let look = json!({ "id": id, "key": key, "name": name, "hint": hint, "color": color.css(), "style": style });
         (id.to_string(), look)
     });
-    let Ghost {
-        key,
-        hint,
-        color,
-        opacity,
-        marks,
-        marks_opacity,
-    } = GHOST;
-    let ghost = json!({
-        "id": "ghost", "key": key, "hint": hint, "color": color.css(), "opacity": opacity,
-        "marks": marks.map(|mark| mark.look().id), "marks_opacity": marks_opacity,
-    });
-    let overlays = Map::from_iter(looks);
-    json!({ "overlays": overlays, "ghost": ghost, "plumb": PLUMB, "head": HEAD, "afterglow_s": AFTERGLOW_S })
+    let (overlays, ghost_marks) = (
+        Map::from_iter(looks),
+        GHOST_MARKS.map(|mark| mark.look().id),
+    );
+    json!({ "overlays": overlays, "ghost_marks": ghost_marks, "plumb": PLUMB, "head": HEAD, "afterglow_s": AFTERGLOW_S })
 }
 
 /// The colours of the overlays as variables of a style sheet.
@@ -387,7 +384,7 @@ mod tests {
     #[test]
     fn overlays_can_be_told_apart() {
         for (i, a) in Overlay::ALL.into_iter().map(Overlay::look).enumerate() {
-            assert!(a.key.is_ascii_lowercase() && a.key != GHOST.key);
+            assert!(a.key.is_ascii_lowercase());
             for b in Overlay::ALL.into_iter().skip(i + 1).map(Overlay::look) {
                 assert!(
                     a.id != b.id && a.key != b.key && a.name != b.name && a.color != b.color,

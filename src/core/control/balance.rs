@@ -132,13 +132,12 @@ impl Balance {
         let Design { family, robot, .. } = &*self.design;
         let estimate = estimator.now();
         let (com, dt) = (estimate.com_xy(), family.pendulum.dt);
-        let (design, last_landing) = (&self.design, self.last_landing);
         let now = StepState {
-            design,
+            design: &self.design,
             estimate,
             zmp_error: Vector2::zeros(),
             out_of_sets_s: 0.0,
-            last_landing,
+            last_landing: self.last_landing,
         };
         let lean = self.footwork.as_mut().map_or(Vector2::zeros(), |rule| {
             rule.lean(&now, self.supervisor.margin)
@@ -149,10 +148,10 @@ impl Balance {
             .update(family, &support, com, estimate.com_vel_xy());
         self.zmp_ref = decision.zmp.unwrap_or(self.zmp_ref);
         self.out_of_sets_s = (!decision.held).then(|| self.out_of_sets_s.map_or(0.0, |s| s + dt));
-        let lifts = match self.out_of_sets_s {
-            Some(out_of_sets_s) => self.lift(estimator, self.supervisor.zmp_error(), out_of_sets_s),
-            None => self.lift_at_ease(estimator),
-        };
+        let cause = self
+            .out_of_sets_s
+            .map(|out_of_sets_s| (self.supervisor.zmp_error(), out_of_sets_s));
+        let lifts = self.lift(estimator, cause);
         let estimate = estimator.now();
         if lifts {
             return self.swing_on(estimate, command);
@@ -161,7 +160,11 @@ impl Balance {
             landing.ago_s += dt;
         }
         self.switches += u32::from(decision.starts);
-        let is_landing = self.is_landing();
+        // The impact of the last landing may not be over yet.
+        let is_landing = self
+            .last_landing
+            .zip(self.footwork.as_ref())
+            .is_some_and(|(landing, footwork)| landing.ago_s < footwork.impact_s(&self.design));
         let Self { design, body, .. } = self;
         let Design { family, robot, .. } = &**design;
         body.com.height = [design.units.length_m, 0.0, 0.0];
@@ -202,57 +205,30 @@ impl Balance {
         Ok(())
     }
 
-    /// Whether the impact of the last landing is not over yet.
-    fn is_landing(&self) -> bool {
-        let (Some(landing), Some(footwork)) = (self.last_landing, &self.footwork) else {
-            return false;
-        };
-        landing.ago_s < footwork.impact_s(&self.design)
-    }
-
     /// Lifts a foot for an imposed ZMP error (m, control frame) that does not come from the state, as in the paper's
     /// Sect. V.C. Returns false if the footwork rule finds no footstep for it.
     pub fn lift_for(&mut self, estimator: &mut Estimator, zmp_error: Vector2<f64>) -> bool {
-        self.lift(estimator, zmp_error, f64::INFINITY)
+        self.lift(estimator, Some((zmp_error, f64::INFINITY)))
     }
 
-    fn lift(
-        &mut self,
-        estimator: &mut Estimator,
-        zmp_error: Vector2<f64>,
-        out_of_sets_s: f64,
-    ) -> bool {
-        self.begin(estimator, zmp_error, out_of_sets_s, |rule, now, body| {
-            rule.lift(now, body)
-        })
-    }
-
-    fn lift_at_ease(&mut self, estimator: &mut Estimator) -> bool {
-        self.begin(estimator, Vector2::zeros(), 0.0, |rule, now, body| {
-            rule.lift_at_ease(now, body)
-        })
-    }
-
-    /// Begins the footstep, if any, that the footwork rule returns. Returns whether there is one.
-    fn begin(
-        &mut self,
-        estimator: &mut Estimator,
-        zmp_error: Vector2<f64>,
-        out_of_sets_s: f64,
-        footstep: impl FnOnce(&mut dyn Footwork, &StepState, &mut Body) -> Option<Swing>,
-    ) -> bool {
+    /// Begins the footstep, if any, that the footwork rule returns, for a ZMP error and the time for which the state has
+    /// been in no CPI set, or at ease. Returns whether there is one.
+    fn lift(&mut self, estimator: &mut Estimator, cause: Option<(Vector2<f64>, f64)>) -> bool {
         let Some(footwork) = &mut self.footwork else {
             return false;
         };
-        let (design, last_landing) = (&self.design, self.last_landing);
+        let (zmp_error, out_of_sets_s) = cause.unwrap_or_default();
         let now = StepState {
-            design,
+            design: &self.design,
             estimate: estimator.now(),
             zmp_error,
             out_of_sets_s,
-            last_landing,
+            last_landing: self.last_landing,
         };
-        self.swing = footstep(&mut **footwork, &now, &mut self.body);
+        self.swing = match cause {
+            Some(_) => footwork.lift(&now, &mut self.body),
+            None => footwork.lift_at_ease(&now, &mut self.body),
+        };
         if let Some(swing) = &self.swing {
             estimator.lift(swing.footstep.foot);
         }
@@ -264,19 +240,13 @@ impl Balance {
         let (Some(swing), Some(footwork)) = (&mut self.swing, &mut self.footwork) else {
             return Ok(());
         };
-        let Self {
-            design,
-            last_landing,
-            ..
-        } = self;
-        swing.time_s += design.family.pendulum.dt;
-        let (zmp_error, last_landing) = (swing.footstep.zmp_error, *last_landing);
+        swing.time_s += self.design.family.pendulum.dt;
         let now = StepState {
-            design,
+            design: &self.design,
             estimate,
-            zmp_error,
+            zmp_error: swing.footstep.zmp_error,
             out_of_sets_s: 0.0,
-            last_landing,
+            last_landing: self.last_landing,
         };
         self.zmp_ref = footwork.swing(&now, swing, &mut self.body, command)?;
         Ok(())

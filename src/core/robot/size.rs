@@ -206,22 +206,3 @@ impl Robot {
         robot
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::SizeRatio;
-
-    /// A push moves the capture point by `impulse / (mass omega)`, and a steady pull moves the COM by `force / (mass
-    /// omega^2)`. Both must be the same share of the length for robots of any size.
-    #[test]
-    fn pushes_and_pulls_move_robots_of_any_size_by_the_same_share() {
-        let by = SizeRatio {
-            length: 3.0,
-            mass: 27.0,
-        };
-        let omega = 1.0 / by.time();
-        assert!((by.impulse() / (by.mass * omega) - by.length).abs() < 1e-9);
-        assert!((by.force() / (by.mass * omega * omega) - by.length).abs() < 1e-9);
-        assert!((by.force_per_length() * by.length - by.force()).abs() < 1e-9);
-    }
-}

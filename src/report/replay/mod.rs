@@ -72,11 +72,10 @@ pub fn page(film: &Film, ghost: Option<&Film>, head: &Head) -> Result<String> {
         outcomes => outcomes(film, ghost),
         ghost => ghost.map(|ghost| context! {
             ended => ended([film, ghost]).to_vec(),
-            other => &ghost.controller,
             parted => parted(film, ghost),
             parted_s => Parting::of_films(film, ghost).map(|parting| parting.at_s),
         }),
-        overlays => Overlay::ALL.map(Overlay::look).map(|look| vec![look.key.to_string(), look.name.to_string()]).to_vec(),
+        overlays => Overlay::ALL.map(Overlay::look).map(|look| (look.key, look.name)),
         style => palette::css() + STYLE,
         script => format!("const PALETTE = {looks};\n{}", SCRIPTS.concat()),
         data,

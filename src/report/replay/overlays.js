@@ -2,14 +2,14 @@
 
 const OVERLAYS = Object.values(PALETTE.overlays);
 // The robot of the second film.
-const GHOST = PALETTE.ghost;
+const GHOST = PALETTE.overlays.ghost;
 const AFTERGLOW = PALETTE.afterglow_s;
 // Height of marks above the floor (m, for a robot of the size of UT-mu2), so that they do not flicker.
 const ABOVE = 0.0018;
 
 // The colour of an overlay (red, green and blue from 0 to 1), which is brighter on a dark ground.
 function colorOf(id, theme) {
-  const hex = [...OVERLAYS, GHOST].find((overlay) => overlay.id === id).color;
+  const hex = OVERLAYS.find((overlay) => overlay.id === id).color;
   const parts = [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255);
   return theme === "dark" ? parts.map((x) => x + 0.32 * (1 - x)) : parts;
 }
@@ -44,7 +44,7 @@ function marksOf(film, moment, on) {
       return { arrow: ends ? [sub(point, along), point] : [point, add(point, along)], width };
     }),
   };
-  return OVERLAYS.filter(({ id }) => on.has(id)).flatMap(({ id, style }) => {
+  return OVERLAYS.filter(({ id, style }) => on.has(id) && shapes[style.shape]).flatMap(({ id, style }) => {
     const [shown, opacity] = id === "push" ? pushAt(film, moment) : [moment[id], 1];
     return shown ? shapes[style.shape](shown, style).map((mark) => ({ ...mark, id, opacity })) : [];
   });
@@ -52,8 +52,8 @@ function marksOf(film, moment, on) {
 
 // The marks of the ghost.
 function ghostMarks(film, { ghost, slope }, on) {
-  const known = new Set(GHOST.marks.filter((id) => on.has(id)));
-  return marksOf(film, { ...ghost, slope }, known).map((mark) => ({ ...mark, opacity: GHOST.marks_opacity }));
+  const known = new Set(PALETTE.ghost_marks.filter((id) => on.has(id)));
+  return marksOf(film, { ...ghost, slope }, known).map((mark) => ({ ...mark, opacity: GHOST.style.marks_opacity }));
 }
 
 // The fillings of polygons, which lie on the floor, where the robot hides them.

@@ -4,8 +4,8 @@ const find = (id) => document.getElementById(id);
 const film = new Film(JSON.parse(find("film").textContent));
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const theme = () => (dark.matches ? "dark" : "light");
-const toggles = [...OVERLAYS];
-if (film.ghost) toggles.push({ ...GHOST, name: "ghost: " + film.data.ghost.name });
+const toggles = OVERLAYS.filter((overlay) => overlay !== GHOST || film.ghost);
+if (film.ghost) GHOST.name += ": " + film.data.ghost.name;
 const shown = new Set(toggles.map((overlay) => overlay.id));
 const state = { time: film.start, playing: false, speed: 1, stale: true, last: 0 };
 

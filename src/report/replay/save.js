@@ -65,7 +65,7 @@ const SAVES = {
     const { speed } = state, all = frames();
     const pixels = (time) => picture(time, FRAME, speed).getContext("2d").getImageData(0, 0, ...FRAME).data;
     const some = all.filter((_, i) => i % Math.ceil(all.length / LEARNED) === 0);
-    const marks = [...OVERLAYS, GHOST].map(({ id }) => colorOf(id, theme()).map((x) => Math.round(255 * x)));
+    const marks = OVERLAYS.map(({ id }) => colorOf(id, theme()).map((x) => Math.round(255 * x)));
     const gif = new Gif(...FRAME, paletteOf(some.map(pixels), [...marks, [255, 255, 255]]));
     for (const [i, time] of all.entries()) {
       gif.add(pixels(time), i === all.length - 1 ? LAST_CS : FRAME_CS);
@@ -86,11 +86,12 @@ if (window.MediaRecorder?.isTypeSupported("video/webm")) SAVES.webm = async () =
   const ended = new Promise((done) => { recorder.onstop = done; });
   recorder.ondataavailable = ({ data }) => parts.push(data);
   recorder.start();
-  for (const [i, time] of all.entries()) {
+  // A film ends with the time of its last picture, which is shown twice.
+  for (const [i, time] of [...all, all.at(-1)].entries()) {
     // The browser stamps pictures by its own clock, which stands still while one is drawn.
     recorder.pause();
     pen.drawImage(picture(time, RECORDED, speed), 0, 0);
-    say(`film: ${i + 1} of ${all.length} pictures`);
+    say(`film: ${i + 1} of ${all.length + 1} pictures`);
     recorder.resume();
     (track.requestFrame ? track : stream).requestFrame();
     await new Promise((done) => setTimeout(done, 10 * (i === all.length - 1 ? LAST_CS : FRAME_CS)));

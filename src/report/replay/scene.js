@@ -250,7 +250,7 @@ class Scene {
       gl.enable(gl.CULL_FACE);
       gl.enable(gl.POLYGON_OFFSET_FILL);
       gl.polygonOffset(1, 4);
-      const color = [...colorOf(GHOST.id, theme), GHOST.opacity];
+      const color = [...colorOf(GHOST.id, theme), GHOST.style.opacity];
       this.transparent(this.use(this.solid, lit), this.solids(moment.ghost), () => color);
       gl.disable(gl.POLYGON_OFFSET_FILL);
       marks = [...ghostMarks(this.film, moment, overlays), ...marks];

@@ -73,12 +73,11 @@ impl<'a> ReachSearch<'a> {
             .collect();
         let sole_m =
             [0, 1].map(|axis| robot.soles.left.half_m[axis] + robot.soles.right.half_m[axis]);
-        let height_m = robot.home_com_height();
         Self {
             robot,
             hulls: Hulls::of(robot),
             pairs,
-            height_m,
+            height_m: robot.home_com_height(),
             omega: robot.omega(),
             apart_m: left - right,
             sole_m,

@@ -1,7 +1,7 @@
 //! The wishes of the user, and the keys for them.
 
 use kiss3d::event::{Action, Key};
-use standfast_scene::palette::{GHOST, Overlay};
+use standfast_scene::palette::Overlay;
 use std::time::{Duration, Instant};
 
 /// A wish of the user, from a key or from the panel.
@@ -24,7 +24,6 @@ pub enum Wish {
     /// Chooses the controller with this number, from 0.
     Controller(usize),
     Toggle(Overlay),
-    ToggleGhost,
     ResetCamera,
     Help,
     Quit,
@@ -39,7 +38,7 @@ impl Wish {
 }
 
 /// The help on mouse and keys.
-pub const HELP: [(&str, &str); 14] = [
+pub const HELP: [(&str, &str); 13] = [
     ("drag the robot", "pulls the link under the mouse"),
     ("drag elsewhere", "turns the view; right drag moves it"),
     ("wheel", "zooms"),
@@ -52,7 +51,6 @@ pub const HELP: [(&str, &str); 14] = [
     ("Left, Right", "turn the push"),
     ("1, 2, 3 ...", "choose the controller of the solid robot"),
     ("V", "returns to the first view"),
-    ("E", "shows and hides the ghost"),
     ("H; Q or Esc", "hides this help; quits"),
 ];
 
@@ -130,7 +128,6 @@ fn signed(sign: char) -> Option<Wish> {
         return Some(Wish::Toggle(overlay));
     }
     Some(match sign {
-        key if key == GHOST.key => Wish::ToggleGhost,
         '.' | 'n' => Wish::Tick,
         '-' => Wish::Slower,
         '=' | '+' => Wish::Faster,
@@ -173,7 +170,6 @@ mod tests {
             assert_eq!(signed(key), Some(Wish::Toggle(Overlay::ALL[i])));
             assert!(!".n-=+vhqr".contains(key), "{key} does something else too");
         }
-        assert_eq!(signed(GHOST.key), Some(Wish::ToggleGhost));
     }
 
     #[test]

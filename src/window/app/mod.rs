@@ -38,7 +38,7 @@ use simulation::Simulation;
 use space::Space;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Units;
-use standfast_scene::palette::{GHOST, Overlay, Style};
+use standfast_scene::palette::{GHOST_MARKS, Overlay, Style};
 use standfast_scene::{Stage, Surface};
 use std::path::Path;
 use std::time::Instant;
@@ -86,8 +86,6 @@ struct App<'a> {
     live: Live<'a>,
     clock: FrameClock,
     shown: Vec<Overlay>,
-    /// Whether a ghost is drawn, if there is one.
-    shows_ghost: bool,
     aim: Aim,
     keyboard: Keyboard,
     help: bool,
@@ -116,7 +114,6 @@ impl<'a> App<'a> {
             live: Live::new(world),
             clock: FrameClock::new(args.speed),
             shown: Overlay::ALL.to_vec(),
-            shows_ghost: true,
             aim,
             keyboard: Keyboard::default(),
             help: true,
@@ -292,7 +289,12 @@ impl<'a> App<'a> {
             drawn.trail(self.live.shown.trail.path(|at| at.com), Overlay::Com);
             drawn.trail(self.live.shown.trail.path(|at| at.dcm), Overlay::Dcm);
         }
-        if let Some(ghost) = self.live.ghost.as_ref().filter(|_| self.shows_ghost) {
+        if let Some(ghost) = self
+            .live
+            .ghost
+            .as_ref()
+            .filter(|_| self.shown.contains(&Overlay::Ghost))
+        {
             let paint = transparent::ghost(stage, kinematics);
             let body = transparent::shape(stage, &ghost.kinematics, paint, &lens, eye);
             drawn.painter.add(body);
@@ -313,7 +315,6 @@ impl<'a> App<'a> {
             live,
             clock,
             shown,
-            shows_ghost,
             aim,
             ..
         } = &*self;
@@ -321,7 +322,6 @@ impl<'a> App<'a> {
             live,
             clock,
             shown,
-            shows_ghost: *shows_ghost,
             aim: *aim,
             scale: stage.scale,
         };
@@ -330,8 +330,7 @@ impl<'a> App<'a> {
 
     /// The marks of a ghost, which are some of the shown marks.
     fn of_ghost(&self) -> Vec<Overlay> {
-        GHOST
-            .marks
+        GHOST_MARKS
             .into_iter()
             .filter(|overlay| self.shown.contains(overlay))
             .collect()
@@ -363,7 +362,6 @@ impl<'a> App<'a> {
                 Some(i) => _ = self.shown.remove(i),
                 None => self.shown.push(overlay),
             },
-            Wish::ToggleGhost => self.shows_ghost ^= true,
             Wish::ResetCamera => {
                 (self.camera, self.leash) = (
                     camera(self.space.stage.scale),

@@ -11,7 +11,7 @@ use kiss3d::egui::{
     ScrollArea, Sense, Ui, vec2,
 };
 use standfast_core::robot::SizeRatio;
-use standfast_scene::palette::{GHOST, Overlay, OverlayLook};
+use standfast_scene::palette::{Overlay, OverlayLook};
 use standfast_scene::{doing, without_gain};
 
 /// Width of the panel (points).
@@ -26,7 +26,6 @@ pub struct Seen<'a> {
     pub live: &'a Live<'a>,
     pub clock: &'a FrameClock,
     pub shown: &'a [Overlay],
-    pub shows_ghost: bool,
     pub aim: Aim,
     pub scale: SizeRatio,
 }
@@ -58,7 +57,7 @@ pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
                     let ghost = live
                         .ghost
                         .as_ref()
-                        .filter(|_| seen.shows_ghost)
+                        .filter(|_| seen.shown.contains(&Overlay::Ghost))
                         .map(|ghost| &ghost.trail);
                     plots::draw(
                         ui,
@@ -243,49 +242,32 @@ fn push(ui: &mut Ui, aim: Aim, wishes: &mut Vec<Wish>) {
 
 /// The check boxes of the overlays.
 fn overlays(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
-    let mut boxes = Vec::new();
-    for overlay in Overlay::ALL {
-        let OverlayLook {
-            key,
-            name,
-            hint,
-            color,
-            ..
-        } = overlay.look();
-        boxes.push((
-            name.to_string(),
-            key,
-            hint,
-            color,
-            seen.shown.contains(&overlay),
-            Wish::Toggle(overlay),
-        ));
-    }
-    if let Some(ghost) = &seen.live.ghost {
-        let (name, hint) = (format!("ghost: {}", seen.live.entrant(ghost)), GHOST.hint);
-        boxes.push((
-            name,
-            GHOST.key,
-            hint,
-            GHOST.color,
-            seen.shows_ghost,
-            Wish::ToggleGhost,
-        ));
-    }
+    let ghost = seen.live.ghost.as_ref();
+    let boxes = Overlay::ALL
+        .into_iter()
+        .filter(|overlay| ghost.is_some() || *overlay != Overlay::Ghost);
     Grid::new("overlays")
         .num_columns(2)
         .spacing([8.0, 2.0])
         .show(ui, |ui| {
-            for (i, (name, key, hint, color, mut is_shown, wish)) in boxes.into_iter().enumerate() {
+            for (i, overlay) in boxes.enumerate() {
+                let OverlayLook {
+                    key,
+                    name,
+                    hint,
+                    color,
+                    ..
+                } = overlay.look();
                 ui.horizontal(|ui| {
                     let (place, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
                     ui.painter().rect_filled(place, 2, color.egui());
+                    let mut is_shown = seen.shown.contains(&overlay);
                     let switch = ui.checkbox(
                         &mut is_shown,
                         format!("{name} ({})", key.to_ascii_uppercase()),
                     );
                     if switch.on_hover_text(hint).changed() {
-                        wishes.push(wish);
+                        wishes.push(Wish::Toggle(overlay));
                     }
                 });
                 if i % 2 == 1 {

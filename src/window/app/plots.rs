@@ -5,7 +5,7 @@ use super::colors::OnScreen as _;
 use egui_plot::{AxisHints, Line, LineStyle, Plot, PlotPoint, PlotPoints, uniform_grid_spacer};
 use kiss3d::egui::{Rangef, Ui};
 use nalgebra::Point2;
-use standfast_scene::palette::{GHOST, Overlay};
+use standfast_scene::palette::Overlay;
 use standfast_sim::episode::Snapshot;
 use std::collections::VecDeque;
 
@@ -172,7 +172,7 @@ pub fn draw(
                     ghost.map_or_else(Vec::new, |ghost| thinned(ghost, axis, |s| Some(s.com)))
                 {
                     let line = Line::new("COM of the ghost", PlotPoints::Owned(points));
-                    plot.line(line.color(GHOST.color.egui()).width(1.6));
+                    plot.line(line.color(Overlay::Ghost.color().egui()).width(1.6));
                 }
             });
     }

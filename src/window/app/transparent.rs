@@ -7,7 +7,7 @@ use super::space::{brightness, to_sun};
 use kiss3d::egui::{Mesh, Shape};
 use nalgebra::{Isometry3, Point3};
 use standfast_core::robot::Kinematics;
-use standfast_scene::palette::{Color, GHOST};
+use standfast_scene::palette::{Color, GHOST, Overlay};
 use standfast_scene::{Stage, Surface};
 
 /// Distance from the same part of the solid robot at which a part of the ghost has its full opacity, for a robot of the
@@ -22,7 +22,10 @@ pub fn ghost(
     move |Surface { link, ball, .. }, pose| {
         let beside = robot.link_pose(*link) * ball.0;
         let apart_m = (pose * ball.0 - beside).norm() / stage.scale.length;
-        (GHOST.color, GHOST.opacity * (apart_m / APART_M).min(1.0))
+        (
+            Overlay::Ghost.color(),
+            GHOST.opacity * (apart_m / APART_M).min(1.0),
+        )
     }
 }
 

@@ -143,10 +143,6 @@ impl Estimator {
     pub fn new(robot: &Robot, dt: f64) -> Self {
         let units = Units::of(robot);
         let trunk = TrunkFilter::new(&robot.noise, units.length_m, dt, Vector3::zeros());
-        let stands = PerFoot {
-            left: true,
-            right: true,
-        };
         let phase = dt * units.omega();
         let mut estimator = Self {
             units,
@@ -154,7 +150,7 @@ impl Estimator {
             phase,
             trunk,
             lever: Vector3::zeros(),
-            stands,
+            stands: PerFoot::from_fn(|_| true),
             now: Estimate::at_home(robot),
         };
         estimator.rest(robot);
@@ -188,7 +184,7 @@ impl Estimator {
     pub fn set_motion(&mut self, state: &State, load_n: PerFoot<f64>) {
         let now = &mut self.now;
         (now.com.x, now.com.y) = (state.com().x, state.com().y);
-        now.com_vel = Vector3::new(state.com_vel().x, state.com_vel().y, 0.0);
+        now.com_vel = state.com_vel().push(0.0);
         (now.zmp, now.load_n) = (state.zmp(), load_n);
     }
 
@@ -228,10 +224,7 @@ impl Estimator {
             rotation,
         );
         now.footholds = PerFoot::from_fn(|foot| flat(&now.soles[foot]));
-        now.in_contact = PerFoot {
-            left: false,
-            right: false,
-        };
+        now.in_contact = PerFoot::default();
         self.stands = now.in_contact;
         self.rest(robot);
         self.measure_zmp(sensed);
