@@ -358,7 +358,7 @@ fn results() {
         }
         folder.missing();
         for rows in folder.parts()? {
-            rows?.iter().for_each(|row| drop(row.settling_s()));
+            rows?.iter().for_each(|row| _ = row.settling_s());
         }
         StoredTrial::open(&damaged, 0, None).map(|_| ())
     });

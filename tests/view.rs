@@ -13,11 +13,11 @@ fn no_window(environment: &[(&str, &str)]) -> Run {
     }
     let folder = TempDir::new().unwrap();
     command.env("XDG_RUNTIME_DIR", folder.path());
-    Run::of(
-        command
-            .envs(environment.iter().copied())
-            .args(["view", "--gains=hold", "--seconds=5"]),
-    )
+    Run::of(command.envs(environment.iter().copied()).args([
+        "view",
+        "--controller=hold",
+        "--seconds=5",
+    ]))
 }
 
 /// Asserts one line with these words, exit code 2, and nothing on stdout.
@@ -118,8 +118,8 @@ mod window {
         };
         let folder = folder();
         let arguments = [
-            "--gains=switching",
-            "--gains=hold",
+            "--controller=switching",
+            "--controller=hold",
             "--impulse=2",
             "--heading=90",
             "--screenshot=last.png",
@@ -190,7 +190,7 @@ mod window {
         let view = View::open(
             &display,
             folder.path(),
-            &["--gains=switching", "--impulse=1.5"],
+            &["--controller=switching", "--impulse=1.5"],
         );
         // A push fills the plots, and another one begins, in which the marks are apart.
         view.press("Return");
@@ -255,8 +255,12 @@ mod window {
         let folder = folder();
         let trial = ["--campaign=smoke", "--trial=3"];
         for (controller, key, words) in [
-            ("--gains=hold", "fell_at_s", "fell at"),
-            ("--gains=catch", "settled_at_s", "has stood still since"),
+            ("--controller=hold", "fell_at_s", "fell at"),
+            (
+                "--controller=catch",
+                "settled_at_s",
+                "has stood still since",
+            ),
         ] {
             // Each program has a display of its own, since a display ends with its last window.
             let Some(display) = Display::start() else {
@@ -290,7 +294,7 @@ mod window {
                 return;
             };
             let folder = folder();
-            let view = View::open(&display, folder.path(), &["--gains=hold"]);
+            let view = View::open(&display, folder.path(), &["--controller=hold"]);
             let (mut process, told) = view.leave();
             if destroys {
                 let id = display.window("standfast");
@@ -323,7 +327,7 @@ mod window {
         );
         assert!(refused(&["out", "--trial=3"]).contains("campaign \"out\" not found"));
         assert!(refused(&["--speed=0"]).contains("--speed"));
-        assert!(refused(&["--gains=no-such-set"]).contains("no-such-set"));
+        assert!(refused(&["--controller=no-such-set"]).contains("no-such-set"));
         assert!(refused(&["--screenshot=picture.bmp"]).contains("png"));
     }
 

@@ -9,45 +9,41 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "Examples:
-  standfast view                                    catch, paper, switching, hold
-  standfast view --controller hold --controller mine.toml     keys 1 and 2 switch the sets
-  standfast view --campaign harsh --trial 17        with a trial's pushes
-  standfast view --engine both                      the robot in both engines
+  standfast view                               catch, paper, switching, hold
+  standfast view --controller hold --controller mine.toml     keys 1 and 2 switch
+  standfast view --campaign harsh --trial 17   with a trial's pushes
+  standfast view --engine both                 the robot in both engines, one as a
+                                               ghost: the same pushes act on both
 
 Drag the robot with the mouse, or push it with Enter. With --campaign and
 --trial, robot and ground are also those of the trial. The window lists its
 keys. To see a trial of a result as it was: `standfast replay DIR --trial I`.
 
 The window needs a display, a Vulkan driver, and a program that was built with
-`cargo build --release --features view`, which takes some twenty minutes on two
-cores. Without a window, `standfast push --replay push.html` writes a page that
+the feature `view`, which takes some twenty minutes on two cores. Without a window, `standfast push --replay push.html` writes a page that
 shows a push in a browser.")]
 pub struct ViewArgs {
-    /// Trial of --campaign, whose robot, ground, noise and pushes are used
+    /// Trial of the campaign: its robot, ground, noise and pushes
     #[arg(long, value_name = "I", value_parser = count::<u64>(0..=MOST_TRIAL))]
     pub trial: Option<u64>,
-    /// Controller by name or file, or a variant NAME:KEY=VALUE; may be given several times, the first acts
-    /// [default: catch, paper, switching, hold]
-    #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE")]
+    /// Controller; may be repeated, the first acts [default: catch and three others]
+    #[arg(long = "controller", alias = "gains", value_name = "NAME|FILE")]
     pub gains: Vec<String>,
-    /// Physics engine that simulates the robot [default: that of the campaign, or rapier].
-    ///
-    /// With `both`, the robot in the second engine is shown, too, as a ghost. The same pushes and pulls act on both.
-    #[arg(long, value_name = "ENGINE", value_parser = [ENGINES[0], ENGINES[1], BOTH])]
+    /// Physics engine: rapier, mujoco or both
+    #[arg(long, value_parser = [ENGINES[0], ENGINES[1], BOTH], hide_possible_values = true)]
     pub engine: Option<String>,
-    /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
+    /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
     #[command(flatten)]
     pub campaign: CampaignArgs,
-    /// Impulse of the push that Enter gives (N s), which can be changed in the window [default: 5, scaled to
-    /// the robot]
+    /// Impulse of the push that Enter gives (N s) [default: 5, scaled to the robot]
     #[arg(long, value_name = "N_S", value_parser = number)]
     pub impulse: Option<f64>,
-    /// Heading of that push (degrees): 0 pushes forward, 90 to the left; it can be changed in the window
+    /// Heading of that push (degrees): 0 is forward, 90 to the left
     #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = number)]
     pub heading: f64,
-    /// Simulated seconds per second; it can be changed in the window
+    /// Simulated seconds per second at the start
     #[arg(long, value_name = "RATIO", default_value_t = 1.0, value_parser = number)]
     pub speed: f64,
     /// Close the window after so many seconds
