@@ -18,7 +18,7 @@
 //! ```
 //! use standfast::core::control::{CpiController, Design, Phase};
 //! use standfast::controllers::gain_set;
-//! use standfast::core::robot::{GRAVITY, PerFoot};
+//! use standfast::core::robot::PerFoot;
 //! use standfast::core::socket::{Command, Controller, Imu, Sensed, Wrench};
 //! use nalgebra::{UnitQuaternion, Vector3};
 //!
@@ -28,7 +28,7 @@
 //! let design = Design::new(&robot, &gain_set("catch")?, period_s)?;
 //! let mut controller = CpiController::new(design);
 //! let mut command = Command::hold(&robot.home_rad);
-//! let half_weight = Vector3::new(0.0, 0.0, 0.5 * robot.mass() * GRAVITY);
+//! let half_weight = Vector3::new(0.0, 0.0, 0.5 * robot.weight_n());
 //! for k in 0..100 {
 //!     // Encoders, the IMU averaged over the past period, and mean wrenches under the soles in sole axes.
 //!     let sensed = Sensed {

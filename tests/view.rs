@@ -167,8 +167,17 @@ mod window {
             .parse()
             .unwrap();
         assert!((0.5..40.0).contains(&force), "{told}");
-        assert!(told.contains("2 gain switches, 1 restart, "), "{told}");
+        assert!(
+            told.contains("2 changes of controller, 1 restart, "),
+            "{told}"
+        );
         assert!(told.contains(" ticks (3 single)"), "{told}");
+        for robot in [
+            "\nsolid, switching in Rapier: ",
+            "\nghost, hold in Rapier: ",
+        ] {
+            assert!(told.contains(robot), "{robot:?} {told}");
+        }
         assert!(number_before(&told, " ticks") > 50.0, "{told}");
         assert!(
             (3.0..500.0).contains(&number_before(&told, " mm from its start")),
@@ -190,7 +199,11 @@ mod window {
         let view = View::open(
             &display,
             folder.path(),
-            &["--controller=switching", "--impulse=1.5"],
+            &[
+                "--controller=switching",
+                "--controller=hold",
+                "--impulse=1.5",
+            ],
         );
         // A push fills the plots, and another one begins, in which the marks are apart.
         view.press("Return");
@@ -228,7 +241,7 @@ mod window {
             );
             assert!(of_it(&screen()) > 20, "{key} does not come back");
         }
-        for key in ["c", "z", "s", "i", "g", "p"] {
+        for key in ["c", "z", "s", "i", "g", "p", "t", "b", "e"] {
             view.press(key);
             let without = screen();
             assert!(
@@ -254,14 +267,11 @@ mod window {
     fn a_trial_ends_in_the_window_as_it_does_elsewhere() {
         let folder = folder();
         let trial = ["--campaign=smoke", "--trial=3"];
-        for (controller, key, words) in [
-            ("--controller=hold", "fell_at_s", "fell at"),
-            (
-                "--controller=catch",
-                "settled_at_s",
-                "has stood still since",
-            ),
+        for (name, key, words) in [
+            ("hold", "fell_at_s", "fell at"),
+            ("catch", "settled_at_s", "has stood still since"),
         ] {
+            let controller = &*format!("--controller={name}");
             // Each program has a display of its own, since a display ends with its last window.
             let Some(display) = Display::start() else {
                 return;
@@ -281,7 +291,7 @@ mod window {
             view.until("the verdict", |frame| frame.time_s > end_s + 0.1);
             let told = view.quit("q");
             assert!(
-                told.contains(&format!("\nrobot, in Rapier: {words} {at_s:.2} s")),
+                told.contains(&format!("\nsolid, {name} in Rapier: {words} {at_s:.2} s")),
                 "{push} {told}"
             );
         }
@@ -322,13 +332,19 @@ mod window {
         };
         let words = refused(&["--trial=3"]);
         assert!(
-            words.contains("--trial") && words.contains("standfast replay"),
+            words.contains("--trial") && words.contains("--campaign"),
             "{words}"
         );
         assert!(refused(&["out", "--trial=3"]).contains("campaign \"out\" not found"));
         assert!(refused(&["--speed=0"]).contains("--speed"));
         assert!(refused(&["--controller=no-such-set"]).contains("no-such-set"));
         assert!(refused(&["--screenshot=picture.bmp"]).contains("png"));
+        let three = [
+            "--controller=hold",
+            "--controller=fixed",
+            "--controller=paper",
+        ];
+        assert!(refused(&three).contains("one or two"));
     }
 
     /// The number right before `words`.

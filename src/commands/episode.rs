@@ -4,8 +4,9 @@
 use super::arguments::check_output;
 use super::terminal::note;
 use serde_json::json;
-use standfast_core::error::Result;
+use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Robot, Units};
+use standfast_core::socket::PreparedController;
 use standfast_files::{shell_word, write_atomic};
 use standfast_report::observer::EpisodeObserver;
 use standfast_report::replay::{self, Head};
@@ -16,6 +17,7 @@ use standfast_sim::episode::parting::Parting;
 use standfast_sim::episode::{Disturbance, EpisodeConfig, EpisodeRun, Film, Outcome};
 use standfast_sim::push::three_digits;
 use standfast_sim::{Engine, Push};
+use standfast_study::ask::entrant::Entrant;
 use standfast_study::{Campaign, Overrides, check_episode, check_steps};
 use std::path::{Path, PathBuf};
 
@@ -157,8 +159,38 @@ impl Setting {
         Ok(setting)
     }
 
+    /// The entrants that are listed, one or two, each with its settings.
+    pub fn entrants(&self, listed: &[String]) -> Result<Vec<(PreparedController, EpisodeConfig)>> {
+        let mut entrants: Vec<(PreparedController, EpisodeConfig)> = Vec::new();
+        for listed in listed {
+            let entrant = Entrant::split(listed);
+            let config = self.config_in(entrant.engine.unwrap_or(self.campaign.episode.engine))?;
+            let mut factory = self.controller(entrant.controller)?;
+            factory.name = entrant.of(&factory.name);
+            if entrants.len() > 1 || entrants.iter().any(|(other, _)| other.name == factory.name) {
+                let (problem, accepted) = (
+                    "cannot be shown beside the others",
+                    "one or two that differ",
+                );
+                return Err(Error::option("--controller", listed, problem, accepted));
+            }
+            entrants.push((factory, config));
+        }
+        Ok(entrants)
+    }
+
+    /// A controller by its name in the campaign, or by name or file.
+    pub fn controller(&self, name: &str) -> Result<PreparedController> {
+        let factory = standfast_controllers::load(&self.campaign.gains_named(name))?
+            .prepare(&self.robot, self.campaign.episode.control_period_s)?;
+        if let Some(warning) = &factory.warning {
+            log::warn!("{warning}");
+        }
+        Ok(factory)
+    }
+
     /// The settings of an episode in an engine. Fails if the engine does not take them or the robot.
-    pub fn config_in(&self, engine: Engine) -> Result<EpisodeConfig> {
+    fn config_in(&self, engine: Engine) -> Result<EpisodeConfig> {
         let config = EpisodeConfig {
             engine,
             ..self.campaign.episode

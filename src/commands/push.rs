@@ -6,11 +6,9 @@ use super::arguments::{
 use super::episode::{self, OutputArgs, Setting, command_line};
 use super::terminal::{note, print};
 use standfast_core::error::{Error, Result};
-use standfast_core::socket::PreparedController;
 use standfast_sim::Engine;
-use standfast_sim::episode::{EpisodeConfig, EpisodeRun};
+use standfast_sim::episode::EpisodeRun;
 use standfast_study::Overrides;
-use standfast_study::ask::entrant::Entrant;
 use standfast_study::ask::trial;
 use std::process::ExitCode;
 
@@ -99,26 +97,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
             "trial {trial} is none of the campaign's {trials}, but may be of a search"
         ));
     }
-    let mut entrants: Vec<(PreparedController, EpisodeConfig)> = Vec::new();
-    for listed in &args.gains {
-        let entrant = Entrant::split(listed);
-        let gains = campaign.gains_named(entrant.controller);
-        let config = setting.config_in(entrant.engine.unwrap_or(config.engine))?;
-        let mut factory =
-            standfast_controllers::load(&gains)?.prepare(robot, config.control_period_s)?;
-        factory.name = entrant.of(&factory.name);
-        if let Some(warning) = &factory.warning {
-            log::warn!("{warning}");
-        }
-        if entrants.len() > 1 || entrants.iter().any(|(other, _)| other.name == factory.name) {
-            let (problem, accepted) = (
-                "cannot be shown beside the others",
-                "one or two that differ",
-            );
-            return Err(Error::option("--controller", listed, problem, accepted));
-        }
-        entrants.push((factory, config));
-    }
+    let entrants = setting.entrants(&args.gains)?;
     args.check_beside()?;
     args.outputs.check()?;
     args.outputs.check_length(config)?;

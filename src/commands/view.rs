@@ -1,37 +1,38 @@
 //! `standfast view`: shows the robot in a 3D window, live.
 
-use super::arguments::{BOTH, CampaignArgs, ENGINES, MOST_TRIAL, check_output, count, number};
+use super::arguments::{CampaignArgs, ENGINES, MOST_TRIAL, check_output, count, number, one_of};
 use super::terminal::print;
 use standfast_core::error::Result;
+use standfast_sim::Engine;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "Examples:
-  standfast view                               catch, paper, switching, hold
-  standfast view --controller hold --controller mine.toml     keys 1 and 2 switch
-  standfast view --campaign harsh --trial 17   with a trial's pushes
-  standfast view --engine both                 the robot in both engines, one as a
-                                               ghost: the same pushes act on both
+  standfast view                               catch; keys 2 to 4: other controllers
+  standfast view --controller hold --controller catch@mujoco     two robots
+  standfast view harsh --trial 17              with a trial's pushes
 
-Drag the robot with the mouse, or push it with Enter. With --campaign and
---trial, robot and ground are also those of the trial. The window lists its
-keys. To see a trial of a result as it was: `standfast replay DIR --trial I`.
+Drag the robot with the mouse, or push it with Enter. With a campaign and
+--trial, robot and ground are also those of the trial. A second controller is a
+ghost beside the first, which gets the same pushes and pulls. The window lists
+its keys. To see a trial of a result as it was: `standfast replay DIR --trial I`.
 
 The window needs a display, a Vulkan driver, and a program that was built with
-the feature `view`, which takes some twenty minutes on two cores. Without a window, `standfast push --replay push.html` writes a page that
-shows a push in a browser.")]
+the feature `view`, which takes some twenty minutes on two cores. Without a
+window, `standfast push --replay push.html` writes a page that shows a
+push in a browser.")]
 pub struct ViewArgs {
     /// Trial of the campaign: its robot, ground, noise and pushes
-    #[arg(long, value_name = "I", value_parser = count::<u64>(0..=MOST_TRIAL))]
+    #[arg(long, value_name = "I", requires = "of_campaign", value_parser = count::<u64>(0..=MOST_TRIAL))]
     pub trial: Option<u64>,
-    /// Controller; may be repeated, the first acts [default: catch and three others]
+    /// Controller by name or file; a second one is a ghost [default: catch]
     #[arg(long = "controller", alias = "gains", value_name = "NAME|FILE")]
     pub gains: Vec<String>,
-    /// Physics engine: rapier, mujoco or both
-    #[arg(long, value_parser = [ENGINES[0], ENGINES[1], BOTH], hide_possible_values = true)]
-    pub engine: Option<String>,
+    /// Physics engine: rapier or mujoco
+    #[arg(long, value_parser = one_of::<Engine, 2>(ENGINES), hide_possible_values = true)]
+    pub engine: Option<Engine>,
     /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
@@ -64,18 +65,37 @@ pub fn run(args: ViewArgs) -> Result<ExitCode> {
 /// Shows the window until it is closed, and tells what came of it.
 #[cfg(feature = "view")]
 fn shown(args: ViewArgs) -> Result<String> {
-    standfast_window::run(&standfast_window::Options {
-        trial: args.trial,
-        gains: args.gains,
-        engines: super::arguments::engines_of(args.engine.as_deref()),
+    let overrides = standfast_study::Overrides {
+        engines: Vec::from_iter(args.engine),
         robot: args.robot,
-        campaign: args.campaign.name().map(String::from),
+        ..Default::default()
+    };
+    let setting =
+        super::episode::Setting::of(args.campaign.name(), overrides, args.trial.is_some())?;
+    let (mut controllers, mut configs): (Vec<_>, Vec<_>) =
+        setting.entrants(&args.gains)?.into_iter().unzip();
+    if controllers.is_empty() {
+        controllers = ["catch", "paper", "switching", "hold"]
+            .into_iter()
+            .map(|name| setting.controller(name))
+            .collect::<Result<_>>()?;
+        configs = vec![setting.campaign.episode];
+    }
+    if let Some(index) = args.trial {
+        setting.campaign.check_trial(index)?;
+    }
+    // Without a campaign the sensors are ideal.
+    let campaign = args.campaign.name().map(|_| setting.campaign);
+    let world =
+        standfast_window::LiveSetup::new(setting.robot, controllers, configs, campaign, args.trial);
+    let options = standfast_window::Options {
         impulse: args.impulse,
         heading: args.heading,
         speed: args.speed,
         seconds: args.seconds,
         screenshot: args.screenshot,
-    })
+    };
+    standfast_window::run(&world, &options)
 }
 
 /// This build has no window. The error names the alternatives and the command that builds a window.

@@ -19,7 +19,7 @@ use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Foot, GRAVITY, Kinematics, Pose, Robot, Shape, Solid};
+use standfast_core::robot::{Foot, Kinematics, Pose, Robot, Shape, Solid};
 use standfast_files::assets::{self, InputKind};
 use standfast_files::columns::meaning;
 use standfast_files::{AtomicFile, folder_of};
@@ -325,7 +325,7 @@ fn shape(solid: &Solid) -> (usize, Value) {
 
 fn forces(robot: &Robot, tick: &Tick, at: &Value) -> Value {
     let (truth, height) = (tick.truth, robot.home_com_height());
-    let weight_n = robot.mass() * GRAVITY;
+    let weight_n = robot.weight_n();
     let ball = |place: Point3<f64>, paint: [f64; 4]| {
         let size = xyz(Vector3::repeat(BALL * height));
         json!({ "pose": pose(&Pose::translation(place.x, place.y, place.z)), "size": size, "color": color(paint) })

@@ -14,7 +14,7 @@ use standfast_core::error::{Error, Result};
 use standfast_core::geometry::SupportPolygon;
 use standfast_core::geometry::gap::gap_m;
 use standfast_core::robot::kinematics::Kinematics;
-use standfast_core::robot::model::{Ankle, Foot, GRAVITY, Link, Robot};
+use standfast_core::robot::model::{Ankle, Foot, Link, Robot};
 use standfast_files::assets::{self, InputKind, Source};
 use std::path::Path;
 
@@ -254,7 +254,7 @@ fn check_support(file: &str, robot: &Robot) -> Result<()> {
     let soles = Kinematics::at_home(robot).sole_poses(robot);
     let mut corners = Vec::new();
     for foot in Foot::BOTH {
-        let pressable = robot.soles[foot].pressable_corners(0.5 * robot.mass() * GRAVITY);
+        let pressable = robot.soles[foot].pressable_corners(0.5 * robot.weight_n());
         corners.extend(pressable.map(|corner| (soles[foot] * corner).xy()));
     }
     // Soles that only touch do not overlap.

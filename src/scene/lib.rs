@@ -12,7 +12,6 @@ mod ground;
 mod marks;
 pub mod mesh;
 pub mod palette;
-pub mod scale;
 mod sign;
 mod strokes;
 mod words;
@@ -23,18 +22,28 @@ pub use marks::{Drawing, SceneMark, arrow_along, on_ground};
 use mesh::DrawnMesh;
 use nalgebra::{Isometry3, Point3};
 use palette::Overlay;
-use scale::RobotScale;
 pub use sign::{FlatShape, ScreenPoint};
-use standfast_core::robot::{Kinematics, Posture, Robot};
+use standfast_core::robot::{Kinematics, Posture, Robot, SizeRatio};
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
 pub use strokes::{Stroke, arrow, strokes};
 pub use words::{PHASES, doing, without_gain};
 
+/// UT-mu2 at home, for which the window and pages were made: height of its COM (m), and its mass (kg).
+const UT_MU2: (f64, f64) = (0.31, 8.0);
+
+/// The ratios of a robot to UT-mu2. Marks grow with its length, and the pull of the mouse with its weight.
+pub fn scale(robot: &Robot) -> SizeRatio {
+    SizeRatio {
+        length: robot.home_com_height() / UT_MU2.0,
+        mass: robot.mass() / UT_MU2.1,
+    }
+}
+
 /// A robot that can be drawn in any posture, and the ground on which it stands.
 pub struct Stage<'a> {
     pub robot: &'a Robot,
-    pub scale: RobotScale,
+    pub scale: SizeRatio,
     /// The ground with its final slope; each snapshot has the slope of its time.
     ground: Ground,
     /// The solids, opaque ones first.
@@ -74,7 +83,7 @@ impl<'a> Stage<'a> {
         solids.sort_by_key(Surface::is_translucent);
         Self {
             robot,
-            scale: RobotScale::of(robot),
+            scale: scale(robot),
             ground,
             solids,
         }
@@ -112,5 +121,16 @@ impl<'a> Stage<'a> {
 impl Surface {
     pub fn is_translucent(&self) -> bool {
         self.color[3] < 1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn all_factors_are_one_for_ut_mu2() {
+        let scale = super::scale(&standfast_robots::load("ut-mu2").unwrap());
+        for one in [scale.length, scale.mass, scale.force_per_length()] {
+            assert!((one - 1.0).abs() < 0.01, "{scale:?}");
+        }
     }
 }

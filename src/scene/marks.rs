@@ -1,9 +1,9 @@
 //! The marks of a moment, as one list for the window and replays.
 
 use super::palette::{Overlay, Sheet, Style};
-use super::scale::RobotScale;
 use super::sign::Sign;
 use nalgebra::{Point2, Point3, Vector3};
+use standfast_core::robot::SizeRatio;
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
 use standfast_sim::episode::snapshot::Arrow;
@@ -46,7 +46,7 @@ pub enum Drawing {
 pub(super) fn of(
     now: &Snapshot,
     ground: &Ground,
-    scale: RobotScale,
+    scale: SizeRatio,
     shown: &[Overlay],
 ) -> Vec<SceneMark> {
     let mut marks = Vec::new();
@@ -90,6 +90,8 @@ pub(super) fn of(
                 add(Drawing::Sign { at: to, sign: foot });
                 add(Drawing::Sign { at: from, sign });
             }
+            // The trail is a matter of many moments, and the body is no mark.
+            Style::Trail { .. } | Style::Body { .. } => {}
             Style::Arrow { of, ends, .. } => {
                 for force in &of(now) {
                     if let Some(arrow) = arrow_along(overlay, force, ends, scale) {
@@ -108,12 +110,12 @@ pub fn arrow_along(
     overlay: Overlay,
     Arrow { point, force }: &Arrow,
     ends: bool,
-    scale: RobotScale,
+    scale: SizeRatio,
 ) -> Option<Drawing> {
     let Style::Arrow { m_per_n, width, .. } = overlay.look().style else {
         return None;
     };
-    let along = force * scale.m_per_n(m_per_n);
+    let along = force * (m_per_n / scale.force_per_length());
     let tail = if ends { point - along } else { *point };
     Some(Drawing::Arrow {
         tail,

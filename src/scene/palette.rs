@@ -1,5 +1,5 @@
-//! The overlays: all marks beside the robot, with their colours, keys, names and styles. They are the same in the
-//! window and in replays.
+//! The overlays: the robot's body and all marks beside it, with their colours, keys, names and styles. They are the same in
+//! the window and in replays.
 
 use super::sign::Sign;
 use nalgebra::Point2;
@@ -25,11 +25,13 @@ pub struct Plumb {
     pub gap: f64,
 }
 
-/// The looks of a ghost: the robot in a second film of the same trial, in one transparent colour.
+/// The looks of a ghost: the robot of a second entrant in the same trial, in one transparent colour.
 pub const GHOST: Ghost = Ghost {
     key: 'e',
+    hint: "the second robot, with its COM and its ZMP",
     color: Color::hex(0x4a7dbf),
     opacity: 0.42,
+    marks: [Overlay::Com, Overlay::Zmp],
     marks_opacity: 0.55,
 };
 
@@ -37,10 +39,15 @@ pub const GHOST: Ghost = Ghost {
 #[derive(Debug, Clone, Copy)]
 pub struct Ghost {
     pub key: char,
+    pub hint: &'static str,
     pub color: Color,
     pub opacity: f64,
+    pub marks: [Overlay; 2],
     pub marks_opacity: f64,
 }
+
+/// Time for which a push stays in the picture after its end (s), since it may be shorter than a frame.
+pub const AFTERGLOW_S: f64 = 0.3;
 
 /// Length and breadth of an arrow's head, as multiples of the width of its shaft.
 pub const HEAD: [f64; 2] = [3.6, 3.2];
@@ -91,6 +98,8 @@ pub enum Overlay {
     Dcm,
     ZmpRef,
     Zmp,
+    Trail,
+    Body,
 }
 
 /// Name, key, colour and style of an overlay.
@@ -136,6 +145,10 @@ pub enum Style {
         ends: bool,
         width: f64,
     },
+    /// The paths of COM and DCM over the ground up to the present moment.
+    Trail { width: f64, opacity: f64 },
+    /// The robot itself, and its opacity while it is switched off.
+    Body { opacity: f64 },
 }
 
 /// Style of a polygon on the ground: the opacity of its filling, and the opacity and width of its edge.
@@ -149,7 +162,7 @@ pub struct Sheet {
 impl Overlay {
     /// All overlays in the order in which they are drawn, one over the other. The signs of points get smaller from one
     /// to the next, so that all are visible at rest, when the points coincide.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Support,
         Self::Slices,
         Self::Footstep,
@@ -159,6 +172,8 @@ impl Overlay {
         Self::Dcm,
         Self::ZmpRef,
         Self::Zmp,
+        Self::Trail,
+        Self::Body,
     ];
 
     /// How this overlay looks.
@@ -297,6 +312,28 @@ impl Overlay {
                     style,
                 )
             }
+            Self::Trail => {
+                let style = Style::Trail {
+                    width: 1.8,
+                    opacity: 0.75,
+                };
+                (
+                    "trail",
+                    't',
+                    "trails",
+                    "the paths of COM and DCM over the ground up to now",
+                    0x7f8894,
+                    style,
+                )
+            }
+            Self::Body => (
+                "body",
+                'b',
+                "body",
+                "the robot; without it, its transparent shape",
+                0x593399,
+                Style::Body { opacity: 0.22 },
+            ),
         };
         OverlayLook {
             id,
@@ -322,12 +359,18 @@ pub fn json() -> Value {
     });
     let Ghost {
         key,
+        hint,
         color,
         opacity,
+        marks,
         marks_opacity,
     } = GHOST;
-    let ghost = json!({ "id": "ghost", "key": key, "color": color.css(), "opacity": opacity, "marks_opacity": marks_opacity });
-    json!({ "overlays": Map::from_iter(looks), "ghost": ghost, "plumb": PLUMB, "head": HEAD })
+    let ghost = json!({
+        "id": "ghost", "key": key, "hint": hint, "color": color.css(), "opacity": opacity,
+        "marks": marks.map(|mark| mark.look().id), "marks_opacity": marks_opacity,
+    });
+    let overlays = Map::from_iter(looks);
+    json!({ "overlays": overlays, "ghost": ghost, "plumb": PLUMB, "head": HEAD, "afterglow_s": AFTERGLOW_S })
 }
 
 /// The colours of the overlays as variables of a style sheet.

@@ -7,7 +7,8 @@
 //! feel contacts between links.
 
 use super::rapier::shape::{gap_m, placed};
-use standfast_core::robot::{Foot, Kinematics, PerFoot, Robot, SizeRatio};
+use super::similar;
+use standfast_core::robot::{Foot, Kinematics, PerFoot, Robot};
 
 /// Friction coefficient between links, plastic on plastic; assumed. (It is a power of two, so that the friction with
 /// the ground, which an engine may multiply by it, can be divided by it exactly.)
@@ -43,10 +44,7 @@ const LEGS: PerFoot<usize> = PerFoot { left: 1, right: 2 };
 
 impl Pairs {
     pub fn new(robot: &Robot) -> Self {
-        let in_heights = &robot.scaled(SizeRatio {
-            length: 1.0 / robot.home_com_height(),
-            mass: 1.0,
-        });
+        let in_heights = &robot.scaled(similar::scale(robot));
         let kinematics = Kinematics::at_home(in_heights);
         let limbs = limbs(robot);
         let count = robot.links.len();

@@ -11,7 +11,7 @@ use super::{Engine, Ground, SensorErrors};
 use nalgebra::{
     DVector, Isometry3, Matrix3xX, Matrix6xX, Point3, UnitQuaternion, Vector3, Vector6,
 };
-use standfast_core::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot};
+use standfast_core::robot::{Foot, Kinematics, PerFoot, Posture, Robot};
 use standfast_core::socket::{Command, Imu, Sensed, Wrench};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -421,7 +421,7 @@ impl Plant {
     /// Sets contact forces for the first reading, before any step: the weight is shared equally.
     fn pretend_contact(&mut self) {
         let truth = &mut self.truth;
-        let half_weight = Vector3::new(0.0, 0.0, 0.5 * self.robot.mass() * GRAVITY);
+        let half_weight = Vector3::new(0.0, 0.0, 0.5 * self.robot.weight_n());
         truth.contact_force = 2.0 * half_weight;
         truth.zmp = Some([truth.com.x, truth.com.y]);
         for foot in Foot::BOTH {

@@ -20,6 +20,7 @@ use standfast_files::{json, json_pretty, sha256_hex, write_atomic};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -78,28 +79,25 @@ impl Batch<'_> {
         jobs: &Jobs,
         run: impl Fn(usize) -> Result<T> + Sync,
     ) -> Result<()> {
-        self.lacks(jobs)
-            .par_iter()
-            .with_max_len(1)
-            .try_for_each(|&part| {
-                let found = self.each(jobs.of_part(part).collect(), &run)?;
-                self.write(&jobs.part(self.folder, part), &found)
-            })
+        let parts = self.lacks(jobs).into_iter();
+        let parts = parts.map(|part| (part, jobs.of_part(part)));
+        let write = |&part: &usize, found| self.write(&jobs.part(self.folder, part), &found);
+        self.each(parts, run, write)
     }
 
-    /// Runs these jobs.
-    fn each<T: Send>(
+    /// Runs the jobs of these parts, and calls `write` with the results of each part.
+    fn each<T: Send, J: ExactSizeIterator<Item = usize> + Send>(
         &self,
-        jobs: Vec<usize>,
+        parts: impl Iterator<Item = (usize, J)> + Send,
         run: impl Fn(usize) -> Result<T> + Sync,
-    ) -> Result<Vec<T>> {
-        let run_one = |&job: &usize| {
-            self.go_on()?;
+        write: impl Fn(&usize, Vec<T>) -> Result<()> + Sync,
+    ) -> Result<()> {
+        let run_one = |_: &usize, job| {
             let result = run(job)?;
             (self.on_job)();
             Ok(result)
         };
-        jobs.par_iter().with_max_len(1).map(run_one).collect()
+        run_parts(parts, self.stop, run_one, write)
     }
 
     /// The results of all jobs, in order; None if parts are missing. Fails if a part cannot be read.
@@ -128,7 +126,12 @@ impl Batch<'_> {
         run: impl Fn(usize) -> Result<T> + Sync,
     ) -> Result<Vec<T>> {
         let Some(shard) = self.shard else {
-            return self.each((0..count).collect(), run);
+            let all = Mutex::new(Vec::new());
+            self.each(std::iter::once((0, 0..count)), run, |_, results| {
+                *all.lock().unwrap_or_else(PoisonError::into_inner) = results;
+                Ok(())
+            })?;
+            return Ok(all.into_inner().unwrap_or_else(PoisonError::into_inner));
         };
         let jobs = &Jobs {
             name: name.into(),
@@ -161,6 +164,44 @@ impl Batch<'_> {
         };
         write_atomic(path, json_pretty(&file)?.as_bytes())
     }
+}
+
+/// Runs the jobs of these parts in their order, spread over the threads of the caller's pool one by one, so that cores stay
+/// busy to the end and an interruption loses only the few unfinished parts. Calls `write` with the results of a part, in
+/// the order of its jobs, when the last one has ended. Fails if somebody has set `stop`, or if a job or a `write` fails.
+pub fn run_parts<P: Send + Sync, J, I, T: Send>(
+    parts: impl Iterator<Item = (P, J)> + Send,
+    stop: &AtomicBool,
+    run: impl Fn(&P, I) -> Result<T> + Sync,
+    write: impl Fn(&P, Vec<T>) -> Result<()> + Sync,
+) -> Result<()>
+where
+    J: ExactSizeIterator<Item = I> + Send,
+    I: Send,
+{
+    // A part is made when its first job is due, and gone when its last one is written: memory does not grow with the list.
+    let jobs = parts.flat_map(|(part, jobs)| {
+        let results = Mutex::new(Vec::from_iter((0..jobs.len()).map(|_| None)));
+        let part = Arc::new((part, results));
+        jobs.enumerate()
+            .map(move |(place, job)| (Arc::clone(&part), place, job))
+    });
+    jobs.par_bridge().try_for_each(|(part, place, job)| {
+        if stop.load(Ordering::Relaxed) {
+            return Err(Error::Interrupted);
+        }
+        let (part, results) = &*part;
+        let result = run(part, job)?;
+        let all: Vec<T> = {
+            let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);
+            results[place] = Some(result);
+            if results.iter().any(Option::is_none) {
+                return Ok(());
+            }
+            results.drain(..).flatten().collect()
+        };
+        write(part, all)
+    })
 }
 
 impl Jobs {

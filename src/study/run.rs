@@ -1,5 +1,6 @@
 //! Runs a campaign: what its folder lacks is spread over the cores, and written part by part.
 
+use crate::batch::run_parts;
 use crate::plan::{PreparedCampaign, pool};
 use crate::store::claim::{Access, Claim};
 use crate::store::folder::Folder;
@@ -10,15 +11,11 @@ use crate::until_resolved::{Look, UntilResolved};
 use crate::verdict::gates::Gates;
 use crate::verdict::summary::Summary;
 use rayon::ThreadPool;
-use rayon::prelude::*;
-use standfast_core::error::{Error, Result};
+use standfast_core::error::Result;
 use standfast_core::socket::PreparedController;
 use standfast_sim::episode::ClosedLoop;
-use std::collections::BTreeMap;
-use std::ops::Range;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::AtomicBool;
 
 /// How much of a campaign to run, and on how many threads.
 #[derive(Debug, Clone, Copy, Default)]
@@ -227,35 +224,30 @@ impl<'a> CampaignRun<'a> {
         }
     }
 
-    /// Threads take single trials in order, so cores stay busy to the end, and an interruption loses only the few
-    /// unfinished blocks.
+    /// Runs the missing blocks, and writes each as a part.
     fn run_blocks(
         &self,
         factories: &[PreparedController],
         opening: Option<&ClosedLoop>,
         watch: &RunEvents,
     ) -> Result<()> {
-        // A block is made when its first trial is due, and gone when its last one is written: memory does not grow with
-        // the campaign.
         let due = self.missing.iter().take_while(|_| !self.is_decided());
-        let blocks = due.map(|&block| Arc::new(Block::new(self.folder, block, self.set_trials())));
-        let jobs = blocks.flat_map(|block| {
-            block
-                .trials
-                .clone()
-                .map(move |trial| (Arc::clone(&block), trial))
+        let blocks = due.map(|&index| {
+            let block = Block::new(self.folder, index, self.set_trials());
+            let (first, end) = self.folder.range(index);
+            // A range of `usize` has a known length.
+            let trials = (first as usize..end as usize).map(|trial| trial as u64);
+            (block, trials)
         });
-        jobs.par_bridge().try_for_each(|(block, trial)| {
-            if watch.stop.load(Ordering::Relaxed) {
-                return Err(Error::Interrupted);
-            }
+        let run = |block: &Block, trial| {
             let rows = self.plan.rows(factories, opening, trial, &block.sets)?;
             for _ in &rows {
                 (watch.on_episode)();
             }
-            let Some(rows) = block.put(trial, rows) else {
-                return Ok(());
-            };
+            Ok(rows)
+        };
+        run_parts(blocks, watch.stop, run, |block, rows| {
+            let rows = block.joined(rows.concat(), &self.folder.manifest.sets);
             self.folder.check_owner()?;
             self.folder.part(block.index).write(&rows)?;
             (watch.on_part)(&rows);
@@ -286,54 +278,37 @@ fn takes(shard: Option<Shard>, block: u64) -> bool {
 /// A block in work.
 struct Block {
     index: u64,
-    /// The trials to run, each with the controllers in `sets`.
-    trials: Range<u64>,
+    /// The controllers that run.
     sets: Vec<usize>,
-    /// Number of rows of the complete block.
-    all: usize,
-    /// The rows so far, by trial and controller.
-    rows: Mutex<BTreeMap<(u64, usize), TrialRow>>,
+    /// The rows that the stored part has.
+    stored: Vec<TrialRow>,
 }
 
 impl Block {
     /// The block of a folder whose controllers have `set_trials` trials. It runs the controllers that the stored part
     /// lacks, and keeps the rows that the part has.
     fn new(folder: &Folder, index: u64, set_trials: &[u64]) -> Self {
-        let (first, end) = folder.range(index);
+        let (first, _) = folder.range(index);
         // A part that cannot be read is run again.
         let stored = folder.part(index).rows().unwrap_or_default();
-        let names = &folder.manifest.sets;
-        let sets: Vec<usize> = (0..names.len())
-            .filter(|&set| {
-                first < set_trials[set] && !stored.iter().any(|row| row.set == names[set])
-            })
+        let is_stored = |name: &str| stored.iter().any(|row| row.set == name);
+        let sets = folder.manifest.sets.iter().zip(set_trials).enumerate();
+        let sets = sets
+            .filter(|(_, (name, trials))| first < **trials && !is_stored(name))
+            .map(|(set, _)| set)
             .collect();
-        let mut rows = BTreeMap::new();
-        for row in stored {
-            if let Some(set) = names.iter().position(|name| *name == row.set) {
-                rows.insert((row.trial, set), row);
-            }
-        }
-        let all = (end - first) as usize * sets.len() + rows.len();
         Self {
             index,
-            trials: first..end,
             sets,
-            all,
-            rows: Mutex::new(rows),
+            stored,
         }
     }
 
-    /// Puts the rows of a trial in their places. Returns all rows in order if these were the last ones.
-    fn put(&self, trial: u64, of_trial: Vec<TrialRow>) -> Option<Vec<TrialRow>> {
-        let mut rows = self.rows.lock().unwrap_or_else(PoisonError::into_inner);
-        rows.extend(
-            self.sets
-                .iter()
-                .zip(of_trial)
-                .map(|(&set, row)| ((trial, set), row)),
-        );
-        (rows.len() == self.all).then(|| std::mem::take(&mut *rows).into_values().collect())
+    /// The stored rows and these new ones, by trial and then in the order of the controllers `names`.
+    fn joined(&self, new: Vec<TrialRow>, names: &[String]) -> Vec<TrialRow> {
+        let mut rows = [self.stored.clone(), new].concat();
+        rows.sort_by_key(|row| (row.trial, names.iter().position(|name| *name == row.set)));
+        rows
     }
 }
 
@@ -342,7 +317,8 @@ mod tests {
     use super::*;
     use crate::plan::tests::planned;
     use crate::{Campaign, Overrides};
-    use std::sync::atomic::AtomicUsize;
+    use std::sync::Mutex;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// Runs on one thread and stops after `most` episodes.
     fn run(plan: &PreparedCampaign, folder: &Folder, most: usize) -> Result<usize> {

@@ -5,5 +5,5 @@
 mod app;
 mod options;
 
-pub use app::run;
+pub use app::{LiveSetup, run};
 pub use options::Options;

@@ -7,14 +7,14 @@
 //! motion, and its second error is more than one footstep can recover. With [`Start::Moving`] the COM has the velocity
 //! at which the slowest gain produces the error.
 
-use nalgebra::{Point2, Vector2, Vector3};
+use nalgebra::{Point2, Vector2};
 use serde::{Deserialize, Serialize};
-use standfast::core::control::estimate::Estimate;
+use standfast::core::control::estimate::{Estimate, Estimator};
 use standfast::core::control::{Balance, Design, FootworkRules, home_polygon};
 use standfast::core::error::{Error, Result};
 use standfast::core::lipm::pendulum::State;
 use standfast::core::lipm::{OnlineSets, Pendulum};
-use standfast::core::robot::{GRAVITY, Kinematics, PerFoot, Robot};
+use standfast::core::robot::{Kinematics, PerFoot, Robot};
 use standfast::core::socket::{Command, TickError};
 use standfast::sim::episode::footsteps::FootstepLog;
 use standfast::sim::episode::{EpisodeConfig, Footstep, Lifted, Tick, home_distance};
@@ -74,7 +74,7 @@ pub fn run(
         Start::Moving => velocity_for(robot, &design, com, zmp_error)?,
     };
     let mut ideal = Ideal::new(robot, &design, State::new(com, com_vel, com));
-    if start == Start::AtRest && !ideal.balance.lift_for(&mut ideal.estimate, zmp_error) {
+    if start == Start::AtRest && !ideal.balance.lift_for(&mut ideal.estimator, zmp_error) {
         return Err(refused(
             &design,
             zmp_error,
@@ -139,7 +139,7 @@ struct Ideal<'a> {
     robot: &'a Robot,
     pendulum: Pendulum,
     balance: Balance,
-    estimate: Estimate,
+    estimator: Estimator,
     command: Command,
     state: State,
     ticks: u64,
@@ -149,17 +149,17 @@ struct Ideal<'a> {
 
 impl<'a> Ideal<'a> {
     fn new(robot: &'a Robot, design: &Design, state: State) -> Self {
-        let estimate = Estimate::at_home(robot);
+        let estimator = Estimator::new(robot, design.family.pendulum.dt);
         Self {
             robot,
             pendulum: design.family.pendulum,
-            balance: Balance::new(Arc::new(design.clone()), &estimate),
+            balance: Balance::new(Arc::new(design.clone()), estimator.now()),
             command: design.home_command().clone(),
             state,
             ticks: 0,
-            truth: Truth::at_rest(robot.home_posture(), estimate.com, Ground::default()),
+            truth: Truth::at_rest(robot.home_posture(), estimator.now().com, Ground::default()),
             failed: None,
-            estimate,
+            estimator,
         }
     }
 
@@ -170,12 +170,9 @@ impl<'a> Ideal<'a> {
             .swing()
             .filter(|swing| !swing.is_due())
             .map(|swing| swing.footstep.foot);
-        let (state, estimate) = (&self.state, &mut self.estimate);
-        (estimate.com.x, estimate.com.y) = (state.com().x, state.com().y);
-        estimate.com_vel = Vector3::new(state.com_vel().x, state.com_vel().y, 0.0);
-        estimate.zmp = state.zmp();
-        let share = 0.5 * self.robot.mass() * GRAVITY;
-        estimate.load_n = PerFoot::from_fn(|foot| if in_air == Some(foot) { 0.0 } else { share });
+        let share = 0.5 * self.robot.weight_n();
+        let load_n = PerFoot::from_fn(|foot| if in_air == Some(foot) { 0.0 } else { share });
+        self.estimator.set_motion(&self.state, load_n);
     }
 }
 
@@ -184,21 +181,22 @@ impl Ideal<'_> {
     /// period.
     fn tick(&mut self) -> Tick<'_> {
         self.sense();
-        if let Err(error) = self.balance.tick(&mut self.estimate, &mut self.command) {
+        if let Err(error) = self.balance.tick(&mut self.estimator, &mut self.command) {
             self.failed = Some(error);
         }
         let Self {
             robot,
             balance,
-            estimate,
+            estimator,
             truth,
             state,
             ..
         } = self;
-        let account = balance.account(estimate);
+        let account = balance.account(estimator.now());
         let zmp = account.zmp_ref;
         truth.posture.clone_from(account.posture_ref);
-        estimate.place(robot, &truth.posture);
+        estimator.place(robot, &truth.posture);
+        let estimate = estimator.now();
         truth.time_s = self.ticks as f64 * self.pendulum.dt;
         (truth.com.x, truth.com.y) = (state.com().x, state.com().y);
         truth.com_vel = estimate.com_vel;
@@ -214,7 +212,7 @@ impl Ideal<'_> {
 
     /// Moves the pendulum, with its ZMP equal to the desired one.
     fn advance(&mut self) {
-        let zmp = self.balance.account(&self.estimate).zmp_ref;
+        let zmp = self.balance.account(self.estimator.now()).zmp_ref;
         let held = State::new(self.state.com(), self.state.com_vel(), zmp);
         self.state = State {
             x: self.pendulum.step(&held.x, 0.0),

@@ -3,7 +3,7 @@
 use super::account::{Account, Phase};
 use super::body::{Body, SoleReference, carry};
 use super::design::Design;
-use super::estimate::Estimate;
+use super::estimate::{Estimate, Estimator};
 use super::stand::{Supervisor, Support};
 use super::step::{Footwork, Landing, LastLanding, StepState, Swing, footwork};
 use crate::lipm::catching::Departures;
@@ -12,7 +12,7 @@ use crate::socket::{Command, TickError};
 use nalgebra::{Point2, Vector2};
 use std::sync::Arc;
 
-/// Standing rule, footwork rule and body, without the estimator. It can be driven by an estimate from elsewhere.
+/// Standing rule, footwork rule and body, without the estimator, which is the only writer of the estimate.
 #[derive(Debug, Clone)]
 pub struct Balance {
     design: Arc<Design>,
@@ -89,20 +89,20 @@ impl Balance {
         self.swing.is_some() || !self.supervisor.is_held()
     }
 
-    /// Runs one tick: writes `command`, and notes in `estimate` which foot has been lifted or has landed. It does not
+    /// Runs one tick: writes `command`, and tells `estimator` which foot has been lifted or has landed. It does not
     /// allocate. If the equations of motion have no solution it returns an error, and `command` may be half written.
     pub fn tick(
         &mut self,
-        estimate: &mut Estimate,
+        estimator: &mut Estimator,
         command: &mut Command,
     ) -> Result<(), TickError> {
         if let (Some(swing), Some(footwork)) = (&self.swing, &self.footwork) {
-            match footwork.landing(estimate, swing) {
-                Some(landing) => self.land(landing, estimate),
-                None => return self.swing_on(estimate, command),
+            match footwork.landing(estimator.now(), swing) {
+                Some(landing) => self.land(landing, estimator),
+                None => return self.swing_on(estimator.now(), command),
             }
         }
-        self.stand(estimate, command)
+        self.stand(estimator, command)
     }
 
     /// What the controller did at the last tick, for the `estimate` that it used.
@@ -128,8 +128,9 @@ impl Balance {
 
     /// Applies switching control (Sect. III.D). When the state is in no CPI set, it asks the footwork rule, if there is
     /// one, for a footstep (Sect. V).
-    fn stand(&mut self, estimate: &mut Estimate, command: &mut Command) -> Result<(), TickError> {
+    fn stand(&mut self, estimator: &mut Estimator, command: &mut Command) -> Result<(), TickError> {
         let Design { family, robot, .. } = &*self.design;
+        let estimate = estimator.now();
         let (com, dt) = (estimate.com_xy(), family.pendulum.dt);
         let (design, last_landing) = (&self.design, self.last_landing);
         let now = StepState {
@@ -149,9 +150,10 @@ impl Balance {
         self.zmp_ref = decision.zmp.unwrap_or(self.zmp_ref);
         self.out_of_sets_s = (!decision.held).then(|| self.out_of_sets_s.map_or(0.0, |s| s + dt));
         let lifts = match self.out_of_sets_s {
-            Some(out_of_sets_s) => self.lift(estimate, self.supervisor.zmp_error(), out_of_sets_s),
-            None => self.lift_at_ease(estimate),
+            Some(out_of_sets_s) => self.lift(estimator, self.supervisor.zmp_error(), out_of_sets_s),
+            None => self.lift_at_ease(estimator),
         };
+        let estimate = estimator.now();
         if lifts {
             return self.swing_on(estimate, command);
         }
@@ -210,23 +212,23 @@ impl Balance {
 
     /// Lifts a foot for an imposed ZMP error (m, control frame) that does not come from the state, as in the paper's
     /// Sect. V.C. Returns false if the footwork rule finds no footstep for it.
-    pub fn lift_for(&mut self, estimate: &mut Estimate, zmp_error: Vector2<f64>) -> bool {
-        self.lift(estimate, zmp_error, f64::INFINITY)
+    pub fn lift_for(&mut self, estimator: &mut Estimator, zmp_error: Vector2<f64>) -> bool {
+        self.lift(estimator, zmp_error, f64::INFINITY)
     }
 
     fn lift(
         &mut self,
-        estimate: &mut Estimate,
+        estimator: &mut Estimator,
         zmp_error: Vector2<f64>,
         out_of_sets_s: f64,
     ) -> bool {
-        self.begin(estimate, zmp_error, out_of_sets_s, |rule, now, body| {
+        self.begin(estimator, zmp_error, out_of_sets_s, |rule, now, body| {
             rule.lift(now, body)
         })
     }
 
-    fn lift_at_ease(&mut self, estimate: &mut Estimate) -> bool {
-        self.begin(estimate, Vector2::zeros(), 0.0, |rule, now, body| {
+    fn lift_at_ease(&mut self, estimator: &mut Estimator) -> bool {
+        self.begin(estimator, Vector2::zeros(), 0.0, |rule, now, body| {
             rule.lift_at_ease(now, body)
         })
     }
@@ -234,7 +236,7 @@ impl Balance {
     /// Begins the footstep, if any, that the footwork rule returns. Returns whether there is one.
     fn begin(
         &mut self,
-        estimate: &mut Estimate,
+        estimator: &mut Estimator,
         zmp_error: Vector2<f64>,
         out_of_sets_s: f64,
         footstep: impl FnOnce(&mut dyn Footwork, &StepState, &mut Body) -> Option<Swing>,
@@ -245,14 +247,14 @@ impl Balance {
         let (design, last_landing) = (&self.design, self.last_landing);
         let now = StepState {
             design,
-            estimate,
+            estimate: estimator.now(),
             zmp_error,
             out_of_sets_s,
             last_landing,
         };
         self.swing = footstep(&mut **footwork, &now, &mut self.body);
         if let Some(swing) = &self.swing {
-            estimate.lift(swing.footstep.foot);
+            estimator.lift(swing.footstep.foot);
         }
         self.swing.is_some()
     }
@@ -281,11 +283,11 @@ impl Balance {
     }
 
     /// Ends the footstep. The standing rule continues from the present state.
-    fn land(&mut self, landing: Landing, estimate: &mut Estimate) {
+    fn land(&mut self, landing: Landing, estimator: &mut Estimator) {
         let Some(foot) = self.in_air() else { return };
         self.swing = None;
         self.supervisor.start_anew(self.zmp_ref);
-        estimate.land(foot, landing == Landing::OnGround);
+        estimator.land(foot, landing == Landing::OnGround);
         self.last_landing = Some(LastLanding { foot, ago_s: 0.0 });
         self.out_of_sets_s = None;
         if let Some(next) = self.next_footwork.take() {

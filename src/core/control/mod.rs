@@ -24,7 +24,7 @@ use crate::socket::{
 pub use account::{Account, Phase};
 pub use balance::Balance;
 pub use design::{Design, FootworkRules, home_polygon};
-use estimate::{Estimate, Estimator};
+use estimate::Estimator;
 use nalgebra::{Point2, Vector2};
 use std::sync::Arc;
 
@@ -46,10 +46,10 @@ impl CpiController {
     /// Starts with the robot at home and at rest.
     pub fn new(design: impl Into<Arc<Design>>) -> Self {
         let design = design.into();
-        let start = Estimate::at_home(&design.robot);
+        let estimator = Estimator::new(&design.robot, design.family.pendulum.dt);
         Self {
-            balance: Balance::new(design.clone(), &start),
-            estimator: Estimator::new(&design.robot, design.family.pendulum.dt, start),
+            balance: Balance::new(design.clone(), estimator.now()),
+            estimator,
             command: design.home.clone(),
             is_lost: false,
             left_sets_at_s: None,
@@ -73,14 +73,14 @@ impl CpiController {
         let robot = &self.design.robot;
         sensed.check(robot.joints.len())?;
         self.estimator.restart(robot, sensed);
-        self.balance = Balance::new(self.design.clone(), &self.estimator.now);
+        self.balance = Balance::new(self.design.clone(), self.estimator.now());
         self.is_lost = false;
         Ok(())
     }
 
     /// The controller's decision at the last tick, and its reason.
     pub fn account(&self) -> Account<'_> {
-        self.balance.account(&self.estimator.now)
+        self.balance.account(self.estimator.now())
     }
 
     /// Continues from the present state with the gain set of another design for the same robot. If a foot is in the
@@ -119,8 +119,7 @@ impl Controller for CpiController {
             self.estimator.update(robot, sensed, self.balance.in_air());
         }
         self.is_lost = true;
-        self.balance
-            .tick(&mut self.estimator.now, &mut self.command)?;
+        self.balance.tick(&mut self.estimator, &mut self.command)?;
         self.command
             .check(self.design.robot.joints.len())
             .map_err(|_| TickError::Unsolvable)?;

@@ -3,7 +3,7 @@
 //! The generalised velocity has 6 + n entries: velocity of the base's origin and angular velocity of the base (in world
 //! axes), then the joint rates. The COM Jacobian is the paper's "COG Jacobian", which it inverts for the whole body.
 
-use super::model::{Foot, GRAVITY, PerFoot, Robot};
+use super::model::{Foot, PerFoot, Robot};
 use nalgebra::{
     Isometry2, Isometry3, Matrix3xX, Matrix6xX, Point3, Translation3, UnitQuaternion, Vector3,
 };
@@ -234,15 +234,5 @@ impl Robot {
         let soles = PerFoot::from_fn(|foot| kinematics.sole_pose(self, foot).translation.vector);
         posture.base.translation = Translation3::from(-(soles.left + soles.right) / 2.0);
         posture
-    }
-
-    /// Height of the centre of mass above the ground at home (m).
-    pub fn home_com_height(&self) -> f64 {
-        Kinematics::at_home(self).com().z
-    }
-
-    /// Natural frequency of the pendulum at home (rad/s), the paper's omega: sqrt(g / h) with COM height h.
-    pub fn omega(&self) -> f64 {
-        (GRAVITY / self.home_com_height()).sqrt()
     }
 }

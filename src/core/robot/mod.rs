@@ -8,18 +8,16 @@ pub mod dynamics;
 pub mod kinematics;
 pub mod mesh;
 pub mod model;
-mod scaled;
 pub mod shape;
+pub mod size;
 pub mod sole_wrenches;
 pub mod swing_shape;
 pub mod swing_time;
-pub mod units;
 
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{
     Ankle, Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, PerFoot, Robot, SensorNoise,
     Servo, Sole, Solid,
 };
-pub use scaled::SizeRatio;
 pub use shape::Shape;
-pub use units::Units;
+pub use size::{SizeRatio, Units};

@@ -1,7 +1,7 @@
 //! Turns a desired ZMP into wrenches under the soles.
 
 use super::dynamics::load_torques;
-use super::{Foot, GRAVITY, Kinematics, PerFoot, Pose, Robot};
+use super::{Foot, Kinematics, PerFoot, Pose, Robot};
 use nalgebra::{Point2, Vector2, Vector3};
 
 /// Wrenches on the soles (force; moment about the sole's centre; world axes) that sum to `force` (N) with its ZMP at
@@ -60,7 +60,7 @@ impl Robot {
     /// in the middle of a footstep does not balance sideways.
     pub fn hardest_on_one_leg(&self) -> Option<(usize, f64)> {
         let kinematics = Kinematics::at_home(self);
-        let weight = Vector3::new(0.0, 0.0, self.mass() * GRAVITY);
+        let weight = Vector3::new(0.0, 0.0, self.weight_n());
         let mut tau = vec![0.0; self.joints.len()];
         let mut shares = Vec::new();
         for foot in Foot::BOTH {

@@ -18,8 +18,8 @@
 use super::dynamics::Dynamics;
 use super::kinematics::{Kinematics, Pose, Posture};
 use super::model::{Around, Foot, LandingRegion, PerFoot, Robot, Servo};
+use super::size::Units;
 use super::swing_shape::{bump, least_jerk};
-use super::units::Units;
 use nalgebra::{DMatrix, DVector, Matrix6, Matrix6xX, Vector2, Vector3, Vector6};
 
 /// Height of the sole in the middle of the swing, in COM heights.

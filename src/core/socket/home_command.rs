@@ -3,14 +3,14 @@
 use super::Command;
 use crate::robot::dynamics::load_torques;
 use crate::robot::sole_wrenches::share;
-use crate::robot::{GRAVITY, Kinematics, PerFoot, Robot};
+use crate::robot::{Kinematics, PerFoot, Robot};
 use nalgebra::Vector3;
 
 impl Robot {
     /// Holds the home posture, with the torques that carry the weight there.
     pub fn home_command(&self) -> Command {
         let kinematics = Kinematics::at_home(self);
-        let weight = Vector3::new(0.0, 0.0, self.mass() * GRAVITY);
+        let weight = Vector3::new(0.0, 0.0, self.weight_n());
         let both = PerFoot {
             left: true,
             right: true,

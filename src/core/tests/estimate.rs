@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use standfast_core::control::estimate::{Estimate, Estimator};
-use standfast_core::robot::{Foot, GRAVITY, PerFoot};
+use standfast_core::robot::{Foot, PerFoot};
 use standfast_core::socket::Wrench;
 use standfast_core::socket::{Imu, Sensed};
 
@@ -16,7 +16,7 @@ fn a_touch_is_no_contact() {
         (from_n - 4.85).abs() < 0.01 && (to_n - 3.07).abs() < 0.01,
         "{from_n} N, {to_n} N"
     );
-    let mut estimator = Estimator::new(&robot, 0.002, Estimate::at_home(&robot));
+    let mut estimator = Estimator::new(&robot, 0.002);
     let mut touches = |right_n: f64, in_air: Option<Foot>| {
         let load = |force_n: f64| Wrench {
             force: Vector3::new(0.0, 0.0, force_n),
@@ -38,7 +38,7 @@ fn a_touch_is_no_contact() {
             Vector3::zeros(),
         );
         let soles = PerFoot {
-            left: load(robot.mass() * GRAVITY - right_n),
+            left: load(robot.weight_n() - right_n),
             right: load(right_n),
         };
         let dq = vec![0.0; q.len()];
@@ -53,7 +53,7 @@ fn a_touch_is_no_contact() {
             },
             in_air,
         );
-        estimator.now.in_contact.right
+        estimator.now().in_contact.right
     };
     assert!(
         !touches(30.0, Some(Foot::Right)),

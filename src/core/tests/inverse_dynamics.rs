@@ -151,7 +151,7 @@ fn standing_at_home_takes_the_torques_of_gravity_with_the_zmp_under_the_com() {
         );
     }
     // Each foot bears half of the weight, except for the small offset of the body's COM from the middle.
-    let half = 0.5 * ROBOT.mass() * GRAVITY;
+    let half = 0.5 * ROBOT.weight_n();
     assert!(
         Foot::BOTH
             .iter()

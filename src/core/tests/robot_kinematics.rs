@@ -144,7 +144,7 @@ fn home_stands_flat_with_the_com_over_the_middle() {
 fn at_home_the_ground_carries_the_robot() {
     let home = at(&ROBOT.home_posture());
     let com = home.com();
-    let force = vector![0.0, 0.0, ROBOT.mass() * GRAVITY / 2.0];
+    let force = vector![0.0, 0.0, ROBOT.weight_n() / 2.0];
     let wrenches = PerFoot::from_fn(|foot| {
         let sole: Point3<f64> = home.sole_pose(&ROBOT, foot).translation.vector.into();
         // Both centres of pressure are off the soles' centres by the same offset.

@@ -11,7 +11,6 @@ use serde_json::{Value, json};
 use standfast_core::robot::shape::Meshes;
 use standfast_core::robot::{Foot, Pose, Robot, Shape};
 use standfast_scene::mesh::DrawnMesh;
-use standfast_scene::scale::RobotScale;
 use standfast_scene::{GroundFace, PHASES, doing, events, faces, without_gain};
 use standfast_sim::Ground;
 use standfast_sim::episode::film::Film;
@@ -286,11 +285,11 @@ fn robot(robot: &Robot, meshes: &Meshes) -> Value {
             "visuals": visuals,
         }));
     }
-    let scale = RobotScale::of(robot);
+    let scale = standfast_scene::scale(robot);
     json!({
         "com_height_m": robot.home_com_height(),
-        "length": scale.length(),
-        "stiffness": scale.stiffness(),
+        "length": scale.length,
+        "stiffness": scale.force_per_length(),
         "links": links,
     })
 }
@@ -370,7 +369,7 @@ fn ground(film: &Film) -> Value {
         patch: [least, most],
         ..
     } = film.ground;
-    let reach_m = 4.0 * RobotScale::of(&film.robot).length();
+    let reach_m = 4.0 * standfast_scene::scale(&film.robot).length;
     let faces: Vec<Value> = faces(&film.ground, reach_m, 2.0 * reach_m)
         .into_iter()
         .map(|GroundFace { part, corners }| json!([part, corners.map(|at| [at.x, at.y, at.z])]))

@@ -1,15 +1,9 @@
 // The marks: COM, ZMP and DCM, the support and the sets, and the forces on the robot.
 
-const OVERLAYS = [
-  ...Object.values(PALETTE.overlays),
-  { id: "trail", key: "t", name: "trails", color: "#7f8894", hint: "the paths of COM and DCM over the ground up to now" },
-];
-// The robot itself. If it is switched off, a transparent shape is shown.
-const BODY = { id: "body", key: "b", name: "body", color: "#593399", hint: "the robot; without it, its transparent shape" };
+const OVERLAYS = Object.values(PALETTE.overlays);
 // The robot of the second film.
 const GHOST = PALETTE.ghost;
-// How long the faint arrow of a push stays after its end (s), since pushes are short.
-const AFTERGLOW = 0.3;
+const AFTERGLOW = PALETTE.afterglow_s;
 // Height of marks above the floor (m, for a robot of the size of UT-mu2), so that they do not flicker.
 const ABOVE = 0.0018;
 
@@ -50,15 +44,15 @@ function marksOf(film, moment, on) {
       return { arrow: ends ? [sub(point, along), point] : [point, add(point, along)], width };
     }),
   };
-  return Object.values(PALETTE.overlays).filter(({ id }) => on.has(id)).flatMap(({ id, style }) => {
+  return OVERLAYS.filter(({ id }) => on.has(id)).flatMap(({ id, style }) => {
     const [shown, opacity] = id === "push" ? pushAt(film, moment) : [moment[id], 1];
     return shown ? shapes[style.shape](shown, style).map((mark) => ({ ...mark, id, opacity })) : [];
   });
 }
 
-// The marks of the ghost: its COM and its ZMP.
+// The marks of the ghost.
 function ghostMarks(film, { ghost, slope }, on) {
-  const known = new Set(["com", "zmp"].filter((id) => on.has(id)));
+  const known = new Set(GHOST.marks.filter((id) => on.has(id)));
   return marksOf(film, { ...ghost, slope }, known).map((mark) => ({ ...mark, opacity: GHOST.marks_opacity }));
 }
 
@@ -166,7 +160,8 @@ class Over {
       const [x, y] = path(i, 0), at = seen([x, y, film.height(moment.slope, x, y)]);
       if (at) points.push(at);
     }
-    this.pen.globalAlpha = 0.75;
-    this.trace(points, false, color, 1.8);
+    const { width, opacity } = PALETTE.overlays.trail.style;
+    this.pen.globalAlpha = opacity;
+    this.trace(points, false, color, width);
   }
 }

@@ -4,11 +4,8 @@ const find = (id) => document.getElementById(id);
 const film = new Film(JSON.parse(find("film").textContent));
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const theme = () => (dark.matches ? "dark" : "light");
-const toggles = [...OVERLAYS, BODY];
-if (film.ghost) {
-  const { name } = film.data.ghost;
-  toggles.push({ ...GHOST, name: "ghost: " + name, hint: "the robot of the same trial with " + name + ", with its COM and its ZMP" });
-}
+const toggles = [...OVERLAYS];
+if (film.ghost) toggles.push({ ...GHOST, name: "ghost: " + film.data.ghost.name });
 const shown = new Set(toggles.map((overlay) => overlay.id));
 const state = { time: film.start, playing: false, speed: 1, stale: true, last: 0 };
 
@@ -140,6 +137,7 @@ const ACTIONS = {
   link: () => copy(link()),
   command: () => copy(find("command-text").textContent),
 };
+find("save-webm").hidden = !SAVES.webm;
 for (const kind of Object.keys(SAVES)) ACTIONS["save-" + kind] = () => save(kind, true);
 for (const view of Object.keys(VIEWS)) ACTIONS["view-" + view] = () => camera && camera.set(view);
 const KEYS = {

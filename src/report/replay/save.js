@@ -1,7 +1,8 @@
-// What the page saves of what it shows: the view as it is (PNG), a strip of stills (PNG), and a film (GIF). The last two have
-// a fixed size and frames by simulated time, so that the same page gives the same bytes again.
+// What the page saves of what it shows: the view as it is (PNG), a strip of stills (PNG), and a film (GIF or WebM). The last
+// two have a fixed size and frames by simulated time, so that the same page gives the same bytes again; a WebM has the times and
+// the code of the browser.
 
-const STILLS = 6, STILL = [240, 320], FRAME = [480, 360];
+const STILLS = 6, STILL = [240, 320], FRAME = [480, 360], RECORDED = [960, 720];
 // Time for which a frame of a film is shown, and the last one (1/100 s); most frames; frames of which the colours are learned.
 const FRAME_CS = 4, LAST_CS = 120, MOST_FRAMES = 240, LEARNED = 12;
 // Time that strips and films go on after the last event (s).
@@ -38,6 +39,12 @@ function ending() {
 // Equally distant times from the present moment to the ending, both included.
 const times = (count) => Array.from({ length: count }, (_, i) => state.time + ((ending() - state.time) * i) / Math.max(count - 1, 1));
 
+// The times of the pictures of a film at the speed of the player; faster, if there would be too many.
+function frames() {
+  const count = Math.round((ending() - state.time) / (0.01 * FRAME_CS * state.speed));
+  return times(clamp(count, 1, MOST_FRAMES) + 1);
+}
+
 const SAVES = {
   png: () => picture(state.time, [find("view").width, find("view").height]).toDataURL("image/png"),
 
@@ -53,11 +60,9 @@ const SAVES = {
     return made.toDataURL("image/png");
   },
 
-  // At the speed of the player; faster, if there would be too many frames.
   film: async () => {
     scene.over.ratio = 1;
-    const { speed } = state, count = Math.round((ending() - state.time) / (0.01 * FRAME_CS * speed));
-    const all = times(clamp(count, 1, MOST_FRAMES) + 1);
+    const { speed } = state, all = frames();
     const pixels = (time) => picture(time, FRAME, speed).getContext("2d").getImageData(0, 0, ...FRAME).data;
     const some = all.filter((_, i) => i % Math.ceil(all.length / LEARNED) === 0);
     const marks = [...OVERLAYS, GHOST].map(({ id }) => colorOf(id, theme()).map((x) => Math.round(255 * x)));
@@ -70,6 +75,32 @@ const SAVES = {
     }
     return gif.address();
   },
+};
+
+if (window.MediaRecorder?.isTypeSupported("video/webm")) SAVES.webm = async () => {
+  scene.over.ratio = 2;
+  const { speed } = state, all = frames(), parts = [], made = document.createElement("canvas");
+  [made.width, made.height] = RECORDED;
+  const pen = made.getContext("2d"), stream = made.captureStream(0), [track] = stream.getVideoTracks();
+  const recorder = new MediaRecorder(stream, { mimeType: "video/webm", videoBitsPerSecond: 8e6 });
+  const ended = new Promise((done) => { recorder.onstop = done; });
+  recorder.ondataavailable = ({ data }) => parts.push(data);
+  recorder.start();
+  for (const [i, time] of all.entries()) {
+    // The browser stamps pictures by its own clock, which stands still while one is drawn.
+    recorder.pause();
+    pen.drawImage(picture(time, RECORDED, speed), 0, 0);
+    say(`film: ${i + 1} of ${all.length} pictures`);
+    recorder.resume();
+    (track.requestFrame ? track : stream).requestFrame();
+    await new Promise((done) => setTimeout(done, 10 * (i === all.length - 1 ? LAST_CS : FRAME_CS)));
+  }
+  recorder.stop();
+  await ended;
+  const reader = new FileReader();
+  reader.readAsDataURL(new Blob(parts, { type: "video/webm" }));
+  await new Promise((done) => { reader.onload = done; });
+  return reader.result;
 };
 
 // Saves a kind. A person gets a download; a script finds it in the page, as the link `saved`.
@@ -85,7 +116,7 @@ async function save(kind, click) {
     resize();
   }
   const saved = Object.assign(document.createElement("a"), { id: "saved", href });
-  saved.download = saved.textContent = document.title.replace(/[^\w.]+/g, "-").slice(0, 60) + (kind === "film" ? ".gif" : ".png");
+  saved.download = saved.textContent = document.title.replace(/[^\w.]+/g, "-").slice(0, 60) + ({ film: ".gif", webm: ".webm" }[kind] ?? ".png");
   say("saved: ");
   find("toast").append(saved);
   if (click) saved.click();

@@ -232,10 +232,10 @@ class Scene {
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     const lit = { view, eye, light: LIGHT, ambient: colors.ambient };
     const uniforms = this.use(this.solid, lit);
-    if (overlays.has(BODY.id)) {
+    if (overlays.has("body")) {
       for (const solid of solids) this.shape(uniforms, ...solid);
     } else {
-      this.transparent(uniforms, solids, (color) => [...color.slice(0, 3), 0.22]);
+      this.transparent(uniforms, solids, (color) => [...color.slice(0, 3), PALETTE.overlays.body.style.opacity]);
       gl.clear(gl.DEPTH_BUFFER_BIT);
     }
 

@@ -628,6 +628,55 @@ fn the_page_saves_what_it_shows_and_the_same_bytes_again() {
     }
 }
 
+/// The size of a video, its length (s), and the highest purple row at its start and at its end.
+const RECORDED: &str = "(async () => {
+    const video = document.createElement('video'), once = (event) => new Promise((done) => { video['on' + event] = done; });
+    video.src = HREF;
+    await once('loadeddata');
+    const { videoWidth: width, videoHeight: height } = video, tops = [];
+    for (const to of [0, 1e6]) {
+        video.currentTime = to;
+        await once('seeked');
+        const pen = new OffscreenCanvas(width, height).getContext('2d');
+        pen.drawImage(video, 0, 0);
+        const { data } = pen.getImageData(0, 0, width, height);
+        let i = 0;
+        while (i < data.length && !(data[i + 2] > 60 && data[i + 2] > 1.25 * data[i] && data[i] > 1.2 * data[i + 1])) i += 4;
+        tops.push(i / 4 / width / height);
+    }
+    return { width, height, tops, length: video.currentTime };
+})()";
+
+#[test]
+fn the_page_records_a_film() {
+    let Some(mut browser) = Browser::start() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let file = written(&folder, fallen(), &head());
+    let mut tab = browser.tab(900, 700, "light");
+    let asked = format!("{}#t=0.4&speed=5&view=front&save=webm", file.display());
+    tab.open(asked.as_ref());
+    let saved = tab.evaluate(
+        "(async () => {
+            while (!document.getElementById('saved')) await new Promise((done) => setTimeout(done, 50));
+            const { href, download } = document.getElementById('saved');
+            return [href, download];
+        })()",
+    );
+    assert_eq!(saved[1], "A-push.webm");
+    // The page itself may load no video.
+    let seen = browser
+        .tab(900, 700, "light")
+        .evaluate(&RECORDED.replace("HREF", &saved[0].to_string()));
+    assert_eq!([&seen["width"], &seen["height"]], [960, 720]);
+    let number = |value: &Value| value.as_f64().unwrap();
+    let (start, end) = (number(&seen["tops"][0]), number(&seen["tops"][1]));
+    assert!(end > start + 0.1, "no fall: {seen}");
+    // However long a picture takes to be drawn, the film takes as long as it shows, and its last picture stays for 1.2 s.
+    assert!((0.9..3.0).contains(&number(&seen["length"])), "{seen}");
+}
+
 #[test]
 fn without_webgl_the_rest_works() {
     let Some(mut browser) = Browser::start() else {

@@ -6,7 +6,7 @@
 use super::figures::rounded;
 use super::limbs::Limbs;
 use crate::tree::Motor;
-use standfast_core::robot::{Foot, GRAVITY, Robot, Servo};
+use standfast_core::robot::{Foot, Robot, Servo, Units};
 
 /// Largest credible torque of a joint, in m g h, and largest credible speed, in omega. (For robots of usual sizes,
 /// placeholders such as 1000 N m and 100 rad/s are larger.)
@@ -61,8 +61,8 @@ pub struct FoundServo {
 
 /// The servos of a robot, whose home posture is known, and warnings.
 pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>, Vec<String>) {
-    let (mass, height, omega) = (robot.mass(), robot.home_com_height(), robot.omega());
-    let moment = mass * GRAVITY * height;
+    let units = Units::of(robot);
+    let (omega, moment) = (units.omega(), units.weight_n() * units.length_m);
     let believed = |figure: Option<f64>, unit: f64, least: f64, most: f64| {
         figure.filter(|figure| (least * unit..=most * unit).contains(figure))
     };
@@ -112,7 +112,10 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
             torque_n_m,
             full_torque_speed_rad_s: rounded(FULL_TORQUE * no_torque, 3),
             no_torque_speed_rad_s: no_torque,
-            rotor_inertia_kg_m2: rounded(share * rotor * mass * height * height, 2),
+            rotor_inertia_kg_m2: rounded(
+                share * rotor * units.mass_kg * units.length_m * units.length_m,
+                2,
+            ),
         };
         servos.push(FoundServo {
             servo,

@@ -1,6 +1,9 @@
 //! Reads a mesh from COLLADA: the geometries of its scene, each moved by its nodes, in metres.
 //!
 //! The file's up axis is ignored, as in RViz, in which the authors of URDFs look at their meshes.
+//!
+//! The crate mesh-loader 0.1 does not replace this file: it draws a geometry once where its scene places it twice, loses
+//! `<instance_node>`, the unit of translations and the sides of mirrored faces, and panics on an index out of range.
 
 use super::Triangles;
 use crate::xml_limits;

@@ -6,14 +6,14 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use standfast_core::control::{CpiController, Phase};
-use standfast_core::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot};
+use standfast_core::robot::{Foot, Kinematics, PerFoot, Posture, Robot};
 use standfast_core::socket::{Command, Controller, Imu, Sensed, SensedError, TickError, Wrench};
 
 const SETS: [&str; 3] = ["switching", "paper", "catch"];
 
 /// Readings of a robot at rest whose weight is shared by both feet.
 fn at_rest(robot: &Robot, q: &[f64], orientation: UnitQuaternion<f64>) -> Sensed {
-    let force = Vector3::new(0.0, 0.0, 0.5 * robot.mass() * GRAVITY);
+    let force = Vector3::new(0.0, 0.0, 0.5 * robot.weight_n());
     let still = [Vector3::zeros(); 2];
     Sensed {
         time_s: 0.0,

@@ -2,7 +2,6 @@
 
 use crate::common::{Bench, push};
 use rayon::prelude::*;
-use standfast_core::robot::GRAVITY;
 use standfast_core::socket::Command;
 use standfast_sim::episode::Outcome;
 use standfast_sim::{Engine, Plant, Push, plant::Clock};
@@ -39,7 +38,7 @@ fn stays_up(bench: &Bench, push: Push, freeze_s: f64) -> bool {
 #[test]
 fn frozen_sensors_lose_a_push_that_live_ones_recover_from() {
     let mut robot = standfast_robots::load("ut-mu2").unwrap();
-    let needed = robot.mass() * GRAVITY * robot.home_com_height();
+    let needed = robot.weight_n() * robot.home_com_height();
     for (servo, joint) in robot.servos.iter_mut().zip(&robot.joints) {
         if joint.name.contains("ankle") {
             servo.kp = 0.2 * needed;

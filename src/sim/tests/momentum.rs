@@ -221,7 +221,7 @@ fn limbs_that_are_driven_into_each_other_meet_and_stay_apart() {
     let throw = Pull {
         link: robot.trunk,
         point: robot.links[robot.trunk].com_m,
-        force: Vector3::z() * 4.0 * robot.mass() * GRAVITY,
+        force: Vector3::z() * 4.0 * robot.weight_n(),
     };
     let legs = ["left_hip_abduction", "right_hip_abduction"];
     let arm = ["left_shoulder_abduction", "left_shoulder_abduction"];

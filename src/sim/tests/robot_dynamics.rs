@@ -107,7 +107,7 @@ fn kinetic_energy(at: &At) -> f64 {
 }
 
 fn potential_energy(at: &At) -> f64 {
-    ROBOT.mass() * GRAVITY * at.kinematics.com().z
+    ROBOT.weight_n() * at.kinematics.com().z
 }
 
 /// Central difference along the motion.
@@ -201,7 +201,7 @@ fn momentum_changes_by_the_wrench_on_the_base() {
         let about_base: Vector3<f64> = wrench.fixed_rows::<3>(3).into();
         let lever = now.kinematics.com().coords - now.posture.base.translation.vector;
         let (change, moment) = (
-            force - Vector3::z() * ROBOT.mass() * GRAVITY,
+            force - Vector3::z() * ROBOT.weight_n(),
             about_base - lever.cross(&force),
         );
         for k in 0..3 {

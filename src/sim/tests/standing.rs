@@ -3,7 +3,6 @@
 use crate::common::{Bench, sensor_errors};
 use nalgebra::{Point2, Point3};
 use rayon::prelude::*;
-use standfast_core::robot::GRAVITY;
 use standfast_sim::SensorErrors;
 use standfast_sim::episode::{Outcome, Until};
 
@@ -34,7 +33,7 @@ fn stand(bench: &Bench, errors: Option<SensorErrors>, horizon_s: f64) -> Standin
             zmp_margin_m = zmp_margin_m.min(-support.signed_distance(Point2::new(x, y)));
         }
     });
-    let weight = bench.robot.mass() * GRAVITY;
+    let weight = bench.robot.weight_n();
     let mean_ratio = |forces: &[f64]| forces.iter().sum::<f64>() / forces.len() as f64 / weight;
     let drift = |com: &Point3<f64>| (com - coms[0]).norm();
     let last_second = &coms[coms.len() - 500..];

@@ -101,7 +101,7 @@ fn the_ground_carries_the_scaled_mass() {
                 ..Variation::default()
             },
         );
-        let weight = scale * bench.robot.mass() * GRAVITY;
+        let weight = scale * bench.robot.weight_n();
         assert!(
             (force - Vector3::z() * weight).norm() < 0.01 * weight,
             "{scale}: {force}"
@@ -205,7 +205,7 @@ fn a_slope_pulls_along_it_and_soles_lie_on_it() {
                 slope_heading_deg: Some(heading_deg),
                 ..Variation::default()
             };
-            let weight = bench.robot.mass() * GRAVITY;
+            let weight = bench.robot.weight_n();
             let (sin, cos) = heading_deg.to_radians().sin_cos();
             let mut seen = 0;
             let tilted_s = Ground::new(&bench.robot, &variation).tilting_s;

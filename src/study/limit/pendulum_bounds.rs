@@ -7,7 +7,7 @@ use nalgebra::Point2;
 use serde::Serialize;
 use standfast_core::error::{Error, Result};
 use standfast_core::lipm::capture::{self, SteppingPendulum, SwingRegion};
-use standfast_core::robot::{Foot, GRAVITY, Kinematics, LandingRegion, PerFoot, Robot, Units};
+use standfast_core::robot::{Foot, Kinematics, LandingRegion, PerFoot, Robot, Units};
 use standfast_sim::Profile;
 use std::path::Path;
 
@@ -88,7 +88,7 @@ impl PendulumBounds {
                 .into_iter()
                 .fold(f64::INFINITY, f64::min)
         });
-        let weight_n = robot.mass() * GRAVITY;
+        let weight_n = robot.weight_n();
         let [held_x_m, held_y_m, held_by_both_x_m] =
             [(1.0, 0), (1.0, 1), (0.5, 0)].map(|(share, axis)| {
                 let [left, right] =
@@ -220,7 +220,7 @@ mod tests {
         assert_eq!(strong.limited_by, "soles");
         let lever_m = 0.02;
         for foot in Foot::BOTH {
-            robot.soles[foot].ankle.torque_n_m = [0.5 * robot.mass() * GRAVITY * lever_m; 2];
+            robot.soles[foot].ankle.torque_n_m = [0.5 * robot.weight_n() * lever_m; 2];
             robot.soles[foot].ankle.above_m = [0.0; 2];
         }
         let weak = bound(&robot);

@@ -1,6 +1,5 @@
 //! Impulse and heading of the next push that a key gives.
 
-use crate::Options;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Units;
 use standfast_sim::Push;
@@ -23,12 +22,11 @@ pub struct Aim {
 }
 
 impl Aim {
-    /// The first push, from the options, for a robot with these units. Fails if `--impulse` or `--heading` is out of
-    /// range.
-    pub fn new(args: &Options, units: &Units) -> Result<Self> {
+    /// The first push, for a robot with these units. Fails if `--impulse` or `--heading` is out of range.
+    pub fn new(impulse: Option<f64>, heading: f64, units: &Units) -> Result<Self> {
         let [most_n_s, step_n_s] =
             [MOST, STEP].map(|factor| round(factor * Push::of(units).impulse_n_s));
-        let impulse_n_s = args.impulse.unwrap_or(Push::first(units).impulse_n_s);
+        let impulse_n_s = impulse.unwrap_or(Push::first(units).impulse_n_s);
         if !(0.0..=most_n_s).contains(&impulse_n_s) {
             let accepted = format!("0 to {most_n_s}");
             return Err(Error::option(
@@ -38,17 +36,17 @@ impl Aim {
                 accepted,
             ));
         }
-        if !args.heading.is_finite() {
+        if !heading.is_finite() {
             return Err(Error::option(
                 "--heading",
-                args.heading,
+                heading,
                 "out of range",
                 "-180 to 180",
             ));
         }
         Ok(Self {
             impulse_n_s,
-            heading_deg: wrapped(args.heading),
+            heading_deg: wrapped(heading),
             most_n_s,
             step_n_s,
         })
@@ -82,14 +80,7 @@ mod tests {
 
     /// The aim for an impulse (None for the default) and a heading (degrees).
     fn aim(units: &Units, impulse: Option<f64>, heading: f64) -> Result<Aim> {
-        Aim::new(
-            &Options {
-                impulse,
-                heading,
-                ..Options::default()
-            },
-            units,
-        )
+        Aim::new(impulse, heading, units)
     }
 
     #[test]

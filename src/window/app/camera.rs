@@ -5,11 +5,11 @@ use kiss3d::camera::{Camera3d, OrbitCamera3d};
 use kiss3d::egui::{Pos2, Vec2, pos2};
 use kiss3d::glamx::{Mat4, Vec3, Vec4};
 use nalgebra::{Point3, Unit, Vector3};
-use standfast_scene::scale::RobotScale;
+use standfast_core::robot::SizeRatio;
 
 /// The camera at the start, at the front left of the robot, which appears to the left of the panel.
-pub fn camera(scale: RobotScale) -> OrbitCamera3d {
-    let length = scale.length() as f32;
+pub fn camera(scale: SizeRatio) -> OrbitCamera3d {
+    let length = scale.length as f32;
     let (eye, at) = (
         length * Vec3::new(0.80, 0.56, 0.68),
         length * Vec3::new(-0.07, 0.09, 0.19),
@@ -48,11 +48,11 @@ const CATCH_UP_S: f32 = 0.25;
 
 impl Leash {
     /// A leash for a robot of this size.
-    pub fn of(scale: RobotScale) -> Self {
+    pub fn of(scale: SizeRatio) -> Self {
         Self {
             gone: Vec3::ZERO,
             speed: Vec3::ZERO,
-            length_m: LEASH_M * scale.length() as f32,
+            length_m: LEASH_M * scale.length as f32,
         }
     }
 
@@ -161,7 +161,7 @@ mod tests {
 
     /// Camera and leash for UT-mu2.
     fn leashed() -> (OrbitCamera3d, Leash) {
-        let scale = RobotScale::of(&standfast_robots::load("ut-mu2").unwrap());
+        let scale = standfast_scene::scale(&standfast_robots::load("ut-mu2").unwrap());
         (camera(scale), Leash::of(scale))
     }
 
@@ -232,7 +232,9 @@ mod tests {
 
     #[test]
     fn the_ray_of_a_place_goes_through_the_point_that_is_seen_there() {
-        let camera = camera(RobotScale::of(&standfast_robots::load("ut-mu2").unwrap()));
+        let camera = camera(standfast_scene::scale(
+            &standfast_robots::load("ut-mu2").unwrap(),
+        ));
         let lens = Lens::new(&camera, vec2(800.0, 600.0));
         for place in [Point3::new(0.0, 0.0, 0.3), Point3::new(0.2, -0.4, 0.0)] {
             let sight = lens.sight(lens.project(&place).unwrap());
@@ -248,11 +250,11 @@ mod tests {
 
     #[test]
     fn robots_of_any_size_appear_equally_large() {
-        let at = |scale: RobotScale, m: f64| {
+        let at = |scale: SizeRatio, m: f64| {
             let lens = Lens::new(&camera(scale), vec2(800.0, 600.0));
             lens.project(&(Point3::new(0.05, 0.1, 0.31) * m)).unwrap()
         };
-        let ut_mu2 = RobotScale::of(&standfast_robots::load("ut-mu2").unwrap());
+        let ut_mu2 = standfast_scene::scale(&standfast_robots::load("ut-mu2").unwrap());
         let (one, three) = (at(ut_mu2, 1.0), at(THRICE, 3.0));
         assert!(one.distance(three) < 1.0, "{one} {three}");
     }

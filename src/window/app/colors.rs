@@ -15,6 +15,12 @@ pub const WELL: Color = Overlay::Dcm.color();
 pub const BADLY: Color = Overlay::Zmp.color();
 pub const PUSH: Color = Overlay::Push.color();
 
+/// The colour of a solid, without its opacity.
+pub fn of([r, g, b, _]: [f64; 4]) -> Color {
+    let [r, g, b] = [r, g, b].map(|part| (255.0 * part).round() as u8);
+    Color(r, g, b)
+}
+
 /// A colour as the window draws it.
 pub trait OnScreen {
     /// The colour for egui.

@@ -22,7 +22,7 @@ pub enum Wish {
     /// Turns the next push to the left (degrees).
     Heading(f64),
     /// Chooses the controller with this number, from 0.
-    GainSet(usize),
+    Controller(usize),
     Toggle(Overlay),
     ToggleGhost,
     ResetCamera,
@@ -50,9 +50,9 @@ pub const HELP: [(&str, &str); 14] = [
     ("Enter", "pushes the robot"),
     ("Up, Down", "change the impulse of the push"),
     ("Left, Right", "turn the push"),
-    ("1, 2, 3 ...", "choose the controller"),
+    ("1, 2, 3 ...", "choose the controller of the solid robot"),
     ("V", "returns to the first view"),
-    ("E", "hides and shows the ghost (--engine both)"),
+    ("E", "shows and hides the ghost"),
     ("H; Q or Esc", "hides this help; quits"),
 ];
 
@@ -101,7 +101,7 @@ impl Keyboard {
         sign.and_then(signed)
             .or_else(|| {
                 let index = in_place(key)?.to_digit(10)?.checked_sub(1)?;
-                Some(Wish::GainSet(index as usize))
+                Some(Wish::Controller(index as usize))
             })
             .filter(|wish| !is_held || wish.repeats())
     }
@@ -215,8 +215,8 @@ mod tests {
             (Key::Q, 'a', None),
             (Key::A, 'q', Some(Wish::Quit)),
             (Key::Key6, '-', Some(Wish::Slower)),
-            (Key::Key1, '&', Some(Wish::GainSet(0))),
-            (Key::Key2, '\u{e9}', Some(Wish::GainSet(1))),
+            (Key::Key1, '&', Some(Wish::Controller(0))),
+            (Key::Key2, '\u{e9}', Some(Wish::Controller(1))),
             (Key::Comma, ';', None),
         ];
         let others = [

@@ -7,25 +7,21 @@ use super::world::LiveSetup;
 use kiss3d::egui::Pos2;
 use nalgebra::Point3;
 use standfast_core::robot::Units;
-use standfast_scene::palette::Overlay;
+use standfast_scene::palette::{AFTERGLOW_S, Overlay};
 use standfast_scene::{SceneMark, Stage, arrow_along};
 use standfast_sim::Push;
 use standfast_sim::episode::snapshot::Arrow;
 use standfast_sim::episode::{Outcome, Snapshot};
-
-/// Time for which a push stays in the picture after its end (s), since it may be shorter than a frame.
-const LINGERING_S: f64 = 0.25;
+use standfast_study::ask::entrant::Entrant;
 
 /// Force below which a push is over (N).
 const LEAST_N: f64 = 0.1;
 
-/// A running simulation, with a ghost that gets the same pushes and pulls in the other engine.
+/// A running simulation, with a ghost that gets the same pushes and pulls.
 pub struct Live<'a> {
     pub world: &'a LiveSetup,
     pub shown: Simulation<'a>,
     pub ghost: Option<Simulation<'a>>,
-    /// Index into `world.factories`.
-    pub acting: usize,
     /// The pull of the mouse on a link, if it holds one.
     pub grab: Option<Grab>,
     /// The last push: the time until which it is shown (s), and its last force.
@@ -69,21 +65,18 @@ impl<'a> Live<'a> {
             restarts: self.counts.restarts + 1,
             ..self.counts
         };
-        *self = Self::start(self.world, self.acting, counts);
+        *self = Self::start(self.world, self.shown.acting, counts);
     }
 
     fn start(world: &'a LiveSetup, acting: usize, counts: LiveCounts) -> Self {
-        let shown = Simulation::start(world, &world.config, acting);
-        let ghost = world
-            .ghost_config
-            .as_ref()
-            .map(|config| Simulation::start(world, config, acting));
+        let shown = Simulation::start(world, &world.configs[0], acting);
+        let ghost = world.configs.get(1);
+        let ghost = ghost.map(|config| Simulation::start(world, config, 1));
         let start = shown.now.com;
         Self {
             world,
             shown,
             ghost,
-            acting,
             grab: None,
             lingering: None,
             counts,
@@ -114,7 +107,7 @@ impl<'a> Live<'a> {
             .push
             .filter(|push| pull.is_none() && push.force.norm() > LEAST_N)
         {
-            self.lingering = Some((now.time_s + LINGERING_S, push));
+            self.lingering = Some((now.time_s + AFTERGLOW_S, push));
         }
         true
     }
@@ -139,6 +132,24 @@ impl<'a> Live<'a> {
         std::iter::once(&mut self.shown).chain(&mut self.ghost)
     }
 
+    /// The robots by the words for them.
+    pub fn robots(&self) -> impl Iterator<Item = (&'static str, &Simulation<'a>)> {
+        ["solid", "ghost"]
+            .into_iter()
+            .zip(std::iter::once(&self.shown).chain(&self.ghost))
+    }
+
+    /// Controller and engine of a robot.
+    pub fn entrant(&self, robot: &Simulation) -> String {
+        let engine = robot.config.engine;
+        format!("{} in {}", self.controller(robot.acting), engine.title())
+    }
+
+    /// The name of the controller of this index, without an engine.
+    pub fn controller(&self, index: usize) -> &str {
+        Entrant::split(&self.world.factories[index].name).controller
+    }
+
     /// Begins to pull on a link.
     pub fn take(&mut self, grab: Grab) {
         self.grab = Some(grab);
@@ -157,13 +168,10 @@ impl<'a> Live<'a> {
         }
     }
 
-    /// Continues with the controller of this index, if there is one.
+    /// Continues with the controller of this index, if there is one. The ghost keeps its own.
     pub fn switch_to(&mut self, index: usize) {
-        if index < self.world.factories.len() && index != self.acting {
-            self.acting = index;
-            for robot in self.both() {
-                robot.switch_to(index);
-            }
+        if index < self.world.factories.len() && index != self.shown.acting {
+            self.shown.switch_to(index);
             self.counts.switches += 1;
         }
     }
@@ -229,31 +237,30 @@ impl<'a> Live<'a> {
     /// The events since the start, in two lines, and a line on each robot.
     pub fn account(&self) -> String {
         let counts = self.counts;
-        let verdict = |name: &str, robot: &Simulation| {
-            format!(
-                "\n{name}, in {}: {}",
-                robot.config.engine.title(),
-                self.verdict_on(robot).0
-            )
-        };
-        let robot = verdict("robot", &self.shown);
-        let ghost = self
-            .ghost
-            .as_ref()
-            .map_or_else(String::new, |ghost| verdict("ghost", ghost));
+        let robots: String = self
+            .robots()
+            .map(|(which, robot)| {
+                let (verdict, _) = self.verdict_on(robot);
+                format!("\n{which}, {}: {verdict}", self.entrant(robot))
+            })
+            .collect();
         format!(
             "{}, {} (up to {:.1} N), {}, {}, {}; the COM was up to {:.1} mm from its start\n\
-             {} ({} single), {:.3} s simulated{robot}{ghost}",
+             {} ({} single), {:.3} s simulated{robots}",
             several(counts.pushes.into(), "push", "pushes"),
             several(counts.drags.into(), "drag", "drags"),
             counts.drag_n,
-            several(counts.switches.into(), "gain switch", "gain switches"),
+            several(
+                counts.switches.into(),
+                "change of controller",
+                "changes of controller"
+            ),
             several(counts.restarts.into(), "restart", "restarts"),
             several(counts.falls.into(), "fall", "falls"),
             1000.0 * counts.com_m,
             several(counts.ticks, "tick", "ticks"),
             counts.single_ticks,
-            counts.ticks as f64 * self.world.config.control_period_s
+            counts.ticks as f64 * self.world.configs[0].control_period_s
         )
     }
 }
@@ -262,18 +269,19 @@ impl<'a> Live<'a> {
 mod tests {
     use super::super::camera::camera;
     use super::*;
-    use crate::Options;
     use kiss3d::egui::vec2;
+    use standfast_sim::episode::EpisodeConfig;
 
     /// A ghost in the same engine moves to the last bit as the robot does, whatever the user does to the robot.
     #[test]
     fn what_happens_to_the_robot_happens_to_its_ghost() {
-        let mut world = LiveSetup::new(&Options {
-            speed: 1.0,
-            ..Options::default()
-        })
-        .unwrap();
-        world.ghost_config = Some(world.config);
+        let robot = standfast_robots::load("ut-mu2").unwrap();
+        let config = EpisodeConfig::of(&Units::of(&robot));
+        let controllers = ["catch", "catch", "hold"].map(|name| {
+            let controller = standfast_controllers::load(name).unwrap();
+            controller.prepare(&robot, config.control_period_s).unwrap()
+        });
+        let world = LiveSetup::new(robot, controllers.into(), vec![config; 2], None, None);
         let mut live = Live::new(&world);
         let stage = Stage::new(&world.simulated, world.ground());
         let lens = Lens::new(&camera(stage.scale), vec2(860.0, 720.0));
@@ -281,7 +289,6 @@ mod tests {
         for k in 0..700 {
             match k {
                 10 => live.push(2.0, 90.0),
-                200 => live.switch_to(3),
                 300 => {
                     let mouse = lens.project(&live.shown.now.com).unwrap();
                     let kinematics = &live.shown.kinematics;
@@ -308,10 +315,14 @@ mod tests {
                 "tick {k}"
             );
             seen_n.extend(ghost.now.push.map(|push| push.force.norm()));
-            if k == 150 || k == 250 {
-                assert_eq!(ghost.now.gain.is_some(), k == 150, "the set {k}");
-            }
         }
+        live.switch_to(2);
+        assert!(live.advance());
+        let gains = [&live.shown, live.ghost.as_ref().unwrap()].map(|robot| &robot.now.gain);
+        assert!(
+            gains[0].is_none() && gains[1].is_some(),
+            "the ghost keeps its controller: {gains:?}"
+        );
         assert!(
             seen_n.len() > 100 && live.counts.pushes + live.counts.drags == 2,
             "{} ticks",

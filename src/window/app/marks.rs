@@ -7,8 +7,8 @@ use super::{colors, space};
 use kiss3d::egui::epaint::PathShape;
 use kiss3d::egui::{self, Align2, Color32, FontId, Painter, Pos2, Shape, pos2, vec2};
 use nalgebra::{Point2, Point3};
-use standfast_scene::palette::{Color, GHOST, Overlay};
-use standfast_scene::scale::RobotScale;
+use standfast_core::robot::SizeRatio;
+use standfast_scene::palette::{Color, GHOST, Overlay, Style};
 use standfast_scene::{
     Drawing, FlatShape, SceneMark, ScreenPoint, Stroke, arrow, on_ground, strokes,
 };
@@ -23,7 +23,7 @@ pub struct Marks<'a> {
     pub painter: Painter,
     pub lens: &'a Lens,
     pub ground: Ground,
-    pub scale: RobotScale,
+    pub scale: SizeRatio,
 }
 
 impl Marks<'_> {
@@ -79,6 +79,16 @@ impl Marks<'_> {
         }
     }
 
+    /// Draws the path of a point over the ground, in the colour of its mark.
+    pub fn trail(&self, path: impl Iterator<Item = Point2<f64>>, of: Overlay) {
+        let Style::Trail { width, opacity } = Overlay::Trail.look().style else {
+            return;
+        };
+        let places = path.filter_map(|at| self.lens.project(&self.on_ground(&at)));
+        let stroke = egui::Stroke::new(width as f32, of.color().faint(opacity as f32));
+        self.painter.add(Shape::line(places.collect(), stroke));
+    }
+
     /// Place in the picture of a point in the world.
     fn seen(&self, at: &Point3<f64>) -> Option<ScreenPoint> {
         self.lens.project(at).map(|at| [at.x.into(), at.y.into()])
@@ -114,7 +124,7 @@ impl Marks<'_> {
     pub fn aim(&self, now: &Snapshot, aim: &Aim) {
         let (sin, cos) = aim.heading_deg.to_radians().sin_cos();
         let middle = nalgebra::center(&now.soles.left.xy(), &now.soles.right.xy());
-        let along = nalgebra::Vector2::new(cos, sin) * self.scale.length();
+        let along = nalgebra::Vector2::new(cos, sin) * self.scale.length;
         let at = |m: f64| self.on_ground(&(middle + along * m));
         let text = format!("{:.1} N s", aim.impulse_n_s);
         let faint = colors::PUSH.towards(colors::FLOOR, 0.35);
@@ -134,7 +144,7 @@ impl Marks<'_> {
 
     /// Writes the names of the axes at the ends of the grid.
     pub fn axes(&self) {
-        let end_m = space::grid_m(self.scale) + 0.05 * self.scale.length();
+        let end_m = space::grid_m(self.scale) + 0.05 * self.scale.length;
         for (name, x, y) in [("x, forward", end_m, 0.0), ("y, left", 0.0, end_m)] {
             let color = colors::GRID.towards(colors::INK, 0.4);
             self.at(self.on_ground(&Point2::new(x, y)), |painter, at| {

@@ -4,7 +4,6 @@ mod aim;
 mod camera;
 mod clock;
 mod colors;
-mod ghost;
 mod keys;
 mod live;
 mod marks;
@@ -13,6 +12,7 @@ mod pick;
 mod plots;
 mod simulation;
 mod space;
+mod transparent;
 mod triangles;
 mod watchdog;
 mod window;
@@ -31,19 +31,19 @@ use kiss3d::post_processing::Tonemap;
 use kiss3d::window::{NumSamples, Window};
 use live::{Live, several};
 use marks::Marks;
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3};
 use panel::Seen;
 use pick::{Grab, pick_near};
 use simulation::Simulation;
 use space::Space;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Units;
-use standfast_scene::Stage;
-use standfast_scene::palette::Overlay;
+use standfast_scene::palette::{GHOST, Overlay, Style};
+use standfast_scene::{Stage, Surface};
 use std::path::Path;
 use std::time::Instant;
 use watchdog::Watchdog;
-use world::LiveSetup;
+pub use world::LiveSetup;
 
 /// Size of the window at the start (pixels).
 const SIZE: (u32, u32) = (1200, 720);
@@ -52,10 +52,9 @@ const SLOW_FRAMES_PER_S: f64 = 25.0;
 
 /// Opens the window and, after it was closed, returns a text on the events. Fails for bad options, if no window can be
 /// opened ([`Error::NoWindow`]), or if the picture cannot be written.
-pub fn run(args: &Options) -> Result<String> {
+pub fn run(world: &LiveSetup, args: &Options) -> Result<String> {
     check(args)?;
-    let world = LiveSetup::new(args)?;
-    App::open(args, &world)?.run(args)
+    App::open(args, world)?.run(args)
 }
 
 /// Checks the options that are neither files nor names.
@@ -101,7 +100,7 @@ impl<'a> App<'a> {
     fn open(args: &Options, world: &'a LiveSetup) -> Result<Self> {
         let stage = Stage::new(&world.simulated, world.ground());
         let scale = stage.scale;
-        let aim = Aim::new(args, &Units::of(&world.robot))?;
+        let aim = Aim::new(args.impulse, args.heading, &Units::of(&world.robot))?;
         let mut window = window::open("standfast", SIZE.0, SIZE.1)?;
         window.set_background_color(colors::SKY.line());
         window.set_shadows_enabled(false);
@@ -249,7 +248,7 @@ impl<'a> App<'a> {
 
     /// Simulates the time since the last frame.
     fn advance(&mut self) {
-        let step_s = self.live.world.config.control_period_s;
+        let step_s = self.live.world.configs[0].control_period_s;
         self.clock.catch_up(step_s, || self.live.advance());
     }
 
@@ -260,8 +259,9 @@ impl<'a> App<'a> {
         let Simulation {
             now, kinematics, ..
         } = &self.live.shown;
+        let has_body = self.shown.contains(&Overlay::Body);
         self.space
-            .draw(now, kinematics, &marks, eye, &mut self.window);
+            .draw(now, kinematics, has_body, &marks, eye, &mut self.window);
         let mouse = self
             .mouse()
             .filter(|_| !self.window.is_egui_capturing_mouse());
@@ -282,15 +282,20 @@ impl<'a> App<'a> {
         };
         drawn.axes();
         drawn.aim(now, &self.aim);
+        let eye = Point3::new(eye.x, eye.y, eye.z).cast();
+        if let (false, Style::Body { opacity }) = (has_body, Overlay::Body.look().style) {
+            let paint = |solid: &Surface, _: &Isometry3<f64>| (colors::of(solid.color), opacity);
+            let body = transparent::shape(stage, kinematics, paint, &lens, eye);
+            drawn.painter.add(body);
+        }
+        if self.shown.contains(&Overlay::Trail) {
+            drawn.trail(self.live.shown.trail.path(|at| at.com), Overlay::Com);
+            drawn.trail(self.live.shown.trail.path(|at| at.dcm), Overlay::Dcm);
+        }
         if let Some(ghost) = self.live.ghost.as_ref().filter(|_| self.shows_ghost) {
-            let eye = Point3::new(eye.x, eye.y, eye.z).cast();
-            drawn.painter.add(ghost::shape(
-                stage,
-                kinematics,
-                &ghost.kinematics,
-                &lens,
-                eye,
-            ));
+            let paint = transparent::ghost(stage, kinematics);
+            let body = transparent::shape(stage, &ghost.kinematics, paint, &lens, eye);
+            drawn.painter.add(body);
             drawn.faint(&stage.marks(&ghost.now, &self.of_ghost()));
         }
         for mark in &marks {
@@ -325,7 +330,8 @@ impl<'a> App<'a> {
 
     /// The marks of a ghost, which are some of the shown marks.
     fn of_ghost(&self) -> Vec<Overlay> {
-        [Overlay::Com, Overlay::Zmp]
+        GHOST
+            .marks
             .into_iter()
             .filter(|overlay| self.shown.contains(overlay))
             .collect()
@@ -352,7 +358,7 @@ impl<'a> App<'a> {
             Wish::Impulse(impulse_n_s) => self.aim.set_impulse(impulse_n_s),
             Wish::Harder(steps) => self.aim.harder(steps),
             Wish::Heading(turn_deg) => self.aim.turn(turn_deg),
-            Wish::GainSet(index) => self.live.switch_to(index),
+            Wish::Controller(index) => self.live.switch_to(index),
             Wish::Toggle(overlay) => match self.shown.iter().position(|shown| *shown == overlay) {
                 Some(i) => _ = self.shown.remove(i),
                 None => self.shown.push(overlay),
@@ -396,7 +402,7 @@ fn write_picture(window: &Window, path: &Path) -> Result<()> {
 
 /// A robot three times as long as the window is made for, of the same density.
 #[cfg(test)]
-const THRICE: standfast_scene::scale::RobotScale = standfast_scene::scale::RobotScale {
+const THRICE: standfast_core::robot::SizeRatio = standfast_core::robot::SizeRatio {
     length: 3.0,
     mass: 27.0,
 };

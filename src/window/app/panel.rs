@@ -5,14 +5,13 @@ use super::clock::{FrameClock, SPEEDS};
 use super::colors::OnScreen as _;
 use super::keys::{HELP, Wish};
 use super::live::Live;
-use super::simulation::Simulation;
 use super::{colors, plots, space};
 use kiss3d::egui::{
     Align2, Area, Button, Color32, Context, DragValue, Frame, Grid, Id, Margin, RichText,
     ScrollArea, Sense, Ui, vec2,
 };
+use standfast_core::robot::SizeRatio;
 use standfast_scene::palette::{GHOST, Overlay, OverlayLook};
-use standfast_scene::scale::RobotScale;
 use standfast_scene::{doing, without_gain};
 
 /// Width of the panel (points).
@@ -29,7 +28,7 @@ pub struct Seen<'a> {
     pub shown: &'a [Overlay],
     pub shows_ghost: bool,
     pub aim: Aim,
-    pub scale: RobotScale,
+    pub scale: SizeRatio,
 }
 
 /// Draws the panel, and adds the wishes of the user.
@@ -65,7 +64,7 @@ pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
                         ui,
                         &live.shown.trail,
                         ghost,
-                        scale.length(),
+                        scale.length,
                         live.shown.now.time_s,
                         height,
                     );
@@ -91,38 +90,23 @@ pub fn draw(ctx: &Context, seen: &Seen, wishes: &mut Vec<Wish>) {
 
 /// The controllers, the verdict, and the state of the controller.
 fn state(ui: &mut Ui, live: &Live, wishes: &mut Vec<Wish>) {
-    let (factories, acting) = (&live.world.factories, live.acting);
+    let (factories, acting) = (&live.world.factories, live.shown.acting);
     ui.horizontal_wrapped(|ui| {
-        for (i, factory) in factories.iter().enumerate() {
-            let label = ui.selectable_label(i == acting, format!("{} {}", i + 1, factory.name));
-            if label.clicked() {
-                wishes.push(Wish::GainSet(i));
+        for i in 0..factories.len() {
+            let name = format!("{} {}", i + 1, live.controller(i));
+            if ui.selectable_label(i == acting, name).clicked() {
+                wishes.push(Wish::Controller(i));
             }
         }
     });
-    let show_verdict = |ui: &mut Ui, robot: &Simulation, name: &str| {
+    for (which, robot) in live.robots() {
         let (verdict, badly) = live.verdict_on(robot);
         let color = if badly { colors::BADLY } else { colors::WELL };
-        ui.label(
-            RichText::new(format!("{name}{verdict}"))
-                .color(color.egui())
-                .strong(),
-        );
-    };
-    match &live.ghost {
-        Some(ghost) => {
-            show_verdict(
-                ui,
-                &live.shown,
-                &format!("{}: ", live.shown.config.engine.title()),
-            );
-            show_verdict(
-                ui,
-                ghost,
-                &format!("{} (ghost): ", ghost.config.engine.title()),
-            );
-        }
-        None => show_verdict(ui, &live.shown, ""),
+        let verdict = match live.ghost {
+            Some(_) => format!("{which}, {}: {verdict}", live.entrant(robot)),
+            None => verdict,
+        };
+        ui.label(RichText::new(verdict).color(color.egui()).strong());
     }
     let now = &live.shown.now;
     Grid::new("state")
@@ -161,9 +145,9 @@ fn state(ui: &mut Ui, live: &Live, wishes: &mut Vec<Wish>) {
             ui.label("DCM");
             let mm = 1000.0 * now.dcm_outside_m;
             ui.label(match mm {
-                mm if mm.is_infinite() => "no sole on the ground".to_string(),
-                mm if mm > 0.0 => format!("{mm:.0} mm outside of the soles"),
-                mm => format!("{:.0} mm inside of the soles", -mm),
+                mm if mm.is_infinite() => "no support".to_string(),
+                mm if mm > 0.0 => format!("{mm:.0} mm outside the support"),
+                mm => format!("{:.0} mm inside the support", -mm),
             });
             ui.end_row();
         });
@@ -278,10 +262,7 @@ fn overlays(ui: &mut Ui, seen: &Seen, wishes: &mut Vec<Wish>) {
         ));
     }
     if let Some(ghost) = &seen.live.ghost {
-        let (name, hint) = (
-            format!("ghost: {}", ghost.config.engine.title()),
-            "the robot in the other engine",
-        );
+        let (name, hint) = (format!("ghost: {}", seen.live.entrant(ghost)), GHOST.hint);
         boxes.push((
             name,
             GHOST.key,

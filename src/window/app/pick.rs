@@ -6,9 +6,8 @@ use kiss3d::glamx::Vec3;
 use nalgebra::{Point3, Unit, Vector3};
 use parry3d::query::{Ray, RayCast};
 use parry3d::shape::Triangle;
-use standfast_core::robot::{Kinematics, Pose};
+use standfast_core::robot::{Kinematics, Pose, SizeRatio};
 use standfast_scene::mesh::DrawnMesh;
-use standfast_scene::scale::RobotScale;
 use standfast_scene::{Stage, Surface};
 use standfast_sim::Pull;
 use standfast_sim::episode::snapshot::Arrow;
@@ -93,7 +92,7 @@ pub struct Grab {
     beside: Vector3<f64>,
     /// Position of the hand (m, world frame).
     pub hand: Point3<f64>,
-    scale: RobotScale,
+    scale: SizeRatio,
 }
 
 impl Grab {
@@ -103,7 +102,7 @@ impl Grab {
         sight: &Sight,
         kinematics: &Kinematics,
         looking: Unit<Vector3<f64>>,
-        scale: RobotScale,
+        scale: SizeRatio,
     ) -> Self {
         let Hit { link, at } = hit;
         let point = kinematics.link_pose(link).inverse_transform_point(&at);
@@ -134,7 +133,8 @@ impl Grab {
 
     /// The force on the robot in its present posture.
     pub fn pull(&self, kinematics: &Kinematics) -> Pull {
-        let spring = STIFFNESS_N_M * self.scale.stiffness() * (self.hand - self.held(kinematics));
+        let spring =
+            STIFFNESS_N_M * self.scale.force_per_length() * (self.hand - self.held(kinematics));
         let force = spring.cap_magnitude(MOST_N * self.scale.force());
         Pull {
             link: self.link,
@@ -213,7 +213,7 @@ mod tests {
         let (robot, kinematics) = standing();
         let (stage, scale) = (
             Stage::new(&robot, Ground::default()),
-            RobotScale::of(&robot),
+            standfast_scene::scale(&robot),
         );
         let lens = Lens::new(&camera(scale), vec2(860.0, 720.0));
         let row = lens
@@ -258,14 +258,14 @@ mod tests {
             &at(0.0),
         )
         .unwrap();
-        let forces = |scale: RobotScale| {
+        let forces = |scale: SizeRatio| {
             let mut grab = Grab::new(hit, &at(0.0), &kinematics, -Vector3::x_axis(), scale);
             [0.0, 0.1, 90.0].map(|y| {
                 grab.follow(&at(y));
                 grab.pull(&kinematics).force
             })
         };
-        let scale = RobotScale::of(&robot);
+        let scale = standfast_scene::scale(&robot);
         let is_near = |force: Vector3<f64>, y_n: f64| {
             (force - Vector3::new(0.0, y_n, 0.0)).norm() < 0.01 * y_n + 1e-9
         };

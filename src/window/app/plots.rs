@@ -56,6 +56,11 @@ pub struct Trail {
 }
 
 impl Trail {
+    /// The path of a point over the ground.
+    pub fn path(&self, of: fn(&Plotted) -> Point2<f64>) -> impl Iterator<Item = Point2<f64>> {
+        self.samples.iter().map(of)
+    }
+
     /// Adds a sample, and removes samples that are too old for the plots.
     pub fn push(&mut self, sample: Plotted) {
         while self
@@ -112,7 +117,10 @@ pub fn draw(
     height: f32,
 ) {
     let end_s = now_s.max(SPAN_S);
-    for (axis, name) in ["x (mm), forward", "y (mm), left"].into_iter().enumerate() {
+    for (axis, name) in ["x, forward (mm)", "y, to the left (mm)"]
+        .into_iter()
+        .enumerate()
+    {
         ui.label(name);
         let [low, high] = bounds(trail, length, axis);
         let line_mm = line_mm(high - low, height);

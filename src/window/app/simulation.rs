@@ -1,4 +1,4 @@
-//! A running simulation of the robot in one engine.
+//! A running simulation of one entrant.
 
 use super::plots::{Plotted, Trail};
 use super::world::LiveSetup;
@@ -12,6 +12,8 @@ const ONLY: usize = 0;
 pub struct Simulation<'a> {
     world: &'a LiveSetup,
     pub config: &'a EpisodeConfig,
+    /// Index into `world.factories`.
+    pub acting: usize,
     closed_loop: ClosedLoop<'a>,
     pub now: Snapshot,
     /// Kinematics of the present posture.
@@ -20,7 +22,7 @@ pub struct Simulation<'a> {
 }
 
 impl<'a> Simulation<'a> {
-    /// Starts at rest at home. `acting` is the index of the controller in `world.factories`.
+    /// Starts at rest at home, with settings of `world` and the controller `acting`.
     pub fn start(world: &'a LiveSetup, config: &'a EpisodeConfig, acting: usize) -> Self {
         let simulated = &world.simulated;
         let closed_loop = ClosedLoop::new(
@@ -38,6 +40,7 @@ impl<'a> Simulation<'a> {
         Self {
             world,
             config,
+            acting,
             closed_loop,
             now,
             kinematics,
@@ -72,6 +75,7 @@ impl<'a> Simulation<'a> {
 
     /// Continues with the controller of this index in `world.factories`.
     pub fn switch_to(&mut self, acting: usize) {
+        self.acting = acting;
         let (factory, seed) = (&self.world.factories[acting], self.world.disturbance().seed);
         for controller in self.closed_loop.controllers() {
             standfast_controllers::replace(controller, factory, seed);

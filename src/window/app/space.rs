@@ -8,8 +8,7 @@ use kiss3d::glamx::Vec3;
 use kiss3d::scene::SceneNode3d;
 use kiss3d::window::Window;
 use nalgebra::{Point3, Vector3};
-use standfast_core::robot::Kinematics;
-use standfast_scene::scale::RobotScale;
+use standfast_core::robot::{Kinematics, SizeRatio};
 use standfast_scene::{Drawing, GroundPart, SceneMark, Stage, faces};
 use standfast_sim::Ground;
 use standfast_sim::episode::Snapshot;
@@ -36,12 +35,12 @@ pub fn to_sun() -> Vector3<f64> {
 }
 
 /// Distance between the lines of the grid (m).
-pub fn spacing_m(scale: RobotScale) -> f64 {
-    round(SPACING_M * scale.length())
+pub fn spacing_m(scale: SizeRatio) -> f64 {
+    round(SPACING_M * scale.length)
 }
 
 /// Distance from the middle to the edge of the grid (m).
-pub fn grid_m(scale: RobotScale) -> f64 {
+pub fn grid_m(scale: SizeRatio) -> f64 {
     f64::from(LINES) * spacing_m(scale)
 }
 
@@ -69,16 +68,18 @@ impl<'a> Space<'a> {
         &mut self,
         now: &Snapshot,
         kinematics: &Kinematics,
+        has_body: bool,
         marks: &[SceneMark],
         eye: Vec3,
         window: &mut Window,
     ) {
-        let (ground, layer_m) = (self.stage.ground(now), LAYER_M * self.stage.scale.length());
+        let (ground, layer_m) = (self.stage.ground(now), LAYER_M * self.stage.scale.length);
         self.triangles.clear();
         floor(&ground, self.stage.scale, &mut self.triangles);
         grid(&ground, self.stage.scale, window);
         self.robot(
             kinematics,
+            has_body,
             Point3::new(eye.x, eye.y, eye.z).cast(),
             &(ground.slope * Vector3::z()),
             layer_m,
@@ -98,11 +99,12 @@ impl<'a> Space<'a> {
         self.on_card.show(&self.triangles);
     }
 
-    /// Draws the robot, and its shadow on the plane with the normal `up`. The shadow is drawn `above_m` above the
+    /// Draws the robot if it `has_body`, and its shadow on the plane with the normal `up`. The shadow is drawn `above_m` above the
     /// plane, so that the floor does not hide it.
     fn robot(
         &mut self,
         kinematics: &Kinematics,
+        has_body: bool,
         eye: Point3<f64>,
         up: &Vector3<f64>,
         above_m: f64,
@@ -126,7 +128,7 @@ impl<'a> Space<'a> {
                 // If thinning has collapsed a thin wall, its inner side lies on the outer one. So only triangles that
                 // face the eye are drawn, as in replays.
                 let [a, b, c] = face.map(|i| corners[i].0);
-                if (b - a).cross(&(c - a)).dot(&(eye - a)) > 0.0 {
+                if has_body && (b - a).cross(&(c - a)).dot(&(eye - a)) > 0.0 {
                     for &i in face {
                         self.triangles.corner(lit[i].0, lit[i].1);
                     }
@@ -151,8 +153,8 @@ pub fn brightness(normal: &Vector3<f64>, to_eye: &Vector3<f64>, to_sun: &Vector3
 }
 
 /// Draws the floor, which fades into the sky.
-fn floor(ground: &Ground, scale: RobotScale, out: &mut ColoredTriangles) {
-    let [horizon_m, tile_m] = [HORIZON_M, TILE_M].map(|m| m * scale.length());
+fn floor(ground: &Ground, scale: SizeRatio, out: &mut ColoredTriangles) {
+    let [horizon_m, tile_m] = [HORIZON_M, TILE_M].map(|m| m * scale.length);
     let (near, far, wall) = (
         colors::FLOOR.linear(),
         colors::SKY.linear(),
@@ -176,12 +178,12 @@ fn floor(ground: &Ground, scale: RobotScale, out: &mut ColoredTriangles) {
 }
 
 /// Draws the lines of the grid.
-fn grid(ground: &Ground, scale: RobotScale, window: &mut Window) {
+fn grid(ground: &Ground, scale: SizeRatio, window: &mut Window) {
     let [low, high] = ground.patch;
     let (grid_m, spacing_m, above_m) = (
         grid_m(scale),
         spacing_m(scale),
-        2.0 * LAYER_M * scale.length(),
+        2.0 * LAYER_M * scale.length,
     );
     for i in -LINES..=LINES {
         let offset_m = f64::from(i) * spacing_m;

@@ -126,7 +126,7 @@ impl InverseDynamics {
         let (size, units) = (6 + robot.joints.len(), Units::of(robot));
         Self {
             contact,
-            weight_n: robot.mass() * GRAVITY,
+            weight_n: robot.weight_n(),
             in_leg: legs(robot),
             of_lengths: weight_of_lengths(robot),
             rho: RHO * (units.omega().powi(2) / units.weight_n()).powi(2),

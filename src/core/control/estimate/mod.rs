@@ -16,6 +16,7 @@
 
 mod trunk;
 
+use crate::lipm::pendulum::State;
 pub use crate::robot::kinematics::{heading, on_ground};
 use crate::robot::{Foot, GRAVITY, Kinematics, PerFoot, Pose, Posture, Robot, Sole, Units};
 use crate::socket::{Imu, Sensed};
@@ -79,7 +80,7 @@ impl Estimate {
                 left: true,
                 right: true,
             },
-            load_n: PerFoot::from_fn(|_| 0.5 * robot.mass() * GRAVITY),
+            load_n: PerFoot::from_fn(|_| 0.5 * robot.weight_n()),
             contact_load_n: CONTACT_LOAD.map(|(share, deviations)| {
                 share * robot.mass() * GRAVITY + deviations * robot.noise.sole_force_n
             }),
@@ -89,36 +90,6 @@ impl Estimate {
     /// Kinematics of the estimated posture.
     pub fn kinematics(&self) -> &Kinematics {
         &self.kinematics
-    }
-
-    /// Notes that a foot is lifted. It counts as no contact until it lands.
-    pub fn lift(&mut self, foot: Foot) {
-        self.in_contact[foot] = false;
-    }
-
-    /// Ends the flight of a foot: its foothold is where the foot is now. If it is not `on_ground`, the foot waits for
-    /// its contact to be detected.
-    pub fn land(&mut self, foot: Foot, on_ground: bool) {
-        self.put_down(foot);
-        self.in_contact[foot] = on_ground;
-    }
-
-    /// Sets the foothold of a foot that comes down, on the plane of the other foothold: the foot itself may have come
-    /// down on an edge.
-    fn put_down(&mut self, foot: Foot) {
-        let (sole, other) = (&self.soles[foot], self.footholds[foot.other()]);
-        let place = along(&other, sole.translation.vector.xy().into());
-        self.footholds[foot] = Pose::from_parts(place.translation, inclined(sole, &other));
-    }
-
-    /// Sets a known posture. COM and COM velocity stay as they are.
-    pub fn place(&mut self, robot: &Robot, posture: &Posture) {
-        self.posture.q.copy_from_slice(&posture.q);
-        self.place_base(
-            robot,
-            posture.base.translation.vector,
-            posture.base.rotation,
-        );
     }
 
     /// Sets the joint angles to the encoder readings, with the base at the origin. Returns its orientation by the IMU.
@@ -152,6 +123,7 @@ impl Estimate {
     }
 }
 
+/// The only writer of an [`Estimate`].
 #[derive(Debug, Clone)]
 pub struct Estimator {
     units: Units,
@@ -163,18 +135,18 @@ pub struct Estimator {
     lever: Vector3<f64>,
     /// Whether each foot carries load, so that its foothold tells where the robot is.
     stands: PerFoot<bool>,
-    pub now: Estimate,
+    now: Estimate,
 }
 
 impl Estimator {
-    /// An estimator for a robot at rest in the state of `start`, with a control period `dt` (s).
-    pub fn new(robot: &Robot, dt: f64, start: Estimate) -> Self {
-        let trunk = TrunkFilter::new(&robot.noise, robot.home_com_height(), dt, Vector3::zeros());
+    /// An estimator for a robot at home and at rest, with a control period `dt` (s).
+    pub fn new(robot: &Robot, dt: f64) -> Self {
+        let units = Units::of(robot);
+        let trunk = TrunkFilter::new(&robot.noise, units.length_m, dt, Vector3::zeros());
         let stands = PerFoot {
             left: true,
             right: true,
         };
-        let units = Units::of(robot);
         let phase = dt * units.omega();
         let mut estimator = Self {
             units,
@@ -183,10 +155,52 @@ impl Estimator {
             trunk,
             lever: Vector3::zeros(),
             stands,
-            now: start,
+            now: Estimate::at_home(robot),
         };
         estimator.rest(robot);
         estimator
+    }
+
+    pub fn now(&self) -> &Estimate {
+        &self.now
+    }
+
+    /// Notes that a foot is lifted. It counts as no contact until it lands.
+    pub fn lift(&mut self, foot: Foot) {
+        self.now.in_contact[foot] = false;
+    }
+
+    /// Ends the flight of a foot: its foothold is where the foot is now. If it is not `on_ground`, the foot waits for
+    /// its contact to be detected.
+    pub fn land(&mut self, foot: Foot, on_ground: bool) {
+        self.put_down(foot);
+        self.now.in_contact[foot] = on_ground;
+    }
+
+    /// Sets a known posture. COM and COM velocity stay as they are.
+    pub fn place(&mut self, robot: &Robot, Posture { base, q }: &Posture) {
+        self.now.posture.q.copy_from_slice(q);
+        self.now
+            .place_base(robot, base.translation.vector, base.rotation);
+    }
+
+    /// Sets a known horizontal motion of the COM, ZMP and loads (N).
+    pub fn set_motion(&mut self, state: &State, load_n: PerFoot<f64>) {
+        let now = &mut self.now;
+        (now.com.x, now.com.y) = (state.com().x, state.com().y);
+        now.com_vel = Vector3::new(state.com_vel().x, state.com_vel().y, 0.0);
+        (now.zmp, now.load_n) = (state.zmp(), load_n);
+    }
+
+    /// Sets the foothold of a foot that comes down, on the plane of the other foothold: the foot itself may have come
+    /// down on an edge.
+    fn put_down(&mut self, foot: Foot) {
+        let Estimate {
+            soles, footholds, ..
+        } = &mut self.now;
+        let (sole, other) = (&soles[foot], footholds[foot.other()]);
+        let place = along(&other, sole.translation.vector.xy().into());
+        footholds[foot] = Pose::from_parts(place.translation, inclined(sole, &other));
     }
 
     /// Sets COM and trunk to rest at the places that follow from the posture, with the ZMP below the COM.
@@ -334,7 +348,7 @@ impl Estimator {
     /// it can carry load at once. A foot that comes down stands where it is now.
     fn find_contact(&mut self, robot: &Robot, in_air: Option<Foot>) {
         for foot in Foot::BOTH {
-            let now = &mut self.now;
+            let now = &self.now;
             let carries =
                 |already: bool| now.load_n[foot] > now.contact_load_n[usize::from(already)];
             let (stood, touched) = (self.stands[foot], now.in_contact[foot]);
@@ -344,9 +358,9 @@ impl Estimator {
                 || low < CONTACT_HEIGHT[usize::from(touched)] * self.units.length_m;
             let [stands, touches] = [carries(stood), touches].map(|is| is && in_air != Some(foot));
             if (stands && !stood) || (touches && !touched) {
-                now.put_down(foot);
+                self.put_down(foot);
             }
-            (self.stands[foot], now.in_contact[foot]) = (stands, touches);
+            (self.stands[foot], self.now.in_contact[foot]) = (stands, touches);
         }
     }
 }

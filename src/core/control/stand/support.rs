@@ -5,7 +5,7 @@
 
 use crate::control::estimate::{Estimate, control_frame};
 use crate::geometry::SupportPolygon;
-use crate::robot::{Foot, GRAVITY, PerFoot, Pose, Robot};
+use crate::robot::{Foot, PerFoot, Pose, Robot};
 use nalgebra::{Isometry2, Point2, Vector2};
 
 /// The control frame, and the support polygon in it.
@@ -34,7 +34,7 @@ impl Support {
         let mut corners = [Point2::origin(); 8];
         let mut count = 0;
         let feet = Foot::BOTH.into_iter().filter(|&f| in_contact[f]);
-        let load_n = robot.mass() * GRAVITY / feet.clone().count() as f64;
+        let load_n = robot.weight_n() / feet.clone().count() as f64;
         for foot in feet {
             for corner in robot.soles[foot].pressable_corners(load_n) {
                 corners[count] = frame.inverse_transform_point(&(footholds[foot] * corner).xy());

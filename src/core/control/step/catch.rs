@@ -21,7 +21,7 @@ use crate::control::estimate::on_ground;
 use crate::control::stand::Support;
 use crate::lipm::catching::{CatchPlan, CatchProblem, Catching, Departure, Departures, plan};
 use crate::robot::swing_shape::least_jerk;
-use crate::robot::{Foot, GRAVITY, LandingRegion, PerFoot};
+use crate::robot::{Foot, LandingRegion, PerFoot};
 use crate::socket::{Command, TickError};
 use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
 
@@ -390,7 +390,7 @@ fn dcm_in(time_s: f64, now: &StepState) -> Point2<f64> {
 /// ankle can press.
 fn is_beside(foot: Foot, time_s: f64, now: &StepState) -> bool {
     let robot = &now.design.robot;
-    let [[back, front], _] = robot.soles[foot].pressable_m(robot.mass() * GRAVITY);
+    let [[back, front], _] = robot.soles[foot].pressable_m(robot.weight_n());
     let along = on_ground(&now.estimate.footholds[foot])
         .inverse_transform_point(&dcm_in(time_s, now))
         .x;
@@ -456,7 +456,7 @@ fn problem(region: &LandingRegion, foot: Foot, now: &StepState) -> CatchProblem 
         stance,
         ..
     } = now.design;
-    let weight_n = robot.mass() * GRAVITY;
+    let weight_n = robot.weight_n();
     let pressable = |standing: Foot, load_n: f64| {
         let [x, [low, high]] = robot.soles[standing].pressable_m(load_n);
         [

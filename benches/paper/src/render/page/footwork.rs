@@ -6,7 +6,7 @@ use nalgebra::{Isometry2, Point2, Vector2};
 use standfast::core::control::step::PlannedFootstep;
 use standfast::core::control::step::paper::{StanceState, choose};
 use standfast::core::lipm::pendulum::State;
-use standfast::core::robot::{Foot, GRAVITY, PerFoot};
+use standfast::core::robot::{Foot, PerFoot};
 
 /// Directions of the examples of Fig. 6 (degrees), read from the arrows in the paper's picture.
 pub const EXAMPLES_DEG: [f64; 2] = [45.0, -45.0];
@@ -29,7 +29,7 @@ impl Study {
     /// The foot that is chosen for a ZMP error (m) with equal loads on both feet, and its way (m; x forward, y left).
     /// None if neither foot can go that way.
     pub fn choose(&self, zmp_error: Vector2<f64>) -> Option<(Foot, Vector2<f64>)> {
-        let load_n = 0.5 * GRAVITY * self.robot.mass();
+        let load_n = 0.5 * self.robot.weight_n();
         let PlannedFootstep { foot, to, .. } = self.choose_under(
             PerFoot {
                 left: load_n,

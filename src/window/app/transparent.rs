@@ -1,11 +1,11 @@
-//! The ghost: the robot in another engine, drawn transparent over the picture, so that the solid robot does not hide
-//! it.
+//! Transparent robots: the ghost, and the robot whose body is switched off. They are drawn over the picture, so that the
+//! solid robot does not hide them.
 
 use super::camera::Lens;
 use super::colors::OnScreen as _;
 use super::space::{brightness, to_sun};
 use kiss3d::egui::{Mesh, Shape};
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3};
 use standfast_core::robot::Kinematics;
 use standfast_scene::palette::{Color, GHOST};
 use standfast_scene::{Stage, Surface};
@@ -14,24 +14,36 @@ use standfast_scene::{Stage, Surface};
 /// size of UT-mu2 (m). Nearer parts are fainter, so that a ghost at the same place does not tint the robot.
 const APART_M: f64 = 0.02;
 
-/// The ghost beside the solid robot, as seen from `eye` (m, world frame). Both are robots of the stage.
+/// The colour and the opacity (0 to 1) of the parts of a ghost beside the solid robot, by their poses.
+pub fn ghost(
+    stage: &Stage,
+    robot: &Kinematics,
+) -> impl Fn(&Surface, &Isometry3<f64>) -> (Color, f64) {
+    move |Surface { link, ball, .. }, pose| {
+        let beside = robot.link_pose(*link) * ball.0;
+        let apart_m = (pose * ball.0 - beside).norm() / stage.scale.length;
+        (GHOST.color, GHOST.opacity * (apart_m / APART_M).min(1.0))
+    }
+}
+
+/// A robot of the stage with the colours and opacities of `paint`, as seen from `eye` (m, world frame).
 pub fn shape(
     stage: &Stage,
     robot: &Kinematics,
-    ghost: &Kinematics,
+    paint: impl Fn(&Surface, &Isometry3<f64>) -> (Color, f64),
     lens: &Lens,
     eye: Point3<f64>,
 ) -> Shape {
     let mut out = Mesh::default();
     let away_m = |at: &Point3<f64>| (at - eye).norm();
-    let mut parts: Vec<_> = stage.solids(ghost).zip(stage.solids(robot)).collect();
+    let mut parts: Vec<_> = stage.solids(robot).collect();
     // The farthest parts are painted first.
-    parts.sort_by(|((a, at_a), _), ((b, at_b), _)| {
+    parts.sort_by(|(a, at_a), (b, at_b)| {
         away_m(&(at_b * b.ball.0)).total_cmp(&away_m(&(at_a * a.ball.0)))
     });
-    for ((Surface { mesh, ball, .. }, pose), (_, beside)) in parts {
-        let apart_m = (pose * ball.0 - beside * ball.0).norm() / stage.scale.length();
-        let opacity = GHOST.opacity * (apart_m / APART_M).min(1.0);
+    for (solid, pose) in parts {
+        let (color, opacity) = paint(solid, &pose);
+        let mesh = &solid.mesh;
         let corners: Vec<_> = mesh
             .corners
             .iter()
@@ -48,7 +60,7 @@ pub fn shape(
             let first = out.vertices.len() as u32;
             for (place, (at, normal)) in [a, b, c].into_iter().zip(face.map(|i| &corners[i])) {
                 let bright = brightness(normal, &(eye - at).normalize(), &to_sun());
-                let color = GHOST.color.towards(Color::WHITE, (bright - 0.5) as f32);
+                let color = color.towards(Color::WHITE, (bright - 0.5) as f32);
                 out.colored_vertex(place, color.faint(opacity as f32));
             }
             out.add_triangle(first, first + 1, first + 2);
@@ -77,8 +89,13 @@ mod tests {
             let mut posture = Posture { ..home.clone() };
             posture.base.translation.vector.x += away_m;
             let [there, here] = [&posture, &home].map(|posture| stage.kinematics(posture));
-            let Shape::Mesh(mesh) = shape(&stage, &here, &there, &lens, Point3::new(2.0, 1.0, 1.0))
-            else {
+            let Shape::Mesh(mesh) = shape(
+                &stage,
+                &there,
+                ghost(&stage, &here),
+                &lens,
+                Point3::new(2.0, 1.0, 1.0),
+            ) else {
                 panic!()
             };
             assert!(mesh.indices.len() > 500, "{} corners", mesh.indices.len());

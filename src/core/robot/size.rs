@@ -1,13 +1,74 @@
-//! Robots of the same build and another size ("dynamic similarity").
+//! Scaling by the robot's size: the units in which a figure fits robots of every size, and similar robots.
 //!
-//! Let all lengths be `length` times as large and all masses `mass` times, while gravity stays as it is. If all times
-//! are then `sqrt(length)` times as long and the other quantities follow by their units, the equations of motion are
-//! the same: both robots move alike.
+//! A pendulum of the COM height h swings with `omega = sqrt(g / h)` (eq. 1), and falls in a time of about `1 / omega`.
+//! Let one of two robots of the same build have all lengths L times as large and all masses M times. Both move alike,
+//! since the equations of motion are the same, if lengths are measured in h, times in `1 / omega` and forces in weights
+//! m g ("dynamic similarity"). In SI units times are then sqrt(L) times as long, forces M times as large, and so on.
 
-use super::kinematics::{Pose, Posture};
-use super::model::{Ankle, Foot, Robot};
+use super::kinematics::{Kinematics, Pose, Posture};
+use super::model::{Ankle, Foot, GRAVITY, Robot};
 use super::shape::Shape;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+
+/// The units of a robot at home.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Units {
+    /// Mass m of the robot (kg).
+    pub mass_kg: f64,
+    /// Height h of the robot's COM (m).
+    pub length_m: f64,
+    /// Half the length of the shorter sole (m).
+    pub half_sole_m: f64,
+}
+
+impl Units {
+    pub fn of(robot: &Robot) -> Self {
+        Self {
+            mass_kg: robot.mass(),
+            length_m: robot.home_com_height(),
+            half_sole_m: Foot::BOTH
+                .map(|foot| robot.soles[foot].half_m[0])
+                .into_iter()
+                .fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    /// Natural frequency of the pendulum (rad/s).
+    pub fn omega(&self) -> f64 {
+        (GRAVITY / self.length_m).sqrt()
+    }
+
+    /// Unit of time, `1 / omega` (s).
+    pub fn time_s(&self) -> f64 {
+        1.0 / self.omega()
+    }
+
+    /// Unit of speed, `omega h` (m/s).
+    pub fn speed_m_s(&self) -> f64 {
+        self.omega() * self.length_m
+    }
+
+    /// The change of the velocity of the COM by an impulse (N s), in m/s and in the unit of speed, which is sqrt(g h).
+    pub fn velocity_of(&self, impulse_n_s: f64) -> [f64; 2] {
+        let dv_m_s = impulse_n_s / self.mass_kg;
+        [dv_m_s, dv_m_s / self.speed_m_s()]
+    }
+
+    /// Unit of force: the weight (N).
+    pub fn weight_n(&self) -> f64 {
+        self.mass_kg * GRAVITY
+    }
+
+    /// Unit of impulses, the sole impulse (N s): mass times omega times half the length of the shorter sole. A short
+    /// push of this size forward brings the DCM from above the middle of the feet to their front edge. (m omega d, by
+    /// which a result compares pushes, has instead of half a sole the distance to the edge in the direction of the
+    /// push.)
+    pub fn impulse_n_s(&self) -> f64 {
+        self.mass_kg * self.omega() * self.half_sole_m
+    }
+}
 
 /// Ratios of a similar robot's quantities to the robot's own.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +95,11 @@ impl SizeRatio {
 
     pub fn impulse(self) -> f64 {
         self.mass * self.time()
+    }
+
+    /// Ratio of forces per length.
+    pub fn force_per_length(self) -> f64 {
+        self.mass / self.length
     }
 
     /// A pose in the world or in a link's frame.
@@ -70,6 +136,20 @@ impl SizeRatio {
 }
 
 impl Robot {
+    /// Height of the centre of mass above the ground at home (m).
+    pub fn home_com_height(&self) -> f64 {
+        Kinematics::at_home(self).com().z
+    }
+
+    /// Natural frequency of the pendulum at home (rad/s), the paper's omega.
+    pub fn omega(&self) -> f64 {
+        Units::of(self).omega()
+    }
+
+    pub fn weight_n(&self) -> f64 {
+        self.mass() * GRAVITY
+    }
+
     /// A similar robot.
     pub fn scaled(&self, by: SizeRatio) -> Robot {
         let (length, moment, time) = (by.length, by.moment(), by.time());
@@ -124,5 +204,24 @@ impl Robot {
             region.swing_time_s *= time;
         }
         robot
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SizeRatio;
+
+    /// A push moves the capture point by `impulse / (mass omega)`, and a steady pull moves the COM by `force / (mass
+    /// omega^2)`. Both must be the same share of the length for robots of any size.
+    #[test]
+    fn pushes_and_pulls_move_robots_of_any_size_by_the_same_share() {
+        let by = SizeRatio {
+            length: 3.0,
+            mass: 27.0,
+        };
+        let omega = 1.0 / by.time();
+        assert!((by.impulse() / (by.mass * omega) - by.length).abs() < 1e-9);
+        assert!((by.force() / (by.mass * omega * omega) - by.length).abs() < 1e-9);
+        assert!((by.force_per_length() * by.length - by.force()).abs() < 1e-9);
     }
 }
