@@ -98,7 +98,7 @@ def write(shares, name):
 
 def rates(paths, seed, count, out):
     """How often each recovers from the same `count` pushes."""
-    gains = [word for path in paths for word in ("--gains", str(path))]
+    gains = [word for path in paths for word in ("--controller", str(path))]
     command = [args.program, "run", final / "campaign.toml", "--seed", str(seed), "--trials", str(count), *gains]
     command += ["--replays", "0", "--untried", "--out", scratch / out]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

@@ -53,7 +53,7 @@ fn a_lost_push_is_caught_and_can_be_repeated() {
             "--impulse=4.4",
             "--heading=100",
             "--json",
-            "--gains",
+            "--controller",
             gains,
         ];
         serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap()
@@ -183,11 +183,11 @@ fn what_is_wrong_is_said_before_anything_runs() {
     let dir = folder();
     for (args, words) in [
         (
-            &["--gains=paper"][..],
+            &["--controller=paper"][..],
             "--controller = paper: has no table [catching]; accepted: a gain set with the table [catching]",
         ),
         (
-            &["--gains=catch", "--gains=paper"],
+            &["--controller=catch", "--controller=paper"],
             "--controller = catch, paper: is more than one entrant; accepted: one, such as catch or catch@mujoco",
         ),
         (
@@ -205,7 +205,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
     // Departures in a gain set are checked like its other values.
     let catch = fs::read_to_string(concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/assets/gains/catch.toml"
+        "/assets/controllers/catch.toml"
     ))
     .unwrap();
     for (departures, words) in [
@@ -223,7 +223,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
         ),
     ] {
         fs::write(dir.path().join("mine.toml"), format!("{catch}{departures}")).unwrap();
-        let message = stderr(&standfast(dir.path(), &["push", "--gains=mine.toml"]).code(2));
+        let message = stderr(&standfast(dir.path(), &["push", "--controller=mine.toml"]).code(2));
         assert!(
             message.contains("mine.toml: ") && message.contains(words),
             "{message}"

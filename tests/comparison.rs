@@ -75,7 +75,7 @@ fn shards_of_a_campaign_that_ends_when_decided_end_as_one_machine_does() {
         let args = SHORT.iter().copied().filter(|arg| *arg != "--out=out");
         let decided = [
             "--until-resolved",
-            "--max-trials=200",
+            "--trials=200",
             "--gate=hold >= 0.5",
             "--replays=1",
         ];
@@ -168,7 +168,7 @@ fn gates_change_no_trial_and_need_none_again() {
 #[test]
 fn an_unresolved_gate_fails_only_if_asked_to() {
     let dir = folder();
-    let both = ["--gains=hold:description='0.2'", OPEN, FEW];
+    let both = ["--controller=hold:description='0.2'", OPEN, FEW];
     let run = standfast(dir.path(), &short(&both)).success();
     assert!(stdout(&run).contains("unresolved"), "{}", stdout(&run));
     let junit = fs::read_to_string(dir.path().join("out/junit.xml")).unwrap();
@@ -176,36 +176,23 @@ fn an_unresolved_gate_fails_only_if_asked_to() {
         junit.contains("skipped=\"1\"") && junit.contains("failures=\"0\""),
         "{junit}"
     );
-    for args in [&["--unresolved=fail"][..], &["--set=gates.unresolved=fail"]] {
-        let fails = standfast(dir.path(), &short(&[&both[..], args].concat())).code(100);
-        let message = stderr(&fails);
-        assert!(
-            message.contains("gate unresolved: hold >= hold description"),
-            "{message}"
-        );
-        let junit = fs::read_to_string(dir.path().join("out/junit.xml")).unwrap();
-        assert!(
-            junit.contains("skipped=\"0\"")
-                && junit.contains("hold &gt;= hold")
-                && !junit.contains("failures=\"0\"")
-        );
-    }
+    let strict = short(&[&both[..], &["--set=gates.unresolved=fail"]].concat());
+    let message = stderr(&standfast(dir.path(), &strict).code(100));
+    assert!(
+        message.contains("gate unresolved: hold >= hold description"),
+        "{message}"
+    );
+    let junit = fs::read_to_string(dir.path().join("out/junit.xml")).unwrap();
+    assert!(
+        junit.contains("skipped=\"0\"")
+            && junit.contains("hold &gt;= hold")
+            && !junit.contains("failures=\"0\"")
+    );
     // The folder keeps the setting, and may be asked with another one.
     standfast(dir.path(), &["merge", "out"]).code(100);
-    standfast(dir.path(), &["merge", "out", "--unresolved=pass"]).success();
-    standfast(dir.path(), &["merge", "out", "--unresolved=fail"]).code(100);
-    standfast(
-        dir.path(),
-        &short(
-            &[
-                &both[..],
-                &["--set=gates.unresolved=fail", "--unresolved=pass"],
-            ]
-            .concat(),
-        ),
-    )
-    .success();
-    standfast(dir.path(), &["merge", "out", "--unresolved=maybe"]).code(2);
+    standfast(dir.path(), &short(&both)).success();
+    standfast(dir.path(), &["merge", "out"]).success();
+    standfast(dir.path(), &short(&["--set=gates.unresolved=maybe"])).code(2);
 }
 
 #[test]
@@ -344,19 +331,19 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
         let others = SHORT
             .iter()
             .copied()
-            .filter(|arg| !["--out=out", "--gains=hold"].contains(arg));
+            .filter(|arg| !["--out=out", "--controller=hold"].contains(arg));
         others
             .chain([SEVERAL_PARTS])
             .chain(more.iter().copied())
             .collect::<Vec<_>>()
     };
-    standfast(dir.path(), &with(&["--gains=hold", "--out=a"])).success();
+    standfast(dir.path(), &with(&["--controller=hold", "--out=a"])).success();
     standfast(
         dir.path(),
-        &with(&["--gains=hold", "--gains=fixed", "--out=b"]),
+        &with(&["--controller=hold", "--controller=fixed", "--out=b"]),
     )
     .success();
-    standfast(dir.path(), &with(&["--gains=fixed", "--out=c"])).success();
+    standfast(dir.path(), &with(&["--controller=fixed", "--out=c"])).success();
     let found: Value = serde_json::from_str(&stdout(
         &standfast(dir.path(), &["compare", "a", "b", "--json"]).success(),
     ))
@@ -391,7 +378,11 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
     for name in ["report.html", "summary.md", "junit.xml", "success.svg"] {
         assert!(dir.path().join("d").join(name).exists(), "{name}");
     }
-    standfast(dir.path(), &with(&["--gains=fixed", "--seed=9", "--out=e"])).success();
+    standfast(
+        dir.path(),
+        &with(&["--controller=fixed", "--seed=9", "--out=e"]),
+    )
+    .success();
     let refused = standfast(dir.path(), &["compare", "a", "e"]).code(3);
     assert!(
         stderr(&refused).contains("seed is 9 there and 1 here"),
@@ -420,7 +411,10 @@ fn two_folders_are_compared_if_their_pushes_are_the_same() {
 #[test]
 fn entrants_of_one_campaign_are_paired_whatever_their_engines() {
     let dir = folder();
-    let both = ["--gains=hold@rapier", "--gate=hold@rapier >= hold - 0.5"];
+    let both = [
+        "--controller=hold@rapier",
+        "--gate=hold@rapier >= hold - 0.5",
+    ];
     standfast(dir.path(), &short(&[&both[..], &[SEVERAL_PARTS]].concat())).success();
     let found = summary(&dir.path().join("out"));
     let names = [0, 1].map(|set| found["sets"][set]["name"].as_str().unwrap());
@@ -431,7 +425,7 @@ fn entrants_of_one_campaign_are_paired_whatever_their_engines() {
     let whole = files(&dir.path().join("out"));
     let other = folder();
     for shard in ["--shard=1/2", "--shard=2/2"] {
-        let args = ["--gains=hold@rapier", SEVERAL_PARTS, shard];
+        let args = ["--controller=hold@rapier", SEVERAL_PARTS, shard];
         standfast(other.path(), &short(&args)).success();
     }
     let merged = ["merge", "out", "--gate=hold@rapier >= hold - 0.5"];
@@ -446,13 +440,13 @@ fn entrants_of_one_campaign_are_paired_whatever_their_engines() {
         "replay",
         "out",
         "--trial=1",
-        "--gains=hold",
-        "--gains=hold@rapier",
-        "-o=a.html",
+        "--controller=hold",
+        "--controller=hold@rapier",
+        "--replay=a.html",
     ];
     let told = stdout(&standfast(dir.path(), &replay).success());
     assert!(told.contains("\nghost       hold@rapier"), "{told}");
-    let unknown = stderr(&standfast(dir.path(), &short(&["--gains=hold@bullet"])).code(2));
+    let unknown = stderr(&standfast(dir.path(), &short(&["--controller=hold@bullet"])).code(2));
     assert!(
         unknown.contains("hold@bullet") && unknown.contains("rapier, mujoco"),
         "{unknown}"
@@ -470,7 +464,7 @@ fn a_campaign_in_both_engines_has_each_controller_twice() {
             &short(&[&["--engine=both", FEW, gate], more].concat()),
         )
     };
-    let checked = stderr(&both(&["--check"]).success());
+    let checked = stderr(&both(&["--dry-run"]).success());
     assert!(checked.contains("6 episodes to run"), "{checked}");
     assert!(files(dir.path()).is_empty());
     both(&[]).success();
@@ -546,7 +540,7 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
     );
     let more = standfast(
         other.path(),
-        &short(&["--max-trials=100", "--until-resolved", &close]),
+        &short(&["--trials=100", "--until-resolved", &close]),
     )
     .success();
     assert!(
@@ -569,7 +563,7 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
         [
             most,
             "--until-resolved",
-            "--gains=fixed",
+            "--controller=fixed",
             "--gate=hold >= 0.01",
             "--gate=fixed >= 0.5",
         ]
@@ -578,7 +572,7 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
         standfast(dir, &short(&[&until(most), more].concat())).success()
     };
     let [dir, other] = [folder(), folder()];
-    let said = stderr(&run(dir.path(), "--max-trials=50", &["--threads=1"]));
+    let said = stderr(&run(dir.path(), "--trials=50", &["--threads=1"]));
     assert!(
         said.contains("after 25 trials: not decided yet: fixed >= 0.5: "),
         "{said}"
@@ -610,14 +604,14 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
             .any(|row| row["controller"] == controller)
     };
     assert!(has(4, "hold") && !has(5, "hold") && has(5, "fixed"));
-    run(other.path(), "--max-trials=50", &["--threads=2"]);
+    run(other.path(), "--trials=50", &["--threads=2"]);
     assert!(files(&other.path().join("out")) == whole, "two threads");
     for lost in ["part-000002.parquet", "part-000008.parquet", "stopped.json"] {
         fs::remove_file(other.path().join("out/parts").join(lost)).unwrap();
     }
     standfast(other.path(), &["status", "out"]).code(3);
     standfast(other.path(), &["merge", "out"]).code(3);
-    let said = stderr(&run(other.path(), "--max-trials=50", &[]));
+    let said = stderr(&run(other.path(), "--trials=50", &[]));
     assert!(said.contains("15 episodes in"), "{said}");
     assert!(files(&other.path().join("out")) == whole, "resumed");
     standfast(other.path(), &["merge", "out"]).success();
@@ -644,22 +638,22 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
     let shard = |k| {
         standfast(
             other.path(),
-            &short(&["--max-trials=50", "--until-resolved", "--gains=fixed", k]),
+            &short(&["--trials=50", "--until-resolved", "--controller=fixed", k]),
         )
     };
-    let lacking = || standfast(other.path(), &["status", "out", "--missing", "--shards=2"]);
+    let lacking = || standfast(other.path(), &["status", "out", "--shards=2"]);
     shard("--shard=1/2").success();
     assert!(!other.path().join("out/report.html").exists());
     assert_eq!(stdout(&lacking().code(3)), "2\n");
     shard("--shard=2/2").success();
     assert_eq!(stdout(&lacking().success()), "none\n");
     // With more trials, the controller that is still undecided continues.
-    let said = stderr(&run(other.path(), "--max-trials=75", &[]));
+    let said = stderr(&run(other.path(), "--trials=75", &[]));
     assert!(said.contains("25 episodes in"), "{said}");
     assert_eq!(trials(&summary(&other.path().join("out"))), [25, 75]);
     // The result is compared with one of which both controllers have all trials.
     let elsewhere =
-        |more: &[&'static str]| [&SHORT[..SHORT.len() - 1], &["--gains=fixed"], more].concat();
+        |more: &[&'static str]| [&SHORT[..SHORT.len() - 1], &["--controller=fixed"], more].concat();
     standfast(other.path(), &elsewhere(&["--trials=40", "--out=fixed"])).success();
     let compared = standfast(other.path(), &["compare", "out", "fixed", "--json"]).success();
     let compared: Value = serde_json::from_str(&stdout(&compared)).unwrap();
@@ -693,10 +687,10 @@ fn without_gates_it_is_the_pairs_that_are_decided() {
     let dir = folder();
     // Variants that stand alike differ by less than any margin that is not small.
     let same = [
-        "--gains=hold:description='0.2'",
+        "--controller=hold:description='0.2'",
         "--trials=200",
         "--until-resolved",
-        "--margin=0.4",
+        "--set=stopping.margin=0.4",
     ];
     standfast(dir.path(), &short(&same)).success();
     let found = summary(&dir.path().join("out"));
@@ -708,7 +702,6 @@ fn without_gates_it_is_the_pairs_that_are_decided() {
     assert!(found["trials"].as_u64().unwrap() < 200);
     for (more, expected) in [
         (&["--until-resolved"][..], "nothing to decide"),
-        (&["--max-trials=10"], "fixed count of trials"),
         (&["--shard=1/2", PASSES], "`merge`"),
     ] {
         let other = folder();
@@ -803,9 +796,9 @@ fn a_terminal_of_60_columns_is_enough_and_so_is_none() {
         "--set=second_push={impulse_n_s={uniform=[0, 1]}, heading_deg={uniform=[-180, 180]}, after_s=0.05}",
     ];
     let sets = [
-        "--gains=fixed",
-        "--gains=switching",
-        "--gains=catch",
+        "--controller=fixed",
+        "--controller=switching",
+        "--controller=catch",
         "--trials=6",
         PASSES,
         "--full",
@@ -990,8 +983,8 @@ fn who_does_not_fall_has_survived() {
             "smoke",
             "--trials=6",
             "--replays=0",
-            "--gains=hold",
-            "--gains=catch",
+            "--controller=hold",
+            "--controller=catch",
             still,
             out,
         ];
@@ -999,20 +992,21 @@ fn who_does_not_fall_has_survived() {
     };
     let told = stdout(&run("--out=a", &[]).success());
     assert!(
-        told.contains("survived,") && told.contains("`--judge survived`"),
+        told.contains("survived,") && told.contains("`episode.judge.counts=survived`"),
         "{told}"
     );
     let summed = |run: crate::common::program::Run| -> Value {
         serde_json::from_str(&stdout(&run.success())).unwrap()
     };
-    let [stands, lasts] = [&[][..], &["--judge=survived"]].map(|judge: &[&str]| {
-        let out = if judge.is_empty() {
-            "--out=a"
-        } else {
-            "--out=b"
-        };
-        summed(run(out, &[judge, &["--json"]].concat()))
-    });
+    let [stands, lasts] =
+        [&[][..], &["--set=episode.judge.counts=survived"]].map(|judge: &[&str]| {
+            let out = if judge.is_empty() {
+                "--out=a"
+            } else {
+                "--out=b"
+            };
+            summed(run(out, &[judge, &["--json"]].concat()))
+        });
     for set in 0..2 {
         let [stands, lasts] = [&stands, &lasts].map(|summary| &summary["sets"][set]);
         let of = |key: &str| stands[key].as_u64().unwrap();
@@ -1036,7 +1030,7 @@ fn who_does_not_fall_has_survived() {
     let gated = run(
         "--out=b",
         &[
-            "--judge=survived",
+            "--set=episode.judge.counts=survived",
             "--gate=catch >= 0.5",
             "--gate=hold >= 0.99",
         ],
@@ -1054,7 +1048,7 @@ fn who_does_not_fall_has_survived() {
     let push = stdout(
         &standfast(
             dir.path(),
-            &["push", "--impulse=4", "--gains=hold", "--json"],
+            &["push", "--impulse=4", "--controller=hold", "--json"],
         )
         .success(),
     );

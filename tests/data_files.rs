@@ -12,9 +12,9 @@ use std::time::Duration;
 
 const PUSH: [&str; 5] = [
     "push",
-    "--gains=hold",
+    "--controller=hold",
     "--impulse=1",
-    "--horizon=1",
+    "--set=episode.horizon_s=1",
     "--trace=a.mcap",
 ];
 
@@ -236,14 +236,19 @@ fn a_pipe_in_the_place_of_a_file_is_refused_before_anything_is_simulated() {
     ])
     .chain([
         ("cpi catch --plot", "c.svg"),
-        ("init child.urdf --force --out", "child.toml"),
+        ("init child.urdf --force", "child.toml"),
     ]) {
         pipe(name);
-        refused(name, &format!("{option} {name}"), "--");
+        let args = match option {
+            // It writes beside the URDF.
+            "init child.urdf --force" => option.into(),
+            _ => format!("{option} {name}"),
+        };
+        refused(name, &args, "");
         // A folder is no file either.
         fs::remove_file(dir.path().join(name)).unwrap();
         fs::create_dir(dir.path().join(name)).unwrap();
-        refused(name, &format!("{option} {name}"), "--");
+        refused(name, &args, "");
         fs::remove_dir(dir.path().join(name)).unwrap();
     }
     for (name, args) in [

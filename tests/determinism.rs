@@ -220,7 +220,7 @@ fn a_campaign_that_varies_everything_is_the_same_bytes_for_any_number_of_threads
             &[
                 "run",
                 "harsh",
-                "--gains=hold",
+                "--controller=hold",
                 SEVERAL_PARTS,
                 "--out=out",
                 threads,

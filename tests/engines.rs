@@ -259,7 +259,7 @@ fn a_campaign_in_mujoco_is_the_same_bytes_for_any_number_of_threads() {
             "run",
             "harsh",
             "--engine=mujoco",
-            "--gains=catch",
+            "--controller=catch",
             SEVERAL_PARTS,
             "--out=out",
             threads,
@@ -284,7 +284,7 @@ fn limits_stand_side_by_side() {
         let few = [
             "limit",
             "--campaign=nominal",
-            "--gains=hold",
+            "--controller=hold",
             "--headings=2",
             "--precision=0.4",
             "--out=out",
@@ -357,8 +357,8 @@ fn a_robot_that_one_engine_refuses_is_an_error_that_names_the_engine() {
             &[
                 "push",
                 "--robot=odd.urdf",
-                "--gains=hold",
-                "--horizon=1",
+                "--controller=hold",
+                "--set=episode.horizon_s=1",
                 engine,
             ],
         )

@@ -16,8 +16,8 @@ use std::time::Duration;
 const RUN: [&str; 11] = [
     "run",
     "smoke",
-    "--gains=hold",
-    "--gains=mine.toml",
+    "--controller=hold",
+    "--controller=mine.toml",
     "--trials=60",
     "--threads=1",
     "--set=episode.horizon_s=0.5",
@@ -241,7 +241,7 @@ const FAULTS: [Fault; 14] = [
     }),
     ("an input changed in the folder", |dir| {
         run(dir).success();
-        let input = dir.join("out/inputs/gains/mine.toml");
+        let input = dir.join("out/inputs/controllers/mine.toml");
         fs::write(&input, MINE.replace("'a'", "'b'")).unwrap();
         let said = stderr(&standfast(dir, &["merge", "out"]).code(3));
         assert!(said.contains("mine.toml"), "{said}");

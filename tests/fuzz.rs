@@ -358,7 +358,11 @@ fn results() {
         }
         folder.missing();
         for rows in folder.parts()? {
-            assert!(rows?.iter().all(|row| row.settling_s().is_none_or(|s| s >= 0.0)));
+            assert!(
+                rows?
+                    .iter()
+                    .all(|row| row.settling_s().is_none_or(|s| s >= 0.0))
+            );
         }
         StoredTrial::open(&damaged, 0, None).map(|_| ())
     });

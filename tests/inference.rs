@@ -224,7 +224,7 @@ fn what_init_writes_is_what_a_robot_without_settings_has() {
     );
     fs::write(folder.path().join("mine.toml"), "edited").unwrap();
     standfast(folder.path(), &["init", "mine.urdf", "--force"]).success();
-    let printed = standfast(folder.path(), &["init", "mine.urdf", "--print"]).success();
+    let printed = standfast(folder.path(), &["init", "mine.urdf", "--dry-run"]).success();
     assert_eq!(
         printed.get_output().stdout,
         fs::read(folder.path().join("mine.toml")).unwrap()
@@ -459,7 +459,7 @@ fn joints_without_a_range_are_told_and_can_be_given_one() {
     let refused = stderr(
         &standfast(
             folder.path(),
-            &["init", "robot.urdf", "--print", "--range", "9"],
+            &["init", "robot.urdf", "--dry-run", "--range", "9"],
         )
         .code(2),
     );
@@ -514,8 +514,8 @@ fn a_robot_without_settings_catches_itself() {
             &[
                 "run",
                 "smoke",
-                "--gains=hold",
-                "--gains=catch",
+                "--controller=hold",
+                "--controller=catch",
                 "--json",
                 &urdf,
             ],
@@ -547,7 +547,7 @@ fn inferred_settings_are_kept_with_a_result() {
         "{}",
         stderr(&run)
     );
-    let printed = standfast(folder.path(), &["init", "mine.urdf", "--print"]).success();
+    let printed = standfast(folder.path(), &["init", "mine.urdf", "--dry-run"]).success();
     assert_eq!(
         printed.get_output().stdout,
         fs::read(folder.path().join("out/inputs/robot.toml")).unwrap()
@@ -613,11 +613,12 @@ fn macros_need_the_program_that_expands_them() {
     .unwrap();
     let run = |path: &Path| {
         let mut command = Command::new(PROGRAM);
-        Run::of(command.current_dir(folder.path()).env("PATH", path).args([
-            "init",
-            "mine.urdf.xacro",
-            "--out=mine.toml",
-        ]))
+        Run::of(
+            command
+                .current_dir(folder.path())
+                .env("PATH", path)
+                .args(["init", "mine.urdf.xacro"]),
+        )
     };
     let alone = run(Path::new("")).code(2);
     assert!(
@@ -686,33 +687,6 @@ fn macros_in_comments_are_none_and_no_advice_overwrites_the_robot() {
         let told = stderr(&init(name).code(2));
         assert!(told.contains(advice), "wanted: {advice}\n{told}");
     }
-}
-
-/// Settings are found by their name, so no file is written that no command would read.
-#[test]
-fn settings_are_written_where_they_are_read() {
-    let folder = folder();
-    fs::write(folder.path().join("mine.urdf"), CHILD).unwrap();
-    let told = stderr(&standfast(folder.path(), &["init", "mine.urdf", "--out=zz.toml"]).code(2));
-    assert!(
-        told.contains("--out = zz.toml: is read by no command")
-            && told.contains("accepted: mine.toml"),
-        "{told}"
-    );
-    assert!(!folder.path().join("zz.toml").exists());
-    let there = stderr(
-        &standfast(
-            folder.path(),
-            &["init", "mine.urdf", "--out=there/mine.toml"],
-        )
-        .success(),
-    );
-    let there = there.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(
-        there.contains("Written: there/mine.toml.")
-            && there.contains("It is read once it lies beside"),
-        "{there}"
-    );
 }
 
 /// Feet without a shape have no sole to be found. The user states the soles alone, and `init` adds the rest.
@@ -854,7 +828,7 @@ fn a_result_keeps_the_meshes_of_its_robot() {
     fs::rename(home.path().join("out"), home.path().join("whole")).unwrap();
     run("--shard=1/2").success();
     let replay = |at: &Path, out: &str| {
-        standfast(at, &["replay", out, "--trial=5", "--output=page.html"]).success();
+        standfast(at, &["replay", out, "--trial=5", "--replay=page.html"]).success();
         fs::read_to_string(at.join("page.html")).unwrap()
     };
     let page = replay(home.path(), "whole");

@@ -7,7 +7,7 @@ use std::{fs, path::Path};
 /// Two headings, forward and backward, for the controller without gains.
 const SMALL: [&str; 5] = [
     "limit",
-    "--gains=hold",
+    "--controller=hold",
     "--headings=2",
     "--set=push.height_m=0.02",
     "--json",
@@ -81,7 +81,7 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
             5.815 / (1.0 + 0.02 / 0.31),
             0.01,
         ),
-        // `standfast push --controller hold --height 0.02` recovers from 2.4 N s and falls at 2.5, both ways.
+        // `standfast push --controller hold --set push.height_m=0.02` recovers from 2.4 N s and falls at 2.5, both ways.
         ("/headings/0/sets/0/impulse50_n_s", 2.45, 0.4),
         ("/headings/1/sets/0/impulse50_n_s", 2.45, 0.4),
     ] {
@@ -150,19 +150,19 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
     );
     // The first loss can be repeated.
     let loss = &json["headings"][1]["sets"][0]["first_loss"];
-    let option = |name: &str, key: &str| format!("--{name}={}", loss[key]);
+    let option = |name: &str, key: &str| format!("--{name}{}", loss[key]);
     let [trial, impulse, heading, start] = [
-        ("limit-trial", "trial"),
-        ("impulse", "impulse_n_s"),
-        ("heading", "heading_deg"),
-        ("start", "start_s"),
+        ("trial=", "trial"),
+        ("impulse=", "impulse_n_s"),
+        ("heading=", "heading_deg"),
+        ("set=push.start_s=", "start_s"),
     ]
     .map(|(name, key)| option(name, key));
     let push = [
         "push",
         NOMINAL,
-        "--gains=hold",
-        "--height=0.02",
+        "--controller=hold",
+        "--set=push.height_m=0.02",
         "--json",
         &trial,
         &impulse,
@@ -189,8 +189,8 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         let push = [
             "push",
             NOMINAL,
-            "--gains=hold",
-            "--height=0.02",
+            "--controller=hold",
+            "--set=push.height_m=0.02",
             "--json",
             &impulse,
             &heading,
@@ -279,7 +279,7 @@ fn kills_shards_and_threads_change_nothing() {
     // A folder keeps to its search.
     for (more, expected) in [
         (
-            args(&["--out=whole", "--max-trials=9"]),
+            args(&["--out=whole", "--trials=9"]),
             "holds another search: max_trials is 150 there and 9 here",
         ),
         (
@@ -366,7 +366,7 @@ fn a_limit_is_checked_by_the_command_that_is_printed() {
         harder.1.split_once(" `none`").unwrap().0.replace("\\ ", ""),
     );
     assert!(
-        command.contains("--set push.height_m=0.02 --limit-trial 0 --controller hold --robot "),
+        command.contains("--set push.height_m=0.02 --trial 0 --controller hold --robot "),
         "{command}"
     );
     let push = |more: &[&str]| {
@@ -406,14 +406,14 @@ fn threads_change_nothing_the_seed_does_and_too_few_trials_are_marked() {
     let of = |more: &[&str]| {
         let few = [
             "--campaign=harsh",
-            "--max-trials=8",
+            "--trials=8",
             "--precision=0.3",
             "--replicas=1",
         ];
         let args = [
             &[
                 "limit",
-                "--gains=hold",
+                "--controller=hold",
                 "--set=push.height_m=0.02",
                 "--json",
             ],
@@ -459,11 +459,11 @@ fn what_is_wrong_is_said_before_anything_runs() {
             "'0' for '--headings <N>': out of range; accepted: a whole number from 1 to 360",
         ),
         ("--precision=-1", "--precision = -1: out of range"),
-        ("--max-trials=0", "'0' for '--max-trials <N>': out of range"),
+        ("--trials=0", "'0' for '--trials <N>': out of range"),
         ("--plot=a.png", "--plot = a.png: unknown kind of file"),
         ("--out=file", "--out = file: it is a file"),
         ("--campaign=best", "campaign \"best\" not found"),
-        ("--gains=best", "controller \"best\" not found"),
+        ("--controller=best", "controller \"best\" not found"),
     ] {
         let run = standfast(dir.path(), &["limit", more]).code(2);
         let message = text(&run.get_output().stderr);
@@ -473,7 +473,7 @@ fn what_is_wrong_is_said_before_anything_runs() {
     // Without its reach the robot can do everything else.
     standfast(
         dir.path(),
-        &["push", "--impulse=1", "--robot=r.urdf", "--gains=hold"],
+        &["push", "--impulse=1", "--robot=r.urdf", "--controller=hold"],
     )
     .success();
     let model = standfast(dir.path(), &["model", "r.urdf"]).success();

@@ -33,7 +33,7 @@ fn mujoco_is_asked_for_before_anything_runs() {
     let program = installed(dir.path());
     let before = files(dir.path());
     let campaign = |more| [&SHORT[..SHORT.len() - 1], &["--out=other", FEW, more]].concat();
-    let checked = |args: &[&'static str]| [args, &["--check"]].concat();
+    let checked = |args: &[&'static str]| [args, &["--dry-run"]].concat();
     for args in [
         campaign("--engine=mujoco"),
         campaign("--engine=both"),
@@ -97,7 +97,7 @@ fn a_command_goes_on_in_the_program_beside_which_finds_its_library() {
     run(
         &program,
         dir.path(),
-        &["push", "--gains=hold", "--horizon=1"],
+        &["push", "--controller=hold", "--set=episode.horizon_s=1"],
     )
     .success();
 }

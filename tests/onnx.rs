@@ -251,8 +251,8 @@ fn a_policy_is_an_input_of_its_result_and_gives_the_same_bytes_on_any_number_of_
             "smoke",
             "--trials=4",
             "--replays=0",
-            "--gains=hold",
-            "--gains",
+            "--controller=hold",
+            "--controller",
             &ours,
             out,
             threads,
@@ -261,13 +261,17 @@ fn a_policy_is_an_input_of_its_result_and_gives_the_same_bytes_on_any_number_of_
         fs::read(dir.path().join(&out[6..]).join("parts/part-000000.parquet")).unwrap()
     };
     assert_eq!(run("--out=a", "--threads=1"), run("--out=b", "--threads=2"));
-    assert!(dir.path().join("a/inputs/gains/policy.onnx").is_file());
+    assert!(
+        dir.path()
+            .join("a/inputs/controllers/policy.onnx")
+            .is_file()
+    );
     let args = [
         "replay",
         "a",
         "--trial=1",
-        "--gains=ours",
-        "--output=page.html",
+        "--controller=ours",
+        "--replay=page.html",
     ];
     let replayed = standfast(dir.path(), &args).success();
     assert!(
@@ -275,7 +279,7 @@ fn a_policy_is_an_input_of_its_result_and_gives_the_same_bytes_on_any_number_of_
         "{}",
         stderr(&replayed)
     );
-    standfast(dir.path(), &["check", &ours, "--horizon=1"]).success();
+    standfast(dir.path(), &["check", &ours, "--set=episode.horizon_s=1"]).success();
 }
 
 #[test]
@@ -752,7 +756,12 @@ fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
     );
     let check = |pairs: &str, more: &[&str]| {
         fs::write(dir.path().join("pairs.csv"), pairs).unwrap();
-        let args = ["check", &file, "--horizon=0.6", "--contract=pairs.csv"];
+        let args = [
+            "check",
+            &file,
+            "--set=episode.horizon_s=0.6",
+            "--contract=pairs.csv",
+        ];
         standfast(dir.path(), &[&args[..], more].concat())
     };
     let good = "x,y,z,a,b\n1,0,0,1.1,-0.8\n0.5,1,-1,1.1,-2.3\n";
@@ -796,7 +805,12 @@ fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
         npz.finish().unwrap();
         standfast(
             dir.path(),
-            &["check", &file, "--horizon=0.6", "--contract=pairs.npz"],
+            &[
+                "check",
+                &file,
+                "--set=episode.horizon_s=0.6",
+                "--contract=pairs.npz",
+            ],
         )
     };
     let in_a_line = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -856,7 +870,12 @@ fn recorded_actions_are_repeated_or_the_first_other_one_is_told() {
     let told = stderr(&standfast(dir.path(), &["check", &file, "--contract=pairs.npz"]).code(2));
     assert!(told.contains("pairs.npz"), "{told}");
 
-    let hold = ["check", "hold", "--horizon=0.6", "--contract=pairs.csv"];
+    let hold = [
+        "check",
+        "hold",
+        "--set=episode.horizon_s=0.6",
+        "--contract=pairs.csv",
+    ];
     fs::write(dir.path().join("pairs.csv"), "1,2\n").unwrap();
     let told = stderr(&standfast(dir.path(), &hold).code(2));
     assert!(
@@ -936,7 +955,13 @@ fn a_policy_is_written_from_what_its_training_left() {
         "command",
     ];
     assert_eq!(terms(&lab), seen);
-    let check = stdout(&standfast(dir.path(), &["check", "lab.toml", "--horizon=1"]).success());
+    let check = stdout(
+        &standfast(
+            dir.path(),
+            &["check", "lab.toml", "--set=episode.horizon_s=1"],
+        )
+        .success(),
+    );
     assert!(
         check.contains("projected_gravity") && check.contains("The first observation"),
         "{check}"
@@ -1005,7 +1030,7 @@ fn a_policy_is_written_from_what_its_training_left() {
     fs::write(dir.path().join("g.yaml"), format!("\u{feff}{gym}")).unwrap();
     let gym_text = gym;
     write("gym.onnx", zero(17, 2));
-    let printed = stdout(&init(&["gym.onnx", "--from=g.yaml", "--print"]).success());
+    let printed = stdout(&init(&["gym.onnx", "g.yaml", "--dry-run"]).success());
     let gym: toml::Table = printed.parse().unwrap();
     assert_eq!(
         (gym["period_s"].as_float(), gym["joints"][0].as_str()),
@@ -1024,67 +1049,47 @@ fn a_policy_is_written_from_what_its_training_left() {
         ),
         (
             zero(3, 2),
-            &["bad.onnx", "--from=deploy.yaml"],
+            &["bad.onnx", "deploy.yaml"],
             "takes 3 numbers, but the terms of its observation are 14",
         ),
         (
             zero(3, 2),
-            &["bad.onnx", "--from=odd.yaml"],
+            &["bad.onnx", "odd.yaml"],
             "describes no policy that is known here",
         ),
         (
             zero(3, 2),
-            &["bad.onnx", "--from=gone.yaml"],
+            &["bad.onnx", "gone.yaml"],
             "gone.yaml: cannot read",
         ),
         (
             zero(3, 2),
-            &["bad.onnx", "--from=term.yaml"],
+            &["bad.onnx", "term.yaml"],
             "observations.joint_effort = joint_effort: is no term",
         ),
         (
             zero(3, 2),
-            &["bad.onnx", "--from=map.yaml"],
+            &["bad.onnx", "map.yaml"],
             "joint_ids_map = 33: is no joint of the robot",
         ),
         (
             zero(3, 2),
-            &["bad.onnx", "--from=clip.yaml"],
+            &["bad.onnx", "clip.yaml"],
             "is not the same on both sides",
         ),
         (
             zero(14, 2),
-            &["bad.onnx", "--from=deploy.yaml", "--out=../x.toml"],
-            "does not lie beside the policy",
-        ),
-        (
-            zero(14, 2),
-            &["bad.onnx", "--out=./bad.onnx", "--force"],
-            "is a file of the policy or of its robot",
-        ),
-        (
-            zero(14, 2),
-            &[
-                "bad.onnx",
-                "--from=deploy.yaml",
-                "--out=deploy.yaml",
-                "--force",
-            ],
-            "is a file of the policy",
-        ),
-        (
-            zero(14, 2),
-            &["bad.onnx", "--from=offset.yaml", "--print"],
+            &["bad.onnx", "offset.yaml", "--dry-run"],
             "actions.offset = Some([0.4, 0.6]): is another",
         ),
         (
             zero(14, 2),
-            &["bad.onnx", "--from=nan.yaml", "--print"],
+            &["bad.onnx", "nan.yaml", "--dry-run"],
             "stiffness = [NaN, ",
         ),
         (
             zero(14, 2),
-            &["bad.onnx", "--from=gait.yaml"],
+            &["bad.onnx", "gait.yaml"],
             "gait (1/s) = inf: is not positive",
         ),
         (
@@ -1095,12 +1100,12 @@ fn a_policy_is_written_from_what_its_training_left() {
         (b"no network".to_vec(), &["bad.onnx"], "cannot be read"),
         (
             zero(17, 2),
-            &["bad.onnx", "--from=real.yaml"],
+            &["bad.onnx", "real.yaml"],
             "for the robot itself (deploy_real): does not state simulation_dt",
         ),
         (
             zero(17, 2),
-            &["bad.onnx", "--from=sar.yaml"],
+            &["bad.onnx", "sar.yaml"],
             "a configuration of rl_sar: describes no policy that is known",
         ),
         (
@@ -1194,7 +1199,7 @@ fn real_policies_stand_and_recover() {
             "push",
             "--robot=g1.urdf",
             "--impulse=30",
-            "--start=2",
+            "--set=push.start_s=2",
             "--json",
             "--heading",
             heading,

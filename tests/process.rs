@@ -57,14 +57,14 @@ fn hold_in_python_is_hold_to_the_bit_and_is_replayed_from_its_result() {
         return;
     }
     let dir = folder();
-    let python = format!("--gains={PYTHON}/hold.toml");
+    let python = format!("--controller={PYTHON}/hold.toml");
     let run = |out: &str, threads: &str| {
         let args = [
             "run",
             "smoke",
             "--trials=6",
             "--replays=0",
-            "--gains=hold",
+            "--controller=hold",
             &python,
             out,
             threads,
@@ -82,7 +82,7 @@ fn hold_in_python_is_hold_to_the_bit_and_is_replayed_from_its_result() {
     );
     for file in ["hold-python.toml", "hold.py", "standfast.py"] {
         assert!(
-            dir.path().join("a/inputs/gains").join(file).is_file(),
+            dir.path().join("a/inputs/controllers").join(file).is_file(),
             "{file}"
         );
     }
@@ -90,8 +90,8 @@ fn hold_in_python_is_hold_to_the_bit_and_is_replayed_from_its_result() {
         "replay",
         "a",
         "--trial=0",
-        "--gains=hold-python",
-        "--output=page.html",
+        "--controller=hold-python",
+        "--replay=page.html",
     ];
     let replayed = standfast(dir.path(), &args).success();
     assert!(
@@ -100,10 +100,10 @@ fn hold_in_python_is_hold_to_the_bit_and_is_replayed_from_its_result() {
         stderr(&replayed)
     );
     // With another script it is another campaign.
-    fs::write(dir.path().join("a/inputs/gains/hold.py"), "pass").unwrap();
+    fs::write(dir.path().join("a/inputs/controllers/hold.py"), "pass").unwrap();
     let changed = stderr(&standfast(dir.path(), &args).code(3));
     assert!(
-        changed.contains("inputs/gains/hold.py") && changed.contains("restore it"),
+        changed.contains("inputs/controllers/hold.py") && changed.contains("restore it"),
         "{changed}"
     );
 }
@@ -142,8 +142,8 @@ fn controllers_in_cpp_do_what_those_in_python_do_to_the_bit() {
         );
     }
     let python = [
-        format!("--gains={PYTHON}/hold.toml"),
-        format!("--gains={PYTHON}/ankles.toml"),
+        format!("--controller={PYTHON}/hold.toml"),
+        format!("--controller={PYTHON}/ankles.toml"),
     ];
     let run = [
         "run",
@@ -151,8 +151,8 @@ fn controllers_in_cpp_do_what_those_in_python_do_to_the_bit() {
         "--trials=4",
         "--replays=0",
         "--out=a",
-        "--gains=cpp/hold.toml",
-        "--gains=cpp/ankles.toml",
+        "--controller=cpp/hold.toml",
+        "--controller=cpp/ankles.toml",
     ];
     standfast(dir.path(), &[&run[..], &[&python[0], &python[1]]].concat()).success();
     let part = dir.path().join("a/parts/part-000000.parquet");
@@ -164,8 +164,8 @@ fn controllers_in_cpp_do_what_those_in_python_do_to_the_bit() {
         "replay",
         "a",
         "--trial=0",
-        "--gains=ankles-cpp",
-        "--output=page.html",
+        "--controller=ankles-cpp",
+        "--replay=page.html",
     ];
     let replayed = standfast(dir.path(), &replay).success();
     assert!(
@@ -189,7 +189,13 @@ fn controllers_in_cpp_do_what_those_in_python_do_to_the_bit() {
             .unwrap()
             .success()
     );
-    let told = stdout(&standfast(dir.path(), &["check", "cpp/hold.toml", "--horizon=1"]).code(100));
+    let told = stdout(
+        &standfast(
+            dir.path(),
+            &["check", "cpp/hold.toml", "--set=episode.horizon_s=1"],
+        )
+        .code(100),
+    );
     let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(told.contains("gives up: no \"gain\" é"), "{told}");
 }
@@ -226,7 +232,7 @@ fn parameters_are_swept_and_numbers_are_traced() {
         &[
             "push",
             "--impulse=1",
-            "--gains=mine/ankles.toml",
+            "--controller=mine/ankles.toml",
             "--trace=t.csv",
         ],
     )
@@ -252,7 +258,7 @@ fn ticks(tick: &str) -> String {
 fn checked(tick: &str) -> (String, Option<i32>) {
     let dir = folder();
     let file = controller(dir.path(), "mine", "", &ticks(tick));
-    let check = standfast(dir.path(), &["check", &file, "--horizon=2"]);
+    let check = standfast(dir.path(), &["check", &file, "--set=episode.horizon_s=2"]);
     let told = stdout(&check)
         .split_whitespace()
         .collect::<Vec<_>>()
@@ -321,7 +327,7 @@ fn the_traceback_of_a_controller_keeps_its_lines() {
     let dir = folder();
     let tick = "raise ValueError('no gain for ' + ', '.join(self.joints))";
     let file = controller(dir.path(), "mine", "", &ticks(tick));
-    for args in [&["push", "--gains", &file][..], &["check", &file]] {
+    for args in [&["push", "--controller", &file][..], &["check", &file]] {
         let told = stdout(&standfast(dir.path(), args));
         let lines: Vec<&str> = told.lines().map(str::trim).collect();
         let raised = lines
@@ -404,8 +410,8 @@ fn a_failure_is_an_outcome_with_its_cause_and_leaves_no_child() {
             "--trials=2",
             "--replays=0",
             "--set=push.impulse_n_s=4",
-            "--gains=hold",
-            "--gains",
+            "--controller=hold",
+            "--controller",
         ];
         let args = [&run[..], &[&file, "--out=a"]].concat();
         let refused = stderr(&standfast(dir.path(), &args).code(2));
@@ -481,7 +487,7 @@ fn a_campaign_tries_its_controllers_before_it_pushes_and_some_trials_twice() {
         let told = stderr(
             &standfast(
                 dir.path(),
-                &[command, &["--gains=hold", "--gains", &falls]].concat(),
+                &[command, &["--controller=hold", "--controller", &falls]].concat(),
             )
             .code(2),
         );
@@ -501,7 +507,7 @@ fn a_campaign_tries_its_controllers_before_it_pushes_and_some_trials_twice() {
         "--replays=0",
         "--json",
         "--untried",
-        "--gains",
+        "--controller",
         &falls,
         "--out=a",
     ];
@@ -523,7 +529,7 @@ fn a_campaign_tries_its_controllers_before_it_pushes_and_some_trials_twice() {
         "--trials=2",
         "--json",
         "--replays=1",
-        "--gains",
+        "--controller",
         &counts,
         "--out=b",
     ];
@@ -582,7 +588,7 @@ fn what_cannot_be_a_controller_is_refused_before_any_episode() {
         ),
     ] {
         let file = controller(dir.path(), name, more, &script);
-        let message = stderr(&standfast(dir.path(), &["push", "--gains", &file]).code(2));
+        let message = stderr(&standfast(dir.path(), &["push", "--controller", &file]).code(2));
         assert!(message.contains(words), "{name}: {message}");
     }
     for (text, words) in [
@@ -598,13 +604,18 @@ fn what_cannot_be_a_controller_is_refused_before_any_episode() {
             format!("kind = 'process'\nname = 'bad'\n{text}\n"),
         )
         .unwrap();
-        let message = stderr(&standfast(dir.path(), &["push", "--gains=bad.toml"]).code(2));
+        let message = stderr(&standfast(dir.path(), &["push", "--controller=bad.toml"]).code(2));
         assert!(message.contains(words), "{text}: {message}");
     }
     let outside = "kind = 'process'\nname = 'bad'\ncommand = ['python3']\nfiles = ['../secret']\n";
     fs::write(dir.path().join("bad.toml"), outside).unwrap();
-    let message =
-        stderr(&standfast(dir.path(), &["run", "smoke", "--gains=bad.toml", "--check"]).code(2));
+    let message = stderr(
+        &standfast(
+            dir.path(),
+            &["run", "smoke", "--controller=bad.toml", "--dry-run"],
+        )
+        .code(2),
+    );
     assert!(
         message.contains("files = ../secret: is not in the folder of this file"),
         "{message}"
@@ -678,7 +689,12 @@ fn failed_children_leave_no_open_files_and_no_grandchildren() {
         "--out=a",
         "--threads=2",
     ];
-    let run = with_open_files(dir.path(), 40, &[&args[..], &["--gains", &file]].concat()).success();
+    let run = with_open_files(
+        dir.path(),
+        40,
+        &[&args[..], &["--controller", &file]].concat(),
+    )
+    .success();
     let summary: Value = serde_json::from_str(&stdout(&run)).unwrap();
     assert_eq!(summary["sets"][0]["failed"], 40, "{summary}");
     for part in fs::read_dir(dir.path().join("a/parts"))
@@ -708,7 +724,7 @@ fn what_the_machine_lacks_is_no_outcome() {
         return;
     }
     let dir = folder();
-    let python = format!("--gains={PYTHON}/hold.toml");
+    let python = format!("--controller={PYTHON}/hold.toml");
     let told = |run: &Run| {
         let told = stderr(run);
         assert!(
@@ -775,7 +791,7 @@ fn waiting(dir: &Path, name: &str) -> Child {
         "--threads=1",
         "--replays=0",
         "--out=a",
-        "--gains",
+        "--controller",
         &file,
     ]);
     let mut run = run
@@ -880,7 +896,7 @@ fn foreign_text_is_a_picture() {
             "--impulse=1",
             "--plot=p.svg",
             "--replay=p.html",
-            "--gains",
+            "--controller",
             &file,
         ];
         let pushed = standfast(dir.path(), &push);
@@ -937,7 +953,7 @@ fn what_a_command_refers_to_is_an_input_or_is_told() {
             "smoke",
             "--trials=2",
             "--replays=0",
-            "--gains",
+            "--controller",
             &file,
         ];
         standfast(dir.path(), &[&args[..], more].concat())
@@ -947,13 +963,13 @@ fn what_a_command_refers_to_is_an_input_or_is_told() {
     assert!(!told.contains("not kept"), "{told}");
     for name in ["holds.py", "posture.py", "standfast.py"] {
         assert!(
-            dir.path().join("a/inputs/gains").join(name).is_file(),
+            dir.path().join("a/inputs/controllers").join(name).is_file(),
             "{name}"
         );
     }
     let replay = standfast(
         dir.path(),
-        &["replay", "a", "--trial=0", "--output=page.html"],
+        &["replay", "a", "--trial=0", "--replay=page.html"],
     )
     .success();
     assert!(
@@ -1020,8 +1036,12 @@ fn the_command_of_a_result_from_elsewhere_starts_only_if_it_is_allowed() {
         (run(), count() > before)
     };
     let run = ["run", "smoke", "--trials=2", "--replays=1", "--out=out"];
-    on("ours", &[&run[..], &[&format!("--gains={mine}")]].concat()).success();
-    let told = "out/inputs/gains/mine.toml: its controller is the program: python3 mine.py";
+    on(
+        "ours",
+        &[&run[..], &[&format!("--controller={mine}")]].concat(),
+    )
+    .success();
+    let told = "out/inputs/controllers/mine.toml: its controller is the program: python3 mine.py";
     for args in [
         &["merge", "out", "--replays=1"][..],
         &["replay", "out", "--trial=0"],
@@ -1053,9 +1073,9 @@ fn the_command_of_a_result_from_elsewhere_starts_only_if_it_is_allowed() {
             "push",
             "--campaign=out/campaign.toml",
             "--trial=0",
-            "--gains=out/inputs/gains/mine.toml",
+            "--controller=out/inputs/controllers/mine.toml",
         ],
-        &["check", "out/inputs/gains/mine.toml"],
+        &["check", "out/inputs/controllers/mine.toml"],
     ] {
         let (run, has_started) = starts(&|| on("theirs", args).code(2));
         assert!(
@@ -1066,7 +1086,7 @@ fn the_command_of_a_result_from_elsewhere_starts_only_if_it_is_allowed() {
     }
     on("theirs", &["merge", "out", "--replays=0"]).success();
     // Python would load this file instead of its own module.
-    fs::write(dir.path().join("out/inputs/gains/json.py"), "").unwrap();
+    fs::write(dir.path().join("out/inputs/controllers/json.py"), "").unwrap();
     let (planted, has_started) = starts(&|| on("ours", &["merge", "out", "--replays=1"]).code(2));
     assert!(!has_started, "{}", stderr(&planted));
     // Controllers that are no programs have no commands.
@@ -1076,7 +1096,7 @@ fn the_command_of_a_result_from_elsewhere_starts_only_if_it_is_allowed() {
             "run",
             "smoke",
             "--trials=1",
-            "--gains=hold",
+            "--controller=hold",
             "--replays=0",
             "--out=plain",
         ],

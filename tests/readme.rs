@@ -51,7 +51,7 @@ fn reader() -> TempDir {
         .unwrap();
     };
     put("campaigns/smoke.toml", "my", "my.toml");
-    put("gains/switching.toml", "mine", "mine.toml");
+    put("controllers/switching.toml", "mine", "mine.toml");
     fs::create_dir(dir.path().join("controllers")).unwrap();
     for (file, text) in PYTHON {
         fs::write(dir.path().join("controllers").join(file), text).unwrap();
@@ -77,8 +77,8 @@ fn put_baseline(words: &[String], folder: &Path) {
             "run",
             "standard",
             "--trials=1",
-            "--gains=hold",
-            "--gains=catch",
+            "--controller=hold",
+            "--controller=catch",
             "--replays=0",
             "--out",
         ];
@@ -98,7 +98,7 @@ fn wrong(command: &str, folder: &Path) -> Option<String> {
     // In a program without MuJoCo, entrants in that engine are no more than arguments.
     let is_checked = cfg!(feature = "mujoco") || !command.contains("@mujoco");
     let only = if is_checked && is_among(&CHECKED) {
-        "--check"
+        "--dry-run"
     } else {
         "--help"
     };
@@ -345,7 +345,7 @@ fn the_commands_of_the_readme_make_the_files_that_they_name() {
     let args: Vec<&str> = run[1..]
         .iter()
         .map(String::as_str)
-        .chain(["--check", "--untried"])
+        .chain(["--dry-run", "--untried"])
         .collect();
     standfast(dir.path(), &args).success();
 }

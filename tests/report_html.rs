@@ -11,9 +11,12 @@ const AROUND: &str = "--set=push.heading_deg={uniform=[-180, 180]}";
 
 /// Runs a small campaign of these controllers, with further arguments, into a folder. Returns its page.
 fn campaign(folder: &Path, out: &str, gains: &[&str], more: &[&str], code: i32) -> PathBuf {
-    let gains: Vec<String> = gains.iter().map(|set| format!("--gains={set}")).collect();
+    let gains: Vec<String> = gains
+        .iter()
+        .map(|set| format!("--controller={set}"))
+        .collect();
     let out_option = format!("--out={out}");
-    let own = |arg: &&str| !["--out=out", "--gains=hold"].contains(arg);
+    let own = |arg: &&str| !["--out=out", "--controller=hold"].contains(arg);
     let mut args: Vec<&str> = short(&[AROUND]).into_iter().filter(own).collect();
     args.extend(
         gains
@@ -61,7 +64,7 @@ fn sequential(folder: &Path) -> PathBuf {
         folder,
         "sequential",
         &["hold", "fixed"],
-        &["--until-resolved", "--max-trials=50"],
+        &["--until-resolved", "--trials=50"],
         0,
     )
 }

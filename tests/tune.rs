@@ -153,7 +153,7 @@ fn a_search_is_the_same_for_any_number_of_threads_and_shards_and_goes_on_where_i
     // The written controller can be used, and names the seed for users who tune it again.
     standfast(
         dir.path(),
-        &["push", "--check", "--gains=two/proposed.toml"],
+        &["push", "--dry-run", "--controller=two/proposed.toml"],
     )
     .success();
     let proposed = fs::read_to_string(two.join("proposed.toml")).unwrap();
@@ -266,7 +266,7 @@ fn no_two_tasks_are_judged_by_the_same_pushes() {
             .map(of)
             .filter(|arg| *arg != BUDGET)
             .collect();
-        standfast(dir.path(), &[&args[..], &["--check"]].concat())
+        standfast(dir.path(), &[&args[..], &["--dry-run"]].concat())
     };
     let seed = |controller: &str, more: &[&str]| -> u64 {
         let told = stderr(&checked(controller, more).success());
@@ -283,7 +283,7 @@ fn no_two_tasks_are_judged_by_the_same_pushes() {
         seed("fixed", &["--vary=gains.0.y.0"]),
         seed("fixed", &["--budget=2601"]),
         seed("fixed", &["--set=push.height_m=0.01"]),
-        seed("fixed", &["--judge=survived"]),
+        seed("fixed", &["--set=episode.judge.counts=survived"]),
         seed("mine.toml", &[]),
         seed("judged.toml", &[]),
         seed("fixed:zmp_margin=0.07", &[]),
@@ -430,7 +430,7 @@ fn bad_input_is_told_before_anything_runs() {
         assert!(message.contains(words), "{args:?}: {message}");
     }
     assert_eq!(files(dir.path()).len(), 10, "something was written");
-    let ranges = stdout(&standfast(dir.path(), &["tune", "catch", "--check"]).success());
+    let ranges = stdout(&standfast(dir.path(), &["tune", "catch", "--dry-run"]).success());
     assert!(
         ranges.contains("catching.pause") && ranges.contains("0.03 to 0.8"),
         "{ranges}"

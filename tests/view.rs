@@ -13,11 +13,11 @@ fn no_window(environment: &[(&str, &str)]) -> Run {
     }
     let folder = TempDir::new().unwrap();
     command.env("XDG_RUNTIME_DIR", folder.path());
-    Run::of(
-        command
-            .envs(environment.iter().copied())
-            .args(["view", "--gains=hold", "--seconds=5"]),
-    )
+    Run::of(command.envs(environment.iter().copied()).args([
+        "view",
+        "--controller=hold",
+        "--seconds=5",
+    ]))
 }
 
 /// Asserts one line with these words, exit code 2, and nothing on stdout.
@@ -118,8 +118,8 @@ mod window {
         };
         let folder = folder();
         let arguments = [
-            "--gains=switching",
-            "--gains=hold",
+            "--controller=switching",
+            "--controller=hold",
             "--impulse=2",
             "--heading=90",
             "--screenshot=last.png",
@@ -199,7 +199,11 @@ mod window {
         let view = View::open(
             &display,
             folder.path(),
-            &["--gains=switching", "--gains=hold", "--impulse=1.5"],
+            &[
+                "--controller=switching",
+                "--controller=hold",
+                "--impulse=1.5",
+            ],
         );
         // A push fills the plots, and another one begins, in which the marks are apart.
         view.press("Return");
@@ -267,7 +271,7 @@ mod window {
             ("hold", "fell_at_s", "fell at"),
             ("catch", "settled_at_s", "has stood still since"),
         ] {
-            let controller = &*format!("--gains={name}");
+            let controller = &*format!("--controller={name}");
             // Each program has a display of its own, since a display ends with its last window.
             let Some(display) = Display::start() else {
                 return;
@@ -300,7 +304,7 @@ mod window {
                 return;
             };
             let folder = folder();
-            let view = View::open(&display, folder.path(), &["--gains=hold"]);
+            let view = View::open(&display, folder.path(), &["--controller=hold"]);
             let (mut process, told) = view.leave();
             if destroys {
                 let id = display.window("standfast");
@@ -333,9 +337,13 @@ mod window {
         );
         assert!(refused(&["out", "--trial=3"]).contains("campaign \"out\" not found"));
         assert!(refused(&["--speed=0"]).contains("--speed"));
-        assert!(refused(&["--gains=no-such-set"]).contains("no-such-set"));
+        assert!(refused(&["--controller=no-such-set"]).contains("no-such-set"));
         assert!(refused(&["--screenshot=picture.bmp"]).contains("png"));
-        let three = ["--gains=hold", "--gains=fixed", "--gains=paper"];
+        let three = [
+            "--controller=hold",
+            "--controller=fixed",
+            "--controller=paper",
+        ];
         assert!(refused(&three).contains("one or two"));
     }
 

@@ -8,9 +8,7 @@ use serde::de::{DeserializeOwned, IntoDeserializer};
 use standfast_core::error::{Error, Result};
 use standfast_files::{folder_of, is_no_file, shell_word};
 use standfast_sim::Engine;
-use standfast_sim::episode::Counts;
 use standfast_study::Overrides;
-use standfast_study::ask::gate::OnUnresolved;
 use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -20,14 +18,12 @@ use std::process::ExitCode;
 pub const ENGINES: [&str; 2] = ["rapier", "mujoco"];
 /// The word for all of them, where several can be compared.
 pub const BOTH: &str = "both";
-/// Names of [`Counts`] for `--judge`.
-pub const JUDGES: [&str; 2] = ["recovered", "survived"];
 
 /// The campaign, with or without the name of the option.
 #[derive(Debug, Default, Args)]
 #[group(id = "of_campaign", multiple = false)]
 pub struct CampaignArgs {
-    /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
+    /// Campaign: smoke, nominal, standard, harsh, or a TOML file
     #[arg(value_name = "CAMPAIGN")]
     first: Option<String>,
     /// The same as CAMPAIGN
@@ -50,11 +46,11 @@ impl CampaignArgs {
 #[derive(Debug, Default, Args)]
 #[group(id = "of_controller", multiple = false)]
 pub struct ControllerArgs {
-    /// Controller by name or file, or a variant NAME:KEY=VALUE of either; @ENGINE behind it names its engine
+    /// Controller by name or file, or a variant NAME:KEY=VALUE
     #[arg(value_name = "CONTROLLER", id = "first_controller")]
     first: Option<String>,
     /// The same as CONTROLLER
-    #[arg(long, visible_alias = "gains", value_name = "NAME|FILE")]
+    #[arg(long, alias = "gains", value_name = "NAME|FILE")]
     controller: Option<String>,
 }
 
@@ -71,13 +67,13 @@ impl ControllerArgs {
 /// Options that change a campaign.
 #[derive(Debug, Default, Args)]
 pub struct ChangeArgs {
-    /// Controller by name or file, or in an engine: catch@mujoco; may be repeated [default: those of the campaign]
-    #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE")]
+    /// Controller by name or file; may be repeated
+    #[arg(long = "controller", alias = "gains", value_name = "NAME|FILE")]
     pub gains: Vec<String>,
-    /// Compare a controller with variants of it, each with one value changed, such as paper:stepping.alpha=2,5
-    #[arg(long, value_name = "SET:KEY=V1,V2,...")]
+    /// Compare a controller with variants, such as paper:stepping.alpha=2,5
+    #[arg(long, value_name = "NAME:KEY=V1,V2")]
     pub vary: Vec<String>,
-    /// Robot by name or URDF file [default: that of the campaign]
+    /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
     #[command(flatten)]
@@ -87,17 +83,13 @@ pub struct ChangeArgs {
 /// Those that are the same for several controllers and robots.
 #[derive(Debug, Default, Args)]
 pub struct SettingArgs {
-    /// Physics engine of controllers without @ENGINE [default: that of the campaign]
-    #[arg(long, value_name = "ENGINE", value_parser = [ENGINES[0], ENGINES[1], BOTH])]
+    /// Physics engine: rapier, mujoco or both
+    #[arg(long, value_parser = [ENGINES[0], ENGINES[1], BOTH], hide_possible_values = true)]
     pub engine: Option<String>,
-    /// Which trials count: recovered (it comes to stand still), or survived (or has not fallen, as walkers) [default: that of
-    /// the campaign]
-    #[arg(long, value_name = "WHICH", value_parser = one_of::<Counts, 2>(JUDGES))]
-    pub judge: Option<Counts>,
-    /// Seed of all random numbers [default: that of the campaign]
+    /// Seed of all random numbers
     #[arg(long, value_name = "S", value_parser = count::<u64>(0..=MOST_SEED))]
     pub seed: Option<u64>,
-    /// Change a value of the campaign, such as push.height_m=0.05
+    /// Change a value, such as push.height_m=0.05
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 }
@@ -117,17 +109,9 @@ impl ChangeArgs {
 impl SettingArgs {
     /// The options that change the campaign beside seed and engine, each after a space, as they are to be typed again.
     pub fn options(&self) -> String {
-        let judge = self.judge.map(|counts| {
-            format!(
-                " --judge {}",
-                JUDGES[usize::from(counts == Counts::Survived)]
-            )
-        });
-        let set = self
-            .set
-            .iter()
-            .map(|assignment| format!(" --set {}", shell_word(assignment)));
-        judge.into_iter().chain(set).collect()
+        let set = self.set.iter();
+        set.map(|assignment| format!(" --set {}", shell_word(assignment)))
+            .collect()
     }
 
     /// As those of [`ChangeArgs`].
@@ -136,7 +120,6 @@ impl SettingArgs {
             set: self.set.clone(),
             seed: self.seed,
             engines: engines_of(self.engine.as_deref()),
-            judge: self.judge,
             ..Overrides::default()
         }
     }
@@ -151,20 +134,17 @@ pub fn engines_of(asked: Option<&str>) -> Vec<Engine> {
 
 #[derive(Debug, Default, Args)]
 pub struct GateArgs {
-    /// A requirement, such as 'A >= 0.80' or 'A >= B + 0.10'
+    /// A requirement, such as 'catch >= hold + 0.10'
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
-    /// How a gate counts that has too few trials to be decided [default: pass]
-    #[arg(long, value_name = "pass|fail", value_parser = one_of::<OnUnresolved, 2>(["pass", "fail"]))]
-    pub unresolved: Option<OnUnresolved>,
-    /// Result folder of an earlier run with the same pushes, for gates with `baseline`
+    /// Result folder of an earlier run, for gates with `baseline`
     #[arg(long, value_name = "DIR")]
     pub baseline: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 pub struct ReplaysArgs {
-    /// Pages that show a trial in 3D, for each controller; report.html links to them
+    /// Pages that show a trial in 3D, for each controller; the report links to them
     #[arg(long, value_name = "N", default_value_t = ReplaysArgs::default().replays, value_parser = count::<usize>(0..=MOST_EXTRAS))]
     pub replays: usize,
 }
@@ -176,13 +156,13 @@ impl Default for ReplaysArgs {
 }
 
 #[derive(Debug, Default, Args)]
-pub struct CheckArgs {
-    /// Only check everything; `run` also says how long it takes
+pub struct DryRunArgs {
+    /// Only check the input, and say what would run
     #[arg(long)]
-    pub check: bool,
+    pub dry_run: bool,
 }
 
-/// Ends a command with `--check`, after all checks. `what` names what would have run.
+/// Ends a command with `--dry-run`, after all checks. `what` names what would have run.
 pub fn fine(what: &str) -> Result<ExitCode> {
     note(&format!("fine: {what}; nothing was written"));
     Ok(ExitCode::SUCCESS)

@@ -1,6 +1,6 @@
 //! `standfast ceiling`: tries again what a controller loses, with knowledge of the push, and tells what can be caught.
 
-use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, count, fine};
+use super::arguments::{CampaignArgs, ChangeArgs, DryRunArgs, count, fine};
 use super::batch::{BatchArgs, write_once};
 use super::interrupt::stop_on_ctrl_c;
 use super::terminal::print;
@@ -14,9 +14,9 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(mut_arg("first", |arg| arg.default_value("standard")))]
-#[command(mut_arg("gains", |arg| arg.help("Controller by name or file, a gain set with [catching] [default: catch]")))]
+#[command(mut_arg("gains", |arg| arg.help("A gain set with [catching] [default: catch]")))]
 #[command(after_help = "Examples:
-  standfast ceiling --out ceiling                   what catch loses in the standard campaign
+  standfast ceiling --out ceiling      what catch loses in the standard campaign
   standfast ceiling --campaign harsh --trials 200 --engine mujoco
   standfast ceiling --campaign nominal --trials 1 --set push.impulse_n_s=4.4
 
@@ -32,23 +32,23 @@ one that is not, nothing is proven. The folder of --out gets ceiling.json, and
 each recovery as a gain set (trial-N.toml), which push can show beside the
 controller. It keeps each trial that is finished: the same command goes on
 after an interruption, and shards on several machines can share it.")]
-#[command(mut_arg("out", |arg| arg.help("Folder for the result [default: standfast-results/ceiling-NAME]")))]
+#[command(mut_arg("out", |arg| arg.help("Folder [default: standfast-results/ceiling-NAME]")))]
 pub struct CeilingArgs {
     #[command(flatten)]
     pub campaign: CampaignArgs,
     #[command(flatten)]
     pub change: ChangeArgs,
-    /// Number of trials [default: that of the campaign]
+    /// Number of trials
     #[arg(long, value_name = "N", value_parser = count::<u64>(1..=MOST_TRIALS))]
     pub trials: Option<u64>,
-    /// Most tries for a push, in steps of 24
+    /// Most tries for a push
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = count::<u64>(1..=MOST_TRIES))]
     pub tries: u64,
     /// Do not try first whether the robot stands without a push
     #[arg(long)]
     pub untried: bool,
     #[command(flatten)]
-    pub check: CheckArgs,
+    pub dry_run: DryRunArgs,
     #[command(flatten)]
     pub batch: BatchArgs,
 }
@@ -85,7 +85,7 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
     let clairvoyant = CeilingSearch::new(campaign, robot_files, options)?;
     let (task, jobs) = (clairvoyant.task(), &clairvoyant.jobs);
     let folder = task.folder(args.batch.out.as_deref())?;
-    if args.check.check {
+    if args.dry_run.dry_run {
         clairvoyant.controller()?;
         let most = format!(
             "up to {} tries for each of {} trials",

@@ -1,6 +1,6 @@
 //! `standfast check`: tries a controller before anybody pushes it.
 
-use super::arguments::{ControllerArgs, ENGINES, number, one_of};
+use super::arguments::{ControllerArgs, ENGINES, one_of};
 use super::contract;
 use super::episode::Setting;
 use super::result::exit_code_of_gates;
@@ -19,37 +19,39 @@ use std::process::ExitCode;
 #[command(allow_negative_numbers = true)]
 #[command(mut_group("of_controller", |group| group.required(true)))]
 #[command(after_help = "Examples:
-  standfast check mine.toml                         does it stand, and do the same again?
+  standfast check mine.toml               does it stand, and do the same again?
   standfast check controllers/ankles.toml --campaign standard
   standfast check catch --robot my.urdf --json
+  standfast check policy.toml --contract pairs.npz
 
-The controller drives the robot three times, and nothing pushes it: twice one after the
-other, and once started anew, which for a program is another process. What is told:
-whether the robot stands, which joint left its angle first, whether all three are the
-same to the bit, how long a tick takes, and what the first command wants of each joint.
+The controller drives the robot three times, and nothing pushes it: twice one
+after the other, and once started anew, which for a program is another process.
+What is told: whether the robot stands, which joint left its angle first,
+whether all three are the same to the bit, how long a tick takes, and what the
+first command wants of each joint.
 
-With a campaign, the sensors have the noise of its first trial; robot and ground are as
-designed. Exit code 100: it falls, fails, does not repeat, or does not keep a
---contract.")]
+With a campaign, the sensors have the noise of its first trial; robot and ground
+are as designed. Exit code 100: it falls, fails, does not repeat, or does not
+keep a --contract: observations and actions that were recorded of a policy, a
+pair in each line of a .csv, or two arrays in an .npz.")]
 pub struct CheckControllerArgs {
     #[command(flatten)]
     pub controller: ControllerArgs,
-    /// A campaign for noise, time steps and thresholds: a name or a TOML file
+    /// A campaign for noise, time steps and thresholds [default: nominal]
     #[arg(long, value_name = "NAME|FILE")]
     pub campaign: Option<String>,
-    /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
+    /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Physics engine [default: that of the campaign, or rapier]
-    #[arg(long, value_name = "ENGINE", value_parser = one_of::<Engine, 2>(ENGINES))]
+    /// Physics engine: rapier or mujoco
+    #[arg(long, value_parser = one_of::<Engine, 2>(ENGINES), hide_possible_values = true)]
     pub engine: Option<Engine>,
-    /// Recorded observations and actions of a policy, which it has to repeat: a pair in each line of a .csv, or two
-    /// arrays in an .npz
+    /// Change a value, such as episode.horizon_s=10
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Observations and actions that it has to repeat
     #[arg(long, value_name = "FILE")]
     pub contract: Option<PathBuf>,
-    /// Length of each episode (s) [default: that of the campaign, or 6, scaled to the robot]
-    #[arg(long, value_name = "S", value_parser = number)]
-    pub horizon: Option<f64>,
     /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
@@ -57,16 +59,17 @@ pub struct CheckControllerArgs {
 
 pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
     let entrant = Entrant::split(args.controller.name());
+    // No push comes, so the episode may be as short as is asked.
+    let mut set = vec!["push.start_s=0".to_string()];
+    set.extend(args.set.iter().cloned());
     let overrides = Overrides {
+        set,
         engines: Vec::from_iter(entrant.engine.or(args.engine)),
         robot: args.robot.clone(),
         ..Overrides::default()
     };
-    let Setting {
-        campaign,
-        robot,
-        config,
-    } = Setting::of(args.campaign.as_deref(), &overrides, args.horizon)?;
+    let Setting { campaign, robot } = Setting::of(args.campaign.as_deref(), overrides, false)?;
+    let config = campaign.episode;
 
     let settings = standfast_controllers::load(entrant.controller)?;
     let prepare = || settings.prepare(&robot, config.control_period_s);
@@ -80,11 +83,7 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
         .map(|path| contract::repeated(path, &*factory.start(0)))
         .transpose()?;
     let alone = |factory: &_| {
-        let disturbance = campaign
-            .as_ref()
-            .map(trial::as_designed)
-            .unwrap_or_default();
-        UnpushedEpisode::run(&robot, factory, &config, disturbance)
+        UnpushedEpisode::run(&robot, factory, &config, trial::disturbance(&campaign, 0))
     };
     let (first, second, third) = (alone(&factory)?, alone(&factory)?, alone(&prepare()?)?);
     let (again, anew) = (first.differs(&second), first.differs(&third));

@@ -13,19 +13,20 @@ use std::process::ExitCode;
 #[command(
     after_help = "Controllers of the same name are compared with each other, and called by their
 folders, as in `catch (DIR_A)`. If the two results share no name, every
-controller of one is compared with every controller of the other. The exit code
-is 3 if the two folders do not hold the same trials."
+controller of one is compared with every controller of the other. A gate names
+them so: --gate 'catch (new) >= catch (old) - 0.01'. The folder of --out gets
+report.html, summary.md, summary.json, junit.xml, trials.parquet and
+success.svg. The exit code is 3 if the two folders do not hold the same trials."
 )]
 pub struct CompareArgs {
     /// A result folder of `run`
     pub dir_a: PathBuf,
     /// Another result folder, of a campaign with the same pushes
     pub dir_b: PathBuf,
-    /// Write report.html, summary.md, summary.json, junit.xml, trials.parquet and success.svg to this folder
+    /// Folder for report and tables
     #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// What the result must show, as for `run`; a controller of both results is named with its folder, as in
-    /// 'catch (new) >= catch (old) - 0.01'
+    /// A requirement, such as 'catch (new) >= catch (old) - 0.01'
     #[arg(long, value_name = "EXPR")]
     pub gate: Vec<String>,
     #[command(flatten)]

@@ -1,15 +1,16 @@
 //! `standfast cpi`: computes the maximal CPI sets of a gain set, prints their sizes, horizons and inclusion, and draws
 //! or exports them.
 
-use super::arguments::{ControllerArgs, check_output, number};
+use super::arguments::{ControllerArgs, check_output};
 use super::terminal::print;
+use serde::Deserialize;
 use standfast_core::control::home_polygon;
-use standfast_core::error::Result;
+use standfast_core::error::{Error, Result};
 use standfast_core::geometry::SupportPolygon;
 use standfast_core::lipm::cpi_set::{CpiSet, Inclusion};
 use standfast_core::lipm::{GainFamily, Pendulum};
 use standfast_core::robot::{Robot, Units};
-use standfast_files::assets::DEFAULT_ROBOT;
+use standfast_files::assets::{DEFAULT_ROBOT, Source, parse_toml};
 use standfast_report::{figure, text::cpi::Sets};
 use standfast_sim::episode::CONTROL_PERIOD_S;
 use standfast_study::ask::bounds::in_range;
@@ -25,26 +26,30 @@ const PHASES: [f64; 2] = [0.002, 1.0];
 #[derive(Debug, clap::Args)]
 #[command(mut_arg("first_controller", |arg| arg.default_value("switching")))]
 #[command(after_help = "Examples:
-  standfast cpi                                     the sets of `switching`
-  standfast cpi mine.toml --plot sets.svg           those of a file, as a picture
-  standfast cpi robust --export sets                as matrices, one file for each
-  standfast cpi fixed:gains.0.x=[0.5,1,5]           with one value changed
-  standfast cpi --omega 3.13 --support=-0.1,0.1,-0.1,0.1   for another pendulum and support")]
+  standfast cpi                             the sets of `switching`
+  standfast cpi mine.toml --plot sets.svg   those of a file, as a picture
+  standfast cpi robust --out sets           as matrices, one file for each
+  standfast cpi fixed:gains.0.x=[0.5,1,5]   with one value changed
+  standfast cpi --robot my.urdf             for a robot of yours
+  standfast cpi --set omega_rad_s=3.13 --set support_m=[-0.1,0.1,-0.1,0.1]
+
+The pendulum has the natural frequency of the robot at home, and the ZMP may be
+where both soles are, less the gain set's margin. --set changes omega_rad_s, the
+control period period_s, and support_m, a rectangle: [xmin, xmax, ymin, ymax].
+The folder of --out gets gain-0-set.csv, gain-0-closed-loop.csv, gain-1-set.csv
+and so on.")]
 pub struct CpiArgs {
     #[command(flatten)]
     pub gains: ControllerArgs,
-    /// Natural frequency of the pendulum, sqrt(g / COM height) (rad/s) [default: that of the robot at home]
-    #[arg(long, value_name = "W", allow_hyphen_values = true, value_parser = number)]
-    pub omega: Option<f64>,
-    /// Control period (s) [default: 0.002]
-    #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = number)]
-    pub dt: Option<f64>,
-    /// The rectangle in which the ZMP may be (m) [default: both soles at home, less the gain set's margin]
-    #[arg(long, value_name = "XMIN,XMAX,YMIN,YMAX", allow_hyphen_values = true, value_parser = parse_support)]
-    pub support: Option<SupportPolygon>,
-    /// Write gain-0-set.csv, gain-0-closed-loop.csv, gain-1-set.csv and so on to this folder
-    #[arg(long, value_name = "DIR")]
-    pub export: Option<PathBuf>,
+    /// Robot by name or URDF file
+    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_ROBOT)]
+    pub robot: String,
+    /// Change the pendulum: omega_rad_s, period_s or support_m
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Folder for the sets as matrices
+    #[arg(short, long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// Draw the sets to this file
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
@@ -57,18 +62,38 @@ pub fn run(args: &CpiArgs) -> Result<ExitCode> {
     print(&answer(args)?)
 }
 
+/// What `--set` changes.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Changes {
+    /// Natural frequency of the pendulum, sqrt(g / COM height).
+    omega_rad_s: Option<f64>,
+    /// Control period.
+    period_s: Option<f64>,
+    /// The rectangle in which the ZMP may be: xmin, xmax, ymin, ymax.
+    support_m: Option<[f64; 4]>,
+}
+
 /// Searches the sets, writes the files that were asked for, and returns what to print. Pendulum and support are those
-/// of UT-mu2 unless they are given. Nothing is written if an input is bad.
+/// of the robot unless they are given. Nothing is written if an input is bad.
 fn answer(args: &CpiArgs) -> Result<String> {
-    let robot = standfast_robots::load(DEFAULT_ROBOT)?;
+    let robot = standfast_robots::load(&args.robot)?;
+    let changes: Changes = parse_toml(&Source {
+        file: "--set".into(),
+        text: args.set.join("\n"),
+    })?;
     if let Some(path) = &args.plot {
         check_output("--plot", path, &["svg"])?;
     }
     let gains = args.gains.name();
     let set = standfast_controllers::gain_set(gains)?;
-    let family = GainFamily::design(&set, pendulum(args, &robot)?, Units::of(&robot).half_sole_m)?;
-    let support = match args.support {
-        Some(support) => support,
+    let family = GainFamily::design(
+        &set,
+        pendulum(&changes, &robot)?,
+        Units::of(&robot).half_sole_m,
+    )?;
+    let support = match changes.support_m {
+        Some(corners) => rectangle(corners)?,
         None => family.allowed_support(&home_polygon(&robot), gains)?,
     };
     family.check_disturbance(&support, gains)?;
@@ -86,7 +111,7 @@ fn answer(args: &CpiArgs) -> Result<String> {
         sets: &sets,
         undisturbed: &undisturbed,
     };
-    if let Some(folder) = &args.export {
+    if let Some(folder) = &args.out {
         answer.export(folder)?;
     }
     if let Some(file) = &args.plot {
@@ -99,60 +124,43 @@ fn answer(args: &CpiArgs) -> Result<String> {
     })
 }
 
-/// The pendulum of the options; where an option is missing, of `robot` at home.
-fn pendulum(args: &CpiArgs, robot: &Robot) -> Result<Pendulum> {
-    let dt = args.dt.unwrap_or(CONTROL_PERIOD_S);
+/// The pendulum that is asked for; what is not changed is that of `robot` at home.
+fn pendulum(changes: &Changes, robot: &Robot) -> Result<Pendulum> {
     let pendulum = Pendulum {
-        omega: args.omega.unwrap_or(robot.omega()),
-        dt,
+        omega: changes.omega_rad_s.unwrap_or(robot.omega()),
+        dt: changes.period_s.unwrap_or(CONTROL_PERIOD_S),
     };
-    in_range("command line", "--omega", pendulum.omega, OMEGAS_RAD_S)?;
+    in_range("--set", "omega_rad_s", pendulum.omega, OMEGAS_RAD_S)?;
     let [least, most] = PHASES.map(|phase| phase / pendulum.omega);
-    in_range("command line", "--dt", pendulum.dt, [least, most])?;
+    in_range("--set", "period_s", pendulum.dt, [least, most])?;
     Ok(pendulum)
 }
 
 /// Largest coordinate of a support (m), as for the soles of a robot. Much larger coordinates are lost in rounding.
 const MOST_SUPPORT_M: f64 = 100.0;
 
-/// Reads `XMIN,XMAX,YMIN,YMAX` (m), a rectangle with the origin inside.
-fn parse_support(text: &str) -> Result<SupportPolygon, String> {
-    let numbers: Vec<f64> = text
-        .split(',')
-        .map(|part| {
-            part.trim()
-                .parse()
-                .map_err(|_| format!("{part:?} is not a number; accepted: XMIN,XMAX,YMIN,YMAX (m)"))
-        })
-        .collect::<Result<_, _>>()?;
-    if numbers
+/// The rectangle with these sides (m). Fails unless the origin is strictly inside.
+fn rectangle([xmin, xmax, ymin, ymax]: [f64; 4]) -> Result<SupportPolygon> {
+    let sides = [-xmin, xmax, -ymin, ymax];
+    let polygon = sides
         .iter()
-        .any(|number| number.is_nan() || number.abs() > MOST_SUPPORT_M)
-    {
-        return Err(format!(
-            "too large; accepted: four numbers from -{MOST_SUPPORT_M} to {MOST_SUPPORT_M} (m)"
-        ));
-    }
-    match numbers[..] {
-        [xmin, xmax, ymin, ymax] if xmin < 0.0 && xmax > 0.0 && ymin < 0.0 && ymax > 0.0 => {
-            SupportPolygon::rectangle(xmin, xmax, ymin, ymax)
-                .ok_or_else(|| "the rectangle has no area".into())
-        }
-        [_, _, _, _] => Err(
-            "the origin is not strictly inside; accepted: XMIN < 0 < XMAX and YMIN < 0 < YMAX (m)"
-                .into(),
-        ),
-        _ => Err(format!(
-            "{} numbers; accepted: four, XMIN,XMAX,YMIN,YMAX (m)",
-            numbers.len()
-        )),
-    }
+        .all(|side| *side > 0.0 && *side <= MOST_SUPPORT_M)
+        .then(|| SupportPolygon::rectangle(xmin, xmax, ymin, ymax))
+        .flatten();
+    polygon.ok_or_else(|| {
+        Error::value(
+            "--set",
+            "support_m",
+            format!("[{xmin}, {xmax}, {ymin}, {ymax}]"),
+            "is no rectangle around the origin",
+            format!("xmin < 0 < xmax and ymin < 0 < ymax, up to {MOST_SUPPORT_M} m"),
+        )
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use standfast_core::error::Error;
 
     use clap::Parser;
     use standfast_report::text::cpi::HEADER;
@@ -177,15 +185,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sets");
         let pendulum = [
-            "--omega",
-            "5.63",
-            "--dt",
-            "0.002",
-            "--support",
-            "-0.03,0.06,-0.08,0.08",
+            "--set=omega_rad_s=5.63",
+            "--set=period_s=0.002",
+            "--set=support_m=[-0.03,0.06,-0.08,0.08]",
         ];
         let args = [
-            &["fixed", "--json", "--export", path.to_str().unwrap()],
+            &["fixed", "--json", "--out", path.to_str().unwrap()],
             &pendulum[..],
         ]
         .concat();
@@ -279,24 +284,25 @@ mod tests {
                 "no set at home; accepted: less than [0.00",
             ),
             (
-                vec!["robust", "--support", "-0.005,0.05,-0.05,0.05"],
+                vec!["robust", "--set=support_m=[-0.005,0.05,-0.05,0.05]"],
                 "zmp_disturbance = [0.0850, 0.1050]: leaves gain",
             ),
-            (vec!["--omega", "-5"], "--omega = -5"),
-            (vec!["--dt", "0"], "--dt = 0"),
-            (vec!["--dt", "1"], "dt"),
+            (vec!["--set=omega_rad_s=-5"], "omega_rad_s = -5"),
+            (vec!["--set=period_s=0"], "period_s = 0"),
+            (vec!["--set=period_s=1"], "period_s = 1"),
             (
-                vec!["--support", "0.01,0.05,-0.05,0.05"],
-                "origin is not strictly inside",
+                vec!["--set=support_m=[0.01,0.05,-0.05,0.05]"],
+                "is no rectangle around the origin",
             ),
             (
-                vec!["--support", "-1e308,1e308,-1e308,1e308"],
-                "too large; accepted: four numbers from -100 to 100 (m)",
+                vec!["--set=support_m=[-1e308,1e308,-1e308,1e308]"],
+                "up to 100 m",
             ),
-            (vec!["--support", "-0.05,0.05,-0.05"], "3 numbers"),
-            (vec!["--support", "-0.05,a,-0.05,0.05"], "not a number"),
+            (vec!["--set=support_m=[-0.05,0.05,-0.05]"], "length 3"),
+            (vec!["--set=omega=5"], "unknown field `omega`"),
+            (vec!["--robot=nosuch"], "nosuch"),
         ] {
-            let all = [&args[..], &["--export", path.to_str().unwrap()]].concat();
+            let all = [&args[..], &["--out", path.to_str().unwrap()]].concat();
             let error = run_with(&all).unwrap_err();
             assert_eq!(error.exit_code(), 2, "{args:?}: {error}");
             assert!(error.to_string().contains(words), "{args:?}: {error}");

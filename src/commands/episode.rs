@@ -7,17 +7,16 @@ use serde_json::json;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Robot, Units};
 use standfast_core::socket::PreparedController;
-use standfast_files::assets::DEFAULT_ROBOT;
 use standfast_files::{shell_word, write_atomic};
 use standfast_report::observer::EpisodeObserver;
 use standfast_report::replay::{self, Head};
 use standfast_report::text::ghost::{ended, parted};
 use standfast_report::text::layout::entry;
 use standfast_report::text::story::EpisodeReport;
-use standfast_sim::Engine;
 use standfast_sim::episode::parting::Parting;
 use standfast_sim::episode::{Disturbance, EpisodeConfig, EpisodeRun, Film, Outcome};
 use standfast_sim::push::three_digits;
+use standfast_sim::{Engine, Push};
 use standfast_study::ask::entrant::Entrant;
 use standfast_study::{Campaign, Overrides, check_episode, check_steps};
 use std::path::{Path, PathBuf};
@@ -25,13 +24,13 @@ use std::path::{Path, PathBuf};
 /// Files to make of an episode.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct OutputArgs {
-    /// Write every control tick up to the horizon: .csv, .parquet, .mcap (Foxglove)
+    /// Write every tick: .csv, .parquet, .mcap (Foxglove)
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
-    /// Draw COM, ZMP and feet over time to this file
+    /// Draw COM, ZMP and feet over time
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
-    /// Write a page that shows the episode in 3D, in any browser
+    /// Write a page that shows it in 3D in any browser
     #[arg(long, value_name = "FILE.html")]
     pub replay: Option<PathBuf>,
 }
@@ -122,56 +121,41 @@ pub type FilmedEpisode<'a> = (EpisodeReport<'a>, Film);
 
 /// Where an episode takes place.
 pub struct Setting {
-    /// The campaign, if one is named.
-    pub campaign: Option<Campaign>,
+    pub campaign: Campaign,
     pub robot: Robot,
-    pub config: EpisodeConfig,
 }
 
 impl Setting {
-    /// The setting of a campaign, or the usual one. `overrides` have the robot and the engine, and change the campaign,
-    /// too; `horizon_s` is the length of the episode (s). Fails if these do not fit together.
-    pub fn of(
-        campaign: Option<&str>,
-        overrides: &Overrides,
-        horizon_s: Option<f64>,
-    ) -> Result<Self> {
-        let campaign = campaign
-            .map(|name| Campaign::load(name, overrides))
-            .transpose()?;
-        let robot_name = overrides
-            .robot
-            .as_ref()
-            .or(campaign.as_ref().map(|c| &c.robot));
-        let robot = standfast_robots::load(robot_name.map_or(DEFAULT_ROBOT, String::as_str))?;
-        let mut config = campaign
-            .as_ref()
-            .map_or_else(|| EpisodeConfig::of(&Units::of(&robot)), |c| c.episode);
-        if campaign.is_none() {
-            config.horizon_s = three_digits(config.horizon_s);
+    /// The setting of a campaign; that of `nominal`, with ideal sensors, if none is named. Unless the pushes, the robot and
+    /// the ground are to be those of a trial, there is one push from behind, and robot and ground are as designed, but for
+    /// what `overrides` change.
+    pub fn of(named: Option<&str>, overrides: Overrides, is_trial: bool) -> Result<Self> {
+        let name = named.unwrap_or("nominal");
+        let robot = Campaign::robot_files(name, &overrides)?.load()?;
+        let units = Units::of(&robot);
+        let mut set = Vec::new();
+        if !is_trial {
+            let push = Push::first(&units);
+            set = vec![
+                format!("push.impulse_n_s={:?}", push.impulse_n_s),
+                format!("push.heading_deg={:?}", push.heading_deg),
+                format!("push.height_m={:?}", push.height_m),
+                format!("push.duration_s={:?}", push.duration_s),
+                format!("push.start_s={:?}", push.start_s),
+                "push.profile=rectangular".into(),
+                "second_push.impulse_n_s=0".into(),
+                "variations={}".into(),
+            ];
         }
-        config.engine = overrides.engines.first().copied().unwrap_or(config.engine);
-        config.judge.counts = overrides.judge.unwrap_or(config.judge.counts);
-        config.horizon_s = horizon_s.unwrap_or(config.horizon_s);
-        let standing_s = config.judge.standing_time_s;
-        if let Some(horizon_s) = horizon_s.filter(|horizon_s| *horizon_s < standing_s) {
-            let problem = format!(
-                "is too short to judge: a robot recovers by standing still for {} s",
-                three_digits(standing_s)
-            );
-            return Err(Error::option(
-                "--horizon",
-                horizon_s,
-                problem,
-                format!("{} or more", three_digits(standing_s)),
-            ));
+        if named.is_none() {
+            let horizon_s = three_digits(EpisodeConfig::of(&units).horizon_s);
+            set.push(format!("episode.horizon_s={horizon_s:?}"));
         }
-        let setting = Self {
-            campaign,
-            robot,
-            config,
-        };
-        setting.config_in(config.engine)?;
+        set.extend(overrides.set);
+        let overrides = Overrides { set, ..overrides };
+        let campaign = Campaign::load_for(&robot, name, &overrides)?;
+        let setting = Self { campaign, robot };
+        setting.config_in(setting.campaign.episode.engine)?;
         Ok(setting)
     }
 
@@ -180,7 +164,7 @@ impl Setting {
         let mut entrants: Vec<(PreparedController, EpisodeConfig)> = Vec::new();
         for listed in listed {
             let entrant = Entrant::split(listed);
-            let config = self.config_in(entrant.engine.unwrap_or(self.config.engine))?;
+            let config = self.config_in(entrant.engine.unwrap_or(self.campaign.episode.engine))?;
             let mut factory = self.controller(entrant.controller)?;
             factory.name = entrant.of(&factory.name);
             if entrants.len() > 1 || entrants.iter().any(|(other, _)| other.name == factory.name) {
@@ -197,12 +181,8 @@ impl Setting {
 
     /// A controller by its name in the campaign, or by name or file.
     pub fn controller(&self, name: &str) -> Result<PreparedController> {
-        let listed = match &self.campaign {
-            Some(campaign) => campaign.gains_named(name),
-            None => name.into(),
-        };
-        let factory = standfast_controllers::load(&listed)?
-            .prepare(&self.robot, self.config.control_period_s)?;
+        let factory = standfast_controllers::load(&self.campaign.gains_named(name))?
+            .prepare(&self.robot, self.campaign.episode.control_period_s)?;
         if let Some(warning) = &factory.warning {
             log::warn!("{warning}");
         }
@@ -213,7 +193,7 @@ impl Setting {
     fn config_in(&self, engine: Engine) -> Result<EpisodeConfig> {
         let config = EpisodeConfig {
             engine,
-            ..self.config
+            ..self.campaign.episode
         };
         check_episode("command line", &config)?;
         engine.check(&self.robot)?;

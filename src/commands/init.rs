@@ -7,9 +7,7 @@ use standfast_controllers::PolicyFile;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Robot, Units};
 use standfast_files::assets::{self, InputKind, Source};
-use standfast_files::{
-    folder_of, is_no_file, is_same_file, is_same_folder, shell_word, write_atomic,
-};
+use standfast_files::{is_no_file, is_same_file, shell_word, write_atomic};
 use standfast_report::{text::layout::entry, text::model};
 use standfast_robots::urdf;
 use standfast_sim::episode::unpushed::UnpushedEpisode;
@@ -19,42 +17,42 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(
-    override_usage = "standfast init [OPTIONS] <ROBOT.urdf>\n       standfast init [OPTIONS] --robot <ROBOT.urdf> <POLICY.onnx>",
-    after_help = "Of a robot are inferred the feet, the trunk, the soles, the home posture, the servos,
-sensor noise and delay, and where a foot can land. Each figure of the file says
-whether it was read, solved or assumed; edit what you know better. An SRDF beside
-the URDF gives the home posture. A robot without such a file runs with the same
-settings. Macros (xacro) are expanded by the program `xacro`.
+    override_usage = "standfast init [OPTIONS] <ROBOT.urdf>\n       standfast init [OPTIONS] --robot <ROBOT.urdf> <POLICY.onnx> [FILE.yaml]",
+    after_help = "Of a robot are inferred the feet, the trunk, the soles, the home posture, the
+servos, sensor noise and delay, and where a foot can land. Each figure of the
+file says whether it was read, solved or assumed; edit what you know better. An
+SRDF beside the URDF gives the home posture. A robot without such a file runs
+with the same settings. Macros (xacro) are expanded by the program `xacro`.
 
 Of a policy are read joints, gains and what it observes: from the deploy.yaml of
 unitree_rl_lab, a configuration of unitree_rl_gym, or the metadata that holosoma
-and mjlab write into the network. The file is called as the policy, and lies
-beside it."
+and mjlab write into the network.
+
+The file lies beside the URDF or the policy, and is called as it is. With
+--dry-run it is printed, and nothing is written. --range is for joints that have
+no range in the URDF, to both sides; without it they are locked."
 )]
 pub struct InitArgs {
     /// URDF file of a humanoid, or ONNX file of a policy
     #[arg(value_name = "ROBOT.urdf|POLICY.onnx")]
     pub file: String,
+    /// Description of a policy [default: where its trainer puts it]
+    #[arg(value_name = "FILE.yaml", requires = "robot")]
+    pub description: Option<PathBuf>,
     /// The robot of a policy, by name or URDF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// The description of a policy, if it does not lie where its trainer puts it
-    #[arg(long, value_name = "FILE.yaml", requires = "robot")]
-    pub from: Option<PathBuf>,
-    /// Range of the robot's joints that have none in the URDF, to both sides (rad); otherwise they are locked
+    /// Range of joints that have none in the URDF (rad)
     #[arg(long, value_name = "RAD", value_parser = number)]
     pub range: Option<f64>,
-    /// Where to write; by default a .toml file of the same name beside the URDF or the policy
-    #[arg(short, long, value_name = "FILE", conflicts_with = "print")]
-    pub out: Option<PathBuf>,
     /// Print the file instead of writing it
     #[arg(long)]
-    pub print: bool,
+    pub dry_run: bool,
     /// Replace a file that is there
-    #[arg(long, conflicts_with = "print")]
+    #[arg(long, conflicts_with = "dry_run")]
     pub force: bool,
-    /// Print what was understood as one JSON object; of a robot, as `standfast model` does
-    #[arg(long, conflicts_with = "print")]
+    /// Print what was understood as one JSON object
+    #[arg(long, conflicts_with = "dry_run")]
     pub json: bool,
 }
 
@@ -70,25 +68,26 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     // The URDF is read first of all, since a file of another kind has no settings.
     let urdf = urdf::opened(&args.file)?;
     let usual = urdf::settings_path(&args.file);
-    args.check_place(&urdf, &usual)?;
+    if urdf.is_builtin() && !args.dry_run {
+        let (problem, accepted) = ("has its settings within it", "a URDF, or --dry-run");
+        return Err(Error::value("init", "robot", &args.file, problem, accepted));
+    }
     // The stated soles alone are kept, and the other settings are inferred.
     let kept = usual
         .is_file()
         .then(|| assets::text(&usual).ok())
         .flatten()
         .filter(urdf::states_soles_alone);
-    let path = if kept.is_some() && args.out.is_none() {
-        usual
-    } else {
-        args.path(usual)?
-    };
+    if kept.is_none() {
+        args.check_place(&usual)?;
+    }
     let settings = urdf::completed(&urdf, args.range, kept.as_ref())?;
     let robot = standfast_robots::parse(&urdf, &settings)?;
-    if args.print {
+    if args.dry_run {
         return print(&settings.text);
     }
     let stands = stands(&robot).unwrap_or_else(|error| Err(error.to_string()));
-    write_atomic(&path, settings.text.as_bytes())?;
+    write_atomic(&usual, settings.text.as_bytes())?;
     print(&match args.json {
         true => standfast_report::json(&model::kinematics_json(&robot, &robot.zero_posture().q)),
         false => model::description(&robot),
@@ -123,15 +122,9 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
         "",
         &format!(
             "Written: {}.{soles} Look at what is marked as assumed, and edit it.",
-            path.display()
+            usual.display()
         ),
     );
-    if !is_same_folder(folder_of(&path), folder_of(Path::new(&args.file))) {
-        tell(
-            "",
-            &format!("It is read once it lies beside {}.", args.file),
-        );
-    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -182,47 +175,32 @@ fn policy(args: &InitArgs) -> Result<ExitCode> {
             "its robot, by name or URDF file",
         ));
     };
-    let usual = model.with_extension("toml");
+    let path = model.with_extension("toml");
     // Nothing that is read here may be replaced, even with --force.
-    let taken = [
-        model.to_path_buf(),
-        PathBuf::from(name),
-        urdf::settings_path(name),
-    ];
-    let out = args.out.as_ref().unwrap_or(&usual);
-    if taken
-        .iter()
-        .chain(&args.from)
-        .any(|taken| is_same_file(taken, out))
-    {
-        let accepted = "another file beside the policy";
-        return Err(Error::option(
-            "--out",
-            out.display(),
-            "is a file of the policy or of its robot",
-            accepted,
-        ));
-    }
-    let path = args.path(usual)?;
-    if !is_same_folder(folder_of(&path), folder_of(model)) {
-        let accepted = "a file in the folder of the policy";
-        return Err(Error::option(
-            "--out",
+    let settings = urdf::settings_path(name);
+    let mut read = std::iter::once(&settings).chain(&args.description);
+    if read.any(|file| is_same_file(file, &path)) {
+        let problem = "is a file of the policy or of its robot";
+        let accepted = "a policy of another name";
+        return Err(Error::value(
+            "init",
+            "file",
             path.display(),
-            "does not lie beside the policy",
+            problem,
             accepted,
         ));
     }
+    args.check_place(&path)?;
     let robot = standfast_robots::load(name)?;
     let PolicyFile { text, by, assumed } =
-        crate::leaves::policy_file(model, args.from.as_deref(), &robot)?;
+        crate::leaves::policy_file(model, args.description.as_deref(), &robot)?;
     // A network with other sizes, or joints that the robot lacks, are found here.
     let settings = standfast_controllers::read(&Source {
         file: path.to_string_lossy().into(),
         text: text.clone(),
     })?;
     settings.prepare(&robot, CONTROL_PERIOD_S)?;
-    if args.print {
+    if args.dry_run {
         return print(&text);
     }
     write_atomic(&path, text.as_bytes())?;
@@ -276,63 +254,27 @@ fn policy(args: &InitArgs) -> Result<ExitCode> {
 }
 
 impl InitArgs {
-    /// Fails if the settings of a robot would be written where no command reads them.
-    fn check_place(&self, urdf: &Source, usual: &Path) -> Result<()> {
-        let out = self.out.as_deref().unwrap_or(usual);
-        let fail = |problem, accepted: &str| {
+    /// Fails if a file is there already that is not to be replaced.
+    fn check_place(&self, path: &Path) -> Result<()> {
+        let fail = |problem, accepted| {
             Err(Error::value(
                 "init",
-                "--out",
-                out.display(),
+                "file",
+                path.display(),
                 problem,
                 accepted,
             ))
         };
-        if self.print {
-            return Ok(());
-        }
-        if urdf.is_builtin() {
-            return fail(
-                "is read by no command, since this robot has its settings within it",
-                "--print",
-            );
-        }
-        if is_same_file(out, Path::new(&self.file)) {
-            return fail(
-                "it is the robot's URDF",
-                "another file than that of the robot",
-            );
-        }
-        if out.file_name() != usual.file_name() {
-            let problem = "is read by no command, since the settings of a robot lie beside its URDF and are called as it is";
-            return fail(problem, &format!("{}, or --print", usual.display()));
-        }
-        Ok(())
-    }
-
-    /// Where to write. Fails if a file is there already that is not to be replaced.
-    fn path(&self, usual: PathBuf) -> Result<PathBuf> {
-        let path = self.out.clone().unwrap_or(usual);
-        if !self.print && is_no_file(&path) {
+        if self.dry_run {
+            Ok(())
+        } else if is_no_file(path) {
             let problem = "it is no file, but a folder, pipe or device";
-            return Err(Error::value(
-                "init",
-                "--out",
-                path.display(),
-                problem,
-                "a file, or --print",
-            ));
+            fail(problem, "a file, or --dry-run")
+        } else if path.exists() && !self.force {
+            let accepted = "none there yet, --force to replace it, or --dry-run, which prints it";
+            fail("this file is there already", accepted)
+        } else {
+            Ok(())
         }
-        if self.print || self.force || !path.exists() {
-            return Ok(path);
-        }
-        let accepted = "a file that is not there yet, --force to replace it, or --print";
-        Err(Error::value(
-            "init",
-            "--out",
-            path.display(),
-            "this file is there already",
-            accepted,
-        ))
     }
 }

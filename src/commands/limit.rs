@@ -1,7 +1,7 @@
 //! `standfast limit`: searches the largest impulse that each controller recovers from, by heading, and prints it beside
 //! the pendulum bounds.
 
-use super::arguments::{CampaignArgs, ChangeArgs, CheckArgs, check_output, count, fine, number};
+use super::arguments::{CampaignArgs, ChangeArgs, DryRunArgs, check_output, count, fine, number};
 use super::batch::{BatchArgs, write_once};
 use super::episode::{Origin, OutputArgs, command_line, film, write_replay};
 use super::interrupt::stop_on_ctrl_c;
@@ -21,12 +21,12 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(mut_arg("first", |arg| arg.default_value("standard")))]
 #[command(after_help = "Examples:
-  standfast limit                                   all controllers and 16 headings, with the standard campaign
+  standfast limit               the standard campaign: 4 controllers, 16 headings
   standfast limit --controller hold --controller paper --headings 8 -o limits
-  standfast limit --campaign nominal                without noise and variations
-  standfast limit --controller catch@rapier --controller catch@mujoco    in two physics engines
-  standfast limit --controller hold --headings 4 --precision 0.3    a quick look
-  standfast limit --campaign nominal --dense --out maps             every push, as a map
+  standfast limit --campaign nominal            without noise and variations
+  standfast limit --controller catch@rapier --controller catch@mujoco
+  standfast limit --controller hold --headings 4 --precision 0.3   a quick look
+  standfast limit --campaign nominal --dense --out maps   every push, as a map
 
 For each controller and heading, an adaptive search (Bayesian, by least expected
 entropy) finds the impulse from which the robot recovers in 50 % of trials, and
@@ -43,12 +43,16 @@ The search assumes that 2 % of the trials are lost, and 2 % are won, whatever
 the impulse; 50 % and 90 % refer to the other trials. Without noise and
 variations there is no 90 %, and the interval is a bracket: every push below it
 is recovered from, and every push above it is lost. The trials of a search are
-not those of `run`: `push` takes their numbers by --limit-trial, as the printed
-commands do.
+not those of `run`: `push` takes their numbers by --trial, as the printed
+commands do. A search ends when the 95 % interval of its impulse is no wider
+than +- the precision (0.1 N s for ut-mu2), or is marked if --trials do not
+suffice; --replicas are the pushes at each step of the search for
+the first loss, and 0 leaves it out: the nominal campaign then takes a
+fourteenth of the pushes.
 
 Each search that is finished is kept in the folder of --out: the same command
 goes on after an interruption, and shards on several machines can share it.")]
-#[command(mut_arg("out", |arg| arg.help("Folder for limit.json and limit.svg [default: standfast-results/limit-NAME]")))]
+#[command(mut_arg("out", |arg| arg.help("Folder [default: standfast-results/limit-NAME]")))]
 pub struct LimitArgs {
     #[command(flatten)]
     pub campaign: CampaignArgs,
@@ -57,28 +61,26 @@ pub struct LimitArgs {
     /// Number of headings, evenly spaced
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = count::<usize>(1..=MOST_HEADINGS as u64))]
     pub headings: usize,
-    /// End a search when the 95 % interval of its impulse is no wider than +- this (N s) [default: 0.0463 sole impulses of the
-    /// robot, 0.1 N s for ut-mu2]
+    /// Precision (N s) [default: 0.0463 sole impulses]
     #[arg(long, value_name = "N_S", allow_negative_numbers = true, value_parser = number)]
     pub precision: Option<f64>,
-    /// End a search after so many trials at the latest, and mark its result
+    /// Most trials of a search
     #[arg(long, value_name = "N", default_value_t = 150, value_parser = count::<u64>(1..=MOST_TRIALS))]
-    pub max_trials: u64,
-    /// Pushes at each step of the search for the first loss, which goes up in steps of the precision; 0 leaves it out; the
-    /// nominal campaign then takes a fourteenth of the pushes
+    pub trials: u64,
+    /// Pushes at each step of the search for the first loss; 0 leaves it out
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = count::<u64>(0..=MOST_REPLICAS))]
     pub replicas: u64,
-    /// Try every impulse, in steps of the precision, and draw map.svg, in which a hole is seen, with a replay of each hole
+    /// Try every impulse, in steps of the precision, and draw map.svg
     #[arg(long)]
     pub dense: bool,
-    /// Draw limits and bounds around the robot to this file
+    /// Draw limits and bounds around the robot
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
     /// Do not try first whether the robot stands without a push
     #[arg(long)]
     pub untried: bool,
     #[command(flatten)]
-    pub check: CheckArgs,
+    pub dry_run: DryRunArgs,
     #[command(flatten)]
     pub batch: BatchArgs,
 }
@@ -95,7 +97,7 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     let options = LimitOptions {
         headings: args.headings,
         precision_n_s: args.precision,
-        max_trials: args.max_trials,
+        max_trials: args.trials,
         replicas: args.replicas,
         is_dense: args.dense,
         threads: args.batch.threads,
@@ -105,7 +107,7 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
     let searches = Searches::new(&campaign, robot_files, options)?;
     let (task, jobs) = (searches.task(), &searches.jobs);
     let folder = task.folder(args.batch.out.as_deref())?;
-    if args.check.check {
+    if args.dry_run.dry_run {
         return args.say_what_is_to_run(&searches, &folder);
     }
     let prepare = || searches.controllers().map(drop);
@@ -186,7 +188,7 @@ fn write_map(
 }
 
 impl LimitArgs {
-    /// Says for --check how many searches there are to run, and how long they take.
+    /// Says for --dry-run how many searches there are to run, and how long they take.
     fn say_what_is_to_run(&self, searches: &Searches, folder: &Path) -> Result<ExitCode> {
         let count = searches.jobs.lacking(folder, self.batch.shard).len();
         let word = if count == 1 { "search" } else { "searches" };

@@ -34,11 +34,7 @@ pub struct MergeArgs {
 
 pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     let mut folder = Folder::existing(&args.dir)?;
-    folder
-        .manifest
-        .campaign
-        .gates
-        .add(&args.gates.gate, args.gates.unresolved);
+    folder.manifest.campaign.gates.add(&args.gates.gate);
     let gates = gates_of(&folder, &args.gates)?;
     let _claim = Claim::of(&folder, Access::Exclusive, || Ok(()))?;
     stop_on_ctrl_c();

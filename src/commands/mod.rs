@@ -8,17 +8,15 @@ pub mod arguments;
 mod batch;
 mod ceiling;
 mod check;
-mod columns;
 mod compare;
-mod completions;
 mod contract;
 mod cpi;
+mod docs;
 pub mod episode;
 mod init;
 mod interrupt;
 mod limit;
 mod list;
-mod man;
 mod merge;
 mod model;
 mod mujoco;
@@ -39,7 +37,7 @@ pub use interrupt::exit_code;
 pub use terminal::note;
 
 use crate::leaves;
-use clap::error::{ContextKind, ContextValue};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use log::Level;
 use standfast_controllers::permission;
@@ -69,7 +67,7 @@ incomplete or does not belong here, 75 try again (terminated, disk full, folder
 in use, no more open files), 100 a gate failed, 130 interrupted"
 )]
 struct Cli {
-    /// Print results, warnings and errors, but no progress and no notes
+    /// Print no progress and no notes
     #[arg(short, long, global = true)]
     quiet: bool,
     #[command(subcommand)]
@@ -117,12 +115,9 @@ enum Chosen {
     View(view::ViewArgs),
     /// List robots, controllers, campaigns, and what is compiled in
     List(list::ListArgs),
-    /// Say what the columns of trials and traces mean
-    Columns,
-    /// Print a completion script for a shell
-    Completions(completions::CompletionsArgs),
-    /// Write the manual pages
-    Man(man::ManArgs),
+    /// Explain columns, write manual pages, or complete words in a shell
+    #[command(subcommand)]
+    Docs(docs::DocsArgs),
 }
 
 /// Words on a terminal where the program is called without any argument, before it goes on.
@@ -211,38 +206,25 @@ fn run() -> Result<ExitCode> {
         Chosen::Init(args) => init::run(&args),
         Chosen::View(args) => view::run(args),
         Chosen::List(args) => list::run(&args),
-        Chosen::Columns => columns::run(),
-        Chosen::Completions(args) => completions::run(&args, Cli::command()),
-        Chosen::Man(args) => man::run(&args, Cli::command()),
+        Chosen::Docs(args) => docs::run(&args, Cli::command()),
     }
 }
 
 /// Options that `-h` leaves out.
-const RARE: [&str; 18] = [
-    "vary",
-    "margin",
-    "max_trials",
-    "unresolved",
-    "baseline",
-    "threads",
-    "shard",
-    "replays",
-    "replicas",
-    "profile",
-    "duration",
-    "start",
-    "horizon",
-    "sbatch",
-    "submit",
-    "limit_trial",
-    "judge",
-    "untried",
+const RARE: [&str; 10] = [
+    "vary", "baseline", "threads", "shard", "replays", "replicas", "sbatch", "untried", "speed",
+    "seconds",
 ];
+
+/// Most columns of a help text.
+const MOST_COLUMNS: usize = 80;
 
 /// The command line. With `-h` in place of `--help`, it has neither rare options nor examples.
 fn command_line() -> clap::Command {
     // A negative number is refused by the option that takes it.
-    let all = Cli::command().mut_subcommands(|command| command.allow_negative_numbers(true));
+    let all = Cli::command()
+        .max_term_width(MOST_COLUMNS)
+        .mut_subcommands(|command| command.allow_negative_numbers(true));
     if !std::env::args_os().any(|arg| arg == "-h") {
         return all;
     }
@@ -258,11 +240,55 @@ fn command_line() -> clap::Command {
     })
 }
 
-/// Adds to an error about an unknown command which one was probably meant.
+/// What former versions called otherwise, and what does the same now.
+const FORMER: [(&str, &str); 27] = [
+    ("columns", "docs columns"),
+    ("man", "docs man"),
+    ("completions", "docs completions"),
+    ("--check", "--dry-run"),
+    ("--print", "--dry-run"),
+    ("--output", "--replay"),
+    ("--export", "--out"),
+    ("--judge", "--set episode.judge.counts=survived"),
+    ("--horizon", "--set episode.horizon_s=6"),
+    ("--height", "--set push.height_m=0.05"),
+    ("--duration", "--set push.duration_s=0.05"),
+    ("--start", "--set push.start_s=0.5"),
+    ("--profile", "--set push.profile=half-sine"),
+    ("--limit-trial", "--trial"),
+    ("--margin", "--set stopping.margin=0.02"),
+    ("--max-trials", "--trials"),
+    ("--unresolved", "--set gates.unresolved=fail"),
+    ("--missing", "--shards"),
+    ("--format", "--shards"),
+    ("--cpus", "--sbatch=--cpus-per-task=4"),
+    ("--minutes", "--shards"),
+    ("--submit", "| sh"),
+    ("--omega", "--set omega_rad_s=5.6"),
+    ("--dt", "--set period_s=0.002"),
+    ("--support", "--set support_m=[-0.05,0.05,-0.1,0.1]"),
+    ("--q", "--set JOINT=RAD"),
+    ("--from", "POLICY.onnx FILE.yaml"),
+];
+
+/// Adds to an error about a command or an option which one was probably meant, or what does the same now.
 fn suggesting(mut error: clap::Error) -> clap::Error {
     let cli = Cli::command();
-    if let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand)
-        && let Some(meant) = nearest(name, cli.get_subcommands().map(clap::Command::get_name))
+    let wrong = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg]
+        .into_iter()
+        .find_map(|kind| match error.get(kind) {
+            Some(ContextValue::String(wrong)) => Some(wrong.clone()),
+            _ => None,
+        });
+    let Some(wrong) = wrong else { return error };
+    if let Some((_, now)) = FORMER.iter().find(|(former, _)| *former == wrong) {
+        let told = format!("in place of '{wrong}' there is now: {now}");
+        error.insert(
+            ContextKind::Suggested,
+            ContextValue::StyledStrs(vec![told.into()]),
+        );
+    } else if error.kind() == ErrorKind::InvalidSubcommand
+        && let Some(meant) = nearest(&wrong, cli.get_subcommands().map(clap::Command::get_name))
     {
         let meant = ContextValue::Strings(vec![meant.into()]);
         error.insert(ContextKind::SuggestedSubcommand, meant);

@@ -9,19 +9,21 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
-  standfast model                                   UT-mu2
-  standfast model my.urdf                           what was understood of a robot of yours
-  standfast model --q left_knee_flexion=0.7         where COM and links are at these angles
-  standfast model my.urdf --json                    all of it, for a program")]
+  standfast model                               UT-mu2
+  standfast model my.urdf                       what was understood of a robot
+  standfast model --set left_knee_flexion=0.7   where COM and links are then
+  standfast model my.urdf --json                all of it, for a program
+
+With --json the kinematics have the base at the origin, unrotated. The settings
+of a robot are in a .toml file of the same name beside its URDF, or are inferred.")]
 pub struct ModelArgs {
-    /// Robot by its built-in name or URDF file; its settings are in a .toml file of the same name beside it, or are
-    /// inferred
+    /// Robot by its built-in name or URDF file
     #[arg(value_name = "URDF", default_value = DEFAULT_ROBOT)]
     pub robot: String,
-    /// Print the positions of COM and links at these joint angles (rad); joints that are not named are at 0
-    #[arg(long, value_name = "JOINT=RAD,...", value_delimiter = ',')]
-    pub q: Vec<String>,
-    /// Print one JSON object instead of text: the robot, and its kinematics with the base at the origin, unrotated
+    /// Print where COM and links are at this joint angle; others are at 0
+    #[arg(long, value_name = "JOINT=RAD", value_delimiter = ',')]
+    pub set: Vec<String>,
+    /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
 }
@@ -34,11 +36,11 @@ pub fn run(args: &ModelArgs) -> Result<ExitCode> {
 /// number.
 fn answer(args: &ModelArgs) -> Result<String> {
     let robot = standfast_robots::load(&args.robot)?;
-    let q = joint_angles(&robot, &args.q)?;
+    let q = joint_angles(&robot, &args.set)?;
     if args.json {
         return Ok(standfast_report::json(&model::kinematics_json(&robot, &q)));
     }
-    let links = if args.q.is_empty() {
+    let links = if args.set.is_empty() {
         String::new()
     } else {
         model::links(&robot, &q)
@@ -55,16 +57,16 @@ fn joint_angles(robot: &Robot, assignments: &[String]) -> Result<Vec<f64>> {
             .map(|(n, v)| (n.trim(), v.trim()))
         else {
             return Err(Error::value(
-                "--q",
+                "--set",
                 "angle",
                 assignment,
                 "not an assignment",
-                "JOINT=RAD,JOINT=RAD,...",
+                "JOINT=RAD",
             ));
         };
         let Some(joint) = robot.joints.iter().position(|j| j.name == name) else {
             return Err(Error::value(
-                "--q",
+                "--set",
                 name,
                 value,
                 "no such joint",
@@ -74,7 +76,7 @@ fn joint_angles(robot: &Robot, assignments: &[String]) -> Result<Vec<f64>> {
         let angle = value.parse::<f64>().ok().filter(|a| a.is_finite());
         let Some(angle) = angle else {
             return Err(Error::value(
-                "--q",
+                "--set",
                 name,
                 value,
                 "not an angle",
@@ -87,7 +89,7 @@ fn joint_angles(robot: &Robot, assignments: &[String]) -> Result<Vec<f64>> {
                 "{least:.4} to {most:.4} rad (the unit is fixed: 90 degrees are 1.5708 rad)"
             );
             return Err(Error::value(
-                "--q",
+                "--set",
                 name,
                 format!("{value} rad"),
                 "is beyond the joint's range",
@@ -96,7 +98,7 @@ fn joint_angles(robot: &Robot, assignments: &[String]) -> Result<Vec<f64>> {
         }
         if q[joint].replace(angle).is_some() {
             return Err(Error::value(
-                "--q",
+                "--set",
                 name,
                 value,
                 "given twice",
@@ -115,7 +117,7 @@ mod tests {
     fn args(q: &[&str], json: bool) -> ModelArgs {
         ModelArgs {
             robot: "ut-mu2".into(),
-            q: q.iter().map(|s| s.to_string()).collect(),
+            set: q.iter().map(|s| s.to_string()).collect(),
             json,
         }
     }
@@ -156,19 +158,19 @@ mod tests {
         for (q, expected) in [
             (
                 "left_knee=1",
-                "--q: left_knee = 1: no such joint; accepted: left_shoulder_flexion, ",
+                "--set: left_knee = 1: no such joint; accepted: left_shoulder_flexion, ",
             ),
             (
                 "left_knee_flexion=x",
-                "--q: left_knee_flexion = x: not an angle",
+                "--set: left_knee_flexion = x: not an angle",
             ),
             (
                 "left_knee_flexion=nan",
-                "--q: left_knee_flexion = nan: not an angle",
+                "--set: left_knee_flexion = nan: not an angle",
             ),
             (
                 "left_knee_flexion=40",
-                "--q: left_knee_flexion = 40 rad: is beyond the joint's range; accepted: 0.0000 to 1.9199 rad",
+                "--set: left_knee_flexion = 40 rad: is beyond the joint's range; accepted: 0.0000 to 1.9199 rad",
             ),
             ("left_knee_flexion", "left_knee_flexion: not an assignment"),
         ] {

@@ -1,7 +1,7 @@
 //! `standfast replay`: simulates a trial of a result again and writes a page that shows it in 3D. `run` and `merge`
 //! write such pages for the telling trials of a result.
 
-use super::arguments::{MOST_TRIAL, check_output, count};
+use super::arguments::{MOST_TRIAL, count};
 use super::episode::{FilmedEpisode, Origin, OutputArgs, film, film_both, parting, write_replay};
 use super::progress::Progress;
 use super::terminal::{note, print, tell};
@@ -19,11 +19,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
+#[command(mut_arg("replay", |arg| arg.help("The page to write [default: DIR/replays/trial-I-NAME.html]")))]
 #[command(after_help = "Examples:
   standfast replay standfast-results/standard --trial 17
-  standfast replay results --trial 17 --controller hold -o hold.html
-  standfast replay results --trial 17 --controller hold --controller catch   when the two part
-  standfast replay results --trial 17 --controller catch@mujoco    another engine
+  standfast replay results --trial 17 --controller hold --replay hold.html
+  standfast replay results --trial 17 --controller hold --controller catch
+  standfast replay results --trial 17 --controller catch@mujoco   another engine
 
 A second controller is a ghost beside the first; trace and plot are those of the
 first. A name with @ENGINE may also be of a controller that the result has in
@@ -38,18 +39,11 @@ pub struct ReplayArgs {
     /// Number of the trial
     #[arg(long, value_name = "I", value_parser = count::<u64>(0..=MOST_TRIAL))]
     pub trial: u64,
-    /// Controller by its name in the result, or two [default: the first that lost the trial, or else the first]
-    #[arg(long = "controller", visible_alias = "gains", value_name = "NAME")]
+    /// Controller in the result, or two [default: the first that lost]
+    #[arg(long = "controller", alias = "gains", value_name = "NAME")]
     pub gains: Vec<String>,
-    /// The page to write [default: DIR/replays/trial-I-NAME.html]
-    #[arg(short, long, value_name = "FILE.html")]
-    pub output: Option<PathBuf>,
-    /// Write every control tick to this file: .csv, .parquet or .mcap (Foxglove)
-    #[arg(long, value_name = "FILE")]
-    pub trace: Option<PathBuf>,
-    /// Draw COM, ZMP and feet over time to this file
-    #[arg(long, value_name = "FILE.svg")]
-    pub plot: Option<PathBuf>,
+    #[command(flatten)]
+    pub outputs: OutputArgs,
     /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
@@ -57,15 +51,7 @@ pub struct ReplayArgs {
 
 /// Simulates the trial again, writes its page and the other files that were asked for, and prints what happened.
 pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
-    let mut outputs = OutputArgs {
-        trace: args.trace.clone(),
-        plot: args.plot.clone(),
-        // The page has the option `--output` in this command, which is checked below.
-        replay: None,
-    };
-    if let Some(path) = &args.output {
-        check_output("--output", path, &["html"])?;
-    }
+    let mut outputs = args.outputs.clone();
     outputs.check()?;
     if args.gains.len() > 2 {
         return Err(Error::option(
@@ -86,7 +72,7 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     };
     let shown: Vec<&StoredTrial> = std::iter::once(&replayed).chain(&ghost).collect();
     let names: Vec<&str> = shown.iter().map(|shown| &shown.set[..]).collect();
-    let path = match args.output.clone() {
+    let path = match outputs.replay.clone() {
         Some(path) => path,
         None => page_in(&args.dir, args.trial, &names.join("-"))?,
     };
@@ -121,7 +107,7 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     let page = Page {
         replayed: &replayed,
         ghost: ghost.as_ref(),
-        folder: args.output.is_some().then_some(args.dir.as_path()),
+        folder: args.outputs.replay.is_some().then_some(args.dir.as_path()),
     };
     page.write(&shown, ghost_shown.as_ref(), &path)?;
     let (report, film) = &shown;

@@ -17,7 +17,7 @@ use std::sync::atomic::Ordering;
 /// How a result is printed.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub struct Printing {
-    /// Print all tables, not only rates, verdicts and gates
+    /// Print all tables
     #[arg(long)]
     pub full: bool,
     /// Print one JSON object instead of text

@@ -1,7 +1,7 @@
 //! `standfast run`: a campaign, from its file to its verdict.
 
 use super::arguments::{
-    CampaignArgs, ChangeArgs, CheckArgs, GateArgs, MOST_THREADS, ReplaysArgs, count, fine, number,
+    CampaignArgs, ChangeArgs, DryRunArgs, GateArgs, MOST_THREADS, ReplaysArgs, count, fine,
 };
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
@@ -24,39 +24,38 @@ use std::sync::{Mutex, PoisonError};
 #[derive(Debug, Default, clap::Args)]
 #[command(mut_arg("first", |arg| arg.default_value("standard")))]
 #[command(after_help = "Examples:
-  standfast run                                    the standard campaign, on all cores
-  standfast run smoke                              a small campaign that takes seconds
-  standfast run my.toml --trials 200 --controller switching --controller mine.toml
-  standfast run --set push.impulse_n_s=2.5 --set 'push.heading_deg={uniform=[-45, 45]}'
-  standfast run --vary paper:stepping.alpha=2,5,15,60   a sweep: `paper` and four variants
-  standfast run --vary 'fixed:gains.0.x=[0.15, 1, 5],[1, 1, 5]' --controller fixed
-  standfast run --shard 1/4 --out results          a quarter; `standfast merge results` joins all
-  standfast run --controller hold --controller catch --until-resolved      as few trials as it takes
-  standfast run --gate 'catch >= 0.80' --gate 'catch >= hold + 0.10' --unresolved fail
+  standfast run                      the standard campaign, on all cores
+  standfast run smoke                a small campaign that takes seconds
+  standfast run my.toml --controller switching --controller mine.toml
+  standfast run --set push.impulse_n_s=2.5 --set push.height_m=0.05
+  standfast run --set 'push.heading_deg={uniform=[-45, 45]}'
+  standfast run --set episode.judge.counts=survived        for robots that march
+  standfast run --vary paper:stepping.alpha=2,5,15,60      `paper`, four variants
+  standfast run --vary 'fixed:gains.0.x=[0.15, 1, 5],[1, 1, 5]'
+  standfast run --shard 1/4 --out results   a quarter; `merge results` joins all
+  standfast run --controller hold --controller catch --until-resolved
+  standfast run --gate 'catch >= 0.80' --gate 'catch >= hold + 0.10'
   standfast run --gate 'catch >= baseline - 0.01' --baseline results-of-main
-  standfast run --controller catch@rapier --controller catch@mujoco    in two physics engines
-  standfast run my.toml --check                    checks everything, and says how long it takes
+  standfast run --controller catch@rapier --controller catch@mujoco
+  standfast run my.toml --dry-run    checks everything, and says how long it takes
 
-A run that was interrupted goes on where it stopped when the same command is given again.
-The guide has more in its chapters campaigns.md (--until-resolved, --replays), gates.md
-(--gate), gains.md (--vary), clusters.md (--shard) and engines.md (@ENGINE, --engine both).")]
+What is not given is that of the campaign. An entrant is a controller in an
+engine: catch@mujoco; --engine is that of controllers which name none. A run
+that was interrupted goes on where it stopped when the same command is given
+again. The guide has more in its chapters campaigns.md (--until-resolved,
+--replays), gates.md (--gate), gains.md (--vary), clusters.md (--shard) and
+engines.md (@ENGINE, --engine both).")]
 pub struct RunArgs {
     #[command(flatten)]
     pub campaign: CampaignArgs,
     #[command(flatten)]
     pub change: ChangeArgs,
-    /// Number of trials, the same for every controller [default: that of the campaign]
+    /// Number of trials; with --until-resolved, the most
     #[arg(long, value_name = "N", value_parser = count::<u64>(1..=MOST_TRIALS))]
     pub trials: Option<u64>,
-    /// Stop once every gate or, without gates, every pair is decided
+    /// Stop once every gate, or every pair, is decided
     #[arg(long)]
     pub until_resolved: bool,
-    /// Rates that surely differ by less than this share are the same [default: 0.02]
-    #[arg(long, value_name = "SHARE", value_parser = number)]
-    pub margin: Option<f64>,
-    /// Most trials of --until-resolved, in steps of 25 [default: those of the campaign]
-    #[arg(long, value_name = "N", value_parser = count::<u64>(1..=MOST_TRIALS), conflicts_with = "trials")]
-    pub max_trials: Option<u64>,
     #[command(flatten)]
     pub gates: GateArgs,
     /// Number of threads; 0 is one on each core
@@ -74,8 +73,8 @@ pub struct RunArgs {
     #[command(flatten)]
     pub replays: ReplaysArgs,
     #[command(flatten)]
-    pub check: CheckArgs,
-    /// Folder for the result [default: standfast-results/NAME]
+    pub dry_run: DryRunArgs,
+    /// Folder [default: standfast-results/NAME]
     #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -104,7 +103,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         untried: args.untried,
     };
     let mut work = CampaignRun::new(&plan, &folder, options, gates.as_ref())?;
-    if args.check.check {
+    if args.dry_run.dry_run {
         return say_what_is_to_run(&work);
     }
     let is_new = !say_what_is_there(&folder, &work);
@@ -144,11 +143,9 @@ impl RunArgs {
     /// The changes of the campaign that these arguments ask for.
     fn overrides(&self) -> Overrides {
         Overrides {
-            trials: self.max_trials.or(self.trials),
+            trials: self.trials,
             gates: self.gates.gate.clone(),
-            unresolved: self.gates.unresolved,
             until_resolved: self.until_resolved,
-            margin: self.margin,
             synthetic: self.synthetic,
             ..self.change.overrides()
         }
@@ -156,27 +153,11 @@ impl RunArgs {
 
     /// Fails if an option means nothing for this campaign, or contradicts another option.
     fn check_against(&self, campaign: &Campaign) -> Result<()> {
-        if self.max_trials.is_some() && !campaign.stopping.until_resolved {
-            let problem = "the campaign has a fixed count of trials";
-            return Err(Error::option(
-                "--max-trials",
-                self.max_trials.unwrap_or_default(),
-                problem,
-                "--trials in its place, or --until-resolved beside it",
-            ));
-        }
-        let GateArgs {
-            gate,
-            unresolved,
-            baseline,
-        } = &self.gates;
+        let GateArgs { gate, baseline } = &self.gates;
         let is_fixed = !campaign.stopping.until_resolved;
-        if is_fixed
-            && self.shard.is_some()
-            && !(gate.is_empty() && unresolved.is_none() && baseline.is_none())
-        {
+        if is_fixed && self.shard.is_some() && !(gate.is_empty() && baseline.is_none()) {
             let (options, problem) = (
-                "--gate, --unresolved, --baseline",
+                "--gate, --baseline",
                 "a shard has too few of the trials for a gate",
             );
             return Err(Error::option(
@@ -190,7 +171,7 @@ impl RunArgs {
     }
 }
 
-/// Says for --check how many episodes there are to run, and how long that takes here, by a few trials that are timed.
+/// Says for --dry-run how many episodes there are to run, and how long that takes here, by a few trials that are timed.
 fn say_what_is_to_run(work: &CampaignRun) -> Result<ExitCode> {
     let (episodes, manifest) = (work.episodes(), &work.folder.manifest);
     let mut takes = String::new();

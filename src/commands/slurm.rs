@@ -3,65 +3,57 @@
 //! Each task runs one shard into a folder that all nodes share. Execution is at least once: a task may be killed,
 //! requeued, or submitted again with another number of shards, since a part is the same whichever task writes it.
 
-use super::arguments::{count, fine};
+use super::arguments::count;
 use super::mujoco;
 use super::result::gates_of;
 use super::run::RunArgs;
-use super::terminal::{alert, print};
+use super::terminal::print;
+use minijinja::{Environment, UndefinedBehavior, context};
 use standfast_core::error::{Error, Result};
 use standfast_files::shell_word;
 use standfast_study::PreparedCampaign;
 use std::ffi::OsString;
 use std::path::Path;
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
 /// Time between the request to stop and the end of a task by force (s).
 const NOTICE_S: u32 = 60;
 /// Largest number of times that a task is requeued.
 const REQUEUES: u32 = 20;
+/// Length of a task (s) on one core, unless the number of shards is given.
+const TASK_S: f64 = 1200.0;
+
+/// The script.
+const SCRIPT: &str = include_str!("slurm.sh.jinja");
 
 #[derive(Debug, clap::Args)]
-#[command(mut_arg("shard", |arg| arg.hide(true)), mut_arg("check", |arg| arg.hide(true)))]
+#[command(mut_arg("shard", |arg| arg.hide(true)), mut_arg("dry_run", |arg| arg.hide(true)))]
 #[command(after_help = "Examples:
-  standfast slurm standard --trials 100000 --shards 64 --out /shared/a > jobs.sh   then: sh jobs.sh
-  sh jobs.sh \"$(standfast status /shared/a --missing --shards 64)\"      again, what is missing
-  standfast slurm my.toml --cpus 4 --sbatch=--partition=short --submit
+  standfast slurm --trials 100000 --shards 64 --out /shared/a > jobs.sh
+  sh jobs.sh                            array and merge: it prints their numbers
+  sh jobs.sh \"$(standfast status /shared/a --shards 64)\"      what is missing
+  standfast slurm my.toml --sbatch=--cpus-per-task=4 --sbatch=-pshort | sh
 
-The folder of --out must be one that all nodes share. The options of `run` are taken, but for
---shard and --check. A task has as many threads as --cpus. The options for gates,
-replays and output go to the merge. The guide's chapter is clusters.md.")]
+The folder of --out must be one that all nodes share. The options of `run` are
+taken, but for --shard and --dry-run. A task has as many threads as cores: one,
+unless --sbatch asks for more. The options for gates, replays and output go to
+the merge. The guide's chapter is clusters.md.")]
 pub struct SlurmArgs {
-    /// Number of shards, each a task of the array [default: what --minutes asks for]
+    /// Number of shards, each a task [default: for 20 minutes each on a core]
     #[arg(long, value_name = "N", value_parser = count::<u64>(1..=100_000))]
     pub shards: Option<u64>,
-    /// Length of a task in minutes, by a few trials that are timed
-    #[arg(long, value_name = "MIN", default_value_t = 20, value_parser = count::<u64>(1..=10_000))]
-    pub minutes: u64,
-    /// Cores of a task
-    #[arg(long, value_name = "C", default_value_t = 1, value_parser = count::<u64>(1..=1024))]
-    pub cpus: u64,
-    /// Option for `sbatch`, such as --sbatch=--partition=short; may be given several times
+    /// Option for `sbatch`, such as --sbatch=-pshort; may be repeated
     #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
     pub sbatch: Vec<String>,
-    /// Submit the jobs, and print their numbers: array, merge
-    #[arg(long)]
-    pub submit: bool,
     #[command(flatten)]
     pub run: RunArgs,
 }
 
 /// Options of `slurm` alone; `true` where a value follows. The second list has the options of `run` that only the merge
 /// gets.
-const OWN: [(&str, bool); 5] = [
-    ("--shards", true),
-    ("--minutes", true),
-    ("--cpus", true),
-    ("--sbatch", true),
-    ("--submit", false),
-];
-const OF_MERGE: [(&str, bool); 7] = [
+const OWN: [(&str, bool); 2] = [("--shards", true), ("--sbatch", true)];
+const OF_MERGE: [(&str, bool); 6] = [
     ("--gate", true),
-    ("--unresolved", true),
     ("--baseline", true),
     ("--replays", true),
     ("--full", false),
@@ -72,9 +64,9 @@ const OF_MERGE: [(&str, bool); 7] = [
 const OF_TASK: [(&str, bool); 2] = [("--threads", true), ("--out", true)];
 
 pub fn run(args: &SlurmArgs) -> Result<ExitCode> {
-    if args.run.shard.is_some() || args.run.check.check {
+    if args.run.shard.is_some() || args.run.dry_run.dry_run {
         return Err(Error::option(
-            "--shard, --check",
+            "--shard, --dry-run",
             "given",
             "each task has its own shard",
             "--shards",
@@ -88,25 +80,7 @@ pub fn run(args: &SlurmArgs) -> Result<ExitCode> {
         .skip(1)
         .map(line)
         .collect::<Result<_>>()?;
-    let script = args.script(&plan, &folder.path, typed)?;
-    if !args.submit {
-        print(&script)?;
-        return Ok(ExitCode::SUCCESS);
-    }
-    let submitted = Command::new("sh")
-        .arg("-c")
-        .arg(&script)
-        .output()
-        .map_err(|source| Error::Read {
-            path: "sh".into(),
-            source,
-        })?;
-    alert(String::from_utf8_lossy(&submitted.stderr).trim_end());
-    print(&String::from_utf8_lossy(&submitted.stdout))?;
-    match submitted.status.success() {
-        true => fine("submitted"),
-        false => Ok(ExitCode::FAILURE),
-    }
+    print(&args.script(&plan, &folder.path, typed)?)
 }
 
 impl SlurmArgs {
@@ -114,10 +88,11 @@ impl SlurmArgs {
     /// submit.
     fn script(&self, plan: &PreparedCampaign, out: &Path, typed: Vec<String>) -> Result<String> {
         let campaign = &plan.manifest.campaign;
+        let until_resolved = campaign.stopping.until_resolved;
         let trial_s = plan.seconds_a_trial()?;
-        let whole_s = trial_s * campaign.trials as f64 / self.cpus as f64;
+        let whole_s = trial_s * campaign.trials as f64;
         let parts = campaign.trials.div_ceil(plan.manifest.part_trials.get());
-        let by_time = (whole_s / (60.0 * self.minutes as f64)).ceil().max(1.0) as u64;
+        let by_time = (whole_s / TASK_S).ceil().max(1.0) as u64;
         let shards = self.shards.unwrap_or(by_time).min(parts);
         let (of_merge, mut rest) = split(typed, &OF_MERGE);
         // Both the tasks and the merge may start commands of a result's folder.
@@ -127,71 +102,41 @@ impl SlurmArgs {
                 .filter(|word| *word == "--run-inputs")
                 .cloned(),
         );
-        let (_, rest) = split(rest, &[&OWN[..], &OF_TASK].concat());
+        let (_, mut asked) = split(rest, &[&OWN[..], &OF_TASK].concat());
         // Whether a campaign is decided depends on its gates, so its shards have to know them.
-        let (gates, _) = split(of_merge.clone(), &OF_MERGE[..3]);
-        let asked = if campaign.stopping.until_resolved {
-            [rest, gates].concat()
-        } else {
-            rest
-        };
+        if until_resolved {
+            asked.extend(split(of_merge.clone(), &OF_MERGE[..2]).0);
+        }
         let program = mujoco::called().map_err(|source| Error::Read {
             path: "standfast".into(),
             source,
         })?;
         let words = |words: &[String]| {
-            words
-                .iter()
-                .map(|word| shell_word(word))
-                .collect::<Vec<_>>()
-                .join(" ")
+            let quoted: Vec<String> = words.iter().map(|word| shell_word(word)).collect();
+            quoted.join(" ")
         };
-        let [program, out] = [&program, out].map(|path| shell_word(&path.display().to_string()));
-        let (asked, of_merge, options) = (words(&asked), words(&of_merge), words(&self.sbatch));
-        let (name, cpus) = (&campaign.name, self.cpus);
-        let minutes = whole_s / 60.0 / shards as f64;
-        let decided = match campaign.stopping.until_resolved {
-            true => format!(
-                "# When all is decided, nothing is left to do for the others.\n\
-                 [ $code -ne 0 ] || ! {program} status -- {out} > /dev/null || scancel --state=PENDING $SLURM_ARRAY_JOB_ID\n"
-            ),
-            false => String::new(),
-        };
-        Ok(format!(
-            r#"#!/bin/sh
-# The campaign {name}: {trials} trials of {trial_s:.2} s each, as timed here, in {shards} shards of about {minutes:.1} minutes.
-# An argument is the list of shards to run, such as 3,7-9. It prints the numbers of two jobs: the array, and the merge.
-set -e
-case "${{1-all}}" in
-  none) echo "nothing is missing" >&2; exit 0 ;;
-  '') echo "the list of shards is empty" >&2; exit 2 ;;
-esac
-array=$(sbatch --parsable --job-name={job} --array="${{1-1-{shards}}}" --cpus-per-task={cpus} --requeue \
-  --open-mode=append --signal=B:TERM@{NOTICE_S} {options} << 'END'
-#!/bin/bash
-# Before it is killed, a task is told to stop. It keeps its finished parts and has itself run again.
-trap 'kill -TERM $child' TERM
-{program} run {asked} --out={out} --shard $SLURM_ARRAY_TASK_ID/{shards} --threads $SLURM_CPUS_PER_TASK &
-child=$!
-wait $child; code=$?
-while kill -0 $child 2> /dev/null; do wait $child; code=$?; done
-if [ $code -eq 75 ] || [ $code -eq 143 ]; then
-  [ ${{SLURM_RESTART_COUNT:-0}} -ge {REQUEUES} ] || scontrol requeue $SLURM_JOB_ID
-fi
-{decided}exit $code
-END
-)
-merge=$(sbatch --parsable --job-name={job}-merge --dependency=afterany:$array --requeue {options} << 'END'
-#!/bin/bash
-# It says what is missing, if anything is, and how to run it.
-exec {program} merge {of_merge} -- {out}
-END
-) || {{ echo "the array is job $array; its merge could not be submitted" >&2; exit 1; }}
-echo $array $merge
-"#,
-            trials = campaign.trials,
-            job = shell_word(name),
-        ))
+        let mut templates = Environment::new();
+        templates.set_undefined_behavior(UndefinedBehavior::Strict);
+        let written = templates.render_str(
+            SCRIPT,
+            context! {
+                name => &campaign.name,
+                job => shell_word(&campaign.name),
+                trials => campaign.trials,
+                trial_s => format!("{trial_s:.2}"),
+                minutes => format!("{:.1}", whole_s / 60.0 / shards as f64),
+                shards,
+                until_resolved,
+                program => shell_word(&program.display().to_string()),
+                out => shell_word(&out.display().to_string()),
+                asked => words(&asked),
+                of_merge => words(&of_merge),
+                options => words(&self.sbatch),
+                notice_s => NOTICE_S,
+                requeues => REQUEUES,
+            },
+        );
+        Ok(written.expect("the template names what it is given") + "\n")
     }
 }
 
@@ -247,9 +192,9 @@ mod tests {
 
     #[test]
     fn options_are_parted_with_their_values() {
-        let line = "standard --shards 4 --gate=a>=0.5 --set push.height_m=0.1 --submit --gate b>=0.1 --trials 9";
+        let line = "standard --shards 4 --gate=a>=0.5 --set push.height_m=0.1 --sbatch=-c4 --gate b>=0.1 --trials 9";
         let (own, rest) = split(line.split(' ').map(String::from).collect(), &OWN);
-        assert_eq!(own, ["--shards", "4", "--submit"]);
+        assert_eq!(own, ["--shards", "4", "--sbatch=-c4"]);
         let (of_merge, rest) = split(rest, &OF_MERGE);
         assert_eq!(of_merge, ["--gate=a>=0.5", "--gate", "b>=0.1"]);
         assert_eq!(

@@ -22,16 +22,10 @@ const INCOMPLETE: u8 = 3;
 pub struct StatusArgs {
     /// Result folder of `run`
     pub dir: PathBuf,
-    /// Print only the shards of N that lack parts, as a list for a job array: 3,7-9; `none` if no part is missing
-    #[arg(long, requires = "shards", conflicts_with_all = ["json", "full"])]
-    pub missing: bool,
-    /// Number of shards that --missing counts by
-    #[arg(long, value_name = "N", requires = "missing", value_parser = count::<u64>(1..=MOST_TRIAL))]
+    /// Print only which of N shards lack parts: 3,7-9, or `none`
+    #[arg(long, value_name = "N", conflicts_with_all = ["json", "full"], value_parser = count::<u64>(1..=MOST_TRIAL))]
     pub shards: Option<u64>,
-    /// How --missing prints its list
-    #[arg(long, value_name = "FORMAT", requires = "missing", default_value = "slurm", value_parser = ["slurm"])]
-    pub format: String,
-    /// Result folder of an earlier run, for gates of the campaign that compare with a baseline
+    /// Result folder of an earlier run, for gates with `baseline`
     #[arg(long, value_name = "DIR")]
     pub baseline: Option<PathBuf>,
     #[command(flatten)]

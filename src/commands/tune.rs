@@ -1,7 +1,7 @@
 //! `standfast tune`: searches better numbers for a controller, and judges what it finds by trials that the search has not
 //! seen.
 
-use super::arguments::{CheckArgs, ControllerArgs, ReplaysArgs, SettingArgs, count, fine};
+use super::arguments::{ControllerArgs, DryRunArgs, ReplaysArgs, SettingArgs, count, fine};
 use super::batch::BatchArgs;
 use super::interrupt::{STOP, say_what_is_kept, stop_on_ctrl_c};
 use super::progress::Progress;
@@ -47,21 +47,21 @@ NAME-tuned.toml in the folder of --out; tune.html shows the search.
 
 A search that was interrupted goes on where it stopped when the same command is
 given again. The guide's chapter tuning.md has more.")]
-#[command(mut_arg("shard", |arg| arg.help("Run only part K of N (1/N to N/N) of each generation; all N run at the same time, and share the folder")))]
-#[command(mut_arg("out", |arg| arg.help("Folder for the search and its result [default: standfast-results/tune-NAME]")))]
+#[command(mut_arg("shard", |arg| arg.help("Run only part K of N of each generation; all N run at the same time")))]
+#[command(mut_arg("out", |arg| arg.help("Folder [default: standfast-results/tune-NAME]")))]
 pub struct TuneArgs {
     #[command(flatten)]
     pub controller: ControllerArgs,
-    /// A campaign that is compiled in (smoke, nominal, standard, harsh) or a TOML file
+    /// A campaign: smoke, nominal, standard, harsh, or a TOML file
     #[arg(long, value_name = "NAME|FILE", default_value = "standard")]
     pub campaign: String,
-    /// Robot by name or URDF file; may be repeated [default: that of the campaign]
+    /// Robot by name or URDF file; may be repeated
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Vec<String>,
     /// A number to change, with or without its range; may be repeated
     #[arg(long, value_name = "KEY[=FROM..TO]")]
     pub vary: Vec<String>,
-    /// Most episodes, those of the final campaign among them, or a time on this machine, such as 10min or 2h
+    /// Most episodes, or a time such as 2h
     #[arg(long, value_name = "N|TIME", default_value = "12000", value_parser = budget)]
     pub budget: Budget,
     /// Pushes of the final campaign
@@ -73,7 +73,7 @@ pub struct TuneArgs {
     #[arg(long)]
     pub untried: bool,
     #[command(flatten)]
-    pub check: CheckArgs,
+    pub dry_run: DryRunArgs,
     #[command(flatten)]
     pub batch: BatchArgs,
 }
@@ -138,7 +138,7 @@ pub fn run(args: &TuneArgs) -> Result<ExitCode> {
         tuning.final_episodes(),
         tuning.task.final_seed,
     );
-    if args.check.check {
+    if args.dry_run.dry_run {
         print(&text::ranges(&tuning.task))?;
         return fine(&told);
     }

@@ -10,9 +10,9 @@ use std::process::ExitCode;
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 #[command(after_help = "Examples:
-  standfast view                                    catch; keys 2 to 4: paper, switching, hold
+  standfast view                               catch; keys 2 to 4: other controllers
   standfast view --controller hold --controller catch@mujoco     two robots
-  standfast view harsh --trial 17                   with a trial's pushes
+  standfast view harsh --trial 17              with a trial's pushes
 
 Drag the robot with the mouse, or push it with Enter. With a campaign and
 --trial, robot and ground are also those of the trial. A second controller is a
@@ -20,33 +20,31 @@ ghost beside the first, which gets the same pushes and pulls. The window lists
 its keys. To see a trial of a result as it was: `standfast replay DIR --trial I`.
 
 The window needs a display, a Vulkan driver, and a program that was built with
-`cargo build --release --features view`, which takes some twenty minutes on two
-cores. Without a window, `standfast push --replay push.html` writes a page that
-shows a push in a browser.")]
+the feature `view`, which takes some twenty minutes on two cores. Without a
+window, `standfast push --replay push.html` writes a page that shows a
+push in a browser.")]
 pub struct ViewArgs {
-    /// Trial of --campaign, whose robot, ground, noise and pushes are used
+    /// Trial of the campaign: its robot, ground, noise and pushes
     #[arg(long, value_name = "I", requires = "of_campaign", value_parser = count::<u64>(0..=MOST_TRIAL))]
     pub trial: Option<u64>,
-    /// Controller by name or file, with an engine of its own as in catch@mujoco; a second one is a ghost beside the first
-    /// [default: catch]
-    #[arg(long = "controller", visible_alias = "gains", value_name = "NAME|FILE")]
+    /// Controller by name or file; a second one is a ghost [default: catch]
+    #[arg(long = "controller", alias = "gains", value_name = "NAME|FILE")]
     pub gains: Vec<String>,
-    /// Physics engine [default: that of the campaign, or rapier]
-    #[arg(long, value_name = "ENGINE", value_parser = one_of::<Engine, 2>(ENGINES))]
+    /// Physics engine: rapier or mujoco
+    #[arg(long, value_parser = one_of::<Engine, 2>(ENGINES), hide_possible_values = true)]
     pub engine: Option<Engine>,
-    /// Robot by name or URDF file [default: that of the campaign, or ut-mu2]
+    /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
     #[command(flatten)]
     pub campaign: CampaignArgs,
-    /// Impulse of the push that Enter gives (N s), which can be changed in the window [default: 5, scaled to
-    /// the robot]
+    /// Impulse of the push that Enter gives (N s) [default: 5, scaled to the robot]
     #[arg(long, value_name = "N_S", value_parser = number)]
     pub impulse: Option<f64>,
-    /// Heading of that push (degrees): 0 pushes forward, 90 to the left; it can be changed in the window
+    /// Heading of that push (degrees): 0 is forward, 90 to the left
     #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = number)]
     pub heading: f64,
-    /// Simulated seconds per second; it can be changed in the window
+    /// Simulated seconds per second at the start
     #[arg(long, value_name = "RATIO", default_value_t = 1.0, value_parser = number)]
     pub speed: f64,
     /// Close the window after so many seconds
@@ -72,7 +70,8 @@ fn shown(args: ViewArgs) -> Result<String> {
         robot: args.robot,
         ..Default::default()
     };
-    let setting = super::episode::Setting::of(args.campaign.name(), &overrides, None)?;
+    let setting =
+        super::episode::Setting::of(args.campaign.name(), overrides, args.trial.is_some())?;
     let (mut controllers, mut configs): (Vec<_>, Vec<_>) =
         setting.entrants(&args.gains)?.into_iter().unzip();
     if controllers.is_empty() {
@@ -80,18 +79,15 @@ fn shown(args: ViewArgs) -> Result<String> {
             .into_iter()
             .map(|name| setting.controller(name))
             .collect::<Result<_>>()?;
-        configs = vec![setting.config];
+        configs = vec![setting.campaign.episode];
     }
-    if let (Some(campaign), Some(index)) = (&setting.campaign, args.trial) {
-        campaign.check_trial(index)?;
+    if let Some(index) = args.trial {
+        setting.campaign.check_trial(index)?;
     }
-    let world = standfast_window::LiveSetup::new(
-        setting.robot,
-        controllers,
-        configs,
-        setting.campaign,
-        args.trial,
-    );
+    // Without a campaign the sensors are ideal.
+    let campaign = args.campaign.name().map(|_| setting.campaign);
+    let world =
+        standfast_window::LiveSetup::new(setting.robot, controllers, configs, campaign, args.trial);
     let options = standfast_window::Options {
         impulse: args.impulse,
         heading: args.heading,

@@ -1,4 +1,4 @@
-//! Commands that results keep. A result has the files of its controllers in `inputs/gains`. If a trial is simulated
+//! Commands that results keep. A result has the files of its controllers in `inputs/controllers`. If a trial is simulated
 //! again, controllers that are programs are started from there. A result from elsewhere could so run anybody's code. So
 //! this machine notes, in the state folder of the user, a hash of all files in each such folder that it has made. If
 //! the files have another hash, a command is started only if somebody [allows](ask_by) it.
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// Where a result keeps the files of its controllers.
-const GAINS: &str = "inputs/gains";
+const GAINS: &str = "inputs/controllers";
 
 /// A command that a result keeps.
 pub struct Kept<'a> {

@@ -125,7 +125,7 @@ impl InputKind {
             InputKind::Robot => texts!("robots", "urdf": "ut-mu2"),
             InputKind::RobotSettings => texts!("robots", "toml": "ut-mu2"),
             InputKind::Controller => {
-                texts!("gains", "toml": "hold" "fixed" "switching" "robust" "paper" "catch" "slow" "fast")
+                texts!("controllers", "toml": "hold" "fixed" "switching" "robust" "paper" "catch" "slow" "fast")
             }
             InputKind::Campaign => {
                 texts!("campaigns", "toml": "smoke" "nominal" "standard" "harsh")
@@ -275,7 +275,7 @@ fn other_kind(path: &Path) -> Option<(&'static str, String)> {
         }
         "yaml" | "yml" => {
             let accepted = format!(
-                "a TOML file; that of a policy is written by `standfast init FILE.onnx --robot ROBOT --from {file}`"
+                "a TOML file; that of a policy is written by `standfast init FILE.onnx {file} --robot ROBOT`"
             );
             ("a YAML file", accepted)
         }

@@ -8,7 +8,7 @@ use tempfile::TempDir;
 pub const SHORT: [&str; 8] = [
     "run",
     "smoke",
-    "--gains=hold",
+    "--controller=hold",
     "--set=episode.horizon_s=0.4",
     "--set=episode.judge.standing_time_s=0.1",
     "--set=push.start_s=0.05",

@@ -74,10 +74,10 @@ fn by_name(command: &str) -> String {
     }
 }
 
-/// The words of a command, as a shell reads them. The command ends at a comment or at the redirection of its output or,
+/// The words of a command, as a shell reads them. The command ends at a comment, at a pipe or redirection of its output, or,
 /// in a help text, at two spaces.
 pub fn words_of(command: &str) -> Vec<String> {
-    let ends = [" #", " > ", "  "]
+    let ends = [" #", " > ", " | ", "  "]
         .into_iter()
         .filter_map(|end| command.find(end));
     shlex::split(&command[..ends.min().unwrap_or(command.len())])

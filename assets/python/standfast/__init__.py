@@ -64,7 +64,7 @@ def serve(make):
 def read(folder, library=None):
     """The trials of a result, one row for each trial and controller: a table of pandas (with pyarrow) or of polars.
 
-    `library` is the name of one of them; without it, the first one counts that is installed. `standfast columns` says what the
+    `library` is the name of one of them; without it, the first one counts that is installed. `standfast docs columns` says what the
     columns mean, and so do the metadata of the file's own columns.
     """
     file = pathlib.Path(folder) / "trials.parquet"

@@ -7,7 +7,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
     let dir = folder();
     for (args, expected) in [
         (
-            vec!["response", "--gains", "hold"],
+            vec!["response", "--controller", "hold"],
             ["kind = posture", "is not a gain set"],
         ),
         (
@@ -15,7 +15,7 @@ fn bad_input_is_one_clear_error_and_nothing_is_written() {
             ["--amplitude = -1", "to 0.05"],
         ),
         (
-            vec!["scenario", "error-backward", "--engine=rapier", "--check"],
+            vec!["scenario", "error-backward", "--engine=rapier", "--dry-run"],
             ["--engine = rapier", "has no physics"],
         ),
         (
@@ -68,11 +68,16 @@ fn without_a_command_that_it_knows_it_lists_them() {
 fn a_check_says_that_all_is_fine_and_writes_nothing() {
     let dir = folder();
     for args in [
-        &["scenario", "push-behind", "--gains=hold", "--plot=p.svg"][..],
+        &[
+            "scenario",
+            "push-behind",
+            "--controller=hold",
+            "--plot=p.svg",
+        ][..],
         &["scenario", "error-backward", "--plot=p.svg"],
         &["scenario"],
     ] {
-        let run = program(dir.path(), &[args, &["--check"]].concat()).success();
+        let run = program(dir.path(), &[args, &["--dry-run"]].concat()).success();
         assert_eq!(stdout(&run), "", "{args:?}");
         let told = stderr(&run);
         assert!(
@@ -97,7 +102,7 @@ fn the_physics_engine_is_chosen_by_its_name() {
     }
     let run = program(
         dir.path(),
-        &["scenario", "push-behind", "--engine=mujoco", "--check"],
+        &["scenario", "push-behind", "--engine=mujoco", "--dry-run"],
     );
     if cfg!(feature = "mujoco") {
         run.success();

@@ -13,7 +13,7 @@ fn wrong(command: &str, folder: &Path) -> Option<String> {
     // Only `scenario` can check everything without running. Arguments are parsed before help is printed, so an unknown
     // one or an invalid value is an error.
     let only = if words[1] == "scenario" {
-        "--check"
+        "--dry-run"
     } else {
         "--help"
     };

@@ -70,7 +70,7 @@ fn the_pushes_of_the_experiment_are_caught_by_a_footstep() {
     );
     for name in ["push-behind", "push-diagonal"] {
         assert_eq!(
-            json(&["scenario", name, "--gains=switching"])["outcome"],
+            json(&["scenario", name, "--controller=switching"])["outcome"],
             "Fell",
             "{name} without a footstep"
         );

@@ -1,4 +1,4 @@
-//! Gain sets: the content of a TOML file under `assets/gains/`, and the feedback gains that follow from it (eq. 11-13).
+//! Gain sets: the content of a TOML file under `assets/controllers/`, and the feedback gains that follow from it (eq. 11-13).
 //!
 //! A family of gains is ordered from slow to fast. It nests (Sect. III.D: the CPI set of a faster gain lies inside the
 //! set of a slower one) if every gain has three such poles: one at -omega, so that the feedback acts on the divergent

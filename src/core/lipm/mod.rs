@@ -55,7 +55,7 @@ pub(crate) mod testing {
     /// A built-in gain set.
     pub fn built_in(name: &str) -> GainSet {
         let file = format!(
-            "{}/../../assets/gains/{name}.toml",
+            "{}/../../assets/controllers/{name}.toml",
             env!("CARGO_MANIFEST_DIR")
         );
         parse(&std::fs::read_to_string(file).unwrap()).unwrap()

@@ -44,7 +44,7 @@ pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Polic
         (Some(training), _) => training,
         (None, Some(path)) => described(&path)?,
         (None, None) => {
-            let accepted = "the metadata of holosoma or mjlab in it, or --from with a deploy.yaml of unitree_rl_lab or the \
+            let accepted = "the metadata of holosoma or mjlab in it, or behind it a deploy.yaml of unitree_rl_lab or the \
                             configuration of unitree_rl_gym. The guide's chapter onnx.md has the file to write by hand";
             return Err(bad(
                 "says nothing of its joints and of what it observes".into(),

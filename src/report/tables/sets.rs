@@ -65,7 +65,7 @@ pub(super) fn rates(summary: &Summary) -> Table {
     }
     match lingers {
         true => table.with_note(
-            "Survived: not fallen at the end, whether it stood or not. `--judge survived` counts these as recovered.",
+            "Survived: not fallen at the end, whether it stood or not. With `episode.judge.counts=survived` these count as recovered.",
         ),
         false => table,
     }

@@ -250,7 +250,7 @@ fn lost_early(limits: &Limits, changes: &str) -> String {
             [&loss.impulse_n_s, &loss.heading_deg],
         );
         text += &format!(
-            "\n{}  {command} --start {}\n",
+            "\n{}  {command} --set push.start_s={}\n",
             wrapped("hole: ", &hole),
             loss.start_s
         );
@@ -311,7 +311,7 @@ fn replay(
     } = limits;
     let plant = plant_options(robot, engine.title());
     format!(
-        "standfast push --campaign {campaign} --seed {seed}{changes} --limit-trial {trial} --controller {gains}{plant} \\\n  \
+        "standfast push --campaign {campaign} --seed {seed}{changes} --trial {trial} --controller {gains}{plant} \\\n  \
          --impulse {impulse_n_s} --heading {heading_deg}"
     )
 }
@@ -438,7 +438,7 @@ pub mod tests {
     fn a_hole_of_the_map_is_told_with_the_command_that_shows_it() {
         let told = text(&with_hole(), " --set push.height_m=0.02");
         let hole = "\nmap: 4 pushes, a hole; to see it:\n  standfast push --campaign nominal --seed 1 --set \
-                    push.height_m=0.02 --limit-trial 100002 --controller hold \
+                    push.height_m=0.02 --trial 100002 --controller hold \
                     --engine mujoco \\\n  --impulse 1.6 --heading 0\n";
         assert!(told.contains(hole), "{told}");
         let mut solid = with_hole();
@@ -467,8 +467,8 @@ pub mod tests {
             "{alone}"
         );
         let early = "hole: paper:stepping.x=2 about 0.0 degrees is safe only up to 2.40 N s. It loses\n      \
-                     2.51 N s at 359.2 degrees, where its limit is 5.00 N s; to see that:\n  standfast push --campaign nominal --seed 1 --limit-trial 202500 --controller paper:stepping.x=2 \\\n  \
-                     --impulse 2.5125 --heading 359.25 --start 0.501\n";
+                     2.51 N s at 359.2 degrees, where its limit is 5.00 N s; to see that:\n  standfast push --campaign nominal --seed 1 --trial 202500 --controller paper:stepping.x=2 \\\n  \
+                     --impulse 2.5125 --heading 359.25 --set push.start_s=0.501\n";
         assert!(
             alone.contains(early) && !alone.contains("hole: hold"),
             "{alone}"

@@ -169,7 +169,7 @@ impl EpisodeReport<'_> {
     pub fn as_json(&self) -> Value {
         let [dv_m_s, dv_over_sqrt_g_h] = self.units.velocity_of(self.pushes[0].impulse_n_s);
         let mut head = json!({
-            "gains": self.factory.name,
+            "controller": self.factory.name,
             "engine": self.config.engine.with_version(),
             "push": self.pushes[0],
             "dv_m_s": dv_m_s,

@@ -211,7 +211,7 @@ impl UnpushedCheck<'_> {
             }
             Outcome::TimedOut | Outcome::Survived => format!(
                 "it does not fall in {:.2} s; {tilt}. It does not stand still either: its COM moves at up to {:.3} \
-                 m/s in the second half, and {:.3} m/s is still. Its trials count with `--judge survived` alone{left}",
+                 m/s in the second half, and {:.3} m/s is still. Its trials count with `episode.judge.counts=survived` alone{left}",
                 record.end_s,
                 self.alone.late_com_speed_m_s,
                 self.config.judge.standing_com_speed_m_s

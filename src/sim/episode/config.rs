@@ -21,7 +21,7 @@ pub struct Judge {
     /// For fell: the COM height is below this share of its height at home.
     pub fallen_com_height_ratio: f64,
     /// Which outcomes count as won.
-    #[serde(default, skip_serializing_if = "Counts::is_usual")]
+    #[serde(default)]
     pub counts: Counts,
     /// For being home: largest horizontal distance of the COM from the point midway between the soles' centres.
     pub home_radius_m: f64,
@@ -51,12 +51,6 @@ pub enum Counts {
     Recovered,
     /// Also trials in which the robot has not fallen at the horizon: walkers never stand still.
     Survived,
-}
-
-impl Counts {
-    fn is_usual(&self) -> bool {
-        *self == Self::Recovered
-    }
 }
 
 /// The usual period of a controller (s). It depends on a robot's electronics, not on its size.

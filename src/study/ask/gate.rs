@@ -38,9 +38,8 @@ impl Default for GateSpec {
 }
 
 impl GateSpec {
-    /// Adds the gates that are not in the list yet, and sets what an unresolved gate counts as if that is given.
-    pub fn add(&mut self, gates: &[String], unresolved: Option<OnUnresolved>) {
-        self.unresolved = unresolved.unwrap_or(self.unresolved);
+    /// Adds the gates that are not in the list yet.
+    pub fn add(&mut self, gates: &[String]) {
         for gate in gates {
             if !self.require.contains(gate) {
                 self.require.push(gate.clone());

@@ -3,7 +3,7 @@
 use crate::ask::bounds::{PushBounds, accept, check_episode, digits, in_range};
 use crate::ask::distribution::FORMS;
 use crate::ask::entrant::Entrant;
-use crate::ask::gate::{GateSpec, OnUnresolved};
+use crate::ask::gate::GateSpec;
 use crate::ask::measures::{Measures, keys_in_file, with_relative_keys};
 use crate::ask::push::{PushSpec, SecondPushSpec};
 use crate::ask::variations::{self, VariationSpec};
@@ -14,7 +14,7 @@ use standfast_core::robot::{Robot, Units};
 use standfast_files::assets::{self, InputKind, Source};
 use standfast_robots::urdf::Files;
 use standfast_sim::Engine;
-use standfast_sim::episode::{Counts, EpisodeConfig};
+use standfast_sim::episode::EpisodeConfig;
 use standfast_stats::sequential::look_from;
 use std::path::Path;
 use toml::Table;
@@ -31,7 +31,7 @@ pub struct Campaign {
     /// The [entrants](Entrant): names of built-in controllers, paths as for the robot, or variants
     /// ([`NAME:KEY=VALUE`](standfast_controllers::variant)), each with `@ENGINE` behind it or in the engine of
     /// `episode`. All go through the same trials.
-    #[serde(default = "default_gains")]
+    #[serde(rename = "controllers", default = "default_gains")]
     pub gains: Vec<String>,
     /// Number of trials, which are the same for each controller.
     pub trials: u64,
@@ -117,17 +117,12 @@ pub struct Overrides {
     pub robot: Option<String>,
     /// The engine of the entrants that name none. With several, each such entrant becomes one in each of them.
     pub engines: Vec<Engine>,
-    /// Which outcomes count as won.
-    pub judge: Option<Counts>,
     /// See [`Campaign::synthetic`].
     pub synthetic: bool,
     /// Gates in addition to the campaign's own.
     pub gates: Vec<String>,
-    /// What an unresolved gate counts as.
-    pub unresolved: Option<OnUnresolved>,
-    /// Ends the campaign when it is decided, with `margin`; see [`Stopping`].
+    /// Ends the campaign when it is decided; see [`Stopping`].
     pub until_resolved: bool,
-    pub margin: Option<f64>,
 }
 
 impl Overrides {
@@ -157,6 +152,10 @@ const NEEDED: [&str; 3] = ["name", "trials", "seed"];
 /// The keys and values in the file of a campaign. The path of its robot is made relative to the working folder.
 fn asked(source: &Source) -> Result<Table> {
     let mut asked: Table = assets::parse_toml(source)?;
+    // The name of this key in files of former versions.
+    if let Some(gains) = asked.remove("gains") {
+        asked.entry("controllers").or_insert(gains);
+    }
     if let Some(toml::Value::String(robot)) = asked.get_mut("robot") {
         *robot = moved(robot, source);
     }
@@ -223,11 +222,9 @@ impl Campaign {
             campaign.robot.clone_from(robot);
         }
         campaign.settle_engines(&overrides.engines);
-        campaign.episode.judge.counts = overrides.judge.unwrap_or(campaign.episode.judge.counts);
         campaign.synthetic |= overrides.synthetic;
-        campaign.gates.add(&overrides.gates, overrides.unresolved);
+        campaign.gates.add(&overrides.gates);
         campaign.stopping.until_resolved |= overrides.until_resolved;
-        campaign.stopping.margin = overrides.margin.unwrap_or(campaign.stopping.margin);
         campaign
             .check("command line")
             .map_err(|e| measures.explain(e))?;
@@ -546,7 +543,7 @@ impl Campaign {
         if self.gains.is_empty() {
             return Err(Error::value(
                 file,
-                "gains",
+                "controllers",
                 "[]",
                 "there is no controller",
                 "one or more names or paths",
@@ -555,8 +552,8 @@ impl Campaign {
         if self.gains.len() > MOST_SETS {
             return Err(Error::value(
                 file,
-                "gains",
-                format!("{} controllers", self.gains.len()),
+                "controllers",
+                format!("{} entries", self.gains.len()),
                 "too many",
                 format!("up to {MOST_SETS}"),
             ));
@@ -667,6 +664,21 @@ pub(crate) mod tests {
                 campaign
             );
         }
+    }
+
+    #[test]
+    fn files_of_former_versions_call_the_controllers_gains() {
+        let dir = tempfile::tempdir().unwrap();
+        let read = |key: &str| {
+            let path = dir.path().join("c.toml");
+            let text = format!(
+                "name = 'c'\n{key} = ['slow', 'hold']\ntrials = 1\nseed = 1\n[push]\nimpulse = 1\n"
+            );
+            std::fs::write(&path, text).unwrap();
+            Campaign::load(path.to_str().unwrap(), &Overrides::default()).unwrap()
+        };
+        assert_eq!(read("gains"), read("controllers"));
+        assert_eq!(read("gains").gains, ["slow", "hold"]);
     }
 
     #[test]

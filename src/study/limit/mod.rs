@@ -352,7 +352,7 @@ fn check(options: &LimitOptions) -> Result<()> {
     )?;
     in_range(
         "command line",
-        "--max-trials",
+        "--trials",
         options.max_trials as f64,
         [1.0, MOST_TRIALS as f64],
     )

@@ -52,7 +52,7 @@ pub struct FirstLoss {
     pub impulse_n_s: f64,
     pub heading_deg: f64,
     pub start_s: f64,
-    /// Index of the trial of this search, which fixes everything else; `push` takes it by `--limit-trial`.
+    /// Index of the trial of this search, which fixes everything else; `push` takes it by `--trial`.
     pub trial: u64,
     /// Impulse with 50 % recovery at this heading (N s), and the number of trials that found it.
     pub limit_n_s: f64,
@@ -65,7 +65,7 @@ pub struct FirstLoss {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MapPoint {
     pub impulse_n_s: f64,
-    /// Index of the trial of this search, which fixes all but impulse and heading; `push` takes it by `--limit-trial`.
+    /// Index of the trial of this search, which fixes all but impulse and heading; `push` takes it by `--trial`.
     pub trial: u64,
     #[serde(serialize_with = "by_name", deserialize_with = "of_name")]
     pub outcome: Outcome,

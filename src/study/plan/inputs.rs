@@ -80,7 +80,7 @@ impl Inputs {
                 return Err(Error::value(
                     original,
                     "name",
-                    stem.trim_start_matches("gains/"),
+                    stem.trim_start_matches("controllers/"),
                     "another file has a controller of this name",
                     "a name of its own for each",
                 ));
@@ -96,7 +96,7 @@ impl Inputs {
         files: Vec<(String, Vec<u8>)>,
     ) -> Result<()> {
         for (file, bytes) in files {
-            let name = format!("inputs/gains/{file}");
+            let name = format!("inputs/controllers/{file}");
             self.listed.push(Input {
                 file: name.clone(),
                 sha256: sha256_hex(&bytes),

@@ -97,7 +97,10 @@ impl PreparedCampaign {
             .collect();
         let robot_sha256 = sha256_hex(robot_hashes.as_bytes());
         for (i, (source, beside)) in sources.into_iter().enumerate() {
-            let (entry, stem) = (entries[i].controller_name(), format!("gains/{}", bases[i]));
+            let (entry, stem) = (
+                entries[i].controller_name(),
+                format!("controllers/{}", bases[i]),
+            );
             let file = inputs.take(entry.base, &stem, vec![(source, "toml")])?;
             resolved.gains[i] = entries[i].of(&entry.with_base(&file));
             inputs.take_beside(entry.base, beside)?;

@@ -386,7 +386,7 @@ impl Folder {
 
     /// Removes temporary files of programs that ended while they were writing. No program may be at work in the folder.
     pub fn remove_unfinished(&self) -> Result<()> {
-        for folder in ["", "parts", "inputs", "inputs/gains", REPLAYS] {
+        for folder in ["", "parts", "inputs", "inputs/controllers", REPLAYS] {
             let Ok(entries) = fs::read_dir(self.path.join(folder)) else {
                 continue;
             };

@@ -370,7 +370,7 @@ mod tests {
     #[test]
     fn an_input_that_was_changed_is_refused() {
         let dir = tempfile::tempdir().unwrap();
-        let (mut manifest, file) = (folder(dir.path()).manifest, "inputs/gains/mine.toml");
+        let (mut manifest, file) = (folder(dir.path()).manifest, "inputs/controllers/mine.toml");
         manifest.inputs = vec![Input {
             file: file.into(),
             sha256: sha256_hex(b"name = 'mine'"),

@@ -5,7 +5,7 @@ use crate::imposed;
 use crate::render::imposed::ImposedStory;
 use crate::scenario::{Cause, Imposed, Scenario};
 use serde_json::json;
-use standfast::commands::arguments::{CheckArgs, ENGINES, fine, one_of};
+use standfast::commands::arguments::{DryRunArgs, ENGINES, fine, one_of};
 use standfast::commands::episode::{self, OutputArgs, command_line};
 use standfast::commands::terminal::print;
 use standfast::controllers;
@@ -47,7 +47,7 @@ pub struct ScenarioArgs {
     #[command(flatten)]
     pub outputs: OutputArgs,
     #[command(flatten)]
-    pub check: CheckArgs,
+    pub dry_run: DryRunArgs,
     /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
@@ -72,7 +72,7 @@ pub fn run(args: &ScenarioArgs) -> Result<ExitCode> {
     config.engine.check(&robot)?;
     args.outputs.check()?;
     args.outputs.check_length(&config)?;
-    if args.check.check {
+    if args.dry_run.dry_run {
         return fine(&format!(
             "scenario {}, gain set {}",
             scenario.name, factory.name
@@ -113,7 +113,7 @@ fn list(args: &ScenarioArgs) -> Result<ExitCode> {
         return Err(Error::option("SCENARIO", "none", problem, accepted));
     }
     let all = Scenario::builtin()?;
-    if args.check.check {
+    if args.dry_run.dry_run {
         return fine(&format!("{} scenarios to list", all.len()));
     }
     print(&if args.json {
