@@ -102,7 +102,7 @@ def rates(paths, seed, count, out):
     command = [args.program, "run", final / "campaign.toml", "--seed", str(seed), "--trials", str(count), *gains]
     command += ["--replays", "0", "--untried", "--out", scratch / out]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    sets = json.loads((scratch / out / "summary.json").read_text())["sets"]
+    sets = json.loads((scratch / out / "summary.json").read_text())["controllers"]
     return [one["success_rate"] for one in sets]
 
 

@@ -658,7 +658,7 @@ fn json_is_one_object_and_all_else_goes_to_the_standard_error() {
     let dir = folder();
     let run = standfast(dir.path(), &short(&[FEW, "--json"])).success();
     let summary: serde_json::Value = serde_json::from_str(&stdout(&run)).unwrap();
-    let set = &summary["sets"][0];
+    let set = &summary["controllers"][0];
     assert_eq!(
         (set["name"].as_str(), set["trials"].as_u64()),
         (Some("hold"), Some(3))

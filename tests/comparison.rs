@@ -417,7 +417,7 @@ fn entrants_of_one_campaign_are_paired_whatever_their_engines() {
     ];
     standfast(dir.path(), &short(&[&both[..], &[SEVERAL_PARTS]].concat())).success();
     let found = summary(&dir.path().join("out"));
-    let names = [0, 1].map(|set| found["sets"][set]["name"].as_str().unwrap());
+    let names = [0, 1].map(|set| found["controllers"][set]["name"].as_str().unwrap());
     assert_eq!(names, ["hold", "hold@rapier"]);
     assert_eq!(found["pairs"][0]["discordant"], 0, "{found}");
     assert_eq!(found["pairs"][0]["kappa"], 1.0, "{found}");
@@ -469,7 +469,7 @@ fn a_campaign_in_both_engines_has_each_controller_twice() {
     assert!(files(dir.path()).is_empty());
     both(&[]).success();
     let found = summary(&dir.path().join("out"));
-    let names = [0, 1].map(|set| found["sets"][set]["name"].as_str().unwrap());
+    let names = [0, 1].map(|set| found["controllers"][set]["name"].as_str().unwrap());
     assert_eq!(names, ["hold@rapier", "hold@mujoco"]);
     assert!(
         found["engine"].as_str().unwrap().contains(", MuJoCo "),
@@ -528,7 +528,7 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
     assert!(files(&other.path().join("out")) == whole, "merged");
     // A new question that these few trials cannot decide continues the campaign where it was, up to the allowed
     // maximum.
-    let close = format!("--gate=hold >= {}", found["sets"][0]["success_rate"]);
+    let close = format!("--gate=hold >= {}", found["controllers"][0]["success_rate"]);
     let said = stderr(&standfast(other.path(), &["merge", "out", &close]).code(3));
     assert!(
         said.contains("do not decide what is asked") && said.contains("--gate 'hold >= "),
@@ -583,7 +583,8 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
     );
     let whole = files(&dir.path().join("out"));
     let found = summary(&dir.path().join("out"));
-    let trials = |found: &Value| [0, 1].map(|set| found["sets"][set]["trials"].as_u64().unwrap());
+    let trials =
+        |found: &Value| [0, 1].map(|set| found["controllers"][set]["trials"].as_u64().unwrap());
     assert_eq!(trials(&found), [25, 50], "{found}");
     assert!(
         found["stopped"]
@@ -657,7 +658,7 @@ fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happen
     standfast(other.path(), &elsewhere(&["--trials=40", "--out=fixed"])).success();
     let compared = standfast(other.path(), &["compare", "out", "fixed", "--json"]).success();
     let compared: Value = serde_json::from_str(&stdout(&compared)).unwrap();
-    let of_sets = |i: usize| compared["sets"][i]["trials"].as_u64().unwrap();
+    let of_sets = |i: usize| compared["controllers"][i]["trials"].as_u64().unwrap();
     assert_eq!([0, 1, 2, 3].map(of_sets), [25, 40, 40, 40], "{compared}");
     // As a baseline, the result gives each gate the trials of the gate's own controller.
     let gates = [
@@ -1008,7 +1009,7 @@ fn who_does_not_fall_has_survived() {
             summed(run(out, &[judge, &["--json"]].concat()))
         });
     for set in 0..2 {
-        let [stands, lasts] = [&stands, &lasts].map(|summary| &summary["sets"][set]);
+        let [stands, lasts] = [&stands, &lasts].map(|summary| &summary["controllers"][set]);
         let of = |key: &str| stands[key].as_u64().unwrap();
         let survived = stands["survived"]["recovered"].as_u64().unwrap();
         assert_eq!(

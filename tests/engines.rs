@@ -303,7 +303,7 @@ fn limits_stand_side_by_side() {
             limits["engine"].as_str().unwrap().starts_with(name),
             "{limits}"
         );
-        let impulse_n_s = limits["headings"][1]["sets"][0]["impulse50_n_s"]
+        let impulse_n_s = limits["headings"][1]["controllers"][0]["impulse50_n_s"]
             .as_f64()
             .unwrap();
         assert!((2.2..3.1).contains(&impulse_n_s), "{name}: {impulse_n_s}");

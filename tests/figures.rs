@@ -64,10 +64,10 @@ fn the_tables_of_what_holds_now_are_those_that_were_measured() {
                 .to_string(),
         ];
         cells.extend(["none", "one", "any"].map(|bound| n_s(&here[bound], 2)));
-        cells.extend(CONTROLLERS.map(|name| n_s(&here["sets"][name]["impulse50_n_s"], 2)));
-        cells.push(n_s(&here["sets"]["catch"]["safe_n_s"], 1));
-        cells.push(n_s(&there["sets"]["catch"]["impulse50_n_s"], 2));
-        cells.push(n_s(&there["sets"]["catch"]["safe_n_s"], 1));
+        cells.extend(CONTROLLERS.map(|name| n_s(&here["controllers"][name]["impulse50_n_s"], 2)));
+        cells.push(n_s(&here["controllers"]["catch"]["safe_n_s"], 1));
+        cells.push(n_s(&there["controllers"]["catch"]["impulse50_n_s"], 2));
+        cells.push(n_s(&there["controllers"]["catch"]["safe_n_s"], 1));
         format!("| {} |", cells.join(" | "))
     };
     assert_eq!(
@@ -120,7 +120,7 @@ fn readme_and_guide_state_the_same_figures() {
         }
     }
     let n_s = |value: &Value| format!("{:.2}", value.as_f64().unwrap());
-    let hardest = n_s(&forward["sets"]["catch"]["impulse50_n_s"]);
+    let hardest = n_s(&forward["controllers"]["catch"]["impulse50_n_s"]);
     for (file, figure) in [
         (
             "README.md",

@@ -197,7 +197,7 @@ fn gain_sets() {
 fn first_trial(campaign: &Campaign) -> Result<()> {
     let robot = standfast::robots::load(&campaign.robot)?;
     campaign
-        .gains
+        .controllers
         .iter()
         .try_for_each(|gains| controllers::load(gains).map(|_| ()))?;
     campaign.to_toml()?;
@@ -306,7 +306,7 @@ fn results() {
     let overrides = Overrides {
         set: set.into(),
         trials: Some(2),
-        gains: vec!["hold".into(), "fixed".into()],
+        controllers: vec!["hold".into(), "fixed".into()],
         ..Overrides::default()
     };
     let plan = PreparedCampaign::new(&Campaign::load("smoke", &overrides).unwrap()).unwrap();

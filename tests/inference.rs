@@ -521,7 +521,7 @@ fn a_robot_without_settings_catches_itself() {
             ],
         );
         let summary: Value = serde_json::from_slice(&run.success().get_output().stdout).unwrap();
-        let count = |set: usize, key: &str| summary["sets"][set][key].as_u64().unwrap();
+        let count = |set: usize, key: &str| summary["controllers"][set][key].as_u64().unwrap();
         for set in 0..2 {
             let verdicts = ["recovered", "fell", "timed_out"].map(|key| count(set, key));
             assert_eq!(verdicts.iter().sum::<u64>(), 15, "{robot}: {summary}");

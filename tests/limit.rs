@@ -149,7 +149,7 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         "{map}"
     );
     // The first loss can be repeated.
-    let loss = &json["headings"][1]["sets"][0]["first_loss"];
+    let loss = &json["headings"][1]["controllers"][0]["first_loss"];
     let option = |name: &str, key: &str| format!("--{name}{}", loss[key]);
     let [trial, impulse, heading, start] = [
         ("trial=", "trial"),

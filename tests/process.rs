@@ -221,7 +221,7 @@ fn parameters_are_swept_and_numbers_are_traced() {
     ];
     let summary: Value =
         serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
-    let sets = summary["sets"].as_array().unwrap();
+    let sets = summary["controllers"].as_array().unwrap();
     let names: Vec<&str> = sets
         .iter()
         .map(|set| set["name"].as_str().unwrap())
@@ -434,8 +434,8 @@ fn a_failure_is_an_outcome_with_its_cause_and_leaves_no_child() {
         let summary: Value = serde_json::from_str(&summary).unwrap();
         assert_eq!(
             (
-                &summary["sets"][1]["failed"],
-                &summary["sets"][1]["recovered"]
+                &summary["controllers"][1]["failed"],
+                &summary["controllers"][1]["recovered"]
             ),
             (&2.into(), &0.into()),
             "{file}"
@@ -513,7 +513,7 @@ fn a_campaign_tries_its_controllers_before_it_pushes_and_some_trials_twice() {
     ];
     let summary: Value =
         serde_json::from_str(&stdout(&standfast(dir.path(), &args).success())).unwrap();
-    let set = &summary["sets"][0];
+    let set = &summary["controllers"][0];
     assert_eq!(
         (&set["fell"], &set["run_twice"], &set["not_repeated"]),
         (&2.into(), &1.into(), &0.into()),
@@ -535,7 +535,7 @@ fn a_campaign_tries_its_controllers_before_it_pushes_and_some_trials_twice() {
     ];
     let run = standfast(dir.path(), &args).success();
     let summary: Value = serde_json::from_str(&stdout(&run)).unwrap();
-    assert_eq!(summary["sets"][0]["not_repeated"], 1, "{summary}");
+    assert_eq!(summary["controllers"][0]["not_repeated"], 1, "{summary}");
     assert!(
         summary["warnings"]
             .to_string()
@@ -696,7 +696,7 @@ fn failed_children_leave_no_open_files_and_no_grandchildren() {
     )
     .success();
     let summary: Value = serde_json::from_str(&stdout(&run)).unwrap();
-    assert_eq!(summary["sets"][0]["failed"], 40, "{summary}");
+    assert_eq!(summary["controllers"][0]["failed"], 40, "{summary}");
     for part in fs::read_dir(dir.path().join("a/parts"))
         .unwrap()
         .map(|part| part.unwrap().path())

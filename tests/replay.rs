@@ -325,9 +325,9 @@ fn a_sweep_alone_replaces_the_gain_sets_begins_with_the_unchanged_one_and_keeps_
     let summary: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(dir.path().join("out/summary.json")).unwrap())
             .unwrap();
-    assert_eq!(summary["sets"].as_array().unwrap().len(), 13);
+    assert_eq!(summary["controllers"].as_array().unwrap().len(), 13);
     assert_eq!(
-        (&summary["reference"], &summary["sets"][0]["name"]),
+        (&summary["reference"], &summary["controllers"][0]["name"]),
         (&"switching".into(), &"switching".into())
     );
     let is_of_reference =
@@ -402,7 +402,7 @@ fn a_result_has_replays_of_telling_trials() {
     );
     let summary: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
-    for set in summary["sets"].as_array().unwrap() {
+    for set in summary["controllers"].as_array().unwrap() {
         let (name, telling) = (
             set["name"].as_str().unwrap(),
             set["telling"].as_array().unwrap(),
@@ -436,7 +436,7 @@ fn a_result_has_replays_of_telling_trials() {
     );
 
     // The same page is made by hand, with the controller that lost the trial.
-    let lost = summary["sets"][0]["telling"][0]["trial"].to_string();
+    let lost = summary["controllers"][0]["telling"][0]["trial"].to_string();
     let page = |trial: &str, set: &str| {
         fs::read_to_string(out.join(format!("replays/trial-{trial}-{set}.html"))).unwrap()
     };
@@ -512,7 +512,7 @@ fn a_result_has_replays_of_telling_trials() {
         });
     };
     ends(0.6, 0.05);
-    let telling = summary["sets"][0]["telling"].as_array().unwrap();
+    let telling = summary["controllers"][0]["telling"].as_array().unwrap();
     let won = telling
         .iter()
         .find(|trial| trial["survived"] == true)

@@ -98,7 +98,7 @@ fn a_search_is_the_same_for_any_number_of_threads_and_shards_and_goes_on_where_i
     assert_eq!(task["final_seed"], summary["seed"]);
     assert_ne!(task["search_seed"], task["final_seed"]);
     let verdict = &tuned["verdicts"][0];
-    let rates: Vec<&Value> = summary["sets"]
+    let rates: Vec<&Value> = summary["controllers"]
         .as_array()
         .unwrap()
         .iter()

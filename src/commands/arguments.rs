@@ -98,7 +98,7 @@ impl ChangeArgs {
     /// These changes in the form that [`Campaign::load`](standfast_study::Campaign::load) takes.
     pub fn overrides(&self) -> Overrides {
         Overrides {
-            gains: self.gains.clone(),
+            controllers: self.gains.clone(),
             vary: self.vary.clone(),
             robot: self.robot.clone(),
             ..self.settings.overrides()

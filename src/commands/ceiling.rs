@@ -63,15 +63,15 @@ pub fn run(args: &CeilingArgs) -> Result<ExitCode> {
         trials: args.trials,
         ..args.change.overrides()
     };
-    if overrides.gains.is_empty() {
-        overrides.gains = vec!["catch".into()];
+    if overrides.controllers.is_empty() {
+        overrides.controllers = vec!["catch".into()];
     }
     let robot_files = Campaign::robot_files(name, &overrides)?;
     let campaign = Campaign::load_for(&robot_files.robot()?, name, &overrides)?;
     let [campaign] = &campaign.of_each_entrant()[..] else {
         return Err(Error::option(
             "--controller",
-            campaign.gains.join(", "),
+            campaign.controllers.join(", "),
             "is more than one entrant",
             "one, such as catch or catch@mujoco",
         ));

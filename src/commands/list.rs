@@ -93,7 +93,7 @@ fn campaigns() -> Result<Vec<Value>> {
         let Campaign {
             trials,
             robot,
-            gains,
+            controllers: gains,
             ..
         } = Campaign::load(name, &Overrides::default())?;
         let what = format!(

@@ -71,26 +71,26 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
         None => None,
     };
     let shown: Vec<&StoredTrial> = std::iter::once(&replayed).chain(&ghost).collect();
-    let names: Vec<&str> = shown.iter().map(|shown| &shown.set[..]).collect();
+    let names: Vec<&str> = shown.iter().map(|shown| &shown.controller[..]).collect();
     let path = match outputs.replay.clone() {
         Some(path) => path,
         None => page_in(&args.dir, args.trial, &names.join("-"))?,
     };
     outputs.replay = Some(path.clone());
-    if args.gains.is_empty() && replayed.sets.len() > 1 {
+    if args.gains.is_empty() && replayed.controllers.len() > 1 {
         tell(
             "",
             &format!(
                 "This shows controller {}; --controller NAME shows another of: {}.",
-                replayed.set,
-                replayed.sets.join(", ")
+                replayed.controller,
+                replayed.controllers.join(", ")
             ),
         );
     }
     for shown in shown.iter().filter(|shown| shown.row.is_none()) {
         note(&format!(
             "This trial of {} is not in the result, so there is nothing to compare it with.",
-            shown.set
+            shown.controller
         ));
     }
     let (shown, ghost_shown) = match &ghost {
@@ -115,12 +115,12 @@ pub fn run(args: &ReplayArgs) -> Result<ExitCode> {
     print(&if args.json {
         let mut head = json!({
             "trial": args.trial,
-            "set": replayed.set,
+            "controller": replayed.controller,
             "engine": replayed.config.engine,
             "page": path.display().to_string(),
         });
         if let (Some(of), Some((report, ghost))) = (&ghost, &ghost_shown) {
-            let names = json!({ "set": of.set, "engine": ghost.engine });
+            let names = json!({ "controller": of.controller, "engine": ghost.engine });
             head["ghost"] = with_fields_of(names, &report.as_json());
             head["parting"] = json!(Parting::of_films(film, ghost));
         }
@@ -161,11 +161,11 @@ impl Page<'_> {
             replayed.trial
         );
         for entrant in std::iter::once(replayed).chain(self.ghost) {
-            command += &format!(" --controller {}", shell_word(&entrant.set));
+            command += &format!(" --controller {}", shell_word(&entrant.controller));
         }
         let mut title = format!("Trial {} of {}", replayed.trial, replayed.campaign.name);
         if ghost.is_some() {
-            title += &format!(" with {}", replayed.set);
+            title += &format!(" with {}", replayed.controller);
         }
         let origin = Origin {
             title: Some(title),
@@ -199,7 +199,7 @@ pub fn write_telling(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Replays {
     let mut wanted: Vec<(u64, &str)> = Vec::new();
-    for set in &summary.sets {
+    for set in &summary.controllers {
         for telling in set.telling.iter().take(for_each_set) {
             let page = folder.path.join(replay_file(telling.trial, &set.name));
             if afresh || !page.is_file() {

@@ -176,7 +176,7 @@ fn say_what_is_to_run(work: &CampaignRun) -> Result<ExitCode> {
     let (episodes, manifest) = (work.episodes(), &work.folder.manifest);
     let mut takes = String::new();
     if episodes > 0 {
-        let trials = episodes as f64 / manifest.sets.len() as f64;
+        let trials = episodes as f64 / manifest.controllers.len() as f64;
         let time_s =
             work.plan.seconds_a_trial()? * trials / work.threads().min(episodes as usize) as f64;
         takes = format!(
@@ -187,7 +187,7 @@ fn say_what_is_to_run(work: &CampaignRun) -> Result<ExitCode> {
     fine(&format!(
         "campaign {} with controllers {}: {episodes} episodes to run{takes}",
         manifest.campaign.name,
-        manifest.sets.join(", ")
+        manifest.controllers.join(", ")
     ))
 }
 
@@ -230,7 +230,7 @@ fn announce(work: &CampaignRun) {
     let program = std::env::args_os().next().unwrap_or("standfast".into());
     let (program, sets, name) = (
         shell_word(&program.to_string_lossy()),
-        campaign.gains.len(),
+        campaign.controllers.len(),
         &campaign.name,
     );
     let what = format!(
@@ -262,7 +262,7 @@ pub(super) fn simulate(
     let kept = all - work.episodes();
     let progress =
         (!work.is_done()).then(|| Progress::of_episodes(all, kept, stopping.until_resolved));
-    let tally = Mutex::new(SuccessTally::new(&manifest.sets));
+    let tally = Mutex::new(SuccessTally::new(&manifest.controllers));
     let finished = || tally.lock().unwrap_or_else(PoisonError::into_inner);
     let so_far = || SoFar::new(&finished(), stopping.margin);
     let run = work.run(&RunEvents {

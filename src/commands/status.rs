@@ -73,7 +73,10 @@ fn missing(folder: &Folder, baseline: Option<&Path>) -> Result<Vec<u64>> {
     let gates = match Gates::new(&folder.manifest, baseline) {
         // What is decided can be known only with a baseline.
         Err(_) if baseline.is_none() => {
-            return Ok(lacking(&vec![folder.trials(); folder.manifest.sets.len()]));
+            return Ok(lacking(&vec![
+                folder.trials();
+                folder.manifest.controllers.len()
+            ]));
         }
         gates => gates?,
     };
@@ -89,7 +92,7 @@ fn stopped_early(folder: &Folder) -> Vec<(&String, u64)> {
     let trials = folder.set_trials().unwrap_or_default();
     folder
         .manifest
-        .sets
+        .controllers
         .iter()
         .zip(trials)
         .filter(|(_, trials)| *trials < folder.trials())
@@ -115,7 +118,7 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
             "parts": blocks,
             "parts_complete": parts_complete,
             "missing_trials": trials,
-            "set_trials": folder.set_trials(),
+            "controller_trials": folder.set_trials(),
             "next_command": next,
         })))?;
         return Ok(complete);

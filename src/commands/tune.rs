@@ -296,7 +296,7 @@ impl TuneArgs {
         let mut cases = Vec::new();
         for robot in robots {
             let overrides = Overrides {
-                gains: vec![self.controller.name().to_string()],
+                controllers: vec![self.controller.name().to_string()],
                 robot,
                 ..self.settings.overrides()
             };

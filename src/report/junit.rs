@@ -23,7 +23,7 @@ pub fn xml(summary: &Summary) -> Result<String> {
         let replay = gate
             .lost_trial
             .filter(|_| gate.judged.status != Status::Passed)
-            .map(|trial| replay_command(summary, &gate.set, trial, Path::new("")));
+            .map(|trial| replay_command(summary, &gate.controller, trial, Path::new("")));
         cases.push(json!({
             "name": gate.judged.name,
             "words": gate_words(gate),

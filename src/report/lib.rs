@@ -25,7 +25,7 @@ pub mod tune_page;
 
 use standfast_files::{json_pretty, shell_word};
 use standfast_study::Summary;
-use standfast_study::verdict::set_summary::SetOrigin;
+use standfast_study::verdict::controller_summary::ControllerOrigin;
 use std::path::Path;
 
 /// A value as indented JSON, for the terminal or a file.
@@ -36,17 +36,17 @@ pub fn json(value: &impl serde::Serialize) -> String {
 
 /// The command that simulates a trial of the result in `folder` again with a controller.
 pub fn replay_command(summary: &Summary, set: &str, trial: u64, folder: &Path) -> String {
-    let origin = match summary.sets.iter().find(|own| own.name == set) {
+    let origin = match summary.controllers.iter().find(|own| own.name == set) {
         Some(own) => own.origin.clone(),
-        None => SetOrigin::own(set),
+        None => ControllerOrigin::own(set),
     };
     replay_parts(&origin, folder).join(&trial.to_string())
 }
 
 /// The parts of the replay command before and after the number of the trial.
-fn replay_parts(origin: &SetOrigin, folder: &Path) -> [String; 2] {
+fn replay_parts(origin: &ControllerOrigin, folder: &Path) -> [String; 2] {
     let campaign = folder.join(&origin.campaign).display().to_string();
-    let [campaign, gains] = [&campaign, &origin.gains].map(|word| shell_word(word));
+    let [campaign, gains] = [&campaign, &origin.controller].map(|word| shell_word(word));
     [
         format!("standfast push --campaign {campaign} --trial "),
         format!(" --controller {gains}"),

@@ -82,7 +82,7 @@ pub fn text(summary: &Summary) -> String {
 fn tell_gate(text: &mut String, summary: &Summary, gate: &GateResult) {
     _ = writeln!(text, "{}\n", escaped(&gate_words(gate)));
     if let Some(trial) = gate.lost_trial {
-        let command = replay_command(summary, &gate.set, trial, Path::new(""));
+        let command = replay_command(summary, &gate.controller, trial, Path::new(""));
         _ = writeln!(
             text,
             "To replay a trial that it lost, run this in the result folder:\n\n```sh\n{command}\n```\n"
@@ -126,7 +126,7 @@ mod tests {
     fn the_text_stays_small_with_many_sets() {
         let mut summary = summary(&[[Recovered, Fell]], &[], &["b >= 0.8"]);
         summary.pairs = vec![summary.pairs[0].clone(); 10_000];
-        summary.sets = vec![summary.sets[0].clone(); 200];
+        summary.controllers = vec![summary.controllers[0].clone(); 200];
         summary.gates = vec![
             GateResult {
                 passes: false,

@@ -4,7 +4,7 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use standfast_files::assets::read;
 use standfast_files::sha256_hex;
 use standfast_study::store::folder::REPLAYS;
-use standfast_study::verdict::set_summary::SetOrigin;
+use standfast_study::verdict::controller_summary::ControllerOrigin;
 use std::path::{Path, PathBuf};
 
 /// Largest size of a picture that is shown (bytes).
@@ -27,10 +27,10 @@ pub fn replay_file(trial: u64, set: &str) -> PathBuf {
 }
 
 /// Path of the page of a trial of a controller, relative to a report in `folder`. None if there is no such page.
-pub fn replay_found(folder: &Path, origin: &SetOrigin, trial: u64) -> Option<String> {
+pub fn replay_found(folder: &Path, origin: &ControllerOrigin, trial: u64) -> Option<String> {
     let path = Path::new(&origin.campaign)
         .with_file_name("")
-        .join(replay_file(trial, &origin.gains));
+        .join(replay_file(trial, &origin.controller));
     folder
         .join(&path)
         .is_file()

@@ -122,7 +122,7 @@ impl<'a> CeilingSearch<'a> {
             options.tries as f64,
             [1.0, MOST_TRIES as f64],
         )?;
-        let [entry] = &campaign.gains[..] else {
+        let [entry] = &campaign.controllers[..] else {
             unreachable!("a search has one controller")
         };
         let gains = gain_set(entry)?;
@@ -203,7 +203,7 @@ impl<'a> CeilingSearch<'a> {
             robot: campaign.robot.clone(),
             engine: plan.manifest.engine(),
             seed: campaign.seed,
-            controller: plan.manifest.sets[0].clone(),
+            controller: plan.manifest.controllers[0].clone(),
             trials: campaign.trials,
             alone: SuccessCount::new(recovered, campaign.trials),
             with_search: SuccessCount::new(recovered + caught, campaign.trials),

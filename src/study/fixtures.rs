@@ -38,7 +38,7 @@ pub fn manifest(sets: &[&str], overrides: Overrides) -> Manifest {
         robot_sha256: String::new(),
         engines: vec![campaign.episode.engine.with_version(); sets.len()],
         part_trials: part_trials(&campaign),
-        sets: sets.iter().map(|set| set.to_string()).collect(),
+        controllers: sets.iter().map(|set| set.to_string()).collect(),
         campaign,
     }
 }
@@ -130,7 +130,7 @@ pub fn summary(outcomes: &[[Outcome; 2]], set: &[&str], gates: &[&str]) -> Summa
         ..Overrides::default()
     };
     let manifest = manifest(&["a", "b"], overrides);
-    let mut rows = TrialColumns::new(&manifest.sets, &manifest.campaign.episode);
+    let mut rows = TrialColumns::new(&manifest.controllers, &manifest.campaign.episode);
     rows.push(&impulse_rows(outcomes));
     let gates = Gates::new(&manifest, None).unwrap();
     Summary::new(&manifest, &rows, String::new(), &every_pair(2), &gates)
@@ -174,7 +174,7 @@ pub fn ragged(gates: &[&str]) -> (Summary, TrialColumns) {
             }
         }
     }
-    let rows = columns_of_rows(&rows, &manifest.sets);
+    let rows = columns_of_rows(&rows, &manifest.controllers);
     let gates = Gates::new(&manifest, None).unwrap();
     (
         Summary::new(&manifest, &rows, String::new(), &every_pair(3), &gates),

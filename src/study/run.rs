@@ -66,7 +66,11 @@ impl<'a> CampaignRun<'a> {
         options: RunOptions,
         gates: Option<&'a Gates>,
     ) -> Result<CampaignRun<'a>> {
-        let Manifest { campaign, sets, .. } = &folder.manifest;
+        let Manifest {
+            campaign,
+            controllers: sets,
+            ..
+        } = &folder.manifest;
         let mut work = CampaignRun {
             plan,
             folder,
@@ -247,7 +251,7 @@ impl<'a> CampaignRun<'a> {
             Ok(rows)
         };
         run_parts(blocks, watch.stop, run, |block, rows| {
-            let rows = block.joined(rows.concat(), &self.folder.manifest.sets);
+            let rows = block.joined(rows.concat(), &self.folder.manifest.controllers);
             self.folder.check_owner()?;
             self.folder.part(block.index).write(&rows)?;
             (watch.on_part)(&rows);
@@ -291,8 +295,13 @@ impl Block {
         let (first, _) = folder.range(index);
         // A part that cannot be read is run again.
         let stored = folder.part(index).rows().unwrap_or_default();
-        let is_stored = |name: &str| stored.iter().any(|row| row.set == name);
-        let sets = folder.manifest.sets.iter().zip(set_trials).enumerate();
+        let is_stored = |name: &str| stored.iter().any(|row| row.controller == name);
+        let sets = folder
+            .manifest
+            .controllers
+            .iter()
+            .zip(set_trials)
+            .enumerate();
         let sets = sets
             .filter(|(_, (name, trials))| first < **trials && !is_stored(name))
             .map(|(set, _)| set)
@@ -307,7 +316,12 @@ impl Block {
     /// The stored rows and these new ones, by trial and then in the order of the controllers `names`.
     fn joined(&self, new: Vec<TrialRow>, names: &[String]) -> Vec<TrialRow> {
         let mut rows = [self.stored.clone(), new].concat();
-        rows.sort_by_key(|row| (row.trial, names.iter().position(|name| *name == row.set)));
+        rows.sort_by_key(|row| {
+            (
+                row.trial,
+                names.iter().position(|name| *name == row.controller),
+            )
+        });
         rows
     }
 }
@@ -383,7 +397,7 @@ mod tests {
         let gains = vec!["hold".into(), "fixed".into()];
         let trials = Some(100);
         let overrides = Overrides {
-            gains,
+            controllers: gains,
             trials,
             until_resolved: true,
             synthetic: true,

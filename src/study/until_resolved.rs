@@ -38,7 +38,7 @@ impl<'a> UntilResolved<'a> {
     /// The state before the first look. It is None if the campaign has a fixed number of trials. `gates` state what the
     /// campaign has to decide.
     pub fn new(folder: &'a Folder, gates: &'a Gates) -> Option<Self> {
-        let (campaign, sets) = (&folder.manifest.campaign, &folder.manifest.sets);
+        let (campaign, sets) = (&folder.manifest.campaign, &folder.manifest.controllers);
         campaign.stopping.until_resolved.then(|| Self {
             folder,
             gates,
@@ -50,7 +50,7 @@ impl<'a> UntilResolved<'a> {
 
     /// Takes all looks for which there are enough trials.
     pub fn go_on(&mut self, on_look: &dyn Fn(&Look)) -> Result<()> {
-        let sets = &self.folder.manifest.sets;
+        let sets = &self.folder.manifest.controllers;
         while !self.is_over {
             let blocks = self.blocks_to_look(self.rows.trials());
             if blocks.clone().any(|block| self.lacks(block)) {

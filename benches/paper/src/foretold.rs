@@ -27,7 +27,7 @@ pub struct MarginBin {
 pub fn by_margin(folder: &Folder, controller: &str) -> Result<Vec<MarginBin>> {
     let mut trials = Vec::new();
     for rows in folder.parts()? {
-        let rows = rows?.into_iter().filter(|row| row.set == controller);
+        let rows = rows?.into_iter().filter(|row| row.controller == controller);
         trials
             .extend(rows.filter_map(|row| Some((row.record.promise_margin?, row.has_recovered()))));
     }

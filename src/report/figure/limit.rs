@@ -5,7 +5,7 @@ use super::class_of_set;
 use super::panel::{LegendRow, LegendSample, Panel};
 use super::polar::{Polar, towards};
 use standfast_core::error::Result;
-use standfast_study::limit::{Heading, Limits, SetLimit};
+use standfast_study::limit::{ControllerLimit, Heading, Limits};
 use std::path::Path;
 
 /// Radius of the outermost ring (px).
@@ -57,8 +57,11 @@ pub fn write(path: &Path, limits: &Limits) -> Result<()> {
 }
 
 /// The limits of all controllers at all headings.
-fn all(limits: &Limits) -> impl Iterator<Item = &SetLimit> {
-    limits.headings.iter().flat_map(|heading| &heading.sets)
+fn all(limits: &Limits) -> impl Iterator<Item = &ControllerLimit> {
+    limits
+        .headings
+        .iter()
+        .flat_map(|heading| &heading.controllers)
 }
 
 fn map(limits: &Limits, bounds: &[Heading]) -> Panel {
@@ -87,7 +90,7 @@ fn map(limits: &Limits, bounds: &[Heading]) -> Panel {
     for set in 0..limits
         .headings
         .first()
-        .map_or(0, |heading| heading.sets.len())
+        .map_or(0, |heading| heading.controllers.len())
     {
         let class = format!("class=\"{}\"", class_of_set(set));
         polar
@@ -100,29 +103,30 @@ fn map(limits: &Limits, bounds: &[Heading]) -> Panel {
 
 /// Draws the limits of a controller: dots and a line.
 fn draw_set(panel: &mut Panel, headings: &[Heading], set: usize) {
-    let middle = |heading: &Heading| towards(heading.heading_deg, heading.sets[set].impulse50_n_s);
+    let middle =
+        |heading: &Heading| towards(heading.heading_deg, heading.controllers[set].impulse50_n_s);
     if headings.len() >= JOINED {
         panel.polygon("outline", headings.iter().map(middle));
     }
     for heading in headings {
-        let [low, high] = heading.sets[set]
+        let [low, high] = heading.controllers[set]
             .ci95
             .map(|impulse_n_s| towards(heading.heading_deg, impulse_n_s));
         panel.line("interval", low, high);
     }
     for heading in headings {
-        let SetLimit {
+        let ControllerLimit {
             name,
             impulse50_n_s: most,
             ci95: [low, high],
             resolved,
             ..
-        } = &heading.sets[set];
+        } = &heading.controllers[set];
         let words = format!(
             "{name}, {}\u{b0}: {most:.2} N s ({low:.2} to {high:.2})",
             heading.heading_deg
         );
-        if let Some(safe_n_s) = heading.sets[set].safe_n_s {
+        if let Some(safe_n_s) = heading.controllers[set].safe_n_s {
             let [from, to] = [-SAFE_MARK_HALF_DEG, SAFE_MARK_HALF_DEG]
                 .map(|turn| towards(heading.heading_deg + turn, safe_n_s));
             let words = format!(
@@ -139,7 +143,7 @@ fn draw_set(panel: &mut Panel, headings: &[Heading], set: usize) {
 fn legend(limits: &Limits) -> Vec<LegendRow> {
     let mut rows: Vec<LegendRow> = Vec::new();
     for heading in limits.headings.iter().take(1) {
-        for (i, set) in heading.sets.iter().enumerate() {
+        for (i, set) in heading.controllers.iter().enumerate() {
             let sample = LegendSample::DottedLine("");
             rows.push((class_of_set(i), sample, set.name.clone()));
         }

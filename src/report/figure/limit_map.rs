@@ -24,7 +24,10 @@ pub fn write(
     } = limits;
     let mut holes = (0..).map(replay_of);
     let mut panels = Vec::new();
-    let sets = limits.headings.first().map_or(0, |first| first.sets.len());
+    let sets = limits
+        .headings
+        .first()
+        .map_or(0, |first| first.controllers.len());
     panels.extend((0..sets).map(|set| map(limits, set, &mut holes)));
     let rows = [
         ("cell", LegendSample::Area, "the robot recovers"),
@@ -62,7 +65,7 @@ fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<Stri
     let half_deg = 180.0 / headings.len() as f64;
     let mut most_n_s = 0.0_f64;
     for heading in headings {
-        let tried_n_s = heading.sets[set]
+        let tried_n_s = heading.controllers[set]
             .map
             .last()
             .map_or(0.0, |tried| tried.impulse_n_s);
@@ -71,7 +74,7 @@ fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<Stri
     let mut panel = Panel::new(SIZE[0], SIZE[1]);
     let name = headings
         .first()
-        .map_or("", |heading| &heading.sets[set].name);
+        .map_or("", |heading| &heading.controllers[set].name);
     panel.text("title start", [FRAME[0], 20.0], [0.0, 0.0], name);
     let ticks = (0..360)
         .step_by(TICK_DEG)
@@ -88,7 +91,7 @@ fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<Stri
         &Axis::new("impulse [N s]", [0.0, most_n_s + step_n_s]),
     );
     for heading in headings {
-        let limit = &heading.sets[set];
+        let limit = &heading.controllers[set];
         let [left, right] = [-half_deg, half_deg].map(|turn| heading.heading_deg + turn);
         for run in limit
             .map
@@ -130,7 +133,7 @@ fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<Stri
     panel.polyline("limit", bound);
     panel.group("class=\"s0\"", |panel| {
         for heading in headings {
-            let middle = [heading.heading_deg, heading.sets[set].impulse50_n_s];
+            let middle = [heading.heading_deg, heading.controllers[set].impulse50_n_s];
             panel.circle("dot", middle, 3.0);
         }
     });

@@ -7,7 +7,7 @@ use super::{COLORS, class_of_set};
 use standfast_core::error::Result;
 use standfast_stats::curve::Level;
 use standfast_study::Summary;
-use standfast_study::verdict::set_summary::{ImpulseBin, SetSummary};
+use standfast_study::verdict::controller_summary::{ControllerSummary, ImpulseBin};
 use std::path::Path;
 
 /// Largest number of controllers with bands. More bands would hide each other.
@@ -24,7 +24,7 @@ const RIGHT: f64 = 736.0;
 
 /// Writes the chart with a legend. Fails if the file cannot be written.
 pub fn write(path: &Path, summary: &Summary) -> Result<()> {
-    let most = if are_of_different_trials(&summary.sets) {
+    let most = if are_of_different_trials(&summary.controllers) {
         "up to "
     } else {
         ""
@@ -37,15 +37,15 @@ pub fn write(path: &Path, summary: &Summary) -> Result<()> {
         path,
         &heading,
         &[
-            chart(&summary.sets),
-            Panel::of_legend(&legend(&summary.sets)),
+            chart(&summary.controllers),
+            Panel::of_legend(&legend(&summary.controllers)),
         ],
         2,
     )
 }
 
 /// The chart alone. The elements of a controller are a group with the number of the controller as `data-set`.
-pub fn chart(sets: &[SetSummary]) -> Panel {
+pub fn chart(sets: &[ControllerSummary]) -> Panel {
     let edges = impulse_edges_n_s(sets);
     let ends = [
         edges.first().map_or(0.0, |edge| *edge),
@@ -100,7 +100,7 @@ pub fn chart(sets: &[SetSummary]) -> Panel {
 
 /// The elements of a controller.
 struct Series<'a> {
-    set: &'a SetSummary,
+    set: &'a ControllerSummary,
     /// Smallest and largest impulse of the pushes, as far as they are known, and ends of the axis (N s).
     pushes: [f64; 2],
     ends: [f64; 2],
@@ -187,7 +187,7 @@ fn dot(set: usize) -> &'static str {
 }
 
 /// The legend: the colour of each controller with its rate over all impulses, and the meaning of the marks.
-fn legend(sets: &[SetSummary]) -> Vec<LegendRow> {
+fn legend(sets: &[ControllerSummary]) -> Vec<LegendRow> {
     let mut rows = Vec::new();
     for (i, set) in sets.iter().enumerate() {
         let name = match set.name.char_indices().nth(LETTERS) {
@@ -205,7 +205,7 @@ fn legend(sets: &[SetSummary]) -> Vec<LegendRow> {
             format!("{name}: {:.1} %{of_trials}", 100.0 * set.count.success_rate),
         ));
     }
-    let is_fitted = |set: &SetSummary| !set.curve.points.is_empty();
+    let is_fitted = |set: &ControllerSummary| !set.curve.points.is_empty();
     let (some, all) = (sets.iter().any(is_fitted), sets.iter().all(is_fitted));
     let notes = [
         (true, "dots: share by bin of impulse"),
@@ -225,7 +225,7 @@ fn legend(sets: &[SetSummary]) -> Vec<LegendRow> {
 }
 
 /// Whether some of the controllers have fewer trials than others.
-fn are_of_different_trials(sets: &[SetSummary]) -> bool {
+fn are_of_different_trials(sets: &[ControllerSummary]) -> bool {
     sets.iter()
         .any(|set| set.count.trials != sets[0].count.trials)
 }
@@ -249,7 +249,7 @@ fn words(bin: &ImpulseBin) -> String {
 }
 
 /// Edges of the bins of impulse (N s), in ascending order.
-pub fn impulse_edges_n_s(sets: &[SetSummary]) -> Vec<f64> {
+pub fn impulse_edges_n_s(sets: &[ControllerSummary]) -> Vec<f64> {
     let bins = sets.iter().flat_map(|set| &set.by_impulse);
     let mut edges_n_s: Vec<f64> = bins.flat_map(|bin| [bin.from_n_s, bin.to_n_s]).collect();
     edges_n_s.sort_by(f64::total_cmp);
@@ -263,7 +263,7 @@ mod tests {
     use crate::fixtures::{ragged, summary};
     use standfast_sim::episode::Outcome::{Fell, Recovered};
     use standfast_stats::rate::SuccessCount;
-    use standfast_study::verdict::set_summary::FittedCurve;
+    use standfast_study::verdict::controller_summary::FittedCurve;
 
     #[test]
     fn a_rate_stands_where_its_pushes_are() {
@@ -278,8 +278,8 @@ mod tests {
 
     #[test]
     fn a_set_that_was_stopped_has_no_dots_where_it_has_no_trials() {
-        let sets = ragged(&[]).0.sets;
-        let told = |svg: &str, set: &SetSummary| {
+        let sets = ragged(&[]).0.controllers;
+        let told = |svg: &str, set: &ControllerSummary| {
             set.by_impulse
                 .iter()
                 .filter(|bin| svg.contains(&words(bin)))
@@ -310,8 +310,8 @@ mod tests {
             &[],
             &[],
         )
-        .sets;
-        let found = |sets: &[SetSummary]| {
+        .controllers;
+        let found = |sets: &[ControllerSummary]| {
             let svg = chart(sets).svg("");
             ["class=\"range\"", "class=\"interval\""].map(|class| svg.matches(class).count())
         };

@@ -56,7 +56,7 @@ fn add_to(environment: &mut Environment) {
 
 /// The values that the template reads: the summary as `s`, and everything that is computed here.
 fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
-    let (sets, pairs) = (&summary.sets, &summary.pairs);
+    let (sets, pairs) = (&summary.controllers, &summary.pairs);
     let names: Vec<String> = sets.iter().map(|set| set.name.clone()).collect();
     // Every pair and gate names controllers of the summary, so the default is never used.
     let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
@@ -76,10 +76,13 @@ fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
             json!({ "index": i, "a": a, "b": b, "open": open, "map": map, "trials": trials }),
         );
     }
-    let lost = summary
-        .gates
-        .iter()
-        .map(|gate| Some(telling::point(sets, gate.lost_trial?, &[index(&gate.set)])));
+    let lost = summary.gates.iter().map(|gate| {
+        Some(telling::point(
+            sets,
+            gate.lost_trial?,
+            &[index(&gate.controller)],
+        ))
+    });
     let commands: Vec<_> = sets
         .iter()
         .map(|set| replay_parts(&set.origin, Path::new("")))
@@ -150,7 +153,7 @@ mod tests {
             summary_columns(&outcomes),
         );
         let of_set = [
-            &mut summary.sets[0].name,
+            &mut summary.controllers[0].name,
             &mut summary.pairs[0].a,
             &mut rows.names[0],
         ];
@@ -161,11 +164,11 @@ mod tests {
             *name = HOSTILE.into();
         }
         summary.warnings = vec![HOSTILE.into()];
-        summary.sets[0].telling[0].why = HOSTILE.into();
-        summary.sets[0].origin.gains = HOSTILE.into();
+        summary.controllers[0].telling[0].why = HOSTILE.into();
+        summary.controllers[0].origin.controller = HOSTILE.into();
         summary.pairs[0].words = HOSTILE.into();
         let gate = &mut summary.gates[0];
-        (gate.set, gate.judged.name) = (HOSTILE.into(), HOSTILE.into());
+        (gate.controller, gate.judged.name) = (HOSTILE.into(), HOSTILE.into());
         let page = page(&summary, &rows, Path::new("")).unwrap();
         assert!(!page.contains("</script><b") && !page.contains("<b onclick"));
         assert!(page.contains("&lt;b onclick"));

@@ -7,13 +7,13 @@ use crate::{
 };
 use serde_json::{Value, json};
 use standfast_stats::decision::PairVerdict;
+use standfast_study::verdict::controller_summary::ControllerSummary;
 use standfast_study::verdict::pairs::PairSummary;
-use standfast_study::verdict::set_summary::SetSummary;
 use std::path::Path;
 
 /// The rows of the table: each controller's telling trials with the command that replays them and, if it exists, the
 /// path of their replay relative to `folder`, and its small picture.
-pub(super) fn table(sets: &[SetSummary], folder: &Path) -> Vec<Value> {
+pub(super) fn table(sets: &[ControllerSummary], folder: &Path) -> Vec<Value> {
     let mut rows = Vec::new();
     for (i, set) in sets.iter().enumerate() {
         for trial in &set.telling {
@@ -30,7 +30,7 @@ pub(super) fn table(sets: &[SetSummary], folder: &Path) -> Vec<Value> {
 
 /// A trial: its number, the link to its row in the table for the first of the `tried` controllers that has a row, and
 /// the command that replays it with the first of the `tried` controllers.
-pub(super) fn point(sets: &[SetSummary], trial: u64, tried: &[usize]) -> Value {
+pub(super) fn point(sets: &[ControllerSummary], trial: u64, tried: &[usize]) -> Value {
     let link = tried
         .iter()
         .find_map(|set| row_id(sets, *set, trial))
@@ -41,7 +41,11 @@ pub(super) fn point(sets: &[SetSummary], trial: u64, tried: &[usize]) -> Value {
 /// The trials from which only one of a pair of controllers recovered, first the trials of the first controller, each
 /// with the command that replays it with the controller that lost it. If one controller is better, one of its trials is
 /// the example.
-pub(super) fn of_pair(sets: &[SetSummary], pair: &PairSummary, (a, b): (usize, usize)) -> Value {
+pub(super) fn of_pair(
+    sets: &[ControllerSummary],
+    pair: &PairSummary,
+    (a, b): (usize, usize),
+) -> Value {
     let points = |trials: &[u64], tried: [usize; 2]| -> Vec<Value> {
         trials
             .iter()
@@ -59,13 +63,13 @@ pub(super) fn of_pair(sets: &[SetSummary], pair: &PairSummary, (a, b): (usize, u
     json!({ "example": example, "only": only })
 }
 
-fn command(set: &SetSummary, trial: u64) -> String {
+fn command(set: &ControllerSummary, trial: u64) -> String {
     replay_parts(&set.origin, Path::new("")).join(&trial.to_string())
 }
 
 /// Id of the row of a controller and a trial. None if the table has no such row.
-fn row_id(sets: &[SetSummary], set: usize, trial: u64) -> Option<String> {
-    let SetSummary { name, telling, .. } = &sets[set];
+fn row_id(sets: &[ControllerSummary], set: usize, trial: u64) -> Option<String> {
+    let ControllerSummary { name, telling, .. } = &sets[set];
     let is_told = telling.iter().any(|told| told.trial == trial);
     is_told.then(|| format!("trial-{trial}-{}", slug(name, set)))
 }
@@ -88,7 +92,7 @@ mod tests {
     use super::*;
     use crate::fixtures::summary;
     use standfast_sim::episode::Outcome::{Fell, Recovered};
-    use standfast_study::verdict::set_summary::SetOrigin;
+    use standfast_study::verdict::controller_summary::ControllerOrigin;
     use standfast_study::verdict::telling_trials::TellingTrial;
 
     #[test]
@@ -96,17 +100,18 @@ mod tests {
         let mut summary = summary(&[[Fell, Recovered]; 8], &[], &[]);
         let of_trial = |trial| TellingTrial {
             trial,
-            ..summary.sets[0].telling[0].clone()
+            ..summary.controllers[0].telling[0].clone()
         };
         let telling = [vec![of_trial(5), of_trial(7)], vec![of_trial(9)]];
         for (set, (name, telling)) in summary
-            .sets
+            .controllers
             .iter_mut()
             .zip(["hold", "a b"].into_iter().zip(telling))
         {
-            (set.name, set.origin, set.telling) = (name.into(), SetOrigin::own(name), telling);
+            (set.name, set.origin, set.telling) =
+                (name.into(), ControllerOrigin::own(name), telling);
         }
-        let ids: Vec<Value> = table(&summary.sets, Path::new(""))
+        let ids: Vec<Value> = table(&summary.controllers, Path::new(""))
             .iter()
             .map(|row| row["id"].clone())
             .collect();
@@ -114,7 +119,7 @@ mod tests {
         let pair = &mut summary.pairs[0];
         (pair.verdict, pair.first_only_a, pair.first_only_b) =
             (PairVerdict::Better, vec![9], vec![5, 6]);
-        let found = of_pair(&summary.sets, &summary.pairs[0], (0, 1));
+        let found = of_pair(&summary.controllers, &summary.pairs[0], (0, 1));
         let command = |trial: u64, set: &str| {
             format!("standfast push --campaign campaign.toml --trial {trial} --controller {set}")
         };

@@ -169,7 +169,7 @@ mod tests {
         let mut all = of(&ragged(&["a >= b"]).0);
         let mut none = summary(&[[Recovered; 2]; 3], &[], &[]);
         none.pairs.clear();
-        none.sets.truncate(1);
+        none.controllers.truncate(1);
         assert_eq!(
             of(&none)
                 .iter()

@@ -72,7 +72,7 @@ pub(super) fn effects(summary: &Summary) -> Table {
         return Table::default();
     };
     let (mut columns, mut variants) = (vec![words("headings")], Vec::new());
-    for (i, set) in summary.sets.iter().enumerate() {
+    for (i, set) in summary.controllers.iter().enumerate() {
         let pair = summary.pairs.iter().find(|pair| {
             [&pair.a, &pair.b] == [&set.name, reference]
                 || [&pair.b, &pair.a] == [&set.name, reference]

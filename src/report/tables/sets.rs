@@ -4,8 +4,8 @@ use crate::table::{Cell, CellMark, Table, TableColumn, cell, headings, number, t
 use crate::text::layout::{percent, seconds, velocity_change};
 use standfast_stats::rate::SuccessCount;
 use standfast_study::Summary;
+use standfast_study::verdict::controller_summary::{ControllerSummary, FittedCurve};
 use standfast_study::verdict::failures::Failures;
-use standfast_study::verdict::set_summary::{FittedCurve, SetSummary};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::iter::once;
@@ -13,7 +13,7 @@ use std::iter::once;
 /// How often each controller recovered.
 pub(super) fn rates(summary: &Summary) -> Table {
     // An outcome that no controller had gets no column.
-    type RareOutcome = (&'static str, fn(&SetSummary) -> u64);
+    type RareOutcome = (&'static str, fn(&ControllerSummary) -> u64);
     let rare: [RareOutcome; 3] = [
         ("diverged", |set| set.diverged),
         ("failed", |set| set.failed),
@@ -21,20 +21,20 @@ pub(super) fn rates(summary: &Summary) -> Table {
     ];
     let rare: Vec<_> = rare
         .into_iter()
-        .filter(|(_, count)| summary.sets.iter().any(|set| count(set) > 0))
+        .filter(|(_, count)| summary.controllers.iter().any(|set| count(set) > 0))
         .collect();
     let columns = headings("controller", ["recovered", "rate", "95 %", "fell"]);
     let columns = columns.chain(rare.iter().map(|(label, _)| number(*label)));
     // If every trial ended standing or fallen, survival equals recovery and needs no column.
     let lingers = summary
-        .sets
+        .controllers
         .iter()
         .any(|set| set.survived.recovered != set.count.recovered);
     let mut table = Table::new(
         "Rates of recovery",
         columns.chain(lingers.then(|| number("survived, 95 %"))),
     );
-    for (i, set) in summary.sets.iter().enumerate() {
+    for (i, set) in summary.controllers.iter().enumerate() {
         let SuccessCount {
             trials,
             recovered,
@@ -82,7 +82,7 @@ pub(super) fn limits(summary: &Summary) -> Table {
         "Impulses of which so many recover",
         once(words("controller")).chain(units),
     );
-    for (i, set) in summary.sets.iter().enumerate() {
+    for (i, set) in summary.controllers.iter().enumerate() {
         let (curve, normalized) = (&set.curve, &set.normalized_curve);
         let levels = [
             impulse_at(curve, true),
@@ -127,23 +127,23 @@ pub(super) fn by_kind(summary: &Summary) -> Table {
     let corner = [words("kind of trial"), number("pushes")];
     let columns = corner
         .into_iter()
-        .chain(columns(summary.sets.iter().enumerate()));
+        .chain(columns(summary.controllers.iter().enumerate()));
     let mut table = Table::new("Recovered, by kind of trial", columns);
     for (i, stratum) in summary
-        .sets
+        .controllers
         .iter()
         .take(1)
         .flat_map(|set| &set.strata)
         .enumerate()
     {
         let pushes = summary
-            .sets
+            .controllers
             .iter()
             .map(|set| set.strata[i].count.trials)
             .max()
             .unwrap_or(0);
         let mut row = vec![cell(kind(stratum.by, &stratum.label)), cell(pushes)];
-        for (number, set) in summary.sets.iter().enumerate() {
+        for (number, set) in summary.controllers.iter().enumerate() {
             let count = set.strata[i].count;
             let share = percent(count.success_rate);
             row.push(match (&summary.stopped, count.trials) {
@@ -161,10 +161,10 @@ pub(super) fn by_kind(summary: &Summary) -> Table {
 
 /// How often each recovered, by the impulse of the first push: the figures behind the points of the curves.
 pub(super) fn by_impulse(summary: &Summary) -> Table {
-    let corner = once(words("impulse, N s")).chain(columns(summary.sets.iter().enumerate()));
+    let corner = once(words("impulse, N s")).chain(columns(summary.controllers.iter().enumerate()));
     let mut table = Table::new("Recovered, by impulse", corner);
     for (i, bin) in summary
-        .sets
+        .controllers
         .iter()
         .take(1)
         .flat_map(|set| &set.by_impulse)
@@ -174,7 +174,7 @@ pub(super) fn by_impulse(summary: &Summary) -> Table {
         table.row(
             once(range).chain(
                 summary
-                    .sets
+                    .controllers
                     .iter()
                     .map(|set| rate_of(&set.by_impulse[i].count)),
             ),
@@ -216,20 +216,20 @@ pub(super) fn losses(summary: &Summary) -> Table {
         summary,
         "When robots fell, and what went with it",
         "lost",
-        kinds.map(|(label, pick)| (label, move |set: &SetSummary| pick(&set.failures))),
+        kinds.map(|(label, pick)| (label, move |set: &ControllerSummary| pick(&set.failures))),
     )
 }
 
 /// The causes of the falls of each controller, the most frequent first.
 pub(super) fn causes(summary: &Summary) -> Table {
     let mut causes: BTreeMap<&str, u64> = BTreeMap::new();
-    for fall in summary.sets.iter().flat_map(|set| &set.fall_causes) {
+    for fall in summary.controllers.iter().flat_map(|set| &set.fall_causes) {
         *causes.entry(&fall.cause).or_default() += fall.trials;
     }
     let mut causes: Vec<_> = causes.into_iter().collect();
     causes.sort_by_key(|&(_, trials)| Reverse(trials));
     let rows = causes.into_iter().map(|(cause, _)| {
-        let falls = move |set: &SetSummary| {
+        let falls = move |set: &ControllerSummary| {
             let fall = set.fall_causes.iter().find(|fall| fall.cause == cause);
             fall.map_or(0, |fall| fall.trials)
         };
@@ -240,13 +240,13 @@ pub(super) fn causes(summary: &Summary) -> Table {
 
 /// A table of counts with a row for each kind that any controller has. If controllers have different numbers of trials,
 /// the first row has these numbers.
-fn counts<'a, F: Fn(&SetSummary) -> u64>(
+fn counts<'a, F: Fn(&ControllerSummary) -> u64>(
     summary: &Summary,
     title: &str,
     corner: &str,
     kinds: impl IntoIterator<Item = (&'a str, F)>,
 ) -> Table {
-    let sets = &summary.sets;
+    let sets = &summary.controllers;
     let mut table = Table::new(
         title,
         once(words(corner)).chain(columns(sets.iter().enumerate())),
@@ -272,7 +272,7 @@ fn counts<'a, F: Fn(&SetSummary) -> u64>(
 pub(super) fn times(summary: &Summary) -> Table {
     let columns = headings("controller", ["to standing", "to home"]);
     let mut table = Table::new("How long recoveries took", columns);
-    for (i, set) in summary.sets.iter().enumerate() {
+    for (i, set) in summary.controllers.iter().enumerate() {
         let times = [set.median_settling_s, set.median_homing_s];
         let times = times.map(|time_s| cell(seconds(time_s)));
         table.row(once(name(i, set)).chain(times));
@@ -292,7 +292,7 @@ pub(super) fn times(summary: &Summary) -> Table {
 /// Recovered trials by number of footsteps.
 pub(super) fn footsteps(summary: &Summary) -> Table {
     let steppers: Vec<_> = summary
-        .sets
+        .controllers
         .iter()
         .enumerate()
         .filter_map(|(i, set)| Some((i, set, set.by_footsteps.as_ref()?)))
@@ -315,7 +315,7 @@ pub(super) fn footsteps(summary: &Summary) -> Table {
 
 /// The columns of controllers side by side.
 fn columns<'a>(
-    sets: impl Iterator<Item = (usize, &'a SetSummary)>,
+    sets: impl Iterator<Item = (usize, &'a ControllerSummary)>,
 ) -> impl Iterator<Item = TableColumn> {
     sets.map(|(i, set)| TableColumn {
         set: Some(i),
@@ -324,7 +324,7 @@ fn columns<'a>(
 }
 
 /// The name of a controller, as a cell.
-fn name(i: usize, set: &SetSummary) -> Cell {
+fn name(i: usize, set: &ControllerSummary) -> Cell {
     Cell {
         set: Some(i),
         ..cell(&set.name)

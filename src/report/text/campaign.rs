@@ -168,7 +168,7 @@ fn replay(summary: &Summary, folder: &Path) -> String {
     });
     // The telling trials of a controller begin with those that it lost.
     let mut lost = summary
-        .sets
+        .controllers
         .iter()
         .filter(|set| set.count.recovered < set.count.trials)
         .filter_map(|set| Some((set.telling.first()?.trial, &set.name)));

@@ -58,7 +58,7 @@ pub fn about_pairs(summary: &Summary) -> String {
 /// The pairs that are shown: all or, if there are too many, the pairs of one controller. In a sweep this is the
 /// unchanged controller, otherwise the one that recovers most often.
 pub fn shown(summary: &Summary) -> Vec<&PairSummary> {
-    let (sets, pairs) = (summary.sets.len(), &summary.pairs);
+    let (sets, pairs) = (summary.controllers.len(), &summary.pairs);
     // In a comparison of two results, each controller has its partner, so the pairs of one controller would not
     // suffice.
     let all = pairs.len() != sets * sets.saturating_sub(1) / 2;
@@ -75,7 +75,7 @@ pub fn shown(summary: &Summary) -> Vec<&PairSummary> {
 fn leader(summary: &Summary) -> &str {
     match &summary.reference {
         Some(reference) => reference,
-        None => leaders(&summary.sets, &summary.pairs)
+        None => leaders(&summary.controllers, &summary.pairs)
             .first()
             .map_or("", |set| &set.name),
     }
@@ -160,7 +160,7 @@ pub fn failed_gates(summary: &Summary, folder: &Path) -> Vec<String> {
         let mut text = wrapped(mark, &gate_words(gate)).trim_end().to_string();
         if let Some(trial) = gate.lost_trial {
             // The command has a line of its own, however long, so that it can be copied.
-            let command = replay_command(summary, &gate.set, trial, folder);
+            let command = replay_command(summary, &gate.controller, trial, folder);
             text += &format!("\nto replay a trial that it lost:\n  {command}");
         }
         texts.push(text);
@@ -229,13 +229,15 @@ mod tests {
     /// A summary with this number of controllers, of which these pairs were compared.
     fn with_pairs(sets: usize, pairs: &[(usize, usize)]) -> Summary {
         let mut summary = summary(&halves(10), &[], &[]);
-        let (set, pair) = (summary.sets[0].clone(), summary.pairs[0].clone());
+        let (set, pair) = (summary.controllers[0].clone(), summary.pairs[0].clone());
         let name = |i: usize| format!("set{i}");
-        summary.sets = (0..sets)
-            .map(|i| standfast_study::verdict::set_summary::SetSummary {
-                name: name(i),
-                ..set.clone()
-            })
+        summary.controllers = (0..sets)
+            .map(
+                |i| standfast_study::verdict::controller_summary::ControllerSummary {
+                    name: name(i),
+                    ..set.clone()
+                },
+            )
             .collect();
         // The last controller recovers most often.
         summary.pairs = pairs

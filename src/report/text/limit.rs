@@ -2,7 +2,7 @@
 
 use crate::table::{Table, cell, number, texts, words};
 use crate::text::layout::{plant_options, signed, sole_impulse, velocity_change, wrapped};
-use standfast_study::limit::{Heading, LimitEngine, Limits, SetLimit, first_trial};
+use standfast_study::limit::{ControllerLimit, Heading, LimitEngine, Limits, first_trial};
 use std::fmt::Display;
 
 /// The limits beside the pendulum bounds. `changes` are the options that changed the campaign, which the commands that
@@ -102,7 +102,7 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
             heading.bound_one_step_n_s,
             heading.bound_n_step_n_s,
         ];
-        for i in 0..heading.sets.len().max(factors.len()) {
+        for i in 0..heading.controllers.len().max(factors.len()) {
             let [none, one, any] = bounds_n_s.map(|bound_n_s| match factors.get(i) {
                 Some(factor) => n_s(limits, factor * bound_n_s),
                 None => String::new(),
@@ -118,7 +118,7 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
                 String::new()
             };
             let mut of_set = [const { String::new() }; 5];
-            if let Some(set) = heading.sets.get(i) {
+            if let Some(set) = heading.controllers.get(i) {
                 let [ninety, safe] = [set.impulse90_n_s, set.safe_n_s].map(|impulse| {
                     impulse.map_or("-".into(), |impulse_n_s| n_s(limits, impulse_n_s))
                 });
@@ -194,7 +194,7 @@ fn checked(limits: &Limits, changes: &str) -> String {
     let first = limits
         .headings
         .iter()
-        .flat_map(|heading| heading.sets.iter().map(move |set| (heading, set)));
+        .flat_map(|heading| heading.controllers.iter().map(move |set| (heading, set)));
     let Some((heading, set)) = first
         .into_iter()
         .find(|(_, set)| set.resolved && !limits.random)
@@ -227,7 +227,7 @@ fn lost_early(limits: &Limits, changes: &str) -> String {
     let all = limits
         .headings
         .iter()
-        .flat_map(|heading| heading.sets.iter().map(move |set| (heading, set)));
+        .flat_map(|heading| heading.controllers.iter().map(move |set| (heading, set)));
     for (heading, set) in all {
         let (Some(safe_n_s), Some(loss)) = (set.safe_n_s, set.hole()) else {
             continue;
@@ -263,7 +263,10 @@ const MOST_HOLES: usize = 6;
 
 /// The map in numbers, and its holes; empty without a map.
 fn of_map(limits: &Limits, changes: &str) -> String {
-    let sets = limits.headings.iter().flat_map(|heading| &heading.sets);
+    let sets = limits
+        .headings
+        .iter()
+        .flat_map(|heading| &heading.controllers);
     let pushes: usize = sets.map(|set| set.map.len()).sum();
     if pushes == 0 {
         return String::new();
@@ -317,7 +320,7 @@ fn replay(
 }
 
 /// The impulse with 50 % recovery and its interval, and a mark if the interval is too wide.
-fn fifty_of(limits: &Limits, set: &SetLimit) -> String {
+fn fifty_of(limits: &Limits, set: &ControllerLimit) -> String {
     let mark = if set.resolved { "" } else { "*" };
     let [at, low, high] =
         [set.impulse50_n_s, set.ci95[0], set.ci95[1]].map(|impulse_n_s| n_s(limits, impulse_n_s));
@@ -329,7 +332,7 @@ fn marked(limits: &Limits) -> String {
     if limits
         .headings
         .iter()
-        .flat_map(|heading| &heading.sets)
+        .flat_map(|heading| &heading.controllers)
         .all(|set| set.resolved)
     {
         return String::new();
@@ -350,7 +353,7 @@ pub mod tests {
 
     /// Two headings with limits of two controllers (N s).
     fn limits(engine: Engine, impulses_n_s: [[f64; 2]; 2]) -> Limits {
-        let set = |(name, impulse50_n_s): (&str, f64)| SetLimit {
+        let set = |(name, impulse50_n_s): (&str, f64)| ControllerLimit {
             name: name.into(),
             impulse50_n_s,
             ci95: [impulse50_n_s - 0.1, impulse50_n_s + 0.1],
@@ -384,7 +387,7 @@ pub mod tests {
         let pendulum_bounds =
             PendulumBounds::new(&standfast_robots::load("ut-mu2").unwrap(), &nominal).unwrap();
         let heading = |(heading_deg, of_sets): (f64, [f64; 2])| Heading {
-            sets: ["hold", "paper:stepping.x=2"]
+            controllers: ["hold", "paper:stepping.x=2"]
                 .into_iter()
                 .zip(of_sets)
                 .map(set)
@@ -430,7 +433,7 @@ pub mod tests {
             trial: 100_002,
             outcome,
         };
-        limits.headings[0].sets[0].map = pushes.map(tried).to_vec();
+        limits.headings[0].controllers[0].map = pushes.map(tried).to_vec();
         limits
     }
 
@@ -442,7 +445,7 @@ pub mod tests {
                     --engine mujoco \\\n  --impulse 1.6 --heading 0\n";
         assert!(told.contains(hole), "{told}");
         let mut solid = with_hole();
-        solid.headings[0].sets[0].map.remove(1);
+        solid.headings[0].controllers[0].map.remove(1);
         assert!(text(&solid, "").contains("\nmap: 3 pushes, no hole\n"));
     }
 

@@ -86,7 +86,7 @@ pub struct Gate {
     /// The gate as it was written.
     pub text: String,
     /// The controller that must meet the requirement.
-    pub set: String,
+    pub controller: String,
     pub against: Against,
     /// Smallest accepted rate, or smallest accepted difference to `against` (shares).
     pub offset: f64,
@@ -133,7 +133,7 @@ impl Gate {
             (Some(rate), _) if (0.0..=1.0).contains(&rate) => {
                 return Ok(Self {
                     text: text.into(),
-                    set: set.clone(),
+                    controller: set.clone(),
                     against: Against::Rate,
                     offset: rate,
                 });
@@ -178,7 +178,7 @@ impl Gate {
         };
         Ok(Self {
             text: text.into(),
-            set: set.clone(),
+            controller: set.clone(),
             against,
             offset,
         })
@@ -276,7 +276,7 @@ mod tests {
                 read,
                 Gate {
                     text: text.trim().into(),
-                    set: left.into(),
+                    controller: left.into(),
                     against,
                     offset
                 }

@@ -31,8 +31,8 @@ pub struct Campaign {
     /// The [entrants](Entrant): names of built-in controllers, paths as for the robot, or variants
     /// ([`NAME:KEY=VALUE`](standfast_controllers::variant)), each with `@ENGINE` behind it or in the engine of
     /// `episode`. All go through the same trials.
-    #[serde(rename = "controllers", default = "default_gains")]
-    pub gains: Vec<String>,
+    #[serde(default = "default_controllers")]
+    pub controllers: Vec<String>,
     /// Number of trials, which are the same for each controller.
     pub trials: u64,
     /// Seed of all random numbers (at most 2^63 - 1, as in TOML).
@@ -96,7 +96,7 @@ pub(super) fn default_robot() -> String {
     assets::DEFAULT_ROBOT.into()
 }
 
-fn default_gains() -> Vec<String> {
+fn default_controllers() -> Vec<String> {
     ["hold", "switching", "paper", "catch"]
         .map(String::from)
         .into()
@@ -110,7 +110,7 @@ pub struct Overrides {
     pub trials: Option<u64>,
     pub seed: Option<u64>,
     /// Replaces the list of controllers unless empty. Paths are relative to the working folder.
-    pub gains: Vec<String>,
+    pub controllers: Vec<String>,
     /// Sweeps `SET:KEY=V1,V2,...`. The unchanged controller and its variants follow `gains`, and the campaign's own
     /// list is dropped.
     pub vary: Vec<String>,
@@ -203,19 +203,19 @@ impl Campaign {
         }
         campaign.trials = overrides.trials.unwrap_or(campaign.trials);
         campaign.seed = overrides.seed.unwrap_or(campaign.seed);
-        if !(overrides.gains.is_empty() && overrides.vary.is_empty()) {
-            campaign.gains.clone_from(&overrides.gains);
+        if !(overrides.controllers.is_empty() && overrides.vary.is_empty()) {
+            campaign.controllers.clone_from(&overrides.controllers);
         }
         for sweep in &overrides.vary {
             // The unchanged controller goes first, because each variant is compared with it.
             let sweep = Entrant::split(sweep);
             let unchanged = sweep.of(sweep.controller_name().base);
-            if !campaign.gains.contains(&unchanged) {
-                campaign.gains.push(unchanged);
+            if !campaign.controllers.contains(&unchanged) {
+                campaign.controllers.push(unchanged);
             }
             let variants = variant::expand(sweep.controller)?;
             campaign
-                .gains
+                .controllers
                 .extend(variants.iter().map(|variant| sweep.of(variant)));
         }
         if let Some(robot) = &overrides.robot {
@@ -241,7 +241,7 @@ impl Campaign {
             self.episode.engine = *engine;
         } else if !engines.is_empty() {
             let mut settled = Vec::new();
-            for listed in &self.gains {
+            for listed in &self.controllers {
                 let entrant = Entrant::split(listed);
                 match entrant.engine {
                     Some(_) => settled.push(listed.clone()),
@@ -251,14 +251,14 @@ impl Campaign {
                     })),
                 }
             }
-            self.gains = settled;
+            self.controllers = settled;
         }
     }
 
     /// The engine of each entrant, in the order of `gains`.
     pub fn engines(&self) -> Vec<Engine> {
         let stated = self
-            .gains
+            .controllers
             .iter()
             .map(|listed| Entrant::split(listed).engine);
         stated
@@ -283,9 +283,9 @@ impl Campaign {
     /// A campaign for each entrant, whose engine is that of the campaign then.
     pub fn of_each_entrant(&self) -> Vec<Campaign> {
         let mut campaigns = Vec::new();
-        for (listed, engine) in self.gains.iter().zip(self.engines()) {
+        for (listed, engine) in self.controllers.iter().zip(self.engines()) {
             let mut campaign = self.clone();
-            campaign.gains = vec![Entrant::split(listed).controller.into()];
+            campaign.controllers = vec![Entrant::split(listed).controller.into()];
             campaign.episode.engine = engine;
             campaigns.push(campaign);
         }
@@ -336,7 +336,7 @@ impl Campaign {
         let usual = Campaign {
             name: String::new(),
             robot: default_robot(),
-            gains: default_gains(),
+            controllers: default_controllers(),
             trials: 0,
             seed: 0,
             units: *units,
@@ -372,7 +372,7 @@ impl Campaign {
 
     /// Makes the paths of the controllers that `source` names relative to the working folder.
     fn move_gains(&mut self, source: &Source) {
-        for gains in &mut self.gains {
+        for gains in &mut self.controllers {
             let entrant = Entrant::split(gains);
             let name = entrant.controller_name();
             *gains = entrant.of(&name.with_base(&moved(name.base, source)));
@@ -454,7 +454,7 @@ impl Campaign {
     /// Finds the entry to load for a controller, given its name in the results, the name of its file (also as the base
     /// of an unlisted variant), or its entry in the list. Any other name is returned unchanged. Engines are left out.
     pub fn gains_named(&self, name: &str) -> String {
-        let listed = || self.gains.iter().map(|listed| Entrant::split(listed));
+        let listed = || self.controllers.iter().map(|listed| Entrant::split(listed));
         let found = listed().find(|entrant| {
             entrant.controller == name
                 || entrant.controller_name().change.is_some()
@@ -540,7 +540,7 @@ impl Campaign {
                 format!("up to {MOST_LETTERS} letters"),
             ));
         }
-        if self.gains.is_empty() {
+        if self.controllers.is_empty() {
             return Err(Error::value(
                 file,
                 "controllers",
@@ -549,11 +549,11 @@ impl Campaign {
                 "one or more names or paths",
             ));
         }
-        if self.gains.len() > MOST_SETS {
+        if self.controllers.len() > MOST_SETS {
             return Err(Error::value(
                 file,
                 "controllers",
-                format!("{} entries", self.gains.len()),
+                format!("{} entries", self.controllers.len()),
                 "too many",
                 format!("up to {MOST_SETS}"),
             ));
@@ -574,7 +574,7 @@ impl Campaign {
                 "0 to 2^63 - 1",
             ));
         }
-        for listed in &self.gains {
+        for listed in &self.controllers {
             Entrant::check(listed, file)?;
         }
         for episode in self.episodes() {
@@ -678,7 +678,7 @@ pub(crate) mod tests {
             Campaign::load(path.to_str().unwrap(), &Overrides::default()).unwrap()
         };
         assert_eq!(read("gains"), read("controllers"));
-        assert_eq!(read("gains").gains, ["slow", "hold"]);
+        assert_eq!(read("gains").controllers, ["slow", "hold"]);
     }
 
     #[test]

@@ -27,7 +27,9 @@ use standfast_stats::psychometric::Rule;
 use std::time::Instant;
 
 pub use pendulum_bounds::{Heading, PendulumBounds};
-pub use search::{FirstLoss, MOST_REPLICAS, MOST_TRIALS, MapPoint, SetLimit, first_trial, pushed};
+pub use search::{
+    ControllerLimit, FirstLoss, MOST_REPLICAS, MOST_TRIALS, MapPoint, first_trial, pushed,
+};
 
 /// Largest number of headings.
 pub const MOST_HEADINGS: usize = 360;
@@ -128,7 +130,8 @@ impl<'a> Searches<'a> {
         let headings: Vec<Heading> = (0..options.headings)
             .map(|i| pendulum_bounds.heading(360.0 * i as f64 / options.headings as f64))
             .collect();
-        let jobs = Jobs::kept_one_by_one("search", headings.len() * plan.manifest.sets.len());
+        let jobs =
+            Jobs::kept_one_by_one("search", headings.len() * plan.manifest.controllers.len());
         Ok(Self {
             campaign,
             options,
@@ -172,7 +175,12 @@ impl<'a> Searches<'a> {
     /// The robot, the controller of this name, and the settings of its episodes.
     pub fn case(&self, name: &str) -> Result<Option<(&Robot, &PreparedController, EpisodeConfig)>> {
         let factories = self.controllers()?;
-        let set = self.plan.manifest.sets.iter().position(|set| set == name);
+        let set = self
+            .plan
+            .manifest
+            .controllers
+            .iter()
+            .position(|set| set == name);
         Ok(set.map(|set| (&self.plan.robot, &factories[set], self.plan.episode(set))))
     }
 
@@ -243,7 +251,7 @@ impl<'a> Searches<'a> {
             ..
         } = self;
         let (precision_n_s, mut headings) = (*precision_n_s, self.headings.clone());
-        let sets = &plan.manifest.sets;
+        let sets = &plan.manifest.controllers;
         let random = is_random(campaign);
         let sector_deg = SECTOR_DEG.min(180.0 / options.headings as f64);
         if !batch.lacks(&self.jobs).is_empty() {
@@ -275,12 +283,12 @@ impl<'a> Searches<'a> {
             };
             self.pool.install(|| batch.run(&self.jobs, search))?;
         }
-        let Some(limits) = batch.results::<SetLimit>(&self.jobs)? else {
+        let Some(limits) = batch.results::<ControllerLimit>(&self.jobs)? else {
             return Ok(None);
         };
         let mut limits = limits.into_iter();
         for heading in &mut headings {
-            heading.sets = limits.by_ref().take(sets.len()).collect();
+            heading.controllers = limits.by_ref().take(sets.len()).collect();
         }
         Ok(Some(Limits {
             campaign: campaign.name.clone(),
@@ -303,8 +311,8 @@ impl<'a> Searches<'a> {
             random,
             episodes: headings
                 .iter()
-                .flat_map(|heading| &heading.sets)
-                .map(SetLimit::episodes)
+                .flat_map(|heading| &heading.controllers)
+                .map(ControllerLimit::episodes)
                 .sum(),
             pendulum_bounds: pendulum_bounds.clone(),
             headings,
@@ -314,15 +322,15 @@ impl<'a> Searches<'a> {
 
 impl Limits {
     /// The holes of the maps with their headings (degrees) and controllers, in the order of the controllers.
-    pub fn holes(&self) -> impl Iterator<Item = (f64, &SetLimit, &MapPoint)> {
+    pub fn holes(&self) -> impl Iterator<Item = (f64, &ControllerLimit, &MapPoint)> {
         let sets = self
             .headings
             .first()
-            .map_or(0, |heading| heading.sets.len());
+            .map_or(0, |heading| heading.controllers.len());
         (0..sets)
             .flat_map(|set| self.headings.iter().map(move |heading| (heading, set)))
             .flat_map(|(heading, set)| {
-                let limit = &heading.sets[set];
+                let limit = &heading.controllers[set];
                 limit
                     .holes()
                     .map(move |hole| (heading.heading_deg, limit, hole))

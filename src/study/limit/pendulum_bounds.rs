@@ -2,7 +2,7 @@
 //! number.
 
 use crate::ask::spec::Campaign;
-use crate::limit::search::SetLimit;
+use crate::limit::search::ControllerLimit;
 use nalgebra::Point2;
 use serde::Serialize;
 use standfast_core::error::{Error, Result};
@@ -58,7 +58,7 @@ pub struct Heading {
     pub bound_no_step_at_height_n_s: f64,
     pub bound_one_step_at_height_n_s: f64,
     pub bound_n_step_at_height_n_s: f64,
-    pub sets: Vec<SetLimit>,
+    pub controllers: Vec<ControllerLimit>,
 }
 
 impl PendulumBounds {
@@ -174,7 +174,7 @@ impl PendulumBounds {
             bound_no_step_at_height_n_s: no * self.height_factor,
             bound_one_step_at_height_n_s: one * self.height_factor,
             bound_n_step_at_height_n_s: n * self.height_factor,
-            sets: Vec::new(),
+            controllers: Vec::new(),
         }
     }
 }

@@ -13,7 +13,7 @@ use standfast_stats::psychometric::{Posterior, Rule};
 
 /// Result for one controller at one heading.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SetLimit {
+pub struct ControllerLimit {
     pub name: String,
     pub impulse50_n_s: f64,
     pub ci95: [f64; 2],
@@ -89,7 +89,7 @@ fn of_name<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Ou
 /// A loss at an impulse below this share of the impulse with 50 % recovery is a hole.
 const HOLE: f64 = 0.95;
 
-impl SetLimit {
+impl ControllerLimit {
     /// The first loss, if the robot survives harder pushes although it loses this one.
     pub fn hole(&self) -> Option<&FirstLoss> {
         self.first_loss.as_ref().filter(|loss| loss.of_limit < HOLE)
@@ -174,7 +174,7 @@ pub(super) struct LimitSearch<'a> {
 }
 
 impl LimitSearch<'_> {
-    pub fn run(&self, rule: Rule) -> Result<SetLimit> {
+    pub fn run(&self, rule: Rule) -> Result<ControllerLimit> {
         let [
             mut recovered,
             mut survived,
@@ -202,8 +202,8 @@ impl LimitSearch<'_> {
             Vec::new()
         };
         let [dv_m_s, dv_over_sqrt_g_h] = self.campaign.units.velocity_of(impulse50.at_n_s);
-        Ok(SetLimit {
-            name: self.plan.manifest.sets[self.set].clone(),
+        Ok(ControllerLimit {
+            name: self.plan.manifest.controllers[self.set].clone(),
             impulse50_n_s: impulse50.at_n_s,
             ci95: impulse50.ci95,
             impulse90_n_s: random.then_some(impulse90.at_n_s),

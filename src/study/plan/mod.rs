@@ -64,7 +64,7 @@ impl PreparedCampaign {
         // The file of each controller, and the files that it needs beside it.
         let mut sources = Vec::new();
         let mut not_kept = BTreeMap::new();
-        for (gains, engine) in campaign.gains.iter().zip(campaign.engines()) {
+        for (gains, engine) in campaign.controllers.iter().zip(campaign.engines()) {
             let entrant = Entrant::split(gains);
             let entry = entrant.controller_name();
             let source = assets::open(InputKind::Controller, entry.base)?;
@@ -102,7 +102,7 @@ impl PreparedCampaign {
                 format!("controllers/{}", bases[i]),
             );
             let file = inputs.take(entry.base, &stem, vec![(source, "toml")])?;
-            resolved.gains[i] = entries[i].of(&entry.with_base(&file));
+            resolved.controllers[i] = entries[i].of(&entry.with_base(&file));
             inputs.take_beside(entry.base, beside)?;
         }
         let totals = each_once(
@@ -120,7 +120,7 @@ impl PreparedCampaign {
                 .map(|(_, engine)| engine.with_version())
                 .collect(),
             part_trials: part_trials(&resolved),
-            sets,
+            controllers: sets,
             totals,
             inputs: inputs.listed,
             not_kept,
@@ -151,7 +151,7 @@ impl PreparedCampaign {
     pub fn and(mut self, controller: Box<dyn ControllerSpec>) -> Result<PreparedCampaign> {
         let name = controller.name().to_string();
         let manifest = &mut self.manifest;
-        if manifest.sets.contains(&name) {
+        if manifest.controllers.contains(&name) {
             return Err(Error::value(
                 "the program",
                 "name",
@@ -167,8 +167,8 @@ impl PreparedCampaign {
         });
         let more = controller.totals().iter().map(|total| total.to_string());
         manifest.totals = each_once(std::mem::take(&mut manifest.totals).into_iter().chain(more));
-        manifest.campaign.gains.push(name.clone());
-        manifest.sets.push(name);
+        manifest.campaign.controllers.push(name.clone());
+        manifest.controllers.push(name);
         let engine = manifest.campaign.episode.engine;
         manifest.engines.push(engine.with_version());
         manifest.config_hash = manifest.hash()?;
@@ -182,7 +182,7 @@ impl PreparedCampaign {
         let factories: Vec<PreparedController> = self
             .entrants
             .par_iter()
-            .zip(&self.manifest.sets)
+            .zip(&self.manifest.controllers)
             .map(|((settings, _), name)| {
                 let mut prepared = settings.prepare(&self.robot, period_s)?;
                 prepared.name.clone_from(name);
@@ -206,7 +206,7 @@ fn check_names(campaign: &Campaign, sets: &[String], bases: &[String]) -> Result
             || base.contains(|c: char| "/\\:".contains(c) || c.is_control())
         {
             return Err(Error::value(
-                &campaign.gains[i],
+                &campaign.controllers[i],
                 "name",
                 base,
                 "not usable as a file name",
@@ -215,7 +215,7 @@ fn check_names(campaign: &Campaign, sets: &[String], bases: &[String]) -> Result
         }
         if sets[..i].contains(name) {
             return Err(Error::value(
-                &campaign.gains[i],
+                &campaign.controllers[i],
                 "name",
                 name,
                 "two controllers of this name",
@@ -243,7 +243,7 @@ pub(super) mod tests {
         Overrides {
             set,
             trials: Some(30),
-            gains: vec!["hold".into()],
+            controllers: vec!["hold".into()],
             ..Default::default()
         }
     }
@@ -260,7 +260,7 @@ pub(super) mod tests {
             &Campaign::load(
                 "smoke",
                 &Overrides {
-                    gains,
+                    controllers: gains,
                     ..short(&[])
                 },
             )
@@ -271,7 +271,7 @@ pub(super) mod tests {
         let rows = plan.rows(&factories[..1], None, 3, &[0, 1]).unwrap();
         assert_eq!(rows[0], plan.rows(&factories, None, 3, &[0]).unwrap()[0]);
         assert_eq!(
-            (&rows[1].set[..], rows[1].record.outcome),
+            (&rows[1].controller[..], rows[1].record.outcome),
             ("fixed", Outcome::Diverged)
         );
         let cause = rows[1].record.fall_cause.as_ref().unwrap();
@@ -316,7 +316,7 @@ pub(super) mod tests {
                 &Campaign::load(
                     "smoke",
                     &Overrides {
-                        gains,
+                        controllers: gains,
                         ..Default::default()
                     },
                 )

@@ -57,7 +57,7 @@ impl PreparedCampaign {
         const SAMPLE: u64 = 8;
         const LONG_S: f64 = 0.5;
         let factories = self.factories()?;
-        let all: Vec<usize> = (0..self.manifest.sets.len()).collect();
+        let all: Vec<usize> = (0..self.manifest.controllers.len()).collect();
         let start = Instant::now();
         let mut trials = 0;
         while trials == 0
@@ -81,7 +81,7 @@ impl PreparedCampaign {
     ) -> Result<Vec<TrialRow>> {
         let Manifest {
             campaign,
-            sets: names,
+            controllers: names,
             ..
         } = &self.manifest;
         let pushes = trial::pushes(campaign, trial);

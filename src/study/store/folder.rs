@@ -41,7 +41,7 @@ struct Stopped {
     config_hash: String,
     /// Number of trials of each controller. It is None if all controllers have `trials` trials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    set_trials: Option<Vec<u64>>,
+    controller_trials: Option<Vec<u64>>,
 }
 
 /// A result folder with its manifest.
@@ -186,10 +186,18 @@ impl Folder {
     /// Number of trials of each controller in the result. It is None if the campaign ends when decided and has not
     /// ended yet.
     pub fn set_trials(&self) -> Option<Vec<u64>> {
-        let Manifest { campaign, sets, .. } = &self.manifest;
+        let Manifest {
+            campaign,
+            controllers: sets,
+            ..
+        } = &self.manifest;
         let of_all = |trials: u64| vec![trials; sets.len()];
         match self.stopped() {
-            Some(stopped) => Some(stopped.set_trials.unwrap_or_else(|| of_all(stopped.trials))),
+            Some(stopped) => Some(
+                stopped
+                    .controller_trials
+                    .unwrap_or_else(|| of_all(stopped.trials)),
+            ),
             None => (!campaign.stopping.until_resolved).then(|| of_all(campaign.trials)),
         }
     }
@@ -202,7 +210,7 @@ impl Folder {
     fn stopped(&self) -> Option<Stopped> {
         let Manifest {
             campaign,
-            sets,
+            controllers: sets,
             config_hash,
             ..
         } = &self.manifest;
@@ -212,7 +220,7 @@ impl Folder {
         let stopped: Stopped =
             serde_json::from_slice(&read(&self.stopped_path(), MOST_BYTES).ok()?).ok()?;
         let is_end = |trials: u64| trials == look_from(trials);
-        let are_ends = match &stopped.set_trials {
+        let are_ends = match &stopped.controller_trials {
             Some(set_trials) => {
                 set_trials.len() == sets.len()
                     && set_trials.iter().max() == Some(&stopped.trials)
@@ -235,7 +243,7 @@ impl Folder {
         let stopped = Stopped {
             trials,
             config_hash,
-            set_trials: (!are_same).then(|| set_trials.to_vec()),
+            controller_trials: (!are_same).then(|| set_trials.to_vec()),
         };
         write_atomic(&self.stopped_path(), json(&stopped)?.as_bytes())
     }
@@ -296,7 +304,7 @@ impl Folder {
         let path = self.path.join(format!("parts/part-{block:06}.parquet"));
         let (first, end) = self.range(block);
         let Manifest {
-            sets,
+            controllers: sets,
             totals,
             config_hash,
             campaign,
@@ -351,10 +359,11 @@ impl Folder {
             .map(|block| self.part(block).rows())
             .collect::<Result<Vec<_>>>()?
             .concat();
-        let of_set: HashMap<&String, &u64> = self.manifest.sets.iter().zip(set_trials).collect();
+        let of_set: HashMap<&String, &u64> =
+            self.manifest.controllers.iter().zip(set_trials).collect();
         rows.retain(|row| {
             of_set
-                .get(&row.set)
+                .get(&row.controller)
                 .is_some_and(|trials| row.trial < **trials)
         });
         Ok(rows)
@@ -380,7 +389,11 @@ impl Folder {
 
     /// Whether a gate compares with a baseline, which commands on this folder then need.
     pub fn asks_for_baseline(&self) -> bool {
-        let Manifest { campaign, sets, .. } = &self.manifest;
+        let Manifest {
+            campaign,
+            controllers: sets,
+            ..
+        } = &self.manifest;
         campaign.gates.ask_for_baseline(sets)
     }
 
@@ -473,7 +486,7 @@ pub(crate) mod tests {
         let gains = ["hold", "fixed"];
         let overrides = Overrides {
             trials: Some(60),
-            gains: gains.map(String::from).to_vec(),
+            controllers: gains.map(String::from).to_vec(),
             ..Overrides::default()
         };
         let part_trials = NonZeroU64::new(25).unwrap();
@@ -512,7 +525,7 @@ pub(crate) mod tests {
         for trial in first..end {
             for set in ["hold", "fixed"] {
                 rows.push(TrialRow {
-                    set: set.into(),
+                    controller: set.into(),
                     record: record(outcomes[trial as usize % 5]),
                     ..TrialRow::drawn(campaign, trial)
                 });

@@ -43,7 +43,7 @@ pub struct Manifest {
     /// this number.
     pub part_trials: NonZeroU64,
     /// Names of the entrants, in the order of the campaign.
-    pub sets: Vec<String>,
+    pub controllers: Vec<String>,
     /// Names of the totals that controllers report for a whole episode, each a column of `trials.parquet`.
     pub totals: Vec<String>,
     /// The files of robot and controllers, in the order in which they are hashed.
@@ -182,13 +182,13 @@ impl Manifest {
     /// Checks the values of the manifest as if a user had typed them. Errors name `file`.
     pub fn check(&self, file: &str) -> Result<()> {
         self.campaign.check(file)?;
-        let (sets, gains) = (&self.sets, &self.campaign.gains);
+        let (sets, gains) = (&self.controllers, &self.campaign.controllers);
         if [sets.len(), self.engines.len()] != [gains.len(); 2]
             || (0..sets.len()).any(|i| sets[..i].contains(&sets[i]))
         {
             return Err(Error::value(
                 file,
-                "sets",
+                "controllers",
                 sets.join(", "),
                 "not one for each controller",
                 format!("{} different names", gains.len()),
@@ -232,7 +232,7 @@ impl Manifest {
     pub fn reference(&self) -> Option<&str> {
         let listed: Vec<ControllerName> = self
             .campaign
-            .gains
+            .controllers
             .iter()
             .map(|listed| Entrant::split(listed).controller_name())
             .collect();
@@ -240,11 +240,11 @@ impl Manifest {
         let (Some(only), None) = (unchanged.next(), unchanged.next()) else {
             return None;
         };
-        let is_sweep = listed.len() > 1 && listed.len() == self.sets.len();
+        let is_sweep = listed.len() > 1 && listed.len() == self.controllers.len();
         let all_its = listed
             .iter()
             .all(|variant| variant.base == listed[only].base);
-        (is_sweep && all_its).then(|| &self.sets[only][..])
+        (is_sweep && all_its).then(|| &self.controllers[only][..])
     }
 }
 
@@ -347,8 +347,13 @@ mod tests {
             ("/campaign/seed", 5.into(), true, foreign),
             ("/campaign/trials", 1e18.into(), true, "1e+18"),
             ("/campaign/trials", 10_000_001u64.into(), true, "1 to 1e7"),
-            ("/sets", Value::Array(Vec::new()), true, "2 different names"),
-            ("/sets/1", "hold".into(), true, "2 different names"),
+            (
+                "/controllers",
+                Value::Array(Vec::new()),
+                true,
+                "2 different names",
+            ),
+            ("/controllers/1", "hold".into(), true, "2 different names"),
             ("/part_trials", 501.into(), true, "5 to 500"),
             ("/part_trials", 0.into(), true, "nonzero"),
         ] {
@@ -392,8 +397,8 @@ mod tests {
     fn only_a_sweep_of_one_controller_has_a_reference() {
         let of = |listed: &[&str], sets: usize| {
             let mut manifest = folder(Path::new("")).manifest;
-            manifest.campaign.gains = listed.iter().map(|name| name.to_string()).collect();
-            manifest.sets = (0..sets).map(|i| format!("set {i}")).collect();
+            manifest.campaign.controllers = listed.iter().map(|name| name.to_string()).collect();
+            manifest.controllers = (0..sets).map(|i| format!("set {i}")).collect();
             manifest.reference().map(String::from)
         };
         assert_eq!(

@@ -106,7 +106,11 @@ impl PartFile<'_> {
             .trials
             .clone()
             .flat_map(|trial| sets.iter().map(move |&set| (trial, set)));
-        if !rows.iter().map(|row| (row.trial, &row.set)).eq(expected) {
+        if !rows
+            .iter()
+            .map(|row| (row.trial, &row.controller))
+            .eq(expected)
+        {
             return Err(refused(
                 "its rows are not those of its trials and sets, each once and in order".into(),
             ));
@@ -132,7 +136,7 @@ impl PartFile<'_> {
     fn held_by(&self, rows: &[TrialRow]) -> Vec<&String> {
         self.sets
             .iter()
-            .filter(|set| rows.iter().any(|row| row.set == **set))
+            .filter(|set| rows.iter().any(|row| row.controller == **set))
             .collect()
     }
 

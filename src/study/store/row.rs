@@ -19,7 +19,7 @@ pub struct TrialRow {
     /// Index of the trial, from 0. A trial has the same pushes, robot, ground and noise for every controller.
     pub trial: u64,
     /// Name of the controller.
-    pub set: String,
+    pub controller: String,
     /// Impulse of the first push divided by m omega d ([`StandingBound`]); None if the COM at home is not above the support.
     pub impulse_over_m_omega_d: Option<f64>,
     /// The first push.
@@ -67,7 +67,7 @@ impl TrialRow {
         let impulse_over_m_omega_d = no_step_n_s.map(|bound_n_s| push.impulse_n_s / bound_n_s);
         Self {
             trial,
-            set: set.into(),
+            controller: set.into(),
             impulse_over_m_omega_d,
             push,
             second,
@@ -138,7 +138,7 @@ impl TrialRow {
     fn refused(&self, column: &str, value: &str, problem: &str, accepted: &str) -> String {
         format!(
             "trial {} of {}: {column} = {value}: {problem}; accepted: {accepted}",
-            self.trial, self.set
+            self.trial, self.controller
         )
     }
 
@@ -308,7 +308,7 @@ impl TrialRow {
         // Without `..`, so that whoever adds a field is asked for its column.
         let Self {
             trial,
-            set,
+            controller: set,
             impulse_over_m_omega_d,
             push,
             second,

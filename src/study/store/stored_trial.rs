@@ -17,9 +17,9 @@ pub struct StoredTrial {
     pub campaign: Campaign,
     pub trial: u64,
     /// Name of the controller in the results.
-    pub set: String,
+    pub controller: String,
     /// Names of all controllers in the results.
-    pub sets: Vec<String>,
+    pub controllers: Vec<String>,
     pub robot: Robot,
     pub factory: PreparedController,
     /// Settings of the episode, with the engine of the entrant.
@@ -35,7 +35,7 @@ impl StoredTrial {
     /// input is gone, or if this program lacks the engine.
     pub fn open(folder: &Path, trial: u64, set: Option<&str>) -> Result<Self> {
         let result = Folder::existing(folder)?;
-        let (campaign, sets) = (&result.manifest.campaign, &result.manifest.sets);
+        let (campaign, sets) = (&result.manifest.campaign, &result.manifest.controllers);
         campaign.check_trial(trial)?;
         for warning in result.manifest.told_not_kept() {
             log::warn!("{warning}");
@@ -53,10 +53,11 @@ impl StoredTrial {
             None => Vec::new(),
         };
         rows.retain(|row| row.trial == trial);
-        let lost = sets
-            .iter()
-            .find(|set| rows.iter().any(|r| r.set == **set && !r.has_recovered()));
-        let first = rows.first().map_or(&sets[0], |row| &row.set);
+        let lost = sets.iter().find(|set| {
+            rows.iter()
+                .any(|r| r.controller == **set && !r.has_recovered())
+        });
+        let first = rows.first().map_or(&sets[0], |row| &row.controller);
         let set = set.unwrap_or_else(|| lost.unwrap_or(first)).to_string();
         let asked = Entrant::split(&set);
         let place = sets.iter().position(|name| *name == set);
@@ -80,15 +81,15 @@ impl StoredTrial {
         let robot = standfast_robots::load(&campaign.robot)?;
         engine.check(&robot)?;
         let settings =
-            standfast_controllers::load(Entrant::split(&campaign.gains[entrant]).controller)?;
+            standfast_controllers::load(Entrant::split(&campaign.controllers[entrant]).controller)?;
         let mut factory = settings.prepare(&robot, config.control_period_s)?;
         factory.name.clone_from(&set);
-        let row = rows.into_iter().find(|row| row.set == set);
+        let row = rows.into_iter().find(|row| row.controller == set);
         Ok(Self {
             campaign,
             trial,
-            set,
-            sets: result.manifest.sets,
+            controller: set,
+            controllers: result.manifest.controllers,
             robot,
             factory,
             config,
@@ -131,7 +132,7 @@ impl StoredTrial {
                  of standfast"
             }
         };
-        let (trial, set) = (self.trial, &self.set);
+        let (trial, set) = (self.trial, &self.controller);
         Some(format!(
             "trial {trial} of {set} is not as it was: {now}, but {then} in the result. {why}"
         ))

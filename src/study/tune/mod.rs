@@ -194,7 +194,7 @@ impl Tuning {
         folder: &Path,
     ) -> Result<Self> {
         let (first, _) = campaigns.first().expect("a search has a case");
-        let [entry] = &first.gains[..] else {
+        let [entry] = &first.controllers[..] else {
             unreachable!("a search has one controller")
         };
         let base = standfast_controllers::load(entry)?;

@@ -67,7 +67,7 @@ impl Tuned {
         let mut judging = campaign.clone();
         judging.seed = self.task.final_seed;
         judging.trials = self.task.final_trials;
-        judging.gains.push(proposed.display().to_string());
+        judging.controllers.push(proposed.display().to_string());
         judging
     }
 

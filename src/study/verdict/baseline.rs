@@ -40,7 +40,7 @@ impl Baseline {
         let campaign = &ours.campaign;
         refuse_other_trials(&folder, campaign)?;
         refuse_other_engines(&folder, ours)?;
-        let mut rows = TrialColumns::new(&folder.manifest.sets, &campaign.episode);
+        let mut rows = TrialColumns::new(&folder.manifest.controllers, &campaign.episode);
         for part in folder.parts()? {
             rows.push(&part?);
         }
@@ -142,8 +142,8 @@ pub(super) fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Resul
 /// Fails if an entrant of `ours` ran in another engine in `folder`, which its name need not state.
 fn refuse_other_engines(folder: &Folder, ours: &Manifest) -> Result<()> {
     let theirs = &folder.manifest;
-    for (name, here) in ours.sets.iter().zip(ours.campaign.engines()) {
-        let place = theirs.sets.iter().position(|set| set == name);
+    for (name, here) in ours.controllers.iter().zip(ours.campaign.engines()) {
+        let place = theirs.controllers.iter().position(|set| set == name);
         let there = place.map(|place| theirs.campaign.engines()[place]);
         if let Some(there) = there.filter(|there| *there != here) {
             let [there, here] = [there, here].map(Engine::title);

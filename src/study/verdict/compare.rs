@@ -5,8 +5,8 @@ use crate::store::folder::Folder;
 use crate::store::manifest::{Manifest, each_once};
 use crate::store::row::{TrialRow, TrialsFile};
 use crate::verdict::baseline::{refuse_other_trials, unlike};
+use crate::verdict::controller_summary::ControllerOrigin;
 use crate::verdict::gates::Gates;
-use crate::verdict::set_summary::SetOrigin;
 use crate::verdict::summary::Summary;
 use crate::verdict::trial_columns::TrialColumns;
 use standfast_core::error::{Error, Result};
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// Two results joined to one, as if one campaign had had the controllers of both.
 pub struct Comparison {
     /// The summary of both results. Its campaign is the campaign of the first result, with the names, controllers and
-    /// hashes of both. The path of an [origin](SetOrigin) begins with the path by which its folder was named.
+    /// hashes of both. The path of an [origin](ControllerOrigin) begins with the path by which its folder was named.
     pub summary: Summary,
     /// The trials that both results have. The controllers of the first result come before those of the second.
     pub rows: TrialColumns,
@@ -42,7 +42,7 @@ impl Comparison {
         let (rows, _, sha256) = paired([a, b], &sets, sink())?;
         let count = rows.trials();
         let manifest = joined(&a.manifest, &b.manifest, sets, count, gates);
-        let pairs = pairs(&a.manifest.sets, &b.manifest.sets);
+        let pairs = pairs(&a.manifest.controllers, &b.manifest.controllers);
         let mut summary = Summary::new(
             &manifest,
             &rows,
@@ -52,7 +52,7 @@ impl Comparison {
         );
         summary.warnings.splice(..0, warnings(a, b, count));
         for (set, origin) in summary
-            .sets
+            .controllers
             .iter_mut()
             .zip([origins(a), origins(b)].concat())
         {
@@ -74,7 +74,7 @@ impl Comparison {
             source,
         })?;
         let mut summary = self.summary.clone();
-        for set in &mut summary.sets {
+        for set in &mut summary.controllers {
             set.origin.campaign = seen_from(folder, Path::new(&set.origin.campaign))
                 .display()
                 .to_string();
@@ -105,12 +105,12 @@ fn paired<W: Write + Send>(
     sets: &[String],
     to: W,
 ) -> Result<(TrialColumns, W, String)> {
-    let (names_a, names_b) = sets.split_at(a.manifest.sets.len());
+    let (names_a, names_b) = sets.split_at(a.manifest.controllers.len());
     let renamed = |folder: &Folder, names: &[String]| {
-        let sets = folder.manifest.sets.iter().cloned();
+        let sets = folder.manifest.controllers.iter().cloned();
         let names: HashMap<String, String> = sets.zip(names.iter().cloned()).collect();
         move |row: TrialRow| TrialRow {
-            set: names[&row.set].clone(),
+            controller: names[&row.controller].clone(),
             ..row
         }
     };
@@ -194,7 +194,7 @@ fn joined(
         robot_sha256: both(&a.robot_sha256, &b.robot_sha256),
         engines: [&a.engines[..], &b.engines].concat(),
         part_trials: a.part_trials,
-        sets,
+        controllers: sets,
         totals: each_once([a, b].into_iter().flat_map(|of| of.totals.clone())),
         inputs: Vec::new(),
         not_kept: [a, b]
@@ -228,21 +228,21 @@ fn warnings(a: &Folder, b: &Folder, trials: u64) -> Vec<String> {
 /// The names of a folder's controllers. If the other folder has the same name, the name of the folder is added.
 fn names(folder: &Folder, other: &Folder) -> Vec<String> {
     let label = label(&folder.path, &other.path);
-    let mut names = folder.manifest.sets.clone();
+    let mut names = folder.manifest.controllers.clone();
     for name in &mut names {
-        if other.manifest.sets.contains(name) {
+        if other.manifest.controllers.contains(name) {
             *name = format!("{name} ({label})");
         }
     }
     names
 }
 
-fn origins(folder: &Folder) -> Vec<SetOrigin> {
+fn origins(folder: &Folder) -> Vec<ControllerOrigin> {
     let campaign = folder.path.join("campaign.toml").display().to_string();
-    let sets = folder.manifest.sets.iter();
-    sets.map(|set| SetOrigin {
+    let sets = folder.manifest.controllers.iter();
+    sets.map(|set| ControllerOrigin {
         campaign: campaign.clone(),
-        gains: set.clone(),
+        controller: set.clone(),
     })
     .collect()
 }

@@ -33,7 +33,7 @@ pub struct GateResult {
     /// setting of the campaign.
     pub passes: bool,
     /// The controller for which the gate requires something.
-    pub set: String,
+    pub controller: String,
     /// Whether the gate requires something of a difference of two rates, and not of one rate.
     pub is_difference: bool,
     /// Numbers of trials in which this controller (a) and the controller with which it is compared (b) recovered. It is
@@ -65,7 +65,7 @@ impl Gates {
         let gates = spec
             .require
             .iter()
-            .map(|text| Gate::parse(text, &manifest.sets))
+            .map(|text| Gate::parse(text, &manifest.controllers))
             .collect::<Result<Vec<_>>>()?;
         let baseline = baseline
             .map(|path| Baseline::open(path, manifest))
@@ -84,18 +84,18 @@ impl Gates {
                     accepted,
                 ));
             };
-            if !baseline.manifest.sets.contains(&gate.set) {
-                let problem = format!("the baseline has no controller {}", gate.set);
+            if !baseline.manifest.controllers.contains(&gate.controller) {
+                let problem = format!("the baseline has no controller {}", gate.controller);
                 return Err(Error::value(
                     "gates",
                     "--gate",
                     &gate.text,
                     problem,
-                    baseline.manifest.sets.join(", "),
+                    baseline.manifest.controllers.join(", "),
                 ));
             }
         }
-        if campaign.stopping.until_resolved && gates.is_empty() && manifest.sets.len() < 2 {
+        if campaign.stopping.until_resolved && gates.is_empty() && manifest.controllers.len() < 2 {
             let problem = "there is nothing to decide: one controller, and no gate";
             let accepted =
                 "a second controller to compare with, or a gate, e.g. --gate 'catch >= 0.80'";
@@ -110,7 +110,7 @@ impl Gates {
         Ok(Gates {
             spec,
             gates,
-            sets: manifest.sets.clone(),
+            sets: manifest.controllers.clone(),
             baseline,
             stopping: campaign.stopping,
         })
@@ -139,12 +139,12 @@ impl Gates {
 
     /// Whether a gate compares with a baseline that has no more trials of the gate's controller than these rows have.
     fn is_used_up(&self, gate: &Gate, rows: &TrialColumns) -> bool {
-        let trials = rows.of(self.number(&gate.set)).len();
+        let trials = rows.of(self.number(&gate.controller)).len();
         gate.against == Against::Baseline
             && self
                 .baseline
                 .as_ref()
-                .is_some_and(|baseline| baseline.rows_of(&gate.set).len() <= trials)
+                .is_some_and(|baseline| baseline.rows_of(&gate.controller).len() <= trials)
     }
 
     /// Warns of what the baseline cannot support for a result with these rows.
@@ -156,8 +156,8 @@ impl Gates {
         let mut counts = Vec::new();
         for gate in &self.gates {
             if gate.against == Against::Baseline {
-                let have = baseline.rows_of(&gate.set).len() as u64;
-                counts.push([have, rows.of(self.number(&gate.set)).len() as u64]);
+                let have = baseline.rows_of(&gate.controller).len() as u64;
+                counts.push([have, rows.of(self.number(&gate.controller)).len() as u64]);
             }
         }
         if counts.is_empty() {
@@ -211,7 +211,7 @@ impl Gates {
             if judged.status != Status::Unresolved {
                 continue;
             }
-            let mut sets = vec![self.number(&gate.set)];
+            let mut sets = vec![self.number(&gate.controller)];
             if let Against::Set(other) = &gate.against {
                 sets.push(self.number(other));
             }
@@ -245,14 +245,15 @@ impl Gates {
     }
 
     fn judge(&self, gate: &Gate, rows: &TrialColumns) -> GateResult {
-        let set = self.number(&gate.set);
+        let set = self.number(&gate.controller);
         let own = rows.of(set);
         let (other, ends_when_decided): (Option<&[EpisodeEnd]>, bool) =
             match (&gate.against, &self.baseline) {
                 (Against::Set(set), _) => (Some(rows.of(self.number(set))), false),
-                (Against::Baseline, Some(baseline)) => {
-                    (Some(baseline.rows_of(&gate.set)), baseline.is_sequential())
-                }
+                (Against::Baseline, Some(baseline)) => (
+                    Some(baseline.rows_of(&gate.controller)),
+                    baseline.is_sequential(),
+                ),
                 _ => (None, false),
             };
         // If the number of trials depends on outcomes, an interval has to hold at every look. In a campaign that ends
@@ -305,7 +306,7 @@ impl Gates {
         GateResult {
             judged,
             passes,
-            set: gate.set.clone(),
+            controller: gate.controller.clone(),
             is_difference,
             counts,
             lost_trial,

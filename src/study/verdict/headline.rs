@@ -1,13 +1,16 @@
 //! Writes the first sentences of a result. They say which controller recovers most often, and than which others it is
 //! better.
 
+use crate::verdict::controller_summary::ControllerSummary;
 use crate::verdict::listed::listed;
 use crate::verdict::pairs::{self, PairSummary, points};
-use crate::verdict::set_summary::SetSummary;
 use standfast_stats::decision::PairVerdict;
 
 /// The controllers that recover most often, in the order of `sets`.
-pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[PairSummary]) -> Vec<&'a SetSummary> {
+pub fn leaders<'a>(
+    sets: &'a [ControllerSummary],
+    pairs: &[PairSummary],
+) -> Vec<&'a ControllerSummary> {
     let behind = pairs
         .iter()
         .filter(|pair| pair.difference > 0.0 || pair.verdict == PairVerdict::Better)
@@ -21,7 +24,7 @@ pub fn leaders<'a>(sets: &'a [SetSummary], pairs: &[PairSummary]) -> Vec<&'a Set
 
 /// One or two sentences. Two controllers count as the same if they differ by less than `margin` (a share). The text is
 /// empty if there are no controllers.
-pub fn of(sets: &[SetSummary], pairs: &[PairSummary], margin: f64) -> String {
+pub fn of(sets: &[ControllerSummary], pairs: &[PairSummary], margin: f64) -> String {
     let leaders = leaders(sets, pairs);
     let Some(first) = leaders.first() else {
         return String::new();
@@ -92,8 +95,8 @@ pub fn of(sets: &[SetSummary], pairs: &[PairSummary], margin: f64) -> String {
 /// The verdict on another controller that holds for every leader. It is None if a leader is not compared with that
 /// controller, as may be in a comparison of two results.
 fn verdict_on(
-    other: &SetSummary,
-    leaders: &[&SetSummary],
+    other: &ControllerSummary,
+    leaders: &[&ControllerSummary],
     pairs: &[PairSummary],
 ) -> Option<PairVerdict> {
     let mut verdicts = Vec::new();
@@ -132,8 +135,8 @@ mod tests {
                 margin,
             },
         );
-        let sets: Vec<SetSummary> = (0..rows.names.len())
-            .map(|i| SetSummary::new(i, rows, &[], &[], until_resolved))
+        let sets: Vec<ControllerSummary> = (0..rows.names.len())
+            .map(|i| ControllerSummary::new(i, rows, &[], &[], until_resolved))
             .collect();
         of(&sets, &pairs, margin)
     }

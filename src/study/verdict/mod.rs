@@ -1,7 +1,7 @@
 //! Draws conclusions from the trials of a campaign.
 //!
 //! A [`trial_columns`] keeps what is needed of the trials, and a [`summary`] states all conclusions. For each controller
-//! ([`set_summary`]) it says how many trials it recovered from, in which kinds of trials ([`strata`]) and how fast, and
+//! ([`controller_summary`]) it says how many trials it recovered from, in which kinds of trials ([`strata`]) and how fast, and
 //! how trials were lost ([`failures`], [`telling_trials`]). It decides which of two controllers is better ([`standing`],
 //! [`pairs`]) and which recovers most often ([`headline`]), and it warns of what the result cannot support
 //! ([`warnings`]). The lines of a running campaign are [`so_far`].
@@ -11,13 +11,13 @@
 
 pub mod baseline;
 pub mod compare;
+pub mod controller_summary;
 pub mod evidence;
 pub mod failures;
 pub mod gates;
 pub mod headline;
 mod listed;
 pub mod pairs;
-pub mod set_summary;
 pub mod so_far;
 pub mod standing;
 pub mod strata;

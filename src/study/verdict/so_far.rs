@@ -36,7 +36,7 @@ impl SuccessTally {
         for trial in rows.chunk_by(|a, b| a.trial == b.trial) {
             let mut recovered = Vec::new();
             for name in &self.names {
-                let row = trial.iter().find(|row| row.set == *name);
+                let row = trial.iter().find(|row| row.controller == *name);
                 recovered.push(row.map(TrialRow::has_recovered));
             }
             self.trials += 1;

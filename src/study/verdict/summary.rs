@@ -7,11 +7,11 @@ use crate::store::folder::Folder;
 use crate::store::manifest::Manifest;
 use crate::store::row::TrialsFile;
 use crate::verdict::baseline::BaselineId;
+use crate::verdict::controller_summary::{ControllerSummary, bin_edges};
 use crate::verdict::gates::{GateResult, Gates};
 use crate::verdict::headline;
 use crate::verdict::listed::listed;
 use crate::verdict::pairs::{DecisionRule, PairSummary, every_pair};
-use crate::verdict::set_summary::{SetSummary, bin_edges};
 use crate::verdict::strata::strata;
 use crate::verdict::trial_columns::TrialColumns;
 use crate::verdict::warnings;
@@ -59,7 +59,7 @@ pub struct Summary {
     pub units: Units,
     /// How `ci95` and `adjusted_ci95` are computed.
     pub interval: &'static str,
-    pub sets: Vec<SetSummary>,
+    pub controllers: Vec<ControllerSummary>,
     /// The controller of which all others are variants, if there is one. Its pairs come first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
@@ -87,8 +87,8 @@ impl Summary {
         let deciding = DecisionRule::of(manifest);
         let bins = bin_edges(rows.drawn.impulse_n_s.iter().flatten());
         let (trials, strata) = (rows.trials(), strata(&rows.drawn));
-        let sets: Vec<SetSummary> = (0..manifest.sets.len())
-            .map(|i| SetSummary::new(i, rows, &bins, &strata, deciding.until_resolved))
+        let sets: Vec<ControllerSummary> = (0..manifest.controllers.len())
+            .map(|i| ControllerSummary::new(i, rows, &bins, &strata, deciding.until_resolved))
             .collect();
         let mut pairs = PairSummary::all(rows, pairs, &strata, deciding);
         let reference = manifest.reference().map(String::from);
@@ -126,7 +126,7 @@ impl Summary {
                 true => SEQUENTIAL_INTERVAL,
                 false => INTERVAL,
             },
-            sets,
+            controllers: sets,
             reference,
             pairs,
             gates: gates.judged(rows),
@@ -158,7 +158,11 @@ impl Summary {
         gates: &Gates,
         to: impl FnOnce() -> Result<W>,
     ) -> Result<(Summary, TrialColumns, W)> {
-        let Manifest { campaign, sets, .. } = &folder.manifest;
+        let Manifest {
+            campaign,
+            controllers: sets,
+            ..
+        } = &folder.manifest;
         let (parts, mut rows) = (folder.parts()?, TrialColumns::new(sets, &campaign.episode));
         let mut trials = TrialsFile::new(to()?, &folder.manifest.totals)?;
         for part in parts {
@@ -184,7 +188,7 @@ impl Summary {
 }
 
 /// Says which controllers have fewer than `trials` trials.
-fn stopped(sets: &[SetSummary], trials: u64) -> Option<String> {
+fn stopped(sets: &[ControllerSummary], trials: u64) -> Option<String> {
     let mut by_trials: BTreeMap<u64, Vec<&str>> = BTreeMap::new();
     for set in sets.iter().filter(|set| set.count.trials < trials) {
         by_trials
@@ -232,7 +236,7 @@ pub(crate) mod tests {
     fn a_set_counts_its_own_trials_and_a_pair_those_that_both_sets_have() {
         let (summary, _) = ragged(&["a >= b + 0.1", "c >= 0.5"]);
         let counts: Vec<_> = summary
-            .sets
+            .controllers
             .iter()
             .map(|set| (set.count.trials, set.count.recovered))
             .collect();
@@ -264,13 +268,21 @@ pub(crate) mod tests {
         // All controllers have the same bins, although the later pushes are harder and "b" has no trial with them.
         assert!(
             summary
-                .sets
+                .controllers
                 .iter()
-                .all(|set| set.by_impulse.len() == summary.sets[0].by_impulse.len())
+                .all(|set| set.by_impulse.len() == summary.controllers[0].by_impulse.len())
         );
-        assert_eq!(summary.sets[1].by_impulse.last().unwrap().count.trials, 0);
+        assert_eq!(
+            summary.controllers[1]
+                .by_impulse
+                .last()
+                .unwrap()
+                .count
+                .trials,
+            0
+        );
         assert!(
-            summary.sets[1]
+            summary.controllers[1]
                 .telling
                 .iter()
                 .all(|telling| telling.trial < 25)

@@ -97,7 +97,7 @@ impl TrialColumns {
     /// Adds the next rows, which are in the order of trials. Rows of controllers that are not named are left out.
     pub fn push(&mut self, rows: &[TrialRow]) {
         for row in rows {
-            let Some(set) = self.names.iter().position(|name| *name == row.set) else {
+            let Some(set) = self.names.iter().position(|name| *name == row.controller) else {
                 continue;
             };
             if row.trial >= self.trials() {

@@ -3,8 +3,8 @@
 use crate::ask::bounds::digits;
 use crate::ask::spec::Campaign;
 use crate::ask::trial;
+use crate::verdict::controller_summary::ControllerSummary;
 use crate::verdict::pairs::PairSummary;
-use crate::verdict::set_summary::SetSummary;
 use standfast_stats::decision::PairVerdict;
 
 /// Least number of trials without a warning. With fewer, a rate of 50 % is known to 10 points either way at best.
@@ -20,7 +20,7 @@ const MOVING: f64 = 0.02;
 pub fn of(
     campaign: &Campaign,
     trials: u64,
-    sets: &[SetSummary],
+    sets: &[ControllerSummary],
     pairs: &[PairSummary],
 ) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -110,7 +110,7 @@ pub fn of(
             set.name, set.diverged
         ));
     }
-    for SetSummary {
+    for ControllerSummary {
         name,
         run_twice,
         not_repeated,

@@ -17,9 +17,9 @@ const CURVE_POINTS: usize = 41;
 
 /// The results of one controller.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SetSummary {
+pub struct ControllerSummary {
     pub name: String,
-    pub origin: SetOrigin,
+    pub origin: ControllerOrigin,
     #[serde(flatten)]
     pub count: SuccessCount,
     /// Number of trials in which the robot had not fallen at the end, whether it stood or not.
@@ -56,25 +56,25 @@ pub struct SetSummary {
     /// The fitted curve over the impulse as a multiple of m omega d, by which robots of different sizes can be
     /// compared.
     pub normalized_curve: FittedCurve,
-    pub strata: Vec<SetStratum>,
+    pub strata: Vec<ControllerStratum>,
     pub telling: Vec<TellingTrial>,
 }
 
 /// Where a controller's trials can be replayed from.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SetOrigin {
+pub struct ControllerOrigin {
     /// Path of the campaign file, relative to the folder of the result.
     pub campaign: String,
     /// Name of the controller in that campaign.
-    pub gains: String,
+    pub controller: String,
 }
 
-impl SetOrigin {
+impl ControllerOrigin {
     /// The origin of a controller of the result's own campaign.
     pub fn own(set: &str) -> Self {
         Self {
             campaign: "campaign.toml".into(),
-            gains: set.into(),
+            controller: set.into(),
         }
     }
 }
@@ -147,7 +147,7 @@ fn pooled(mut trials: Vec<(f64, bool)>) -> Vec<(f64, bool)> {
 
 /// The trials of a controller that are in one stratum.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SetStratum {
+pub struct ControllerStratum {
     pub by: &'static str,
     pub label: String,
     #[serde(flatten)]
@@ -163,7 +163,7 @@ pub struct ImpulseBin {
     pub count: SuccessCount,
 }
 
-impl SetSummary {
+impl ControllerSummary {
     /// Sums up controller number `set`. `bins` are the edges of bins of impulse (N s), and `strata` are the strata of
     /// the campaign. If the campaign ends when decided (`until_resolved`), the interval of the rate holds at any time.
     pub(super) fn new(
@@ -221,7 +221,7 @@ impl SetSummary {
         let mut in_strata = Vec::new();
         for stratum in strata {
             let ended = stratum.trials().filter_map(|trial| trials.get(trial));
-            in_strata.push(SetStratum {
+            in_strata.push(ControllerStratum {
                 by: stratum.by,
                 label: stratum.label.clone(),
                 count: success_count(ended),
@@ -238,7 +238,7 @@ impl SetSummary {
         let limit = normalized_curve.fit.or(curve.fit).map(|fit| fit.x50);
         Self {
             name: name.clone(),
-            origin: SetOrigin::own(name),
+            origin: ControllerOrigin::own(name),
             count: of_all(recovered.len() as u64),
             survived: of_all(survived),
             fell: with(Outcome::Fell),
@@ -298,10 +298,10 @@ mod tests {
     use standfast_core::robot::Foot::{Left, Right};
     use standfast_sim::episode::Outcome::{Fell, Recovered};
 
-    fn summed_up(rows: &[TrialRow], end_early: bool) -> SetSummary {
+    fn summed_up(rows: &[TrialRow], end_early: bool) -> ControllerSummary {
         let mut columns = columns_of_rows(rows, &["a"]);
         columns.end_early = end_early;
-        SetSummary::new(0, &columns, &[], &[], false)
+        ControllerSummary::new(0, &columns, &[], &[], false)
     }
 
     #[test]
