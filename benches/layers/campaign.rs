@@ -17,7 +17,7 @@ fn campaign(name: &str, trials: u64, set: &[&str]) -> Campaign {
     let overrides = Overrides {
         set,
         trials: Some(trials),
-        gains: vec!["hold".into()],
+        controllers: vec!["hold".into()],
         ..Overrides::default()
     };
     Campaign::load(name, &overrides).expect("built in")

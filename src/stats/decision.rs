@@ -309,8 +309,8 @@ mod tests {
                 for look in looks_until(most) {
                     while counts.trials() < look {
                         let drawn: f64 = rng.random();
-                        let loses = drawn < only_a + only_b && drawn >= only_a;
-                        counts.add(!loses, !(drawn < only_a));
+                        let only_b_recovers = drawn >= 1.0 - only_b;
+                        counts.add(!only_b_recovers, drawn >= only_a);
                     }
                     interval = narrowed([interval, counts.interval(0.95, true)]);
                     if verdict(interval, 0.02) != PairVerdict::Open {
