@@ -84,14 +84,14 @@
 //!     let damped = Damped(robot.home_command(), ankles.collect(), gain);
 //!     Ok(PreparedController::new("ankles", "with damped ankles", move |_seed| damped.clone()))
 //! });
-//! let overrides = Overrides { gains: vec!["hold".into(), "fixed".into()], ..Overrides::default() };
+//! let overrides = Overrides { controllers: vec!["hold".into(), "fixed".into()], ..Overrides::default() };
 //! let plan = PreparedCampaign::new(&Campaign::load("smoke", &overrides)?)?.and(ours)?;
 //! # let folder = tempfile::tempdir().unwrap();
 //! # let out = folder.path().join("result");
-//! for set in &run_all(&plan, &out)?.sets {
-//!     println!("{} recovers from {} of {} pushes", set.name, set.count.recovered, set.count.trials);
+//! for one in &run_all(&plan, &out)?.controllers {
+//!     println!("{} recovers from {} of {} pushes", one.name, one.count.recovered, one.count.trials);
 //! }
-//! # assert_eq!(standfast::study::Folder::existing(&out)?.manifest.sets[2], "ankles");
+//! # assert_eq!(standfast::study::Folder::existing(&out)?.manifest.controllers[2], "ankles");
 //! # Ok(())
 //! # }
 //! ```

@@ -3,8 +3,8 @@
 use super::quintic::Quintic;
 use crate::control::estimate::{along, on_ground};
 use crate::robot::swing_shape::{bump, least_jerk};
-use crate::robot::{Around, Foot, PerFoot, Pose, Robot};
-use nalgebra::{Isometry2, Point2, Point3, Vector2, Vector3};
+use crate::robot::{Around, Foot, PerFoot, Pose};
+use nalgebra::{Isometry2, Point2, Vector2, Vector3};
 
 /// Share of the swing before which a load is not taken as a landing, because the foot may not have left the ground yet.
 const EARLIEST_LANDING: f64 = 0.6;
@@ -232,13 +232,6 @@ impl Swing {
             slope * rate / duration,
             (curvature * rate * rate - 2.0 * lead * slope) / (duration * duration),
         ]
-    }
-
-    /// Corners of the sole at its landing (m), world frame.
-    pub fn landing_corners(&self, robot: &Robot) -> [Point3<f64>; 4] {
-        robot.soles[self.footstep.foot]
-            .corners()
-            .map(|corner| self.to * corner)
     }
 
     /// Whether the planned landing time is reached.
