@@ -82,8 +82,8 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
             0.01,
         ),
         // `standfast push --controller hold --set push.height_m=0.02` recovers from 2.4 N s and falls at 2.5, both ways.
-        ("/headings/0/sets/0/impulse50_n_s", 2.45, 0.4),
-        ("/headings/1/sets/0/impulse50_n_s", 2.45, 0.4),
+        ("/headings/0/controllers/0/impulse50_n_s", 2.45, 0.4),
+        ("/headings/1/controllers/0/impulse50_n_s", 2.45, 0.4),
     ] {
         assert!(
             (number(pointer) - value).abs() <= tolerance,
@@ -94,10 +94,10 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
     assert!(number("/headings/0/bound_n_step_n_s") > 6.0);
     let mut episodes = 0.0;
     for heading in 0..2 {
-        let of = |key: &str| number(&format!("/headings/{heading}/sets/0/{key}"));
+        let of = |key: &str| number(&format!("/headings/{heading}/controllers/0/{key}"));
         let (low, high) = (of("ci95/0"), of("ci95/1"));
         assert!(low < of("impulse50_n_s") && of("impulse50_n_s") < high && high - low <= 0.8);
-        let ninety = json.pointer(&format!("/headings/{heading}/sets/0/impulse90_n_s"));
+        let ninety = json.pointer(&format!("/headings/{heading}/controllers/0/impulse90_n_s"));
         assert_eq!(ninety, Some(&Value::Null), "nothing is left to chance");
         // The impulses go up on a grid of the precision.
         let (safe, lost) = (of("safe_n_s"), of("first_loss/impulse_n_s"));
@@ -127,7 +127,7 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
         );
         // The map has every impulse of the grid, up to a few beyond the limit.
         let map = json
-            .pointer(&format!("/headings/{heading}/sets/0/map"))
+            .pointer(&format!("/headings/{heading}/controllers/0/map"))
             .and_then(Value::as_array)
             .unwrap();
         for (point, tried) in (1..).zip(map) {
@@ -176,7 +176,11 @@ fn what_hold_takes_forward_and_backward_beside_the_bounds() {
     assert_eq!(repeated["outcome"], "Fell", "{repeated}");
     assert_eq!(episodes, number("/episodes"));
     let at_losses: f64 = (0..2)
-        .map(|i| number(&format!("/headings/{i}/sets/0/first_loss/limit_trials")))
+        .map(|i| {
+            number(&format!(
+                "/headings/{i}/controllers/0/first_loss/limit_trials"
+            ))
+        })
         .sum();
     assert!(
         episodes - at_losses < 70.0 && at_losses < 20.0,
