@@ -2,7 +2,7 @@
 //! push that topples a stiff robot, the engines against each other. (The other tests of physics run in either engine,
 //! which STANDFAST_ENGINE names.)
 
-use crate::common::program::{SEVERAL_PARTS, files, folder, standfast, stderr, stdout};
+use crate::common::program::{Run, SEVERAL_PARTS, files, folder, standfast, stderr, stdout};
 use crate::common::{Bench, angular_momentum, config, push};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use rayon::prelude::*;
@@ -276,55 +276,58 @@ fn a_campaign_in_mujoco_is_the_same_bytes_for_any_number_of_threads() {
     );
 }
 
-/// The limits of both engines in one file equal the limits that each engine has alone.
+/// The limits that one search finds in both engines equal those that each engine has alone.
 #[test]
 fn limits_stand_side_by_side() {
     let dir = folder();
     let limit = |engine: &str| {
-        let few = [
+        let options = [
             "limit",
             "--campaign=nominal",
             "--controller=hold",
             "--headings=2",
             "--precision=0.4",
-            "--out=out",
+            "--json",
         ];
-        standfast(dir.path(), &[&few[..], &["--json", engine]].concat())
+        let rest = [format!("--engine={engine}"), format!("--out={engine}")];
+        let arguments: Vec<&str> = options
+            .into_iter()
+            .chain(rest.iter().map(String::as_str))
+            .collect();
+        standfast(dir.path(), &arguments).success()
     };
-    let printed =
-        [limit("--engine=both"), limit("--engine=mujoco")].map(|run| stdout(&run.success()));
-    let [both, alone] = printed
-        .each_ref()
-        .map(|json| serde_json::from_str::<serde_json::Value>(json).unwrap());
-    assert_eq!(both["engines"][1], alone);
-    for (engine, name) in [(0, "Rapier "), (1, "MuJoCo ")] {
-        let limits = &both["engines"][engine];
+    let read = |run: &Run| serde_json::from_str::<serde_json::Value>(&stdout(run)).unwrap();
+    let first = limit("both");
+    let both = read(&first);
+    for (entrant, engine, name) in [(0, "rapier", "Rapier "), (1, "mujoco", "MuJoCo ")] {
+        let alone = read(&limit(engine));
+        assert_eq!(both["engines"][entrant], alone["engines"][0]);
         assert!(
-            limits["engine"].as_str().unwrap().starts_with(name),
-            "{limits}"
+            alone["engines"][0]["engine"]
+                .as_str()
+                .unwrap()
+                .starts_with(name),
+            "{alone}"
         );
-        let impulse_n_s = limits["headings"][1]["controllers"][0]["impulse50_n_s"]
-            .as_f64()
-            .unwrap();
-        assert!((2.2..3.1).contains(&impulse_n_s), "{name}: {impulse_n_s}");
+        for heading in 0..2 {
+            let mut expected = alone["headings"][heading]["controllers"][0].clone();
+            expected["name"] = format!("hold@{engine}").into();
+            let limits = &both["headings"][heading]["controllers"][entrant];
+            assert_eq!(*limits, expected);
+            let impulse_n_s = limits["impulse50_n_s"].as_f64().unwrap();
+            assert!((2.2..3.1).contains(&impulse_n_s), "{name}: {impulse_n_s}");
+        }
     }
-    let mut written = files(&dir.path().join("out"));
-    written.retain(|name, _| name.starts_with("limit"));
-    let names = [
-        "limit-both.json",
-        "limit-both.svg",
-        "limit-mujoco.json",
-        "limit-mujoco.svg",
-    ];
-    assert_eq!(written.keys().collect::<Vec<_>>(), names);
-    assert_eq!(written[names[0]], printed[0].as_bytes());
-    let picture = String::from_utf8(written[names[1]].clone()).unwrap();
+    let written = files(&dir.path().join("both"));
+    assert_eq!(written["limit.json"], stdout(&first).as_bytes());
+    let picture = String::from_utf8(written["limit.svg"].clone()).unwrap();
     assert!(
-        picture.contains("class=\"s0 second\"") && picture.contains("dashed line: MuJoCo 3."),
+        picture.contains("hold@rapier") && picture.contains("hold@mujoco"),
         "{picture}"
     );
-    let again = limit("--engine=both").success();
-    assert!(stdout(&again) == printed[0] && stderr(&again).contains("nothing is computed again"));
+    let again = limit("both");
+    assert!(stdout(&again) == stdout(&first));
+    assert!(stderr(&again).contains("nothing is computed again"));
 }
 
 /// A robot that only one engine takes is an error of the other engine, which the error names.
