@@ -86,55 +86,38 @@ pub fn unit(name: &str) -> Option<&'static str> {
 pub struct DataColumn {
     pub name: String,
     pub data: Data,
+    /// Whether values may be missing (null in Parquet, empty in CSV).
+    pub may_miss: bool,
 }
 
-/// Values of a column, one per row. Values of the `Opt` kinds may be missing (null in Parquet, empty in CSV).
+/// Values of a column, one per row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Data {
-    F64(Vec<f64>),
-    OptF64(Vec<Option<f64>>),
-    I64(Vec<i64>),
-    Text(Vec<String>),
-    OptText(Vec<Option<String>>),
+    Number(Vec<Option<f64>>),
+    Whole(Vec<Option<i64>>),
+    Text(Vec<Option<String>>),
 }
 
 impl DataColumn {
-    pub fn new(name: impl Into<String>, data: Data) -> Self {
+    pub fn new(name: impl Into<String>, data: Data, may_miss: bool) -> Self {
         Self {
             name: name.into(),
             data,
+            may_miss,
         }
     }
 
     /// The values as text. A float has the shortest form that reads back to the same bits.
     fn cells(&self) -> Vec<String> {
+        fn texts<T: ToString>(values: &[Option<T>]) -> Vec<String> {
+            let text = |value: &Option<T>| value.as_ref().map(T::to_string).unwrap_or_default();
+            values.iter().map(text).collect()
+        }
         match &self.data {
-            Data::F64(v) => v.iter().map(f64::to_string).collect(),
-            Data::OptF64(v) => v
-                .iter()
-                .map(|x| x.map(|x| x.to_string()).unwrap_or_default())
-                .collect(),
-            Data::I64(v) => v.iter().map(i64::to_string).collect(),
-            Data::Text(v) => v.clone(),
-            Data::OptText(v) => v.iter().map(|x| x.clone().unwrap_or_default()).collect(),
+            Data::Number(values) => texts(values),
+            Data::Whole(values) => texts(values),
+            Data::Text(values) => texts(values),
         }
-    }
-}
-
-impl Data {
-    /// Number of values, the missing ones among them.
-    pub fn len(&self) -> usize {
-        match self {
-            Data::F64(values) => values.len(),
-            Data::OptF64(values) => values.len(),
-            Data::I64(values) => values.len(),
-            Data::Text(values) => values.len(),
-            Data::OptText(values) => values.len(),
-        }
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 }
 
@@ -209,7 +192,7 @@ impl<W: Write + Send> ParquetFile<W> {
             let mut writer = group
                 .next_column()?
                 .expect("the schema has a field per column");
-            write_column(&mut writer, &column.data)?;
+            write_column(&mut writer, column)?;
             writer.close()?;
         }
         group.close().map(|_| ())
@@ -273,8 +256,8 @@ pub fn texts(bytes: impl Into<Bytes>) -> Result<BTreeMap<String, String>, Parque
     Ok(texts)
 }
 
-/// The columns of the first row group of a Parquet file.
-pub fn read_parquet(bytes: impl Into<Bytes>) -> Result<Vec<DataColumn>, ParquetError> {
+/// The columns of the first row group of a Parquet file, and its number of rows.
+pub fn read_parquet(bytes: impl Into<Bytes>) -> Result<(Vec<DataColumn>, usize), ParquetError> {
     let file = SerializedFileReader::new(bytes.into())?;
     let group = file.get_row_group(0)?;
     let rows = group.metadata().num_rows() as usize;
@@ -283,44 +266,25 @@ pub fn read_parquet(bytes: impl Into<Bytes>) -> Result<Vec<DataColumn>, ParquetE
     for (i, column) in schema.columns().iter().enumerate() {
         let may_miss = column.max_def_level() > 0;
         let data = match group.get_column_reader(i)? {
-            ColumnReader::DoubleColumnReader(values) if may_miss => {
-                Data::OptF64(read_column(values, rows, true)?)
-            }
-            ColumnReader::DoubleColumnReader(values) => Data::F64(
-                read_column(values, rows, false)?
-                    .into_iter()
-                    .flatten()
-                    .collect(),
-            ),
-            ColumnReader::Int64ColumnReader(values) => Data::I64(
-                read_column(values, rows, false)?
-                    .into_iter()
-                    .flatten()
-                    .collect(),
-            ),
-            ColumnReader::ByteArrayColumnReader(values) => {
-                let mut texts = Vec::new();
-                for bytes in read_column(values, rows, may_miss)? {
+            ColumnReader::DoubleColumnReader(of) => Data::Number(read(of, rows, may_miss)?),
+            ColumnReader::Int64ColumnReader(of) => Data::Whole(read(of, rows, may_miss)?),
+            ColumnReader::ByteArrayColumnReader(of) => {
+                let text = |bytes: Option<ByteArray>| {
                     let text = bytes.map(|bytes| bytes.as_utf8().map(String::from));
-                    texts.push(text.transpose()?);
-                }
-                match may_miss {
-                    true => Data::OptText(texts),
-                    false => Data::Text(texts.into_iter().flatten().collect()),
-                }
+                    text.transpose()
+                };
+                let texts = read(of, rows, may_miss)?.into_iter().map(text);
+                Data::Text(texts.collect::<Result<_, _>>()?)
             }
             _ => return Err(ParquetError::General("a column of another kind".into())),
         };
-        if data.len() != rows {
-            return Err(ParquetError::EOF("a column is too short".into()));
-        }
-        columns.push(DataColumn::new(column.name(), data));
+        columns.push(DataColumn::new(column.name(), data, may_miss));
     }
-    Ok(columns)
+    Ok((columns, rows))
 }
 
-/// The values of a column, some of which may be missing.
-fn read_column<T: DataType>(
+/// The values of a column, some of which may be missing. Fails if there are not so many.
+fn read<T: DataType>(
     mut column: ColumnReaderImpl<T>,
     rows: usize,
     may_miss: bool,
@@ -331,12 +295,16 @@ fn read_column<T: DataType>(
         .0
         > 0
     {}
-    let mut values = values.into_iter();
     if !may_miss {
-        return Ok(values.map(Some).collect());
+        present = vec![1; values.len()];
     }
+    let mut values = values.into_iter();
     let place = |is_there| if is_there == 0 { None } else { values.next() };
-    Ok(present.into_iter().map(place).collect())
+    let values: Vec<_> = present.into_iter().map(place).collect();
+    match values.len() == rows {
+        true => Ok(values),
+        false => Err(ParquetError::EOF("a column is too short".into())),
+    }
 }
 
 /// The key of the hash in the metadata of a sealed file, and what precedes its 64 digits there.
@@ -380,55 +348,44 @@ fn place_of_seal(bytes: &[u8]) -> Option<Range<usize>> {
 }
 
 fn field(column: &DataColumn) -> Result<Type, ParquetError> {
-    let (physical, nullable) = match &column.data {
-        Data::F64(_) => (Physical::DOUBLE, false),
-        Data::OptF64(_) => (Physical::DOUBLE, true),
-        Data::I64(_) => (Physical::INT64, false),
-        Data::Text(_) => (Physical::BYTE_ARRAY, false),
-        Data::OptText(_) => (Physical::BYTE_ARRAY, true),
+    let (physical, logical) = match &column.data {
+        Data::Number(_) => (Physical::DOUBLE, None),
+        Data::Whole(_) => (Physical::INT64, None),
+        Data::Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
     };
-    let repetition = if nullable {
-        Repetition::OPTIONAL
-    } else {
-        Repetition::REQUIRED
+    let repetition = match column.may_miss {
+        true => Repetition::OPTIONAL,
+        false => Repetition::REQUIRED,
     };
-    let text = (physical == Physical::BYTE_ARRAY).then_some(LogicalType::String);
     Type::primitive_type_builder(&column.name, physical)
         .with_repetition(repetition)
-        .with_logical_type(text)
+        .with_logical_type(logical)
         .build()
 }
 
-fn write_column(writer: &mut SerializedColumnWriter<'_>, data: &Data) -> Result<(), ParquetError> {
-    let text = |s: &String| ByteArray::from(s.as_str());
-    match data {
-        Data::F64(v) => writer.typed::<DoubleType>().write_batch(v, None, None)?,
-        Data::OptF64(v) => {
-            let values: Vec<f64> = v.iter().flatten().copied().collect();
-            writer
-                .typed::<DoubleType>()
-                .write_batch(&values, Some(&present(v)), None)?
-        }
-        Data::I64(v) => writer.typed::<Int64Type>().write_batch(v, None, None)?,
-        Data::Text(v) => {
-            let values: Vec<_> = v.iter().map(text).collect();
-            writer
-                .typed::<ByteArrayType>()
-                .write_batch(&values, None, None)?
-        }
-        Data::OptText(v) => {
-            let values: Vec<_> = v.iter().flatten().map(text).collect();
-            writer
-                .typed::<ByteArrayType>()
-                .write_batch(&values, Some(&present(v)), None)?
-        }
-    };
-    Ok(())
-}
-
-/// Definition levels of a nullable column: 1 for each present value.
-fn present<T>(values: &[Option<T>]) -> Vec<i16> {
-    values.iter().map(|v| i16::from(v.is_some())).collect()
+fn write_column(
+    writer: &mut SerializedColumnWriter<'_>,
+    column: &DataColumn,
+) -> Result<(), ParquetError> {
+    fn put<T: DataType, V>(
+        writer: &mut SerializedColumnWriter<'_>,
+        values: &[Option<V>],
+        may_miss: bool,
+        value: fn(&V) -> T::T,
+    ) -> Result<(), ParquetError> {
+        // Definition levels of a nullable column: 1 for each present value.
+        let present: Vec<i16> = values.iter().map(|v| i16::from(v.is_some())).collect();
+        let values: Vec<T::T> = values.iter().flatten().map(value).collect();
+        let present = may_miss.then_some(&present[..]);
+        let written = writer.typed::<T>().write_batch(&values, present, None);
+        written.map(drop)
+    }
+    let may_miss = column.may_miss;
+    match &column.data {
+        Data::Number(v) => put::<DoubleType, _>(writer, v, may_miss, |x| *x),
+        Data::Whole(v) => put::<Int64Type, _>(writer, v, may_miss, |x| *x),
+        Data::Text(v) => put::<ByteArrayType, _>(writer, v, may_miss, |x| x.as_str().into()),
+    }
 }
 
 fn other(path: &Path, e: impl std::error::Error + Send + Sync + 'static) -> Error {
@@ -443,18 +400,15 @@ mod tests {
     use super::*;
 
     fn sample() -> Vec<DataColumn> {
+        let numbers = [0.1, f64::NAN, 1.0 / 3.0].map(Some);
+        let words = ["a", "b, \"c\"", "ü"].map(|word| Some(word.into()));
+        let causes = [Some("knee".into()), None, None];
         vec![
-            DataColumn::new("time_s", Data::F64(vec![0.1, f64::NAN, 1.0 / 3.0])),
-            DataColumn::new("fell_at_s", Data::OptF64(vec![None, Some(2.5), None])),
-            DataColumn::new("trial", Data::I64(vec![0, 1, -1])),
-            DataColumn::new(
-                "set",
-                Data::Text(vec!["a".into(), "b, \"c\"".into(), "ü".into()]),
-            ),
-            DataColumn::new(
-                "fall_cause",
-                Data::OptText(vec![Some("knee".into()), None, None]),
-            ),
+            DataColumn::new("time_s", Data::Number(numbers.into()), false),
+            DataColumn::new("fell_at_s", Data::Number(vec![None, Some(2.5), None]), true),
+            DataColumn::new("trial", Data::Whole([0, 1, -1].map(Some).into()), false),
+            DataColumn::new("set", Data::Text(words.into()), false),
+            DataColumn::new("fall_cause", Data::Text(causes.into()), true),
         ]
     }
 
@@ -463,8 +417,11 @@ mod tests {
     fn parquet_reads_back_value_by_value() {
         let bytes = parquet_bytes(&sample(), &[("part", "one".into())]).unwrap();
         assert_eq!(texts(bytes.clone()).unwrap()["part"], "one");
-        let columns = read_parquet(bytes).unwrap();
-        assert_eq!(format!("{columns:?}"), format!("{:?}", sample()));
+        let (columns, rows) = read_parquet(bytes).unwrap();
+        assert_eq!(
+            (format!("{columns:?}"), rows),
+            (format!("{:?}", sample()), 3)
+        );
     }
 
     #[test]

@@ -128,6 +128,11 @@ pub fn start(
     })
 }
 
+/// The rotation that MuJoCo writes as w, x, y, z.
+fn rotation(q: &[f64]) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3]))
+}
+
 /// Index of a joint in MuJoCo's positions and velocities.
 #[derive(Clone, Copy)]
 struct Addresses {
@@ -158,7 +163,7 @@ impl Physics for Mujoco {
 
     fn read(&self, posture: &mut Posture, velocity: &mut DVector<f64>) {
         let (q, v) = (self.data.qpos(), self.data.qvel());
-        let rotation = UnitQuaternion::from_quaternion(Quaternion::new(q[3], q[4], q[5], q[6]));
+        let rotation = rotation(&q[3..]);
         posture.base = Isometry3::from_parts(Translation3::new(q[0], q[1], q[2]), rotation);
         // MuJoCo gives the angular velocity of a free body in the body's axes.
         velocity.fixed_rows_mut::<3>(0).copy_from_slice(&v[..3]);
@@ -172,12 +177,9 @@ impl Physics for Mujoco {
     }
 
     fn body(&self, link: usize) -> Isometry3<f64> {
-        let (position, q) = (
-            self.data.xpos()[self.bodies[link]],
-            self.data.xquat()[self.bodies[link]],
-        );
-        let rotation = UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3]));
-        Isometry3::from_parts(position.into(), rotation)
+        let body = self.bodies[link];
+        let rotation = rotation(&self.data.xquat()[body]);
+        Isometry3::from_parts(self.data.xpos()[body].into(), rotation)
     }
 
     fn clear_forces(&mut self) {
@@ -258,6 +260,7 @@ impl Physics for Mujoco {
             see(part, WorldWrench { force, moment });
         }
     }
+
     fn meets(&self, see: &mut dyn FnMut([usize; 2], f64)) {
         for (i, contact) in self.data.contact().iter().enumerate() {
             if let [Some((first, _)), Some((second, _))] =

@@ -91,13 +91,7 @@ impl Policy {
         problem: &str,
         accepted: impl Into<String>,
     ) -> Error {
-        Error::value(
-            &self.file,
-            field,
-            value.to_string(),
-            problem.to_string(),
-            accepted.into(),
-        )
+        Error::value(&self.file, field, value, problem, accepted)
     }
 
     /// The index in the robot of each joint of the policy.
@@ -144,13 +138,7 @@ impl ControllerSpec for Policy {
 
     fn check(&self, file: &str) -> Result<()> {
         let fail = |field: &str, value: String, problem: &str, accepted: &str| {
-            Err(Error::value(
-                file,
-                field,
-                value,
-                problem.to_string(),
-                accepted.to_string(),
-            ))
+            Err(Error::value(file, field, value, problem, accepted))
         };
         check_name(file, &self.name)?;
         if !(self.period_s > 0.0 && self.period_s <= 1.0) {

@@ -16,13 +16,13 @@ use standfast_sim::episode::Tick;
 pub struct Trace {
     names: Vec<String>,
     values: Vec<Vec<Option<f64>>>,
-    phase: Vec<String>,
+    phase: Vec<Option<String>>,
     /// The acting gain.
     gain: Vec<Option<String>>,
     /// The [numbers](standfast_core::socket::Report::numbers) of the controller, by name.
     numbers: Vec<(String, Vec<Option<f64>>)>,
     /// Whether the tick lies after the verdict (1) or not (0).
-    after_verdict: Vec<i64>,
+    after_verdict: Vec<Option<i64>>,
     /// The links that met during the tick.
     links_met: Vec<Option<String>>,
     links: Vec<String>,
@@ -132,13 +132,13 @@ impl Trace {
                 });
             self.numbers[place].1.push(Some(number));
         }
-        self.phase.push(report.phase.to_string());
+        self.phase.push(Some(report.phase.to_string()));
         self.gain.push(report.gain.map(String::from));
         let ticks = self.phase.len();
         for (_, numbers) in &mut self.numbers {
             numbers.resize(ticks, None);
         }
-        self.after_verdict.push(i64::from(tick.is_after));
+        self.after_verdict.push(Some(tick.is_after.into()));
         self.links_met.push(truth.meeting.map(|meeting| {
             let [a, b] = meeting.links;
             format!("{} and {}", self.links[a], self.links[b])
@@ -184,17 +184,18 @@ impl Trace {
         let has_gain = self.has_gain();
         let mut columns: Vec<DataColumn> = (self.names.into_iter().zip(self.values))
             .map(|(name, values)| {
-                let whole: Option<Vec<f64>> = values.iter().copied().collect();
-                DataColumn::new(name, whole.map_or(Data::OptF64(values), Data::F64))
+                let may_miss = values.contains(&None);
+                DataColumn::new(name, Data::Number(values), may_miss)
             })
             .collect();
-        let phase = DataColumn::new("phase", Data::Text(self.phase));
-        let gain = has_gain.then(|| DataColumn::new("gain", Data::OptText(self.gain)));
-        let after_verdict = DataColumn::new("after_verdict", Data::I64(self.after_verdict));
-        let links_met = DataColumn::new("links_met", Data::OptText(self.links_met));
+        let phase = DataColumn::new("phase", Data::Text(self.phase), false);
+        let gain = has_gain.then(|| DataColumn::new("gain", Data::Text(self.gain), true));
+        let after_verdict = Data::Whole(self.after_verdict);
+        let after_verdict = DataColumn::new("after_verdict", after_verdict, false);
+        let links_met = DataColumn::new("links_met", Data::Text(self.links_met), true);
         let numbers = self.numbers.into_iter().map(|(name, numbers)| {
             let finite = numbers.into_iter().map(|n| n.filter(|n| n.is_finite()));
-            DataColumn::new(name, Data::OptF64(finite.collect()))
+            DataColumn::new(name, Data::Number(finite.collect()), true)
         });
         let reported = std::iter::once(phase)
             .chain(gain)

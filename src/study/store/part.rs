@@ -100,8 +100,8 @@ impl PartFile<'_> {
                 "{problem}. {advice}, and give the command that began the campaign again"
             ))
         };
-        let columns = read_parquet(bytes).map_err(|e| refused(e.to_string()))?;
-        let rows = rows(&columns, self.totals).map_err(refused)?;
+        let table = read_parquet(bytes).map_err(|e| refused(e.to_string()))?;
+        let rows = rows(table, self.totals).map_err(refused)?;
         let expected = self
             .trials
             .clone()

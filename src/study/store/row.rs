@@ -411,47 +411,39 @@ impl Cell<'_> {
     /// A column of this kind without values.
     fn column(&self, name: &str) -> DataColumn {
         let data = match self {
-            Cell::Trial(_) | Cell::Count(_) => Data::I64(Vec::new()),
-            Cell::Number(_) => Data::F64(Vec::new()),
-            Cell::OptNumber(_) => Data::OptF64(Vec::new()),
-            Cell::Word(_) => Data::Text(Vec::new()),
-            Cell::OptWord(_) => Data::OptText(Vec::new()),
+            Cell::Trial(_) | Cell::Count(_) => Data::Whole(Vec::new()),
+            Cell::Number(_) | Cell::OptNumber(_) => Data::Number(Vec::new()),
+            Cell::Word(_) | Cell::OptWord(_) => Data::Text(Vec::new()),
         };
-        DataColumn::new(name, data)
+        let may_miss = matches!(self, Cell::OptNumber(_) | Cell::OptWord(_));
+        DataColumn::new(name, data, may_miss)
     }
 
     /// Adds the value to its column.
     fn push_to(self, data: &mut Data) {
         match (self, data) {
-            (Cell::Trial(value), Data::I64(values)) => values.push(*value as i64),
-            (Cell::Count(value), Data::I64(values)) => values.push((*value).into()),
-            (Cell::Number(value), Data::F64(values)) => values.push(*value),
-            (Cell::OptNumber(value), Data::OptF64(values)) => values.push(*value),
-            (Cell::Word(value), Data::Text(values)) => values.push(value.get().unwrap_or_default()),
-            (Cell::OptWord(value), Data::OptText(values)) => values.push(value.get()),
+            (Cell::Trial(value), Data::Whole(values)) => values.push(Some(*value as i64)),
+            (Cell::Count(value), Data::Whole(values)) => values.push(Some((*value).into())),
+            (Cell::Number(value), Data::Number(values)) => values.push(Some(*value)),
+            (Cell::OptNumber(value), Data::Number(values)) => values.push(*value),
+            (Cell::Word(value) | Cell::OptWord(value), Data::Text(values)) => {
+                values.push(value.get())
+            }
             _ => unreachable!("the column was made for such cells"),
         }
     }
 
     /// Takes the value from row `i` of its column. Returns whether it can have that value.
     fn take(self, data: &Data, i: usize) -> bool {
+        fn put<T>(to: &mut T, value: Option<T>) -> bool {
+            value.map(|value| *to = value).is_some()
+        }
         match (self, data) {
-            (Cell::Trial(value), Data::I64(values)) => {
-                u64::try_from(values[i]).map(|from| *value = from).is_ok()
-            }
-            (Cell::Count(value), Data::I64(values)) => {
-                u32::try_from(values[i]).map(|from| *value = from).is_ok()
-            }
-            (Cell::Number(value), Data::F64(values)) => {
-                *value = values[i];
-                true
-            }
-            (Cell::OptNumber(value), Data::OptF64(values)) => {
-                *value = values[i];
-                true
-            }
-            (Cell::Word(value), Data::Text(values)) => value.set(Some(&values[i])),
-            (Cell::OptWord(value), Data::OptText(values)) => value.set(values[i].as_deref()),
+            (Cell::Trial(to), Data::Whole(of)) => put(to, of[i].and_then(|n| n.try_into().ok())),
+            (Cell::Count(to), Data::Whole(of)) => put(to, of[i].and_then(|n| n.try_into().ok())),
+            (Cell::Number(to), Data::Number(of)) => put(to, of[i]),
+            (Cell::OptNumber(to), Data::Number(of)) => put(to, Some(of[i])),
+            (Cell::Word(to) | Cell::OptWord(to), Data::Text(of)) => to.set(of[i].as_deref()),
             _ => false,
         }
     }
@@ -470,13 +462,16 @@ pub fn columns(rows: &[TrialRow], totals: &[String]) -> Vec<DataColumn> {
     }
     for name in totals {
         let values = rows.iter().map(|row| row.record.totals.get(name)).collect();
-        columns.push(DataColumn::new(name, Data::OptF64(values)));
+        columns.push(DataColumn::new(name, Data::Number(values), true));
     }
     columns
 }
 
-/// The rows of these columns. Fails, in words, if they are not the columns of rows with these totals.
-pub fn rows(columns: &[DataColumn], totals: &[String]) -> Result<Vec<TrialRow>, String> {
+/// The rows of a table with this number of rows. Fails, in words, if its columns are not those of rows with these totals.
+pub fn rows(
+    (columns, count): (Vec<DataColumn>, usize),
+    totals: &[String],
+) -> Result<Vec<TrialRow>, String> {
     let names = self::columns(&[], totals);
     if !names
         .iter()
@@ -485,24 +480,21 @@ pub fn rows(columns: &[DataColumn], totals: &[String]) -> Result<Vec<TrialRow>, 
     {
         return Err("its columns are not those of this build of standfast".into());
     }
-    let of_totals = &columns[columns.len() - totals.len()..];
-    let mut rows = Vec::new();
-    for i in 0..columns.first().map_or(0, |column| column.data.len()) {
-        let mut row = TrialRow::default();
+    let mut rows = vec![TrialRow::default(); count];
+    for (i, row) in rows.iter_mut().enumerate() {
         for (column, (name, cell)) in columns.iter().zip(row.cells()) {
             if !cell.take(&column.data, i) {
                 return Err(format!("its column {name} has a value that no trial has"));
             }
         }
-        for column in of_totals {
-            let Data::OptF64(values) = &column.data else {
-                return Err(format!("its column {} does not hold numbers", column.name));
+        for DataColumn { name, data, .. } in &columns[columns.len() - totals.len()..] {
+            let Data::Number(values) = data else {
+                return Err(format!("its column {name} does not hold numbers"));
             };
             if let Some(value) = values[i] {
-                row.record.totals.0.insert(column.name.clone(), value);
+                row.record.totals.0.insert(name.clone(), value);
             }
         }
-        rows.push(row);
     }
     Ok(rows)
 }
@@ -596,7 +588,7 @@ pub(crate) mod tests {
         odd.repeats = Some(Repeats::No);
         let written = [row(0, "a, \"b\"", 2.0, Outcome::TimedOut), odd];
         let totals = ["gain_switches".to_string()];
-        let read = rows(&columns(&written, &totals), &totals).unwrap();
+        let read = rows((columns(&written, &totals), 2), &totals).unwrap();
         // Compared as text, since NaN is not equal to itself.
         assert_eq!(format!("{read:?}"), format!("{written:?}"));
     }
@@ -608,22 +600,22 @@ pub(crate) mod tests {
         let changes: [(Change, &str); 4] = [
             (|columns| columns.swap(5, 6), "not those of this build"),
             (
-                |columns| columns[0].data = Data::I64(vec![-1]),
+                |columns| columns[0].data = Data::Whole(vec![Some(-1)]),
                 "its column trial has a value that no trial has",
             ),
             (
-                |columns| columns[8].data = Data::Text(vec!["round".into()]),
+                |columns| columns[8].data = Data::Text(vec![Some("round".into())]),
                 "its column profile has",
             ),
             (
-                |columns| columns[3].data = Data::OptF64(vec![None]),
+                |columns| columns[3].data = Data::Number(vec![None]),
                 "its column impulse_n_s has",
             ),
         ];
         for (change, problem) in changes {
             let mut changed = whole.clone();
             change(&mut changed);
-            let told = rows(&changed, &[]).unwrap_err();
+            let told = rows((changed, 1), &[]).unwrap_err();
             assert!(told.contains(problem), "{told}");
         }
     }
@@ -645,23 +637,20 @@ pub(crate) mod tests {
         ] {
             assert_eq!(
                 column(name),
-                Some(Data::Text(vec![expected.into()])),
+                Some(Data::Text(vec![Some(expected.into())])),
                 "{name}"
             );
         }
         assert_eq!(
             column("promise_margin"),
-            Some(Data::OptF64(vec![Some(-0.25)]))
+            Some(Data::Number(vec![Some(-0.25)]))
         );
-        assert_eq!(column("gain_switches"), Some(Data::OptF64(vec![Some(3.0)])));
-        assert_eq!(column("left_sets_at_s"), Some(Data::OptF64(vec![None])));
-        assert_eq!(
-            column("unfinished_footstep"),
-            Some(Data::OptText(vec![None]))
-        );
+        assert_eq!(column("gain_switches"), Some(Data::Number(vec![Some(3.0)])));
+        assert_eq!(column("left_sets_at_s"), Some(Data::Number(vec![None])));
+        assert_eq!(column("unfinished_footstep"), Some(Data::Text(vec![None])));
         // A column has the values of its own field.
-        assert_eq!(column("peak_slip_m"), Some(Data::F64(vec![0.003])));
-        assert_eq!(column("footsteps"), Some(Data::I64(vec![0])));
+        assert_eq!(column("peak_slip_m"), Some(Data::Number(vec![Some(0.003)])));
+        assert_eq!(column("footsteps"), Some(Data::Whole(vec![Some(0)])));
     }
 
     /// Rows may also come a few at a time.
