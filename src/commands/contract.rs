@@ -85,13 +85,7 @@ pub fn repeated(path: &Path, controller: &dyn Controller) -> Result<Contract> {
 }
 
 fn bad(file: &str, line: usize, value: String, problem: &str, accepted: String) -> Error {
-    Error::value(
-        file,
-        format!("line {line}"),
-        value,
-        problem.to_string(),
-        accepted,
-    )
+    Error::value(file, format!("line {line}"), value, problem, accepted)
 }
 
 /// The pairs of a CSV file, for observations of `size` numbers.

@@ -84,13 +84,7 @@ impl Process {
     }
 
     fn bad(&self, field: &str, value: impl ToString, problem: &str, accepted: &str) -> Error {
-        Error::value(
-            &self.file,
-            field,
-            value.to_string(),
-            problem.to_string(),
-            accepted.to_string(),
-        )
+        Error::value(&self.file, field, value, problem, accepted)
     }
 
     fn followed(&self) -> CommandFiles {

@@ -165,13 +165,7 @@ impl Deploy {
         } = self;
         let names = motors(file, "stiffness", stiffness.len(), robot)?;
         let bad = |field: &str, value: String, problem: &str, accepted: &str| {
-            Error::value(
-                file,
-                field,
-                value,
-                problem.to_string(),
-                accepted.to_string(),
-            )
+            Error::value(file, field, value, problem, accepted)
         };
         let of_motor = |field: &'static str, list: &[f64]| {
             let picked = joint_ids_map.iter().map(|&motor| {
