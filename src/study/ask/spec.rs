@@ -666,6 +666,17 @@ pub(crate) mod tests {
         }
     }
 
+    /// It is the file from which people begin, and shows what a campaign that states nothing has.
+    #[test]
+    fn the_standard_campaign_states_the_default_settings_of_an_episode() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("c.toml");
+        let text = "name = 'c'\ntrials = 1\nseed = 1\n[push]\nimpulse = 1\n";
+        std::fs::write(&path, text).unwrap();
+        let short = Campaign::load(path.to_str().unwrap(), &Overrides::default()).unwrap();
+        assert_eq!(campaign("standard", &[]).episode, short.episode);
+    }
+
     #[test]
     fn files_of_former_versions_call_the_controllers_gains() {
         let dir = tempfile::tempdir().unwrap();
