@@ -31,6 +31,7 @@ pub fn of(summary: &Summary) -> Vec<ReportTable> {
     use Detail::{Full, Page, Short};
     let each = [
         ("rates", Short, sets::rates(summary)),
+        ("pairs", Short, pairs::engines(summary)),
         ("pairs", Full, pairs::effects(summary)),
         ("pairs", Full, pairs::counts(summary)),
         ("", Short, pairs::gates(summary)),
@@ -138,6 +139,28 @@ mod tests {
         );
         let sequential = of(&["stopping.until_resolved=true"]);
         assert!(sequential[1].ends_with(" | -"), "no p: {sequential:?}");
+    }
+
+    /// Two controllers are no such pair, whatever their engines.
+    #[test]
+    fn one_controller_in_two_engines_has_a_row() {
+        let outcomes: Vec<_> = (0..100)
+            .map(|i| [Recovered, if i < 50 { Recovered } else { Fell }])
+            .collect();
+        let mut summary = summary(&outcomes, &[], &[]);
+        let titles = |summary: &_| {
+            let tables = of(summary).into_iter().map(|table| table.table.title);
+            tables.collect::<Vec<_>>()
+        };
+        for [a, b] in [["a@rapier", "b@mujoco"], ["a", "b"]] {
+            [summary.pairs[0].a, summary.pairs[0].b] = [a, b].map(String::from);
+            assert!(!titles(&summary).contains(&"The same controller in two engines".into()));
+        }
+        [summary.pairs[0].a, summary.pairs[0].b] = ["a@rapier", "a@mujoco"].map(String::from);
+        assert_eq!(
+            rows(&summary, "pairs", "a")[1],
+            "a@rapier | a@mujoco | 50 | 50 | 0 | 0 | 50.0 % | 0.00"
+        );
     }
 
     #[test]

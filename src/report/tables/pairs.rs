@@ -6,6 +6,7 @@ use crate::text::comparison::{about_gates, about_pairs, in_unit, p_cell, shown, 
 use crate::text::layout::signed;
 use standfast_stats::mcnemar::PairedCounts;
 use standfast_study::Summary;
+use standfast_study::ask::entrant::Entrant;
 use standfast_study::verdict::pairs::{PairSummary, rounded};
 
 fn columns<const N: usize>(numbers: [&str; N]) -> impl Iterator<Item = TableColumn> {
@@ -51,12 +52,11 @@ pub(super) fn counts(summary: &Summary) -> Table {
             only_b,
             neither: _,
         } = pair.counts;
-        let kappa = pair.kappa.map_or("-".into(), |kappa| format!("{kappa:.2}"));
         let p = [cell(pair.adjusted_p.map_or("-".into(), p_cell))];
         table.row(
             names(pair)
                 .chain([both, only_a, only_b].map(cell))
-                .chain([cell(kappa)])
+                .chain([cell(kappa(pair))])
                 .chain(seen)
                 .chain(p),
         );
@@ -64,6 +64,38 @@ pub(super) fn counts(summary: &Summary) -> Table {
     let about = "Trials from which both, or only one, recovered. Kappa (Cohen) is 1 if both always \
                  recover from the same trials, 0 if no more often than by chance. a - b is the rate of a less that of b, in points.";
     table.with_note(format!("{about} {}", about_pairs(summary)))
+}
+
+/// How far two engines agree: the pairs of one controller in both.
+pub(super) fn engines(summary: &Summary) -> Table {
+    let columns = columns(["both", "only a", "only b", "neither", "alike", "kappa"]);
+    let mut table = Table::new("The same controller in two engines", columns);
+    for pair in &summary.pairs {
+        let [a, b] = [&pair.a, &pair.b].map(|name| Entrant::split(name));
+        if a.engine == b.engine || a.controller != b.controller {
+            continue;
+        }
+        let PairedCounts {
+            both,
+            only_a,
+            only_b,
+            neither,
+        } = pair.counts;
+        let trials = (both + only_a + only_b + neither).max(1);
+        let alike = 100.0 * (both + neither) as f64 / trials as f64;
+        table.row(
+            names(pair)
+                .chain([both, only_a, only_b, neither].map(cell))
+                .chain([cell(format!("{alike:.1} %")), cell(kappa(pair))]),
+        );
+    }
+    table.with_note(
+        "Trials from which both, only one, or neither recovered; alike is the share of both and neither.",
+    )
+}
+
+fn kappa(pair: &PairSummary) -> String {
+    pair.kappa.map_or("-".into(), |kappa| format!("{kappa:.2}"))
 }
 
 /// In a sweep, the effect of each change: over all trials, and by heading.
