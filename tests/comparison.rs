@@ -558,7 +558,8 @@ fn a_campaign_ends_when_decided_with_the_same_bytes_whatever_happened_on_the_way
 /// One gate is decided at the first look, the other one is not. Each names one controller.
 #[test]
 #[ignore = "runs a campaign several times, a quarter of a minute"]
-fn a_set_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happened_on_the_way() {
+fn a_controller_that_is_decided_gets_no_more_trials_with_the_same_bytes_whatever_happened_on_the_way()
+ {
     let until = |most| {
         [
             most,

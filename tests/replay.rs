@@ -303,7 +303,8 @@ fn a_sweep_resumes_merges_and_replays_like_any_campaign() {
 }
 
 #[test]
-fn a_sweep_alone_replaces_the_gain_sets_begins_with_the_unchanged_one_and_keeps_its_names_whole() {
+fn a_sweep_alone_replaces_the_controllers_begins_with_the_unchanged_one_and_keeps_its_names_whole()
+{
     let dir = folder();
     let sweep =
         "--vary=switching:zmp_margin=0.02,0.04,0.06,0.08,0.1,0.12,0.14,0.16,0.18,0.2,0.22,0.24";

@@ -53,7 +53,7 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode> {
     if let Some(mut looks) = UntilResolved::new(&folder, &gates) {
         looks.go_on(&|_| {})?;
         if looks.is_over {
-            folder.stop_at(&looks.set_trials)?;
+            folder.stop_at(&looks.controller_trials)?;
         } else if folder.has_stopped() && folder.missing().is_empty() {
             // The campaign has ended for another question.
             return Err(next_command::undecided(&folder, &args.gates.gate));

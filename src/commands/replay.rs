@@ -199,11 +199,13 @@ pub fn write_telling(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Replays {
     let mut wanted: Vec<(u64, &str)> = Vec::new();
-    for set in &summary.controllers {
-        for telling in set.telling.iter().take(for_each_set) {
-            let page = folder.path.join(replay_file(telling.trial, &set.name));
+    for controller in &summary.controllers {
+        for telling in controller.telling.iter().take(for_each_set) {
+            let page = folder
+                .path
+                .join(replay_file(telling.trial, &controller.name));
             if afresh || !page.is_file() {
-                wanted.push((telling.trial, &set.name));
+                wanted.push((telling.trial, &controller.name));
             }
         }
     }
@@ -219,11 +221,12 @@ pub fn write_telling(
     let progress = Progress::of_each(wanted.len() as u64, "replays");
     let pages: Vec<_> = wanted
         .into_par_iter()
-        .filter_map(|(trial, set)| {
+        .filter_map(|(trial, controller)| {
             if stop() {
                 return None;
             }
-            let written = write_page(&folder.path, trial, set).map_err(|error| (trial, set, error));
+            let written = write_page(&folder.path, trial, controller)
+                .map_err(|error| (trial, controller, error));
             progress.episode();
             Some(written)
         })
@@ -236,9 +239,9 @@ pub fn write_telling(
                 replays.differ.extend(differs);
             }
             Err((.., error @ Error::NotStarted { .. })) => _ = replays.refused.get_or_insert(error),
-            Err((trial, set, error)) => {
+            Err((trial, controller, error)) => {
                 let problem = next_command::told(&error);
-                log::warn!("no replay of trial {trial} of {set}: {problem}");
+                log::warn!("no replay of trial {trial} of {controller}: {problem}");
             }
         }
     }
@@ -247,10 +250,10 @@ pub fn write_telling(
 
 /// Simulates a trial of the result in `folder` again, and writes its page and a small picture into this folder. Returns
 /// how the trial differs if it does not end as it did in the result.
-fn write_page(folder: &Path, trial: u64, set: &str) -> Result<Option<String>> {
+fn write_page(folder: &Path, trial: u64, controller: &str) -> Result<Option<String>> {
     let (replayed, path) = (
-        StoredTrial::open(folder, trial, Some(set))?,
-        page_in(folder, trial, set)?,
+        StoredTrial::open(folder, trial, Some(controller))?,
+        page_in(folder, trial, controller)?,
     );
     let outputs = OutputArgs {
         replay: Some(path.clone()),
@@ -271,8 +274,8 @@ fn write_page(folder: &Path, trial: u64, set: &str) -> Result<Option<String>> {
 }
 
 /// The path of the page of a trial in a result folder. Creates the folder of the pages.
-fn page_in(result: &Path, trial: u64, set: &str) -> Result<PathBuf> {
-    let path = result.join(replay_file(trial, set));
+fn page_in(result: &Path, trial: u64, controller: &str) -> Result<PathBuf> {
+    let path = result.join(replay_file(trial, controller));
     let folder = path.parent().unwrap_or(result);
     std::fs::create_dir_all(folder).map_err(|source| Error::Write {
         path: folder.into(),

@@ -228,13 +228,13 @@ fn say_what_is_there(folder: &Folder, work: &CampaignRun) -> bool {
 fn announce(work: &CampaignRun) {
     let campaign = &work.plan.manifest.campaign;
     let program = std::env::args_os().next().unwrap_or("standfast".into());
-    let (program, sets, name) = (
+    let (program, controllers, name) = (
         shell_word(&program.to_string_lossy()),
         campaign.controllers.len(),
         &campaign.name,
     );
     let what = format!(
-        "This runs the campaign `{name}`: {} pushes for each of {sets} controllers, on",
+        "This runs the campaign `{name}`: {} pushes for each of {controllers} controllers, on",
         campaign.trials
     );
     let keeps = "Ctrl-C keeps what is finished, and the same command goes on from there";
@@ -321,7 +321,7 @@ fn words_of_look(look: &Look, gates: Option<&Gates>) -> String {
     };
     let stopping = match &look.stopping[..] {
         [] => String::new(),
-        [set] => format!("; {set} needs no more trials"),
+        [controller] => format!("; {controller} needs no more trials"),
         several => format!("; {} need no more trials", several.join(", ")),
     };
     format!("after {} trials: {what}{stopping}", look.rows.trials())

@@ -62,12 +62,12 @@ pub fn run(args: &StatusArgs) -> Result<ExitCode> {
 /// The blocks that a result still lacks. Of a campaign that ends when decided and has not ended, the looks that its
 /// parts allow are taken: what was decided by then lacks nothing.
 fn missing(folder: &Folder, baseline: Option<&Path>) -> Result<Vec<u64>> {
-    let lacking = |set_trials: &[u64]| {
+    let lacking = |controller_trials: &[u64]| {
         (0..folder.blocks())
-            .filter(|&block| folder.lacks(block, set_trials).contains(&true))
+            .filter(|&block| folder.lacks(block, controller_trials).contains(&true))
             .collect()
     };
-    if folder.set_trials().is_some() {
+    if folder.controller_trials().is_some() {
         return Ok(folder.missing());
     }
     let gates = match Gates::new(&folder.manifest, baseline) {
@@ -84,12 +84,12 @@ fn missing(folder: &Folder, baseline: Option<&Path>) -> Result<Vec<u64>> {
         return Ok(folder.missing());
     };
     looks.go_on(&|_| {})?;
-    Ok(lacking(&looks.set_trials))
+    Ok(lacking(&looks.controller_trials))
 }
 
 /// The controllers that have fewer trials than the result, with their number.
 fn stopped_early(folder: &Folder) -> Vec<(&String, u64)> {
-    let trials = folder.set_trials().unwrap_or_default();
+    let trials = folder.controller_trials().unwrap_or_default();
     folder
         .manifest
         .controllers
@@ -118,7 +118,7 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
             "parts": blocks,
             "parts_complete": parts_complete,
             "missing_trials": trials,
-            "controller_trials": folder.set_trials(),
+            "controller_trials": folder.controller_trials(),
             "next_command": next,
         })))?;
         return Ok(complete);
@@ -126,9 +126,9 @@ pub fn print_status(folder: &Folder, baseline: Option<&Path>, printing: Printing
     let (path, engine) = (folder.path.display(), folder.manifest.engine());
     let mut head =
         format!("{path}: {parts_complete} of {blocks} parts are complete, simulated by {engine}");
-    for (set, trials) in stopped_early(folder) {
+    for (controller, trials) in stopped_early(folder) {
         head += &format!(
-            "\n{set} has {trials} trials: all that was to be decided about it was decided by then"
+            "\n{controller} has {trials} trials: all that was to be decided about it was decided by then"
         );
     }
     let report = folder.path.join(FILES[0]);

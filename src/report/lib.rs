@@ -35,10 +35,14 @@ pub fn json(value: &impl serde::Serialize) -> String {
 }
 
 /// The command that simulates a trial of the result in `folder` again with a controller.
-pub fn replay_command(summary: &Summary, set: &str, trial: u64, folder: &Path) -> String {
-    let origin = match summary.controllers.iter().find(|own| own.name == set) {
+pub fn replay_command(summary: &Summary, controller: &str, trial: u64, folder: &Path) -> String {
+    let origin = match summary
+        .controllers
+        .iter()
+        .find(|own| own.name == controller)
+    {
         Some(own) => own.origin.clone(),
-        None => ControllerOrigin::own(set),
+        None => ControllerOrigin::own(controller),
     };
     replay_parts(&origin, folder).join(&trial.to_string())
 }

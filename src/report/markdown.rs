@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn the_text_stays_small_with_many_sets() {
+    fn the_text_stays_small_with_many_controllers() {
         let mut summary = summary(&[[Recovered, Fell]], &[], &["b >= 0.8"]);
         summary.pairs = vec![summary.pairs[0].clone(); 10_000];
         summary.controllers = vec![summary.controllers[0].clone(); 200];

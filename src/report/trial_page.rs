@@ -12,16 +12,16 @@ const MOST_BYTES: u64 = 10_000_000;
 
 /// Path of the page of a trial, relative to the result folder, with one entrant or with two. Names of variants contain
 /// characters that some file systems and CI services refuse; they are replaced, and a hash keeps the names apart.
-pub fn replay_file(trial: u64, set: &str) -> PathBuf {
-    let mut name: String = set
+pub fn replay_file(trial: u64, controller: &str) -> PathBuf {
+    let mut name: String = controller
         .chars()
         .map(|c| match c.is_ascii_alphanumeric() || "-_.=@".contains(c) {
             true => c,
             false => '-',
         })
         .collect();
-    if name != set {
-        name += &format!("-{}", &sha256_hex(set.as_bytes())[..8]);
+    if name != controller {
+        name += &format!("-{}", &sha256_hex(controller.as_bytes())[..8]);
     }
     Path::new(REPLAYS).join(format!("trial-{trial}-{name}.html"))
 }
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_set_has_its_own_file_with_a_name_that_all_systems_accept() {
+    fn every_controller_has_its_own_file_with_a_name_that_all_systems_accept() {
         let names = [
             "catch",
             "paper:stepping.alpha=2",
@@ -59,8 +59,8 @@ mod tests {
             "a b",
             "a/b",
         ]
-        .map(|set| {
-            let path = replay_file(7, set);
+        .map(|controller| {
+            let path = replay_file(7, controller);
             assert_eq!(path.parent(), Some(Path::new(REPLAYS)));
             path.file_name().unwrap().to_str().unwrap().to_string()
         });

@@ -310,8 +310,8 @@ struct RepeatedTrial<'a> {
 
 impl RepeatedTrial<'_> {
     fn record(&self, departures: &Departures) -> Record {
-        let run = |sets: &[usize]| {
-            let again = self.begun.with(sets, self.pushes.clone());
+        let run = |controllers: &[usize]| {
+            let again = self.begun.with(controllers, self.pushes.clone());
             let mut again = again.expect("a gain set's controller can be copied");
             for controller in again.controllers() {
                 depart(controller, departures);

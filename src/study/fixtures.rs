@@ -27,7 +27,7 @@ pub fn campaign(name: &str, set: &[&str]) -> Campaign {
 }
 
 /// Manifest of the campaign `smoke` with these changes.
-pub fn manifest(sets: &[&str], overrides: Overrides) -> Manifest {
+pub fn manifest(controllers: &[&str], overrides: Overrides) -> Manifest {
     let campaign = Campaign::load("smoke", &overrides).unwrap();
     Manifest {
         standfast: "0".into(),
@@ -36,9 +36,12 @@ pub fn manifest(sets: &[&str], overrides: Overrides) -> Manifest {
         inputs: Vec::new(),
         not_kept: Default::default(),
         robot_sha256: String::new(),
-        engines: vec![campaign.episode.engine.with_version(); sets.len()],
+        engines: vec![campaign.episode.engine.with_version(); controllers.len()],
         part_trials: part_trials(&campaign),
-        controllers: sets.iter().map(|set| set.to_string()).collect(),
+        controllers: controllers
+            .iter()
+            .map(|controller| controller.to_string())
+            .collect(),
         campaign,
     }
 }
@@ -82,14 +85,14 @@ impl Changed for TrialRow {
 }
 
 /// A trial with one push.
-pub fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> TrialRow {
+pub fn row(trial: u64, controller: &str, impulse_n_s: f64, outcome: Outcome) -> TrialRow {
     let push = Push {
         impulse_n_s,
         ..Push::default()
     };
     TrialRow::new(
         trial,
-        set,
+        controller,
         &[push],
         Some(2.0),
         Variation::default(),
@@ -97,7 +100,7 @@ pub fn row(trial: u64, set: &str, impulse_n_s: f64, outcome: Outcome) -> TrialRo
     )
 }
 
-/// A trial for each pair of outcomes of the sets "a" and "b".
+/// A trial for each pair of outcomes of the controllers "a" and "b".
 pub fn rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
     let mut rows = Vec::new();
     for (trial, [a, b]) in (0..).zip(outcomes) {
@@ -115,12 +118,12 @@ pub fn columns_of_rows(rows: &[TrialRow], names: &[impl ToString]) -> TrialColum
     columns
 }
 
-/// Columns with a trial for each pair of outcomes of the sets "a" and "b".
+/// Columns with a trial for each pair of outcomes of the controllers "a" and "b".
 pub fn columns_of_outcomes(outcomes: &[[Outcome; 2]]) -> TrialColumns {
     columns_of_rows(&rows(outcomes), &["a", "b"])
 }
 
-/// The summary of a campaign with sets "a" and "b", with a trial for each pair of outcomes and impulses from 1 to 2
+/// The summary of a campaign with controllers "a" and "b", with a trial for each pair of outcomes and impulses from 1 to 2
 /// N s. The campaign is `smoke`, changed by `set`.
 pub fn summary(outcomes: &[[Outcome; 2]], set: &[&str], gates: &[&str]) -> Summary {
     let overrides = Overrides {
@@ -151,7 +154,7 @@ fn impulse_rows(outcomes: &[[Outcome; 2]]) -> Vec<TrialRow> {
     rows
 }
 
-/// A summary and its trials, of sets "a", "b" and "c". Set "b" was stopped after 25 of 100 trials. "a" and "c"
+/// A summary and its trials, of controllers "a", "b" and "c". Controller "b" was stopped after 25 of 100 trials. "a" and "c"
 /// recover from nine of ten pushes, "b" from one of five.
 pub fn ragged(gates: &[&str]) -> (Summary, TrialColumns) {
     let overrides = Overrides {
@@ -163,14 +166,14 @@ pub fn ragged(gates: &[&str]) -> (Summary, TrialColumns) {
     let manifest = manifest(&["a", "b", "c"], overrides);
     let mut rows = Vec::new();
     for trial in 0..100_u64 {
-        for (set, has_recovered) in [
+        for (controller, has_recovered) in [
             ("a", trial % 10 != 3),
             ("b", trial.is_multiple_of(5)),
             ("c", trial % 10 != 7),
         ] {
-            if set != "b" || trial < 25 {
+            if controller != "b" || trial < 25 {
                 let outcome = if has_recovered { Recovered } else { Fell };
-                rows.push(row(trial, set, 1.0 + trial as f64 / 50.0, outcome));
+                rows.push(row(trial, controller, 1.0 + trial as f64 / 50.0, outcome));
             }
         }
     }
@@ -182,13 +185,13 @@ pub fn ragged(gates: &[&str]) -> (Summary, TrialColumns) {
     )
 }
 
-/// The state after so many trials with so many sets. Set i recovers from all trials but every (i + 2)nd.
-pub fn so_far(sets: usize, trials: u64, name: impl Fn(usize) -> String) -> SoFar {
-    let names: Vec<String> = (0..sets).map(name).collect();
+/// The state after so many trials with so many controllers. Controller i recovers from all trials but every (i + 2)nd.
+pub fn so_far(controllers: usize, trials: u64, name: impl Fn(usize) -> String) -> SoFar {
+    let names: Vec<String> = (0..controllers).map(name).collect();
     let mut rows = Vec::new();
     for trial in 0..trials {
-        for (set, name) in names.iter().enumerate() {
-            let is_lost = trial.is_multiple_of(set as u64 + 2);
+        for (controller, name) in names.iter().enumerate() {
+            let is_lost = trial.is_multiple_of(controller as u64 + 2);
             let outcome = if is_lost { Fell } else { Recovered };
             rows.push(row(trial, name, 1.0, outcome));
         }

@@ -68,7 +68,7 @@ impl<'a> CampaignRun<'a> {
     ) -> Result<CampaignRun<'a>> {
         let Manifest {
             campaign,
-            controllers: sets,
+            controllers,
             ..
         } = &folder.manifest;
         let mut work = CampaignRun {
@@ -78,7 +78,7 @@ impl<'a> CampaignRun<'a> {
             untried: options.untried,
             shard: options.shard,
             missing: Vec::new(),
-            all_trials: vec![campaign.trials; sets.len()],
+            all_trials: vec![campaign.trials; controllers.len()],
             looks: gates.and_then(|gates| UntilResolved::new(folder, gates)),
             claim: None,
         };
@@ -117,20 +117,23 @@ impl<'a> CampaignRun<'a> {
         if self.is_done() {
             0
         } else {
-            self.episodes_of(|block| self.folder.lacks(block, self.set_trials()))
+            self.episodes_of(|block| self.folder.lacks(block, self.controller_trials()))
         }
     }
 
     /// Number of episodes of the campaign, including finished ones. It is an upper bound if the campaign ends when
     /// decided.
     pub fn all_episodes(&self) -> u64 {
-        self.all_episodes_with(self.set_trials())
+        self.all_episodes_with(self.controller_trials())
     }
 
-    fn all_episodes_with(&self, set_trials: &[u64]) -> u64 {
+    fn all_episodes_with(&self, controller_trials: &[u64]) -> u64 {
         self.episodes_of(|block| {
             let (first, _) = self.folder.range(block);
-            set_trials.iter().map(|&trials| first < trials).collect()
+            controller_trials
+                .iter()
+                .map(|&trials| first < trials)
+                .collect()
         })
     }
 
@@ -139,8 +142,8 @@ impl<'a> CampaignRun<'a> {
         let mut episodes = 0;
         for block in self.blocks() {
             let (first, end) = self.folder.range(block);
-            let sets = of(block).into_iter().filter(|is_one| *is_one).count() as u64;
-            episodes += (end - first) * sets;
+            let controllers = of(block).into_iter().filter(|is_one| *is_one).count() as u64;
+            episodes += (end - first) * controllers;
         }
         episodes
     }
@@ -157,14 +160,16 @@ impl<'a> CampaignRun<'a> {
     }
 
     /// Number of trials of each controller: the final one if it is decided, else the largest possible one.
-    fn set_trials(&self) -> &[u64] {
+    fn controller_trials(&self) -> &[u64] {
         self.looks
             .as_ref()
-            .map_or(&self.all_trials, |looks| &looks.set_trials)
+            .map_or(&self.all_trials, |looks| &looks.controller_trials)
     }
 
     fn lacks(&self, block: u64) -> bool {
-        self.folder.lacks(block, self.set_trials()).contains(&true)
+        self.folder
+            .lacks(block, self.controller_trials())
+            .contains(&true)
     }
 
     /// Whether the campaign has been decided, perhaps by another shard.
@@ -178,7 +183,7 @@ impl<'a> CampaignRun<'a> {
         let Some(mut looks) = self.looks.take() else {
             return Ok(Vec::new());
         };
-        looks.go_on(&|look| on_look(look, self.all_episodes_with(look.set_trials)))?;
+        looks.go_on(&|look| on_look(look, self.all_episodes_with(look.controller_trials)))?;
         let missing = looks.lacking(|block| takes(self.shard, block));
         self.looks = Some(looks);
         Ok(missing)
@@ -206,7 +211,10 @@ impl<'a> CampaignRun<'a> {
                 if self.lacks(block) {
                     continue;
                 }
-                if let Ok(rows) = self.folder.rows_of(block..block + 1, self.set_trials()) {
+                if let Ok(rows) = self
+                    .folder
+                    .rows_of(block..block + 1, self.controller_trials())
+                {
                     (watch.on_part)(&rows);
                 }
             }
@@ -223,7 +231,7 @@ impl<'a> CampaignRun<'a> {
             self.missing = self.look_on(watch.on_look)?;
         }
         match &self.looks {
-            Some(looks) if looks.is_over => self.folder.stop_at(&looks.set_trials),
+            Some(looks) if looks.is_over => self.folder.stop_at(&looks.controller_trials),
             _ => Ok(()),
         }
     }
@@ -237,14 +245,16 @@ impl<'a> CampaignRun<'a> {
     ) -> Result<()> {
         let due = self.missing.iter().take_while(|_| !self.is_decided());
         let blocks = due.map(|&index| {
-            let block = Block::new(self.folder, index, self.set_trials());
+            let block = Block::new(self.folder, index, self.controller_trials());
             let (first, end) = self.folder.range(index);
             // A range of `usize` has a known length.
             let trials = (first as usize..end as usize).map(|trial| trial as u64);
             (block, trials)
         });
         let run = |block: &Block, trial| {
-            let rows = self.plan.rows(factories, opening, trial, &block.sets)?;
+            let rows = self
+                .plan
+                .rows(factories, opening, trial, &block.controllers)?;
             for _ in &rows {
                 (watch.on_episode)();
             }
@@ -283,7 +293,7 @@ fn takes(shard: Option<Shard>, block: u64) -> bool {
 struct Block {
     index: u64,
     /// The controllers that run.
-    sets: Vec<usize>,
+    controllers: Vec<usize>,
     /// The rows that the stored part has.
     stored: Vec<TrialRow>,
 }
@@ -291,24 +301,24 @@ struct Block {
 impl Block {
     /// The block of a folder whose controllers have `set_trials` trials. It runs the controllers that the stored part
     /// lacks, and keeps the rows that the part has.
-    fn new(folder: &Folder, index: u64, set_trials: &[u64]) -> Self {
+    fn new(folder: &Folder, index: u64, controller_trials: &[u64]) -> Self {
         let (first, _) = folder.range(index);
         // A part that cannot be read is run again.
         let stored = folder.part(index).rows().unwrap_or_default();
         let is_stored = |name: &str| stored.iter().any(|row| row.controller == name);
-        let sets = folder
+        let controllers = folder
             .manifest
             .controllers
             .iter()
-            .zip(set_trials)
+            .zip(controller_trials)
             .enumerate();
-        let sets = sets
+        let controllers = controllers
             .filter(|(_, (name, trials))| first < **trials && !is_stored(name))
-            .map(|(set, _)| set)
+            .map(|(controller, _)| controller)
             .collect();
         Self {
             index,
-            sets,
+            controllers,
             stored,
         }
     }

@@ -17,7 +17,7 @@ pub struct UntilResolved<'a> {
     /// All trials up to the last look.
     rows: TrialColumns,
     /// Number of trials of each controller: the final one if it is decided, else the largest possible one.
-    pub set_trials: Vec<u64>,
+    pub controller_trials: Vec<u64>,
     /// Whether everything is decided, or there are no more trials.
     pub is_over: bool,
 }
@@ -31,51 +31,57 @@ pub struct Look<'a> {
     /// Names of the controllers that stop here while others continue, because no open question needs their trials.
     pub stopping: Vec<&'a str>,
     /// The largest number of trials that each controller may still reach.
-    pub set_trials: &'a [u64],
+    pub controller_trials: &'a [u64],
 }
 
 impl<'a> UntilResolved<'a> {
     /// The state before the first look. It is None if the campaign has a fixed number of trials. `gates` state what the
     /// campaign has to decide.
     pub fn new(folder: &'a Folder, gates: &'a Gates) -> Option<Self> {
-        let (campaign, sets) = (&folder.manifest.campaign, &folder.manifest.controllers);
+        let (campaign, controllers) = (&folder.manifest.campaign, &folder.manifest.controllers);
         campaign.stopping.until_resolved.then(|| Self {
             folder,
             gates,
-            rows: TrialColumns::new(sets, &campaign.episode),
-            set_trials: vec![campaign.trials; sets.len()],
+            rows: TrialColumns::new(controllers, &campaign.episode),
+            controller_trials: vec![campaign.trials; controllers.len()],
             is_over: false,
         })
     }
 
     /// Takes all looks for which there are enough trials.
     pub fn go_on(&mut self, on_look: &dyn Fn(&Look)) -> Result<()> {
-        let sets = &self.folder.manifest.controllers;
+        let controllers = &self.folder.manifest.controllers;
         while !self.is_over {
             let blocks = self.blocks_to_look(self.rows.trials());
             if blocks.clone().any(|block| self.lacks(block)) {
                 return Ok(());
             }
             for block in blocks {
-                self.rows
-                    .push(&self.folder.rows_of(block..block + 1, &self.set_trials)?);
+                self.rows.push(
+                    &self
+                        .folder
+                        .rows_of(block..block + 1, &self.controller_trials)?,
+                );
             }
             let trials = self.rows.trials();
             let open = self.gates.open(&self.rows);
             self.is_over = open.is_empty() || trials == self.most();
             let mut stopping = Vec::new();
-            for (set, of_set) in self.set_trials.iter_mut().enumerate() {
-                let needs_more = !self.is_over && open.iter().any(|open| open.sets.contains(&set));
-                if *of_set > trials && !needs_more {
-                    *of_set = trials;
-                    stopping.extend((!self.is_over).then_some(sets[set].as_str()));
+            for (controller, of_controller) in self.controller_trials.iter_mut().enumerate() {
+                let needs_more = !self.is_over
+                    && open
+                        .iter()
+                        .any(|open| open.controllers.contains(&controller));
+                if *of_controller > trials && !needs_more {
+                    *of_controller = trials;
+                    stopping.extend((!self.is_over).then_some(controllers[controller].as_str()));
                 }
             }
             on_look(&Look {
                 rows: &self.rows,
                 open: &open,
                 stopping,
-                set_trials: &self.set_trials,
+                controller_trials: &self.controller_trials,
             });
         }
         Ok(())
@@ -104,7 +110,9 @@ impl<'a> UntilResolved<'a> {
     }
 
     fn lacks(&self, block: u64) -> bool {
-        self.folder.lacks(block, &self.set_trials).contains(&true)
+        self.folder
+            .lacks(block, &self.controller_trials)
+            .contains(&true)
     }
 
     /// The blocks with the trials from `from`, which is a look, to the next look.

@@ -1,7 +1,7 @@
 //! The picture of `standfast limit`: the largest recoverable impulses by heading, over the pendulum bounds.
 
 use super::axes::AxisScale;
-use super::class_of_set;
+use super::class_of_controller;
 use super::panel::{LegendRow, LegendSample, Panel};
 use super::polar::{Polar, towards};
 use standfast_core::error::Result;
@@ -65,7 +65,7 @@ fn all(limits: &Limits) -> impl Iterator<Item = &ControllerLimit> {
 }
 
 fn map(limits: &Limits, bounds: &[Heading]) -> Panel {
-    let limits_n_s = all(limits).map(|set| set.ci95[1]);
+    let limits_n_s = all(limits).map(|controller| controller.ci95[1]);
     let bounds_n_s = bounds
         .iter()
         .flat_map(|heading| BOUNDS.map(|(.., impulse_n_s)| impulse_n_s(heading)));
@@ -87,29 +87,33 @@ fn map(limits: &Limits, bounds: &[Heading]) -> Panel {
         );
     }
     polar.rings(&rings);
-    for set in 0..limits
+    for controller in 0..limits
         .headings
         .first()
         .map_or(0, |heading| heading.controllers.len())
     {
-        let class = format!("class=\"{}\"", class_of_set(set));
-        polar
-            .panel
-            .group(&class, |panel| draw_set(panel, &limits.headings, set));
+        let class = format!("class=\"{}\"", class_of_controller(controller));
+        polar.panel.group(&class, |panel| {
+            draw_controller(panel, &limits.headings, controller)
+        });
     }
     polar.names(&rings);
     polar.panel
 }
 
 /// Draws the limits of a controller: dots and a line.
-fn draw_set(panel: &mut Panel, headings: &[Heading], set: usize) {
-    let middle =
-        |heading: &Heading| towards(heading.heading_deg, heading.controllers[set].impulse50_n_s);
+fn draw_controller(panel: &mut Panel, headings: &[Heading], controller: usize) {
+    let middle = |heading: &Heading| {
+        towards(
+            heading.heading_deg,
+            heading.controllers[controller].impulse50_n_s,
+        )
+    };
     if headings.len() >= JOINED {
         panel.polygon("outline", headings.iter().map(middle));
     }
     for heading in headings {
-        let [low, high] = heading.controllers[set]
+        let [low, high] = heading.controllers[controller]
             .ci95
             .map(|impulse_n_s| towards(heading.heading_deg, impulse_n_s));
         panel.line("interval", low, high);
@@ -121,12 +125,12 @@ fn draw_set(panel: &mut Panel, headings: &[Heading], set: usize) {
             ci95: [low, high],
             resolved,
             ..
-        } = &heading.controllers[set];
+        } = &heading.controllers[controller];
         let words = format!(
             "{name}, {}\u{b0}: {most:.2} N s ({low:.2} to {high:.2})",
             heading.heading_deg
         );
-        if let Some(safe_n_s) = heading.controllers[set].safe_n_s {
+        if let Some(safe_n_s) = heading.controllers[controller].safe_n_s {
             let [from, to] = [-SAFE_MARK_HALF_DEG, SAFE_MARK_HALF_DEG]
                 .map(|turn| towards(heading.heading_deg + turn, safe_n_s));
             let words = format!(
@@ -143,19 +147,19 @@ fn draw_set(panel: &mut Panel, headings: &[Heading], set: usize) {
 fn legend(limits: &Limits) -> Vec<LegendRow> {
     let mut rows: Vec<LegendRow> = Vec::new();
     for heading in limits.headings.iter().take(1) {
-        for (i, set) in heading.controllers.iter().enumerate() {
+        for (i, controller) in heading.controllers.iter().enumerate() {
             let sample = LegendSample::DottedLine("");
-            rows.push((class_of_set(i), sample, set.name.clone()));
+            rows.push((class_of_controller(i), sample, controller.name.clone()));
         }
     }
     let mut note = |words: &str| rows.push((String::new(), LegendSample::Nothing, words.into()));
     let engines: Vec<&str> = limits.engines.iter().map(|of| &of.engine[..]).collect();
     note(&format!("simulated by {}", engines.join(", ")));
     note("dot: 50 % recover; bar: 95 %");
-    if all(limits).any(|set| set.safe_n_s.is_some()) {
+    if all(limits).any(|controller| controller.safe_n_s.is_some()) {
         note("line across: nothing lost up to there");
     }
-    if all(limits).any(|set| !set.resolved) {
+    if all(limits).any(|controller| !controller.resolved) {
         note("hollow: not precise enough");
     }
     note("Pendulum bounds: a pendulum stays up with");

@@ -24,11 +24,11 @@ pub fn write(
     } = limits;
     let mut holes = (0..).map(replay_of);
     let mut panels = Vec::new();
-    let sets = limits
+    let controllers = limits
         .headings
         .first()
         .map_or(0, |first| first.controllers.len());
-    panels.extend((0..sets).map(|set| map(limits, set, &mut holes)));
+    panels.extend((0..controllers).map(|controller| map(limits, controller, &mut holes)));
     let rows = [
         ("cell", LegendSample::Area, "the robot recovers"),
         ("cell lost", LegendSample::Area, "it does not"),
@@ -56,7 +56,11 @@ pub fn write(
 }
 
 /// The map of one controller. It takes one file from `holes` for each of its holes.
-fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<String>>) -> Panel {
+fn map(
+    limits: &Limits,
+    controller: usize,
+    holes: &mut impl Iterator<Item = Option<String>>,
+) -> Panel {
     let Limits {
         headings,
         precision_n_s: step_n_s,
@@ -65,7 +69,7 @@ fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<Stri
     let half_deg = 180.0 / headings.len() as f64;
     let mut most_n_s = 0.0_f64;
     for heading in headings {
-        let tried_n_s = heading.controllers[set]
+        let tried_n_s = heading.controllers[controller]
             .map
             .last()
             .map_or(0.0, |tried| tried.impulse_n_s);
@@ -74,7 +78,7 @@ fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<Stri
     let mut panel = Panel::new(SIZE[0], SIZE[1]);
     let name = headings
         .first()
-        .map_or("", |heading| &heading.controllers[set].name);
+        .map_or("", |heading| &heading.controllers[controller].name);
     panel.text("title start", [FRAME[0], 20.0], [0.0, 0.0], name);
     let ticks = (0..360)
         .step_by(TICK_DEG)
@@ -91,7 +95,7 @@ fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<Stri
         &Axis::new("impulse [N s]", [0.0, most_n_s + step_n_s]),
     );
     for heading in headings {
-        let limit = &heading.controllers[set];
+        let limit = &heading.controllers[controller];
         let [left, right] = [-half_deg, half_deg].map(|turn| heading.heading_deg + turn);
         for run in limit
             .map
@@ -133,7 +137,10 @@ fn map(limits: &Limits, set: usize, holes: &mut impl Iterator<Item = Option<Stri
     panel.polyline("limit", bound);
     panel.group("class=\"s0\"", |panel| {
         for heading in headings {
-            let middle = [heading.heading_deg, heading.controllers[set].impulse50_n_s];
+            let middle = [
+                heading.heading_deg,
+                heading.controllers[controller].impulse50_n_s,
+            ];
             panel.circle("dot", middle, 3.0);
         }
     });

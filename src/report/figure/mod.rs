@@ -84,11 +84,11 @@ fn alone(panel: &Panel) -> String {
 }
 
 /// Classes of all elements that are drawn for a controller.
-pub fn class_of_set(set: usize) -> String {
+pub fn class_of_controller(controller: usize) -> String {
     format!(
         "s{}{}",
-        set % COLORS,
-        if set >= COLORS { " again" } else { "" }
+        controller % COLORS,
+        if controller >= COLORS { " again" } else { "" }
     )
 }
 
@@ -198,7 +198,7 @@ mod tests {
     #[test]
     fn a_file_has_its_colours_in_a_program_that_is_no_browser() {
         let mut panel = Panel::new(400.0, 60.0);
-        let controllers: Vec<String> = (0..COLORS).map(class_of_set).collect();
+        let controllers: Vec<String> = (0..COLORS).map(class_of_controller).collect();
         let marks = ["com", "zmp", "dcm", "slice", "wanted", "plan", "push"];
         let all = controllers.iter().map(String::as_str).chain(marks);
         for (i, class) in all.clone().enumerate() {

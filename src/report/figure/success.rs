@@ -3,7 +3,7 @@
 
 use super::axes::Axis;
 use super::panel::{LegendRow, LegendSample, Panel, short};
-use super::{COLORS, class_of_set};
+use super::{COLORS, class_of_controller};
 use standfast_core::error::Result;
 use standfast_stats::curve::Level;
 use standfast_study::Summary;
@@ -45,16 +45,17 @@ pub fn write(path: &Path, summary: &Summary) -> Result<()> {
 }
 
 /// The chart alone. The elements of a controller are a group with the number of the controller as `data-set`.
-pub fn chart(sets: &[ControllerSummary]) -> Panel {
-    let edges = impulse_edges_n_s(sets);
+pub fn chart(controllers: &[ControllerSummary]) -> Panel {
+    let edges = impulse_edges_n_s(controllers);
     let ends = [
         edges.first().map_or(0.0, |edge| *edge),
         edges.last().map_or(1.0, |edge| *edge),
     ];
     // A fitted curve runs over the range of the impulses, which the outer bins may exceed.
     let fitted_at = || {
-        sets.iter()
-            .flat_map(|set| &set.curve.points)
+        controllers
+            .iter()
+            .flat_map(|controller| &controller.curve.points)
             .map(|point| point.x)
     };
     let pushes = [
@@ -78,20 +79,21 @@ pub fn chart(sets: &[ControllerSummary]) -> Panel {
     );
     let n_s_per_px = (ends[1] - ends[0]) / (RIGHT - LEFT);
     let bins = edges.len().saturating_sub(1).max(1) as f64;
-    let apart =
-        BAR_SPACING_PX.min(OF_BIN * (RIGHT - LEFT) / bins / sets.len().max(1) as f64) * n_s_per_px;
-    for (i, set) in sets.iter().enumerate() {
-        let beside = apart * (i as f64 - 0.5 * (sets.len() - 1) as f64);
+    let apart = BAR_SPACING_PX
+        .min(OF_BIN * (RIGHT - LEFT) / bins / controllers.len().max(1) as f64)
+        * n_s_per_px;
+    for (i, controller) in controllers.iter().enumerate() {
+        let beside = apart * (i as f64 - 0.5 * (controllers.len() - 1) as f64);
         let series = Series {
-            set,
+            controller,
             pushes,
             ends,
             beside,
             dot: dot(i),
-            has_band: sets.len() <= MOST_BANDS,
+            has_band: controllers.len() <= MOST_BANDS,
         };
         panel.group(
-            &format!("class=\"{}\" data-set=\"{i}\"", class_of_set(i)),
+            &format!("class=\"{}\" data-set=\"{i}\"", class_of_controller(i)),
             |panel| series.draw(panel),
         );
     }
@@ -100,7 +102,7 @@ pub fn chart(sets: &[ControllerSummary]) -> Panel {
 
 /// The elements of a controller.
 struct Series<'a> {
-    set: &'a ControllerSummary,
+    controller: &'a ControllerSummary,
     /// Smallest and largest impulse of the pushes, as far as they are known, and ends of the axis (N s).
     pushes: [f64; 2],
     ends: [f64; 2],
@@ -112,9 +114,9 @@ struct Series<'a> {
 
 impl Series<'_> {
     fn draw(&self, panel: &mut Panel) {
-        let curve = &self.set.curve.points;
+        let curve = &self.controller.curve.points;
         let bins: Vec<&ImpulseBin> = self
-            .set
+            .controller
             .by_impulse
             .iter()
             .filter(|bin| bin.count.trials > 0)
@@ -145,7 +147,7 @@ impl Series<'_> {
         for bin in bins {
             panel.told(&words(bin), |panel| panel.circle(self.dot, at(bin), 4.0));
         }
-        let fit = self.set.curve.fit.as_ref();
+        let fit = self.controller.curve.fit.as_ref();
         self.level(panel, 0.5, fit.and_then(|fit| fit.impulse50));
         self.level(panel, 0.9, fit.and_then(|fit| fit.impulse90));
     }
@@ -172,7 +174,7 @@ impl Series<'_> {
         };
         let words = format!(
             "{}: {} % recover at {at:.2} N s{interval}",
-            self.set.name,
+            self.controller.name,
             short(100.0 * share, 0)
         );
         panel.told(&words, |panel| {
@@ -182,35 +184,41 @@ impl Series<'_> {
 }
 
 /// Class of the dots of a controller. They are hollow if an earlier controller has the same colour.
-fn dot(set: usize) -> &'static str {
-    if set < COLORS { "dot" } else { "hollow" }
+fn dot(controller: usize) -> &'static str {
+    if controller < COLORS { "dot" } else { "hollow" }
 }
 
 /// The legend: the colour of each controller with its rate over all impulses, and the meaning of the marks.
-fn legend(sets: &[ControllerSummary]) -> Vec<LegendRow> {
+fn legend(controllers: &[ControllerSummary]) -> Vec<LegendRow> {
     let mut rows = Vec::new();
-    for (i, set) in sets.iter().enumerate() {
-        let name = match set.name.char_indices().nth(LETTERS) {
-            Some((end, _)) => format!("{}...", &set.name[..end]),
-            None => set.name.clone(),
+    for (i, controller) in controllers.iter().enumerate() {
+        let name = match controller.name.char_indices().nth(LETTERS) {
+            Some((end, _)) => format!("{}...", &controller.name[..end]),
+            None => controller.name.clone(),
         };
-        let of_trials = if are_of_different_trials(sets) {
-            format!(" of {}", set.count.trials)
+        let of_trials = if are_of_different_trials(controllers) {
+            format!(" of {}", controller.count.trials)
         } else {
             String::new()
         };
         rows.push((
-            class_of_set(i),
+            class_of_controller(i),
             LegendSample::DottedLine(dot(i)),
-            format!("{name}: {:.1} %{of_trials}", 100.0 * set.count.success_rate),
+            format!(
+                "{name}: {:.1} %{of_trials}",
+                100.0 * controller.count.success_rate
+            ),
         ));
     }
-    let is_fitted = |set: &ControllerSummary| !set.curve.points.is_empty();
-    let (some, all) = (sets.iter().any(is_fitted), sets.iter().all(is_fitted));
+    let is_fitted = |controller: &ControllerSummary| !controller.curve.points.is_empty();
+    let (some, all) = (
+        controllers.iter().any(is_fitted),
+        controllers.iter().all(is_fitted),
+    );
     let notes = [
         (true, "dots: share by bin of impulse"),
         (
-            some && sets.len() <= MOST_BANDS,
+            some && controllers.len() <= MOST_BANDS,
             "bands: 95 % of the curves",
         ),
         (some, "diamonds: where 50 %, 90 % recover"),
@@ -225,9 +233,10 @@ fn legend(sets: &[ControllerSummary]) -> Vec<LegendRow> {
 }
 
 /// Whether some of the controllers have fewer trials than others.
-fn are_of_different_trials(sets: &[ControllerSummary]) -> bool {
-    sets.iter()
-        .any(|set| set.count.trials != sets[0].count.trials)
+fn are_of_different_trials(controllers: &[ControllerSummary]) -> bool {
+    controllers
+        .iter()
+        .any(|controller| controller.count.trials != controllers[0].count.trials)
 }
 
 /// Middle (N s) of the part of a bin that has pushes.
@@ -249,8 +258,10 @@ fn words(bin: &ImpulseBin) -> String {
 }
 
 /// Edges of the bins of impulse (N s), in ascending order.
-pub fn impulse_edges_n_s(sets: &[ControllerSummary]) -> Vec<f64> {
-    let bins = sets.iter().flat_map(|set| &set.by_impulse);
+pub fn impulse_edges_n_s(controllers: &[ControllerSummary]) -> Vec<f64> {
+    let bins = controllers
+        .iter()
+        .flat_map(|controller| &controller.by_impulse);
     let mut edges_n_s: Vec<f64> = bins.flat_map(|bin| [bin.from_n_s, bin.to_n_s]).collect();
     edges_n_s.sort_by(f64::total_cmp);
     edges_n_s.dedup();
@@ -277,21 +288,22 @@ mod tests {
     }
 
     #[test]
-    fn a_set_that_was_stopped_has_no_dots_where_it_has_no_trials() {
-        let sets = ragged(&[]).0.controllers;
-        let told = |svg: &str, set: &ControllerSummary| {
-            set.by_impulse
+    fn a_controller_that_was_stopped_has_no_dots_where_it_has_no_trials() {
+        let controllers = ragged(&[]).0.controllers;
+        let told = |svg: &str, controller: &ControllerSummary| {
+            controller
+                .by_impulse
                 .iter()
                 .filter(|bin| svg.contains(&words(bin)))
                 .count()
         };
-        let svg = chart(&sets[1..2]).svg("");
+        let svg = chart(&controllers[1..2]).svg("");
         assert_eq!(
-            (sets[1].by_impulse.len(), told(&svg, &sets[1])),
-            (sets[0].by_impulse.len(), 2)
+            (controllers[1].by_impulse.len(), told(&svg, &controllers[1])),
+            (controllers[0].by_impulse.len(), 2)
         );
         assert!(
-            legend(&sets)
+            legend(&controllers)
                 .iter()
                 .any(|(_, _, words)| words == "b: 20.0 % of 25")
         );
@@ -300,7 +312,7 @@ mod tests {
     /// Only a fitted curve has a band. Without one, each bin has an error bar.
     #[test]
     fn only_fitted_curves_have_bands() {
-        let mut sets = summary(
+        let mut controllers = summary(
             &[
                 [Recovered, Recovered],
                 [Recovered, Fell],
@@ -311,16 +323,16 @@ mod tests {
             &[],
         )
         .controllers;
-        let found = |sets: &[ControllerSummary]| {
-            let svg = chart(sets).svg("");
+        let found = |controllers: &[ControllerSummary]| {
+            let svg = chart(controllers).svg("");
             ["class=\"range\"", "class=\"interval\""].map(|class| svg.matches(class).count())
         };
-        assert_eq!(found(&sets), [2, 0]);
-        sets[1].curve = FittedCurve {
+        assert_eq!(found(&controllers), [2, 0]);
+        controllers[1].curve = FittedCurve {
             fit: None,
             none_because: None,
             points: Vec::new(),
         };
-        assert_eq!(found(&sets), [1, sets[1].by_impulse.len()]);
+        assert_eq!(found(&controllers), [1, controllers[1].by_impulse.len()]);
     }
 }

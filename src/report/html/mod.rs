@@ -56,12 +56,15 @@ fn add_to(environment: &mut Environment) {
 
 /// The values that the template reads: the summary as `s`, and everything that is computed here.
 fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
-    let (sets, pairs) = (&summary.controllers, &summary.pairs);
-    let names: Vec<String> = sets.iter().map(|set| set.name.clone()).collect();
+    let (controllers, pairs) = (&summary.controllers, &summary.pairs);
+    let names: Vec<String> = controllers
+        .iter()
+        .map(|controller| controller.name.clone())
+        .collect();
     // Every pair and gate names controllers of the summary, so the default is never used.
     let index = |name: &str| names.iter().position(|n| *n == name).unwrap_or_default();
     let trials = Trials(rows);
-    let maps = polar::Maps::new(success::impulse_edges_n_s(sets), &trials);
+    let maps = polar::Maps::new(success::impulse_edges_n_s(controllers), &trials);
     let mut pair_views = Vec::new();
     for (i, pair) in pairs.iter().enumerate() {
         let (a, b) = (index(&pair.a), index(&pair.b));
@@ -71,21 +74,21 @@ fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
             None
         };
         let open = pair.verdict == PairVerdict::Open;
-        let trials = telling::of_pair(sets, pair, (a, b));
+        let trials = telling::of_pair(controllers, pair, (a, b));
         pair_views.push(
             json!({ "index": i, "a": a, "b": b, "open": open, "map": map, "trials": trials }),
         );
     }
     let lost = summary.gates.iter().map(|gate| {
         Some(telling::point(
-            sets,
+            controllers,
             gate.lost_trial?,
             &[index(&gate.controller)],
         ))
     });
-    let commands: Vec<_> = sets
+    let commands: Vec<_> = controllers
         .iter()
-        .map(|set| replay_parts(&set.origin, Path::new("")))
+        .map(|controller| replay_parts(&controller.origin, Path::new("")))
         .collect();
     let mut sections: BTreeMap<&str, String> = BTreeMap::new();
     for ReportTable {
@@ -113,13 +116,13 @@ fn context(summary: &Summary, rows: &TrialColumns, folder: &Path) -> Value {
         "script": SCRIPT,
         "colors": figure::COLORS,
         "data": trials.as_dots().then(|| trials.as_json(&commands)),
-        "telling": telling::table(sets, folder),
+        "telling": telling::table(controllers, folder),
         "lost": lost.collect::<Vec<_>>(),
-        "maps": (0..names.len()).map(|set| maps.set(set)).collect::<Vec<_>>(),
+        "maps": (0..names.len()).map(|controller| maps.set(controller)).collect::<Vec<_>>(),
         "pair_views": pair_views,
         "most_pairs": MOST_PAIRS,
         "few_answers": FEW_ANSWERS,
-        "curve": success::chart(sets).svg("role=\"img\" aria-label=\"Success rate over impulse\""),
+        "curve": success::chart(controllers).svg("role=\"img\" aria-label=\"Success rate over impulse\""),
         "tables": sections,
         "endings": text::endings(&summary.episode.judge),
         "settings": text::settings(summary, true),
@@ -152,14 +155,14 @@ mod tests {
             summary(&outcomes, &[], &["a >= 0.9"]),
             summary_columns(&outcomes),
         );
-        let of_set = [
+        let of_controller = [
             &mut summary.controllers[0].name,
             &mut summary.pairs[0].a,
             &mut rows.names[0],
         ];
         for name in [&mut summary.name, &mut summary.robot]
             .into_iter()
-            .chain(of_set)
+            .chain(of_controller)
         {
             *name = HOSTILE.into();
         }
@@ -191,7 +194,7 @@ mod tests {
 
     /// The page, the summary for a pull request, and the terminal are tested.
     #[test]
-    fn a_set_that_was_stopped_has_its_own_trials() {
+    fn a_controller_that_was_stopped_has_its_own_trials() {
         let (summary, rows) = ragged(&[]);
         let page = page(&summary, &rows, Path::new("")).unwrap();
         let terminal = text::campaign(&summary, Path::new("out"), true);

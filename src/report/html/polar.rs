@@ -55,17 +55,20 @@ impl<'a> Maps<'a> {
 
     /// The map of one controller: the share of recovered trials as cells and, unless there are too many, each trial as
     /// a mark.
-    pub fn set(&self, set: usize) -> String {
+    pub fn set(&self, controller: usize) -> String {
         let Trials(rows) = self.trials;
         let own = |has_won: bool| {
-            let ended = rows.of(set);
+            let ended = rows.of(controller);
             (0..ended.len()).filter(move |trial| ended[*trial].has_recovered() == has_won)
         };
-        let label = format!("Success of {} by heading and impulse", rows.names[set]);
+        let label = format!(
+            "Success of {} by heading and impulse",
+            rows.names[controller]
+        );
         self.drawn(
             &label,
-            &set.to_string(),
-            |polar| self.cells(polar, set),
+            &controller.to_string(),
+            |polar| self.cells(polar, controller),
             |polar| {
                 if self.trials.as_dots() {
                     self.dots(polar, "won", own(true));
@@ -100,7 +103,7 @@ impl<'a> Maps<'a> {
             |polar| {
                 self.dots(polar, "same", common(|a, b| a && b));
                 self.crosses(polar, "neither", common(|a, b| !a && !b));
-                let [a, b] = [a, b].map(|set| set % COLORS);
+                let [a, b] = [a, b].map(|controller| controller % COLORS);
                 self.dots(polar, &format!("only s{a}"), common(|a, b| a && !b));
                 self.dots(polar, &format!("only s{b} square"), common(|a, b| b && !a));
             },
@@ -108,11 +111,11 @@ impl<'a> Maps<'a> {
     }
 
     /// A map, with `below` drawn below its rings and `over` drawn over them. The script of the page reads two
-    /// attributes: the impulse at the outermost ring, and the controllers `sets` whose trials it offers to replay.
+    /// attributes: the impulse at the outermost ring, and the `controllers` whose trials it offers to replay.
     fn drawn(
         &self,
         label: &str,
-        sets: &str,
+        controllers: &str,
         below: impl Fn(&mut Polar),
         over: impl Fn(&mut Polar),
     ) -> String {
@@ -129,16 +132,16 @@ impl<'a> Maps<'a> {
         polar.names(&self.edges_n_s);
         let label = escape(label);
         polar.panel.svg(&format!(
-            "role=\"img\" aria-label=\"{label}\" data-most=\"{most}\" data-sets=\"{sets}\""
+            "role=\"img\" aria-label=\"{label}\" data-most=\"{most}\" data-sets=\"{controllers}\""
         ))
     }
 
     /// A coloured cell for each part of a ring that has trials.
-    fn cells(&self, polar: &mut Polar, set: usize) {
+    fn cells(&self, polar: &mut Polar, controller: usize) {
         let width_deg = 360.0 / self.sectors as f64;
         let mut counts = vec![(0u32, 0u32); self.sectors * self.rings()];
         let Trials(rows) = self.trials;
-        for (trial, ended) in rows.of(set).iter().enumerate() {
+        for (trial, ended) in rows.of(controller).iter().enumerate() {
             let (heading_deg, impulse_n_s) = (rows.heading_deg(trial), rows.impulse_n_s(trial));
             let sector =
                 ((heading_deg.rem_euclid(360.0) / width_deg).round() as usize) % self.sectors;
@@ -247,7 +250,7 @@ mod tests {
     /// Forward is up, left is to the left, and headings that differ by a full turn are the same place.
     #[test]
     fn headings_are_seen_from_above() {
-        let sets = ["hold".to_string()];
+        let controllers = ["hold".to_string()];
         let turned = |trial, heading_deg, outcome| {
             row(trial, "hold", 2.0, outcome).with(|row| row.push.heading_deg = heading_deg)
         };
@@ -257,7 +260,7 @@ mod tests {
             turned(2, -270.0, Outcome::Recovered),
             turned(3, 91.0, Outcome::Fell),
         ];
-        let rows = crate::fixtures::columns_of_rows(&rows, &sets);
+        let rows = crate::fixtures::columns_of_rows(&rows, &controllers);
         let trials = Trials(&rows);
         let maps = Maps::new(vec![0.0, 1.0, 2.0], &trials);
         let view = Polar::new(RADIUS, 2.0).panel.view;

@@ -13,15 +13,18 @@ use std::path::Path;
 
 /// The rows of the table: each controller's telling trials with the command that replays them and, if it exists, the
 /// path of their replay relative to `folder`, and its small picture.
-pub(super) fn table(sets: &[ControllerSummary], folder: &Path) -> Vec<Value> {
+pub(super) fn table(controllers: &[ControllerSummary], folder: &Path) -> Vec<Value> {
     let mut rows = Vec::new();
-    for (i, set) in sets.iter().enumerate() {
-        for trial in &set.telling {
-            let (id, command) = (row_id(sets, i, trial.trial), command(set, trial.trial));
-            let replay = replay_found(folder, &set.origin, trial.trial);
+    for (i, controller) in controllers.iter().enumerate() {
+        for trial in &controller.telling {
+            let (id, command) = (
+                row_id(controllers, i, trial.trial),
+                command(controller, trial.trial),
+            );
+            let replay = replay_found(folder, &controller.origin, trial.trial);
             let picture = replay.as_ref().and_then(|page| picture_found(folder, page));
             rows.push(json!({
-                "set": set.name, "trial": trial, "id": id, "command": command, "replay": replay, "picture": picture,
+                "set": controller.name, "trial": trial, "id": id, "command": command, "replay": replay, "picture": picture,
             }));
         }
     }
@@ -30,26 +33,26 @@ pub(super) fn table(sets: &[ControllerSummary], folder: &Path) -> Vec<Value> {
 
 /// A trial: its number, the link to its row in the table for the first of the `tried` controllers that has a row, and
 /// the command that replays it with the first of the `tried` controllers.
-pub(super) fn point(sets: &[ControllerSummary], trial: u64, tried: &[usize]) -> Value {
+pub(super) fn point(controllers: &[ControllerSummary], trial: u64, tried: &[usize]) -> Value {
     let link = tried
         .iter()
-        .find_map(|set| row_id(sets, *set, trial))
+        .find_map(|controller| row_id(controllers, *controller, trial))
         .map(|id| format!("#{id}"));
-    json!({ "trial": trial, "link": link, "command": command(&sets[tried[0]], trial) })
+    json!({ "trial": trial, "link": link, "command": command(&controllers[tried[0]], trial) })
 }
 
 /// The trials from which only one of a pair of controllers recovered, first the trials of the first controller, each
 /// with the command that replays it with the controller that lost it. If one controller is better, one of its trials is
 /// the example.
 pub(super) fn of_pair(
-    sets: &[ControllerSummary],
+    controllers: &[ControllerSummary],
     pair: &PairSummary,
     (a, b): (usize, usize),
 ) -> Value {
     let points = |trials: &[u64], tried: [usize; 2]| -> Vec<Value> {
         trials
             .iter()
-            .map(|trial| point(sets, *trial, &tried))
+            .map(|trial| point(controllers, *trial, &tried))
             .collect()
     };
     let only = [
@@ -63,27 +66,27 @@ pub(super) fn of_pair(
     json!({ "example": example, "only": only })
 }
 
-fn command(set: &ControllerSummary, trial: u64) -> String {
-    replay_parts(&set.origin, Path::new("")).join(&trial.to_string())
+fn command(controller: &ControllerSummary, trial: u64) -> String {
+    replay_parts(&controller.origin, Path::new("")).join(&trial.to_string())
 }
 
 /// Id of the row of a controller and a trial. None if the table has no such row.
-fn row_id(sets: &[ControllerSummary], set: usize, trial: u64) -> Option<String> {
-    let ControllerSummary { name, telling, .. } = &sets[set];
+fn row_id(controllers: &[ControllerSummary], controller: usize, trial: u64) -> Option<String> {
+    let ControllerSummary { name, telling, .. } = &controllers[controller];
     let is_told = telling.iter().any(|told| told.trial == trial);
-    is_told.then(|| format!("trial-{trial}-{}", slug(name, set)))
+    is_told.then(|| format!("trial-{trial}-{}", slug(name, controller)))
 }
 
 /// The name of a controller as part of an id and of links to it. A name with special characters is replaced by its
 /// number.
-fn slug(name: &str, set: usize) -> String {
+fn slug(name: &str, controller: usize) -> String {
     let is_plain = name
         .chars()
         .all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
     if !name.is_empty() && is_plain {
         name.into()
     } else {
-        format!("~{set}")
+        format!("~{controller}")
     }
 }
 
@@ -103,12 +106,12 @@ mod tests {
             ..summary.controllers[0].telling[0].clone()
         };
         let telling = [vec![of_trial(5), of_trial(7)], vec![of_trial(9)]];
-        for (set, (name, telling)) in summary
+        for (controller, (name, telling)) in summary
             .controllers
             .iter_mut()
             .zip(["hold", "a b"].into_iter().zip(telling))
         {
-            (set.name, set.origin, set.telling) =
+            (controller.name, controller.origin, controller.telling) =
                 (name.into(), ControllerOrigin::own(name), telling);
         }
         let ids: Vec<Value> = table(&summary.controllers, Path::new(""))
@@ -120,8 +123,10 @@ mod tests {
         (pair.verdict, pair.first_only_a, pair.first_only_b) =
             (PairVerdict::Better, vec![9], vec![5, 6]);
         let found = of_pair(&summary.controllers, &summary.pairs[0], (0, 1));
-        let command = |trial: u64, set: &str| {
-            format!("standfast push --campaign campaign.toml --trial {trial} --controller {set}")
+        let command = |trial: u64, controller: &str| {
+            format!(
+                "standfast push --campaign campaign.toml --trial {trial} --controller {controller}"
+            )
         };
         let expected = json!({ "trial": 9, "link": "#trial-9-~1", "command": command(9, "'a b'") });
         assert_eq!(found["only"][0][0], expected);

@@ -30,8 +30,8 @@ impl Trials<'_> {
         let mut trials = Vec::new();
         for trial in 0..self.len() {
             let (mut outcomes, mut footsteps) = (String::new(), Vec::new());
-            for set in 0..rows.names.len() {
-                let ended = rows.of(set).get(trial);
+            for controller in 0..rows.names.len() {
+                let ended = rows.of(controller).get(trial);
                 outcomes.push(ended.map_or('-', |ended| letter(ended.outcome)));
                 footsteps.push(ended.map_or(0, |ended| ended.footsteps));
             }

@@ -3,7 +3,7 @@
 
 use super::{CellMark, Table};
 use crate::figure::axes::AxisScale;
-use crate::figure::class_of_set;
+use crate::figure::class_of_controller;
 use crate::figure::panel::{escape, px, short};
 use crate::text::layout::together;
 use std::fmt::Write;
@@ -32,7 +32,7 @@ impl Table {
             _ = write!(
                 html,
                 "<th scope=\"col\"{class}>{}{heading}</th>",
-                key(column.set)
+                key(column.controller)
             );
             if let Some(scale) = scale.filter(|_| i + 1 == names) {
                 _ = write!(
@@ -48,8 +48,12 @@ impl Table {
             for (i, (cell, column)) in row.iter().zip(&self.columns).enumerate() {
                 let text = signs(&cell.text);
                 _ = match (i, column.is_words) {
-                    (0, _) => write!(html, "<th scope=\"row\">{}{text}</th>", key(cell.set)),
-                    (_, true) => write!(html, "<td>{}{text}</td>", key(cell.set)),
+                    (0, _) => write!(
+                        html,
+                        "<th scope=\"row\">{}{text}</th>",
+                        key(cell.controller)
+                    ),
+                    (_, true) => write!(html, "<td>{}{text}</td>", key(cell.controller)),
                     (_, false) => write!(html, "<td class=\"number\">{text}</td>"),
                 };
                 if let Some(scale) = scale.filter(|_| i + 1 == names) {
@@ -110,9 +114,12 @@ pub fn signs(text: &str) -> String {
 }
 
 /// The colour of a controller, before its name.
-fn key(set: Option<usize>) -> String {
-    set.map_or(String::new(), |set| {
-        format!("<span class=\"key {}\"></span>", class_of_set(set))
+fn key(controller: Option<usize>) -> String {
+    controller.map_or(String::new(), |controller| {
+        format!(
+            "<span class=\"key {}\"></span>",
+            class_of_controller(controller)
+        )
     })
 }
 
@@ -123,7 +130,7 @@ fn at(AxisScale { from, to }: AxisScale, x: f64) -> f64 {
 
 /// A dot for a value, with a bar for its interval.
 fn whisker(scale: AxisScale, mark: CellMark, size: &str) -> String {
-    let class = mark.set.map_or(String::new(), class_of_set);
+    let class = mark.controller.map_or(String::new(), class_of_controller);
     let mut svg = format!("<svg class=\"whisker {size}{class}\" aria-hidden=\"true\">");
     for tick in scale.ticks() {
         let zero = if tick.abs() < 1e-9 && scale.from < 0.0 {

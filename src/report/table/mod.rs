@@ -36,7 +36,7 @@ pub struct TableColumn {
     /// Whether the cells are names or words, which are aligned to the left. Numbers are aligned to the right.
     pub is_words: bool,
     /// The controller of the column, if the columns are to be compared.
-    pub set: Option<usize>,
+    pub controller: Option<usize>,
 }
 
 /// A cell. All writers write its text.
@@ -45,7 +45,7 @@ pub struct Cell {
     pub text: String,
     pub mark: Option<CellMark>,
     /// The controller that is named in the cell. It has a colour if the writer has colours.
-    pub set: Option<usize>,
+    pub controller: Option<usize>,
 }
 
 /// The value of a cell and its interval, for a writer that can draw. The marks of a row are drawn one below the other.
@@ -54,7 +54,7 @@ pub struct CellMark {
     pub at: f64,
     pub ci: Option<[f64; 2]>,
     /// The controller whose colour the mark has.
-    pub set: Option<usize>,
+    pub controller: Option<usize>,
 }
 
 impl Table {
@@ -87,7 +87,7 @@ impl Table {
             let name = Cell {
                 text: column.text(),
                 mark: None,
-                set: column.set,
+                controller: column.controller,
             };
             turned.row(std::iter::once(name).chain(self.rows.iter().map(|row| row[i].clone())));
         }
@@ -161,10 +161,10 @@ mod tests {
             let mark = Some(CellMark {
                 at: 0.5,
                 ci: Some([0.4, 0.6]),
-                set: Some(i),
+                controller: Some(i),
             });
             let name = Cell {
-                set: Some(i),
+                controller: Some(i),
                 ..cell(name)
             };
             table.row([
@@ -180,15 +180,15 @@ mod tests {
         table
     }
 
-    /// A table of `sets` controllers side by side.
-    pub(super) fn beside(sets: usize) -> Table {
-        let columns = (0..sets).map(|set| TableColumn {
-            set: Some(set),
-            ..number(format!("set{set}"))
+    /// A table of so many controllers side by side.
+    pub(super) fn beside(controllers: usize) -> Table {
+        let columns = (0..controllers).map(|controller| TableColumn {
+            controller: Some(controller),
+            ..number(format!("set{controller}"))
         });
         let mut table = Table::new("", std::iter::once(words("lost")).chain(columns));
         for cause in ["legs met", "slipped"] {
-            table.row(std::iter::once(cell(cause)).chain((0..sets).map(cell)));
+            table.row(std::iter::once(cell(cause)).chain((0..controllers).map(cell)));
         }
         table
     }

@@ -18,7 +18,7 @@ impl Table {
         if self
             .columns
             .iter()
-            .filter(|column| column.set.is_some())
+            .filter(|column| column.controller.is_some())
             .count()
             > FEW
         {
@@ -155,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_end_at_the_right_and_many_sets_are_rows() {
+    fn numbers_end_at_the_right_and_many_controllers_are_rows() {
         let text = rates().text();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], " controller  recovered  rate [m/s]");

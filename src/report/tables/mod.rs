@@ -1,8 +1,8 @@
 //! The tables of a result, each made once for the terminal, `summary.md` and `report.html`. A further table is a
 //! function in one of these files, and a line in the list of [`of`].
 
+mod controllers;
 mod pairs;
-mod sets;
 
 use super::table::Table;
 use standfast_study::Summary;
@@ -30,18 +30,18 @@ pub struct ReportTable {
 pub fn of(summary: &Summary) -> Vec<ReportTable> {
     use Detail::{Full, Page, Short};
     let each = [
-        ("rates", Short, sets::rates(summary)),
+        ("rates", Short, controllers::rates(summary)),
         ("pairs", Short, pairs::engines(summary)),
         ("pairs", Full, pairs::effects(summary)),
         ("pairs", Full, pairs::counts(summary)),
         ("", Short, pairs::gates(summary)),
-        ("curves", Full, sets::limits(summary)),
-        ("curves", Page, sets::by_impulse(summary)),
-        ("strata", Full, sets::by_kind(summary)),
-        ("failures", Full, sets::losses(summary)),
-        ("failures", Full, sets::causes(summary)),
-        ("times", Full, sets::times(summary)),
-        ("times", Full, sets::footsteps(summary)),
+        ("curves", Full, controllers::limits(summary)),
+        ("curves", Page, controllers::by_impulse(summary)),
+        ("strata", Full, controllers::by_kind(summary)),
+        ("failures", Full, controllers::losses(summary)),
+        ("failures", Full, controllers::causes(summary)),
+        ("times", Full, controllers::times(summary)),
+        ("times", Full, controllers::footsteps(summary)),
     ];
     let pair_kinds = pairs::by_kind(summary).into_iter();
     let all = each
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn rates_are_those_of_each_set_and_an_outcome_of_no_set_has_no_column() {
+    fn rates_are_those_of_each_controller_and_an_outcome_of_no_controller_has_no_column() {
         let of = |outcomes: &[_]| rows(&summary(outcomes, &[], &[]), "rates", "controller");
         let lines = of(&[[Recovered, Fell], [Recovered, Recovered]]);
         assert_eq!(lines[0], "controller | recovered | rate | 95 % | fell");

@@ -1,7 +1,7 @@
 //! Tables of pairs of controllers and of gates.
 
 use crate::table::{Cell, CellMark, Table, TableColumn, cell, headings, number, texts, words};
-use crate::tables::sets::kind;
+use crate::tables::controllers::kind;
 use crate::text::comparison::{about_gates, about_pairs, in_unit, p_cell, shown, status, unit};
 use crate::text::layout::signed;
 use standfast_stats::mcnemar::PairedCounts;
@@ -26,7 +26,11 @@ fn difference(at: f64, ci: Option<[f64; 2]>, digits: usize) -> [Cell; 2] {
     });
     [
         Cell {
-            mark: Some(CellMark { at, ci, set: None }),
+            mark: Some(CellMark {
+                at,
+                ci,
+                controller: None,
+            }),
             ..cell(signed(at, digits))
         },
         cell(interval),
@@ -104,17 +108,17 @@ pub(super) fn effects(summary: &Summary) -> Table {
         return Table::default();
     };
     let (mut columns, mut variants) = (vec![words("headings")], Vec::new());
-    for (i, set) in summary.controllers.iter().enumerate() {
+    for (i, controller) in summary.controllers.iter().enumerate() {
         let pair = summary.pairs.iter().find(|pair| {
-            [&pair.a, &pair.b] == [&set.name, reference]
-                || [&pair.b, &pair.a] == [&set.name, reference]
+            [&pair.a, &pair.b] == [&controller.name, reference]
+                || [&pair.b, &pair.a] == [&controller.name, reference]
         });
         if let Some(pair) = pair {
             columns.push(TableColumn {
-                set: Some(i),
-                ..number(&set.name)
+                controller: Some(i),
+                ..number(&controller.name)
             });
-            let sign = if pair.a == set.name { 1.0 } else { -1.0 };
+            let sign = if pair.a == controller.name { 1.0 } else { -1.0 };
             variants.push((i, pair, sign));
         }
     }
@@ -142,7 +146,7 @@ pub(super) fn effects(summary: &Summary) -> Table {
                 mark: Some(CellMark {
                     at: seen,
                     ci: Some([least.min(most), least.max(most)]),
-                    set: Some(i),
+                    controller: Some(i),
                 }),
                 ..cell(signed(seen, 1))
             });

@@ -170,12 +170,15 @@ fn replay(summary: &Summary, folder: &Path) -> String {
     let mut lost = summary
         .controllers
         .iter()
-        .filter(|set| set.count.recovered < set.count.trials)
-        .filter_map(|set| Some((set.telling.first()?.trial, &set.name)));
-    let (which, (trial, set)) = if let Some(trial_and_set) = differ.next() {
-        ("in which two controllers end differently", trial_and_set)
-    } else if let Some(trial_and_set) = lost.next() {
-        ("that was lost", trial_and_set)
+        .filter(|controller| controller.count.recovered < controller.count.trials)
+        .filter_map(|controller| Some((controller.telling.first()?.trial, &controller.name)));
+    let (which, (trial, controller)) = if let Some(trial_and_controller) = differ.next() {
+        (
+            "in which two controllers end differently",
+            trial_and_controller,
+        )
+    } else if let Some(trial_and_controller) = lost.next() {
+        ("that was lost", trial_and_controller)
     } else {
         return String::new();
     };
@@ -184,7 +187,7 @@ fn replay(summary: &Summary, folder: &Path) -> String {
     format!(
         "\n{} {}\n",
         wrapped("", &what),
-        replay_command(summary, set, trial, folder)
+        replay_command(summary, controller, trial, folder)
     )
 }
 

@@ -58,10 +58,10 @@ pub fn about_pairs(summary: &Summary) -> String {
 /// The pairs that are shown: all or, if there are too many, the pairs of one controller. In a sweep this is the
 /// unchanged controller, otherwise the one that recovers most often.
 pub fn shown(summary: &Summary) -> Vec<&PairSummary> {
-    let (sets, pairs) = (summary.controllers.len(), &summary.pairs);
+    let (controllers, pairs) = (summary.controllers.len(), &summary.pairs);
     // In a comparison of two results, each controller has its partner, so the pairs of one controller would not
     // suffice.
-    let all = pairs.len() != sets * sets.saturating_sub(1) / 2;
+    let all = pairs.len() != controllers * controllers.saturating_sub(1) / 2;
     let leader = leader(summary);
     pairs
         .iter()
@@ -77,7 +77,7 @@ fn leader(summary: &Summary) -> &str {
         Some(reference) => reference,
         None => leaders(&summary.controllers, &summary.pairs)
             .first()
-            .map_or("", |set| &set.name),
+            .map_or("", |controller| &controller.name),
     }
 }
 
@@ -227,15 +227,15 @@ mod tests {
     }
 
     /// A summary with this number of controllers, of which these pairs were compared.
-    fn with_pairs(sets: usize, pairs: &[(usize, usize)]) -> Summary {
+    fn with_pairs(controllers: usize, pairs: &[(usize, usize)]) -> Summary {
         let mut summary = summary(&halves(10), &[], &[]);
-        let (set, pair) = (summary.controllers[0].clone(), summary.pairs[0].clone());
+        let (controller, pair) = (summary.controllers[0].clone(), summary.pairs[0].clone());
         let name = |i: usize| format!("set{i}");
-        summary.controllers = (0..sets)
+        summary.controllers = (0..controllers)
             .map(
                 |i| standfast_study::verdict::controller_summary::ControllerSummary {
                     name: name(i),
-                    ..set.clone()
+                    ..controller.clone()
                 },
             )
             .collect();
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn many_pairs_are_cut_down_to_those_of_the_best_set_unless_sets_have_partners() {
+    fn many_pairs_are_cut_down_to_those_of_the_best_controller_unless_controllers_have_partners() {
         let every = standfast_study::verdict::pairs::every_pair(7);
         let summary = with_pairs(7, &every);
         assert!(shown(&summary).iter().all(|pair| pair.a == "set6"));

@@ -117,18 +117,19 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
             } else {
                 String::new()
             };
-            let mut of_set = [const { String::new() }; 5];
-            if let Some(set) = heading.controllers.get(i) {
-                let [ninety, safe] = [set.impulse90_n_s, set.safe_n_s].map(|impulse| {
-                    impulse.map_or("-".into(), |impulse_n_s| n_s(limits, impulse_n_s))
-                });
-                let pushes = match set.safe_n_s {
-                    Some(_) => set.safe_pushes().to_string(),
+            let mut of_controller = [const { String::new() }; 5];
+            if let Some(controller) = heading.controllers.get(i) {
+                let [ninety, safe] =
+                    [controller.impulse90_n_s, controller.safe_n_s].map(|impulse| {
+                        impulse.map_or("-".into(), |impulse_n_s| n_s(limits, impulse_n_s))
+                    });
+                let pushes = match controller.safe_n_s {
+                    Some(_) => controller.safe_pushes().to_string(),
                     None => "-".into(),
                 };
-                of_set = [
-                    set.name.clone(),
-                    fifty_of(limits, set),
+                of_controller = [
+                    controller.name.clone(),
+                    fifty_of(limits, controller),
                     ninety,
                     safe,
                     pushes,
@@ -138,7 +139,7 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
             table.row(
                 std::iter::once(cell(at))
                     .chain(texts(bounds))
-                    .chain(texts(of_set)),
+                    .chain(texts(of_controller)),
             );
         }
     }
@@ -191,13 +192,15 @@ fn by_torque(heading: &Heading) -> bool {
 
 /// The command that checks the first limit; empty if pushes of the same impulse can end differently.
 fn checked(limits: &Limits, changes: &str) -> String {
-    let first = limits
-        .headings
-        .iter()
-        .flat_map(|heading| heading.controllers.iter().map(move |set| (heading, set)));
-    let Some((heading, set)) = first
+    let first = limits.headings.iter().flat_map(|heading| {
+        heading
+            .controllers
+            .iter()
+            .map(move |controller| (heading, controller))
+    });
+    let Some((heading, controller)) = first
         .into_iter()
-        .find(|(_, set)| set.resolved && !limits.random)
+        .find(|(_, controller)| controller.resolved && !limits.random)
     else {
         return String::new();
     };
@@ -205,16 +208,19 @@ fn checked(limits: &Limits, changes: &str) -> String {
     // bracket.
     let digits = (1.0 - limits.precision_n_s.log10().floor()).max(0.0);
     let unit = 10_f64.powf(digits);
-    let [low, high] = [(set.ci95[0] * unit).floor(), (set.ci95[1] * unit).ceil()];
+    let [low, high] = [
+        (controller.ci95[0] * unit).floor(),
+        (controller.ci95[1] * unit).ceil(),
+    ];
     let [low, high] = [low, high].map(|n_s| format!("{:.*}", digits as usize, n_s / unit));
     let check = format!(
         "{} recovers from this push at {:.1} degrees, and loses it with --impulse {high}:",
-        set.name, heading.heading_deg
+        controller.name, heading.heading_deg
     );
     let command = replay(
         limits,
         changes,
-        &set.name,
+        &controller.name,
         first_trial(heading.heading_deg),
         [&low, &heading.heading_deg.to_string()],
     );
@@ -224,18 +230,20 @@ fn checked(limits: &Limits, changes: &str) -> String {
 /// The holes: losses far below the limit, each with the command that repeats it.
 fn lost_early(limits: &Limits, changes: &str) -> String {
     let mut text = String::new();
-    let all = limits
-        .headings
-        .iter()
-        .flat_map(|heading| heading.controllers.iter().map(move |set| (heading, set)));
-    for (heading, set) in all {
-        let (Some(safe_n_s), Some(loss)) = (set.safe_n_s, set.hole()) else {
+    let all = limits.headings.iter().flat_map(|heading| {
+        heading
+            .controllers
+            .iter()
+            .map(move |controller| (heading, controller))
+    });
+    for (heading, controller) in all {
+        let (Some(safe_n_s), Some(loss)) = (controller.safe_n_s, controller.hole()) else {
             continue;
         };
         let hole = format!(
             "{} about {:.1} degrees is safe only up to {} N s. It loses {} N s at {:.1} degrees, where its limit is {} N s; to \
              see that:",
-            set.name,
+            controller.name,
             heading.heading_deg,
             n_s(limits, safe_n_s),
             n_s(limits, loss.impulse_n_s),
@@ -245,7 +253,7 @@ fn lost_early(limits: &Limits, changes: &str) -> String {
         let command = replay(
             limits,
             changes,
-            &set.name,
+            &controller.name,
             loss.trial,
             [&loss.impulse_n_s, &loss.heading_deg],
         );
@@ -263,11 +271,11 @@ const MOST_HOLES: usize = 6;
 
 /// The map in numbers, and its holes; empty without a map.
 fn of_map(limits: &Limits, changes: &str) -> String {
-    let sets = limits
+    let controllers = limits
         .headings
         .iter()
         .flat_map(|heading| &heading.controllers);
-    let pushes: usize = sets.map(|set| set.map.len()).sum();
+    let pushes: usize = controllers.map(|controller| controller.map.len()).sum();
     if pushes == 0 {
         return String::new();
     }
@@ -278,13 +286,13 @@ fn of_map(limits: &Limits, changes: &str) -> String {
         _ => format!("{count} holes; to see them:"),
     };
     let mut text = format!("\nmap: {pushes} pushes, {holes}\n");
-    for (heading_deg, set, hole) in limits.holes().take(MOST_HOLES) {
+    for (heading_deg, controller, hole) in limits.holes().take(MOST_HOLES) {
         text += &format!(
             "  {}\n",
             replay(
                 limits,
                 changes,
-                &set.name,
+                &controller.name,
                 hole.trial,
                 [&hole.impulse_n_s, &heading_deg]
             )
@@ -320,10 +328,14 @@ fn replay(
 }
 
 /// The impulse with 50 % recovery and its interval, and a mark if the interval is too wide.
-fn fifty_of(limits: &Limits, set: &ControllerLimit) -> String {
-    let mark = if set.resolved { "" } else { "*" };
-    let [at, low, high] =
-        [set.impulse50_n_s, set.ci95[0], set.ci95[1]].map(|impulse_n_s| n_s(limits, impulse_n_s));
+fn fifty_of(limits: &Limits, controller: &ControllerLimit) -> String {
+    let mark = if controller.resolved { "" } else { "*" };
+    let [at, low, high] = [
+        controller.impulse50_n_s,
+        controller.ci95[0],
+        controller.ci95[1],
+    ]
+    .map(|impulse_n_s| n_s(limits, impulse_n_s));
     format!("{at} ({low}-{high}){mark}")
 }
 
@@ -333,7 +345,7 @@ fn marked(limits: &Limits) -> String {
         .headings
         .iter()
         .flat_map(|heading| &heading.controllers)
-        .all(|set| set.resolved)
+        .all(|controller| controller.resolved)
     {
         return String::new();
     }
@@ -353,7 +365,7 @@ pub mod tests {
 
     /// Two headings with limits of two controllers (N s).
     fn limits(engine: Engine, impulses_n_s: [[f64; 2]; 2]) -> Limits {
-        let set = |(name, impulse50_n_s): (&str, f64)| ControllerLimit {
+        let controller = |(name, impulse50_n_s): (&str, f64)| ControllerLimit {
             name: name.into(),
             impulse50_n_s,
             ci95: [impulse50_n_s - 0.1, impulse50_n_s + 0.1],
@@ -386,11 +398,11 @@ pub mod tests {
         let nominal = campaign("nominal", &[]);
         let pendulum_bounds =
             PendulumBounds::new(&standfast_robots::load("ut-mu2").unwrap(), &nominal).unwrap();
-        let heading = |(heading_deg, of_sets): (f64, [f64; 2])| Heading {
+        let heading = |(heading_deg, of_controllers): (f64, [f64; 2])| Heading {
             controllers: ["hold", "paper:stepping.x=2"]
                 .into_iter()
-                .zip(of_sets)
-                .map(set)
+                .zip(of_controllers)
+                .map(controller)
                 .collect(),
             ..pendulum_bounds.heading(heading_deg)
         };

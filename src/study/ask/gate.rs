@@ -47,11 +47,11 @@ impl GateSpec {
         }
     }
 
-    /// Whether a gate compares with an earlier result. `sets` are the names of the campaign's controllers.
-    pub fn ask_for_baseline(&self, sets: &[String]) -> bool {
-        self.require
-            .iter()
-            .any(|gate| Gate::parse(gate, sets).is_ok_and(|gate| gate.against == Against::Baseline))
+    /// Whether a gate compares with an earlier result. `controllers` are the names of the campaign's controllers.
+    pub fn ask_for_baseline(&self, controllers: &[String]) -> bool {
+        self.require.iter().any(|gate| {
+            Gate::parse(gate, controllers).is_ok_and(|gate| gate.against == Against::Baseline)
+        })
     }
 
     /// Checks what does not depend on the controllers. Errors name `file` as the origin of the values. It fails if the
@@ -98,42 +98,45 @@ pub enum Against {
     /// Nothing: the rate itself must reach `offset`.
     Rate,
     /// Another controller of the campaign, on the same trials.
-    Set(String),
+    Controller(String),
     /// The same controller in an earlier result, on the same trials.
     Baseline,
 }
 
 impl Gate {
     /// Reads `SET >= RATE`, `SET >= OTHER`, `SET >= OTHER + SHARE` or `SET >= OTHER - SHARE`. OTHER is a controller or
-    /// `baseline`, and RATE and SHARE are written as `0.8` or `80 %`. `sets` are the names of the campaign's
+    /// `baseline`, and RATE and SHARE are written as `0.8` or `80 %`. `controllers` are the names of the campaign's
     /// controllers. A name may contain `+` and `-`, and the longest name that fits is taken. Anything else is an error.
-    pub fn parse(text: &str, sets: &[String]) -> Result<Self> {
+    pub fn parse(text: &str, controllers: &[String]) -> Result<Self> {
         let text = text.trim();
         let refuse = |problem: String, accepted: String| {
             Err(Error::value(SOURCE, "gate", text, problem, accepted))
         };
-        let names = || sets.join(", ");
-        let fits = sets.iter().filter_map(|set| {
-            let rest = text.strip_prefix(set.as_str())?;
-            Some((set, rest.trim_start().strip_prefix(">=")?))
+        let names = || controllers.join(", ");
+        let fits = controllers.iter().filter_map(|controller| {
+            let rest = text.strip_prefix(controller.as_str())?;
+            Some((controller, rest.trim_start().strip_prefix(">=")?))
         });
-        let Some((set, right)) = fits.max_by_key(|(set, _)| set.len()) else {
+        let Some((controller, right)) = fits.max_by_key(|(controller, _)| controller.len()) else {
             return match text.split_once(">=") {
-                Some((set, _)) => {
-                    refuse(format!("no controller is named `{}`", set.trim()), names())
-                }
+                Some((controller, _)) => refuse(
+                    format!("no controller is named `{}`", controller.trim()),
+                    names(),
+                ),
                 None => refuse("has no `>=`".into(), FORMS.into()),
             };
         };
 
         let right = right.trim();
-        let is_other = |name: &str| name == BASELINE || sets.iter().any(|set| set == name);
+        let is_other = |name: &str| {
+            name == BASELINE || controllers.iter().any(|controller| controller == name)
+        };
         let (other, offset) = match (number(right), split_offset(right, is_other)) {
             _ if is_other(right) => (right, 0.0),
             (Some(rate), _) if (0.0..=1.0).contains(&rate) => {
                 return Ok(Self {
                     text: text.into(),
-                    controller: set.clone(),
+                    controller: controller.clone(),
                     against: Against::Rate,
                     offset: rate,
                 });
@@ -163,22 +166,22 @@ impl Gate {
             );
         }
         let against = match other {
-            BASELINE if sets.iter().any(|set| set == BASELINE) => {
+            BASELINE if controllers.iter().any(|controller| controller == BASELINE) => {
                 let problem = "a controller of this campaign is itself named `baseline`".into();
                 return refuse(problem, "another name for that controller".into());
             }
             BASELINE => Against::Baseline,
-            other if other == set => {
+            other if other == controller => {
                 return refuse(
                     "compares a controller with itself".into(),
                     "another controller, or baseline".into(),
                 );
             }
-            other => Against::Set(other.into()),
+            other => Against::Controller(other.into()),
         };
         Ok(Self {
             text: text.into(),
-            controller: set.clone(),
+            controller: controller.clone(),
             against,
             offset,
         })
@@ -215,7 +218,7 @@ fn split_offset(text: &str, is_name: impl Fn(&str) -> bool) -> Option<(&str, f64
 mod tests {
     use super::*;
 
-    fn sets(names: &[&str]) -> Vec<String> {
+    fn controllers(names: &[&str]) -> Vec<String> {
         names.iter().map(|name| name.to_string()).collect()
     }
 
@@ -232,19 +235,24 @@ mod tests {
             "a",
             "c+d",
         ];
-        let names = sets(&names);
-        let set = |name: &str| Against::Set(name.into());
+        let names = controllers(&names);
+        let controller = |name: &str| Against::Controller(name.into());
         for (text, left, against, offset) in [
             ("catch >= 0.80", "catch", Against::Rate, 0.8),
             (" catch>=80%  ", "catch", Against::Rate, 0.8),
             ("catch >= 97.5 %", "catch", Against::Rate, 0.975),
-            ("catch >= hold", "catch", set("hold"), 0.0),
-            ("catch >= hold + 0.10", "catch", set("hold"), 0.1),
-            ("catch >= hold - 10 %", "catch", set("hold"), -0.1),
-            ("catch>=hold+0.1", "catch", set("hold"), 0.1),
-            ("catch >= hold -1e-3", "catch", set("hold"), -1e-3),
-            ("catch >= my-gains-10%", "catch", set("my-gains"), -0.1),
-            ("catch >= c+d-0.2", "catch", set("c+d"), -0.2),
+            ("catch >= hold", "catch", controller("hold"), 0.0),
+            ("catch >= hold + 0.10", "catch", controller("hold"), 0.1),
+            ("catch >= hold - 10 %", "catch", controller("hold"), -0.1),
+            ("catch>=hold+0.1", "catch", controller("hold"), 0.1),
+            ("catch >= hold -1e-3", "catch", controller("hold"), -1e-3),
+            (
+                "catch >= my-gains-10%",
+                "catch",
+                controller("my-gains"),
+                -0.1,
+            ),
+            ("catch >= c+d-0.2", "catch", controller("c+d"), -0.2),
             (
                 "catch >= baseline - 0.01",
                 "catch",
@@ -252,23 +260,28 @@ mod tests {
                 -0.01,
             ),
             ("my-gains >= baseline", "my-gains", Against::Baseline, 0.0),
-            ("catch >= my-gains - 0.5", "catch", set("my-gains"), -0.5),
+            (
+                "catch >= my-gains - 0.5",
+                "catch",
+                controller("my-gains"),
+                -0.5,
+            ),
             (
                 "paper:stepping.alpha=2 >= c+d + 0.2",
                 "paper:stepping.alpha=2",
-                set("c+d"),
+                controller("c+d"),
                 0.2,
             ),
             (
                 "a, b [1] >= paper:stepping.alpha=2 - 2 %",
                 "a, b [1]",
-                set("paper:stepping.alpha=2"),
+                controller("paper:stepping.alpha=2"),
                 -0.02,
             ),
             // The longest name that fits is taken.
-            ("catch >= a - b", "catch", set("a - b"), 0.0),
-            ("catch >= a - b - 0.1", "catch", set("a - b"), -0.1),
-            ("catch >= a - 0.1", "catch", set("a"), -0.1),
+            ("catch >= a - b", "catch", controller("a - b"), 0.0),
+            ("catch >= a - b - 0.1", "catch", controller("a - b"), -0.1),
+            ("catch >= a - 0.1", "catch", controller("a"), -0.1),
             ("a >= a >= 0.5", "a >= a", Against::Rate, 0.5),
         ] {
             let read = Gate::parse(text, &names).unwrap();
@@ -324,13 +337,13 @@ mod tests {
                 "compares a controller with itself; accepted: another controller",
             ),
         ] {
-            let error = Gate::parse(text, &sets(&["catch", "hold"])).unwrap_err();
+            let error = Gate::parse(text, &controllers(&["catch", "hold"])).unwrap_err();
             assert!(matches!(error, Error::Value { .. }));
             let (error, start) = (error.to_string(), format!("gates: gate = {text}: "));
             assert!(error.starts_with(&start) && error.contains(said), "{error}");
         }
         // On the left, `baseline` is the controller of that name. On the right `baseline` is ambiguous.
-        let names = sets(&["catch", "baseline"]);
+        let names = controllers(&["catch", "baseline"]);
         let error = Gate::parse("catch >= baseline - 0.1", &names)
             .unwrap_err()
             .to_string();

@@ -190,7 +190,7 @@ pub fn disturbance(campaign: &Campaign, trial: u64) -> Disturbance {
     }
 }
 
-/// The record that a synthetic trial has with controller number `set`. It takes no simulation. A higher number is a
+/// The record that a synthetic trial has with controller number `controller`. It takes no simulation. A higher number is a
 /// better controller. `hardness` is the first push as a multiple of the hardest push without a footstep.
 pub fn synthetic(campaign: &Campaign, trial: u64, set: usize, hardness: f64) -> Record {
     let [luck, ..] = replica(campaign.seed, trial);

@@ -175,13 +175,19 @@ impl<'a> Searches<'a> {
     /// The robot, the controller of this name, and the settings of its episodes.
     pub fn case(&self, name: &str) -> Result<Option<(&Robot, &PreparedController, EpisodeConfig)>> {
         let factories = self.controllers()?;
-        let set = self
+        let controller = self
             .plan
             .manifest
             .controllers
             .iter()
-            .position(|set| set == name);
-        Ok(set.map(|set| (&self.plan.robot, &factories[set], self.plan.episode(set))))
+            .position(|controller| controller == name);
+        Ok(controller.map(|controller| {
+            (
+                &self.plan.robot,
+                &factories[controller],
+                self.plan.episode(controller),
+            )
+        }))
     }
 
     /// A rough estimate of the time of `searches` on this machine (s). It runs some pushes, and supposes that each limit is
@@ -194,7 +200,7 @@ impl<'a> Searches<'a> {
         let factories = self.controllers()?;
         let opening = self.plan.opening(factories);
         let (start, mut pushes) = (Instant::now(), 0);
-        for (set, heading) in (0..factories.len())
+        for (controller, heading) in (0..factories.len())
             .cycle()
             .zip(self.headings.iter().cycle())
             .take(SAMPLE)
@@ -214,7 +220,7 @@ impl<'a> Searches<'a> {
                 heading_deg,
             );
             self.plan
-                .records(factories, opening.as_ref(), disturbance, &[set])?;
+                .records(factories, opening.as_ref(), disturbance, &[controller])?;
             pushes += 1;
         }
         let of_search =
@@ -251,14 +257,14 @@ impl<'a> Searches<'a> {
             ..
         } = self;
         let (precision_n_s, mut headings) = (*precision_n_s, self.headings.clone());
-        let sets = &plan.manifest.controllers;
+        let controllers = &plan.manifest.controllers;
         let random = is_random(campaign);
         let sector_deg = SECTOR_DEG.min(180.0 / options.headings as f64);
         if !batch.lacks(&self.jobs).is_empty() {
             let factories = self.controllers()?;
             let opening = plan.opening(factories);
             let search = |job: usize| {
-                let heading = &headings[job / sets.len()];
+                let heading = &headings[job / controllers.len()];
                 let rule = Rule {
                     most_n_s: (BEYOND_THE_BOUND * heading.bound_n_step_n_s)
                         .max(10.0 * precision_n_s),
@@ -271,7 +277,7 @@ impl<'a> Searches<'a> {
                     plan,
                     factories,
                     opening: opening.as_ref(),
-                    set: job % sets.len(),
+                    controller: job % controllers.len(),
                     heading_deg: heading.heading_deg,
                     bound_one_step_n_s: heading.bound_one_step_n_s,
                     replicas: options.replicas,
@@ -288,7 +294,7 @@ impl<'a> Searches<'a> {
         };
         let mut limits = limits.into_iter();
         for heading in &mut headings {
-            heading.controllers = limits.by_ref().take(sets.len()).collect();
+            heading.controllers = limits.by_ref().take(controllers.len()).collect();
         }
         Ok(Some(Limits {
             campaign: campaign.name.clone(),
@@ -323,14 +329,18 @@ impl<'a> Searches<'a> {
 impl Limits {
     /// The holes of the maps with their headings (degrees) and controllers, in the order of the controllers.
     pub fn holes(&self) -> impl Iterator<Item = (f64, &ControllerLimit, &MapPoint)> {
-        let sets = self
+        let controllers = self
             .headings
             .first()
             .map_or(0, |heading| heading.controllers.len());
-        (0..sets)
-            .flat_map(|set| self.headings.iter().map(move |heading| (heading, set)))
-            .flat_map(|(heading, set)| {
-                let limit = &heading.controllers[set];
+        (0..controllers)
+            .flat_map(|controller| {
+                self.headings
+                    .iter()
+                    .map(move |heading| (heading, controller))
+            })
+            .flat_map(|(heading, controller)| {
+                let limit = &heading.controllers[controller];
                 limit
                     .holes()
                     .map(move |hole| (heading.heading_deg, limit, hole))

@@ -161,7 +161,7 @@ pub(super) struct LimitSearch<'a> {
     /// The beginning of all trials, if they begin alike.
     pub opening: Option<&'a ClosedLoop<'a>>,
     /// Number of the controller.
-    pub set: usize,
+    pub controller: usize,
     pub heading_deg: f64,
     /// The pendulum's bound with one footstep (N s).
     pub bound_one_step_n_s: f64,
@@ -203,7 +203,7 @@ impl LimitSearch<'_> {
         };
         let [dv_m_s, dv_over_sqrt_g_h] = self.campaign.units.velocity_of(impulse50.at_n_s);
         Ok(ControllerLimit {
-            name: self.plan.manifest.controllers[self.set].clone(),
+            name: self.plan.manifest.controllers[self.controller].clone(),
             impulse50_n_s: impulse50.at_n_s,
             ci95: impulse50.ci95,
             impulse90_n_s: random.then_some(impulse90.at_n_s),
@@ -312,9 +312,12 @@ impl LimitSearch<'_> {
     /// Fails if the searches are to stop.
     fn outcome(&self, disturbance: Disturbance) -> Result<Outcome> {
         self.batch.go_on()?;
-        let outcome = self
-            .plan
-            .records(self.factories, self.opening, disturbance, &[self.set])?[0]
+        let outcome = self.plan.records(
+            self.factories,
+            self.opening,
+            disturbance,
+            &[self.controller],
+        )?[0]
             .outcome;
         (self.batch.on_episode)();
         Ok(outcome)

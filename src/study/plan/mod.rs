@@ -60,7 +60,7 @@ impl PreparedCampaign {
         }
         let mut entries = Vec::new();
         let mut entrants = Vec::new();
-        let (mut sets, mut bases) = (Vec::new(), Vec::new());
+        let (mut controllers, mut bases) = (Vec::new(), Vec::new());
         // The file of each controller, and the files that it needs beside it.
         let mut sources = Vec::new();
         let mut not_kept = BTreeMap::new();
@@ -76,11 +76,11 @@ impl PreparedCampaign {
                 not_kept.insert(base.name().to_string(), lacks);
             }
             let controller = entry.of(base)?;
-            sets.push(entrant.of(controller.name()));
+            controllers.push(entrant.of(controller.name()));
             entrants.push((controller, engine));
             entries.push(entrant);
         }
-        check_names(campaign, &sets, &bases)?;
+        check_names(campaign, &controllers, &bases)?;
         let mut inputs = Inputs::default();
         let mut resolved = campaign.clone();
         // The robot comes first among the inputs, with settings that may have been inferred, and with its meshes.
@@ -120,7 +120,7 @@ impl PreparedCampaign {
                 .map(|(_, engine)| engine.with_version())
                 .collect(),
             part_trials: part_trials(&resolved),
-            controllers: sets,
+            controllers,
             totals,
             inputs: inputs.listed,
             not_kept,
@@ -199,8 +199,8 @@ impl PreparedCampaign {
 }
 
 /// Fails if the name of a controller cannot be the name of a file, or if two controllers have the same name.
-fn check_names(campaign: &Campaign, sets: &[String], bases: &[String]) -> Result<()> {
-    for (i, (name, base)) in sets.iter().zip(bases).enumerate() {
+fn check_names(campaign: &Campaign, controllers: &[String], bases: &[String]) -> Result<()> {
+    for (i, (name, base)) in controllers.iter().zip(bases).enumerate() {
         if base.is_empty()
             || base.starts_with('.')
             || base.contains(|c: char| "/\\:".contains(c) || c.is_control())
@@ -213,7 +213,7 @@ fn check_names(campaign: &Campaign, sets: &[String], bases: &[String]) -> Result
                 "a name without /, \\ and :, not first a `.`",
             ));
         }
-        if sets[..i].contains(name) {
+        if controllers[..i].contains(name) {
             return Err(Error::value(
                 &campaign.controllers[i],
                 "name",
@@ -254,7 +254,7 @@ pub(super) mod tests {
 
     /// The second controller has no design, so its episode panics.
     #[test]
-    fn a_panic_is_the_outcome_of_the_set_that_caused_it() {
+    fn a_panic_is_the_outcome_of_the_controller_that_caused_it() {
         let gains = ["hold", "fixed"].map(String::from).to_vec();
         let plan = PreparedCampaign::new(
             &Campaign::load(
@@ -298,7 +298,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn files_with_sets_of_one_name_are_not_mixed_up_by_their_variants() {
+    fn files_with_controllers_of_one_name_are_not_mixed_up_by_their_variants() {
         let dir = tempfile::tempdir().unwrap();
         let path = |name: &str| dir.path().join(name).to_string_lossy().into_owned();
         for (name, margin) in [("a.toml", 0.001), ("b.toml", 0.002)] {

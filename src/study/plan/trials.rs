@@ -36,15 +36,16 @@ impl PreparedCampaign {
         factories: &[PreparedController],
         opening: Option<&ClosedLoop>,
         disturbance: Disturbance,
-        sets: &[usize],
+        controllers: &[usize],
     ) -> Result<Vec<Record>> {
         let episode = &self.manifest.campaign.episode;
-        each_caught(sets, |sets| {
-            let shared = opening.and_then(|opening| opening.with(sets, disturbance.pushes.clone()));
+        each_caught(controllers, |controllers| {
+            let shared =
+                opening.and_then(|opening| opening.with(controllers, disturbance.pushes.clone()));
             let own = || {
-                let entrants = sets
+                let entrants = controllers
                     .iter()
-                    .map(|&set| (&factories[set], self.entrants[set].1));
+                    .map(|&controller| (&factories[controller], self.entrants[controller].1));
                 ClosedLoop::of_entrants(&self.robot, entrants, episode, disturbance.clone())
             };
             shared.unwrap_or_else(own).finish()
@@ -77,7 +78,7 @@ impl PreparedCampaign {
         factories: &[PreparedController],
         opening: Option<&ClosedLoop>,
         trial: u64,
-        sets: &[usize],
+        controllers: &[usize],
     ) -> Result<Vec<TrialRow>> {
         let Manifest {
             campaign,
@@ -89,23 +90,30 @@ impl PreparedCampaign {
         let no_step_n_s = self.no_step.impulse_n_s(pushes[0].heading_deg);
         let hardness = pushes[0].impulse_n_s / no_step_n_s.unwrap_or(1.0);
         let records = match campaign.synthetic {
-            true => sets
+            true => controllers
                 .iter()
-                .map(|&set| trial::synthetic(campaign, trial, set, hardness))
+                .map(|&controller| trial::synthetic(campaign, trial, controller, hardness))
                 .collect(),
             false => self.records(
                 factories,
                 opening,
                 trial::disturbance(campaign, trial),
-                sets,
+                controllers,
             )?,
         };
         let mut rows = Vec::new();
-        for (&set, record) in sets.iter().zip(records) {
-            let repeats = self.repeats(factories, trial, set, &record)?;
+        for (&controller, record) in controllers.iter().zip(records) {
+            let repeats = self.repeats(factories, trial, controller, &record)?;
             rows.push(TrialRow {
                 repeats,
-                ..TrialRow::new(trial, &names[set], &pushes, no_step_n_s, variation, record)
+                ..TrialRow::new(
+                    trial,
+                    &names[controller],
+                    &pushes,
+                    no_step_n_s,
+                    variation,
+                    record,
+                )
             });
         }
         Ok(rows)
@@ -118,17 +126,22 @@ impl PreparedCampaign {
         &self,
         factories: &[PreparedController],
         trial: u64,
-        set: usize,
+        controller: usize,
         record: &Record,
     ) -> Result<Option<Repeats>> {
         let campaign = &self.manifest.campaign;
         if campaign.synthetic
             || !trial.is_multiple_of(TRIED_AGAIN)
-            || factories[set].can_be_copied()
+            || factories[controller].can_be_copied()
         {
             return Ok(None);
         }
-        let again = self.records(factories, None, trial::disturbance(campaign, trial), &[set])?;
+        let again = self.records(
+            factories,
+            None,
+            trial::disturbance(campaign, trial),
+            &[controller],
+        )?;
         // As text, since NaN is not equal to itself.
         let is_same = format!("{:?}", again[0]) == format!("{record:?}");
         Ok(Some(if is_same { Repeats::Yes } else { Repeats::No }))

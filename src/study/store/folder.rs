@@ -185,13 +185,13 @@ impl Folder {
 
     /// Number of trials of each controller in the result. It is None if the campaign ends when decided and has not
     /// ended yet.
-    pub fn set_trials(&self) -> Option<Vec<u64>> {
+    pub fn controller_trials(&self) -> Option<Vec<u64>> {
         let Manifest {
             campaign,
-            controllers: sets,
+            controllers,
             ..
         } = &self.manifest;
-        let of_all = |trials: u64| vec![trials; sets.len()];
+        let of_all = |trials: u64| vec![trials; controllers.len()];
         match self.stopped() {
             Some(stopped) => Some(
                 stopped
@@ -210,7 +210,7 @@ impl Folder {
     fn stopped(&self) -> Option<Stopped> {
         let Manifest {
             campaign,
-            controllers: sets,
+            controllers,
             config_hash,
             ..
         } = &self.manifest;
@@ -221,10 +221,10 @@ impl Folder {
             serde_json::from_slice(&read(&self.stopped_path(), MOST_BYTES).ok()?).ok()?;
         let is_end = |trials: u64| trials == look_from(trials);
         let are_ends = match &stopped.controller_trials {
-            Some(set_trials) => {
-                set_trials.len() == sets.len()
-                    && set_trials.iter().max() == Some(&stopped.trials)
-                    && set_trials.iter().all(|trials| is_end(*trials))
+            Some(controller_trials) => {
+                controller_trials.len() == controllers.len()
+                    && controller_trials.iter().max() == Some(&stopped.trials)
+                    && controller_trials.iter().all(|trials| is_end(*trials))
             }
             None => true,
         };
@@ -236,14 +236,16 @@ impl Folder {
     }
 
     /// Writes that the campaign was decided and has ended, with the number of trials of each controller.
-    pub fn stop_at(&self, set_trials: &[u64]) -> Result<()> {
-        let trials = set_trials.iter().copied().max().unwrap_or_default();
-        let are_same = set_trials.iter().all(|of_set| *of_set == trials);
+    pub fn stop_at(&self, controller_trials: &[u64]) -> Result<()> {
+        let trials = controller_trials.iter().copied().max().unwrap_or_default();
+        let are_same = controller_trials
+            .iter()
+            .all(|of_controller| *of_controller == trials);
         let config_hash = self.manifest.config_hash.clone();
         let stopped = Stopped {
             trials,
             config_hash,
-            controller_trials: (!are_same).then(|| set_trials.to_vec()),
+            controller_trials: (!are_same).then(|| controller_trials.to_vec()),
         };
         write_atomic(&self.stopped_path(), json(&stopped)?.as_bytes())
     }
@@ -268,10 +270,10 @@ impl Folder {
 
     /// The blocks that are not complete, in order.
     pub fn missing(&self) -> Vec<u64> {
-        let set_trials = self.set_trials();
+        let controller_trials = self.controller_trials();
         (0..self.blocks())
-            .filter(|&block| match &set_trials {
-                Some(set_trials) => self.lacks(block, set_trials).contains(&true),
+            .filter(|&block| match &controller_trials {
+                Some(controller_trials) => self.lacks(block, controller_trials).contains(&true),
                 // If the campaign has not ended, it is not known which controllers a part must have.
                 None => !self.part(block).holds().contains(&true),
             })
@@ -279,10 +281,10 @@ impl Folder {
     }
 
     /// For each controller, whether a block is still to be run, if the controllers have these numbers of trials.
-    pub fn lacks(&self, block: u64, set_trials: &[u64]) -> Vec<bool> {
+    pub fn lacks(&self, block: u64, controller_trials: &[u64]) -> Vec<bool> {
         let (first, _) = self.range(block);
         let holds = self.part(block).holds();
-        set_trials
+        controller_trials
             .iter()
             .zip(holds)
             .map(|(&trials, is_there)| first < trials && !is_there)
@@ -304,7 +306,7 @@ impl Folder {
         let path = self.path.join(format!("parts/part-{block:06}.parquet"));
         let (first, end) = self.range(block);
         let Manifest {
-            controllers: sets,
+            controllers,
             totals,
             config_hash,
             campaign,
@@ -313,7 +315,7 @@ impl Folder {
         PartFile {
             path,
             trials: first..end,
-            sets,
+            controllers,
             totals,
             config_hash,
             campaign,
@@ -338,10 +340,10 @@ impl Folder {
                 self.trials_of(&missing),
             )));
         }
-        let Some(set_trials) = self.set_trials() else {
+        let Some(controller_trials) = self.controller_trials() else {
             return Err(self.incomplete("it was stopped before its end".into()));
         };
-        Ok((0..self.blocks()).map(move |block| self.rows_of(block..block + 1, &set_trials)))
+        Ok((0..self.blocks()).map(move |block| self.rows_of(block..block + 1, &controller_trials)))
     }
 
     fn incomplete(&self, problem: String) -> Error {
@@ -354,15 +356,19 @@ impl Folder {
 
     /// The rows of these blocks. Rows beyond the number of trials of their controller are left out. It fails if a part
     /// is missing or damaged.
-    pub fn rows_of(&self, blocks: Range<u64>, set_trials: &[u64]) -> Result<Vec<TrialRow>> {
+    pub fn rows_of(&self, blocks: Range<u64>, controller_trials: &[u64]) -> Result<Vec<TrialRow>> {
         let mut rows = blocks
             .map(|block| self.part(block).rows())
             .collect::<Result<Vec<_>>>()?
             .concat();
-        let of_set: HashMap<&String, &u64> =
-            self.manifest.controllers.iter().zip(set_trials).collect();
+        let of_controller: HashMap<&String, &u64> = self
+            .manifest
+            .controllers
+            .iter()
+            .zip(controller_trials)
+            .collect();
         rows.retain(|row| {
-            of_set
+            of_controller
                 .get(&row.controller)
                 .is_some_and(|trials| row.trial < **trials)
         });
@@ -391,10 +397,10 @@ impl Folder {
     pub fn asks_for_baseline(&self) -> bool {
         let Manifest {
             campaign,
-            controllers: sets,
+            controllers,
             ..
         } = &self.manifest;
-        campaign.gates.ask_for_baseline(sets)
+        campaign.gates.ask_for_baseline(controllers)
     }
 
     /// Removes temporary files of programs that ended while they were writing. No program may be at work in the folder.
@@ -483,16 +489,16 @@ pub(crate) mod tests {
     use std::num::NonZeroU64;
 
     pub(crate) fn folder(path: &Path) -> Folder {
-        let gains = ["hold", "fixed"];
+        let names = ["hold", "fixed"];
         let overrides = Overrides {
             trials: Some(60),
-            controllers: gains.map(String::from).to_vec(),
+            controllers: names.map(String::from).to_vec(),
             ..Overrides::default()
         };
         let part_trials = NonZeroU64::new(25).unwrap();
         let mut manifest = Manifest {
             part_trials,
-            ..manifest(&gains, overrides)
+            ..manifest(&names, overrides)
         };
         manifest.config_hash = manifest.hash().unwrap();
         Folder {
@@ -523,9 +529,9 @@ pub(crate) mod tests {
         let campaign = &folder.manifest.campaign;
         let mut rows = Vec::new();
         for trial in first..end {
-            for set in ["hold", "fixed"] {
+            for controller in ["hold", "fixed"] {
                 rows.push(TrialRow {
-                    controller: set.into(),
+                    controller: controller.into(),
                     record: record(outcomes[trial as usize % 5]),
                     ..TrialRow::drawn(campaign, trial)
                 });

@@ -37,7 +37,7 @@ pub struct Manifest {
     pub config_hash: String,
     /// SHA-256 of URDF, settings and meshes. It tells results of different robots apart.
     pub robot_sha256: String,
-    /// Name and version of the physics engine of each entrant, in the order of `sets`.
+    /// Name and version of the physics engine of each entrant, in the order of `controllers`.
     pub engines: Vec<String>,
     /// Number of trials in a block. A folder keeps the number with which it was begun. The result does not depend on
     /// this number.
@@ -182,16 +182,16 @@ impl Manifest {
     /// Checks the values of the manifest as if a user had typed them. Errors name `file`.
     pub fn check(&self, file: &str) -> Result<()> {
         self.campaign.check(file)?;
-        let (sets, gains) = (&self.controllers, &self.campaign.controllers);
-        if [sets.len(), self.engines.len()] != [gains.len(); 2]
-            || (0..sets.len()).any(|i| sets[..i].contains(&sets[i]))
+        let (controllers, asked) = (&self.controllers, &self.campaign.controllers);
+        if [controllers.len(), self.engines.len()] != [asked.len(); 2]
+            || (0..controllers.len()).any(|i| controllers[..i].contains(&controllers[i]))
         {
             return Err(Error::value(
                 file,
                 "controllers",
-                sets.join(", "),
+                controllers.join(", "),
                 "not one for each controller",
-                format!("{} different names", gains.len()),
+                format!("{} different names", asked.len()),
             ));
         }
         let part_trials = self.part_trials.get();
@@ -395,10 +395,10 @@ mod tests {
 
     #[test]
     fn only_a_sweep_of_one_controller_has_a_reference() {
-        let of = |listed: &[&str], sets: usize| {
+        let of = |listed: &[&str], controllers: usize| {
             let mut manifest = folder(Path::new("")).manifest;
             manifest.campaign.controllers = listed.iter().map(|name| name.to_string()).collect();
-            manifest.controllers = (0..sets).map(|i| format!("set {i}")).collect();
+            manifest.controllers = (0..controllers).map(|i| format!("set {i}")).collect();
             manifest.reference().map(String::from)
         };
         assert_eq!(

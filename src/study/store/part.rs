@@ -27,7 +27,7 @@ pub struct PartFile<'a> {
     pub path: PathBuf,
     pub trials: Range<u64>,
     /// Names of the controllers, in the order of the campaign.
-    pub sets: &'a [String],
+    pub controllers: &'a [String],
     /// Names of the totals of the controllers, which are columns.
     pub totals: &'a [String],
     pub config_hash: &'a str,
@@ -79,20 +79,20 @@ impl PartFile<'_> {
     /// Reads the rows, sorted by trial and then by controller. It fails if the part is missing or damaged, belongs to
     /// another campaign, or has an impossible row.
     pub fn rows(&self) -> Result<Vec<TrialRow>> {
-        let (bytes, sets) = self.whole()?;
-        self.checked(bytes, &sets)
+        let (bytes, controllers) = self.whole()?;
+        self.checked(bytes, &controllers)
     }
 
     /// The error in the rows of a complete part. It is None if there is no error, or if the part is missing or damaged.
     pub fn contradiction(&self) -> Option<Error> {
-        let (bytes, sets) = self.whole().ok()?;
-        self.checked(bytes, &sets).err()
+        let (bytes, controllers) = self.whole().ok()?;
+        self.checked(bytes, &controllers).err()
     }
 
     /// The rows of a complete part. It fails if the rows belong to other trials, or if a row is impossible: a hash
     /// shows an accident, but whoever changes a row can compute a new hash. The drawn quantities of a trial follow from
     /// the campaign, so they are compared to the bit.
-    fn checked(&self, bytes: Vec<u8>, sets: &[&String]) -> Result<Vec<TrialRow>> {
+    fn checked(&self, bytes: Vec<u8>, controllers: &[&String]) -> Result<Vec<TrialRow>> {
         let refused = |problem: String| {
             let name = self.path.file_name().unwrap_or_default().display();
             let advice = format!("To have its trials run again, remove {name}");
@@ -102,17 +102,19 @@ impl PartFile<'_> {
         };
         let table = read_parquet(bytes).map_err(|e| refused(e.to_string()))?;
         let rows = rows(table, self.totals).map_err(refused)?;
-        let expected = self
-            .trials
-            .clone()
-            .flat_map(|trial| sets.iter().map(move |&set| (trial, set)));
+        let expected = self.trials.clone().flat_map(|trial| {
+            controllers
+                .iter()
+                .map(move |&controller| (trial, controller))
+        });
         if !rows
             .iter()
             .map(|row| (row.trial, &row.controller))
             .eq(expected)
         {
             return Err(refused(
-                "its rows are not those of its trials and sets, each once and in order".into(),
+                "its rows are not those of its trials and controllers, each once and in order"
+                    .into(),
             ));
         }
         for of_trial in rows.chunk_by(|a, b| a.trial == b.trial) {
@@ -128,15 +130,20 @@ impl PartFile<'_> {
 
     /// For each controller of the campaign, whether the part is complete and has rows of the controller.
     pub fn holds(&self) -> Vec<bool> {
-        let held = self.whole().map_or(Vec::new(), |(_, sets)| sets);
-        self.sets.iter().map(|set| held.contains(&set)).collect()
+        let held = self
+            .whole()
+            .map_or(Vec::new(), |(_, controllers)| controllers);
+        self.controllers
+            .iter()
+            .map(|controller| held.contains(&controller))
+            .collect()
     }
 
     /// The controllers that have rows in `rows`, in the order of the campaign.
     fn held_by(&self, rows: &[TrialRow]) -> Vec<&String> {
-        self.sets
+        self.controllers
             .iter()
-            .filter(|set| rows.iter().any(|row| row.controller == **set))
+            .filter(|controller| rows.iter().any(|row| row.controller == **controller))
             .collect()
     }
 
@@ -147,13 +154,18 @@ impl PartFile<'_> {
         }
     }
 
-    fn label(&self, build: &str, sets: &[&String]) -> PartLabel {
-        let holds_all = sets.len() == self.sets.len();
+    fn label(&self, build: &str, controllers: &[&String]) -> PartLabel {
+        let holds_all = controllers.len() == self.controllers.len();
         PartLabel {
             build: build.into(),
             first_trial: self.trials.start,
             trials: self.trials.end - self.trials.start,
-            controllers: (!holds_all).then(|| sets.iter().map(|set| set.to_string()).collect()),
+            controllers: (!holds_all).then(|| {
+                controllers
+                    .iter()
+                    .map(|controller| controller.to_string())
+                    .collect()
+            }),
             config_hash: self.config_hash.into(),
         }
     }
@@ -167,16 +179,16 @@ impl PartFile<'_> {
         }
         let texts = texts(bytes.clone()).map_err(|e| is_damaged(&e.to_string()))?;
         let label = PartLabel::of(&texts).map_err(|e| is_damaged(&format!("its label: {e}")))?;
-        let mut sets = Vec::new();
-        for set in self.sets {
+        let mut controllers = Vec::new();
+        for controller in self.controllers {
             let held = label.controllers.as_ref();
-            if held.is_none_or(|held| held.contains(set)) {
-                sets.push(set);
+            if held.is_none_or(|held| held.contains(controller)) {
+                controllers.push(controller);
             }
         }
-        if label != self.label(&label.build, &sets) {
+        if label != self.label(&label.build, &controllers) {
             return Err(self.damaged("is the part of other trials or of another campaign".into()));
         }
-        Ok((bytes, sets))
+        Ok((bytes, controllers))
     }
 }

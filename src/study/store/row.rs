@@ -52,7 +52,7 @@ impl TrialRow {
     /// ([`StandingBound`]).
     pub fn new(
         trial: u64,
-        set: &str,
+        controller: &str,
         pushes: &[Push],
         no_step_n_s: Option<f64>,
         variation: Variation,
@@ -67,7 +67,7 @@ impl TrialRow {
         let impulse_over_m_omega_d = no_step_n_s.map(|bound_n_s| push.impulse_n_s / bound_n_s);
         Self {
             trial,
-            controller: set.into(),
+            controller: controller.into(),
             impulse_over_m_omega_d,
             push,
             second,
@@ -308,7 +308,7 @@ impl TrialRow {
         // Without `..`, so that whoever adds a field is asked for its column.
         let Self {
             trial,
-            controller: set,
+            controller,
             impulse_over_m_omega_d,
             push,
             second,
@@ -326,7 +326,7 @@ impl TrialRow {
         } = push;
         let mut cells = vec![
             ("trial", Trial(trial)),
-            ("controller", Word(set)),
+            ("controller", Word(controller)),
             ("impulse_over_m_omega_d", OptNumber(impulse_over_m_omega_d)),
             ("impulse_n_s", Number(impulse_n_s)),
             ("heading_deg", Number(heading_deg)),

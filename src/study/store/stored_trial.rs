@@ -33,9 +33,9 @@ impl StoredTrial {
     /// such as `catch@mujoco`. If none is given, it takes the first that did not recover, or else the first that has the
     /// trial. It fails if there is no such trial, controller or campaign, if an
     /// input is gone, or if this program lacks the engine.
-    pub fn open(folder: &Path, trial: u64, set: Option<&str>) -> Result<Self> {
+    pub fn open(folder: &Path, trial: u64, controller: Option<&str>) -> Result<Self> {
         let result = Folder::existing(folder)?;
-        let (campaign, sets) = (&result.manifest.campaign, &result.manifest.controllers);
+        let (campaign, controllers) = (&result.manifest.campaign, &result.manifest.controllers);
         campaign.check_trial(trial)?;
         for warning in result.manifest.told_not_kept() {
             log::warn!("{warning}");
@@ -53,23 +53,25 @@ impl StoredTrial {
             None => Vec::new(),
         };
         rows.retain(|row| row.trial == trial);
-        let lost = sets.iter().find(|set| {
+        let lost = controllers.iter().find(|controller| {
             rows.iter()
-                .any(|r| r.controller == **set && !r.has_recovered())
+                .any(|r| r.controller == **controller && !r.has_recovered())
         });
-        let first = rows.first().map_or(&sets[0], |row| &row.controller);
-        let set = set.unwrap_or_else(|| lost.unwrap_or(first)).to_string();
-        let asked = Entrant::split(&set);
-        let place = sets.iter().position(|name| *name == set);
+        let first = rows.first().map_or(&controllers[0], |row| &row.controller);
+        let controller = controller
+            .unwrap_or_else(|| lost.unwrap_or(first))
+            .to_string();
+        let asked = Entrant::split(&controller);
+        let place = controllers.iter().position(|name| *name == controller);
         let of_controller = || {
-            let mut entrants = sets.iter().map(|name| Entrant::split(name));
+            let mut entrants = controllers.iter().map(|name| Entrant::split(name));
             entrants.position(|entrant| entrant.controller == asked.controller)
         };
         let Some(entrant) = place.or_else(|| asked.engine.and_then(|_| of_controller())) else {
             return Err(Error::Unknown {
                 what: "controller",
-                name: set,
-                accepted: sets.join(", "),
+                name: controller,
+                accepted: controllers.join(", "),
             });
         };
         let campaign = result.campaign();
@@ -83,12 +85,12 @@ impl StoredTrial {
         let settings =
             standfast_controllers::load(Entrant::split(&campaign.controllers[entrant]).controller)?;
         let mut factory = settings.prepare(&robot, config.control_period_s)?;
-        factory.name.clone_from(&set);
-        let row = rows.into_iter().find(|row| row.controller == set);
+        factory.name.clone_from(&controller);
+        let row = rows.into_iter().find(|row| row.controller == controller);
         Ok(Self {
             campaign,
             trial,
-            controller: set,
+            controller,
             controllers: result.manifest.controllers,
             robot,
             factory,
@@ -132,9 +134,9 @@ impl StoredTrial {
                  of standfast"
             }
         };
-        let (trial, set) = (self.trial, &self.controller);
+        let (trial, controller) = (self.trial, &self.controller);
         Some(format!(
-            "trial {trial} of {set} is not as it was: {now}, but {then} in the result. {why}"
+            "trial {trial} of {controller} is not as it was: {now}, but {then} in the result. {why}"
         ))
     }
 }

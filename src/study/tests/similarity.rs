@@ -161,12 +161,12 @@ fn a_robot_four_times_as_long_moves_alike_to_the_bit() {
             mass: 1.0,
         },
     ] {
-        for (campaign, sets) in [
+        for (campaign, controllers) in [
             ("standard", ["switching", "paper", "catch"]),
             ("harsh", ["hold", "robust", "catch"]),
         ] {
             let [own, similar] = [OWN_SIZE, scale].map(|scale| Bench::new(campaign, scale));
-            for gains in sets {
+            for gains in controllers {
                 let pairs = own.run(gains, 10).into_iter().zip(similar.run(gains, 10));
                 for (trial, (one, other)) in pairs.enumerate() {
                     assert_eq!(

@@ -78,12 +78,12 @@ impl Baseline {
     }
 
     /// How the trials of a controller ended, from trial 0. It is empty if the baseline does not have the controller.
-    pub fn rows_of(&self, set: &str) -> &[EpisodeEnd] {
+    pub fn rows_of(&self, controller: &str) -> &[EpisodeEnd] {
         self.rows
             .names
             .iter()
-            .position(|name| name == set)
-            .map_or(&[], |set| self.rows.of(set))
+            .position(|name| name == controller)
+            .map_or(&[], |controller| self.rows.of(controller))
     }
 }
 
@@ -143,7 +143,10 @@ pub(super) fn refuse_other_trials(folder: &Folder, campaign: &Campaign) -> Resul
 fn refuse_other_engines(folder: &Folder, ours: &Manifest) -> Result<()> {
     let theirs = &folder.manifest;
     for (name, here) in ours.controllers.iter().zip(ours.campaign.engines()) {
-        let place = theirs.controllers.iter().position(|set| set == name);
+        let place = theirs
+            .controllers
+            .iter()
+            .position(|controller| controller == name);
         let there = place.map(|place| theirs.campaign.engines()[place]);
         if let Some(there) = there.filter(|there| *there != here) {
             let [there, here] = [there, here].map(Engine::title);

@@ -38,10 +38,10 @@ impl Comparison {
             });
         }
         refuse_other_trials(b, &a.manifest.campaign)?;
-        let sets = [names(a, b), names(b, a)].concat();
-        let (rows, _, sha256) = paired([a, b], &sets, sink())?;
+        let controllers = [names(a, b), names(b, a)].concat();
+        let (rows, _, sha256) = paired([a, b], &controllers, sink())?;
         let count = rows.trials();
-        let manifest = joined(&a.manifest, &b.manifest, sets, count, gates);
+        let manifest = joined(&a.manifest, &b.manifest, controllers, count, gates);
         let pairs = pairs(&a.manifest.controllers, &b.manifest.controllers);
         let mut summary = Summary::new(
             &manifest,
@@ -51,12 +51,12 @@ impl Comparison {
             &Gates::new(&manifest, None)?,
         );
         summary.warnings.splice(..0, warnings(a, b, count));
-        for (set, origin) in summary
+        for (controller, origin) in summary
             .controllers
             .iter_mut()
             .zip([origins(a), origins(b)].concat())
         {
-            set.origin = origin;
+            controller.origin = origin;
         }
         Ok(Comparison {
             summary,
@@ -74,8 +74,8 @@ impl Comparison {
             source,
         })?;
         let mut summary = self.summary.clone();
-        for set in &mut summary.controllers {
-            set.origin.campaign = seen_from(folder, Path::new(&set.origin.campaign))
+        for controller in &mut summary.controllers {
+            controller.origin.campaign = seen_from(folder, Path::new(&controller.origin.campaign))
                 .display()
                 .to_string();
         }
@@ -98,17 +98,17 @@ impl Comparison {
     }
 }
 
-/// Reads the trials that both folders have. `sets` are the new names of their controllers, those of the first folder
+/// Reads the trials that both folders have. `controllers` are the new names of their controllers, those of the first folder
 /// first. The rows are written to `to` as a `trials.parquet`. Returns the columns, `to`, and the SHA-256 of the file.
 fn paired<W: Write + Send>(
     [a, b]: [&Folder; 2],
-    sets: &[String],
+    controllers: &[String],
     to: W,
 ) -> Result<(TrialColumns, W, String)> {
-    let (names_a, names_b) = sets.split_at(a.manifest.controllers.len());
+    let (names_a, names_b) = controllers.split_at(a.manifest.controllers.len());
     let renamed = |folder: &Folder, names: &[String]| {
-        let sets = folder.manifest.controllers.iter().cloned();
-        let names: HashMap<String, String> = sets.zip(names.iter().cloned()).collect();
+        let controllers = folder.manifest.controllers.iter().cloned();
+        let names: HashMap<String, String> = controllers.zip(names.iter().cloned()).collect();
         move |row: TrialRow| TrialRow {
             controller: names[&row.controller].clone(),
             ..row
@@ -120,7 +120,7 @@ fn paired<W: Write + Send>(
             .into_iter()
             .flat_map(|folder| folder.manifest.totals.clone()),
     );
-    let mut columns = TrialColumns::new(sets, &a.manifest.campaign.episode);
+    let mut columns = TrialColumns::new(controllers, &a.manifest.campaign.episode);
     let mut file = TrialsFile::new(to, &totals)?;
     for (of_a, of_b) in trials(a)?.zip(trials(b)?) {
         let (of_a, of_b) = (of_a?, of_b?);
@@ -149,9 +149,12 @@ fn trials(folder: &Folder) -> Result<impl Iterator<Item = Result<Vec<TrialRow>>>
 
 /// Pairs of a controller of one result and a controller of the other. Controllers of the same name make a pair. If no
 /// name is in both results, every controller of one makes a pair with every controller of the other.
-fn pairs(sets_a: &[String], sets_b: &[String]) -> Vec<(usize, usize)> {
-    let all = || (0..sets_a.len()).flat_map(|i| (0..sets_b.len()).map(move |j| (i, j)));
-    let of_one_name: Vec<_> = all().filter(|&(i, j)| sets_a[i] == sets_b[j]).collect();
+fn pairs(controllers_a: &[String], controllers_b: &[String]) -> Vec<(usize, usize)> {
+    let all =
+        || (0..controllers_a.len()).flat_map(|i| (0..controllers_b.len()).map(move |j| (i, j)));
+    let of_one_name: Vec<_> = all()
+        .filter(|&(i, j)| controllers_a[i] == controllers_b[j])
+        .collect();
     let pairs = if of_one_name.is_empty() {
         all().collect()
     } else {
@@ -159,7 +162,7 @@ fn pairs(sets_a: &[String], sets_b: &[String]) -> Vec<(usize, usize)> {
     };
     pairs
         .into_iter()
-        .map(|(i, j)| (i, sets_a.len() + j))
+        .map(|(i, j)| (i, controllers_a.len() + j))
         .collect()
 }
 
@@ -168,7 +171,7 @@ fn pairs(sets_a: &[String], sets_b: &[String]) -> Vec<(usize, usize)> {
 fn joined(
     a: &Manifest,
     b: &Manifest,
-    sets: Vec<String>,
+    controllers: Vec<String>,
     trials: u64,
     gates: &[String],
 ) -> Manifest {
@@ -194,7 +197,7 @@ fn joined(
         robot_sha256: both(&a.robot_sha256, &b.robot_sha256),
         engines: [&a.engines[..], &b.engines].concat(),
         part_trials: a.part_trials,
-        controllers: sets,
+        controllers,
         totals: each_once([a, b].into_iter().flat_map(|of| of.totals.clone())),
         inputs: Vec::new(),
         not_kept: [a, b]
@@ -239,12 +242,13 @@ fn names(folder: &Folder, other: &Folder) -> Vec<String> {
 
 fn origins(folder: &Folder) -> Vec<ControllerOrigin> {
     let campaign = folder.path.join("campaign.toml").display().to_string();
-    let sets = folder.manifest.controllers.iter();
-    sets.map(|set| ControllerOrigin {
-        campaign: campaign.clone(),
-        controller: set.clone(),
-    })
-    .collect()
+    let controllers = folder.manifest.controllers.iter();
+    controllers
+        .map(|controller| ControllerOrigin {
+            campaign: campaign.clone(),
+            controller: controller.clone(),
+        })
+        .collect()
 }
 
 /// The path of a file, relative to a folder. Both must exist.

@@ -71,10 +71,10 @@ pub struct ControllerOrigin {
 
 impl ControllerOrigin {
     /// The origin of a controller of the result's own campaign.
-    pub fn own(set: &str) -> Self {
+    pub fn own(controller: &str) -> Self {
         Self {
             campaign: "campaign.toml".into(),
-            controller: set.into(),
+            controller: controller.into(),
         }
     }
 }
@@ -164,16 +164,16 @@ pub struct ImpulseBin {
 }
 
 impl ControllerSummary {
-    /// Sums up controller number `set`. `bins` are the edges of bins of impulse (N s), and `strata` are the strata of
+    /// Sums up controller number `controller`. `bins` are the edges of bins of impulse (N s), and `strata` are the strata of
     /// the campaign. If the campaign ends when decided (`until_resolved`), the interval of the rate holds at any time.
     pub(super) fn new(
-        set: usize,
+        controller: usize,
         all: &TrialColumns,
         bins: &[f64],
         strata: &[Stratum],
         until_resolved: bool,
     ) -> Self {
-        let (name, trials) = (&all.names[set], all.of(set));
+        let (name, trials) = (&all.names[controller], all.of(controller));
         let of_all = |count: u64| match SuccessCount::new(count, trials.len() as u64) {
             count if until_resolved => count.at_any_time(),
             count => count,
@@ -184,7 +184,7 @@ impl ControllerSummary {
             moving_at_push,
             run_twice,
             not_repeated,
-        } = all.counted(set);
+        } = all.counted(controller);
         let with = |outcome| {
             trials
                 .iter()
@@ -260,7 +260,7 @@ impl ControllerSummary {
             curve,
             normalized_curve,
             strata: in_strata,
-            telling: TellingTrial::of(all, set, limit),
+            telling: TellingTrial::of(all, controller, limit),
             failures: *failures,
         }
     }

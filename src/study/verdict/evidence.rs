@@ -3,7 +3,7 @@
 //! A gate has three answers. It passes if the whole interval of the observed value lies at or above the requirement. It
 //! fails if the whole interval lies below. Otherwise it is unresolved, and more trials may decide. If the observed
 //! value itself were compared with the requirement, chance would raise alarms: of two results with 1000 trials each, of
-//! a set that recovers from 97 % in both, every fourth pair differs by half a point to the worse.
+//! a controller that recovers from 97 % in both, every fourth pair differs by half a point to the worse.
 //!
 //! At a confidence of 95 % at most 2.5 % of campaigns pass wrongly, and at most 2.5 % fail wrongly. This is exact for a
 //! rate. It is approximate for a difference: if nearly all trials that differ are of one kind, and these are few, up to

@@ -19,7 +19,7 @@ use std::path::Path;
 pub struct Gates {
     spec: GateSpec,
     gates: Vec<Gate>,
-    sets: Vec<String>,
+    controllers: Vec<String>,
     baseline: Option<Baseline>,
     stopping: Stopping,
 }
@@ -49,7 +49,7 @@ pub struct GateResult {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Open {
     /// Numbers of the controllers that need more trials for this decision.
-    pub sets: Vec<usize>,
+    pub controllers: Vec<usize>,
     /// The question in words, with what the trials show so far.
     pub words: String,
 }
@@ -110,7 +110,7 @@ impl Gates {
         Ok(Gates {
             spec,
             gates,
-            sets: manifest.controllers.clone(),
+            controllers: manifest.controllers.clone(),
             baseline,
             stopping: campaign.stopping,
         })
@@ -130,10 +130,10 @@ impl Gates {
     }
 
     /// Number of a controller in the campaign. A gate names only controllers of the campaign.
-    fn number(&self, set: &str) -> usize {
-        self.sets
+    fn number(&self, controller: &str) -> usize {
+        self.controllers
             .iter()
-            .position(|name| name == set)
+            .position(|name| name == controller)
             .unwrap_or_default()
     }
 
@@ -211,20 +211,20 @@ impl Gates {
             if judged.status != Status::Unresolved {
                 continue;
             }
-            let mut sets = vec![self.number(&gate.controller)];
-            if let Against::Set(other) = &gate.against {
-                sets.push(self.number(other));
+            let mut controllers = vec![self.number(&gate.controller)];
+            if let Against::Controller(other) = &gate.against {
+                controllers.push(self.number(other));
             }
             let unit = if is_difference { "points" } else { "%" };
             open.push(Open {
-                sets,
+                controllers,
                 words: words(&judged.name, judged.observed, judged.interval, unit),
             });
         }
         if !self.gates.is_empty() {
             return open;
         }
-        let pairs = every_pair(self.sets.len());
+        let pairs = every_pair(self.controllers.len());
         for &pair in &pairs {
             let PairDecision {
                 a,
@@ -234,9 +234,9 @@ impl Gates {
                 ..
             } = PairDecision::of(rows, pair, pairs.len(), true, self.stopping.margin);
             if verdict == PairVerdict::Open {
-                let pair = format!("{} - {}", self.sets[a], self.sets[b]);
+                let pair = format!("{} - {}", self.controllers[a], self.controllers[b]);
                 open.push(Open {
-                    sets: vec![a, b],
+                    controllers: vec![a, b],
                     words: words(&pair, counts.difference(), ci95, "points"),
                 });
             }
@@ -245,11 +245,13 @@ impl Gates {
     }
 
     fn judge(&self, gate: &Gate, rows: &TrialColumns) -> GateResult {
-        let set = self.number(&gate.controller);
-        let own = rows.of(set);
+        let controller = self.number(&gate.controller);
+        let own = rows.of(controller);
         let (other, ends_when_decided): (Option<&[EpisodeEnd]>, bool) =
             match (&gate.against, &self.baseline) {
-                (Against::Set(set), _) => (Some(rows.of(self.number(set))), false),
+                (Against::Controller(controller), _) => {
+                    (Some(rows.of(self.number(controller))), false)
+                }
                 (Against::Baseline, Some(baseline)) => (
                     Some(baseline.rows_of(&gate.controller)),
                     baseline.is_sequential(),
@@ -296,8 +298,10 @@ impl Gates {
                     .is_some_and(EpisodeEnd::has_recovered)
             })
             .or_else(|| {
-                lost.iter()
-                    .min_by(|a, b| rows.hardness(set, **a).total_cmp(&rows.hardness(set, **b)))
+                lost.iter().min_by(|a, b| {
+                    rows.hardness(controller, **a)
+                        .total_cmp(&rows.hardness(controller, **b))
+                })
             })
             .map(|&trial| trial as u64);
         let judged = evidence.answer(gate, level);
@@ -331,7 +335,7 @@ mod tests {
     use standfast_sim::episode::Outcome::{Fell, Recovered};
 
     /// The gates of a campaign with these controllers that ends when decided.
-    fn gates(sets: &[&str], gates: &[&str]) -> Result<Gates> {
+    fn gates(controllers: &[&str], gates: &[&str]) -> Result<Gates> {
         let gates = gates.iter().map(|s| s.to_string()).collect();
         let overrides = Overrides {
             gates,
@@ -339,7 +343,7 @@ mod tests {
             trials: Some(400),
             ..Overrides::default()
         };
-        Gates::new(&manifest(sets, overrides), None)
+        Gates::new(&manifest(controllers, overrides), None)
     }
 
     #[test]
@@ -370,7 +374,9 @@ mod tests {
         );
         let open = gates_of_two.open(&rows);
         assert!(
-            open.len() == 1 && open[0].words.starts_with("b >= 0.6: ") && open[0].sets == [1],
+            open.len() == 1
+                && open[0].words.starts_with("b >= 0.6: ")
+                && open[0].controllers == [1],
             "{open:?}"
         );
         assert!(

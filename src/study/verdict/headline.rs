@@ -6,32 +6,39 @@ use crate::verdict::listed::listed;
 use crate::verdict::pairs::{self, PairSummary, points};
 use standfast_stats::decision::PairVerdict;
 
-/// The controllers that recover most often, in the order of `sets`.
+/// The controllers that recover most often, in the order of `controllers`.
 pub fn leaders<'a>(
-    sets: &'a [ControllerSummary],
+    controllers: &'a [ControllerSummary],
     pairs: &[PairSummary],
 ) -> Vec<&'a ControllerSummary> {
     let behind = pairs
         .iter()
         .filter(|pair| pair.difference > 0.0 || pair.verdict == PairVerdict::Better)
-        .filter_map(|pair| sets.iter().position(|set| set.name == pair.b));
-    let rates: Vec<f64> = sets.iter().map(|set| set.count.success_rate).collect();
+        .filter_map(|pair| {
+            controllers
+                .iter()
+                .position(|controller| controller.name == pair.b)
+        });
+    let rates: Vec<f64> = controllers
+        .iter()
+        .map(|controller| controller.count.success_rate)
+        .collect();
     pairs::leaders(&rates, behind)
         .into_iter()
-        .map(|set| &sets[set])
+        .map(|controller| &controllers[controller])
         .collect()
 }
 
 /// One or two sentences. Two controllers count as the same if they differ by less than `margin` (a share). The text is
 /// empty if there are no controllers.
-pub fn of(sets: &[ControllerSummary], pairs: &[PairSummary], margin: f64) -> String {
-    let leaders = leaders(sets, pairs);
+pub fn of(controllers: &[ControllerSummary], pairs: &[PairSummary], margin: f64) -> String {
+    let leaders = leaders(controllers, pairs);
     let Some(first) = leaders.first() else {
         return String::new();
     };
-    let others: Vec<_> = sets
+    let others: Vec<_> = controllers
         .iter()
-        .filter(|set| leaders.iter().all(|leader| leader.name != set.name))
+        .filter(|controller| leaders.iter().all(|leader| leader.name != controller.name))
         .collect();
     let trials = match leaders
         .iter()
@@ -44,7 +51,7 @@ pub fn of(sets: &[ControllerSummary], pairs: &[PairSummary], margin: f64) -> Str
     let names = listed(
         &leaders
             .iter()
-            .map(|set| set.name.as_str())
+            .map(|controller| controller.name.as_str())
             .collect::<Vec<_>>(),
         "and",
     );
@@ -135,15 +142,15 @@ mod tests {
                 margin,
             },
         );
-        let sets: Vec<ControllerSummary> = (0..rows.names.len())
+        let controllers: Vec<ControllerSummary> = (0..rows.names.len())
             .map(|i| ControllerSummary::new(i, rows, &[], &[], until_resolved))
             .collect();
-        of(&sets, &pairs, margin)
+        of(&controllers, &pairs, margin)
     }
 
     /// A controller that was stopped early, on easy pushes, may have the higher rate and be the worse one.
     #[test]
-    fn the_leader_is_found_on_trials_that_both_sets_have() {
+    fn the_leader_is_found_on_trials_that_both_controllers_have() {
         let outcome = |has_recovered| if has_recovered { Recovered } else { Fell };
         let mut rows = Vec::new();
         for trial in 0..100_u64 {

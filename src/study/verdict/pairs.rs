@@ -77,8 +77,11 @@ pub struct PairStratum {
 
 impl PairStratum {
     fn new(rows: &TrialColumns, (a, b): (usize, usize), stratum: &Stratum) -> Self {
-        let has_recovered =
-            |set: usize, trial: usize| rows.of(set).get(trial).map(EpisodeEnd::has_recovered);
+        let has_recovered = |controller: usize, trial: usize| {
+            rows.of(controller)
+                .get(trial)
+                .map(EpisodeEnd::has_recovered)
+        };
         let both = stratum
             .trials()
             .filter_map(|trial| Some((has_recovered(a, trial)?, has_recovered(b, trial)?)));
@@ -123,7 +126,7 @@ impl PairSummary {
     ) -> Vec<Self> {
         let mut all: Vec<Self> = pairs
             .iter()
-            .map(|&sets| Self::new(rows, sets, strata, pairs.len(), deciding))
+            .map(|&controllers| Self::new(rows, controllers, strata, pairs.len(), deciding))
             .collect();
         all.sort_by(|x, y| by_verdict((x.verdict, x.difference), (y.verdict, y.difference)));
         all
@@ -132,7 +135,7 @@ impl PairSummary {
     /// The comparison of two controllers, which is one of `pairs` comparisons.
     fn new(
         rows: &TrialColumns,
-        sets: (usize, usize),
+        controllers: (usize, usize),
         strata: &[Stratum],
         pairs: usize,
         DecisionRule {
@@ -140,7 +143,7 @@ impl PairSummary {
             margin,
         }: DecisionRule,
     ) -> Self {
-        let standing = PairDecision::of(rows, sets, pairs, until_resolved, margin);
+        let standing = PairDecision::of(rows, controllers, pairs, until_resolved, margin);
         let PairDecision {
             a,
             b,
@@ -252,8 +255,8 @@ pub fn by_verdict(x: (PairVerdict, f64), y: (PairVerdict, f64)) -> Ordering {
 /// there is one.
 pub fn leaders(rates: &[f64], behind: impl IntoIterator<Item = usize>) -> Vec<usize> {
     let mut better = vec![0; rates.len()];
-    for set in behind {
-        better[set] += 1;
+    for controller in behind {
+        better[controller] += 1;
     }
     let rank = |a: usize, b: usize| {
         better[a]
@@ -264,7 +267,7 @@ pub fn leaders(rates: &[f64], behind: impl IntoIterator<Item = usize>) -> Vec<us
         return Vec::new();
     };
     (0..rates.len())
-        .filter(|&set| rank(set, first).is_eq())
+        .filter(|&controller| rank(controller, first).is_eq())
         .collect()
 }
 
@@ -289,10 +292,10 @@ pub fn rounded(count: u64) -> u64 {
     count.div_ceil(unit) * unit
 }
 
-/// Every pair of `sets` controllers, each with the earlier controller first.
-pub fn every_pair(sets: usize) -> Vec<(usize, usize)> {
-    (0..sets)
-        .flat_map(|a| (a + 1..sets).map(move |b| (a, b)))
+/// Every pair of `controllers` controllers, each with the earlier controller first.
+pub fn every_pair(controllers: usize) -> Vec<(usize, usize)> {
+    (0..controllers)
+        .flat_map(|a| (a + 1..controllers).map(move |b| (a, b)))
         .collect()
 }
 
@@ -341,8 +344,12 @@ mod tests {
     ) -> Vec<PairSummary> {
         let mut rows = Vec::new();
         for trial in 0..100 {
-            for (set, name) in names.iter().enumerate() {
-                let outcome = if saved(trial, set) { Recovered } else { Fell };
+            for (controller, name) in names.iter().enumerate() {
+                let outcome = if saved(trial, controller) {
+                    Recovered
+                } else {
+                    Fell
+                };
                 rows.push(row(trial, name, 1.0, outcome));
             }
         }
@@ -515,7 +522,7 @@ mod tests {
         };
         let all = all_pairs(
             &["hold", "paper", "catch", "twin", "fixed"],
-            |i, set| i < recovered[set],
+            |i, controller| i < recovered[controller],
             deciding,
         );
         let told: Vec<_> = all
@@ -532,7 +539,13 @@ mod tests {
     fn claims_are_adjusted_for_how_many_there_are() {
         let all = all_pairs(
             &["a", "b", "c"],
-            |i, set| if set == 1 { i == 0 || i > 8 } else { i != 0 },
+            |i, controller| {
+                if controller == 1 {
+                    i == 0 || i > 8
+                } else {
+                    i != 0
+                }
+            },
             AT_ONCE,
         );
         let open = all

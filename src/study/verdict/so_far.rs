@@ -13,7 +13,7 @@ pub struct SuccessTally {
     names: Vec<String>,
     trials: u64,
     /// Number of trials of each controller, and number of those trials from which it recovered.
-    sets: Vec<[u64; 2]>,
+    controllers: Vec<[u64; 2]>,
     /// Counts for the pairs of [`every_pair`], over the trials that both controllers have.
     pairs: Vec<PairedCounts>,
 }
@@ -25,7 +25,7 @@ impl SuccessTally {
         Self {
             names: names.to_vec(),
             trials: 0,
-            sets: vec![[0; 2]; names.len()],
+            controllers: vec![[0; 2]; names.len()],
             pairs,
         }
     }
@@ -40,7 +40,7 @@ impl SuccessTally {
                 recovered.push(row.map(TrialRow::has_recovered));
             }
             self.trials += 1;
-            for ([trials, count], recovered) in self.sets.iter_mut().zip(&recovered) {
+            for ([trials, count], recovered) in self.controllers.iter_mut().zip(&recovered) {
                 *trials += u64::from(recovered.is_some());
                 *count += u64::from(*recovered == Some(true));
             }
@@ -63,7 +63,7 @@ pub struct SoFar {
     /// Number of finished trials. A controller that was stopped earlier has fewer.
     pub trials: u64,
     /// Name and count of each controller, in the order of the campaign. The intervals hold at every look.
-    pub sets: Vec<(String, SuccessCount)>,
+    pub controllers: Vec<(String, SuccessCount)>,
     /// The pairs, ordered by their verdicts.
     pub pairs: Vec<PairSoFar>,
 }
@@ -83,12 +83,12 @@ impl SoFar {
     /// Controllers that differ by less than `margin` (a share) are the same.
     pub fn new(tally: &SuccessTally, margin: f64) -> Self {
         let SuccessTally { names, trials, .. } = tally;
-        let mut sets = Vec::new();
-        for (name, &[trials, recovered]) in names.iter().zip(&tally.sets) {
+        let mut controllers = Vec::new();
+        for (name, &[trials, recovered]) in names.iter().zip(&tally.controllers) {
             let count = SuccessCount::new(recovered, trials).at_any_time();
-            sets.push((name.clone(), count));
+            controllers.push((name.clone(), count));
         }
-        let every = every_pair(sets.len());
+        let every = every_pair(controllers.len());
         let mut behind = Vec::new();
         for (&(a, b), counts) in every.iter().zip(&tally.pairs) {
             let difference = counts.difference();
@@ -96,11 +96,14 @@ impl SoFar {
                 behind.push(if difference > 0.0 { b } else { a });
             }
         }
-        let rates: Vec<f64> = sets.iter().map(|(_, count)| count.success_rate).collect();
+        let rates: Vec<f64> = controllers
+            .iter()
+            .map(|(_, count)| count.success_rate)
+            .collect();
         let leader = leaders(&rates, behind).first().copied();
         let mut pairs = Vec::new();
         for (&pair, counts) in every.iter().zip(&tally.pairs) {
-            if !is_worth_a_line(every.len(), |set| Some(set) == leader, pair) {
+            if !is_worth_a_line(every.len(), |controller| Some(controller) == leader, pair) {
                 continue;
             }
             let PairDecision {
@@ -121,7 +124,7 @@ impl SoFar {
         pairs.sort_by(|x, y| by_verdict((x.verdict, x.difference), (y.verdict, y.difference)));
         Self {
             trials: *trials,
-            sets,
+            controllers,
             pairs,
         }
     }
@@ -135,9 +138,9 @@ pub(crate) mod tests {
     use standfast_sim::episode::Outcome::{Fell, Recovered};
 
     #[test]
-    fn every_pair_of_few_sets_and_those_with_the_best_of_many() {
-        let pairs = |sets: usize| {
-            let found = so_far(sets, 60, |set| set.to_string()).pairs;
+    fn every_pair_of_few_controllers_and_those_with_the_best_of_many() {
+        let pairs = |controllers: usize| {
+            let found = so_far(controllers, 60, |controller| controller.to_string()).pairs;
             found
                 .into_iter()
                 .map(|pair| (pair.a, pair.b))
@@ -167,7 +170,11 @@ pub(crate) mod tests {
         );
         let found = SoFar::new(&tally, 0.02);
         assert_eq!(
-            (found.trials, found.sets[0].1.trials, found.sets[1].1.trials),
+            (
+                found.trials,
+                found.controllers[0].1.trials,
+                found.controllers[1].1.trials
+            ),
             (40, 40, 25)
         );
         let pair = &found.pairs[0];
@@ -180,8 +187,8 @@ pub(crate) mod tests {
     /// Because a user may look often, the intervals are wider than intervals for a fixed number of trials.
     #[test]
     fn it_may_be_looked_at_often() {
-        let found = so_far(2, 300, |set| set.to_string());
-        let (_, count) = &found.sets[1];
+        let found = so_far(2, 300, |controller| controller.to_string());
+        let (_, count) = &found.controllers[1];
         assert_eq!(
             (count.recovered, count.trials, found.trials),
             (200, 300, 300)
@@ -198,7 +205,7 @@ pub(crate) mod tests {
             ("1", PairVerdict::Better, 50.0 / 300.0)
         );
         assert_eq!(
-            so_far(2, 10, |set| set.to_string()).pairs[0].verdict,
+            so_far(2, 10, |controller| controller.to_string()).pairs[0].verdict,
             PairVerdict::Open
         );
     }

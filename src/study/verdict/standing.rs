@@ -23,13 +23,13 @@ impl PairDecision {
     /// the same.
     pub fn of(
         rows: &TrialColumns,
-        sets: (usize, usize),
+        controllers: (usize, usize),
         pairs: usize,
         until_resolved: bool,
         margin: f64,
     ) -> Self {
-        let mut ends = rows.common(sets.0, sets.1);
-        let trials = rows.common(sets.0, sets.1).count() as u64;
+        let mut ends = rows.common(controllers.0, controllers.1);
+        let trials = rows.common(controllers.0, controllers.1).count() as u64;
         let mut counts = PairedCounts::default();
         let mut count_up_to = |look: u64| {
             let more = ends.by_ref().take((look - counts.trials()) as usize);
@@ -39,27 +39,27 @@ impl PairDecision {
         if !until_resolved {
             let counts = count_up_to(trials);
             let a_is_first = counts.only_a >= counts.only_b;
-            return Self::ordered(sets, counts, a_is_first, |counts| {
+            return Self::ordered(controllers, counts, a_is_first, |counts| {
                 Decision::once(counts, pairs, margin)
             });
         }
         let intervals = looks_until(trials).map(|look| betting(&count_up_to(look), pairs));
         let interval = narrowed(intervals);
-        Self::by_interval(sets, counts, interval, margin)
+        Self::by_interval(controllers, counts, interval, margin)
     }
 
     /// Compares two controllers at any time, from counts of trials in any order.
     pub fn at_any_time(
-        sets: (usize, usize),
+        controllers: (usize, usize),
         counts: PairedCounts,
         pairs: usize,
         margin: f64,
     ) -> Self {
-        Self::by_interval(sets, counts, betting(&counts, pairs), margin)
+        Self::by_interval(controllers, counts, betting(&counts, pairs), margin)
     }
 
     fn by_interval(
-        sets: (usize, usize),
+        controllers: (usize, usize),
         counts: PairedCounts,
         [least, most]: [f64; 2],
         margin: f64,
@@ -72,7 +72,7 @@ impl PairDecision {
         } else {
             [0.0 - most, 0.0 - least]
         };
-        Self::ordered(sets, counts, a_is_first, |_| {
+        Self::ordered(controllers, counts, a_is_first, |_| {
             Decision::at_any_time(interval, margin)
         })
     }

@@ -39,7 +39,7 @@ pub struct Summary {
     pub headline: String,
     pub robot: String,
     /// Number of trials. In a campaign that ends when decided, a controller that was stopped earlier has fewer. Its own
-    /// number is in `sets`.
+    /// number is in `controllers`.
     pub trials: u64,
     /// The largest number of trials that was asked for. It is larger than `trials` if the campaign ended earlier
     /// because it was decided.
@@ -87,7 +87,7 @@ impl Summary {
         let deciding = DecisionRule::of(manifest);
         let bins = bin_edges(rows.drawn.impulse_n_s.iter().flatten());
         let (trials, strata) = (rows.trials(), strata(&rows.drawn));
-        let sets: Vec<ControllerSummary> = (0..manifest.controllers.len())
+        let controllers: Vec<ControllerSummary> = (0..manifest.controllers.len())
             .map(|i| ControllerSummary::new(i, rows, &bins, &strata, deciding.until_resolved))
             .collect();
         let mut pairs = PairSummary::all(rows, pairs, &strata, deciding);
@@ -99,7 +99,7 @@ impl Summary {
         });
         let warnings = [
             manifest.told_not_kept(),
-            warnings::of(campaign, trials, &sets, &pairs),
+            warnings::of(campaign, trials, &controllers, &pairs),
             gates.warnings(manifest, rows),
         ]
         .concat();
@@ -109,11 +109,11 @@ impl Summary {
             engine: manifest.engine(),
             config_hash: manifest.config_hash.clone(),
             trials_sha256,
-            headline: headline::of(&sets, &pairs, deciding.margin),
+            headline: headline::of(&controllers, &pairs, deciding.margin),
             robot: campaign.robot.clone(),
             trials,
             most_trials: campaign.trials,
-            stopped: stopped(&sets, trials),
+            stopped: stopped(&controllers, trials),
             stopping: campaign.stopping,
             seed: campaign.seed,
             episode: campaign.episode,
@@ -126,7 +126,7 @@ impl Summary {
                 true => SEQUENTIAL_INTERVAL,
                 false => INTERVAL,
             },
-            controllers: sets,
+            controllers,
             reference,
             pairs,
             gates: gates.judged(rows),
@@ -160,10 +160,13 @@ impl Summary {
     ) -> Result<(Summary, TrialColumns, W)> {
         let Manifest {
             campaign,
-            controllers: sets,
+            controllers,
             ..
         } = &folder.manifest;
-        let (parts, mut rows) = (folder.parts()?, TrialColumns::new(sets, &campaign.episode));
+        let (parts, mut rows) = (
+            folder.parts()?,
+            TrialColumns::new(controllers, &campaign.episode),
+        );
         let mut trials = TrialsFile::new(to()?, &folder.manifest.totals)?;
         for part in parts {
             let part = part?;
@@ -175,7 +178,7 @@ impl Summary {
             &folder.manifest,
             &rows,
             sha256,
-            &every_pair(sets.len()),
+            &every_pair(controllers.len()),
             gates,
         );
         Ok((summary, rows, written))
@@ -188,13 +191,16 @@ impl Summary {
 }
 
 /// Says which controllers have fewer than `trials` trials.
-fn stopped(sets: &[ControllerSummary], trials: u64) -> Option<String> {
+fn stopped(controllers: &[ControllerSummary], trials: u64) -> Option<String> {
     let mut by_trials: BTreeMap<u64, Vec<&str>> = BTreeMap::new();
-    for set in sets.iter().filter(|set| set.count.trials < trials) {
+    for controller in controllers
+        .iter()
+        .filter(|controller| controller.count.trials < trials)
+    {
         by_trials
-            .entry(set.count.trials)
+            .entry(controller.count.trials)
             .or_default()
-            .push(&set.name);
+            .push(&controller.name);
     }
     if by_trials.is_empty() {
         return None;
@@ -233,12 +239,12 @@ pub(crate) mod tests {
     use crate::fixtures::ragged;
 
     #[test]
-    fn a_set_counts_its_own_trials_and_a_pair_those_that_both_sets_have() {
+    fn a_controller_counts_its_own_trials_and_a_pair_those_that_both_controllers_have() {
         let (summary, _) = ragged(&["a >= b + 0.1", "c >= 0.5"]);
         let counts: Vec<_> = summary
             .controllers
             .iter()
-            .map(|set| (set.count.trials, set.count.recovered))
+            .map(|controller| (controller.count.trials, controller.count.recovered))
             .collect();
         assert_eq!(
             (summary.trials, counts),
@@ -266,12 +272,9 @@ pub(crate) mod tests {
             [25, 100]
         );
         // All controllers have the same bins, although the later pushes are harder and "b" has no trial with them.
-        assert!(
-            summary
-                .controllers
-                .iter()
-                .all(|set| set.by_impulse.len() == summary.controllers[0].by_impulse.len())
-        );
+        assert!(summary.controllers.iter().all(
+            |controller| controller.by_impulse.len() == summary.controllers[0].by_impulse.len()
+        ));
         assert_eq!(
             summary.controllers[1]
                 .by_impulse

@@ -23,13 +23,13 @@ pub struct TellingTrial {
 }
 
 impl TellingTrial {
-    /// The trials of controller number `set` that are worth a replay, each named once. `limit` is the push from which
+    /// The trials of controller number `controller` that are worth a replay, each named once. `limit` is the push from which
     /// the robot recovers in half of the trials, in the unit of [`TrialColumns::hardness`]. First comes the easiest lost
     /// trial that another controller recovered from, then the lost trial nearest to the limit, then the hardest trial
     /// that was recovered from. The easiest lost trials come last.
-    pub fn of(rows: &TrialColumns, set: usize, limit: Option<f64>) -> Vec<Self> {
-        let own = rows.of(set);
-        let hardness = |trial: usize| rows.hardness(set, trial);
+    pub fn of(rows: &TrialColumns, controller: usize, limit: Option<f64>) -> Vec<Self> {
+        let own = rows.of(controller);
+        let hardness = |trial: usize| rows.hardness(controller, trial);
         let harder = |a: &usize, b: &usize| hardness(*a).total_cmp(&hardness(*b));
         let mut lost: Vec<usize> = (0..own.len())
             .filter(|&trial| !own[trial].has_recovered())
@@ -40,7 +40,7 @@ impl TellingTrial {
             let mut saviours = Vec::new();
             for (other, name) in rows.names.iter().enumerate() {
                 let ended = rows.of(other).get(trial);
-                if other != set && ended.is_some_and(|ended| ended.has_recovered()) {
+                if other != controller && ended.is_some_and(|ended| ended.has_recovered()) {
                     saviours.push(name.as_str());
                 }
             }

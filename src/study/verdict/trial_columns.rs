@@ -20,14 +20,14 @@ pub struct TrialColumns {
     pub drawn: TrialConditions,
     /// Whether episodes ended as soon as the robot had settled or fallen. Then times to home are not known.
     pub end_early: bool,
-    sets: Vec<OfSet>,
+    controllers: Vec<OfController>,
     /// Speed above which a COM is in motion when the push begins (m/s).
     standing_com_speed_m_s: f64,
 }
 
 /// The trials of one controller, with counts of some of their features.
 #[derive(Debug, Clone, PartialEq, Default)]
-struct OfSet {
+struct OfController {
     ended: Vec<EpisodeEnd>,
     counted: Counted,
 }
@@ -83,13 +83,13 @@ pub struct Values {
 impl TrialColumns {
     /// Columns without trials. `names` are the controllers in the order of the campaign.
     pub fn new(names: &[String], episode: &EpisodeConfig) -> Self {
-        let sets = vec![OfSet::default(); names.len()];
+        let controllers = vec![OfController::default(); names.len()];
         let standing_com_speed_m_s = episode.judge.standing_com_speed_m_s;
         Self {
             names: names.to_vec(),
             drawn: TrialConditions::default(),
             end_early: episode.end_early,
-            sets,
+            controllers,
             standing_com_speed_m_s,
         }
     }
@@ -97,13 +97,14 @@ impl TrialColumns {
     /// Adds the next rows, which are in the order of trials. Rows of controllers that are not named are left out.
     pub fn push(&mut self, rows: &[TrialRow]) {
         for row in rows {
-            let Some(set) = self.names.iter().position(|name| *name == row.controller) else {
+            let Some(controller) = self.names.iter().position(|name| *name == row.controller)
+            else {
                 continue;
             };
             if row.trial >= self.trials() {
                 self.drawn.push(row);
             }
-            let OfSet { ended, counted } = &mut self.sets[set];
+            let OfController { ended, counted } = &mut self.controllers[controller];
             ended.push(EpisodeEnd::of(row));
             let is_moving = row
                 .record
@@ -117,13 +118,13 @@ impl TrialColumns {
         }
     }
 
-    /// How each trial of controller number `set` ended, from trial 0.
-    pub fn of(&self, set: usize) -> &[EpisodeEnd] {
-        &self.sets[set].ended
+    /// How each trial of controller number `controller` ended, from trial 0.
+    pub fn of(&self, controller: usize) -> &[EpisodeEnd] {
+        &self.controllers[controller].ended
     }
 
-    pub fn counted(&self, set: usize) -> &Counted {
-        &self.sets[set].counted
+    pub fn counted(&self, controller: usize) -> &Counted {
+        &self.controllers[controller].counted
     }
 
     /// How each trial ended with controllers `a` and `b`, from trial 0, as far as both have trials.
@@ -137,8 +138,8 @@ impl TrialColumns {
     }
 
     /// Impulse of the first push divided by m omega d. If there is no d, it is the impulse (N s).
-    pub fn hardness(&self, set: usize, trial: usize) -> f64 {
-        self.of(set)[trial]
+    pub fn hardness(&self, controller: usize, trial: usize) -> f64 {
+        self.of(controller)[trial]
             .impulse_over_m_omega_d()
             .unwrap_or_else(|| self.impulse_n_s(trial))
     }

@@ -20,7 +20,7 @@ const MOVING: f64 = 0.02;
 pub fn of(
     campaign: &Campaign,
     trials: u64,
-    sets: &[ControllerSummary],
+    controllers: &[ControllerSummary],
     pairs: &[PairSummary],
 ) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -48,13 +48,17 @@ pub fn of(
             "{trials} trials are few: a rate near 50 % is known to {points:.0} points either way."
         ));
     }
-    let rates = || sets.iter().map(|set| set.count.success_rate);
-    if sets.len() > 1 && rates().all(|rate| rate > NEARLY) {
+    let rates = || {
+        controllers
+            .iter()
+            .map(|controller| controller.count.success_rate)
+    };
+    if controllers.len() > 1 && rates().all(|rate| rate > NEARLY) {
         warnings.push(
             "Every controller recovered from nearly every trial: the pushes are too weak to tell the controllers apart."
                 .into(),
         );
-    } else if sets.len() > 1 && rates().all(|rate| rate < 1.0 - NEARLY) {
+    } else if controllers.len() > 1 && rates().all(|rate| rate < 1.0 - NEARLY) {
         warnings.push(
             "No controller recovered from more than a few trials: the pushes are too hard to tell the controllers apart."
                 .into(),
@@ -92,22 +96,24 @@ pub fn of(
                 .into(),
         );
     }
-    for set in sets
-        .iter()
-        .filter(|set| set.moving_at_push as f64 > MOVING * set.count.trials as f64)
-    {
-        let trials = set.count.trials;
+    for controller in controllers.iter().filter(|controller| {
+        controller.moving_at_push as f64 > MOVING * controller.count.trials as f64
+    }) {
+        let trials = controller.count.trials;
         let speed_m_s = digits(campaign.episode.judge.standing_com_speed_m_s);
         warnings.push(format!(
             "With {}, the push found a robot that was not at rest in {} of {trials} trials (COM faster than {speed_m_s} \
              m/s). A later push.start_s gives it time to come to rest.",
-            set.name, set.moving_at_push
+            controller.name, controller.moving_at_push
         ));
     }
-    for set in sets.iter().filter(|set| set.diverged > 0) {
+    for controller in controllers
+        .iter()
+        .filter(|controller| controller.diverged > 0)
+    {
         warnings.push(format!(
             "With {}, {} trials diverged numerically and count as lost.",
-            set.name, set.diverged
+            controller.name, controller.diverged
         ));
     }
     for ControllerSummary {
@@ -115,16 +121,24 @@ pub fn of(
         run_twice,
         not_repeated,
         ..
-    } in sets.iter().filter(|set| set.not_repeated > 0)
+    } in controllers
+        .iter()
+        .filter(|controller| controller.not_repeated > 0)
     {
         warnings.push(format!(
             "{name} does not repeat itself: of {run_twice} trials that were run twice, {not_repeated} had another record \
              the second time. Its replays are not exact, and trials cannot be compared one by one."
         ));
     }
-    for set in sets.iter().filter(|set| set.failed > 0) {
+    for controller in controllers
+        .iter()
+        .filter(|controller| controller.failed > 0)
+    {
         let told = "trials ended since the controller failed, and count as lost. The causes are in the tables.";
-        warnings.push(format!("With {}, {} {told}", set.name, set.failed));
+        warnings.push(format!(
+            "With {}, {} {told}",
+            controller.name, controller.failed
+        ));
     }
     warnings
 }

@@ -15,13 +15,18 @@ pub(super) fn rates(summary: &Summary) -> Table {
     // An outcome that no controller had gets no column.
     type RareOutcome = (&'static str, fn(&ControllerSummary) -> u64);
     let rare: [RareOutcome; 3] = [
-        ("diverged", |set| set.diverged),
-        ("failed", |set| set.failed),
-        ("timed out", |set| set.timed_out),
+        ("diverged", |controller| controller.diverged),
+        ("failed", |controller| controller.failed),
+        ("timed out", |controller| controller.timed_out),
     ];
     let rare: Vec<_> = rare
         .into_iter()
-        .filter(|(_, count)| summary.controllers.iter().any(|set| count(set) > 0))
+        .filter(|(_, count)| {
+            summary
+                .controllers
+                .iter()
+                .any(|controller| count(controller) > 0)
+        })
         .collect();
     let columns = headings("controller", ["recovered", "rate", "95 %", "fell"]);
     let columns = columns.chain(rare.iter().map(|(label, _)| number(*label)));
@@ -29,35 +34,35 @@ pub(super) fn rates(summary: &Summary) -> Table {
     let lingers = summary
         .controllers
         .iter()
-        .any(|set| set.survived.recovered != set.count.recovered);
+        .any(|controller| controller.survived.recovered != controller.count.recovered);
     let mut table = Table::new(
         "Rates of recovery",
         columns.chain(lingers.then(|| number("survived, 95 %"))),
     );
-    for (i, set) in summary.controllers.iter().enumerate() {
+    for (i, controller) in summary.controllers.iter().enumerate() {
         let SuccessCount {
             trials,
             recovered,
             success_rate,
             ci95: [low, high],
-        } = set.count;
+        } = controller.count;
         let interval = format!("{:.1}-{}", 100.0 * low, percent(high));
         let cells = [
             cell(format!("{recovered}/{trials}")),
-            rate(percent(success_rate), set.count, i),
+            rate(percent(success_rate), controller.count, i),
             cell(interval),
         ];
-        let counts = once(set.fell).chain(rare.iter().map(|(_, count)| count(set)));
-        let [low, high] = set.survived.ci95;
+        let counts = once(controller.fell).chain(rare.iter().map(|(_, count)| count(controller)));
+        let [low, high] = controller.survived.ci95;
         let survived = format!(
             "{} ({:.1}-{})",
-            set.survived.recovered,
+            controller.survived.recovered,
             100.0 * low,
             percent(high)
         );
         let survived = lingers.then(|| cell(survived));
         table.row(
-            once(name(i, set))
+            once(name(i, controller))
                 .chain(cells)
                 .chain(counts.map(cell))
                 .chain(survived),
@@ -82,14 +87,14 @@ pub(super) fn limits(summary: &Summary) -> Table {
         "Impulses of which so many recover",
         once(words("controller")).chain(units),
     );
-    for (i, set) in summary.controllers.iter().enumerate() {
-        let (curve, normalized) = (&set.curve, &set.normalized_curve);
+    for (i, controller) in summary.controllers.iter().enumerate() {
+        let (curve, normalized) = (&controller.curve, &controller.normalized_curve);
         let levels = [
             impulse_at(curve, true),
             impulse_at(curve, false),
             impulse_at(normalized, true),
         ];
-        table.row(once(name(i, set)).chain(texts(levels)));
+        table.row(once(name(i, controller)).chain(texts(levels)));
     }
     let velocity = velocity_change(&summary.units, 1.0);
     table.with_note(format!(
@@ -133,18 +138,18 @@ pub(super) fn by_kind(summary: &Summary) -> Table {
         .controllers
         .iter()
         .take(1)
-        .flat_map(|set| &set.strata)
+        .flat_map(|controller| &controller.strata)
         .enumerate()
     {
         let pushes = summary
             .controllers
             .iter()
-            .map(|set| set.strata[i].count.trials)
+            .map(|controller| controller.strata[i].count.trials)
             .max()
             .unwrap_or(0);
         let mut row = vec![cell(kind(stratum.by, &stratum.label)), cell(pushes)];
-        for (number, set) in summary.controllers.iter().enumerate() {
-            let count = set.strata[i].count;
+        for (number, controller) in summary.controllers.iter().enumerate() {
+            let count = controller.strata[i].count;
             let share = percent(count.success_rate);
             row.push(match (&summary.stopped, count.trials) {
                 (None, _) => rate(share, count, number),
@@ -167,7 +172,7 @@ pub(super) fn by_impulse(summary: &Summary) -> Table {
         .controllers
         .iter()
         .take(1)
-        .flat_map(|set| &set.by_impulse)
+        .flat_map(|controller| &controller.by_impulse)
         .enumerate()
     {
         let range = cell(format!("{:.2} to {:.2}", bin.from_n_s, bin.to_n_s));
@@ -176,7 +181,7 @@ pub(super) fn by_impulse(summary: &Summary) -> Table {
                 summary
                     .controllers
                     .iter()
-                    .map(|set| rate_of(&set.by_impulse[i].count)),
+                    .map(|controller| rate_of(&controller.by_impulse[i].count)),
             ),
         );
     }
@@ -216,21 +221,32 @@ pub(super) fn losses(summary: &Summary) -> Table {
         summary,
         "When robots fell, and what went with it",
         "lost",
-        kinds.map(|(label, pick)| (label, move |set: &ControllerSummary| pick(&set.failures))),
+        kinds.map(|(label, pick)| {
+            (label, move |controller: &ControllerSummary| {
+                pick(&controller.failures)
+            })
+        }),
     )
 }
 
 /// The causes of the falls of each controller, the most frequent first.
 pub(super) fn causes(summary: &Summary) -> Table {
     let mut causes: BTreeMap<&str, u64> = BTreeMap::new();
-    for fall in summary.controllers.iter().flat_map(|set| &set.fall_causes) {
+    for fall in summary
+        .controllers
+        .iter()
+        .flat_map(|controller| &controller.fall_causes)
+    {
         *causes.entry(&fall.cause).or_default() += fall.trials;
     }
     let mut causes: Vec<_> = causes.into_iter().collect();
     causes.sort_by_key(|&(_, trials)| Reverse(trials));
     let rows = causes.into_iter().map(|(cause, _)| {
-        let falls = move |set: &ControllerSummary| {
-            let fall = set.fall_causes.iter().find(|fall| fall.cause == cause);
+        let falls = move |controller: &ControllerSummary| {
+            let fall = controller
+                .fall_causes
+                .iter()
+                .find(|fall| fall.cause == cause);
             fall.map_or(0, |fall| fall.trials)
         };
         (cause, falls)
@@ -246,22 +262,28 @@ fn counts<'a, F: Fn(&ControllerSummary) -> u64>(
     corner: &str,
     kinds: impl IntoIterator<Item = (&'a str, F)>,
 ) -> Table {
-    let sets = &summary.controllers;
+    let controllers = &summary.controllers;
     let mut table = Table::new(
         title,
-        once(words(corner)).chain(columns(sets.iter().enumerate())),
+        once(words(corner)).chain(columns(controllers.iter().enumerate())),
     );
     for (label, count) in kinds
         .into_iter()
-        .filter(|(_, count)| sets.iter().any(|set| count(set) > 0))
+        .filter(|(_, count)| controllers.iter().any(|controller| count(controller) > 0))
     {
-        table.row(once(cell(label)).chain(sets.iter().map(|set| cell(count(set)))));
+        table.row(
+            once(cell(label)).chain(controllers.iter().map(|controller| cell(count(controller)))),
+        );
     }
     if summary.stopped.is_some() && !table.rows.is_empty() {
         table.rows.insert(
             0,
             once(cell("trials"))
-                .chain(sets.iter().map(|set| cell(set.count.trials)))
+                .chain(
+                    controllers
+                        .iter()
+                        .map(|controller| cell(controller.count.trials)),
+                )
                 .collect(),
         );
     }
@@ -272,10 +294,10 @@ fn counts<'a, F: Fn(&ControllerSummary) -> u64>(
 pub(super) fn times(summary: &Summary) -> Table {
     let columns = headings("controller", ["to standing", "to home"]);
     let mut table = Table::new("How long recoveries took", columns);
-    for (i, set) in summary.controllers.iter().enumerate() {
-        let times = [set.median_settling_s, set.median_homing_s];
+    for (i, controller) in summary.controllers.iter().enumerate() {
+        let times = [controller.median_settling_s, controller.median_homing_s];
         let times = times.map(|time_s| cell(seconds(time_s)));
-        table.row(once(name(i, set)).chain(times));
+        table.row(once(name(i, controller)).chain(times));
     }
     let home = match summary.episode.end_early {
         true => {
@@ -295,9 +317,9 @@ pub(super) fn footsteps(summary: &Summary) -> Table {
         .controllers
         .iter()
         .enumerate()
-        .filter_map(|(i, set)| Some((i, set, set.by_footsteps.as_ref()?)))
+        .filter_map(|(i, controller)| Some((i, controller, controller.by_footsteps.as_ref()?)))
         .collect();
-    let columns = columns(steppers.iter().map(|(i, set, _)| (*i, *set)));
+    let columns = columns(steppers.iter().map(|(i, controller, _)| (*i, *controller)));
     let mut table = Table::new(
         "Recovered, by footsteps",
         once(words("recovered, by footsteps")).chain(columns),
@@ -315,29 +337,29 @@ pub(super) fn footsteps(summary: &Summary) -> Table {
 
 /// The columns of controllers side by side.
 fn columns<'a>(
-    sets: impl Iterator<Item = (usize, &'a ControllerSummary)>,
+    controllers: impl Iterator<Item = (usize, &'a ControllerSummary)>,
 ) -> impl Iterator<Item = TableColumn> {
-    sets.map(|(i, set)| TableColumn {
-        set: Some(i),
-        ..number(&set.name)
+    controllers.map(|(i, controller)| TableColumn {
+        controller: Some(i),
+        ..number(&controller.name)
     })
 }
 
 /// The name of a controller, as a cell.
-fn name(i: usize, set: &ControllerSummary) -> Cell {
+fn name(i: usize, controller: &ControllerSummary) -> Cell {
     Cell {
-        set: Some(i),
-        ..cell(&set.name)
+        controller: Some(i),
+        ..cell(&controller.name)
     }
 }
 
 /// A rate that can be drawn.
-fn rate(text: String, count: SuccessCount, set: usize) -> Cell {
+fn rate(text: String, count: SuccessCount, controller: usize) -> Cell {
     Cell {
         mark: Some(CellMark {
             at: count.success_rate,
             ci: Some(count.ci95),
-            set: Some(set),
+            controller: Some(controller),
         }),
         ..cell(text)
     }
