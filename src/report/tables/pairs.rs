@@ -65,9 +65,11 @@ pub(super) fn counts(summary: &Summary) -> Table {
                 .chain(p),
         );
     }
-    let about = "Trials from which both, or only one, recovered. Kappa (Cohen) is 1 if both always \
-                 recover from the same trials, 0 if no more often than by chance. a - b is the rate of a less that of b, in points.";
-    table.with_note(format!("{about} {}", about_pairs(summary)))
+    let difference = "a - b is the rate of a less that of b, in points.";
+    table.with_note(format!(
+        "Trials from which both, or only one, recovered. {KAPPA} {difference} {}",
+        about_pairs(summary)
+    ))
 }
 
 /// How far two engines agree: the pairs of one controller in both.
@@ -93,10 +95,12 @@ pub(super) fn engines(summary: &Summary) -> Table {
                 .chain([cell(format!("{alike:.1} %")), cell(kappa(pair))]),
         );
     }
-    table.with_note(
-        "Trials from which both, only one, or neither recovered; alike is the share of both and neither.",
-    )
+    table.with_note(format!(
+        "Trials from which both, only one, or neither recovered. Alike is the share of both and neither. {KAPPA}"
+    ))
 }
+
+const KAPPA: &str = "Kappa (Cohen) is 1 if both always recover from the same trials, 0 if no more often than by chance.";
 
 fn kappa(pair: &PairSummary) -> String {
     pair.kappa.map_or("-".into(), |kappa| format!("{kappa:.2}"))
