@@ -214,7 +214,7 @@ fn first_trial(campaign: &Campaign) -> Result<()> {
 fn campaigns() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.toml");
-    let everything = "[episode]\nphysics_step_s = { rapier = 0.001, mujoco = 0.0005 }\n[stopping]\nuntil_resolved = true\n";
+    let everything = "[episode]\nphysics_step_s = 0.001\n[stopping]\nuntil_resolved = true\n";
     let names = InputKind::Campaign.names().into_iter();
     let mut valid: Vec<String> = names
         .map(|name| builtin(InputKind::Campaign, name).text)

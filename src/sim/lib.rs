@@ -18,7 +18,7 @@ pub mod servo;
 mod similar;
 pub mod variation;
 
-pub use engine::{Engine, MUJOCO_VERSION, PhysicsStep};
+pub use engine::{Engine, MUJOCO_VERSION};
 pub use ground::Ground;
 pub use meeting::{Meeting, Pairs};
 pub use plant::{Plant, Pull, Truth};

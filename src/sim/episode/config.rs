@@ -1,7 +1,7 @@
 //! Settings of an episode: its duration and time steps, the thresholds of its judge, and the disturbances.
 
 use crate::plant::Clock;
-use crate::{Engine, PhysicsStep, Push, SensorErrors, Variation};
+use crate::{Engine, Push, SensorErrors, Variation};
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Units;
@@ -56,6 +56,9 @@ pub enum Counts {
 /// The usual period of a controller (s). It depends on a robot's electronics, not on its size.
 pub const CONTROL_PERIOD_S: f64 = 0.002;
 
+/// The usual step of the physics, in either engine (s).
+const PHYSICS_STEP_S: f64 = 0.002;
+
 /// Most control ticks of an episode that is written or drawn.
 const MOST_TICKS: f64 = 200_000.0;
 
@@ -66,7 +69,7 @@ pub struct EpisodeConfig {
     /// The physics engine that simulates the robot.
     pub engine: Engine,
     pub horizon_s: f64,
-    pub physics_step_s: PhysicsStep,
+    pub physics_step_s: f64,
     pub control_period_s: f64,
     /// Whether an episode ends as soon as the robot is settled. If false, only a fall ends it before the horizon;
     /// [`Record::home_at_s`](super::Record::home_at_s) then has a meaning, and "recovered" is standing at the horizon.
@@ -80,7 +83,7 @@ impl EpisodeConfig {
         Self {
             engine: Engine::default(),
             horizon_s: 33.76 * units.time_s(),
-            physics_step_s: PhysicsStep::default(),
+            physics_step_s: PHYSICS_STEP_S,
             control_period_s: CONTROL_PERIOD_S,
             end_early: true,
             judge: Judge::of(units),
@@ -91,7 +94,7 @@ impl EpisodeConfig {
     pub fn clock(&self) -> Clock {
         Clock {
             engine: self.engine,
-            physics_step_s: self.physics_step_s.of(self.engine),
+            physics_step_s: self.physics_step_s,
             control_period_s: self.control_period_s,
         }
     }

@@ -5,7 +5,7 @@ use nalgebra::{Point2, Vector3};
 use rayon::prelude::*;
 use standfast_core::robot::GRAVITY;
 use standfast_sim::episode::{self, Disturbance, EpisodeConfig, Until};
-use standfast_sim::{PhysicsStep, Plant, Profile, Pull, Push};
+use standfast_sim::{Plant, Profile, Pull, Push};
 
 /// The quantities of the law at every tick.
 struct Course {
@@ -145,7 +145,7 @@ fn what_a_fall_leaves_over_goes_down_with_the_step() {
             &hold,
             vec![push(4.0, 0.0)],
             EpisodeConfig {
-                physics_step_s: PhysicsStep::all(physics_step_s),
+                physics_step_s,
                 ..config(1.5)
             },
         );
@@ -214,7 +214,7 @@ fn the_ground_presses_inside_the_soles_on_the_side_pushed_to() {
 fn limbs_that_are_driven_into_each_other_meet_and_stay_apart() {
     let bench = Bench::new("hold");
     let config = EpisodeConfig {
-        physics_step_s: PhysicsStep::all(0.0005),
+        physics_step_s: 0.0005,
         ..config(1.0)
     };
     let robot = &bench.robot;

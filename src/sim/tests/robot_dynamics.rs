@@ -7,7 +7,6 @@ use nalgebra::{
 };
 use standfast_core::robot::dynamics::{Dynamics, load_torques};
 use standfast_core::robot::{Foot, GRAVITY, Kinematics, PerFoot, Posture, Robot};
-use standfast_sim::PhysicsStep;
 use standfast_sim::episode::{self, Disturbance, EpisodeConfig, Until};
 use std::sync::LazyLock;
 
@@ -329,7 +328,7 @@ fn the_simulation_obeys_them() {
     let hold = standfast_controllers::load("hold").unwrap();
     let [coarse, fine] = [0.001, 0.00025].map(|step_s| {
         let config = EpisodeConfig {
-            physics_step_s: PhysicsStep::all(step_s),
+            physics_step_s: step_s,
             control_period_s: step_s,
             ..config(0.95)
         };

@@ -4,14 +4,13 @@ use crate::common::mirror::{mirrored, symmetric_robot};
 use crate::common::{Bench, config, push};
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use standfast_sim::PhysicsStep;
 use standfast_sim::episode::{self, Disturbance, EpisodeConfig, Record, Until};
 
 /// The true COM at every tick.
 fn course(bench: &Bench, physics_step_s: f64, heading: f64) -> (Record, Vec<Vector3<f64>>) {
     let mut coms = Vec::new();
     let config = EpisodeConfig {
-        physics_step_s: PhysicsStep::all(physics_step_s),
+        physics_step_s,
         ..config(3.0)
     };
     let disturbance = Disturbance {

@@ -263,7 +263,6 @@ pub(crate) fn shown(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use standfast_sim::PhysicsStep;
 
     /// Stiff servos throw an unpushed UT-mu2 over. With servos 64 times as stiff as designed it happens between 4 and 8
     /// ms, and with servos 256 times as stiff at half of that step.
@@ -283,7 +282,7 @@ mod tests {
                 check_steps(
                     "f",
                     &EpisodeConfig {
-                        physics_step_s: PhysicsStep::all(step_s),
+                        physics_step_s: step_s,
                         ..usual
                     },
                     &robot,

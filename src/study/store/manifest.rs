@@ -17,7 +17,6 @@ use standfast_controllers::variant::ControllerName;
 use standfast_core::error::{Error, Result};
 use standfast_files::assets;
 use standfast_files::{json_pretty, sha256_hex, write_atomic};
-use standfast_sim::PhysicsStep;
 use standfast_stats::sequential::LOOK_TRIALS;
 use std::collections::BTreeMap;
 use std::num::NonZeroU64;
@@ -314,10 +313,6 @@ fn what_trials_are(campaign: &Campaign) -> Campaign {
         ..campaign.clone()
     };
     trials.stopping.margin = 0.0;
-    // The step of an engine that no entrant has does not matter.
-    if let [episode] = campaign.episodes()[..] {
-        trials.episode.physics_step_s = PhysicsStep::all(episode.clock().physics_step_s);
-    }
     if campaign.stopping.until_resolved {
         trials.trials = 0;
     }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use standfast_core::robot::{Robot, SizeRatio};
 use standfast_core::socket::PreparedController;
 use standfast_sim::episode::{self, Disturbance, EpisodeConfig, Judge, Outcome};
-use standfast_sim::{PhysicsStep, Push, Variation};
+use standfast_sim::{Push, Variation};
 use standfast_study::ask::trial;
 use standfast_study::{Campaign, Overrides};
 
@@ -44,10 +44,7 @@ impl Bench {
         };
         let config = EpisodeConfig {
             horizon_s: usual.horizon_s * time,
-            physics_step_s: PhysicsStep {
-                rapier: usual.physics_step_s.rapier * time,
-                mujoco: usual.physics_step_s.mujoco * time,
-            },
+            physics_step_s: usual.physics_step_s * time,
             control_period_s: usual.control_period_s * time,
             judge,
             ..usual
