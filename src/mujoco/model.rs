@@ -22,6 +22,10 @@ const SOLREF: &str = "0.0072 1";
 /// it is 0.02 mm; but then a sole that slides chatters, and hardly slides at all with steps of 2 ms.
 const SOLIMP: &str = "0.3 0.95 0.0006";
 
+/// Gap (m) below which two shapes touch. With a gap of 0, soles that are set down on the ground touch it from the second
+/// step on.
+const MARGIN_M: f64 = 1e-9;
+
 /// Name of the body of a link. Its prefix distinguishes it from `world` and `ground`, which may also be names of links.
 pub fn body_name(link: &Link) -> String {
     format!("link {}", link.name)
@@ -31,7 +35,7 @@ pub fn mjcf(robot: &Robot, ground: &Ground, pairs: &Pairs, step_s: f64) -> Strin
     let mut xml = format!(
         r#"<mujoco><compiler angle="radian" autolimits="false" inertiafromgeom="false"/>
 <option timestep="{step_s}" gravity="0 0 {}" integrator="Euler" cone="elliptic" impratio="10"/>
-<default><geom condim="3" friction="{} 0 0" solref="{SOLREF}" solimp="{SOLIMP}"/><joint solreflimit="{SOLREF}"/></default>
+<default><geom condim="3" friction="{} 0 0" solref="{SOLREF}" solimp="{SOLIMP}" margin="{MARGIN_M}"/><joint solreflimit="{SOLREF}"/></default>
 <worldbody><body name="{GROUND}" mocap="{}">"#,
         -standfast_core::robot::GRAVITY,
         meeting::FRICTION,
