@@ -144,13 +144,12 @@ impl Manifest {
             .as_object_mut()
             .and_then(|fields| fields.shift_remove("seal"));
         let is_sealed = seal.is_some_and(|seal| seal == sha256_hex(value.to_string().as_bytes()));
-        if value.get("engine").is_some() {
-            return Err(problem(
-                "it is of a former version of standfast, whose results this one does not read"
-                    .into(),
-            ));
-        }
-        let manifest: Manifest = serde_json::from_value(value).map_err(damaged)?;
+        let manifest: Manifest = serde_json::from_value(value).map_err(|e| match is_sealed {
+            true => problem(format!(
+                "it was written by another version of standfast, whose results this one does not read ({e})"
+            )),
+            false => damaged(e),
+        })?;
         manifest.check(&path.display().to_string())?;
         if !is_sealed || manifest.hash()? != manifest.config_hash {
             let changed = "it is not as standfast wrote it: its hash does not match what it says";
@@ -351,6 +350,13 @@ mod tests {
             ("/controllers/1", "hold".into(), true, "2 different names"),
             ("/part_trials", 501.into(), true, "5 to 500"),
             ("/part_trials", 0.into(), true, "nonzero"),
+            (
+                "/campaign/episode/physics_step_s",
+                serde_json::json!({ "rapier": 0.002 }),
+                true,
+                "another version of standfast",
+            ),
+            ("/part_trials", Value::Null, false, "damaged"),
         ] {
             let mut changed = written.clone();
             *changed.pointer_mut(pointer).unwrap() = value;

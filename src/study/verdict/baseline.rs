@@ -93,11 +93,13 @@ pub fn unlike(a: &Manifest, b: &Manifest) -> Vec<String> {
     let robots = [a, b].map(|m| format!("{} ({:.8})", m.campaign.robot, m.robot_sha256));
     let versions = [a, b].map(|m| m.standfast.clone());
     let engines = [a, b].map(Manifest::engine);
+    let steps = [a, b].map(|m| format!("{} s", m.campaign.episode.physics_step_s));
     let mut reasons = Vec::new();
     for (what, [of_a, of_b]) in [
         ("robots", robots),
         ("versions of standfast", versions),
         ("physics engines", engines),
+        ("steps of the physics", steps),
     ] {
         if of_a != of_b {
             reasons.push(format!("the {what} differ: {of_a} and {of_b}"));
@@ -172,7 +174,7 @@ fn drawn(campaign: &Campaign) -> Value {
         "sensors": campaign.sensors,
         "episode": campaign.episode,
     });
-    // The engine belongs to the entrant, and so does its step.
+    // Whoever compares engines or their steps compares the same trials.
     for key in ["engine", "physics_step_s"] {
         drawn["episode"][key].take();
     }
