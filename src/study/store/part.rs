@@ -91,7 +91,8 @@ impl PartFile<'_> {
 
     /// The rows of a complete part. It fails if the rows belong to other trials, or if a row is impossible: a hash
     /// shows an accident, but whoever changes a row can compute a new hash. The drawn quantities of a trial follow from
-    /// the campaign, so they are compared to the bit.
+    /// the campaign, so they are compared to the bit. The columns become rows for this, since most rules are about several
+    /// columns of one trial.
     fn checked(&self, bytes: Vec<u8>, controllers: &[&String]) -> Result<Vec<TrialRow>> {
         let refused = |problem: String| {
             let name = self.path.file_name().unwrap_or_default().display();
