@@ -256,7 +256,7 @@ pub fn simulated(
     };
     let factory = Design::new(robot, &gains, config.control_period_s)?.into();
     let horizon_s = 12.0 * config.control_period_s;
-    let steps = horizon_s / config.clock().physics_step_s;
+    let steps = horizon_s / config.physics_step_s;
     if steps < 1000.0 {
         let config = EpisodeConfig {
             horizon_s,

@@ -74,7 +74,7 @@ pub fn check_episode(file: &str, episode: &EpisodeConfig) -> Result<()> {
         episode.control_period_s,
         [1e-4, 0.1],
     )?;
-    let physics_step_s = episode.clock().physics_step_s;
+    let physics_step_s = episode.physics_step_s;
     let least_s = LEAST_STEP_S.max(episode.horizon_s / MOST_STEPS);
     in_range(
         file,
@@ -140,7 +140,7 @@ const SLOW: f64 = 0.2;
 /// Checks that servos are stable with such steps of the physics, and warns of steps and control periods that are too
 /// long to judge by. Errors name `file` as the origin of the values.
 pub fn check_steps(file: &str, episode: &EpisodeConfig, robot: &Robot) -> Result<()> {
-    let step_s = episode.clock().physics_step_s;
+    let step_s = episode.physics_step_s;
     let fastest_rad_s = fastest_vibration_rad_s(robot);
     if step_s * fastest_rad_s > UNSTABLE {
         let most_s = digits(UNSTABLE / fastest_rad_s);

@@ -255,7 +255,7 @@ impl Campaign {
         }
     }
 
-    /// The engine of each entrant, in the order of `gains`.
+    /// The engine of each entrant, in the order of `controllers`.
     pub fn engines(&self) -> Vec<Engine> {
         let stated = self
             .controllers
@@ -266,18 +266,15 @@ impl Campaign {
             .collect()
     }
 
-    /// The settings of an episode of each engine that an entrant has, in the order of their first appearance.
-    pub fn episodes(&self) -> Vec<EpisodeConfig> {
-        let mut episodes: Vec<EpisodeConfig> = Vec::new();
+    /// Each engine that an entrant has, once, in the order of their first appearance.
+    pub fn different_engines(&self) -> Vec<Engine> {
+        let mut different = Vec::new();
         for engine in self.engines() {
-            if episodes.iter().all(|episode| episode.engine != engine) {
-                episodes.push(EpisodeConfig {
-                    engine,
-                    ..self.episode
-                });
+            if !different.contains(&engine) {
+                different.push(engine);
             }
         }
-        episodes
+        different
     }
 
     /// A campaign for each entrant, whose engine is that of the campaign then.
@@ -577,9 +574,7 @@ impl Campaign {
         for listed in &self.controllers {
             Entrant::check(listed, file)?;
         }
-        for episode in self.episodes() {
-            check_episode(file, &episode)?;
-        }
+        check_episode(file, &self.episode)?;
         let horizon_s = self.episode.horizon_s;
         self.push.check(file, horizon_s)?;
         self.second_push.check(file, &self.push, horizon_s)?;

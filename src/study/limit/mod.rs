@@ -301,11 +301,11 @@ impl<'a> Searches<'a> {
             robot: campaign.robot.clone(),
             engine: campaign.episode.engine,
             engines: campaign
-                .episodes()
-                .iter()
-                .map(|episode| LimitEngine {
-                    engine: episode.engine.with_version(),
-                    physics_step_s: episode.clock().physics_step_s,
+                .different_engines()
+                .into_iter()
+                .map(|engine| LimitEngine {
+                    engine: engine.with_version(),
+                    physics_step_s: campaign.episode.physics_step_s,
                 })
                 .collect(),
             seed: campaign.seed,

@@ -54,10 +54,10 @@ impl PreparedCampaign {
     /// As [`new`](Self::new), with the files of the campaign's robot, which are read already.
     pub fn with(campaign: &Campaign, files: Files) -> Result<PreparedCampaign> {
         let robot = files.load()?;
-        for episode in campaign.episodes() {
-            episode.engine.check(&robot)?;
-            check_steps(&campaign.name, &episode, &robot)?;
+        for engine in campaign.different_engines() {
+            engine.check(&robot)?;
         }
+        check_steps(&campaign.name, &campaign.episode, &robot)?;
         let mut entries = Vec::new();
         let mut entrants = Vec::new();
         let (mut controllers, mut bases) = (Vec::new(), Vec::new());
