@@ -45,6 +45,9 @@ pub struct InitArgs {
     /// Range of joints that have none in the URDF (rad)
     #[arg(long, value_name = "RAD", value_parser = number)]
     pub range: Option<f64>,
+    /// Motors of the robot from its settings, a policy or its file
+    #[arg(long, value_name = "FILE")]
+    pub motors: Option<String>,
     /// Print the file instead of writing it
     #[arg(long)]
     pub dry_run: bool,
@@ -81,7 +84,7 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     if kept.is_none() {
         args.check_place(&usual)?;
     }
-    let settings = urdf::completed(&urdf, args.range, kept.as_ref())?;
+    let settings = urdf::completed(&urdf, args.range, kept.as_ref(), args.motors.as_deref())?;
     let robot = standfast_robots::parse(&urdf, &settings)?;
     if args.dry_run {
         return print(&settings.text);

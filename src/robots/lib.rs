@@ -5,6 +5,7 @@
 
 mod infer;
 mod mesh;
+pub mod motors;
 mod settings;
 mod skeleton;
 mod tree;

@@ -2,13 +2,13 @@
 
 use super::tree::Tree;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, Visitor};
 use standfast_core::arrays::exactly;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::model::{
-    Ankle, Foot, Frame, Joint, LandingRegion, PerFoot, SensorNoise, Servo, Sole, Solid,
+    Ankle, Foot, Frame, Joint, LandingRegion, MotorOrigin, PerFoot, SensorNoise, Servo, Sole, Solid,
 };
 use standfast_core::robot::shape::Shape;
 use standfast_files::assets::{self, Source};
@@ -33,7 +33,7 @@ pub(super) struct RobotSettings {
     pub reach: Vec<LandingRegion>,
     #[serde(default)]
     pub assumptions: Vec<String>,
-    servos: Vec<ServoGroup>,
+    pub servos: Vec<ServoGroup>,
     home_rad: BTreeMap<String, f64>,
     /// The range of joints whose limits in the URDF leave no range, from this angle to both sides (rad). If it is not
     /// stated, such joints are locked.
@@ -94,16 +94,48 @@ impl<'de> Deserialize<'de> for SoleFace {
     }
 }
 
-#[derive(Debug, Clone, Deserialize)]
+/// The joints with the same servo.
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-struct ServoGroup {
-    joints: Vec<String>,
+pub(super) struct ServoGroup {
+    pub joints: Vec<String>,
     kp_n_m_rad: f64,
     kd_n_m_s_rad: f64,
-    torque_n_m: f64,
-    full_torque_speed_rad_s: f64,
-    no_torque_speed_rad_s: f64,
-    rotor_inertia_kg_m2: f64,
+    pub torque_n_m: f64,
+    pub full_torque_speed_rad_s: f64,
+    pub no_torque_speed_rad_s: f64,
+    pub rotor_inertia_kg_m2: f64,
+    /// Where the figures of the motor are from.
+    #[serde(default)]
+    pub origin: MotorOrigin,
+}
+
+impl ServoGroup {
+    /// The group of one joint.
+    pub fn new(joint: &str, servo: &Servo, origin: MotorOrigin) -> Self {
+        Self {
+            joints: vec![joint.into()],
+            kp_n_m_rad: servo.kp,
+            kd_n_m_s_rad: servo.kd,
+            torque_n_m: servo.torque_n_m,
+            full_torque_speed_rad_s: servo.full_torque_speed_rad_s,
+            no_torque_speed_rad_s: servo.no_torque_speed_rad_s,
+            rotor_inertia_kg_m2: servo.rotor_inertia_kg_m2,
+            origin,
+        }
+    }
+
+    /// The servo of each of its joints.
+    pub fn servo(&self) -> Servo {
+        Servo {
+            kp: self.kp_n_m_rad,
+            kd: self.kd_n_m_s_rad,
+            torque_n_m: self.torque_n_m,
+            full_torque_speed_rad_s: self.full_torque_speed_rad_s,
+            no_torque_speed_rad_s: self.no_torque_speed_rad_s,
+            rotor_inertia_kg_m2: self.rotor_inertia_kg_m2,
+        }
+    }
 }
 
 /// Checks a range for joints without one (rad).
@@ -264,14 +296,7 @@ impl RobotSettings {
                         "each joint once",
                     ));
                 }
-                *slot = Some(Servo {
-                    kp: group.kp_n_m_rad,
-                    kd: group.kd_n_m_s_rad,
-                    torque_n_m: group.torque_n_m,
-                    full_torque_speed_rad_s: group.full_torque_speed_rad_s,
-                    no_torque_speed_rad_s: group.no_torque_speed_rad_s,
-                    rotor_inertia_kg_m2: group.rotor_inertia_kg_m2,
-                });
+                *slot = Some(group.servo());
             }
         }
         let servos = servos.into_iter().zip(joints).map(|(servo, joint)| {
@@ -286,6 +311,18 @@ impl RobotSettings {
             })
         });
         servos.collect()
+    }
+
+    /// Where the figures of the motors are from, one per joint.
+    pub fn motor_origins(&self, joints: &[Joint]) -> Vec<MotorOrigin> {
+        let of = |joint: &Joint| {
+            let mut groups = self.servos.iter();
+            groups.find(|group| group.joints.contains(&joint.name))
+        };
+        let origins = joints
+            .iter()
+            .map(|joint| of(joint).map(|group| group.origin.clone()));
+        origins.map(Option::unwrap_or_default).collect()
     }
 
     /// Home posture (rad), one angle per joint, checked against the joint limits.

@@ -4,6 +4,7 @@
 //! its joints are not used, because the settings describe the servos.
 
 use super::infer;
+use super::motors::Motors;
 use super::settings::{self, RobotSettings};
 pub use super::settings::{settings_path, states_soles_alone};
 use super::skeleton::with_bones;
@@ -67,7 +68,7 @@ impl Files {
         let (tree, are_inferred) = (Tree::parse(&urdf, range_rad)?, stated.is_none());
         let settings = match stated {
             Some(source) => source,
-            None => inferred_from(&urdf, tree.clone(), None, None)?,
+            None => inferred_from(&urdf, tree.clone(), None, None, None)?,
         };
         let meshes = tree.kept_meshes.clone().map(|text| Source {
             file: format!("meshes of {}", urdf.file),
@@ -80,6 +81,17 @@ impl Files {
             are_inferred,
             tree,
         })
+    }
+
+    /// The same files with the motors of the file `path`, if there is one. It fails as [`Motors::open`] does.
+    pub fn with_motors(mut self, path: Option<&str>) -> Result<Files> {
+        let Some(path) = path else { return Ok(self) };
+        let motors = Motors::open(path, &self.robot()?)?;
+        self.settings = motors.in_settings(&self.settings)?;
+        // The files of a built-in robot are not kept with a result, but its other motors have to be.
+        self.settings.file = unbuilt(&self.settings.file);
+        self.urdf.file = unbuilt(&self.urdf.file);
+        Ok(self)
     }
 
     /// The robot that they describe. It fails as [`load`] does.
@@ -106,6 +118,11 @@ impl Files {
     }
 }
 
+/// The name of a file without the mark of what is compiled in.
+fn unbuilt(file: &str) -> String {
+    file.trim_start_matches("builtin:").into()
+}
+
 /// The URDF of a built-in robot by its name, or of a file, with its macros expanded. Fails as [`Files::open`] does.
 pub fn opened(name_or_path: &str) -> Result<Source> {
     xacro::expanded(assets::open(InputKind::Robot, name_or_path)?)
@@ -114,16 +131,29 @@ pub fn opened(name_or_path: &str) -> Result<Source> {
 /// The settings that are inferred from a URDF. Joints without a range of their own get the range `range_rad` (rad) to
 /// both sides or, if it is None, are locked. Fails if the URDF cannot be read or is not of a humanoid.
 pub fn inferred(urdf: &Source, range_rad: Option<f64>) -> Result<Source> {
-    completed(urdf, range_rad, None)
+    completed(urdf, range_rad, None, None)
 }
 
 /// The settings that are inferred from a URDF as by [`inferred`], with the soles that a file [states
-/// alone](states_soles_alone).
-pub fn completed(urdf: &Source, range_rad: Option<f64>, stated: Option<&Source>) -> Result<Source> {
+/// alone](states_soles_alone), and with the motors of the file `motors`.
+pub fn completed(
+    urdf: &Source,
+    range_rad: Option<f64>,
+    stated: Option<&Source>,
+    motors: Option<&str>,
+) -> Result<Source> {
     if let Some(range_rad) = range_rad {
         settings::check_range("init", range_rad)?;
     }
-    inferred_from(urdf, Tree::parse(urdf, range_rad)?, range_rad, stated)
+    let tree = Tree::parse(urdf, range_rad)?;
+    let motors = match motors {
+        Some(path) => {
+            let plain = inferred_from(urdf, tree.clone(), range_rad, stated, None)?;
+            Some(Motors::open(path, &of_tree(tree.clone(), &plain)?)?)
+        }
+        None => None,
+    };
+    inferred_from(urdf, tree, range_rad, stated, motors.as_ref())
 }
 
 fn inferred_from(
@@ -131,8 +161,9 @@ fn inferred_from(
     tree: Tree,
     range_rad: Option<f64>,
     stated: Option<&Source>,
+    motors: Option<&Motors>,
 ) -> Result<Source> {
-    let text = infer::settings(urdf, tree, range_rad, stated)?;
+    let text = infer::settings(urdf, tree, range_rad, stated, motors)?;
     Ok(Source {
         file: format!("settings inferred from {}", urdf.file),
         text,
@@ -164,6 +195,7 @@ fn of_tree(mut tree: Tree, settings: &Source) -> Result<Robot> {
         soles: parsed.soles(file, &mut tree)?,
         home_rad: parsed.home(file, &tree.joints)?,
         servos: parsed.servos(file, &tree.joints)?,
+        motor_origins: parsed.motor_origins(&tree.joints),
         noise: parsed.noise,
         delay_s: parsed.delay_s,
         friction: parsed.friction,

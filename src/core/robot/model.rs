@@ -28,6 +28,8 @@ pub struct Robot {
     pub home_rad: Vec<f64>,
     /// The servos, one per joint.
     pub servos: Vec<Servo>,
+    /// The origins of the motors' figures, one per joint.
+    pub motor_origins: Vec<MotorOrigin>,
     pub noise: SensorNoise,
     /// Delay from sensing to torque (s).
     pub delay_s: f64,
@@ -219,6 +221,27 @@ impl Servo {
     pub fn available_torque(&self, speed: f64) -> f64 {
         let span = self.no_torque_speed_rad_s - self.full_torque_speed_rad_s;
         self.torque_n_m * ((self.no_torque_speed_rad_s - speed.abs()) / span).clamp(0.0, 1.0)
+    }
+}
+
+/// Where the figures of a motor are from, in words such as "read" and "assumed".
+#[derive(Debug, Clone, PartialEq, serde::Deserialize, serde::Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotorOrigin {
+    pub torque: String,
+    pub speed: String,
+    pub rotor_inertia: String,
+}
+
+impl Default for MotorOrigin {
+    /// That of figures of which the settings do not say where they are from.
+    fn default() -> Self {
+        let [torque, speed, rotor_inertia] = ["settings", "settings", "settings"].map(String::from);
+        Self {
+            torque,
+            speed,
+            rotor_inertia,
+        }
     }
 }
 

@@ -12,11 +12,12 @@ mod soles;
 mod srdf;
 mod text;
 
+use crate::motors::Motors;
 use crate::settings::{SolesAlone, settings_path};
 use crate::tree::Tree;
 use limbs::Limbs;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Foot, PerFoot, Robot, SensorNoise};
+use standfast_core::robot::{Foot, MotorOrigin, PerFoot, Robot, SensorNoise};
 use standfast_files::assets::Source;
 
 /// How to state by hand what cannot be inferred.
@@ -28,7 +29,7 @@ const BY_HAND: &str = "a humanoid, or a TOML file of the same name beside the UR
 const FULL_LEG: usize = 6;
 
 /// The text of the settings (TOML) of the robot that a URDF with this content describes. `range_rad` is the range that
-/// was given to joints without one. If there is a file `stated`, its soles are taken.
+/// was given to joints without one. If there is a file `stated`, its soles are taken, and `motors` in place of those of the URDF.
 ///
 /// # Errors The robot is no humanoid; the error lists all that cannot be inferred. Or the soles are not at the ends of
 /// the legs.
@@ -37,6 +38,7 @@ pub(super) fn settings(
     mut tree: Tree,
     range_rad: Option<f64>,
     stated: Option<&Source>,
+    motors: Option<&Motors>,
 ) -> Result<String> {
     let stated = match stated {
         Some(source) => {
@@ -50,7 +52,7 @@ pub(super) fn settings(
         let problem = format!("cannot be inferred: {}", problems.join("; "));
         Error::value(&urdf.file, "settings", "(none)", problem, BY_HAND)
     };
-    let (motors, missing, without_range) = (tree.motors, tree.missing, tree.without_range);
+    let (written, missing, without_range) = (tree.motors, tree.missing, tree.without_range);
     // The unknown fields are filled in step by step.
     let mut robot = Robot {
         name: tree.name,
@@ -62,6 +64,7 @@ pub(super) fn settings(
         soles: PerFoot::from_fn(|_| soles::none()),
         home_rad: Vec::new(),
         servos: Vec::new(),
+        motor_origins: Vec::new(),
         noise: SensorNoise::default(),
         delay_s: 0.0,
         friction: sensors::FRICTION,
@@ -178,9 +181,18 @@ pub(super) fn settings(
             robot.soles[foot] = soles[foot].sole;
         }
     }
-    let (servos, unbelieved) = servos::find(&robot, &limbs, &motors);
+    let (mut servos, unbelieved) = servos::find(&robot, &limbs, &written);
     warnings.extend(unbelieved);
+    if let Some(motors) = motors {
+        let from = format!("of {}", motors.file);
+        for (found, joint) in servos.iter_mut().zip(&robot.joints) {
+            if let Some(motor) = motors.by_joint.get(&joint.name) {
+                motor.replace(&mut found.servo, &mut found.origin, &from);
+            }
+        }
+    }
     robot.servos = servos.iter().map(|found| found.servo).collect();
+    robot.motor_origins = servos.iter().map(|found| found.origin.clone()).collect();
     robot.noise = sensors::noise(&robot);
     robot.delay_s = sensors::delay_s(&robot);
     let (regions, unreached) = reach::find(&robot, &limbs);
@@ -203,14 +215,21 @@ pub(super) fn settings(
 
 /// The assumptions, in words.
 fn assumptions(servos: &[servos::FoundServo], has_reference: bool) -> Vec<String> {
-    let all = |is_read: fn(&servos::FoundServo) -> bool| servos.iter().all(is_read);
-    let mut motors = vec!["gains", "rotor inertias"];
-    if !all(|servo| servo.torque_is_read) {
-        motors.push("torque limits");
-    }
-    if !all(|servo| servo.speed_is_read) {
-        motors.push("speed limits");
-    }
+    let assumed = |origin: fn(&MotorOrigin) -> &str| {
+        let mut servos = servos.iter();
+        servos.any(|found| origin(&found.origin) == servos::ASSUMED)
+    };
+    let figures = [
+        (assumed(|origin| &origin.rotor_inertia), "rotor inertias"),
+        (assumed(|origin| &origin.torque), "torque limits"),
+        (assumed(|origin| &origin.speed), "speed limits"),
+    ];
+    let mut motors = vec!["gains"];
+    motors.extend(
+        figures
+            .into_iter()
+            .filter_map(|(is_assumed, what)| is_assumed.then_some(what)),
+    );
     let home = (!has_reference).then(|| "home: knees bent by 0.7 rad, arms hanging".to_string());
     [format!(
         "servos: {}, in proportion to weight, height and time",

@@ -6,7 +6,7 @@
 use super::figures::rounded;
 use super::limbs::Limbs;
 use crate::tree::Motor;
-use standfast_core::robot::{Foot, Robot, Servo, Units};
+use standfast_core::robot::{Foot, MotorOrigin, Robot, Servo, Units};
 
 /// Largest credible torque of a joint, in m g h, and largest credible speed, in omega. (For robots of usual sizes,
 /// placeholders such as 1000 N m and 100 rad/s are larger.)
@@ -50,13 +50,16 @@ impl Group {
 const NO_TORQUE_SPEED: f64 = 3.55;
 const FULL_TORQUE: f64 = 0.5;
 
-/// A servo, and which of its figures the URDF states.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The origin of a figure that is in proportion to the robot, and of one that the URDF states.
+pub const ASSUMED: &str = "assumed";
+const READ: &str = "read";
+
+/// A servo, and where the figures of its motor are from.
+#[derive(Debug, Clone, PartialEq)]
 pub struct FoundServo {
     pub servo: Servo,
     pub group: Group,
-    pub torque_is_read: bool,
-    pub speed_is_read: bool,
+    pub origin: MotorOrigin,
 }
 
 /// The servos of a robot, whose home posture is known, and warnings.
@@ -66,6 +69,7 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
     let believed = |figure: Option<f64>, unit: f64, least: f64, most: f64| {
         figure.filter(|figure| (least * unit..=most * unit).contains(figure))
     };
+    let origin = |stated: Option<f64>| stated.map_or(ASSUMED, |_| READ).to_string();
     let (mut servos, mut disbelieved) = (Vec::new(), Vec::new());
     for (j, motor) in motors.iter().enumerate() {
         let group = if Foot::BOTH.iter().any(|&foot| limbs.legs[foot].contains(&j)) {
@@ -120,8 +124,11 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
         servos.push(FoundServo {
             servo,
             group,
-            torque_is_read: effort.is_some(),
-            speed_is_read: velocity.is_some(),
+            origin: MotorOrigin {
+                torque: origin(effort),
+                speed: origin(velocity),
+                rotor_inertia: ASSUMED.into(),
+            },
         });
     }
     (servos, sentences(&disbelieved))

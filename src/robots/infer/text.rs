@@ -3,7 +3,7 @@
 use super::servos;
 use super::soles;
 use standfast_core::robot::swing_time::least_swing_time_s;
-use standfast_core::robot::{LandingRegion, PerFoot, Robot};
+use standfast_core::robot::{LandingRegion, MotorOrigin, PerFoot, Robot};
 use standfast_files::assets::{decimal, one_line, quoted};
 use std::fmt::Write;
 
@@ -233,8 +233,7 @@ fn servos_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
         servos::FoundServo {
             servo,
             group,
-            torque_is_read,
-            speed_is_read,
+            origin,
         },
         joints,
     ) in groups
@@ -251,7 +250,12 @@ fn servos_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
         }
         line(&row);
         line("]");
-        let origin = |is_read: bool| if is_read { "read" } else { "assumed" };
+        let full_torque_speed = match &origin.speed[..] {
+            "read" | servos::ASSUMED => {
+                "largest speed with full torque [rad/s]; assumed: half of the next".to_string()
+            }
+            other => format!("largest speed with full torque [rad/s]; {}", one_line(other)),
+        };
         for (key, value, comment) in [
             ("kp_n_m_rad", servo.kp, "stiffness [N m/rad]; assumed"),
             ("kd_n_m_s_rad", servo.kd, "damping [N m s/rad]; assumed"),
@@ -260,30 +264,42 @@ fn servos_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
                 servo.torque_n_m,
                 &format!(
                     "torque limit at low speed [N m]; {}",
-                    origin(*torque_is_read)
+                    one_line(&origin.torque)
                 ),
             ),
             (
                 "full_torque_speed_rad_s",
                 servo.full_torque_speed_rad_s,
-                "largest speed with full torque [rad/s]; assumed: half of the next",
+                &full_torque_speed,
             ),
             (
                 "no_torque_speed_rad_s",
                 servo.no_torque_speed_rad_s,
                 &format!(
                     "speed with zero torque, linear between [rad/s]; {}",
-                    origin(*speed_is_read)
+                    one_line(&origin.speed)
                 ),
             ),
             (
                 "rotor_inertia_kg_m2",
                 servo.rotor_inertia_kg_m2,
-                "rotor inertia seen at the joint [kg m^2]; assumed",
+                &format!(
+                    "rotor inertia seen at the joint [kg m^2]; {}",
+                    one_line(&origin.rotor_inertia)
+                ),
             ),
         ] {
             figure(line, key, value, comment);
         }
+        let MotorOrigin {
+            torque,
+            speed,
+            rotor_inertia,
+        } = origin;
+        let [torque, speed, rotor_inertia] = [torque, speed, rotor_inertia].map(|from| quoted(from));
+        line(&format!(
+            "origin = {{ torque = {torque}, speed = {speed}, rotor_inertia = {rotor_inertia} }}"
+        ));
     }
 }
 
