@@ -11,7 +11,10 @@ pub fn add() {
     #[cfg(feature = "mujoco")]
     standfast_sim::engine::add_mujoco(standfast_mujoco::PARTS);
     #[cfg(feature = "onnx")]
-    standfast_controllers::kinds::add(standfast_policies::KIND);
+    {
+        standfast_controllers::kinds::add(standfast_policies::KIND);
+        standfast_robots::motors::add(standfast_policies::motors_of_training);
+    }
 }
 
 /// The file of the policy in `model` for a robot, from what its training left there or in the file `from`.

@@ -919,3 +919,102 @@ fn only_arms_hang_and_both_alike() {
         }
     }
 }
+
+/// Motors of other settings take the place of the robot's, for all controllers, and are told with their origin.
+#[test]
+fn motors_of_other_settings_are_those_of_the_robot() {
+    let dir = folder();
+    let own = fs::read_to_string("assets/robots/ut-mu2.toml").unwrap();
+    let strong = own.replace("torque_n_m = 8.0", "torque_n_m = 16.0");
+    fs::write(dir.path().join("strong.toml"), strong).unwrap();
+    let torque = |args: &[&str]| {
+        let told = stdout(&standfast(dir.path(), args).success());
+        let model: Value = serde_json::from_str(&told).unwrap();
+        let of = |key: &str| model[key]["left_knee_flexion"].clone();
+        (
+            of("servos")["torque_n_m"].as_f64().unwrap(),
+            of("motor_origins")["torque"].as_str().unwrap().to_string(),
+        )
+    };
+    assert_eq!(torque(&["model", "--json"]), (8.0, "settings".into()));
+    let strong = (16.0, "of strong.toml".to_string());
+    assert_eq!(
+        torque(&["model", "--json", "--motors", "strong.toml"]),
+        strong
+    );
+    let told = stdout(&standfast(dir.path(), &["model", "--motors", "strong.toml"]).success());
+    assert!(
+        told.contains("motors: torque limits, speeds, rotor inertias of 20 joints are those of"),
+        "{told}"
+    );
+
+    // A campaign names them as it names its robot, and its result keeps them.
+    let campaign = "name = 'c'\nmotors = 'strong.toml'\ncontrollers = ['hold']\ntrials = 1\nseed = 1\n[push]\nimpulse = 0.1\n";
+    fs::write(dir.path().join("c.toml"), campaign).unwrap();
+    standfast(
+        dir.path(),
+        &["run", "c.toml", "--replays=0", "--out=of-file"],
+    )
+    .success();
+    let args = [
+        "run",
+        "c.toml",
+        "--replays=0",
+        "--out=of-option",
+        "--motors=strong.toml",
+    ];
+    standfast(dir.path(), &args).success();
+    let kept = |folder: &str| fs::read(dir.path().join(folder).join("inputs/robot.toml")).unwrap();
+    assert_eq!(kept("of-file"), kept("of-option"));
+    assert_eq!(
+        torque(&["model", "--json", "of-file/inputs/robot.urdf"]),
+        strong
+    );
+    standfast(dir.path(), &["replay", "of-file", "--trial=0"]).success();
+
+    // `init` writes them.
+    fs::write(dir.path().join("child.urdf"), CHILD).unwrap();
+    let robot = robot_of(&child());
+    let knee = robot
+        .joints
+        .iter()
+        .find(|joint| joint.name.contains("knee"));
+    let knee = &knee.unwrap().name;
+    let motors = inferred(&child(), None).unwrap().text;
+    let torques: Vec<&str> = motors
+        .lines()
+        .filter(|l| l.starts_with("torque_n_m"))
+        .collect();
+    let motors = motors.replace(torques[0], "torque_n_m = 77.5");
+    fs::write(dir.path().join("strong.toml"), motors).unwrap();
+    standfast(dir.path(), &["init", "child.urdf", "--motors=strong.toml"]).success();
+    let told = stdout(&standfast(dir.path(), &["model", "child.urdf", "--json"]).success());
+    let model: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(model["servos"][knee]["torque_n_m"], 77.5);
+    assert_eq!(model["motor_origins"][knee]["torque"], "of strong.toml");
+    assert_eq!(model["motor_origins"][knee]["speed"], "of strong.toml");
+
+    for (file, text, words) in [
+        ("no.txt", "", "is no TOML file"),
+        ("no.toml", "a = 1\n", "states no motors"),
+        (
+            "other.toml",
+            "joints = ['a']\n[training]\ntorque_n_m = [1.0]\n",
+            "states no motor of a joint of ut-mu2",
+        ),
+        (
+            "short.toml",
+            "joints = ['a']\n[training]\ntorque_n_m = [1.0, 2.0]\n",
+            "training = 2 numbers: has another length than joints",
+        ),
+        (
+            "much.toml",
+            "joints = ['left_knee_flexion']\n[training]\ntorque_n_m = [1e13]\n",
+            "ut-mu2 with the motors of much.toml: servos",
+        ),
+    ] {
+        fs::write(dir.path().join(file), text).unwrap();
+        let told = stderr(&standfast(dir.path(), &["push", "--motors", file]).code(2));
+        assert!(told.contains(words), "{file}: {told}");
+    }
+}

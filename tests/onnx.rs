@@ -660,18 +660,17 @@ fn any_byte_of_a_network_may_be_wrong() {
     assert!(taken > 50 && refused > 50, "{taken} {refused}");
 }
 
-/// The motors of a policy are simulated with this policy, and with no other controller.
+/// Motors belong to the robot: those of a training are told, and `--motors` gives them to every controller.
 #[test]
-fn a_policy_brings_its_own_motors() {
+fn every_controller_has_the_motors_of_the_robot() {
     standfast::leaves::add();
-    let servos = standfast::robots::load("ut-mu2").unwrap().servos;
     let robot = standfast::robots::load("ut-mu2").unwrap();
-    let ankle = robot
-        .joints
-        .iter()
-        .position(|joint| joint.name == ANKLES[0])
-        .unwrap();
-    let (torque, rotor) = (servos[ankle].torque_n_m, servos[ankle].rotor_inertia_kg_m2);
+    let joints = robot.joints.iter();
+    let ankle = joints.clone().position(|joint| joint.name == ANKLES[0]);
+    let (torque, rotor) = {
+        let servo = &robot.servos[ankle.unwrap()];
+        (servo.torque_n_m, servo.rotor_inertia_kg_m2)
+    };
     let dir = folder();
     let motors = |torque: f64, rotor: f64| {
         format!(
@@ -679,22 +678,18 @@ fn a_policy_brings_its_own_motors() {
         )
     };
     let network = linear(&[vec![0.0; 2], vec![0.02; 2], vec![0.0; 2]], &[0.0, 0.0]);
-    let make = |name: &str, more: &str| {
-        policy(
-            dir.path(),
-            name,
-            &network,
-            &terms(&["base_angular_velocity"]),
-            more,
-        )
+    let make = |name: &str, training: &str| {
+        let observed = terms(&["base_angular_velocity"]);
+        let file = policy(dir.path(), name, &network, &observed, "");
+        let text = fs::read_to_string(dir.path().join(&file)).unwrap() + training;
+        fs::write(dir.path().join(&file), text).unwrap();
+        file
     };
-    let files = [
-        make("plain", ""),
-        make("same", &motors(torque, rotor)),
-        make("weak", &motors(0.1 * torque, rotor)),
-        make("heavy", &motors(torque, 10.0 * rotor)),
-    ];
-    let run = |names: &[&str], out: &str| {
+    let training = |torque, rotor| format!("[training]\n{}", motors(torque, rotor));
+    let plain = make("plain", "");
+    let alike = make("alike", &training(torque, rotor));
+    let weak = make("weak", &training(0.1 * torque, 2.0 * rotor));
+    let run = |names: &[&str], more: &[&str], out: &str| {
         let controllers: Vec<String> = names
             .iter()
             .map(|name| format!("--controller={name}"))
@@ -708,35 +703,85 @@ fn a_policy_brings_its_own_motors() {
             "--out",
             out,
         ];
-        args.extend(controllers.iter().map(String::as_str));
-        standfast(dir.path(), &args).success();
+        args.extend(
+            controllers
+                .iter()
+                .map(String::as_str)
+                .chain(more.iter().copied()),
+        );
+        let told = stderr(&standfast(dir.path(), &args).success());
         let rows = rows(&dir.path().join(out).join("parts/part-000000.parquet"));
         // The rows of each controller, without its name.
-        move |name: &str| {
+        let of = move |name: &str| {
             let mut of_it = rows.clone();
             of_it.retain(|row| row["controller"] == name);
             for row in &mut of_it {
                 row.remove("controller");
             }
             of_it
-        }
+        };
+        (of, told)
     };
-    let all = [&["hold"][..], &files.each_ref().map(String::as_str)].concat();
-    let (rows, alone) = (run(&all, "all"), run(&["hold"], "alone"));
-    assert_eq!(rows("hold").len(), 3);
-    assert_eq!(rows("hold"), alone("hold"));
-    assert_eq!(rows("plain"), rows("same"));
-    for other in ["weak", "heavy"] {
-        assert_ne!(rows("plain"), rows(other), "{other}");
-    }
+    let (own, told) = run(&["hold", &plain, &alike, &weak], &[], "own");
+    assert!(own("plain").len() == 3 && own("plain") == own("weak") && own("plain") == own("alike"));
+    let [word, own_word] = [0.1 * torque, torque].map(|torque| torque.to_string());
     assert!(
-        rows("weak").iter().all(|row| row["outcome"] == "Fell"),
-        "{:?}",
-        rows("weak")
+        told.contains("weak was trained on other motors: torque limits of 2 joints")
+            && told.contains(&format!("({word} N m, the robot {own_word}: ")),
+        "{told}"
     );
-    let told = stdout(&standfast(dir.path(), &["push", "--controller", &files[1]]));
     assert!(
-        told.contains("with stiffness, damping, torque limits, rotor"),
+        !told.contains("alike was trained") && !told.contains("plain was trained"),
+        "{told}"
+    );
+    let report = fs::read_to_string(dir.path().join("own/summary.md")).unwrap();
+    assert!(
+        report.contains("weak was trained on other motors"),
+        "{report}"
+    );
+
+    let (given, told) = run(&["hold", &plain, &weak], &["--motors", &weak], "given");
+    assert!(!told.contains("weak was trained"), "{told}");
+    assert_eq!(given("plain"), given("weak"));
+    assert!(
+        given("weak").iter().all(|row| row["outcome"] == "Fell"),
+        "{:?}",
+        given("weak")
+    );
+    assert_ne!(given("hold"), own("hold"));
+    // The result keeps the motors, so that its trials can be seen again.
+    let kept = fs::read_to_string(dir.path().join("given/inputs/robot.toml")).unwrap();
+    assert!(kept.contains("of weak.toml"), "{kept}");
+    let again = stdout(
+        &standfast(
+            dir.path(),
+            &[
+                "replay",
+                "given",
+                "--trial",
+                "0",
+                "--controller",
+                "plain",
+                "--replay",
+                "a.html",
+            ],
+        )
+        .success(),
+    );
+    assert!(!again.contains("differs"), "{again}");
+
+    // The keys of former versions, which were simulated with the policy alone.
+    let former = policy(
+        dir.path(),
+        "former",
+        &network,
+        &terms(&["base_angular_velocity"]),
+        &motors(torque, rotor),
+    );
+    let told = stderr(&standfast(dir.path(), &["push", "--controller", &former]).code(2));
+    assert!(
+        told.contains("torque_n_m = (a list): motors belong to the robot")
+            && told.contains("--motors"),
         "{told}"
     );
 }

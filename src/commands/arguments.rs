@@ -89,6 +89,9 @@ pub struct SettingArgs {
     /// Seed of all random numbers
     #[arg(long, value_name = "S", value_parser = count::<u64>(0..=MOST_SEED))]
     pub seed: Option<u64>,
+    /// Motors for every controller: those of a robot's settings, a policy or its file
+    #[arg(long, value_name = "FILE")]
+    pub motors: Option<String>,
     /// Change a value, such as push.height_m=0.05
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
@@ -109,14 +112,18 @@ impl ChangeArgs {
 impl SettingArgs {
     /// The options that change the campaign beside seed and engine, each after a space, as they are to be typed again.
     pub fn options(&self) -> String {
-        let set = self.set.iter();
-        set.map(|assignment| format!(" --set {}", shell_word(assignment)))
+        let motors = self.motors.iter().map(|motors| ("motors", motors));
+        let set = self.set.iter().map(|assignment| ("set", assignment));
+        motors
+            .chain(set)
+            .map(|(option, value)| format!(" --{option} {}", shell_word(value)))
             .collect()
     }
 
     /// As those of [`ChangeArgs`].
     pub fn overrides(&self) -> Overrides {
         Overrides {
+            motors: self.motors.clone(),
             set: self.set.clone(),
             seed: self.seed,
             engines: engines_of(self.engine.as_deref()),

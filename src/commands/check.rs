@@ -43,6 +43,9 @@ pub struct CheckControllerArgs {
     /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
+    /// Motors for every controller: those of a robot's settings, a policy or its file
+    #[arg(long, value_name = "FILE")]
+    pub motors: Option<String>,
     /// Physics engine: rapier or mujoco
     #[arg(long, value_parser = one_of::<Engine, 2>(ENGINES), hide_possible_values = true)]
     pub engine: Option<Engine>,
@@ -66,12 +69,16 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
         set,
         engines: Vec::from_iter(entrant.engine.or(args.engine)),
         robot: args.robot.clone(),
+        motors: args.motors.clone(),
         ..Overrides::default()
     };
     let Setting { campaign, robot } = Setting::of(args.campaign.as_deref(), overrides, false)?;
     let config = campaign.episode;
 
     let settings = standfast_controllers::load(entrant.controller)?;
+    if let Some(difference) = settings.trained_otherwise(&robot) {
+        log::warn!("it was trained on other motors: {difference}");
+    }
     let prepare = || settings.prepare(&robot, config.control_period_s);
     let factory = prepare()?;
     if let Some(warning) = &factory.warning {

@@ -12,6 +12,7 @@ use standfast_core::lipm::{GainFamily, Pendulum};
 use standfast_core::robot::{Robot, Units};
 use standfast_files::assets::{DEFAULT_ROBOT, Source, parse_toml};
 use standfast_report::{figure, text::cpi::Sets};
+use standfast_robots::urdf::Files;
 use standfast_sim::episode::CONTROL_PERIOD_S;
 use standfast_study::ask::bounds::in_range;
 use std::path::PathBuf;
@@ -44,6 +45,9 @@ pub struct CpiArgs {
     /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_ROBOT)]
     pub robot: String,
+    /// Motors for every controller: those of a robot's settings, a policy or its file
+    #[arg(long, value_name = "FILE")]
+    pub motors: Option<String>,
     /// Change the pendulum: omega_rad_s, period_s or support_m
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
@@ -77,7 +81,9 @@ struct Changes {
 /// Searches the sets, writes the files that were asked for, and returns what to print. Pendulum and support are those
 /// of the robot unless they are given. Nothing is written if an input is bad.
 fn answer(args: &CpiArgs) -> Result<String> {
-    let robot = standfast_robots::load(&args.robot)?;
+    let robot = Files::open(&args.robot)?
+        .with_motors(args.motors.as_deref())?
+        .load()?;
     let changes: Changes = parse_toml(&Source {
         file: "--set".into(),
         text: args.set.join("\n"),

@@ -131,7 +131,7 @@ impl Setting {
     /// what `overrides` change.
     pub fn of(named: Option<&str>, overrides: Overrides, is_trial: bool) -> Result<Self> {
         let name = named.unwrap_or("nominal");
-        let robot = Campaign::robot_files(name, &overrides)?.load()?;
+        let mut robot = Campaign::robot_files(name, &overrides)?.load()?;
         let units = Units::of(&robot);
         let mut set = Vec::new();
         if !is_trial {
@@ -154,6 +154,7 @@ impl Setting {
         set.extend(overrides.set);
         let overrides = Overrides { set, ..overrides };
         let campaign = Campaign::load_for(&robot, name, &overrides)?;
+        robot.pushed = campaign.push.on(&robot, &campaign.name)?;
         let setting = Self { campaign, robot };
         setting.config_in(setting.campaign.episode.engine)?;
         Ok(setting)
@@ -181,8 +182,11 @@ impl Setting {
 
     /// A controller by its name in the campaign, or by name or file.
     pub fn controller(&self, name: &str) -> Result<PreparedController> {
-        let factory = standfast_controllers::load(&self.campaign.gains_named(name))?
-            .prepare(&self.robot, self.campaign.episode.control_period_s)?;
+        let settings = standfast_controllers::load(&self.campaign.gains_named(name))?;
+        if let Some(difference) = settings.trained_otherwise(&self.robot) {
+            log::warn!("{name} was trained on other motors: {difference}");
+        }
+        let factory = settings.prepare(&self.robot, self.campaign.episode.control_period_s)?;
         if let Some(warning) = &factory.warning {
             log::warn!("{warning}");
         }

@@ -170,6 +170,10 @@ fn stands(robot: &Robot) -> Result<Result<[f64; 2], String>> {
 /// Writes the file of a policy.
 fn policy(args: &InitArgs) -> Result<ExitCode> {
     let model = Path::new(&args.file);
+    if let Some(motors) = &args.motors {
+        let (problem, accepted) = ("belong to the robot", "none with a policy");
+        return Err(Error::option("--motors", motors, problem, accepted));
+    }
     let Some(name) = args.robot.as_deref() else {
         return Err(Error::option(
             "--robot",
@@ -241,6 +245,19 @@ fn policy(args: &InitArgs) -> Result<ExitCode> {
         ("trained", format!("by {by}")),
         ("observes", observed.join(", ")),
     ];
+    let difference = settings.trained_otherwise(&robot);
+    let on_motors = match &difference {
+        Some(difference) => format!("trained with other {difference}"),
+        None if tree
+            .get("training")
+            .and_then(toml::Value::as_table)
+            .is_some_and(|training| !training.is_empty()) =>
+        {
+            "as it was trained".into()
+        }
+        None => "it is not known with which it was trained".into(),
+    };
+    entries.push(("motors", on_motors));
     entries.extend(assumed.into_iter().map(|assumed| ("assumed", assumed)));
     print(&match args.json {
         true => standfast_report::json(&tree),
@@ -253,6 +270,11 @@ fn policy(args: &InitArgs) -> Result<ExitCode> {
     let [file, robot] = [&path.to_string_lossy()[..], name].map(shell_word);
     tell("", &format!("Written: {}. Try it:", path.display()));
     note(&format!("  standfast check {file} --robot {robot}"));
+    if difference.is_some() {
+        note(&format!(
+            "  standfast check {file} --robot {robot} --motors {file}"
+        ));
+    }
     Ok(ExitCode::SUCCESS)
 }
 

@@ -5,6 +5,7 @@ use standfast_core::error::{Error, Result};
 use standfast_core::robot::Robot;
 use standfast_files::assets::DEFAULT_ROBOT;
 use standfast_report::text::model;
+use standfast_robots::urdf::Files;
 use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
@@ -20,6 +21,9 @@ pub struct ModelArgs {
     /// Robot by its built-in name or URDF file
     #[arg(value_name = "URDF", default_value = DEFAULT_ROBOT)]
     pub robot: String,
+    /// Motors for every controller: those of a robot's settings, a policy or its file
+    #[arg(long, value_name = "FILE")]
+    pub motors: Option<String>,
     /// Print where COM and links are at this joint angle; others are at 0
     #[arg(long, value_name = "JOINT=RAD", value_delimiter = ',')]
     pub set: Vec<String>,
@@ -35,7 +39,9 @@ pub fn run(args: &ModelArgs) -> Result<ExitCode> {
 /// What to print. Fails if the robot cannot be loaded, has no joint of a given name, or if an angle is not a finite
 /// number.
 fn answer(args: &ModelArgs) -> Result<String> {
-    let robot = standfast_robots::load(&args.robot)?;
+    let robot = Files::open(&args.robot)?
+        .with_motors(args.motors.as_deref())?
+        .load()?;
     let q = joint_angles(&robot, &args.set)?;
     if args.json {
         return Ok(standfast_report::json(&model::kinematics_json(&robot, &q)));
@@ -117,6 +123,7 @@ mod tests {
     fn args(q: &[&str], json: bool) -> ModelArgs {
         ModelArgs {
             robot: "ut-mu2".into(),
+            motors: None,
             set: q.iter().map(|s| s.to_string()).collect(),
             json,
         }

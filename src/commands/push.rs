@@ -49,6 +49,9 @@ pub struct PushArgs {
     /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
+    /// Motors for every controller: those of a robot's settings, a policy or its file
+    #[arg(long, value_name = "FILE")]
+    pub motors: Option<String>,
     /// Physics engine: rapier or mujoco
     #[arg(long, value_parser = one_of::<Engine, 2>(ENGINES), hide_possible_values = true)]
     pub engine: Option<Engine>,
@@ -86,6 +89,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
         seed: args.seed,
         engines: Vec::from_iter(args.engine),
         robot: args.robot.clone(),
+        motors: args.motors.clone(),
         ..Overrides::default()
     };
     let setting = Setting::of(args.campaign.name(), overrides, args.trial.is_some())?;

@@ -93,7 +93,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
         Some(_) if !folder.manifest.campaign.stopping.until_resolved => None,
         _ => Some(gates_of(&folder, &args.gates)?),
     };
-    for warning in folder.manifest.told_not_kept() {
+    for warning in folder.manifest.warnings() {
         tell("warning: ", &warning);
     }
     stop_on_ctrl_c();

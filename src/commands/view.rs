@@ -36,6 +36,9 @@ pub struct ViewArgs {
     /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
+    /// Motors for every controller: those of a robot's settings, a policy or its file
+    #[arg(long, value_name = "FILE")]
+    pub motors: Option<String>,
     #[command(flatten)]
     pub campaign: CampaignArgs,
     /// Impulse of the push that Enter gives (N s) [default: 5, scaled to the robot]
@@ -68,6 +71,7 @@ fn shown(args: ViewArgs) -> Result<String> {
     let overrides = standfast_study::Overrides {
         engines: Vec::from_iter(args.engine),
         robot: args.robot,
+        motors: args.motors,
         ..Default::default()
     };
     let setting =

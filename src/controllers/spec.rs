@@ -49,6 +49,12 @@ pub trait ControllerSpec: Any + Debug + Send + Sync {
         Vec::new()
     }
 
+    /// How the robot's motors differ from those with which the controller was trained, in words; None if they do not, or if
+    /// nothing is known of them.
+    fn trained_otherwise(&self, _robot: &Robot) -> Option<String> {
+        None
+    }
+
     /// The numbers that are worth tuning, each with a range that is worth searching.
     fn tunables(&self) -> Vec<Tunable> {
         Vec::new()

@@ -2,17 +2,18 @@
 //! action`. The guide's chapter `onnx.md` has the keys of its file.
 //!
 //! The network runs at its own rate, and its last targets hold in between. The servos get the stiffness and the damping
-//! with which the network was trained and, if the file states them, its torque limits and rotor inertias.
+//! with which the network was trained. Motors are those of the robot: where the training had other ones, that is told.
 
 #![forbid(unsafe_code)]
 
 mod limited;
+mod motors;
 mod net;
 mod observation;
 mod proto;
 mod training;
 
-pub use training::written;
+pub use training::{motors as motors_of_training, written};
 
 use net::Net;
 use observation::{Base, Gait, Memory, Observation, Term};
@@ -60,12 +61,11 @@ pub struct Policy {
     /// Stiffness (N m/rad) and damping (N m s/rad) of the joints' servos.
     stiffness: Vec<f64>,
     damping: Vec<f64>,
-    /// Torque limits (N m) and rotor inertias (kg m^2) of the training, which are simulated instead of the robot's.
-    torque_n_m: Option<Vec<f64>>,
-    rotor_inertia_kg_m2: Option<Vec<f64>>,
     /// The velocity that the policy is asked for: forward, to the left (m/s), and turning (rad/s).
     #[serde(default)]
     command: [f64; 3],
+    #[serde(default)]
+    training: Motors,
     gait: Option<Gait>,
     /// The terms of the observation, in the order in which the network takes them.
     observation: Vec<Term>,
@@ -74,10 +74,38 @@ pub struct Policy {
     file: String,
 }
 
+/// The motors of the training: torque limits (N m) and rotor inertias (kg m^2). They are told where the robot has other
+/// ones, and `--motors` gives them to the robot; they are not simulated with the policy alone.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Motors {
+    torque_n_m: Option<Vec<f64>>,
+    rotor_inertia_kg_m2: Option<Vec<f64>>,
+}
+
+/// Keys of former versions, whose figures were simulated with the policy alone.
+const OF_ITS_OWN: [&str; 2] = ["torque_n_m", "rotor_inertia_kg_m2"];
+
 impl Policy {
     /// Reads a file, and keeps its path.
     pub fn read(source: &Source) -> Result<Box<dyn ControllerSpec>> {
         companion_files::refuse_file(source, "`model`")?;
+        let table: Table = parse_toml(source)?;
+        if let Some(key) = OF_ITS_OWN.into_iter().find(|key| table.contains_key(*key)) {
+            let problem = "motors belong to the robot, and are the same for every controller";
+            let accepted = format!(
+                "the same list in a table [training], which says what the policy was trained with; `--motors {}` then gives \
+                 these motors to the robot",
+                source.file
+            );
+            return Err(Error::value(
+                &source.file,
+                key,
+                "(a list)",
+                problem,
+                accepted,
+            ));
+        }
         Ok(Box::new(Self {
             file: source.file.clone(),
             ..parse_toml(source)?
@@ -179,14 +207,14 @@ impl ControllerSpec for Policy {
             ("stiffness", Some(&self.stiffness), 0.0..=MOST, "0 to 1e12"),
             ("damping", Some(&self.damping), 0.0..=MOST, "0 to 1e12"),
             (
-                "torque_n_m",
-                self.torque_n_m.as_ref(),
+                "training.torque_n_m",
+                self.training.torque_n_m.as_ref(),
                 LEAST..=MOST,
                 "1e-12 to 1e12",
             ),
             (
-                "rotor_inertia_kg_m2",
-                self.rotor_inertia_kg_m2.as_ref(),
+                "training.rotor_inertia_kg_m2",
+                self.training.rotor_inertia_kg_m2.as_ref(),
                 LEAST..=MOST,
                 "1e-12 to 1e12",
             ),
@@ -247,6 +275,11 @@ impl ControllerSpec for Policy {
             .into()
     }
 
+    fn trained_otherwise(&self, robot: &Robot) -> Option<String> {
+        let joints = self.joints_of(robot).ok()?;
+        motors::otherwise(&self.training, robot, &joints)
+    }
+
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
         Ok(vec![companion_files::read(
             &self.file,
@@ -267,22 +300,16 @@ impl ControllerSpec for Policy {
             self.bad("model", &self.model, &problem, accepted)
         })?;
         let mut home = robot.home_command();
-        let mut servos = robot.servos.clone();
+        let mut gains: Vec<[f64; 2]> = robot
+            .servos
+            .iter()
+            .map(|servo| [servo.kp, servo.kd])
+            .collect();
         for (i, &joint) in joints.iter().enumerate() {
-            let servo = &mut servos[joint];
-            (servo.kp, servo.kd) = (self.stiffness[i], self.damping[i]);
-            servo.torque_n_m = self
-                .torque_n_m
-                .as_ref()
-                .map_or(servo.torque_n_m, |limits| limits[i]);
-            let rotor_inertia = self
-                .rotor_inertia_kg_m2
-                .as_ref()
-                .map(|inertias| inertias[i]);
-            servo.rotor_inertia_kg_m2 = rotor_inertia.unwrap_or(servo.rotor_inertia_kg_m2);
+            gains[joint] = [self.stiffness[i], self.damping[i]];
             (home.q_ref[joint], home.tau_ff[joint]) = (self.default_rad[i], 0.0);
         }
-        home.gains = Some(servos.iter().map(|servo| [servo.kp, servo.kd]).collect());
+        home.gains = Some(gains);
         let shared = Arc::new(SharedPolicy {
             settings: self.clone(),
             robot: robot.clone(),
@@ -291,24 +318,13 @@ impl ControllerSpec for Policy {
             net,
             home,
         });
-        let stated = [
-            (&self.torque_n_m, "torque limits"),
-            (&self.rotor_inertia_kg_m2, "rotor inertias"),
-        ];
-        let stated = stated
-            .iter()
-            .filter(|(list, _)| list.is_some())
-            .map(|(_, what)| *what);
-        let of_training: Vec<&str> = ["stiffness", "damping"].into_iter().chain(stated).collect();
         let about = format!(
-            "{}, with {} of its training",
-            about(&self.description, &self.model),
-            of_training.join(", ")
+            "{}, with stiffness and damping of its training",
+            about(&self.description, &self.model)
         );
-        let mut factory =
-            PreparedController::new(&self.name, about, move |_seed| Actor::new(&shared));
-        factory.servos = Some(servos);
-        Ok(factory)
+        Ok(PreparedController::new(&self.name, about, move |_seed| {
+            Actor::new(&shared)
+        }))
     }
 }
 

@@ -5,7 +5,7 @@ use crate::mcap::McapTrace;
 use crate::text::story::{EpisodeReport, Witness};
 use crate::trace::Trace;
 use standfast_core::error::Result;
-use standfast_core::robot::{Robot, Units};
+use standfast_core::robot::Robot;
 use standfast_files::columns;
 use standfast_sim::episode::{Disturbance, EpisodeRun, Record, Tick};
 use standfast_sim::{Push, Variation};
@@ -73,7 +73,7 @@ impl<'a> EpisodeObserver<'a> {
         let report = EpisodeReport {
             factory: self.episode.factory,
             config: self.episode.config,
-            units: Units::of(self.episode.robot),
+            robot: self.episode.robot,
             pushes: self.pushes,
             variation: self.variation,
             record,

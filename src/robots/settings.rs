@@ -2,9 +2,9 @@
 
 use super::tree::Tree;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use serde::{Deserialize, Serialize};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, Visitor};
+use serde::{Deserialize, Serialize};
 use standfast_core::arrays::exactly;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::model::{

@@ -15,7 +15,7 @@ use standfast_core::error::{Error, Result};
 use standfast_core::geometry::SupportPolygon;
 use standfast_core::geometry::gap::gap_m;
 use standfast_core::robot::kinematics::Kinematics;
-use standfast_core::robot::model::{Ankle, Foot, Link, Robot};
+use standfast_core::robot::model::{Ankle, Foot, Link, PushPoint, Robot};
 use standfast_files::assets::{self, InputKind, Source};
 use std::path::Path;
 
@@ -190,8 +190,10 @@ pub fn parse(urdf: &Source, settings: &Source) -> Result<Robot> {
 fn of_tree(mut tree: Tree, settings: &Source) -> Result<Robot> {
     let parsed: RobotSettings = settings::parse(settings)?;
     let file = settings.file.as_str();
+    let trunk = parsed.trunk(file, &tree.frames)?;
     let mut robot = Robot {
-        trunk: parsed.trunk(file, &tree.frames)?,
+        trunk,
+        pushed: PushPoint::on(trunk),
         soles: parsed.soles(file, &mut tree)?,
         home_rad: parsed.home(file, &tree.joints)?,
         servos: parsed.servos(file, &tree.joints)?,

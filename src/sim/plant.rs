@@ -58,8 +58,8 @@ pub struct Plant {
     delay_steps: u64,
     /// A force on a link that acts until it is removed.
     pub pull: Option<Pull>,
-    /// COM of the home posture in the frame of the trunk's [body](Physics::body), with the orientation of the body at
-    /// home.
+    /// The point on which pushes act in the frame of its link's [body](Physics::body), with the orientation of the body
+    /// at home.
     push_origin: Isometry3<f64>,
     com_jacobian: Matrix3xX<f64>,
     trunk_jacobian: Matrix6xX<f64>,
@@ -182,7 +182,12 @@ impl Plant {
         let joints = robot.joints.len();
         let kinematics = Kinematics::at(robot, &posture);
         let com = kinematics.com();
-        let trunk_body = physics.body(robot.trunk);
+        let pushed = robot.pushed;
+        let pushed_body = physics.body(pushed.link);
+        let push_point = match pushed.point_m {
+            Some(point_m) => kinematics.link_pose(pushed.link) * point_m,
+            None => com,
+        };
         let truth = Truth::at_rest(posture, com, ground.at(0.0));
         let mut plant = Self {
             robot: Arc::clone(robot),
@@ -206,8 +211,8 @@ impl Plant {
             // The delay is rounded to whole physics steps.
             delay_steps: (robot.delay_s / clock.physics_step_s).round() as u64,
             pull: None,
-            push_origin: trunk_body.inverse()
-                * Isometry3::from_parts(com.coords.into(), UnitQuaternion::identity()),
+            push_origin: pushed_body.inverse()
+                * Isometry3::from_parts(push_point.coords.into(), UnitQuaternion::identity()),
             com_jacobian: Matrix3xX::zeros(6 + joints),
             trunk_jacobian: Matrix6xX::zeros(6 + joints),
             trunk_vel_before: Vector3::zeros(),
@@ -307,13 +312,13 @@ impl Plant {
     fn apply_pushes(&mut self, pushes: &[Push]) -> Vector3<f64> {
         let from_s = self.steps as f64 * self.clock.physics_step_s;
         self.physics.clear_forces();
-        let trunk = self.robot.trunk;
-        let origin = self.physics.body(trunk) * self.push_origin;
+        let link = self.robot.pushed.link;
+        let origin = self.physics.body(link) * self.push_origin;
         let mut sum = Vector3::zeros();
         for push in pushes {
             let force = push.mean_force(from_s, from_s + self.clock.physics_step_s);
             if force != Vector3::zeros() {
-                self.apply(trunk, force, origin * Point3::new(0.0, 0.0, push.height_m));
+                self.apply(link, force, origin * Point3::new(0.0, 0.0, push.height_m));
                 sum += force;
             }
         }

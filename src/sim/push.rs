@@ -1,4 +1,4 @@
-//! Pushes: horizontal forces on the trunk for a short time.
+//! Pushes: horizontal forces on a link for a short time.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -24,8 +24,9 @@ impl Profile {
     }
 }
 
-/// A push: a horizontal force on the trunk, whose line of action passes above or below the COM of the home posture at
-/// the given height. The point where it acts moves with the trunk.
+/// A push: a horizontal force on a link, the trunk unless [`PushPoint`](standfast_core::robot::PushPoint) says otherwise. Its
+/// line of action passes above or below the COM of the home posture, or a stated point, at the given height. The point where
+/// it acts moves with the link.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Push {
@@ -33,7 +34,7 @@ pub struct Push {
     pub impulse_n_s: f64,
     /// Heading of the force: 0 pushes forward (+x), 90 to the left (+y).
     pub heading_deg: f64,
-    /// Height of the line of action above the COM of the home posture (m).
+    /// Height of the line of action above the COM of the home posture, or above the stated point (m).
     pub height_m: f64,
     pub duration_s: f64,
     pub start_s: f64,

@@ -34,6 +34,8 @@ pub struct Variation<T = Option<f64>> {
     pub torque_scale: T,
     /// Factor on both speeds of the servos' torque-speed curve.
     pub speed_scale: T,
+    /// Factor on the motors' rotor inertias.
+    pub rotor_scale: T,
     /// Delay from sensing to torque (s), instead of the robot's. The plant rounds it to whole physics steps.
     pub delay_s: T,
 }
@@ -53,6 +55,7 @@ impl<T> Variation<T> {
             kd_scale: f("kd_scale", self.kd_scale),
             torque_scale: f("torque_scale", self.torque_scale),
             speed_scale: f("speed_scale", self.speed_scale),
+            rotor_scale: f("rotor_scale", self.rotor_scale),
             delay_s: f("delay_s", self.delay_s),
         }
     }
@@ -71,6 +74,7 @@ impl<T> Variation<T> {
             kd_scale: &mut self.kd_scale,
             torque_scale: &mut self.torque_scale,
             speed_scale: &mut self.speed_scale,
+            rotor_scale: &mut self.rotor_scale,
             delay_s: &mut self.delay_s,
         }
     }
@@ -107,6 +111,7 @@ impl Variation {
             servo.torque_n_m *= scale(self.torque_scale);
             servo.full_torque_speed_rad_s *= scale(self.speed_scale);
             servo.no_torque_speed_rad_s *= scale(self.speed_scale);
+            servo.rotor_inertia_kg_m2 *= scale(self.rotor_scale);
         }
         robot.friction = self.friction.unwrap_or(nominal.friction);
         robot.delay_s = self.delay_s.unwrap_or(nominal.delay_s);

@@ -3,7 +3,7 @@
 //! The generalised velocity has 6 + n entries: velocity of the base's origin and angular velocity of the base (in world
 //! axes), then the joint rates. The COM Jacobian is the paper's "COG Jacobian", which it inverts for the whole body.
 
-use super::model::{Foot, PerFoot, Robot};
+use super::model::{Foot, PerFoot, PushPoint, Robot};
 use nalgebra::{
     Isometry2, Isometry3, Matrix3xX, Matrix6xX, Point3, Translation3, UnitQuaternion, Vector3,
 };
@@ -208,6 +208,29 @@ impl Robot {
     pub fn chain(&self, link: usize) -> impl Iterator<Item = usize> + '_ {
         let joint_of = |link: usize| link.checked_sub(1);
         std::iter::successors(joint_of(link), move |&j| joint_of(self.joints[j].parent))
+    }
+
+    /// The link that carries both legs: the nearest to the soles of those above both.
+    pub fn pelvis(&self) -> usize {
+        let above = |link: usize| self.chain(link).map(|j| self.joints[j].parent);
+        let of_right: Vec<usize> = above(self.soles.right.link).collect();
+        above(self.soles.left.link)
+            .find(|link| of_right.contains(link))
+            .unwrap_or(0)
+    }
+
+    /// Where pushes act, in words, if that is not the trunk level with the COM.
+    pub fn unusual_push_point(&self) -> Option<String> {
+        let PushPoint { link, point_m } = self.pushed;
+        let name = &self.links[link].name;
+        match point_m {
+            Some(at) => Some(format!(
+                "on {name} at {:.3}, {:.3}, {:.3} m",
+                at.x, at.y, at.z
+            )),
+            None if link != self.trunk => Some(format!("on {name}")),
+            None => None,
+        }
     }
 
     /// Total mass (kg).

@@ -16,8 +16,8 @@ pub mod swing_time;
 
 pub use kinematics::{Kinematics, Pose, Posture};
 pub use model::{
-    Ankle, Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, MotorOrigin, PerFoot, Robot,
-    SensorNoise, Servo, Sole, Solid,
+    Ankle, Around, Foot, Frame, GRAVITY, Joint, LandingRegion, Link, MotorOrigin, PerFoot,
+    PushPoint, Robot, SensorNoise, Servo, Sole, Solid,
 };
 pub use shape::Shape;
 pub use size::{SizeRatio, Units};

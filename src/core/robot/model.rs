@@ -21,8 +21,9 @@ pub struct Robot {
     pub joints: Vec<Joint>,
     /// Every URDF link by name, including those that are merged into others.
     pub frames: Vec<Frame>,
-    /// Index into `links` of the trunk, where the IMU is and pushes act.
+    /// Index into `links` of the trunk, where the IMU is.
     pub trunk: usize,
+    pub pushed: PushPoint,
     pub soles: PerFoot<Sole>,
     /// Joint angles of the home posture (rad), one per joint.
     pub home_rad: Vec<f64>,
@@ -42,6 +43,25 @@ pub struct Robot {
     pub assumptions: Vec<String>,
     /// The changes and omissions when its URDF was read, in words.
     pub notes: Vec<String>,
+}
+
+/// Where pushes act: the trunk level with the COM, unless a campaign states another link or point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PushPoint {
+    /// Index into `links`.
+    pub link: usize,
+    /// The point in the frame of the link (m); None for the COM of the home posture.
+    pub point_m: Option<Point3<f64>>,
+}
+
+impl PushPoint {
+    /// A link, level with the COM of the home posture.
+    pub fn on(link: usize) -> Self {
+        Self {
+            link,
+            point_m: None,
+        }
+    }
 }
 
 /// A rigid body. Its frame is the frame of the URDF link after which it is named.

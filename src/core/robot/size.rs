@@ -183,6 +183,9 @@ impl Robot {
                 torque_n_m: torque_n_m.map(|t| t * moment),
             };
         }
+        if let Some(point_m) = &mut robot.pushed.point_m {
+            *point_m *= length;
+        }
         for servo in &mut robot.servos {
             servo.kp *= moment;
             servo.kd *= moment * time;

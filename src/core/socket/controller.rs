@@ -29,10 +29,9 @@
 //! ```
 
 use super::{Command, CommandError, Sensed, SensedError};
-use crate::robot::{Foot, Pose, Robot, Servo};
+use crate::robot::{Foot, Pose};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 use std::any::Any;
-use std::borrow::Cow;
 use std::fmt;
 
 /// A controller in an episode. It starts with the robot at home and at rest.
@@ -209,9 +208,6 @@ pub struct PreparedController {
     pub regions: Vec<String>,
     /// Whether it may lift its feet.
     pub takes_footsteps: bool,
-    /// The servos, one for each joint, that are simulated instead of the robot's, because the controller was made for
-    /// them.
-    pub servos: Option<Vec<Servo>>,
     start: Box<dyn Fn(u64) -> Box<dyn Controller> + Send + Sync>,
 }
 
@@ -229,19 +225,7 @@ impl PreparedController {
             warning: None,
             regions: Vec::new(),
             takes_footsteps: true,
-            servos: None,
             start: Box::new(move |seed| Box::new(start(seed))),
-        }
-    }
-
-    /// The robot with the servos for which the controller was made.
-    pub fn robot<'r>(&self, robot: &'r Robot) -> Cow<'r, Robot> {
-        match &self.servos {
-            Some(servos) => Cow::Owned(Robot {
-                servos: servos.clone(),
-                ..robot.clone()
-            }),
-            None => Cow::Borrowed(robot),
         }
     }
 

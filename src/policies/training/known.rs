@@ -53,7 +53,7 @@ pub struct Training {
 impl Training {
     /// The lists with one number for each joint: key in the file, meaning, and list.
     pub fn lists(&self) -> Vec<(&'static str, &'static str, &Figure<Vec<f64>>)> {
-        let mut lists = vec![
+        vec![
             (
                 "default_rad",
                 "Angles at the action 0 [rad]",
@@ -66,7 +66,11 @@ impl Training {
             ),
             ("stiffness", "Of the servos [N m/rad]", &self.stiffness),
             ("damping", "Of the servos [N m s/rad]", &self.damping),
-        ];
+        ]
+    }
+
+    /// The same of the motors.
+    pub fn motors(&self) -> Vec<(&'static str, &'static str, &Figure<Vec<f64>>)> {
         let motors = [
             (
                 "torque_n_m",
@@ -79,18 +83,17 @@ impl Training {
                 &self.rotor_inertia_kg_m2,
             ),
         ];
-        lists.extend(
-            motors
-                .into_iter()
-                .filter_map(|(key, what, list)| Some((key, what, list.as_ref()?))),
-        );
-        lists
+        motors
+            .into_iter()
+            .filter_map(|(key, what, list)| Some((key, what, list.as_ref()?)))
+            .collect()
     }
 
     /// Checks lengths and numbers. Errors name the source.
     pub fn check(&self) -> Result<()> {
         let joints = self.joints.value.len();
-        for (field, _, Figure { value: list, .. }) in self.lists() {
+        for (field, _, Figure { value: list, .. }) in self.lists().into_iter().chain(self.motors())
+        {
             if list.len() != joints || list.iter().any(|number| !number.is_finite()) {
                 let accepted = format!("a finite number for each of its {joints} joints");
                 return Err(Error::value(
@@ -130,7 +133,7 @@ impl Training {
             ("period_s", &self.period_s.origin),
             ("joints", &self.joints.origin),
         ];
-        for (key, _, figure) in self.lists() {
+        for (key, _, figure) in self.lists().into_iter().chain(self.motors()) {
             origins.push((key, &figure.origin));
         }
         origins.push(("observation", &self.observation.origin));

@@ -46,33 +46,25 @@ pub fn toml(model: &Path, training: &Training) -> String {
         "command = [0.0, 0.0, 0.0]  # the velocity asked for: it is to stand; assumed"
     );
     let names: Vec<String> = joints.value.iter().map(|joint| quoted(joint)).collect();
-    let lists = training
-        .lists()
-        .into_iter()
-        .map(|(key, about, Figure { value, origin })| {
-            (
-                key,
-                value.iter().map(|number| decimal(*number)).collect(),
-                about,
-                origin,
-            )
-        });
-    let joints = (
+    text += &list(
         "joints",
-        names,
         "In the order of the policy",
+        &names,
         &joints.origin,
     );
-    for (key, items, about, origin) in std::iter::once(joints).chain(lists) {
-        let _ = writeln!(
-            text,
-            "\n# {about}; {}\n{key} = [\n{}]",
-            one_line(origin),
-            listed(&items)
-        );
+    for (key, about, Figure { value, origin }) in training.lists() {
+        text += &list(key, about, &decimals(value), origin);
     }
     if let Some(Figure { value, origin }) = action_clip {
         let _ = writeln!(text, "\naction_clip = {}  # {origin}", decimal(*value));
+    }
+    let motors = training.motors();
+    if !motors.is_empty() {
+        text += "\n# The motors of the training. The robot has its own, which are the same for every controller: the table is told\n\
+                 # where they differ, and `--motors` with this file gives the robot these.\n[training]\n";
+    }
+    for (key, about, Figure { value, origin }) in motors {
+        text += list(key, about, &decimals(value), origin).trim_start();
     }
     if let Some(Figure {
         value: Gait {
@@ -122,6 +114,16 @@ pub fn toml(model: &Path, training: &Training) -> String {
         }
     }
     text
+}
+
+fn decimals(list: &[f64]) -> Vec<String> {
+    list.iter().map(|number| decimal(*number)).collect()
+}
+
+/// A key with a list, and a comment with its origin.
+fn list(key: &str, about: &str, items: &[String], origin: &str) -> String {
+    let items = listed(items);
+    format!("\n# {about}; {}\n{key} = [\n{items}]\n", one_line(origin))
 }
 
 /// Items in lines of some width.

@@ -102,8 +102,10 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
     let mut asked = format!("{name}: {trials}; robot {}, seed {seed}", summary.robot);
     let unit = sole_impulse(summary.units.impulse_n_s());
     let mut pushed = format!(
-        "impulse {} N s ({unit}), heading {} deg",
-        push.impulse_n_s, push.heading_deg
+        "impulse {} N s ({unit}), heading {} deg{}",
+        push.impulse_n_s,
+        push.heading_deg,
+        push.place()
     );
     let varied = variations::described(&summary.variations);
     let mut head = Vec::new();
@@ -111,8 +113,9 @@ pub fn settings(summary: &Summary, full: bool) -> Vec<(&'static str, String)> {
         let hash = &summary.config_hash[..summary.config_hash.len().min(12)];
         asked += &format!(", configuration {hash}");
         pushed += &format!(
-            ", height {} m above the COM, duration {} s, start {} s, {}",
+            ", height {} m above {}, duration {} s, start {} s, {}",
             push.height_m,
+            push.from_what(),
             push.duration_s,
             push.start_s,
             push.profile.name()

@@ -35,6 +35,9 @@ pub fn text(limits: &Limits, changes: &str) -> String {
             ),
         );
     }
+    for warning in &limits.warnings {
+        text += &wrapped("warning:  ", warning);
+    }
     text + &beside_bounds(limits, changes)
 }
 
@@ -77,10 +80,11 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
         &format!("{at_home}, x ahead of the other and y beside it, {reach}"),
     );
     let push = format!(
-        "{:.0} ms long, so that the pendulum bounds are {:.3} times those of a push of no duration; {} mm above the COM",
+        "{:.0} ms long, so that the pendulum bounds are {:.3} times those of a push of no duration; {} mm above the COM, on {}",
         1e3 * y.push_duration_s,
         y.push_factor,
-        signed(1e3 * y.push_height_m, 0)
+        signed(1e3 * y.push_height_m, 0),
+        y.push_link
     );
     text += &wrapped("push:     ", &push);
     let columns = ["heading", "none", "one", "any"]

@@ -5,7 +5,7 @@ use crate::text::layout::{signed, wrapped};
 use nalgebra::Matrix3xX;
 use serde_json::{Map, Value, json};
 use standfast_core::robot::swing_time::least_swing_time_s;
-use standfast_core::robot::{Foot, Joint, Kinematics, Robot};
+use standfast_core::robot::{Foot, Joint, Kinematics, MotorOrigin, Robot};
 use standfast_sim::Pairs;
 use std::fmt::Write;
 
@@ -92,6 +92,7 @@ pub fn kinematics_json(robot: &Robot, q: &[f64]) -> Value {
         "trunk": robot.links[robot.trunk].name,
         "soles": { "left": left, "right": right },
         "servos": by_joint(&|i| json!(robot.servos[i])),
+        "motor_origins": by_joint(&|i| json!(robot.motor_origins[i])),
         "hardest_on_one_leg": robot.hardest_on_one_leg().map(|(joint, share)| json!({
             "joint": robot.joints[joint].name,
             "share_of_torque": share,
@@ -199,6 +200,7 @@ pub fn description(robot: &Robot) -> String {
         joint_table(robot),
         servo_table(robot).trim_end()
     ));
+    line(motor_origins(robot));
     for (heading, sentences) in [
         ("Changed or left out on reading", &robot.notes),
         ("Assumed, because it is not published", &robot.assumptions),
@@ -338,6 +340,34 @@ fn servo_table(robot: &Robot) -> String {
         );
     }
     servos.text()
+}
+
+/// Where the figures of the motors are from, each figure with the number of joints of each origin.
+fn motor_origins(robot: &Robot) -> String {
+    let figures: [(_, fn(&MotorOrigin) -> &str); 3] = [
+        ("torque", |of| &of.torque),
+        ("speeds", |of| &of.speed),
+        ("rotor", |of| &of.rotor_inertia),
+    ];
+    let told = figures.map(|(name, origin)| {
+        let mut origins: Vec<(&str, usize)> = Vec::new();
+        for from in robot.motor_origins.iter().map(origin) {
+            match origins.iter_mut().find(|(known, _)| *known == from) {
+                Some((_, joints)) => *joints += 1,
+                None => origins.push((from, 1)),
+            }
+        }
+        let origins: Vec<String> = origins
+            .into_iter()
+            .map(|(from, joints)| format!("{from} ({joints})"))
+            .collect();
+        format!("{name} {}", origins.join(", "))
+    });
+    let from = format!(
+        "Origins of the motors' figures, with numbers of joints: {}.",
+        told.join("; ")
+    );
+    wrapped("", &from).trim_end().into()
 }
 
 /// Positions of COM and links at joint angles `q` (rad), and a note for each angle outside of its limits.

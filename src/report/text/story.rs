@@ -147,7 +147,8 @@ pub fn footsteps(taken: &[Footstep], unfinished: Option<&Lifted>) -> Vec<String>
 pub struct EpisodeReport<'a> {
     pub factory: &'a PreparedController,
     pub config: &'a EpisodeConfig,
-    pub units: Units,
+    /// The robot as the controller knows it.
+    pub robot: &'a Robot,
     pub pushes: Vec<Push>,
     pub variation: Variation,
     pub record: Record,
@@ -167,11 +168,13 @@ impl EpisodeReport<'_> {
     }
 
     pub fn as_json(&self) -> Value {
-        let [dv_m_s, dv_over_sqrt_g_h] = self.units.velocity_of(self.pushes[0].impulse_n_s);
+        let [dv_m_s, dv_over_sqrt_g_h] =
+            Units::of(self.robot).velocity_of(self.pushes[0].impulse_n_s);
         let mut head = json!({
             "controller": self.factory.name,
             "engine": self.config.engine.with_version(),
             "push": self.pushes[0],
+            "push_point": self.robot.unusual_push_point(),
             "dv_m_s": dv_m_s,
             "dv_over_sqrt_g_h": dv_over_sqrt_g_h,
             "judge": self.config.judge,
@@ -204,10 +207,18 @@ impl EpisodeReport<'_> {
         for push in &self.pushes {
             let [height_m, start_s] = [push.height_m, push.start_s].map(|value| short(value, 3));
             let duration_s = short(push.duration_s, 4);
+            let from = match self.robot.pushed.point_m {
+                Some(_) => "that point",
+                None => "the COM",
+            };
             let at = match height_m {
-                0.0 => "level with the COM".into(),
-                below if below < 0.0 => format!("{} m below the COM", -below),
-                above => format!("{above} m above the COM"),
+                0.0 => format!("level with {from}"),
+                below if below < 0.0 => format!("{} m below {from}", -below),
+                above => format!("{above} m above {from}"),
+            };
+            let at = match self.robot.unusual_push_point() {
+                Some(point) => format!("{point}, {at}"),
+                None => at,
             };
             let course = match push.profile {
                 Profile::Rectangular => String::new(),
@@ -218,7 +229,7 @@ impl EpisodeReport<'_> {
             } else {
                 "; the robot had fallen by then"
             };
-            let dv = velocity_change(&self.units, push.impulse_n_s);
+            let dv = velocity_change(&Units::of(self.robot), push.impulse_n_s);
             line(
                 "push",
                 format!(
@@ -467,7 +478,7 @@ mod tests {
         let told = EpisodeReport {
             factory: &factory,
             config: &config,
-            units: Units::of(&robot),
+            robot: &robot,
             pushes,
             variation: Variation::default(),
             record,

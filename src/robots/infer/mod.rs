@@ -17,7 +17,7 @@ use crate::settings::{SolesAlone, settings_path};
 use crate::tree::Tree;
 use limbs::Limbs;
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::{Foot, MotorOrigin, PerFoot, Robot, SensorNoise};
+use standfast_core::robot::{Foot, MotorOrigin, PerFoot, PushPoint, Robot, SensorNoise};
 use standfast_files::assets::Source;
 
 /// How to state by hand what cannot be inferred.
@@ -61,6 +61,7 @@ pub(super) fn settings(
         joints: tree.joints,
         frames: tree.frames,
         trunk: 0,
+        pushed: PushPoint::on(0),
         soles: PerFoot::from_fn(|_| soles::none()),
         home_rad: Vec::new(),
         servos: Vec::new(),
@@ -87,6 +88,7 @@ pub(super) fn settings(
         return Err(fail(&problems));
     };
     robot.trunk = limbs.trunk;
+    robot.pushed = PushPoint::on(limbs.trunk);
     let mut warnings = Vec::new();
     let foot_link = |foot: Foot| limbs.legs[foot].last().map_or(0, |j| j + 1);
     let lost = missing.iter().find(|(frame, _)| {

@@ -254,7 +254,10 @@ fn servos_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
             "read" | servos::ASSUMED => {
                 "largest speed with full torque [rad/s]; assumed: half of the next".to_string()
             }
-            other => format!("largest speed with full torque [rad/s]; {}", one_line(other)),
+            other => format!(
+                "largest speed with full torque [rad/s]; {}",
+                one_line(other)
+            ),
         };
         for (key, value, comment) in [
             ("kp_n_m_rad", servo.kp, "stiffness [N m/rad]; assumed"),
@@ -296,7 +299,8 @@ fn servos_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
             speed,
             rotor_inertia,
         } = origin;
-        let [torque, speed, rotor_inertia] = [torque, speed, rotor_inertia].map(|from| quoted(from));
+        let [torque, speed, rotor_inertia] =
+            [torque, speed, rotor_inertia].map(|from| quoted(from));
         line(&format!(
             "origin = {{ torque = {torque}, speed = {speed}, rotor_inertia = {rotor_inertia} }}"
         ));

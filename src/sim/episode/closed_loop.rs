@@ -83,7 +83,7 @@ pub fn run(
 
 impl<'a> ClosedLoop<'a> {
     /// Starts at home and at rest, in the engine of the settings. The controllers are made for `robot`; the simulated
-    /// robot has the variation of this trial and the servos of each controller. Episodes end as the settings say.
+    /// robot has the variation of this trial. Episodes end as the settings say.
     pub fn new<'f>(
         robot: &'a Robot,
         factories: impl IntoIterator<Item = &'f PreparedController>,
@@ -117,11 +117,11 @@ impl<'a> ClosedLoop<'a> {
         let mut branches: Vec<Branch> = Vec::new();
         for (index, &(factory, engine)) in entrants.iter().enumerate() {
             let alike = branches.iter().position(|branch| {
-                let (other, other_engine) = entrants[branch.episodes[0].index];
-                other.servos == factory.servos && other_engine == engine
+                let (_, other) = entrants[branch.episodes[0].index];
+                other == engine
             });
             let branch = alike.unwrap_or_else(|| {
-                let simulated = variation.robot(&factory.robot(robot));
+                let simulated = variation.robot(robot);
                 let plant = Plant::on(
                     ground,
                     simulated,

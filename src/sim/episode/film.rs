@@ -49,7 +49,7 @@ impl Film {
         observe: &mut dyn FnMut(&Tick),
     ) -> Result<Self> {
         let (variation, pushes) = (disturbance.variation, disturbance.pushes.clone());
-        let simulated = variation.robot(&factory.robot(robot));
+        let simulated = variation.robot(robot);
         let mut snapshots = Vec::new();
         let closed_loop =
             ClosedLoop::new(robot, [factory], config, disturbance).until(until, aftermath_s);

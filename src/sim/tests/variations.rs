@@ -70,6 +70,7 @@ fn nominal_values_change_nothing() {
         kd_scale: one,
         torque_scale: one,
         speed_scale: one,
+        rotor_scale: one,
         delay_s: Some(robot.delay_s),
     };
     let course = |variation| {

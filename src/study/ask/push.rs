@@ -2,14 +2,18 @@
 
 use crate::ask::bounds::{A_QUARTER, HALF, PushBounds, because, digits};
 use crate::ask::distribution::Distribution;
+use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 use standfast_core::error::{Error, Result};
-use standfast_core::robot::Units;
+use standfast_core::robot::{PushPoint, Robot, Units};
 use standfast_sim::{Profile, Push};
 use std::fmt;
 
+/// Largest distance of a point from the origin of its link, in heights of the COM.
+const MOST_HEIGHTS: f64 = 2.0;
+
 /// Distributions of the fields of a [`Push`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PushSpec {
     pub impulse_n_s: Distribution,
@@ -18,9 +22,110 @@ pub struct PushSpec {
     pub duration_s: Distribution,
     pub start_s: Distribution,
     pub profile: Profile,
+    /// The link on which it acts: `trunk`, `pelvis` (the link that carries both legs), or the name of a link.
+    #[serde(default = "on_trunk")]
+    pub link: String,
+    /// The point of the link on which it acts, from which `height_m` counts.
+    #[serde(default)]
+    pub point_m: PushedPoint,
+}
+
+/// Words in a file for two links that every robot has.
+const TRUNK: &str = "trunk";
+const PELVIS: &str = "pelvis";
+
+fn on_trunk() -> String {
+    TRUNK.into()
+}
+
+/// The point of a link on which a push acts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected \"com\" or a point [x, y, z] in the frame of the link (m)"
+)]
+pub enum PushedPoint {
+    /// The COM of the home posture.
+    AtCom(AtCom),
+    /// A point in the frame of the link (m).
+    Point([f64; 3]),
+}
+
+/// The word "com".
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AtCom {
+    Com,
+}
+
+impl Default for PushedPoint {
+    fn default() -> Self {
+        Self::AtCom(AtCom::Com)
+    }
 }
 
 impl PushSpec {
+    /// Where it acts on a robot. Fails if the robot has no such link, or for a point that is far from it.
+    pub fn on(&self, robot: &Robot, file: &str) -> Result<PushPoint> {
+        let link = match &self.link[..] {
+            TRUNK => robot.trunk,
+            PELVIS => robot.pelvis(),
+            name => {
+                let mut frames = robot.frames.iter();
+                let frame = frames.find(|frame| frame.name == name).ok_or_else(|| {
+                    let names = robot.frames.iter().map(|frame| frame.name.as_str());
+                    let names: Vec<&str> = [TRUNK, PELVIS].into_iter().chain(names).collect();
+                    let problem = format!("{} has no such link", robot.name);
+                    Error::value(file, "push.link", name, problem, names.join(", "))
+                })?;
+                frame.link
+            }
+        };
+        let point_m = match self.point_m {
+            PushedPoint::AtCom(_) => None,
+            PushedPoint::Point(point) => {
+                let most_m = MOST_HEIGHTS * robot.home_com_height();
+                if point.iter().any(|x| x.is_nan() || x.abs() > most_m) {
+                    return Err(Error::value(
+                        file,
+                        "push.point_m",
+                        format!("{point:?}"),
+                        "is far from the link",
+                        format!(
+                            "[x, y, z] in its frame, each from {:.3} to {most_m:.3}",
+                            -most_m
+                        ),
+                    ));
+                }
+                let mut frames = robot.frames.iter();
+                let frame = frames.find(|frame| frame.name == self.link);
+                let pose = frame.map_or(Isometry3::identity(), |frame| frame.pose);
+                Some(pose * Point3::from(point))
+            }
+        };
+        Ok(PushPoint { link, point_m })
+    }
+
+    /// From what `height_m` counts.
+    pub fn from_what(&self) -> &'static str {
+        match self.point_m {
+            PushedPoint::AtCom(_) => "the COM",
+            PushedPoint::Point(_) => "that point",
+        }
+    }
+
+    /// Where it acts if it is not the trunk at the COM, in words with a comma before them; empty if it is.
+    pub fn place(&self) -> String {
+        let on = match &self.link[..] {
+            TRUNK => String::new(),
+            link => format!(", on {link}"),
+        };
+        match self.point_m {
+            PushedPoint::AtCom(_) => on,
+            PushedPoint::Point([x, y, z]) => format!(", on {} at {x}, {y}, {z} m", self.link),
+        }
+    }
+
     /// The push of a campaign whose file does not state one, for a robot with these units. The impulse has no default.
     pub(super) fn usual(units: &Units) -> Self {
         let Push {
@@ -40,6 +145,8 @@ impl PushSpec {
             duration_s,
             start_s,
             profile,
+            link: on_trunk(),
+            point_m: PushedPoint::default(),
         }
     }
 

@@ -28,6 +28,10 @@ pub struct Campaign {
     /// Name of a built-in robot, or path of a URDF (in a file: relative to that file).
     #[serde(default = "default_robot")]
     pub robot: String,
+    /// Motors of the robot, for all controllers, in place of those of its settings: path of a file (in a file: relative to
+    /// that file). The campaign of a result has none, since the settings that it keeps have them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motors: Option<String>,
     /// The [entrants](Entrant): names of built-in controllers, paths as for the robot, or variants
     /// ([`NAME:KEY=VALUE`](standfast_controllers::variant)), each with `@ENGINE` behind it or in the engine of
     /// `episode`. All go through the same trials.
@@ -115,6 +119,8 @@ pub struct Overrides {
     /// list is dropped.
     pub vary: Vec<String>,
     pub robot: Option<String>,
+    /// As [`Campaign::motors`].
+    pub motors: Option<String>,
     /// The engine of the entrants that name none. With several, each such entrant becomes one in each of them.
     pub engines: Vec<Engine>,
     /// See [`Campaign::synthetic`].
@@ -156,8 +162,10 @@ fn asked(source: &Source) -> Result<Table> {
     if let Some(gains) = asked.remove("gains") {
         asked.entry("controllers").or_insert(gains);
     }
-    if let Some(toml::Value::String(robot)) = asked.get_mut("robot") {
-        *robot = moved(robot, source);
+    for key in ["robot", "motors"] {
+        if let Some(toml::Value::String(path)) = asked.get_mut(key) {
+            *path = moved(path, source);
+        }
     }
     Ok(asked)
 }
@@ -186,7 +194,10 @@ impl Campaign {
 
     /// The files of the robot that a campaign, opened with these changes, names. Fails if a file cannot be read.
     pub fn robot_files(name_or_path: &str, overrides: &Overrides) -> Result<Files> {
-        Files::open(&overrides.robot_of(&asked(&assets::open(InputKind::Campaign, name_or_path)?)?))
+        let asked = asked(&assets::open(InputKind::Campaign, name_or_path)?)?;
+        let stated = asked.get("motors").and_then(toml::Value::as_str);
+        let motors = overrides.motors.as_deref().or(stated);
+        Files::open(&overrides.robot_of(&asked))?.with_motors(motors)
     }
 
     /// As [`load`](Self::load), in the units of this robot, which need not be the one that the campaign names.
@@ -221,6 +232,7 @@ impl Campaign {
         if let Some(robot) = &overrides.robot {
             campaign.robot.clone_from(robot);
         }
+        campaign.motors = overrides.motors.clone().or(campaign.motors);
         campaign.settle_engines(&overrides.engines);
         campaign.synthetic |= overrides.synthetic;
         campaign.gates.add(&overrides.gates);
@@ -333,6 +345,7 @@ impl Campaign {
         let usual = Campaign {
             name: String::new(),
             robot: default_robot(),
+            motors: None,
             controllers: default_controllers(),
             trials: 0,
             seed: 0,

@@ -34,6 +34,7 @@ const VARIATION: Variation<u64> = Variation {
     kd_scale: 40,
     torque_scale: 41,
     speed_scale: 42,
+    rotor_scale: 44,
     delay_s: 43,
 };
 const SECOND_IMPULSE: u64 = 48;

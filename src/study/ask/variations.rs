@@ -36,6 +36,7 @@ pub fn bounds(units: &Units) -> Variation<[f64; 2]> {
         kd_scale: [0.1, 10.0],
         torque_scale: [0.1, 10.0],
         speed_scale: [0.1, 10.0],
+        rotor_scale: [0.1, 10.0],
         delay_s: [0.0, 0.1],
     }
 }

@@ -97,6 +97,9 @@ pub struct Limits {
     pub sector_deg: f64,
     /// Whether trials with the same impulse can differ.
     pub random: bool,
+    /// What to know of the controllers.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// Number of episodes in all searches.
     pub episodes: u64,
     #[serde(flatten)]
@@ -315,6 +318,7 @@ impl<'a> Searches<'a> {
             replicas: options.replicas,
             sector_deg,
             random,
+            warnings: plan.manifest.warnings(),
             episodes: headings
                 .iter()
                 .flat_map(|heading| &heading.controllers)

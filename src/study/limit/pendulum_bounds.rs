@@ -36,6 +36,8 @@ pub struct PendulumBounds {
     pub push_duration_s: f64,
     /// Mean height of the pushes above the COM in the campaign.
     pub push_height_m: f64,
+    /// Name of the link on which it acts.
+    pub push_link: String,
     pub push_profile: Profile,
     /// Ratio of the impulse of a push with this duration to an instantaneous one with the same effect.
     pub push_factor: f64,
@@ -97,7 +99,11 @@ impl PendulumBounds {
                 [left[0].max(right[0]), left[1].min(right[1])]
             });
         let push_duration_s = campaign.push.duration_s.mean();
-        let push_height_m = campaign.push.height_m.mean();
+        let point_m = match robot.pushed.point_m {
+            Some(point_m) => (kinematics.link_pose(robot.pushed.link) * point_m).z - com.z,
+            None => 0.0,
+        };
+        let push_height_m = point_m + campaign.push.height_m.mean();
         let push_factor = match campaign.push.profile {
             Profile::Rectangular => capture::rectangular_push_factor,
             Profile::HalfSine => capture::half_sine_push_factor,
@@ -116,6 +122,7 @@ impl PendulumBounds {
             reach: robot.reach.clone(),
             push_duration_s,
             push_height_m,
+            push_link: robot.links[robot.pushed.link].name.clone(),
             push_profile: campaign.push.profile,
             push_factor: push_factor(omega_rad_s, push_duration_s),
             height_factor: 1.0 / (1.0 + push_height_m.max(0.0) / com_height_m),

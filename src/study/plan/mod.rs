@@ -48,12 +48,14 @@ impl PreparedCampaign {
     /// Reads the robot and the controllers. It fails if any of them is missing or wrong, or if two controllers have the
     /// same name.
     pub fn new(campaign: &Campaign) -> Result<PreparedCampaign> {
-        Self::with(campaign, Files::open(&campaign.robot)?)
+        let files = Files::open(&campaign.robot)?.with_motors(campaign.motors.as_deref())?;
+        Self::with(campaign, files)
     }
 
     /// As [`new`](Self::new), with the files of the campaign's robot, which are read already.
     pub fn with(campaign: &Campaign, files: Files) -> Result<PreparedCampaign> {
-        let robot = files.load()?;
+        let mut robot = files.load()?;
+        robot.pushed = campaign.push.on(&robot, &campaign.name)?;
         for engine in campaign.different_engines() {
             engine.check(&robot)?;
         }
@@ -63,7 +65,7 @@ impl PreparedCampaign {
         let (mut controllers, mut bases) = (Vec::new(), Vec::new());
         // The file of each controller, and the files that it needs beside it.
         let mut sources = Vec::new();
-        let mut not_kept = BTreeMap::new();
+        let (mut not_kept, mut trained_otherwise) = (BTreeMap::new(), BTreeMap::new());
         for (gains, engine) in campaign.controllers.iter().zip(campaign.engines()) {
             let entrant = Entrant::split(gains);
             let entry = entrant.controller_name();
@@ -74,6 +76,9 @@ impl PreparedCampaign {
             let lacks = base.not_kept();
             if !lacks.is_empty() {
                 not_kept.insert(base.name().to_string(), lacks);
+            }
+            if let Some(difference) = base.trained_otherwise(&robot) {
+                trained_otherwise.insert(base.name().to_string(), difference);
             }
             let controller = entry.of(base)?;
             controllers.push(entrant.of(controller.name()));
@@ -90,6 +95,7 @@ impl PreparedCampaign {
         }
         robot_files.push((files.urdf, "urdf"));
         resolved.robot = inputs.take(&campaign.robot, "robot", robot_files)?;
+        resolved.motors = None;
         let robot_hashes: String = inputs
             .listed
             .iter()
@@ -124,6 +130,7 @@ impl PreparedCampaign {
             totals,
             inputs: inputs.listed,
             not_kept,
+            trained_otherwise,
             campaign: resolved,
         };
         manifest.config_hash = manifest.hash()?;

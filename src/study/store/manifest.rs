@@ -51,6 +51,9 @@ pub struct Manifest {
     /// controllers.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub not_kept: BTreeMap<String, Vec<String>>,
+    /// The controllers that were trained on other motors than the robot has, each with the difference.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub trained_otherwise: BTreeMap<String, String>,
     /// The resolved campaign, which is also in `campaign.toml`.
     pub campaign: Campaign,
 }
@@ -80,9 +83,16 @@ impl Manifest {
         each_once(self.engines.iter().cloned()).join(", ")
     }
 
-    /// A sentence for each controller that depends on something of which the folder has no copy.
-    pub fn told_not_kept(&self) -> Vec<String> {
+    /// A sentence for each controller that depends on something of which the folder has no copy, and for each that was
+    /// trained on other motors.
+    pub fn warnings(&self) -> Vec<String> {
         let mut sentences = Vec::new();
+        for (name, difference) in &self.trained_otherwise {
+            sentences.push(format!(
+                "{name} was trained on other motors: {difference}. All controllers have the motors of the robot, or those of \
+                 --motors."
+            ));
+        }
         for (name, files) in &self.not_kept {
             let listed = files.join(", ");
             sentences.push(format!(

@@ -37,7 +37,7 @@ impl StoredTrial {
         let result = Folder::existing(folder)?;
         let (campaign, controllers) = (&result.manifest.campaign, &result.manifest.controllers);
         campaign.check_trial(trial)?;
-        for warning in result.manifest.told_not_kept() {
+        for warning in result.manifest.warnings() {
             log::warn!("{warning}");
         }
         let block = (0..result.blocks()).find(|&block| result.range(block).1 > trial);
@@ -80,7 +80,8 @@ impl StoredTrial {
             engine,
             ..campaign.episode
         };
-        let robot = standfast_robots::load(&campaign.robot)?;
+        let mut robot = standfast_robots::load(&campaign.robot)?;
+        robot.pushed = campaign.push.on(&robot, "campaign.toml")?;
         engine.check(&robot)?;
         let settings =
             standfast_controllers::load(Entrant::split(&campaign.controllers[entrant]).controller)?;

@@ -204,6 +204,10 @@ fn joined(
             .into_iter()
             .flat_map(|of| of.not_kept.clone())
             .collect(),
+        trained_otherwise: [a, b]
+            .into_iter()
+            .flat_map(|of| of.trained_otherwise.clone())
+            .collect(),
         campaign,
     }
 }

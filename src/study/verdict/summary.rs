@@ -98,7 +98,7 @@ impl Summary {
                 .is_some_and(|name| pair.a != *name && pair.b != *name)
         });
         let warnings = [
-            manifest.told_not_kept(),
+            manifest.warnings(),
             warnings::of(campaign, trials, &controllers, &pairs),
             gates.warnings(manifest, rows),
         ]
@@ -117,7 +117,7 @@ impl Summary {
             stopping: campaign.stopping,
             seed: campaign.seed,
             episode: campaign.episode,
-            push: campaign.push,
+            push: campaign.push.clone(),
             sensors: campaign.sensors,
             second_push: campaign.second_push,
             variations: campaign.variations,
