@@ -13,7 +13,7 @@ use standfast_sim::episode::EpisodeRun;
 use standfast_study::Campaign;
 use standfast_study::batch::Batch;
 use standfast_study::limit::{
-    LimitOptions, Limits, MOST_HEADINGS, MOST_REPLICAS, MOST_TRIALS, Searches, pushed,
+    LimitOptions, Limits, MOST_HEADINGS, MOST_REPLICAS, MOST_TRIALS, Searches,
 };
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -70,6 +70,9 @@ pub struct LimitArgs {
     /// Pushes at each step of the search for the first loss; 0 leaves it out
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = count::<u64>(0..=MOST_REPLICAS))]
     pub replicas: u64,
+    /// Time over which the starts of pushes are spread, for controllers that step (s) [default: a stride]
+    #[arg(long, value_name = "S", value_parser = number)]
+    pub start_spread: Option<f64>,
     /// Try every impulse, in steps of the precision, and draw map.svg
     #[arg(long)]
     pub dense: bool,
@@ -99,6 +102,7 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         precision_n_s: args.precision,
         max_trials: args.trials,
         replicas: args.replicas,
+        start_spread_s: args.start_spread,
         is_dense: args.dense,
         threads: args.batch.threads,
         untried: args.untried,
@@ -159,7 +163,7 @@ fn write_map(
         let Some((robot, factory, config)) = searches.case(&limit.name)? else {
             continue;
         };
-        let disturbance = pushed(campaign, hole.trial, hole.impulse_n_s, heading_deg);
+        let disturbance = hole.disturbance(campaign, heading_deg);
         let episode = EpisodeRun {
             robot,
             factory,

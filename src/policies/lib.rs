@@ -322,9 +322,10 @@ impl ControllerSpec for Policy {
             "{}, with stiffness and damping of its training",
             about(&self.description, &self.model)
         );
-        Ok(PreparedController::new(&self.name, about, move |_seed| {
-            Actor::new(&shared)
-        }))
+        let mut prepared =
+            PreparedController::new(&self.name, about, move |_seed| Actor::new(&shared));
+        prepared.stride_s = self.gait.as_ref().map(|gait| 1.0 / gait.hz);
+        Ok(prepared)
     }
 }
 

@@ -208,6 +208,8 @@ pub struct PreparedController {
     pub regions: Vec<String>,
     /// Whether it may lift its feet.
     pub takes_footsteps: bool,
+    /// Time after which it does the same again without a push, if it marches (s).
+    pub stride_s: Option<f64>,
     start: Box<dyn Fn(u64) -> Box<dyn Controller> + Send + Sync>,
 }
 
@@ -225,6 +227,7 @@ impl PreparedController {
             warning: None,
             regions: Vec::new(),
             takes_footsteps: true,
+            stride_s: None,
             start: Box::new(move |seed| Box::new(start(seed))),
         }
     }

@@ -93,7 +93,7 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
         .chain([words("controller")]);
     let mut table = Table::new(
         "",
-        columns.chain(["50 % recover", "90 %", "safe up to", "pushes"].map(number)),
+        columns.chain(["50 % recover", "90 %", "safe to", "none over"].map(number)),
     );
     let factors = if y.height_factor < 1.0 {
         &[1.0, y.height_factor][..]
@@ -123,20 +123,18 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
             };
             let mut of_controller = [const { String::new() }; 5];
             if let Some(controller) = heading.controllers.get(i) {
-                let [ninety, safe] =
-                    [controller.impulse90_n_s, controller.safe_n_s].map(|impulse| {
-                        impulse.map_or("-".into(), |impulse_n_s| n_s(limits, impulse_n_s))
-                    });
-                let pushes = match controller.safe_n_s {
-                    Some(_) => controller.safe_pushes().to_string(),
-                    None => "-".into(),
-                };
+                let [ninety, safe, none_above] = [
+                    controller.impulse90_n_s,
+                    controller.safe_n_s,
+                    controller.none_above_n_s,
+                ]
+                .map(|impulse| impulse.map_or("-".into(), |impulse_n_s| n_s(limits, impulse_n_s)));
                 of_controller = [
                     controller.name.clone(),
                     fifty_of(limits, controller),
                     ninety,
                     safe,
-                    pushes,
+                    none_above,
                 ];
             }
             let bounds = [none, one, any + mark];
@@ -158,11 +156,12 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
         );
     }
     let safe = match limits.replicas {
-        0 => "`safe up to` was not searched (--replicas 0).".into(),
+        0 => "`safe to` and `none over` were not searched (--replicas 0).".into(),
         replicas => format!(
-            "`safe up to` is the impulse up to which nothing was lost, in steps of {} N s with {replicas} pushes each, whose \
-             headings differ by up to {} degrees to either side; `pushes` is how many these were. If none of n pushes was lost, fewer than \
-             3 in n are, with 95 % confidence.",
+            "`safe to` is the impulse up to which nothing was lost, in steps of {} N s with {replicas} pushes each, whose \
+             headings differ by up to {} degrees to either side (of n pushes without a loss, fewer than 3 in n are lost, with \
+             95 % confidence). `none over` is the largest impulse from which it recovered, among as many pushes at each step \
+             of 3 %, up to eight steps without any.",
             limits.precision_n_s,
             (100.0 * limits.sector_deg).round() / 100.0
         ),
@@ -170,6 +169,19 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
     let torque = match limits.headings.iter().any(by_torque) {
         true => " t: the torque of the ankles limits them; the soles would allow more.",
         false => "",
+    };
+    let spread_s = limits
+        .headings
+        .iter()
+        .flat_map(|heading| &heading.controllers)
+        .map(|controller| controller.start_spread_s)
+        .fold(0.0, f64::max);
+    let starts = match spread_s {
+        0.0 => String::new(),
+        s => format!(
+            " With controllers that take footsteps the starts of the pushes are spread over {} s.",
+            (1e3 * s).round() / 1e3
+        ),
     };
     text += &checked(limits, changes);
     text += &lost_early(limits, changes);
@@ -182,7 +194,7 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
              footstep, with one, and with any number of them; it keeps its height, has no angular momentum, and a footstep \
              takes the time that the robot's settings state. A robot may take more.{torque} `50 % recover` is the impulse \
              from which the controller recovers in half of the trials, with its 95 % interval, and `90 %` that of nine in ten. \
-             {safe} {} episodes were run.{}",
+             {safe}{starts} {} episodes were run.{}",
             limits.episodes,
             marked(limits)
         ),
@@ -204,7 +216,7 @@ fn checked(limits: &Limits, changes: &str) -> String {
     });
     let Some((heading, controller)) = first
         .into_iter()
-        .find(|(_, controller)| controller.resolved && !limits.random)
+        .find(|(_, controller)| controller.resolved && controller.impulse90_n_s.is_none())
     else {
         return String::new();
     };
@@ -292,14 +304,15 @@ fn of_map(limits: &Limits, changes: &str) -> String {
     let mut text = format!("\nmap: {pushes} pushes, {holes}\n");
     for (heading_deg, controller, hole) in limits.holes().take(MOST_HOLES) {
         text += &format!(
-            "  {}\n",
+            "  {} --set push.start_s={}\n",
             replay(
                 limits,
                 changes,
                 &controller.name,
                 hole.trial,
                 [&hole.impulse_n_s, &heading_deg]
-            )
+            ),
+            hole.start_s
         );
     }
     if count > MOST_HOLES {
@@ -377,6 +390,7 @@ pub mod tests {
             impulse90_ci95: None,
             dv_m_s: 0.0,
             dv_over_sqrt_g_h: 0.0,
+            start_spread_s: 0.0,
             of_one_step_bound: impulse50_n_s / 5.0,
             resolved: impulse50_n_s < 9.0,
             safe_n_s: Some(2.4),
@@ -390,6 +404,8 @@ pub mod tests {
                 of_limit: 2.5125 / impulse50_n_s,
             }),
             safe_trials: 25,
+            none_above_n_s: Some(impulse50_n_s),
+            none_above_trials: 36,
             map: Vec::new(),
             trials: 10,
             recovered: 5,
@@ -425,6 +441,7 @@ pub mod tests {
             replicas: 1,
             sector_deg: 11.25,
             random: false,
+            warnings: Vec::new(),
             episodes: 40,
             headings: [0.0, 180.0]
                 .into_iter()
@@ -446,6 +463,7 @@ pub mod tests {
         ];
         let tried = |(impulse_n_s, outcome)| MapPoint {
             impulse_n_s,
+            start_s: 0.5,
             trial: 100_002,
             outcome,
         };

@@ -344,7 +344,8 @@ fn servo_table(robot: &Robot) -> String {
 
 /// Where the figures of the motors are from, each figure with the number of joints of each origin.
 fn motor_origins(robot: &Robot) -> String {
-    let figures: [(_, fn(&MotorOrigin) -> &str); 3] = [
+    type Origin = fn(&MotorOrigin) -> &str;
+    let figures: [(_, Origin); 3] = [
         ("torque", |of| &of.torque),
         ("speeds", |of| &of.speed),
         ("rotor", |of| &of.rotor_inertia),

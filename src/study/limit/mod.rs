@@ -11,8 +11,9 @@ mod search;
 
 use crate::ask::bounds::in_range;
 use crate::ask::spec::Campaign;
+use crate::ask::trial;
 use crate::batch::{Batch, Jobs, SearchTask};
-use crate::limit::search::{LimitSearch, MAP_TO, is_random};
+use crate::limit::search::{LimitSearch, MAP_TO, is_random, pushed};
 use crate::plan::{PreparedCampaign, pool};
 use rayon::ThreadPool;
 use serde::Serialize;
@@ -27,9 +28,7 @@ use standfast_stats::psychometric::Rule;
 use std::time::Instant;
 
 pub use pendulum_bounds::{Heading, PendulumBounds};
-pub use search::{
-    ControllerLimit, FirstLoss, MOST_REPLICAS, MOST_TRIALS, MapPoint, first_trial, pushed,
-};
+pub use search::{ControllerLimit, FirstLoss, MOST_REPLICAS, MOST_TRIALS, MapPoint, first_trial};
 
 /// Largest number of headings.
 pub const MOST_HEADINGS: usize = 360;
@@ -41,6 +40,9 @@ pub const USUAL_PRECISION: f64 = 0.0463;
 /// Largest distance of a heading, in the search for the first loss, from the heading of its search (degrees). If
 /// headings are closer, it is half the distance between two of them.
 const SECTOR_DEG: f64 = 11.25;
+
+/// Time over which starts are spread, in units of the robot's time: 0.6 s for UT-mu2, which is longer than a stride.
+const SPREAD: f64 = 3.4;
 
 /// Limits of the precision: 20 times finer and 1000 times coarser than usual.
 const FINER: f64 = 20.0;
@@ -55,8 +57,12 @@ pub struct LimitOptions {
     pub precision_n_s: Option<f64>,
     /// Number of trials after which a search ends in any case.
     pub max_trials: u64,
-    /// Number of episodes for each impulse of the search for the first loss; 0 leaves it out.
+    /// Number of episodes for each impulse of the search for the first loss, and of that above the limit; 0 leaves both
+    /// out.
     pub replicas: u64,
+    /// Time over which the starts of pushes are spread, with controllers that take footsteps (s); None for
+    /// [`start_spread_s`].
+    pub start_spread_s: Option<f64>,
     /// Whether to try every impulse, for a map.
     pub is_dense: bool,
     /// Number of threads; 0 means one per core.
@@ -95,7 +101,7 @@ pub struct Limits {
     pub replicas: u64,
     /// Largest distance of a heading, in the search for the first loss, from the heading of its search (degrees).
     pub sector_deg: f64,
-    /// Whether trials with the same impulse can differ.
+    /// Whether trials with the same impulse and start can differ.
     pub random: bool,
     /// What to know of the controllers.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -119,7 +125,7 @@ impl<'a> Searches<'a> {
     /// Reads the controllers for the robot of these files, and runs nothing. It fails if an option or an input is wrong,
     /// or if the reach of the robot's feet is not known.
     pub fn new(campaign: &'a Campaign, files: Files, options: LimitOptions) -> Result<Self> {
-        check(&options)?;
+        check(&options, campaign)?;
         let plan = PreparedCampaign::with(campaign, files)?;
         let pendulum_bounds = PendulumBounds::new(&plan.robot, campaign)?;
         let usual_n_s = two_digits(USUAL_PRECISION * campaign.units.impulse_n_s());
@@ -153,6 +159,7 @@ impl<'a> Searches<'a> {
             headings,
             max_trials,
             replicas,
+            start_spread_s,
             is_dense,
             ..
         } = self.options;
@@ -163,6 +170,7 @@ impl<'a> Searches<'a> {
                 "precision_n_s": self.precision_n_s,
                 "max_trials": max_trials,
                 "replicas": replicas,
+                "start_spread_s": start_spread_s,
                 "dense": is_dense,
             }),
             manifest: self.plan.manifest.clone(),
@@ -221,6 +229,7 @@ impl<'a> Searches<'a> {
                 first_trial(heading_deg),
                 0.5 * bound_one_step_n_s,
                 heading_deg,
+                0.0,
             );
             self.plan
                 .records(factories, opening.as_ref(), disturbance, &[controller])?;
@@ -265,22 +274,32 @@ impl<'a> Searches<'a> {
         let sector_deg = SECTOR_DEG.min(180.0 / options.headings as f64);
         if !batch.lacks(&self.jobs).is_empty() {
             let factories = self.controllers()?;
+            let start_spread_s = match options.start_spread_s {
+                Some(start_spread_s) => start_spread_s,
+                None => start_spread_s_of(campaign, factories),
+            };
             let opening = plan.opening(factories);
             let search = |job: usize| {
                 let heading = &headings[job / controllers.len()];
+                let controller = job % controllers.len();
+                let start_spread_s = match factories[controller].takes_footsteps {
+                    true => start_spread_s,
+                    false => 0.0,
+                };
                 let rule = Rule {
                     most_n_s: (BEYOND_THE_BOUND * heading.bound_n_step_n_s)
                         .max(10.0 * precision_n_s),
                     precision_n_s,
                     max_trials: options.max_trials,
-                    random,
+                    random: random || start_spread_s > 0.0,
                 };
                 LimitSearch {
                     campaign,
                     plan,
                     factories,
                     opening: opening.as_ref(),
-                    controller: job % controllers.len(),
+                    controller,
+                    start_spread_s,
                     heading_deg: heading.heading_deg,
                     bound_one_step_n_s: heading.bound_one_step_n_s,
                     replicas: options.replicas,
@@ -352,6 +371,25 @@ impl Limits {
     }
 }
 
+/// The time over which starts are spread if none is stated (s): the longest stride of these controllers, and for those that
+/// do not march [`SPREAD`].
+fn start_spread_s_of(campaign: &Campaign, factories: &[PreparedController]) -> f64 {
+    if !factories.iter().any(|factory| factory.takes_footsteps) {
+        return 0.0;
+    }
+    let strides = factories.iter().filter_map(|factory| factory.stride_s);
+    let spread_s = strides.fold(SPREAD * campaign.units.time_s(), f64::max);
+    spread_s.min(longest_spread_s(campaign))
+}
+
+/// The time over which starts can be spread so that all pushes end within three quarters of the episode (s).
+fn longest_spread_s(campaign: &Campaign) -> f64 {
+    let ends_s = trial::pushes(campaign, 0)
+        .into_iter()
+        .map(|push| push.end_s());
+    (0.75 * campaign.episode.horizon_s - ends_s.fold(0.0, f64::max)).max(0.0)
+}
+
 /// Rounds a number to two digits.
 fn two_digits(x: f64) -> f64 {
     format!("{x:.1e}")
@@ -359,7 +397,13 @@ fn two_digits(x: f64) -> f64 {
         .expect("a number that was written is read")
 }
 
-fn check(options: &LimitOptions) -> Result<()> {
+fn check(options: &LimitOptions, campaign: &Campaign) -> Result<()> {
+    in_range(
+        "command line",
+        "--start-spread",
+        options.start_spread_s.unwrap_or(0.0),
+        [0.0, longest_spread_s(campaign)],
+    )?;
     in_range(
         "command line",
         "--headings",

@@ -23,12 +23,19 @@ pub struct ControllerLimit {
     /// The change of velocity by `impulse50_n_s`, over the robot's mass (m/s) and as a multiple of sqrt(g h).
     pub dv_m_s: f64,
     pub dv_over_sqrt_g_h: f64,
+    /// Time over which the starts of the pushes were spread (s).
+    pub start_spread_s: f64,
     /// Ratio of `impulse50_n_s` to the bound with one footstep.
     pub of_one_step_bound: f64,
     /// Whether the interval of `impulse50_n_s` is as narrow as requested.
     pub resolved: bool,
     /// The largest impulse of the grid up to which nothing was lost; None if there was no search for the first loss.
     pub safe_n_s: Option<f64>,
+    /// The largest impulse from which the robot recovered; None if there was no search above the limit, which ends where
+    /// nothing more is recovered from.
+    pub none_above_n_s: Option<f64>,
+    /// Number of trials of that search.
+    pub none_above_trials: u64,
     /// The loss that ended the search for the first loss; None if nothing was lost, or if there was no such search.
     pub first_loss: Option<FirstLoss>,
     /// Number of trials of the search for the first loss.
@@ -65,7 +72,9 @@ pub struct FirstLoss {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MapPoint {
     pub impulse_n_s: f64,
-    /// Index of the trial of this search, which fixes all but impulse and heading; `push` takes it by `--trial`.
+    /// Start of the push (s).
+    pub start_s: f64,
+    /// Index of the trial of this search, which fixes all but impulse, heading and start; `push` takes it by `--trial`.
     pub trial: u64,
     #[serde(serialize_with = "by_name", deserialize_with = "of_name")]
     pub outcome: Outcome,
@@ -110,12 +119,7 @@ impl ControllerLimit {
     /// Number of episodes of its searches.
     pub fn episodes(&self) -> u64 {
         let of_loss = self.first_loss.map_or(0, |loss| loss.limit_trials);
-        self.trials + self.safe_trials + of_loss + self.map.len() as u64
-    }
-
-    /// Number of pushes from which the robot recovered before the first loss.
-    pub fn safe_pushes(&self) -> u64 {
-        self.safe_trials - u64::from(self.first_loss.is_some())
+        self.trials + self.safe_trials + of_loss + self.none_above_trials + self.map.len() as u64
     }
 }
 
@@ -143,11 +147,24 @@ struct Safe {
     trials: u64,
 }
 
+/// The result of the search above the limit.
+struct Above {
+    none_above_n_s: f64,
+    trials: u64,
+}
+
 /// Offset of the trials of the search for the first loss from the first trial of their heading; and the largest number
 /// of impulses in that search or in a map.
 const SAFE_TRIAL_OFFSET: u64 = 2 * MOST_TRIALS;
 const MOST_GRID_POINTS: u64 = 8_000;
-/// Largest difference of a replica in the impulse (relative). The push starts within a control period.
+/// Offset of the trials of the search above the limit from the first trial of their heading; the ratio of two adjacent
+/// impulses there; and the number of adjacent impulses, all lost, at which it ends.
+const ABOVE_TRIALS: u64 = SAFE_TRIAL_OFFSET + MOST_REPLICAS * (MOST_GRID_POINTS + 1);
+const ABOVE_RATIO: f64 = 1.03;
+const ABOVE_LOST: u64 = 8;
+const MOST_ABOVE: u64 = 200;
+/// Largest difference of a replica in the impulse (relative). The push starts within a control period, or within the
+/// spread of the starts.
 const REPLICA_IMPULSE_SHARE: f64 = 0.01;
 /// Offset of the trials of the map from the first trial of their heading; and the largest impulse of the map, as a
 /// multiple of the impulse with 50 % recovery.
@@ -166,6 +183,8 @@ pub(super) struct LimitSearch<'a> {
     /// The pendulum's bound with one footstep (N s).
     pub bound_one_step_n_s: f64,
     pub replicas: u64,
+    /// Time over which the starts of the pushes are spread (s); 0 without footsteps.
+    pub start_spread_s: f64,
     /// Largest difference of a replica in the heading (degrees).
     pub sector_deg: f64,
     /// Whether to try every impulse, for a map.
@@ -183,7 +202,11 @@ impl LimitSearch<'_> {
             mut diverged,
             mut failed,
         ] = [0; 6];
-        let posterior = self.limit(rule, self.heading_deg, |outcome| {
+        let mut none_above_n_s = 0.0_f64;
+        let posterior = self.limit(rule, self.heading_deg, |impulse_n_s, outcome| {
+            if outcome.is_success() {
+                none_above_n_s = none_above_n_s.max(impulse_n_s);
+            }
             *match outcome {
                 Outcome::Recovered => &mut recovered,
                 Outcome::Survived => &mut survived,
@@ -196,6 +219,7 @@ impl LimitSearch<'_> {
         let (random, grid_n_s) = (rule.random, rule.precision_n_s);
         let safe = self.safe(rule)?;
         let (impulse50, impulse90) = (posterior.impulse50(), posterior.impulse90());
+        let above = self.above(impulse50.ci95[0])?;
         let map = if self.is_dense {
             self.map(grid_n_s, MAP_TO * impulse50.at_n_s)?
         } else {
@@ -210,9 +234,13 @@ impl LimitSearch<'_> {
             impulse90_ci95: random.then_some(impulse90.ci95),
             dv_m_s,
             dv_over_sqrt_g_h,
+            start_spread_s: self.start_spread_s,
             of_one_step_bound: impulse50.at_n_s / self.bound_one_step_n_s,
             resolved: posterior.is_resolved(),
             safe_n_s: (self.replicas > 0).then_some(safe.up_to_n_s),
+            none_above_n_s: (self.replicas > 0)
+                .then_some(none_above_n_s.max(above.none_above_n_s).max(safe.up_to_n_s)),
+            none_above_trials: above.trials,
             first_loss: safe.first_loss,
             safe_trials: safe.trials,
             map,
@@ -231,13 +259,15 @@ impl LimitSearch<'_> {
         &self,
         rule: Rule,
         heading_deg: f64,
-        mut on_outcome: impl FnMut(Outcome),
+        mut on_outcome: impl FnMut(f64, Outcome),
     ) -> Result<Posterior> {
         let mut posterior = Posterior::new(rule);
         while let Some(impulse_n_s) = posterior.next_impulse() {
             let trial = first_trial(heading_deg) + posterior.trials();
-            let outcome = self.outcome(pushed(self.campaign, trial, impulse_n_s, heading_deg))?;
-            on_outcome(outcome);
+            let late_s = self.start_spread_s * spread_evenly(posterior.trials());
+            let disturbance = pushed(self.campaign, trial, impulse_n_s, heading_deg, late_s);
+            let outcome = self.outcome(disturbance)?;
+            on_outcome(impulse_n_s, outcome);
             posterior.observe(impulse_n_s, outcome.is_success());
         }
         Ok(posterior)
@@ -264,16 +294,12 @@ impl LimitSearch<'_> {
                 let [more, turned, later] = trial::replica(self.campaign.seed, trial);
                 let impulse_n_s = impulse_n_s * (1.0 + REPLICA_IMPULSE_SHARE * more);
                 let heading_deg = (self.heading_deg + self.sector_deg * turned).rem_euclid(360.0);
-                let late_s = later * self.campaign.episode.control_period_s;
-                let mut disturbance = pushed(self.campaign, trial, impulse_n_s, heading_deg);
-                let mut start_s = 0.0;
-                if let Some(push) = disturbance.pushes.first_mut() {
-                    push.start_s += late_s;
-                    start_s = push.start_s;
-                }
+                let late_s = later * self.late_s();
+                let disturbance = pushed(self.campaign, trial, impulse_n_s, heading_deg, late_s);
+                let start_s = disturbance.pushes[0].start_s;
                 safe.trials += 1;
                 if !self.outcome(disturbance)?.is_success() {
-                    let posterior = self.limit(rule, heading_deg, |_| ())?;
+                    let posterior = self.limit(rule, heading_deg, |_, _| ())?;
                     let limit_n_s = posterior.impulse50().at_n_s;
                     safe.first_loss = Some(FirstLoss {
                         impulse_n_s,
@@ -292,6 +318,44 @@ impl LimitSearch<'_> {
         Ok(safe)
     }
 
+    /// The time within which the pushes of replicas start (s).
+    fn late_s(&self) -> f64 {
+        let period_s = self.campaign.episode.control_period_s;
+        self.start_spread_s.max(period_s)
+    }
+
+    /// Goes up from an impulse in steps of a share of it, until nothing was recovered from at many steps. At each step it
+    /// tries `replicas` pushes, which differ as those of the search for the first loss, but in the heading.
+    fn above(&self, from_n_s: f64) -> Result<Above> {
+        let mut above = Above {
+            none_above_n_s: 0.0,
+            trials: 0,
+        };
+        let (mut impulse_n_s, mut lost) = (from_n_s, 0);
+        for point in 0..MOST_ABOVE {
+            if lost >= ABOVE_LOST || self.replicas == 0 || impulse_n_s <= 0.0 {
+                break;
+            }
+            lost += 1;
+            for replica in 0..self.replicas {
+                let trial =
+                    first_trial(self.heading_deg) + ABOVE_TRIALS + point * MOST_REPLICAS + replica;
+                let [more, _, later] = trial::replica(self.campaign.seed, trial);
+                let tried_n_s = impulse_n_s * (1.0 + REPLICA_IMPULSE_SHARE * more);
+                let late_s = later * self.late_s();
+                let heading_deg = self.heading_deg;
+                let disturbance = pushed(self.campaign, trial, tried_n_s, heading_deg, late_s);
+                above.trials += 1;
+                if self.outcome(disturbance)?.is_success() {
+                    above.none_above_n_s = above.none_above_n_s.max(tried_n_s);
+                    lost = 0;
+                }
+            }
+            impulse_n_s *= ABOVE_RATIO;
+        }
+        Ok(above)
+    }
+
     /// Tries the impulses up to `to_n_s`, in steps of `grid_n_s`.
     fn map(&self, grid_n_s: f64, to_n_s: f64) -> Result<Vec<MapPoint>> {
         let points = ((to_n_s / grid_n_s) as u64).min(MOST_GRID_POINTS);
@@ -299,9 +363,11 @@ impl LimitSearch<'_> {
         for point in 1..=points {
             let impulse_n_s = grid_n_s * point as f64;
             let trial = first_trial(self.heading_deg) + MAP_TRIALS + point;
-            let disturbance = pushed(self.campaign, trial, impulse_n_s, self.heading_deg);
+            let late_s = self.start_spread_s * spread_evenly(point);
+            let disturbance = pushed(self.campaign, trial, impulse_n_s, self.heading_deg, late_s);
             map.push(MapPoint {
                 impulse_n_s,
+                start_s: disturbance.pushes[0].start_s,
                 trial,
                 outcome: self.outcome(disturbance)?,
             });
@@ -329,13 +395,37 @@ pub fn first_trial(heading_deg: f64) -> u64 {
     (1e3 * heading_deg).round() as u64 * TRIALS_APART
 }
 
-/// What happens to the robot in a trial of the campaign with another impulse and heading of the first push.
-pub fn pushed(campaign: &Campaign, trial: u64, impulse_n_s: f64, heading_deg: f64) -> Disturbance {
+/// What happens to the robot in a trial of the campaign with another impulse and heading of the first push, and with all
+/// pushes later by `late_s` (s).
+pub fn pushed(
+    campaign: &Campaign,
+    trial: u64,
+    impulse_n_s: f64,
+    heading_deg: f64,
+    late_s: f64,
+) -> Disturbance {
     let mut disturbance = trial::disturbance(campaign, trial);
+    for push in &mut disturbance.pushes {
+        push.start_s += late_s;
+    }
     if let Some(push) = disturbance.pushes.first_mut() {
         (push.impulse_n_s, push.heading_deg) = (impulse_n_s, heading_deg);
     }
     disturbance
+}
+
+impl MapPoint {
+    /// What happened to the robot at this point.
+    pub fn disturbance(&self, campaign: &Campaign, heading_deg: f64) -> Disturbance {
+        let late_s = self.start_s - trial::push(campaign, self.trial).start_s;
+        pushed(campaign, self.trial, self.impulse_n_s, heading_deg, late_s)
+    }
+}
+
+/// Number `k` of a sequence from 0 to 1 whose first numbers, however many, lie evenly: multiples of the golden ratio.
+fn spread_evenly(k: u64) -> f64 {
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    (k as f64 * GOLDEN).fract()
 }
 
 #[cfg(test)]
