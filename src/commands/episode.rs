@@ -128,21 +128,29 @@ pub struct Setting {
 impl Setting {
     /// The setting of a campaign; that of `nominal`, with ideal sensors, if none is named. Unless the pushes, the robot and
     /// the ground are to be those of a trial, there is one push from behind, and robot and ground are as designed, but for
-    /// what `overrides` change.
+    /// what `overrides` change. The push has the height, the duration, the start and the course of the campaign that is
+    /// named, and their means where they are drawn.
     pub fn of(named: Option<&str>, overrides: Overrides, is_trial: bool) -> Result<Self> {
         let name = named.unwrap_or("nominal");
         let mut robot = Campaign::robot_files(name, &overrides)?.load()?;
         let units = Units::of(&robot);
         let mut set = Vec::new();
         if !is_trial {
-            let push = Push::first(&units);
+            let mut push = Push::first(&units);
+            if named.is_some() {
+                let stated = Campaign::load_for(&robot, name, &Overrides::default())?.push;
+                push.height_m = stated.height_m.mean();
+                push.duration_s = stated.duration_s.mean();
+                push.start_s = stated.start_s.mean();
+                push.profile = stated.profile;
+            }
             set = vec![
                 format!("push.impulse_n_s={:?}", push.impulse_n_s),
                 format!("push.heading_deg={:?}", push.heading_deg),
                 format!("push.height_m={:?}", push.height_m),
                 format!("push.duration_s={:?}", push.duration_s),
                 format!("push.start_s={:?}", push.start_s),
-                "push.profile=rectangular".into(),
+                format!("push.profile={}", push.profile.name()),
                 "second_push.impulse_n_s=0".into(),
                 "variations={}".into(),
             ];

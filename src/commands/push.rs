@@ -1,7 +1,8 @@
 //! `standfast push`: simulates one push, and tells what happened and why.
 
 use super::arguments::{
-    CampaignArgs, DryRunArgs, ENGINES, MOST_SEED, MOST_TRIAL, count, fine, number, one_of,
+    CampaignArgs, DryRunArgs, ENGINES, JUDGES, MOST_SEED, MOST_TRIAL, count, fine, number,
+    of_judge, one_of,
 };
 use super::episode::{self, OutputArgs, Setting, command_line};
 use super::terminal::{note, print};
@@ -25,11 +26,12 @@ use std::process::ExitCode;
   standfast push --controller hold --controller catch@mujoco --replay push.html
   standfast push --campaign standard --trial 17    trial 17 of that campaign
 
-A campaign gives sensor noise and thresholds, and its trial the pushes, the
-robot and the ground. Without a campaign the sensors are ideal, and without a
-trial robot and ground are as designed; --set changes any of it. The push is the
-same for robots of every size, in their own units, and is printed: 0.5 s after
-the start, for 0.05 s, at the height of the COM. Exit code 1: the controller
+A campaign gives sensor noise, thresholds, and height, duration and start of the
+push (their means where they are drawn), and its trial the pushes, the robot and
+the ground. Without a campaign the sensors are ideal, and the push is the same
+for robots of every size, in their own units: 0.5 s after the start, for 0.05 s,
+level with the COM, on the trunk. Without a trial robot and ground are as
+designed; --set changes any of it. Exit code 1: the controller
 failed, or the simulation diverged.")]
 pub struct PushArgs {
     /// Impulse (N s) [default: 5, scaled to the robot]
@@ -63,6 +65,9 @@ pub struct PushArgs {
     /// Seed of noise and trials
     #[arg(long, value_name = "S", value_parser = count::<u64>(0..=MOST_SEED))]
     pub seed: Option<u64>,
+    /// Which outcomes count as won: recovered (stands still), or survived (has not fallen)
+    #[arg(long, value_name = "OUTCOME", value_parser = JUDGES)]
+    pub judge: Option<String>,
     /// Change a value, such as push.height_m=0.05
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
@@ -80,7 +85,8 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
         ("push.impulse_n_s", args.impulse),
         ("push.heading_deg", args.heading),
     ];
-    let mut set = args.set.clone();
+    let mut set: Vec<String> = of_judge(args.judge.as_ref()).into_iter().collect();
+    set.extend(args.set.iter().cloned());
     for (key, value) in stated {
         set.extend(value.map(|value| format!("{key}={value:?}")));
     }
