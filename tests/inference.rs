@@ -981,11 +981,13 @@ fn motors_of_other_settings_are_those_of_the_robot() {
         .find(|joint| joint.name.contains("knee"));
     let knee = &knee.unwrap().name;
     let motors = inferred(&child(), None).unwrap().text;
-    let torques: Vec<&str> = motors
+    let stronger = motors
         .lines()
-        .filter(|l| l.starts_with("torque_n_m"))
-        .collect();
-    let motors = motors.replace(torques[0], "torque_n_m = 77.5");
+        .map(|line| match line.starts_with("torque_n_m") {
+            true => "torque_n_m = 77.5\n".into(),
+            false => format!("{line}\n"),
+        });
+    let motors: String = stronger.collect();
     fs::write(dir.path().join("strong.toml"), motors).unwrap();
     standfast(dir.path(), &["init", "child.urdf", "--motors=strong.toml"]).success();
     let told = stdout(&standfast(dir.path(), &["model", "child.urdf", "--json"]).success());
@@ -1017,4 +1019,56 @@ fn motors_of_other_settings_are_those_of_the_robot() {
         let told = stderr(&standfast(dir.path(), &["push", "--motors", file]).code(2));
         assert!(told.contains(words), "{file}: {told}");
     }
+}
+
+/// A stated sole is the sole on which the robot stands: bounds, controllers and contacts have the same.
+#[test]
+fn a_robot_stands_on_the_soles_that_are_stated() {
+    let dir = folder();
+    let own = fs::read_to_string("assets/robots/ut-mu2.toml").unwrap();
+    let (before, rest) = own.split_once("[soles]").unwrap();
+    let (_, after) = rest.split_once("\n\n").unwrap();
+    let state = |name: &str, share: f64| {
+        let faces = ["left", "right"].map(|side| {
+            format!(
+                "[soles.{side}]\nlink = '{side}_foot'\ncenter_m = [0.0065, 0.0, 0.0]\nsize_m = [{:?}, 0.069172]\n",
+                share * 0.096172
+            )
+        });
+        // The tables of the soles come last among the tables of the file, as any.
+        let text = format!("{before}\n{}\n{after}", faces.concat());
+        fs::write(dir.path().join(format!("{name}.toml")), text).unwrap();
+        fs::copy(
+            "assets/robots/ut-mu2.urdf",
+            dir.path().join(format!("{name}.urdf")),
+        )
+        .unwrap();
+    };
+    state("whole", 1.0);
+    state("half", 0.5);
+    let push = |robot: &str| {
+        let args = [
+            "push",
+            "--controller=hold",
+            "--impulse=2",
+            "--robot",
+            robot,
+            "--json",
+        ];
+        let run = standfast(dir.path(), &args).success();
+        let told: Value = serde_json::from_str(&stdout(&run)).unwrap();
+        (told["outcome"].as_str().unwrap().to_string(), stderr(&run))
+    };
+    let (whole, told) = push("whole.urdf");
+    assert!(
+        whole == "Recovered" && !told.contains("collides as a box"),
+        "{whole} {told}"
+    );
+    let (half, told) = push("half.urdf");
+    assert_eq!(half, "Fell");
+    assert!(
+        told.contains("collides as a box of 48.1 x 69.2 x 30.2 mm")
+            && told.contains("has 96.2 x 69.2 mm"),
+        "{told}"
+    );
 }

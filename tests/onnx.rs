@@ -1273,7 +1273,7 @@ fn real_policies_stand_and_recover() {
         let policy = format!("{policy}.toml");
         let check = standfast(dir.path(), &["check", &policy, "--robot=g1.urdf"]).success();
         assert!(
-            stdout(&check).contains("it stands still after"),
+            stdout(&check).contains("it stands still at the end of the episode"),
             "{}",
             stdout(&check)
         );

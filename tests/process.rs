@@ -271,7 +271,7 @@ fn a_controller_is_tried_before_it_is_pushed() {
     if !has_python() {
         return;
     }
-    let stands = "it stands still after 2.00 s; its trunk tilts by 0.0 degrees at most";
+    let stands = "it stands still at the end of the episode of 2.00 s; its trunk tilts by 0.0 degrees at most";
     let same = "again the same to the bit in a second episode, and started anew";
     let knee = "q = list(home['q_ref']); q[self.joints.index('left_knee_flexion')] += sensed['time_s']\n        ";
     for (tick, words, code) in [

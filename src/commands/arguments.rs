@@ -19,14 +19,6 @@ pub const ENGINES: [&str; 2] = ["rapier", "mujoco"];
 /// The word for all of them, where several can be compared.
 pub const BOTH: &str = "both";
 
-/// Values of `--judge`, which sets `episode.judge.counts`.
-pub const JUDGES: [&str; 2] = ["recovered", "survived"];
-
-/// The assignment for `--set` that a value of `--judge` stands for.
-pub fn of_judge(judge: Option<&String>) -> Option<String> {
-    judge.map(|counts| format!("episode.judge.counts={counts}"))
-}
-
 /// The campaign, with or without the name of the option.
 #[derive(Debug, Default, Args)]
 #[group(id = "of_campaign", multiple = false)]
@@ -97,12 +89,9 @@ pub struct SettingArgs {
     /// Seed of all random numbers
     #[arg(long, value_name = "S", value_parser = count::<u64>(0..=MOST_SEED))]
     pub seed: Option<u64>,
-    /// Motors for every controller: those of a robot's settings, a policy or its file
+    /// Motors of other settings, or of a policy's training
     #[arg(long, value_name = "FILE")]
     pub motors: Option<String>,
-    /// Which outcomes count as won: recovered (stands still), or survived (has not fallen)
-    #[arg(long, value_name = "OUTCOME", value_parser = JUDGES)]
-    pub judge: Option<String>,
     /// Change a value, such as push.height_m=0.05
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
@@ -125,9 +114,7 @@ impl SettingArgs {
     pub fn options(&self) -> String {
         let motors = self.motors.iter().map(|motors| ("motors", motors));
         let set = self.set.iter().map(|assignment| ("set", assignment));
-        let judge = self.judge.iter().map(|judge| ("judge", judge));
         motors
-            .chain(judge)
             .chain(set)
             .map(|(option, value)| format!(" --{option} {}", shell_word(value)))
             .collect()
@@ -137,10 +124,7 @@ impl SettingArgs {
     pub fn overrides(&self) -> Overrides {
         Overrides {
             motors: self.motors.clone(),
-            set: of_judge(self.judge.as_ref())
-                .into_iter()
-                .chain(self.set.iter().cloned())
-                .collect(),
+            set: self.set.clone(),
             seed: self.seed,
             engines: engines_of(self.engine.as_deref()),
             ..Overrides::default()

@@ -43,7 +43,7 @@ pub struct CheckControllerArgs {
     /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Motors for every controller: those of a robot's settings, a policy or its file
+    /// Motors of other settings, or of a policy's training
     #[arg(long, value_name = "FILE")]
     pub motors: Option<String>,
     /// Physics engine: rapier or mujoco

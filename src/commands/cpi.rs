@@ -45,7 +45,7 @@ pub struct CpiArgs {
     /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_ROBOT)]
     pub robot: String,
-    /// Motors for every controller: those of a robot's settings, a policy or its file
+    /// Motors of other settings, or of a policy's training
     #[arg(long, value_name = "FILE")]
     pub motors: Option<String>,
     /// Change the pendulum: omega_rad_s, period_s or support_m

@@ -45,7 +45,7 @@ pub struct InitArgs {
     /// Range of joints that have none in the URDF (rad)
     #[arg(long, value_name = "RAD", value_parser = number)]
     pub range: Option<f64>,
-    /// Motors of the robot from its settings, a policy or its file
+    /// Motors of other settings, or of a policy's training
     #[arg(long, value_name = "FILE")]
     pub motors: Option<String>,
     /// Print the file instead of writing it

@@ -70,9 +70,6 @@ pub struct LimitArgs {
     /// Pushes at each step of the search for the first loss; 0 leaves it out
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = count::<u64>(0..=MOST_REPLICAS))]
     pub replicas: u64,
-    /// Time over which the starts of pushes are spread, for controllers that step (s) [default: a stride]
-    #[arg(long, value_name = "S", value_parser = number)]
-    pub start_spread: Option<f64>,
     /// Try every impulse, in steps of the precision, and draw map.svg
     #[arg(long)]
     pub dense: bool,
@@ -102,7 +99,6 @@ pub fn run(args: &LimitArgs) -> Result<ExitCode> {
         precision_n_s: args.precision,
         max_trials: args.trials,
         replicas: args.replicas,
-        start_spread_s: args.start_spread,
         is_dense: args.dense,
         threads: args.batch.threads,
         untried: args.untried,

@@ -21,7 +21,7 @@ pub struct ModelArgs {
     /// Robot by its built-in name or URDF file
     #[arg(value_name = "URDF", default_value = DEFAULT_ROBOT)]
     pub robot: String,
-    /// Motors for every controller: those of a robot's settings, a policy or its file
+    /// Motors of other settings, or of a policy's training
     #[arg(long, value_name = "FILE")]
     pub motors: Option<String>,
     /// Print where COM and links are at this joint angle; others are at 0

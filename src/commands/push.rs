@@ -1,8 +1,7 @@
 //! `standfast push`: simulates one push, and tells what happened and why.
 
 use super::arguments::{
-    CampaignArgs, DryRunArgs, ENGINES, JUDGES, MOST_SEED, MOST_TRIAL, count, fine, number,
-    of_judge, one_of,
+    CampaignArgs, DryRunArgs, ENGINES, MOST_SEED, MOST_TRIAL, count, fine, number, one_of,
 };
 use super::episode::{self, OutputArgs, Setting, command_line};
 use super::terminal::{note, print};
@@ -51,7 +50,7 @@ pub struct PushArgs {
     /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Motors for every controller: those of a robot's settings, a policy or its file
+    /// Motors of other settings, or of a policy's training
     #[arg(long, value_name = "FILE")]
     pub motors: Option<String>,
     /// Physics engine: rapier or mujoco
@@ -65,9 +64,6 @@ pub struct PushArgs {
     /// Seed of noise and trials
     #[arg(long, value_name = "S", value_parser = count::<u64>(0..=MOST_SEED))]
     pub seed: Option<u64>,
-    /// Which outcomes count as won: recovered (stands still), or survived (has not fallen)
-    #[arg(long, value_name = "OUTCOME", value_parser = JUDGES)]
-    pub judge: Option<String>,
     /// Change a value, such as push.height_m=0.05
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
@@ -85,8 +81,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
         ("push.impulse_n_s", args.impulse),
         ("push.heading_deg", args.heading),
     ];
-    let mut set: Vec<String> = of_judge(args.judge.as_ref()).into_iter().collect();
-    set.extend(args.set.iter().cloned());
+    let mut set = args.set.clone();
     for (key, value) in stated {
         set.extend(value.map(|value| format!("{key}={value:?}")));
     }

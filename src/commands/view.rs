@@ -36,7 +36,7 @@ pub struct ViewArgs {
     /// Robot by name or URDF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Motors for every controller: those of a robot's settings, a policy or its file
+    /// Motors of other settings, or of a policy's training
     #[arg(long, value_name = "FILE")]
     pub motors: Option<String>,
     #[command(flatten)]

@@ -313,6 +313,11 @@ impl RobotSettings {
         servos.collect()
     }
 
+    /// For each foot, whether a rectangle states its sole.
+    pub fn states_faces(&self) -> PerFoot<bool> {
+        PerFoot::from_fn(|foot| matches!(self.soles[foot], SoleFace::Stated(_)))
+    }
+
     /// Where the figures of the motors are from, one per joint.
     pub fn motor_origins(&self, joints: &[Joint]) -> Vec<MotorOrigin> {
         let of = |joint: &Joint| {

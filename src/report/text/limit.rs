@@ -476,7 +476,7 @@ pub mod tests {
         let told = text(&with_hole(), " --set push.height_m=0.02");
         let hole = "\nmap: 4 pushes, a hole; to see it:\n  standfast push --campaign nominal --seed 1 --set \
                     push.height_m=0.02 --trial 100002 --controller hold \
-                    --engine mujoco \\\n  --impulse 1.6 --heading 0\n";
+                    --engine mujoco \\\n  --impulse 1.6 --heading 0 --set push.start_s=0.5\n";
         assert!(told.contains(hole), "{told}");
         let mut solid = with_hole();
         solid.headings[0].controllers[0].map.remove(1);

@@ -207,7 +207,10 @@ impl UnpushedCheck<'_> {
         );
         match record.outcome {
             Outcome::Recovered => {
-                format!("it stands still after {:.2} s; {tilt}{left}", record.end_s)
+                format!(
+                    "it stands still at the end of the episode of {:.2} s; {tilt}{left}",
+                    record.end_s
+                )
             }
             Outcome::TimedOut | Outcome::Survived => format!(
                 "it does not fall in {:.2} s; {tilt}. It does not stand still either: its COM moves at up to {:.3} \

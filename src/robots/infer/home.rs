@@ -25,7 +25,7 @@ const ARM_ROUNDS: usize = 3;
 /// Largest difference in height of level soles (m), and largest difference of the legs' lengths, as a share of the
 /// length.
 const LEVEL_M: f64 = 5e-5;
-const LEGS_DIFFER: f64 = 0.01;
+const LEGS_DIFFER: f64 = 0.02;
 /// Largest difference of two arms that are mirror images, as a share of their size.
 const ALIKE: f64 = 0.02;
 

@@ -12,6 +12,8 @@ mod soles;
 mod srdf;
 mod text;
 
+pub(super) use soles::find as lowest_face;
+
 use crate::motors::Motors;
 use crate::settings::{SolesAlone, settings_path};
 use crate::tree::Tree;

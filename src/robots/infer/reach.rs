@@ -31,6 +31,11 @@ const TIME_UNIT_S: f64 = 0.005;
 /// Number of postures of a swing at which the legs must not touch.
 const POSTURES: usize = 20;
 
+/// A length in whole millimetres that is not less (`sign` 1) or not more (-1).
+fn outwards(length_m: f64, sign: f64) -> f64 {
+    to_decimals(sign * (sign * 1e3 * length_m).ceil() / 1e3, 3)
+}
+
 /// The regions of a robot whose home posture and servos are known, the one at home first; and warnings.
 pub fn find(robot: &Robot, limbs: &Limbs) -> (Vec<LandingRegion>, Vec<String>) {
     let search = ReachSearch::new(robot, limbs);
@@ -158,7 +163,11 @@ impl<'a> ReachSearch<'a> {
                         .all(|foot| self.is_clear(foot, to, straight))
                 })
             })?;
-        let y_m = [inner_m.min(outer_m), outer_m];
+        // The stance at home is within it, however coarse a millimetre is for the robot.
+        let y_m = [
+            inner_m.min(outwards(self.apart_m, -1.0)),
+            outer_m.max(outwards(self.apart_m, 1.0)),
+        ];
         self.timed(LandingRegion {
             name: "beside".into(),
             x_m: [back, front],

@@ -17,6 +17,9 @@ const LEAST_LEG_TORQUE: f64 = 0.02;
 const LEAST_TORQUE: f64 = 1e-5;
 const LEAST_SPEED: f64 = 0.3;
 
+/// Torque (N m) and speed (rad/s) that exporters write where nothing is stated.
+const OF_EXPORTERS: [f64; 2] = [1.0, 20.0];
+
 /// A kind of joint, by the part of the body that it moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Group {
@@ -71,6 +74,9 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
     };
     let origin = |stated: Option<f64>| stated.map_or(ASSUMED, |_| READ).to_string();
     let (mut servos, mut disbelieved) = (Vec::new(), Vec::new());
+    let [torque, speed] = OF_EXPORTERS.map(Some);
+    let is_default = |motor: &Motor| motor.effort_n_m == torque && motor.velocity_rad_s == speed;
+    let are_defaults = motors.iter().all(is_default);
     for (j, motor) in motors.iter().enumerate() {
         let group = if Foot::BOTH.iter().any(|&foot| limbs.legs[foot].contains(&j)) {
             Group::Leg
@@ -86,6 +92,7 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
             LEAST_TORQUE
         };
         let effort = believed(motor.effort_n_m, moment, least, MOST_TORQUE);
+        let effort = effort.filter(|_| !are_defaults);
         // A URDF without a credible torque has no credible speed either.
         let velocity = effort.and(believed(
             motor.velocity_rad_s,
@@ -151,8 +158,8 @@ fn sentences(disbelieved: &[(String, &str)]) -> Vec<String> {
             [] => String::new(),
         };
         sentences.push(format!(
-            "{figure} in the URDF cannot be true for a robot of this weight and height, or stands beside such a \
-                 figure, and is not used ({joints})"
+            "{figure} in the URDF cannot be true for a robot of this weight and height, stands beside such a figure, or is \
+                 what exporters write at every joint, and is not used ({joints})"
         ));
     }
     sentences

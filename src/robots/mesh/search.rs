@@ -5,9 +5,17 @@ use std::path::{Path, PathBuf};
 /// Finds a mesh that a URDF names: `package://NAME/rest` (or `model://`), `file://` and a path, or a path relative to
 /// the folder of the URDF. A package is searched upward from this folder, then in the folders of `roots`.
 pub fn find(name: &str, urdf: &Path, roots: &[PathBuf]) -> Option<PathBuf> {
-    candidates(name, urdf, roots)
-        .into_iter()
-        .find(|path| path.is_file())
+    let candidates = candidates(name, urdf, roots);
+    let found = candidates.iter().find(|path| path.is_file()).cloned();
+    // A file system that does not tell cases apart finds `a.STL` where the URDF names `a.stl`.
+    found.or_else(|| {
+        let mut cased = candidates.iter().flat_map(|path| {
+            let extension = path.extension().unwrap_or_default().to_string_lossy();
+            [extension.to_lowercase(), extension.to_uppercase()]
+                .map(|extension| path.with_extension(extension))
+        });
+        cased.find(|path| path.is_file())
+    })
 }
 
 /// The folders of `ROS_PACKAGE_PATH`.
@@ -95,6 +103,10 @@ mod tests {
                 Some("work/mine_description/urdf/../meshes/a.stl"),
             ),
             ("a.stl", None),
+            (
+                "../meshes/a.STL",
+                Some("work/mine_description/urdf/../meshes/a.stl"),
+            ),
             ("meshes", None),
         ] {
             assert_eq!(find(name, &ros), expected.map(&at), "{name}");

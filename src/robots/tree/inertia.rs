@@ -7,8 +7,11 @@ use standfast_core::robot::mesh::bounds;
 use standfast_core::robot::model::{Joint, Link, Solid};
 
 /// Error of the triangle inequality, as a share of the largest moment, below which an inertia counts as rounded to a
-/// few digits, and remains as it is.
+/// few digits, and is corrected without a note.
 const ROUNDED_SHARE: f64 = 1e-3;
+/// By which share of the largest moment the two others together exceed it at least, and after a correction: an engine that
+/// computes the principal moments anew must find a body, too.
+const MARGINS: [f64; 2] = [1e-9, 1e-6];
 /// Least principal moment of a corrected inertia, as a share of the largest one.
 const LEAST_SHARE: f64 = 1e-3;
 /// Ratio of the radius of gyration to the size of a link at which it is noted. No body has more than 1, but a link may
@@ -62,6 +65,14 @@ impl LinkInertia {
 /// other two. If `all`, the inertia is that of a whole moving body, and no moment may be zero.
 fn mend(inertia: &mut Matrix3<f64>, mass: f64, all: bool, name: &str, problems: &mut Problems) {
     if let Some([before, after]) = raise(inertia, mass, all) {
+        let rounded = ROUNDED_SHARE * after[2];
+        if before
+            .iter()
+            .zip(after)
+            .all(|(before, after)| (before - after).abs() < rounded)
+        {
+            return;
+        }
         let list = |moments: [f64; 3]| moments.map(|moment| format!("{moment:.3e}")).join(", ");
         problems
             .mended
@@ -78,7 +89,8 @@ fn raise(inertia: &mut Matrix3<f64>, mass: f64, all: bool) -> Option<[[f64; 3]; 
     let before = order.map(|i| eigen.eigenvalues[i]);
     let [a, b, most] = before;
     let rounded = ROUNDED_SHARE * most.abs();
-    let is_body = a >= -rounded * ROUNDED_SHARE && a + b >= most - rounded;
+    let is_body =
+        a >= -rounded * ROUNDED_SHARE && (most <= 0.0 || a + b > most * (1.0 + MARGINS[0]));
     if is_body && (!all || a > rounded * ROUNDED_SHARE) {
         return None;
     }
@@ -95,7 +107,7 @@ fn raise(inertia: &mut Matrix3<f64>, mass: f64, all: bool) -> Option<[[f64; 3]; 
         most
     };
     let (a, b) = (a.max(floor), b.max(floor));
-    let missing = (0.5 * (most - a - b)).max(0.0);
+    let missing = (0.5 * (most * (1.0 + MARGINS[1]) - a - b)).max(0.0);
     let after = [a + missing, b + missing, most];
     let mut moments = Vector3::zeros();
     for (&i, moment) in order.iter().zip(after) {
@@ -229,19 +241,22 @@ mod tests {
 
     #[test]
     fn inertias_become_those_of_a_body_by_as_little_as_possible() {
-        assert_eq!(mended([3.0, 2.0, 1.0], 1.0), None);
-        assert_eq!(mended([3.002, 2.0, 1.0], 1.0), None, "rounded");
+        assert_eq!(mended([3.0, 2.0, 1.1], 1.0), None);
         let near = |moments: Option<[f64; 3]>, expected: [f64; 3]| {
             let moments = moments.unwrap();
             assert!(
                 moments
                     .iter()
                     .zip(expected)
-                    .all(|(a, b)| (a - b).abs() < 1e-9),
+                    .all(|(a, b)| (a - b).abs() < 1e-5),
                 "{moments:?}"
             );
         };
         near(mended([4.0, 2.0, 1.0], 1.0), [1.5, 2.5, 4.0]);
+        near(mended([3.002, 2.0, 1.0], 1.0), [1.001, 2.001, 3.002]);
+        // A plate, whose moments another engine finds anew with other rounding.
+        let [a, b, most] = mended([3.0, 2.0, 1.0 - 1e-16], 1.0).unwrap();
+        assert!(a + b > most && a < 1.0 + 1e-5, "{a} {b} {most}");
         near(mended([4.0, 3.9, -1.0], 1.0), [0.052, 3.948, 4.0]);
         near(mended([4.0, -3.0, -1.0], 1.0), [2.0, 2.0, 4.0]);
         near(mended([4.0, 4.0, 1e-9], 1.0), [0.004, 4.0, 4.0]);

@@ -60,9 +60,6 @@ pub struct LimitOptions {
     /// Number of episodes for each impulse of the search for the first loss, and of that above the limit; 0 leaves both
     /// out.
     pub replicas: u64,
-    /// Time over which the starts of pushes are spread, with controllers that take footsteps (s); None for
-    /// [`start_spread_s`].
-    pub start_spread_s: Option<f64>,
     /// Whether to try every impulse, for a map.
     pub is_dense: bool,
     /// Number of threads; 0 means one per core.
@@ -125,7 +122,7 @@ impl<'a> Searches<'a> {
     /// Reads the controllers for the robot of these files, and runs nothing. It fails if an option or an input is wrong,
     /// or if the reach of the robot's feet is not known.
     pub fn new(campaign: &'a Campaign, files: Files, options: LimitOptions) -> Result<Self> {
-        check(&options, campaign)?;
+        check(&options)?;
         let plan = PreparedCampaign::with(campaign, files)?;
         let pendulum_bounds = PendulumBounds::new(&plan.robot, campaign)?;
         let usual_n_s = two_digits(USUAL_PRECISION * campaign.units.impulse_n_s());
@@ -159,7 +156,6 @@ impl<'a> Searches<'a> {
             headings,
             max_trials,
             replicas,
-            start_spread_s,
             is_dense,
             ..
         } = self.options;
@@ -170,7 +166,6 @@ impl<'a> Searches<'a> {
                 "precision_n_s": self.precision_n_s,
                 "max_trials": max_trials,
                 "replicas": replicas,
-                "start_spread_s": start_spread_s,
                 "dense": is_dense,
             }),
             manifest: self.plan.manifest.clone(),
@@ -274,10 +269,7 @@ impl<'a> Searches<'a> {
         let sector_deg = SECTOR_DEG.min(180.0 / options.headings as f64);
         if !batch.lacks(&self.jobs).is_empty() {
             let factories = self.controllers()?;
-            let start_spread_s = match options.start_spread_s {
-                Some(start_spread_s) => start_spread_s,
-                None => start_spread_s_of(campaign, factories),
-            };
+            let start_spread_s = start_spread_s(campaign, factories);
             let opening = plan.opening(factories);
             let search = |job: usize| {
                 let heading = &headings[job / controllers.len()];
@@ -371,23 +363,16 @@ impl Limits {
     }
 }
 
-/// The time over which starts are spread if none is stated (s): the longest stride of these controllers, and for those that
-/// do not march [`SPREAD`].
-fn start_spread_s_of(campaign: &Campaign, factories: &[PreparedController]) -> f64 {
-    if !factories.iter().any(|factory| factory.takes_footsteps) {
-        return 0.0;
-    }
+/// The time over which the starts of pushes are spread (s): the longest stride of these controllers, and for those that do not
+/// march [`SPREAD`]. It is so short that all pushes end within three quarters of the episode, as those of a campaign do.
+fn start_spread_s(campaign: &Campaign, factories: &[PreparedController]) -> f64 {
     let strides = factories.iter().filter_map(|factory| factory.stride_s);
     let spread_s = strides.fold(SPREAD * campaign.units.time_s(), f64::max);
-    spread_s.min(longest_spread_s(campaign))
-}
-
-/// The time over which starts can be spread so that all pushes end within three quarters of the episode (s).
-fn longest_spread_s(campaign: &Campaign) -> f64 {
     let ends_s = trial::pushes(campaign, 0)
         .into_iter()
         .map(|push| push.end_s());
-    (0.75 * campaign.episode.horizon_s - ends_s.fold(0.0, f64::max)).max(0.0)
+    let left_s = 0.75 * campaign.episode.horizon_s - ends_s.fold(0.0, f64::max);
+    spread_s.min(left_s.max(0.0))
 }
 
 /// Rounds a number to two digits.
@@ -397,13 +382,7 @@ fn two_digits(x: f64) -> f64 {
         .expect("a number that was written is read")
 }
 
-fn check(options: &LimitOptions, campaign: &Campaign) -> Result<()> {
-    in_range(
-        "command line",
-        "--start-spread",
-        options.start_spread_s.unwrap_or(0.0),
-        [0.0, longest_spread_s(campaign)],
-    )?;
+fn check(options: &LimitOptions) -> Result<()> {
     in_range(
         "command line",
         "--headings",

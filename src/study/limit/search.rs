@@ -219,7 +219,7 @@ impl LimitSearch<'_> {
         let (random, grid_n_s) = (rule.random, rule.precision_n_s);
         let safe = self.safe(rule)?;
         let (impulse50, impulse90) = (posterior.impulse50(), posterior.impulse90());
-        let above = self.above(impulse50.ci95[0])?;
+        let above = self.above(impulse50.at_n_s)?;
         let map = if self.is_dense {
             self.map(grid_n_s, MAP_TO * impulse50.at_n_s)?
         } else {
