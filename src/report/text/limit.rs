@@ -93,7 +93,7 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
         .chain([words("controller")]);
     let mut table = Table::new(
         "",
-        columns.chain(["50 % recover", "90 %", "safe to", "none over"].map(number)),
+        columns.chain(["50 % recover", "90 %", "safe up to", "none above"].map(number)),
     );
     let factors = if y.height_factor < 1.0 {
         &[1.0, y.height_factor][..]
@@ -156,11 +156,11 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
         );
     }
     let safe = match limits.replicas {
-        0 => "`safe to` and `none over` were not searched (--replicas 0).".into(),
+        0 => "`safe up to` and `none above` were not searched (--replicas 0).".into(),
         replicas => format!(
-            "`safe to` is the impulse up to which nothing was lost, in steps of {} N s with {replicas} pushes each, whose \
+            "`safe up to` is the impulse up to which nothing was lost, in steps of {} N s with {replicas} pushes each, whose \
              headings differ by up to {} degrees to either side (of n pushes without a loss, fewer than 3 in n are lost, with \
-             95 % confidence). `none over` is the largest impulse from which it recovered, among as many pushes at each step \
+             95 % confidence). `none above` is the largest impulse from which it recovered, among as many pushes at each step \
              of 3 %, up to eight steps without any.",
             limits.precision_n_s,
             (100.0 * limits.sector_deg).round() / 100.0
