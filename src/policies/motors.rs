@@ -9,26 +9,42 @@ const TOLD: f64 = 0.02;
 /// Most joints that are named for one difference.
 const MOST_NAMES: usize = 2;
 
+/// A figure of motors: the numbers of the training by joint, name and unit, and the number of a servo of the robot.
+struct Figure<'a> {
+    trained: Option<&'a [f64]>,
+    what: &'static str,
+    unit: &'static str,
+    of_robot: fn(&Servo) -> f64,
+}
+
 /// How the robot's motors differ from those of the training, in words; None if they do not. `joints` are the indices in the
 /// robot of the policy's joints.
 pub(super) fn otherwise(training: &Motors, robot: &Robot, joints: &[usize]) -> Option<String> {
-    let figures: [(_, &str, &str, fn(&Servo) -> f64); 2] = [
-        (&training.torque_n_m, "torque limits", "N m", |servo| {
-            servo.torque_n_m
-        }),
-        (
-            &training.rotor_inertia_kg_m2,
-            "rotor inertias",
-            "kg m^2",
-            |servo| servo.rotor_inertia_kg_m2,
-        ),
+    let figures = [
+        Figure {
+            trained: training.torque_n_m.as_deref(),
+            what: "torque limits",
+            unit: "N m",
+            of_robot: |servo| servo.torque_n_m,
+        },
+        Figure {
+            trained: training.rotor_inertia_kg_m2.as_deref(),
+            what: "rotor inertias",
+            unit: "kg m^2",
+            of_robot: |servo| servo.rotor_inertia_kg_m2,
+        },
     ];
     let mut told = Vec::new();
-    for (list, what, unit, of_robot) in figures {
-        let Some(list) = list else { continue };
+    for Figure {
+        trained,
+        what,
+        unit,
+        of_robot,
+    } in figures
+    {
         // Joints with the same two figures are told once.
         let mut groups: Vec<([String; 2], Vec<usize>)> = Vec::new();
-        for (&joint, &trained) in joints.iter().zip(list) {
+        for (&joint, &trained) in joints.iter().zip(trained.unwrap_or_default()) {
             let own = of_robot(&robot.servos[joint]);
             if (own - trained).abs() <= TOLD * own.abs().max(trained.abs()) {
                 continue;
