@@ -89,22 +89,24 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     if args.dry_run {
         return print(&settings.text);
     }
-    let stands = stands(&robot).unwrap_or_else(|error| Err(error.to_string()));
+    let [left, right] = stands(&robot)
+        .unwrap_or_else(|error| Err(error.to_string()))
+        .map_err(|problem| {
+            let accepted = "a robot that stands; --dry-run prints the settings as they were found, to be corrected by hand";
+            Error::value(&args.file, "settings", "(inferred)", problem, accepted)
+        })?;
     write_atomic(&usual, settings.text.as_bytes())?;
     print(&match args.json {
         true => standfast_report::json(&model::kinematics_json(&robot, &robot.zero_posture().q)),
         false => model::description(&robot),
     })?;
     note("");
-    match stands {
-        Ok([left, right]) => tell(
-            "",
-            &format!(
-                "It stands: with stiff joints its left sole carries {left:.0} % of the weight, and its right one {right:.0} %."
-            ),
+    tell(
+        "",
+        &format!(
+            "It stands: with stiff joints its left sole carries {left:.0} % of the weight, and its right one {right:.0} %."
         ),
-        Err(problem) => log::warn!("{problem}"),
-    }
+    );
     if let Some((joint, share)) = robot
         .hardest_on_one_leg()
         .filter(|(_, share)| *share > MOST_ON_ONE_LEG)
@@ -135,14 +137,15 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
 /// ([`Robot::hardest_on_one_leg`]).
 const MOST_ON_ONE_LEG: f64 = 0.6;
 
-/// What the left and the right sole carry (% of the weight) of a robot that stands for a moment with stiff joints; if
+/// What the left and the right sole carry (% of the weight) of a robot that stands for some seconds with stiff joints; if
 /// it does not, how it falls, and the likely cause.
 fn stands(robot: &Robot) -> Result<Result<[f64; 2], String>> {
-    /// Time that the robot has to stand, in units of the robot's time: about a second for UT-mu2.
-    const MOMENT: f64 = 6.0;
+    /// Time that the robot has to stand, in units of the robot's time: 3 s for UT-mu2. One on its toes falls later than after
+    /// a second.
+    const STANDS: f64 = 17.0;
     let units = Units::of(robot);
     let config = EpisodeConfig {
-        horizon_s: MOMENT * units.time_s(),
+        horizon_s: STANDS * units.time_s(),
         ..EpisodeConfig::of(&units)
     };
     let stiff = standfast_controllers::load("hold")?.prepare(robot, config.control_period_s)?;

@@ -3,6 +3,8 @@
 
 #![forbid(unsafe_code)]
 
+mod facing;
+mod feet;
 mod infer;
 mod mesh;
 pub mod motors;

@@ -1,5 +1,6 @@
 //! The TOML file beside a URDF, with what the URDF cannot state.
 
+use super::facing::Forward;
 use super::tree::Tree;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde::de::value::MapAccessDeserializer;
@@ -8,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use standfast_core::arrays::exactly;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::model::{
-    Ankle, Foot, Frame, Joint, LandingRegion, MotorOrigin, PerFoot, SensorNoise, Servo, Sole, Solid,
+    Ankle, Frame, Joint, LandingRegion, MotorOrigin, PerFoot, SensorNoise, Servo, Sole,
 };
 use standfast_core::robot::shape::Shape;
 use standfast_files::assets::{self, Source};
@@ -39,6 +40,9 @@ pub(super) struct RobotSettings {
     /// stated, such joints are locked.
     #[serde(default)]
     pub range_rad: Option<f64>,
+    /// The axis of the URDF's base that points forward.
+    #[serde(default)]
+    pub forward: Forward,
 }
 
 /// How a sole is stated: by the name of a link with one collision box, or by its face.
@@ -160,8 +164,8 @@ impl SolesAlone {
         assets::parse_toml(source)
     }
 
-    /// The soles. A link without a shape gets the shape of a [plate](plates).
-    pub fn soles(&self, file: &str, tree: &mut Tree) -> Result<PerFoot<Sole>> {
+    /// The soles.
+    pub fn soles(&self, file: &str, tree: &Tree) -> Result<PerFoot<Sole>> {
         soles(&self.soles, file, tree)
     }
 
@@ -352,15 +356,13 @@ impl RobotSettings {
         Ok(home)
     }
 
-    /// The soles, as they are stated or from the collision box of each named link. A link without a shape gets the
-    /// shape of a [plate](plates).
-    pub fn soles(&self, file: &str, tree: &mut Tree) -> Result<PerFoot<Sole>> {
+    /// The soles, as they are stated or from the collision box of each named link.
+    pub fn soles(&self, file: &str, tree: &Tree) -> Result<PerFoot<Sole>> {
         soles(&self.soles, file, tree)
     }
 }
 
-fn soles(faces: &PerFoot<SoleFace>, file: &str, tree: &mut Tree) -> Result<PerFoot<Sole>> {
-    plates(faces, tree);
+fn soles(faces: &PerFoot<SoleFace>, file: &str, tree: &Tree) -> Result<PerFoot<Sole>> {
     let left = sole(file, "soles.left", &faces.left, tree)?;
     let right = sole(file, "soles.right", &faces.right, tree)?;
     if left.link == right.link {
@@ -375,43 +377,6 @@ fn soles(faces: &PerFoot<SoleFace>, file: &str, tree: &mut Tree) -> Result<PerFo
         ));
     }
     Ok(PerFoot { left, right })
-}
-
-/// Thickness of a plate, as a share of the shorter side of its sole.
-const PLATE: f64 = 0.1;
-
-/// Gives a plate above the stated sole to each foot that has no shape of its own with which to stand on the ground.
-fn plates(faces: &PerFoot<SoleFace>, tree: &mut Tree) {
-    for face in Foot::BOTH.map(|foot| &faces[foot]) {
-        let SoleFace::Stated(face) = face else {
-            continue;
-        };
-        let Some(frame) = tree.frames.iter().position(|frame| frame.name == face.link) else {
-            continue;
-        };
-        let link = tree.frames[frame].link;
-        if !tree.links[link].collisions.is_empty() {
-            continue;
-        }
-        let [length, width] = face.size_m;
-        let thickness = PLATE * length.min(width);
-        let up = Translation3::new(0.0, 0.0, 0.5 * thickness);
-        let (pose, half) = (
-            tree.frames[frame].pose * face.pose() * up,
-            Vector3::new(length, width, thickness) * 0.5,
-        );
-        tree.links[link].collisions.push(Solid {
-            frame,
-            pose,
-            shape: Shape::Box { half },
-            color: [0.5, 0.5, 0.5, 1.0],
-        });
-        let note = format!(
-            "link {:?} has no shape with which it collides: it stands on a plate as large as its sole",
-            face.link
-        );
-        tree.notes.push(note);
-    }
 }
 
 impl StatedFace {
@@ -451,7 +416,7 @@ fn stated_sole(file: &str, field: &str, face: &StatedFace, tree: &Tree) -> Resul
     Error::check_ranges(file, field, &ranges)?;
     let center = frames[frame].pose * face.pose();
     let up = center.rotation * Vector3::z();
-    // There is at least one collision, since a link without a shape has a plate.
+    // A link without a shape has no top, and stands on a plate.
     let top = links[link]
         .collisions
         .iter()

@@ -3,6 +3,8 @@
 //! The accepted content of a URDF is in the module `tree`. `effort` and `velocity` of its limits and the `dynamics` of
 //! its joints are not used, because the settings describe the servos.
 
+use super::facing;
+use super::feet;
 use super::infer;
 use super::motors::Motors;
 use super::settings::{self, RobotSettings};
@@ -10,13 +12,12 @@ pub use super::settings::{settings_path, states_soles_alone};
 use super::skeleton::with_bones;
 use super::tree::Tree;
 use super::xacro;
-use nalgebra::{Point3, Translation3, Vector3};
+use nalgebra::{Point3, Vector3};
 use standfast_core::error::{Error, Result};
 use standfast_core::geometry::SupportPolygon;
 use standfast_core::geometry::gap::gap_m;
 use standfast_core::robot::kinematics::Kinematics;
-use standfast_core::robot::model::{Ankle, Foot, Link, PushPoint, Robot, Solid};
-use standfast_core::robot::shape::Shape;
+use standfast_core::robot::model::{Ankle, Foot, Link, PushPoint, Robot};
 use standfast_files::assets::{self, InputKind, Source};
 use std::path::Path;
 
@@ -191,12 +192,14 @@ pub fn parse(urdf: &Source, settings: &Source) -> Result<Robot> {
 fn of_tree(mut tree: Tree, settings: &Source) -> Result<Robot> {
     let parsed: RobotSettings = settings::parse(settings)?;
     let file = settings.file.as_str();
+    facing::turn(&mut tree, parsed.forward);
     let states_faces = parsed.states_faces();
     let trunk = parsed.trunk(file, &tree.frames)?;
+    facing::straighten(&mut tree, trunk);
     let mut robot = Robot {
         trunk,
         pushed: PushPoint::on(trunk),
-        soles: parsed.soles(file, &mut tree)?,
+        soles: parsed.soles(file, &tree)?,
         home_rad: parsed.home(file, &tree.joints)?,
         servos: parsed.servos(file, &tree.joints)?,
         motor_origins: parsed.motor_origins(&tree.joints),
@@ -213,7 +216,7 @@ fn of_tree(mut tree: Tree, settings: &Source) -> Result<Robot> {
         notes: tree.notes,
     };
     for foot in Foot::BOTH.into_iter().filter(|&foot| states_faces[foot]) {
-        stand_on_stated(&mut robot, foot);
+        feet::stand_on_sole(&mut robot, foot);
     }
     check_masses(file, &robot)?;
     check_home(file, &robot)?;
@@ -223,61 +226,6 @@ fn of_tree(mut tree: Tree, settings: &Source) -> Result<Robot> {
     check_support(file, &robot)?;
     check_inertias(file, &robot)?;
     Ok(with_bones(robot))
-}
-
-/// Largest difference of a stated sole from the lowest face of its foot, as a share of the longer side, up to which the foot
-/// stands on its own shapes.
-const SAME_FACE: f64 = 0.02;
-
-/// Lets a foot stand on its stated sole: if the lowest face of its shapes is another one, they are replaced by a box as large
-/// as the sole and as high as the foot, with a note. Bounds, controllers and contacts then have the same sole.
-fn stand_on_stated(robot: &mut Robot, foot: Foot) {
-    let sole = robot.soles[foot];
-    let [length, width] = sole.half_m.map(|half| 2.0 * half);
-    let own = infer::lowest_face(robot, sole.link);
-    let of_shapes = own.map(|own| {
-        // The corners of the lowest face along the axes of the stated one.
-        let corners = own
-            .sole
-            .corners()
-            .map(|corner| sole.center.inverse() * own.sole.center * corner);
-        [0, 1].map(|axis| {
-            let along = corners.map(|corner| corner[axis]);
-            let of = |pick: fn(f64, f64) -> f64, from: f64| along.into_iter().fold(from, pick);
-            [of(f64::min, f64::INFINITY), of(f64::max, f64::NEG_INFINITY)]
-        })
-    });
-    let allowed = SAME_FACE * length.max(width);
-    let is_same = |[x, y]: &[[f64; 2]; 2]| {
-        let near = |[least, most]: [f64; 2], half: f64| {
-            (least + half).abs() <= allowed && (most - half).abs() <= allowed
-        };
-        near(*x, sole.half_m[0]) && near(*y, sole.half_m[1])
-    };
-    let mm = |x: f64| 1e3 * x;
-    let found = match &of_shapes {
-        Ok(sides) if is_same(sides) => return,
-        Ok([[x0, x1], [y0, y1]]) => format!("{:.1} x {:.1} mm", mm(x1 - x0), mm(y1 - y0)),
-        Err(_) => "no flat face".into(),
-    };
-    let name = &robot.frames[sole.frame].name;
-    let thickness = sole.thickness_m.max(0.1 * length.min(width));
-    robot.notes.push(format!(
-        "foot {name} collides as a box of {:.1} x {:.1} x {:.1} mm, since its sole is stated so; the lowest face of its shapes \
-         has {found}",
-        mm(length),
-        mm(width),
-        mm(thickness)
-    ));
-    let up = Translation3::new(0.0, 0.0, 0.5 * thickness);
-    robot.links[sole.link].collisions = vec![Solid {
-        frame: sole.frame,
-        pose: sole.center * up,
-        shape: Shape::Box {
-            half: Vector3::new(length, width, thickness) * 0.5,
-        },
-        color: [0.5, 0.5, 0.5, 1.0],
-    }];
 }
 
 /// Checks that no link is too light or too heavy to be simulated.

@@ -95,8 +95,8 @@ pub struct LostTrial {
     pub impulse_n_s: f64,
     pub heading_deg: f64,
     /// Ratio of the impulse to the pendulum's bounds with one footstep and with any number.
-    pub of_one_step_bound: f64,
-    pub of_n_step_bound: f64,
+    pub of_one_step_bound: Option<f64>,
+    pub of_n_step_bound: Option<f64>,
     pub fell_at_s: Option<f64>,
     pub footsteps: Vec<Footstep>,
     /// Number of tries of the clairvoyant.
@@ -137,7 +137,7 @@ impl<'a> CeilingSearch<'a> {
             ));
         }
         let plan = PreparedCampaign::with(campaign, files)?;
-        let pendulum_bounds = PendulumBounds::new(&plan.robot, campaign)?;
+        let pendulum_bounds = PendulumBounds::new(&plan.robot, campaign);
         let jobs = Jobs::kept_one_by_one("trial", campaign.trials as usize);
         Ok(Self {
             campaign,
@@ -250,8 +250,12 @@ impl<'a> CeilingSearch<'a> {
             trial: number,
             impulse_n_s,
             heading_deg,
-            of_one_step_bound: impulse_n_s / bounds.bound_one_step_n_s,
-            of_n_step_bound: impulse_n_s / bounds.bound_n_step_n_s,
+            of_one_step_bound: bounds
+                .bound_one_step_n_s
+                .map(|bound_n_s| impulse_n_s / bound_n_s),
+            of_n_step_bound: bounds
+                .bound_n_step_n_s
+                .map(|bound_n_s| impulse_n_s / bound_n_s),
             fell_at_s: record.fell_at_s,
             footsteps: record.footsteps.taken,
             tries,

@@ -65,6 +65,17 @@ impl Design {
         let footholds = Kinematics::at_home(robot).sole_poses(robot);
         let stance = (footholds.left.translation.vector - footholds.right.translation.vector).xy();
         let footwork = footwork_rules(gains, robot, &units, stance.y)?;
+        let steps = gains.stepping.is_some() || gains.catching.is_some();
+        let stays = (steps && footwork.is_none()).then(|| {
+            format!(
+                "takes no footsteps, as it is not known where the feet of {} can land ([[reach]] of its settings)",
+                robot.name
+            )
+        });
+        let warning = warning
+            .into_iter()
+            .chain(stays)
+            .reduce(|a, b| format!("{a}; {b}"));
         let departures = gains
             .catching
             .as_ref()
@@ -126,30 +137,16 @@ fn nesting(
 }
 
 /// The footwork rules of a gain set for a robot whose feet stand `stance_m` (m) apart at home. It is None if the robot
-/// only stands. Fails if the robot does not say where its feet can land, or if its feet at home are not in such a
-/// region.
+/// only stands, as one does that does not say where its feet can land. Fails if its feet at home are not in such a region.
 fn footwork_rules(
     gains: &GainSet,
     robot: &Robot,
     units: &Units,
     stance_m: f64,
 ) -> Result<Option<FootworkRules>> {
-    let table = match (&gains.stepping, &gains.catching) {
-        (Some(_), _) => "stepping",
-        (None, Some(_)) => "catching",
-        (None, None) => return Ok(None),
-    };
-    let Some(beside) = robot.reach.first() else {
-        let problem = format!("requires the reach of the feet of {}", robot.name);
-        let accepted = "a robot whose .toml has regions [[reach]] with name, x_m, y_m and swing_time_s; or another gain \
-            set, for example switching";
-        return Err(Error::value(
-            &gains.name,
-            table,
-            "a table",
-            problem,
-            accepted,
-        ));
+    let takes_footsteps = gains.stepping.is_some() || gains.catching.is_some();
+    let Some(beside) = robot.reach.first().filter(|_| takes_footsteps) else {
+        return Ok(None);
     };
     let ([backward, forward], [inward, outward]) = (beside.x_m, beside.y_m);
     if !(inward..=outward).contains(&stance_m) || backward >= 0.0 || forward <= 0.0 {

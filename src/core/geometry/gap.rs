@@ -7,6 +7,9 @@ const STEPS: usize = 50;
 /// Share of the distance by which the result may be too large.
 const ACCURACY: f64 = 1e-6;
 
+/// Least squared volume, area or length between corners, as a share of that of the box with the same edges.
+const FLAT: f64 = 1e-10;
+
 /// The distance between the convex hulls of two sets of points (m); 0 if they overlap, infinite if one set is empty.
 pub fn gap_m(a: &[Point3<f64>], b: &[Point3<f64>]) -> f64 {
     let (Some(first), Some(second)) = (a.first(), b.first()) else {
@@ -70,6 +73,11 @@ fn nearest_between(corners: &[Vector3<f64>]) -> Option<Vector3<f64>> {
         for (k, other) in edges.iter().enumerate() {
             gram[(i, k)] = edge.dot(other);
         }
+    }
+    // Of corners that lie almost in one plane or line, fewer suffice; their inverse is made of rounding errors.
+    let box_of_edges: f64 = edges.iter().map(|edge| edge.norm_squared()).product();
+    if gram.determinant() <= FLAT * box_of_edges {
+        return None;
     }
     let shares = gram.try_inverse()? * right;
     let is_between =

@@ -210,6 +210,13 @@ impl Robot {
         std::iter::successors(joint_of(link), move |&j| joint_of(self.joints[j].parent))
     }
 
+    /// The joints of a leg, from the sole up to the link that carries both legs.
+    pub fn leg(&self, foot: Foot) -> impl Iterator<Item = usize> + '_ {
+        let other = self.soles[foot.other()].link;
+        self.chain(self.soles[foot].link)
+            .filter(move |joint| self.chain(other).all(|shared| shared != *joint))
+    }
+
     /// The link that carries both legs: the nearest to the soles of those above both.
     pub fn pelvis(&self) -> usize {
         let above = |link: usize| self.chain(link).map(|j| self.joints[j].parent);

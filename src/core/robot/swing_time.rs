@@ -137,7 +137,7 @@ impl<'a> SwingMotion<'a> {
     fn bring(&mut self, foot: Foot, wanted: &Pose) -> Option<()> {
         let (robot, link, height_m) =
             (self.robot, self.robot.soles[foot].link, self.units.length_m);
-        let leg: Vec<usize> = robot.chain(link).collect();
+        let leg: Vec<usize> = robot.leg(foot).collect();
         for _ in 0..NEWTON_STEPS {
             self.kinematics.update(robot, &self.posture);
             let sole = self.kinematics.sole_pose(robot, foot);
@@ -181,7 +181,7 @@ impl<'a> SwingMotion<'a> {
     /// The least time (s) with the present `sink_m`. It is None if there is none.
     fn time_s(&mut self) -> Option<f64> {
         let robot = self.robot;
-        let leg: Vec<usize> = robot.chain(robot.soles[self.foot].link).collect();
+        let leg: Vec<usize> = robot.leg(self.foot).collect();
         let (mut angles, mut heights) = (Vec::new(), Vec::new());
         for i in 0..=PARTS {
             let posture = self.posture(i as f64 / PARTS as f64)?;

@@ -12,8 +12,8 @@ use std::path::Path;
 const RADIUS: f64 = 265.0;
 /// Angle between the points of the curves of the bounds (degrees).
 const BOUND_EVERY_DEG: usize = 3;
-/// A bound: class in `figure.css`, name in the legend, and impulse (N s).
-type BoundCurve = (&'static str, &'static str, fn(&Heading) -> f64);
+/// A bound: class in `figure.css`, name in the legend, and impulse (N s) if it is known.
+type BoundCurve = (&'static str, &'static str, fn(&Heading) -> Option<f64>);
 /// The bounds in the order in which they are drawn on top of each other.
 const BOUNDS: [BoundCurve; 3] = [
     (
@@ -25,7 +25,7 @@ const BOUNDS: [BoundCurve; 3] = [
         heading.bound_one_step_n_s
     }),
     ("bound none", "no footstep", |heading| {
-        heading.bound_no_step_n_s
+        Some(heading.bound_no_step_n_s)
     }),
 ];
 /// Half the width of the marks of the impulses up to which nothing was lost (degrees).
@@ -68,7 +68,8 @@ fn map(limits: &Limits, bounds: &[Heading]) -> Panel {
     let limits_n_s = all(limits).map(|controller| controller.ci95[1]);
     let bounds_n_s = bounds
         .iter()
-        .flat_map(|heading| BOUNDS.map(|(.., impulse_n_s)| impulse_n_s(heading)));
+        .flat_map(|heading| BOUNDS.map(|(.., impulse_n_s)| impulse_n_s(heading)))
+        .flatten();
     let ticks = AxisScale {
         from: 0.0,
         to: limits_n_s.chain(bounds_n_s).fold(0.1, f64::max),
@@ -83,7 +84,7 @@ fn map(limits: &Limits, bounds: &[Heading]) -> Panel {
             class,
             bounds
                 .iter()
-                .map(|heading| towards(heading.heading_deg, impulse_n_s(heading))),
+                .filter_map(|heading| Some(towards(heading.heading_deg, impulse_n_s(heading)?))),
         );
     }
     polar.rings(&rings);

@@ -73,7 +73,7 @@ fn map(
             .map
             .last()
             .map_or(0.0, |tried| tried.impulse_n_s);
-        most_n_s = most_n_s.max(tried_n_s.max(heading.bound_one_step_n_s));
+        most_n_s = most_n_s.max(tried_n_s.max(heading.bound_one_step_n_s.unwrap_or(0.0)));
     }
     let mut panel = Panel::new(SIZE[0], SIZE[1]);
     let name = headings
@@ -133,7 +133,7 @@ fn map(
     }
     let bound = headings
         .iter()
-        .map(|heading| [heading.heading_deg, heading.bound_one_step_n_s]);
+        .filter_map(|heading| Some([heading.heading_deg, heading.bound_one_step_n_s?]));
     panel.polyline("limit", bound);
     panel.group("class=\"s0\"", |panel| {
         for heading in headings {

@@ -92,7 +92,8 @@ pub fn text(ceiling: &Ceiling, folder: &Path, changes: &str) -> String {
             lost.trial.to_string(),
             impulse,
             heading,
-            format!("{:.2}", lost.of_one_step_bound),
+            lost.of_one_step_bound
+                .map_or(String::new(), |of| format!("{of:.2}")),
         ];
         table.row(texts(numbers).chain([cell(lost.tries), cell(by)]));
     }

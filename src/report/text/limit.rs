@@ -71,14 +71,14 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
         )
     });
     let reach = reach.collect::<Vec<_>>().join(", ");
-    let at_home = format!(
-        "at home the feet are {:.3} m apart, and one can land",
-        y.stance_width_m
-    );
-    text += &wrapped(
-        "footstep: ",
-        &format!("{at_home}, x ahead of the other and y beside it, {reach}"),
-    );
+    let at_home = format!("at home the feet are {:.3} m apart", y.stance_width_m);
+    let landing = match reach.is_empty() {
+        true => {
+            "; where one can land is not known, so that there are no bounds with footsteps".into()
+        }
+        false => format!(", and one can land, x ahead of the other and y beside it, {reach}"),
+    };
+    text += &wrapped("footstep: ", &(at_home + &landing));
     let push = format!(
         "{:.0} ms long, so that the pendulum bounds are {:.3} times those of a push of no duration; {} mm above the COM, on {}",
         1e3 * y.push_duration_s,
@@ -102,16 +102,16 @@ fn beside_bounds(limits: &Limits, changes: &str) -> String {
     };
     for heading in &limits.headings {
         let bounds_n_s = [
-            heading.bound_no_step_n_s,
+            Some(heading.bound_no_step_n_s),
             heading.bound_one_step_n_s,
             heading.bound_n_step_n_s,
         ];
         for i in 0..heading.controllers.len().max(factors.len()) {
-            let [none, one, any] = bounds_n_s.map(|bound_n_s| match factors.get(i) {
-                Some(factor) => n_s(limits, factor * bound_n_s),
-                None => String::new(),
+            let [none, one, any] = bounds_n_s.map(|bound_n_s| match (factors.get(i), bound_n_s) {
+                (Some(factor), Some(bound_n_s)) => n_s(limits, factor * bound_n_s),
+                _ => String::new(),
             });
-            let mark = if by_torque(heading) && !any.is_empty() {
+            let mark = if by_torque(heading) && !none.is_empty() {
                 "t"
             } else {
                 ""
@@ -391,7 +391,7 @@ pub mod tests {
             dv_m_s: 0.0,
             dv_over_sqrt_g_h: 0.0,
             start_spread_s: 0.0,
-            of_one_step_bound: impulse50_n_s / 5.0,
+            of_one_step_bound: Some(impulse50_n_s / 5.0),
             resolved: impulse50_n_s < 9.0,
             safe_n_s: Some(2.4),
             first_loss: Some(FirstLoss {
@@ -417,7 +417,7 @@ pub mod tests {
         };
         let nominal = campaign("nominal", &[]);
         let pendulum_bounds =
-            PendulumBounds::new(&standfast_robots::load("ut-mu2").unwrap(), &nominal).unwrap();
+            PendulumBounds::new(&standfast_robots::load("ut-mu2").unwrap(), &nominal);
         let heading = |(heading_deg, of_controllers): (f64, [f64; 2])| Heading {
             controllers: ["hold", "paper:stepping.x=2"]
                 .into_iter()

@@ -4,6 +4,7 @@ use super::clearance::Hulls;
 use super::figures::to_decimals;
 use super::limbs::Limbs;
 use nalgebra::{DMatrix, DVector, Vector3};
+use standfast_core::robot::kinematics::heading;
 use standfast_core::robot::{Foot, Kinematics, PerFoot, Posture, Robot};
 
 /// Angle by which the knees are bent (rad), from a straight leg.
@@ -15,13 +16,19 @@ const MARGIN_RAD: f64 = 0.02;
 /// Largest number of Newton steps, and the largest change of an angle in one step (rad).
 const STEPS: usize = 200;
 const LARGEST_RAD: f64 = 0.2;
-/// Weight of the goals that give way to flat, level soles under the COM.
+/// Weight of the goals that give way to flat, level soles under the COM, and their weight where they would tilt the soles.
 const SOFT: f64 = 0.03;
+const SOFTER: f64 = 1e-3;
+/// How far the soles may stand apart, as a multiple of the distance of the legs' first joints, before they stand that far apart.
+const STRADDLES: f64 = 3.0;
 /// Least gap between the soles, and between an arm and the rest of the body, in lengths of the legs.
 const GAP: f64 = 0.02;
 /// Step of the search for the arms (rad), and number of times that it goes over all joints.
 const ARM_STEP_RAD: f64 = 0.1;
 const ARM_ROUNDS: usize = 3;
+/// Largest tilt of a sole (rad), and the largest angle by which a foot may point inward or outward.
+const FLAT_RAD: f64 = 5e-4;
+const TURNED_RAD: f64 = 0.5;
 /// Largest difference in height of level soles (m), and largest difference of the legs' lengths, as a share of the
 /// length.
 const LEVEL_M: f64 = 5e-5;
@@ -110,8 +117,16 @@ pub fn find(robot: &Robot, limbs: &Limbs, reference: Option<&[f64]>) -> Result<F
                 ..robot.zero_posture()
             },
         );
-        let y = kinematics.sole_pose(robot, foot).translation.y;
-        foot.side() * (foot.side() * y).max(half_width + 0.5 * GAP * length_m)
+        let y = foot.side() * kinematics.sole_pose(robot, foot).translation.y;
+        let hip = foot.side() * kinematics.joint_position(limbs.legs[foot][0]).y;
+        let least = half_width + 0.5 * GAP * length_m;
+        // The legs of some robots are spread at zero.
+        let most = if hip > 0.5 * least {
+            STRADDLES * hip
+        } else {
+            f64::INFINITY
+        };
+        foot.side() * y.min(most).max(least)
     });
     let mut solver = Solver {
         robot,
@@ -126,8 +141,13 @@ pub fn find(robot: &Robot, limbs: &Limbs, reference: Option<&[f64]>) -> Result<F
         bent,
         aside_m,
         length_m,
+        soft: SOFT,
     };
     solver.solve(&mut q);
+    if solver.tilts_rad(&q).iter().any(|tilt| *tilt > FLAT_RAD) {
+        solver.soft = SOFTER;
+        solver.solve(&mut q);
+    }
     for angle in &mut q {
         *angle = to_decimals(*angle, 6);
     }
@@ -179,9 +199,13 @@ fn knee(robot: &Robot, leg: &[usize]) -> Option<Knee> {
         return None;
     }
     let kinematics = Kinematics::new(robot);
-    let middle = pitch.len() / 2;
-    let [hip, at, ankle] =
-        [0, middle, pitch.len() - 1].map(|k| kinematics.joint_position(pitch[k].0));
+    let place = |k: usize| kinematics.joint_position(pitch[k].0);
+    let last = pitch.len() - 1;
+    let (hip, ankle) = (place(0), place(last));
+    // Of more than three joints, the one that is far from both the first and the last one: toes bend, too.
+    let away = |k: &usize| (place(*k) - hip).norm().min((place(*k) - ankle).norm());
+    let middle = (1..last).max_by(|a, b| away(a).total_cmp(&away(b)))?;
+    let at = place(middle);
     let (joint, axis) = pitch[middle];
     // Positive if the ankle is behind the line from hip to knee.
     let pitch_of = |v: Vector3<f64>| (-v.x).atan2(-v.z);
@@ -208,6 +232,8 @@ struct Solver<'a> {
     /// Positions of the soles in y (m).
     aside_m: PerFoot<f64>,
     length_m: f64,
+    /// Weight of the goals that give way.
+    soft: f64,
 }
 
 impl Solver<'_> {
@@ -237,8 +263,8 @@ impl Solver<'_> {
                 up.x,
                 up.y,
                 (com.x - place.x) / self.length_m,
-                SOFT * forward.y,
-                SOFT * aside,
+                self.soft * forward.y,
+                self.soft * aside,
             ]);
             heights.push(place.z);
         }
@@ -246,7 +272,7 @@ impl Solver<'_> {
         errors.extend(
             self.bent
                 .iter()
-                .map(|(knee, angle)| SOFT * (q[*knee] - angle)),
+                .map(|(knee, angle)| self.soft * (q[*knee] - angle)),
         );
         DVector::from_vec(errors)
     }
@@ -292,24 +318,52 @@ impl Solver<'_> {
         }
     }
 
+    /// The tilts of the left and the right sole (rad).
+    fn tilts_rad(&mut self, q: &[f64]) -> [f64; 2] {
+        self.update(q);
+        Foot::BOTH.map(|foot| {
+            let sole = self.kinematics.sole_pose(self.robot, foot);
+            (sole.rotation * Vector3::z()).angle(&Vector3::z())
+        })
+    }
+
     /// Fails unless the soles are flat, and level up to the accepted difference of the legs. Returns the height of the
     /// left sole above the right one (m), or 0 if both are level.
     fn check(&mut self, q: &[f64]) -> Result<f64, String> {
-        self.update(q);
+        let tilt_rad = self.tilts_rad(q);
         let soles = Foot::BOTH.map(|foot| self.kinematics.sole_pose(self.robot, foot));
-        let tilt_rad = soles.map(|sole| (sole.rotation * Vector3::z()).angle(&Vector3::z()));
         let apart_m = soles[0].translation.z - soles[1].translation.z;
         let step_m = apart_m.abs();
-        if tilt_rad.iter().any(|tilt| *tilt > 5e-4) || step_m > LEGS_DIFFER * self.length_m {
-            return Err(format!(
-                "no home posture with flat, level soles was found: the best one tilts them by {:.4} and {:.4} rad, and \
-                 one is {:.2} mm higher",
+        let problem = if tilt_rad.iter().any(|tilt| *tilt > FLAT_RAD)
+            || step_m > LEGS_DIFFER * self.length_m
+        {
+            format!(
+                "tilts them by {:.4} and {:.4} rad, and one is {:.2} mm higher",
                 tilt_rad[0],
                 tilt_rad[1],
                 1e3 * step_m
-            ));
-        }
-        Ok(if step_m > LEVEL_M { apart_m } else { 0.0 })
+            )
+        } else if soles[0].translation.y <= soles[1].translation.y {
+            "crosses the legs".into()
+        } else if soles.iter().any(|sole| heading(sole).abs() > TURNED_RAD) {
+            let [left, right] = soles.map(|sole| heading(&sole).to_degrees());
+            format!("turns the feet by {left:.0} and {right:.0} degrees")
+        } else {
+            return Ok(if step_m > LEVEL_M { apart_m } else { 0.0 });
+        };
+        let at_limits = self.legs.iter().filter(|&&j| {
+            let joint = &self.robot.joints[j];
+            within(q[j] - 1e-3, joint.lower_rad, joint.upper_rad) > q[j] - 1e-3
+                || within(q[j] + 1e-3, joint.lower_rad, joint.upper_rad) < q[j] + 1e-3
+        });
+        let names: Vec<&str> = at_limits.map(|&j| &*self.robot.joints[j].name).collect();
+        let at_limits = match names.is_empty() {
+            true => String::new(),
+            false => format!("; at their limits are {}", names.join(", ")),
+        };
+        Err(format!(
+            "no home posture with flat, level soles was found: the best one {problem}{at_limits}"
+        ))
     }
 }
 

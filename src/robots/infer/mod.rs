@@ -14,6 +14,8 @@ mod text;
 
 pub(super) use soles::find as lowest_face;
 
+use crate::facing::{self, Forward};
+use crate::feet;
 use crate::motors::Motors;
 use crate::settings::{SolesAlone, settings_path};
 use crate::tree::Tree;
@@ -42,56 +44,43 @@ pub(super) fn settings(
     stated: Option<&Source>,
     motors: Option<&Motors>,
 ) -> Result<String> {
-    let stated = match stated {
-        Some(source) => {
-            let file = SolesAlone::parse(source)?;
-            let soles = file.soles(&source.file, &mut tree)?;
-            Some((source, soles, file.are_boxes()))
-        }
-        None => None,
-    };
     let fail = |problems: &[String]| {
         let problem = format!("cannot be inferred: {}", problems.join("; "));
         Error::value(&urdf.file, "settings", "(none)", problem, BY_HAND)
     };
-    let (written, missing, without_range) = (tree.motors, tree.missing, tree.without_range);
-    // The unknown fields are filled in step by step.
-    let mut robot = Robot {
-        name: tree.name,
-        urdf: None,
-        links: tree.links,
-        joints: tree.joints,
-        frames: tree.frames,
-        trunk: 0,
-        pushed: PushPoint::on(0),
-        soles: PerFoot::from_fn(|_| soles::none()),
-        home_rad: Vec::new(),
-        servos: Vec::new(),
-        motor_origins: Vec::new(),
-        noise: SensorNoise::default(),
-        delay_s: 0.0,
-        friction: sensors::FRICTION,
-        reach: Vec::new(),
-        assumptions: Vec::new(),
-        notes: tree.notes,
-    };
-    robot.home_rad = vec![0.0; robot.joints.len()];
-    let Some(limbs) = Limbs::of(&robot) else {
-        let mut problems = vec![
-            "there are no two legs, chains of at least four joints that end in a foot each"
-                .to_string(),
-        ];
-        if without_range > 0 {
-            problems.push(format!(
-                "{without_range} joints are locked, since their limits in the URDF leave them no range (lower = upper): state the \
-                 limits there, or give these joints a range by `standfast init --range 1.5` (rad, to both sides)"
-            ));
+    let mut robot = bare(&tree);
+    let facing = match limbs::legs(&robot) {
+        Ok(legs) => limbs::facing(&robot, &legs),
+        Err(problem) => {
+            let mut problems = vec![problem];
+            if tree.without_range > 0 {
+                problems.push(format!(
+                    "{} joints are locked, since their limits in the URDF leave them no range (lower = upper): state the limits \
+                     there, or give these joints a range by `standfast init --range 1.5` (rad, to both sides)",
+                    tree.without_range
+                ));
+            }
+            return Err(fail(&problems));
         }
-        return Err(fail(&problems));
     };
+    if facing.forward != Forward::default() {
+        facing::turn(&mut tree, facing.forward);
+        robot = bare(&tree);
+    }
+    let legs = limbs::legs(&robot).map_err(|problem| fail(&[problem]))?;
+    let limbs = Limbs::of(&robot, legs);
+    let stated = match stated {
+        Some(source) => {
+            let file = SolesAlone::parse(source)?;
+            let soles = file.soles(&source.file, &tree)?;
+            Some((source, soles, file.are_boxes()))
+        }
+        None => None,
+    };
+    let (written, missing) = (tree.motors, tree.missing);
     robot.trunk = limbs.trunk;
     robot.pushed = PushPoint::on(limbs.trunk);
-    let mut warnings = Vec::new();
+    let mut warnings = Vec::from_iter(facing.warning);
     let foot_link = |foot: Foot| limbs.legs[foot].last().map_or(0, |j| j + 1);
     let lost = missing.iter().find(|(frame, _)| {
         Foot::BOTH
@@ -111,6 +100,11 @@ pub(super) fn settings(
             &*by_hand,
         )
     };
+    let reference = srdf::beside(urdf, &robot)?;
+    let angles_rad = reference
+        .as_ref()
+        .map(|reference| reference.angles_rad.as_slice());
+    let start_rad = angles_rad.unwrap_or(&robot.home_rad);
     let mut soles = match &stated {
         Some((source, soles, are_boxes)) => {
             if let Some(foot) = Foot::BOTH
@@ -139,7 +133,7 @@ pub(super) fn settings(
                     "the mesh of the foot {name} is left out: {mesh}"
                 )));
             }
-            match Foot::BOTH.map(|foot| soles::find(&robot, foot_link(foot))) {
+            match Foot::BOTH.map(|foot| soles::find(&robot, foot_link(foot), start_rad)) {
                 [Ok(left), Ok(right)] => PerFoot { left, right },
                 [left, right] => {
                     let problems: Vec<String> = [left, right]
@@ -164,15 +158,7 @@ pub(super) fn settings(
             joints[0], joints[1]
         ));
     }
-    let reference = srdf::beside(urdf, &robot)?;
-    let home = home::find(
-        &robot,
-        &limbs,
-        reference
-            .as_ref()
-            .map(|reference| reference.angles_rad.as_slice()),
-    )
-    .map_err(|problem| fail(&[problem]))?;
+    let home = home::find(&robot, &limbs, angles_rad).map_err(|problem| fail(&[problem]))?;
     robot.home_rad = home.home_rad;
     warnings.extend(home.warnings);
     if home.apart_m != 0.0 {
@@ -184,6 +170,9 @@ pub(super) fn settings(
             soles[foot].raise(-0.5 * foot.side() * home.apart_m);
             robot.soles[foot] = soles[foot].sole;
         }
+    }
+    for foot in Foot::BOTH.into_iter().filter(|&foot| !soles[foot].is_box) {
+        feet::stand_on_sole(&mut robot, foot);
     }
     let (mut servos, unbelieved) = servos::find(&robot, &limbs, &written);
     warnings.extend(unbelieved);
@@ -212,9 +201,33 @@ pub(super) fn settings(
         solved: home.solved,
         reference: reference.map(|reference| reference.name),
         range_rad,
+        forward: (facing.forward, facing.why),
         soles_are_stated: stated.is_some(),
     };
     Ok(text::toml(&urdf.file, &robot, &origins))
+}
+
+/// A robot of which only the URDF is known. The other fields are filled in step by step.
+fn bare(tree: &Tree) -> Robot {
+    Robot {
+        name: tree.name.clone(),
+        urdf: None,
+        links: tree.links.clone(),
+        joints: tree.joints.clone(),
+        frames: tree.frames.clone(),
+        trunk: 0,
+        pushed: PushPoint::on(0),
+        soles: PerFoot::from_fn(|_| soles::none()),
+        home_rad: vec![0.0; tree.joints.len()],
+        servos: Vec::new(),
+        motor_origins: Vec::new(),
+        noise: SensorNoise::default(),
+        delay_s: 0.0,
+        friction: sensors::FRICTION,
+        reach: Vec::new(),
+        assumptions: Vec::new(),
+        notes: tree.notes.clone(),
+    }
 }
 
 /// The assumptions, in words.

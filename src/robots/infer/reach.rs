@@ -39,10 +39,15 @@ fn outwards(length_m: f64, sign: f64) -> f64 {
 /// The regions of a robot whose home posture and servos are known, the one at home first; and warnings.
 pub fn find(robot: &Robot, limbs: &Limbs) -> (Vec<LandingRegion>, Vec<String>) {
     let search = ReachSearch::new(robot, limbs);
-    let Some(beside) = search.beside() else {
-        let warning = "no landing places were found that the legs reach without touching, so that the robot takes no \
-                       footsteps: state [[reach]] by hand";
-        return (Vec::new(), vec![warning.into()]);
+    let beside = match search.beside() {
+        Ok(beside) => beside,
+        Err(why) => {
+            let warning = format!(
+                "no landing places were found that the legs reach without touching ({why}), so that the robot takes no \
+                 footsteps: state [[reach]] by hand"
+            );
+            return (Vec::new(), vec![warning]);
+        }
     };
     let inward_m = beside.y_m[0];
     let crossing = [("in front", 1.0), ("behind", -1.0)]
@@ -73,14 +78,17 @@ impl<'a> ReachSearch<'a> {
         let kinematics = Kinematics::at_home(robot);
         let [left, right] = Foot::BOTH.map(|foot| kinematics.sole_pose(robot, foot).translation.y);
         let right_links: Vec<usize> = Limbs::links(&limbs.legs.right).collect();
+        let (hulls, gap_m) = (Hulls::of(robot), GAP * robot.home_com_height());
+        // Hips that are as near as this at home are held apart by the pelvis.
         let pairs = Limbs::links(&limbs.legs.left)
             .flat_map(|a| right_links.iter().map(move |&b| [a, b]))
+            .filter(|&pair| hulls.gap_m(&kinematics, pair, gap_m) >= gap_m)
             .collect();
         let sole_m =
             [0, 1].map(|axis| robot.soles.left.half_m[axis] + robot.soles.right.half_m[axis]);
         Self {
             robot,
-            hulls: Hulls::of(robot),
+            hulls,
             pairs,
             height_m: robot.home_com_height(),
             omega: robot.omega(),
@@ -94,21 +102,28 @@ impl<'a> ReachSearch<'a> {
         Some(SwingMotion::new(self.robot, Foot::Left, to, around)?.least_time_s())
     }
 
-    /// Whether the legs keep apart during a swing to a place.
-    fn is_clear(&self, foot: Foot, to: [f64; 2], around: Around) -> bool {
+    /// Fails, in words, unless the legs keep apart during a swing to a place.
+    fn check_clear(&self, foot: Foot, to: [f64; 2], around: Around) -> Result<(), String> {
         let gap_m = GAP * self.height_m;
         let mut kinematics = Kinematics::new(self.robot);
         let mut swing = SwingMotion::new(self.robot, foot, to, around);
-        (0..=POSTURES).all(|i| {
+        for i in 0..=POSTURES {
             let share = i as f64 / POSTURES as f64;
             let Some(posture) = swing.as_mut().and_then(|swing| swing.posture(share)) else {
-                return false;
+                let [x, y] = to.map(|length| 1e3 * length);
+                return Err(format!(
+                    "the {} foot does not get {x:.0} mm forward and {y:.0} mm to its side",
+                    foot.name()
+                ));
             };
             kinematics.update(self.robot, posture);
-            self.pairs
-                .iter()
-                .all(|&pair| self.hulls.gap_m(&kinematics, pair, gap_m) >= gap_m)
-        })
+            let near = |pair: &&[usize; 2]| self.hulls.gap_m(&kinematics, **pair, gap_m) < gap_m;
+            if let Some(pair) = self.pairs.iter().find(near) {
+                let [a, b] = pair.map(|link| &*self.robot.links[link].name);
+                return Err(format!("{a} meets {b}"));
+            }
+        }
+        Ok(())
     }
 
     /// The worth of a footstep of this length after this time (m).
@@ -117,7 +132,7 @@ impl<'a> ReachSearch<'a> {
     }
 
     /// The region at the side of the stance foot.
-    fn beside(&self) -> Option<LandingRegion> {
+    fn beside(&self) -> Result<LandingRegion, String> {
         let straight = Around::default();
         // The places forward and backward whose footsteps are worth most.
         let ends = [-1.0, 1.0].map(|sign| {
@@ -129,7 +144,7 @@ impl<'a> ReachSearch<'a> {
             })
         });
         let [Some((mut back, back_s)), Some((mut front, front_s))] = ends else {
-            return None;
+            return Err("no foot gets forward or backward by a short footstep".into());
         };
         let mut time_s = back_s.max(front_s);
         let way_m = |back: f64, front: f64| 0.5 * (front - back);
@@ -152,17 +167,20 @@ impl<'a> ReachSearch<'a> {
         let least_m = self.sole_m[1] + SOLE_GAP * self.height_m;
         let step_m = 0.25 * (self.apart_m - least_m).max(0.0);
         (back, front) = (to_decimals(back, 3), to_decimals(front, 3));
-        let inner_m = (0..=4)
-            .map(|k| least_m + step_m * f64::from(k))
-            .map(|y| to_decimals(y, 3))
-            .find(|&y| {
-                let places = [back, 0.0, front].map(|x| [x, y]);
-                places.into_iter().all(|to| {
-                    Foot::BOTH
-                        .into_iter()
-                        .all(|foot| self.is_clear(foot, to, straight))
-                })
-            })?;
+        let mut inner = Err(String::new());
+        for y in (0..=4).map(|k| to_decimals(least_m + step_m * f64::from(k), 3)) {
+            let swings = [back, 0.0, front]
+                .into_iter()
+                .flat_map(|x| Foot::BOTH.map(|foot| (foot, [x, y])));
+            inner = swings
+                .map(|(foot, to)| self.check_clear(foot, to, straight))
+                .collect::<Result<(), String>>()
+                .map(|()| y);
+            if inner.is_ok() {
+                break;
+            }
+        }
+        let inner_m = inner?;
         // The stance at home is within it, however coarse a millimetre is for the robot.
         let y_m = [
             inner_m.min(outwards(self.apart_m, -1.0)),
@@ -176,6 +194,7 @@ impl<'a> ReachSearch<'a> {
             sideways_from: 0.0,
             arc_m: 0.0,
         })
+        .ok_or_else(|| "the legs do not reach all of the places beside each other".into())
     }
 
     /// A region in front of (`sign` 1) or behind (-1) the stance foot, up to `inward_m` at the side of the swing foot.
@@ -213,7 +232,7 @@ impl<'a> ReachSearch<'a> {
                     let is_clear = Foot::BOTH.into_iter().all(|foot| {
                         corners
                             .iter()
-                            .all(|to| self.is_clear(foot, *to, region.around()))
+                            .all(|to| self.check_clear(foot, *to, region.around()).is_ok())
                     });
                     if is_clear {
                         return self.timed(region);

@@ -2,10 +2,11 @@
 
 use crate::infer::figures::to_decimals;
 use nalgebra::{
-    Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3,
+    Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, UnitVector3, Vector2,
+    Vector3,
 };
 use standfast_core::robot::model::Ankle;
-use standfast_core::robot::{Kinematics, Pose, Robot, Shape, Sole, Solid};
+use standfast_core::robot::{Kinematics, Pose, Posture, Robot, Shape, Sole, Solid};
 
 /// Height above the lowest point up to which points belong to the sole, as a share of the foot's size. If these points
 /// span no face, the second share counts.
@@ -14,6 +15,11 @@ const SLICES: [f64; 2] = [0.01, 0.05];
 const SNAP_RAD: f64 = 0.35;
 /// Least length and width of a sole, as shares of the foot's size.
 const LEAST: f64 = 0.05;
+/// Pitch up to which the sole of a foot is sought that has no flat face below (rad), and the step of this search.
+const MOST_PITCH_RAD: f64 = 1.3;
+const PITCH_STEP_RAD: f64 = 0.01;
+/// How much larger a pitched face is than the points below, so that it is taken instead.
+const LARGER: f64 = 1.5;
 
 /// The sole of a robot before its soles are known.
 pub fn none() -> Sole {
@@ -69,17 +75,26 @@ impl FoundSole {
     }
 }
 
-/// The sole of the foot `link` with all links that are fixed to it, with all joints at zero. Errors are in words.
-pub fn find(robot: &Robot, link: usize) -> Result<FoundSole, String> {
-    let kinematics = Kinematics::new(robot);
+/// The sole of the foot `link` with all links that are fixed to it, in a posture with the angles `q` (rad). A foot that
+/// does not collide has the sole of what is drawn. Errors are in words.
+pub fn find(robot: &Robot, link: usize, q: &[f64]) -> Result<FoundSole, String> {
+    let posture = Posture {
+        q: q.to_vec(),
+        ..robot.zero_posture()
+    };
+    let kinematics = Kinematics::at(robot, &posture);
     let name = &robot.links[link].name;
-    let solids = &robot.links[link].collisions;
+    let collides = !robot.links[link].collisions.is_empty();
+    let solids = match collides {
+        true => &robot.links[link].collisions,
+        false => &robot.links[link].visuals,
+    };
     let turn = kinematics.link_pose(link).rotation;
     let [down, ahead] = [-Vector3::z(), Vector3::x()].map(|v| turn.inverse_transform_vector(&v));
     let reach = |solid: &&Solid| solid.reach_m(&down);
     let Some(lowest) = solids.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else {
         return Err(format!(
-            "the foot {name} has no collision geometry, so that it has no sole"
+            "the foot {name} has no collision geometry and is not drawn, so that it has no sole"
         ));
     };
     let frame = lowest.frame;
@@ -114,6 +129,17 @@ pub fn find(robot: &Robot, link: usize) -> Result<FoundSole, String> {
             best
         }
     });
+    // A foot that is pitched in this posture has no flat face below. Its sole is the face below it at another pitch.
+    let face = match face.is_slice {
+        true => face,
+        false => {
+            let pitched = LowestFace::pitched(to_frame(-down), to_frame(ahead), &points);
+            match pitched.area() > LARGER * face.around() {
+                true => pitched,
+                false => face,
+            }
+        }
+    };
     let LowestFace {
         axes,
         x,
@@ -130,18 +156,26 @@ pub fn find(robot: &Robot, link: usize) -> Result<FoundSole, String> {
             "the lowest face of the foot {name} is {shown}, too small to stand on"
         ));
     }
-    let warning = (!is_slice).then(|| {
-        format!(
+    let warning = if !collides {
+        Some(format!(
+            "the foot {name} has no collision geometry: its sole is the lowest face of what is drawn, {shown}"
+        ))
+    } else if !is_slice {
+        Some(format!(
             "the foot {name} has no flat lowest face; its sole is the rectangle of {shown} around what lies within {:.1} mm of \
              its lowest point",
             1e3 * SLICES[1] * size
-        )
-    });
+        ))
+    } else {
+        None
+    };
     let center = axes * Point3::new(0.5 * (x.0 + x.1), 0.5 * (y.0 + y.1), z.0);
     let in_frame = Isometry3::from_parts(Translation3::from(center.coords.map(mm)), axes);
     // Whether the only solid of the frame is a box, and the face is that of the box.
-    let is_box =
-        solids.iter().filter(|solid| solid.frame == frame).count() == 1 && axes.angle() < 1e-9 && {
+    let is_box = collides
+        && solids.iter().filter(|solid| solid.frame == frame).count() == 1
+        && axes.angle() < 1e-9
+        && {
             let turn = in_link
                 .inv_mul(&lowest.pose)
                 .rotation
@@ -191,6 +225,67 @@ impl LowestFace {
         let snapped = |v: Vector3<f64>| frame * snapped(frame.inverse_transform_vector(&v));
         let up = snapped(up);
         let ahead = snapped((ahead - up * ahead.dot(&up)).normalize());
+        Self::with(up, ahead, points)
+    }
+
+    /// The largest face below at a pitch within [`MOST_PITCH_RAD`] of `up` and `ahead`, along the plane through its points.
+    fn pitched(up: Vector3<f64>, ahead: Vector3<f64>, points: &[Point3<f64>]) -> Self {
+        let aside = UnitVector3::new_normalize(up.cross(&ahead));
+        let at = |angle_rad: f64| {
+            let turn = UnitQuaternion::from_axis_angle(&aside, angle_rad);
+            Self::with(turn * up, turn * ahead, points)
+        };
+        let steps = (MOST_PITCH_RAD / PITCH_STEP_RAD) as i32;
+        // Of equal faces, the one with the least pitch is taken.
+        let pitches =
+            (0..=2 * steps).map(|k| f64::from((k + 1) / 2 * (2 * (k % 2) - 1)) * PITCH_STEP_RAD);
+        let widest = pitches.map(at).fold(at(0.0), |best, face| {
+            if face.area() > 1.01 * best.area() {
+                face
+            } else {
+                best
+            }
+        });
+        let of_face: Vec<_> = points
+            .iter()
+            .filter(|point| {
+                let height = widest.axes.inverse_transform_point(point).z - widest.z.0;
+                height <= SLICES[0] * widest.size
+            })
+            .collect();
+        let middle = of_face
+            .iter()
+            .map(|point| point.coords)
+            .sum::<Vector3<f64>>()
+            / of_face.len() as f64;
+        let spread: Matrix3<f64> = of_face
+            .iter()
+            .map(|point| point.coords - middle)
+            .map(|arm| arm * arm.transpose())
+            .sum();
+        let eigen = spread.symmetric_eigen();
+        let normal = eigen
+            .eigenvectors
+            .column(eigen.eigenvalues.imin())
+            .into_owned();
+        let up = widest.axes * Vector3::z();
+        let normal = normal * normal.dot(&up).signum();
+        let ahead = widest.axes * Vector3::x();
+        let along_plane = Self::with(
+            normal,
+            (ahead - normal * ahead.dot(&normal)).normalize(),
+            points,
+        );
+        // Points in one line have no plane.
+        if along_plane.area() >= 0.9 * widest.area() {
+            along_plane
+        } else {
+            widest
+        }
+    }
+
+    /// The face of `points` with these directions.
+    fn with(up: Vector3<f64>, ahead: Vector3<f64>, points: &[Point3<f64>]) -> Self {
         let axes =
             Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[ahead, up.cross(&ahead), up]));
         let axes = UnitQuaternion::from_rotation_matrix(&axes);
@@ -228,13 +323,14 @@ impl LowestFace {
         }
     }
 
+    /// Area of the rectangle (m^2).
+    fn around(&self) -> f64 {
+        (self.x.1 - self.x.0) * (self.y.1 - self.y.0)
+    }
+
     /// Area of the face (m^2). It is 0 if the lowest points alone do not span the face.
     fn area(&self) -> f64 {
-        if self.is_slice {
-            (self.x.1 - self.x.0) * (self.y.1 - self.y.0)
-        } else {
-            0.0
-        }
+        if self.is_slice { self.around() } else { 0.0 }
     }
 }
 

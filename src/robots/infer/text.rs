@@ -2,6 +2,7 @@
 
 use super::servos;
 use super::soles;
+use crate::facing::Forward;
 use standfast_core::robot::swing_time::least_swing_time_s;
 use standfast_core::robot::{LandingRegion, MotorOrigin, PerFoot, Robot};
 use standfast_files::assets::{decimal, one_line, quoted};
@@ -15,6 +16,8 @@ pub struct Origins {
     pub solved: Vec<usize>,
     /// Whether the soles were stated by the user.
     pub soles_are_stated: bool,
+    /// The axis of the base that points forward, and why.
+    pub forward: (Forward, &'static str),
     /// The range that was given to joints without one (rad).
     pub range_rad: Option<f64>,
     /// Name of the reference posture from which the home posture started, and its file.
@@ -42,6 +45,13 @@ pub fn toml(urdf: &str, robot: &Robot, origins: &Origins) -> String {
         format!("delay_s = {}", robot.delay_s),
         "delay from sensing to torque [s]; assumed",
     );
+    let (forward, why) = origins.forward;
+    if forward != Forward::default() {
+        column(
+            format!("forward = {}", quoted(forward.name())),
+            &format!("axis of the base that points forward: {why}; read"),
+        );
+    }
     if let Some(range_rad) = origins.range_rad {
         column(
             format!("range_rad = {}", decimal(range_rad)),

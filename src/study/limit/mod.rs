@@ -124,7 +124,7 @@ impl<'a> Searches<'a> {
     pub fn new(campaign: &'a Campaign, files: Files, options: LimitOptions) -> Result<Self> {
         check(&options)?;
         let plan = PreparedCampaign::with(campaign, files)?;
-        let pendulum_bounds = PendulumBounds::new(&plan.robot, campaign)?;
+        let pendulum_bounds = PendulumBounds::new(&plan.robot, campaign);
         let usual_n_s = two_digits(USUAL_PRECISION * campaign.units.impulse_n_s());
         let precision_n_s = options.precision_n_s.unwrap_or(usual_n_s);
         in_range(
@@ -214,15 +214,11 @@ impl<'a> Searches<'a> {
             if pushes > 0 && start.elapsed().as_secs_f64() > LONG_S {
                 break;
             }
-            let Heading {
-                heading_deg,
-                bound_one_step_n_s,
-                ..
-            } = *heading;
+            let heading_deg = heading.heading_deg;
             let disturbance = pushed(
                 self.campaign,
                 first_trial(heading_deg),
-                0.5 * bound_one_step_n_s,
+                0.5 * heading.with_one_step_n_s(),
                 heading_deg,
                 0.0,
             );
@@ -243,7 +239,7 @@ impl<'a> Searches<'a> {
             .headings
             .iter()
             .map(|heading| {
-                let bound_n_s = heading.bound_one_step_n_s;
+                let bound_n_s = heading.with_one_step_n_s();
                 let of_safe = replicas * bound_n_s / precision_n_s + of_loss;
                 of_search + of_safe + is_dense * MAP_TO * bound_n_s / precision_n_s
             })
@@ -279,7 +275,7 @@ impl<'a> Searches<'a> {
                     false => 0.0,
                 };
                 let rule = Rule {
-                    most_n_s: (BEYOND_THE_BOUND * heading.bound_n_step_n_s)
+                    most_n_s: (BEYOND_THE_BOUND * heading.with_steps_n_s())
                         .max(10.0 * precision_n_s),
                     precision_n_s,
                     max_trials: options.max_trials,

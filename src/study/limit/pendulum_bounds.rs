@@ -5,11 +5,9 @@ use crate::ask::spec::Campaign;
 use crate::limit::search::ControllerLimit;
 use nalgebra::Point2;
 use serde::Serialize;
-use standfast_core::error::{Error, Result};
 use standfast_core::lipm::capture::{self, SteppingPendulum, SwingRegion};
 use standfast_core::robot::{Foot, Kinematics, LandingRegion, PerFoot, Robot, Units};
 use standfast_sim::Profile;
-use std::path::Path;
 
 /// The quantities from which the bounds are computed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -54,30 +52,19 @@ pub struct Heading {
     /// What limits the bounds beside places and times of footsteps: `soles` or, if the ankles cannot hold the weight at
     /// the edges of the soles, `ankle torque`.
     pub limited_by: &'static str,
-    pub bound_one_step_n_s: f64,
-    pub bound_n_step_n_s: f64,
+    /// With at most one footstep, and with any number. Both are None for a robot that does not say where its feet can land.
+    pub bound_one_step_n_s: Option<f64>,
+    pub bound_n_step_n_s: Option<f64>,
     /// The bounds multiplied by `height_factor`.
     pub bound_no_step_at_height_n_s: f64,
-    pub bound_one_step_at_height_n_s: f64,
-    pub bound_n_step_at_height_n_s: f64,
+    pub bound_one_step_at_height_n_s: Option<f64>,
+    pub bound_n_step_at_height_n_s: Option<f64>,
     pub controllers: Vec<ControllerLimit>,
 }
 
 impl PendulumBounds {
-    /// For a robot at home and the mean push of a campaign. It fails if the reach of the feet is not known.
-    pub fn new(robot: &Robot, campaign: &Campaign) -> Result<PendulumBounds> {
-        if robot.reach.is_empty() {
-            let path = Path::new(&campaign.robot).with_extension("toml");
-            let accepted = "regions [[reach]] with name, x_m, y_m and swing_time_s";
-            let problem = "the pendulum's bounds depend on where a foot can land, and how soon";
-            return Err(Error::value(
-                &path.to_string_lossy(),
-                "reach",
-                "(none)",
-                problem,
-                accepted,
-            ));
-        }
+    /// For a robot at home and the mean push of a campaign.
+    pub fn new(robot: &Robot, campaign: &Campaign) -> PendulumBounds {
         let kinematics = Kinematics::at_home(robot);
         let centre = PerFoot::from_fn(|foot| kinematics.sole_pose(robot, foot).translation.vector);
         let (com, middle) = (kinematics.com(), (centre.left + centre.right) / 2.0);
@@ -108,7 +95,7 @@ impl PendulumBounds {
             Profile::Rectangular => capture::rectangular_push_factor,
             Profile::HalfSine => capture::half_sine_push_factor,
         };
-        Ok(PendulumBounds {
+        PendulumBounds {
             mass_kg: robot.mass(),
             omega_rad_s,
             com_height_m,
@@ -126,7 +113,7 @@ impl PendulumBounds {
             push_profile: campaign.push.profile,
             push_factor: push_factor(omega_rad_s, push_duration_s),
             height_factor: 1.0 / (1.0 + push_height_m.max(0.0) / com_height_m),
-        })
+        }
     }
 
     /// The units of the robot.
@@ -170,19 +157,37 @@ impl PendulumBounds {
         } else {
             "ankle torque"
         };
-        let [no, one, n] = [bounds.no_step_n_s, bounds.one_step_n_s, bounds.n_step_n_s]
-            .map(|j| j * self.push_factor);
+        let no = bounds.no_step_n_s * self.push_factor;
+        let [one, n] = [bounds.one_step_n_s, bounds.n_step_n_s]
+            .map(|j| (!self.reach.is_empty()).then_some(j * self.push_factor));
+        let at_height = |bound_n_s: f64| bound_n_s * self.height_factor;
         Heading {
             heading_deg,
             bound_no_step_n_s: no,
             limited_by,
             bound_one_step_n_s: one,
             bound_n_step_n_s: n,
-            bound_no_step_at_height_n_s: no * self.height_factor,
-            bound_one_step_at_height_n_s: one * self.height_factor,
-            bound_n_step_at_height_n_s: n * self.height_factor,
+            bound_no_step_at_height_n_s: at_height(no),
+            bound_one_step_at_height_n_s: one.map(at_height),
+            bound_n_step_at_height_n_s: n.map(at_height),
             controllers: Vec::new(),
         }
+    }
+}
+
+impl Heading {
+    /// The bound with one footstep or, where it is not known, a guess from the one without (N s), for searches to begin with.
+    pub fn with_one_step_n_s(&self) -> f64 {
+        const FACTOR: f64 = 2.0;
+        self.bound_one_step_n_s
+            .unwrap_or(FACTOR * self.bound_no_step_n_s)
+    }
+
+    /// The same with any number of footsteps.
+    pub fn with_steps_n_s(&self) -> f64 {
+        const FACTOR: f64 = 4.0;
+        self.bound_n_step_n_s
+            .unwrap_or(FACTOR * self.bound_no_step_n_s)
     }
 }
 
@@ -195,7 +200,7 @@ mod tests {
     #[test]
     fn the_pendulum_bounds_take_the_mean_push() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let of = |set: &[&str]| PendulumBounds::new(&robot, &campaign("nominal", set)).unwrap();
+        let of = |set: &[&str]| PendulumBounds::new(&robot, &campaign("nominal", set));
         let drawn = of(&[
             "push.height_m={uniform=[-0.05, 0.1]}",
             "push.duration_s={normal=[0.06, 0.02]}",
@@ -204,7 +209,8 @@ mod tests {
         let heading = drawn.heading(0.0);
         let factor = 1.0 / (1.0 + 0.025 / robot.home_com_height());
         assert!(
-            (heading.bound_one_step_at_height_n_s / heading.bound_one_step_n_s - factor).abs()
+            (heading.bound_one_step_at_height_n_s.unwrap() / heading.with_one_step_n_s() - factor)
+                .abs()
                 < 1e-12
         );
         // For a push below the COM, the bound stays as it is.
@@ -218,11 +224,8 @@ mod tests {
     #[test]
     fn weak_ankles_limit_what_is_held_without_a_footstep() {
         let mut robot = standfast_robots::load("ut-mu2").unwrap();
-        let bound = |robot: &Robot| {
-            PendulumBounds::new(robot, &campaign("nominal", &[]))
-                .unwrap()
-                .heading(0.0)
-        };
+        let bound =
+            |robot: &Robot| PendulumBounds::new(robot, &campaign("nominal", &[])).heading(0.0);
         let strong = bound(&robot);
         assert_eq!(strong.limited_by, "soles");
         let lever_m = 0.02;
@@ -232,7 +235,7 @@ mod tests {
         }
         let weak = bound(&robot);
         assert_eq!(weak.limited_by, "ankle torque");
-        let pendulum_bounds = PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap();
+        let pendulum_bounds = PendulumBounds::new(&robot, &campaign("nominal", &[]));
         let held_m = lever_m - pendulum_bounds.com_offset_m[0];
         let expected = robot.mass() * robot.omega() * held_m * pendulum_bounds.push_factor;
         assert!(
@@ -241,8 +244,16 @@ mod tests {
             weak.bound_no_step_n_s
         );
         assert!(
-            weak.bound_one_step_n_s < strong.bound_one_step_n_s
-                && weak.bound_n_step_n_s < strong.bound_n_step_n_s
+            weak.with_one_step_n_s() < strong.with_one_step_n_s()
+                && weak.with_steps_n_s() < strong.with_steps_n_s()
+        );
+        // Where a foot can land is not known: the bounds with footsteps are left out, and the other one stays.
+        robot.reach.clear();
+        let unknown = bound(&robot);
+        assert_eq!(unknown.bound_no_step_n_s, weak.bound_no_step_n_s);
+        assert_eq!(
+            [unknown.bound_one_step_n_s, unknown.bound_n_step_n_s],
+            [None; 2]
         );
     }
 
@@ -250,7 +261,7 @@ mod tests {
     #[test]
     fn the_measure_of_a_push_is_the_bound_without_a_footstep() {
         let robot = standfast_robots::load("ut-mu2").unwrap();
-        let pendulum_bounds = PendulumBounds::new(&robot, &campaign("nominal", &[])).unwrap();
+        let pendulum_bounds = PendulumBounds::new(&robot, &campaign("nominal", &[]));
         let no_step = StandingBound::new(&robot);
         for heading_deg in [-135.0, -20.0, 0.0, 70.0, 90.0, 180.0] {
             let bound = pendulum_bounds.heading(heading_deg).bound_no_step_n_s

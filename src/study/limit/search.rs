@@ -26,7 +26,7 @@ pub struct ControllerLimit {
     /// Time over which the starts of the pushes were spread (s).
     pub start_spread_s: f64,
     /// Ratio of `impulse50_n_s` to the bound with one footstep.
-    pub of_one_step_bound: f64,
+    pub of_one_step_bound: Option<f64>,
     /// Whether the interval of `impulse50_n_s` is as narrow as requested.
     pub resolved: bool,
     /// The largest impulse of the grid up to which nothing was lost; None if there was no search for the first loss.
@@ -180,8 +180,8 @@ pub(super) struct LimitSearch<'a> {
     /// Number of the controller.
     pub controller: usize,
     pub heading_deg: f64,
-    /// The pendulum's bound with one footstep (N s).
-    pub bound_one_step_n_s: f64,
+    /// The pendulum's bound with one footstep (N s), if it is known.
+    pub bound_one_step_n_s: Option<f64>,
     pub replicas: u64,
     /// Time over which the starts of the pushes are spread (s); 0 without footsteps.
     pub start_spread_s: f64,
@@ -235,7 +235,9 @@ impl LimitSearch<'_> {
             dv_m_s,
             dv_over_sqrt_g_h,
             start_spread_s: self.start_spread_s,
-            of_one_step_bound: impulse50.at_n_s / self.bound_one_step_n_s,
+            of_one_step_bound: self
+                .bound_one_step_n_s
+                .map(|bound_n_s| impulse50.at_n_s / bound_n_s),
             resolved: posterior.is_resolved(),
             safe_n_s: (self.replicas > 0).then_some(safe.up_to_n_s),
             none_above_n_s: (self.replicas > 0)

@@ -81,19 +81,18 @@ static HARD: LazyLock<Vec<Hard>> = LazyLock::new(|| {
     let pendulum_bounds = PendulumBounds::new(
         &robot,
         &Campaign::load("nominal", &Overrides::default()).unwrap(),
-    )
-    .unwrap();
+    );
     assert!(
         (pendulum_bounds.push_duration_s - 0.05).abs() < 1e-5
             && pendulum_bounds.push_height_m == 0.0
     );
     let of = |heading_deg: &f64| {
         let bounds = pendulum_bounds.heading(*heading_deg);
-        let push = push(0.9 * bounds.bound_one_step_n_s, *heading_deg);
+        let push = push(0.9 * bounds.with_one_step_n_s(), *heading_deg);
         let (record, course) = Course::of(&bench, push);
         Hard {
             push,
-            steps: bounds.bound_one_step_n_s > 1.01 * bounds.bound_no_step_n_s,
+            steps: bounds.with_one_step_n_s() > 1.01 * bounds.bound_no_step_n_s,
             record,
             course,
         }
