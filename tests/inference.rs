@@ -702,14 +702,24 @@ fn stated_soles_are_completed() {
             gone,
             "the mesh of the foot left_foot is left out: gone.stl (no such file)",
         ),
-        ("", "the foot left_foot has no collision geometry"),
+        (
+            "",
+            "the foot left_foot has no collision geometry and is not drawn",
+        ),
     ] {
         // The file has a byte order mark, with which some editors begin a file.
-        fs::write(
-            path("mine.urdf"),
-            format!("\u{feff}{}", with_feet(|_| foot.into())),
-        )
-        .unwrap();
+        let urdf = ["0.005", "-0.005"].into_iter().fold(
+            with_feet(|_| foot.into()),
+            |urdf, y| {
+                let drawn = format!(
+                    "<visual><origin xyz=\"0.015 {y} -0.035\"/><geometry><box size=\"0.15 0.085 0.03\"/></geometry>\
+                     <material name=\"dark\"/></visual>"
+                );
+                assert!(urdf.contains(&drawn));
+                urdf.replace(&drawn, "")
+            },
+        );
+        fs::write(path("mine.urdf"), format!("\u{feff}{urdf}")).unwrap();
         let told = stderr(&init().code(2));
         assert!(told.contains(words), "{told}");
         assert!(
@@ -1070,6 +1080,140 @@ fn a_robot_stands_on_the_soles_that_are_stated() {
     assert!(
         told.contains("collides as a box of 48.1 x 69.2 x 30.2 mm")
             && told.contains("has 96.2 x 69.2 mm"),
+        "{told}"
+    );
+}
+
+/// A robot whose base looks another way is the same robot, with its left leg at its left.
+#[test]
+fn forward_is_from_the_ankles_to_the_toes() {
+    let straight = robot_of(&child());
+    for (yaw_rad, forward) in [
+        ("3.14159265358979", "-x"),
+        ("1.5707963267949", "y"),
+        ("-1.5707963267949", "-y"),
+    ] {
+        let base = format!(
+            "<link name=\"base\"/><joint name=\"base_joint\" type=\"fixed\"><parent link=\"base\"/><child link=\"pelvis\"/>\
+             <origin xyz=\"0 0 0\" rpy=\"0 0 {yaw_rad}\"/></joint><link name=\"pelvis\">"
+        );
+        let urdf = Source {
+            text: CHILD.replace("<link name=\"pelvis\">", &base),
+            ..child()
+        };
+        let settings = inferred(&urdf, None).unwrap();
+        assert!(
+            settings.text.contains(&format!("forward = \"{forward}\"")),
+            "{}",
+            settings.text
+        );
+        let turned = standfast::robots::parse(&urdf, &settings).unwrap();
+        let soles = [&straight, &turned].map(|robot| {
+            Foot::BOTH.map(|foot| {
+                let name = robot.frames[robot.soles[foot].frame].name.clone();
+                let at = Kinematics::at_home(robot).sole_pose(robot, foot);
+                (name, at.translation.vector)
+            })
+        });
+        for ((name, at), (turned_name, turned_at)) in soles[0].iter().zip(&soles[1]) {
+            assert_eq!(name, turned_name);
+            assert!((at - turned_at).norm() < 1e-4, "{at} {turned_at}");
+        }
+        for (a, b) in straight.home_rad.iter().zip(&turned.home_rad) {
+            assert!((a - b).abs() < 1e-3, "{a} {b}");
+        }
+        assert_eq!(straight.reach.len(), turned.reach.len());
+    }
+    let swapped = Source {
+        text: CHILD
+            .replace("left_", "LEFT_")
+            .replace("right_", "left_")
+            .replace("LEFT_", "right_"),
+        ..child()
+    };
+    let text = inferred(&swapped, None).unwrap().text;
+    assert!(
+        text.contains("the names of the legs (left, right) would have it look the other way")
+            && !text.contains("forward = "),
+        "{text}"
+    );
+}
+
+/// The foot of a leg whose joints are at zero may point down. Its sole is the face on which it can stand.
+#[test]
+fn soles_of_feet_that_are_pitched_at_zero_are_found() {
+    let straight = robot_of(&child());
+    for pitch_rad in [0.6, -0.5] {
+        let mut text = CHILD.to_string();
+        for side in ["left", "right"] {
+            let joint = format!("<child link=\"{side}_ankle\"/><origin xyz=\"0 0 -0.21\"");
+            assert!(text.contains(&joint));
+            text = text.replace(&joint, &format!("{joint} rpy=\"0 {pitch_rad} 0\""));
+        }
+        let pitched = robot_of(&Source { text, ..child() });
+        for foot in Foot::BOTH {
+            let (a, b) = (straight.soles[foot], pitched.soles[foot]);
+            for (a, b) in a.half_m.iter().zip(&b.half_m) {
+                assert!((a - b).abs() < 1e-3, "{pitch_rad}: {a} m, not {b} m");
+            }
+        }
+        near(
+            "COM height",
+            pitched.home_com_height(),
+            straight.home_com_height(),
+            0.003,
+        );
+    }
+}
+
+/// Feet that are drawn and do not collide stand on what is drawn. A robot without legs is told so.
+#[test]
+fn feet_are_drawn_and_arms_are_no_legs() {
+    let bare = Source {
+        text: with_feet(|_| String::new()),
+        ..child()
+    };
+    let (straight, drawn) = (robot_of(&child()), robot_of(&bare));
+    for foot in Foot::BOTH {
+        assert_eq!(straight.soles[foot].half_m, drawn.soles[foot].half_m);
+        assert_eq!(drawn.links[drawn.soles[foot].link].collisions.len(), 1);
+    }
+    assert!(
+        drawn
+            .assumptions
+            .iter()
+            .any(|words| words.contains("its sole is the lowest face of what is drawn")),
+        "{:?}",
+        drawn.assumptions
+    );
+    let arm = |side: &str, y: f64| -> String {
+        let link = |k: usize| {
+            let (joint, carrier) = match k {
+                0 => (format!("0 {y} 1"), "base".into()),
+                _ => ("0 0 -0.15".into(), format!("{side}_{}", k - 1)),
+            };
+            format!(
+                "<link name=\"{side}_{k}\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" \
+                 izz=\"0.01\"/></inertial></link><joint name=\"{side}_joint_{k}\" type=\"revolute\"><parent link=\"{carrier}\"/>\
+                 <child link=\"{side}_{k}\"/><origin xyz=\"{joint}\"/><axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"1\" effort=\"20\" \
+                 velocity=\"5\"/></joint>"
+            )
+        };
+        (0..4).map(link).collect()
+    };
+    let wheeled = Source {
+        file: "wheeled.urdf".into(),
+        text: format!(
+            "<robot name=\"wheeled\"><link name=\"base\"><inertial><mass value=\"20\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" \
+             iyz=\"0\" izz=\"1\"/></inertial></link>{}{}</robot>",
+            arm("left", 0.2),
+            arm("right", -0.2)
+        ),
+    };
+    let told = inferred(&wheeled, None).unwrap_err().to_string();
+    assert!(
+        told.contains("there are no legs: the two chains")
+            && told.contains("hang from above the base, as arms do"),
         "{told}"
     );
 }

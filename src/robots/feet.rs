@@ -17,7 +17,7 @@ pub(super) fn stand_on_sole(robot: &mut Robot, foot: Foot) {
     let [length, width] = sole.half_m.map(|half| 2.0 * half);
     let collides = !robot.links[sole.link].collisions.is_empty();
     let own = match collides {
-        true => infer::lowest_face(robot, sole.link, &robot.home_rad).ok(),
+        true => infer::lowest_face(robot, sole.link, &robot.home_rad, &Vector3::x()).ok(),
         false => None,
     };
     let of_shapes = own.map(|own| {

@@ -1,7 +1,8 @@
 //! Finds the links of feet, legs, trunk and arms, and the direction in which the robot looks.
 
+use super::soles;
 use crate::facing::Forward;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use standfast_core::robot::{Foot, Kinematics, PerFoot, Robot};
 
 /// Least number of joints of a leg that are not shared with the other leg.
@@ -11,7 +12,7 @@ const ASIDE: f64 = 0.5;
 
 /// How far the first joints of legs may lie above the COM of the base, in lengths of the legs.
 const ABOVE: f64 = 0.5;
-/// How much longer a foot is before its ankle than behind it, as a share of its length, for its toes to tell forward.
+/// How far the middle of a sole lies before the ankle, in halves of its length, for the toes to tell forward.
 const AHEAD: f64 = 0.1;
 
 /// Share of the heaviest link's mass from which on a link counts as nearly as heavy.
@@ -185,27 +186,15 @@ pub fn facing(robot: &Robot, legs: &PerFoot<Vec<usize>>) -> Facing {
         false => Forward::X,
     };
     let axis = along.axis();
+    // How far the middles of the soles lie before the ankles, in halves of their lengths.
+    let at_zero = vec![0.0; robot.joints.len()];
     let toes: f64 = Foot::BOTH
         .into_iter()
-        .map(|foot| {
+        .filter_map(|foot| {
             let link = legs[foot].last().map_or(0, |j| j + 1);
-            let pose = kinematics.link_pose(link);
-            let solids = robot.links[link]
-                .drawn()
-                .iter()
-                .chain(&robot.links[link].collisions);
-            let reach = |direction: Vector3<f64>| {
-                let own = pose.rotation.inverse_transform_vector(&direction);
-                let reaches = solids.clone().map(|solid| solid.reach_m(&own));
-                reaches.fold(f64::NEG_INFINITY, f64::max)
-            };
-            let ankle = (ankles[foot] - pose.translation.vector).coords.dot(&axis);
-            let (front, back) = (reach(axis) - ankle, reach(-axis) + ankle);
-            if front.is_finite() {
-                (front - back) / (front + back)
-            } else {
-                0.0
-            }
+            let sole = soles::find(robot, link, &at_zero, &axis).ok()?.sole;
+            let ankle = sole.center.inverse() * Point3::origin();
+            Some(-ankle.x / sole.half_m[0])
         })
         .sum();
     // Positive if the leg that is named left is at the left of a robot that looks along the axis.

@@ -20,6 +20,7 @@ use crate::motors::Motors;
 use crate::settings::{SolesAlone, settings_path};
 use crate::tree::Tree;
 use limbs::Limbs;
+use nalgebra::Vector3;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Foot, MotorOrigin, PerFoot, PushPoint, Robot, SensorNoise};
 use standfast_files::assets::Source;
@@ -133,7 +134,9 @@ pub(super) fn settings(
                     "the mesh of the foot {name} is left out: {mesh}"
                 )));
             }
-            match Foot::BOTH.map(|foot| soles::find(&robot, foot_link(foot), start_rad)) {
+            match Foot::BOTH
+                .map(|foot| soles::find(&robot, foot_link(foot), start_rad, &Vector3::x()))
+            {
                 [Ok(left), Ok(right)] => PerFoot { left, right },
                 [left, right] => {
                     let problems: Vec<String> = [left, right]

@@ -75,9 +75,14 @@ impl FoundSole {
     }
 }
 
-/// The sole of the foot `link` with all links that are fixed to it, in a posture with the angles `q` (rad). A foot that
-/// does not collide has the sole of what is drawn. Errors are in words.
-pub fn find(robot: &Robot, link: usize, q: &[f64]) -> Result<FoundSole, String> {
+/// The sole of the foot `link` with all links that are fixed to it, in a posture with the angles `q` (rad) and for a
+/// robot that looks along `forward`. A foot that does not collide has the sole of what is drawn. Errors are in words.
+pub fn find(
+    robot: &Robot,
+    link: usize,
+    q: &[f64],
+    forward: &Vector3<f64>,
+) -> Result<FoundSole, String> {
     let posture = Posture {
         q: q.to_vec(),
         ..robot.zero_posture()
@@ -90,7 +95,7 @@ pub fn find(robot: &Robot, link: usize, q: &[f64]) -> Result<FoundSole, String> 
         false => &robot.links[link].visuals,
     };
     let turn = kinematics.link_pose(link).rotation;
-    let [down, ahead] = [-Vector3::z(), Vector3::x()].map(|v| turn.inverse_transform_vector(&v));
+    let [down, ahead] = [-Vector3::z(), *forward].map(|v| turn.inverse_transform_vector(&v));
     let reach = |solid: &&Solid| solid.reach_m(&down);
     let Some(lowest) = solids.iter().max_by(|a, b| reach(a).total_cmp(&reach(b))) else {
         return Err(format!(
