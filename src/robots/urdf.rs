@@ -8,7 +8,7 @@ use super::motors::Motors;
 use super::settings::{self, RobotSettings};
 pub use super::settings::{settings_path, states_soles_alone};
 use super::skeleton::with_bones;
-use super::tree::Tree;
+use super::tree::{Tree, mjcf};
 use super::xacro;
 use nalgebra::{Point3, Translation3, Vector3};
 use standfast_core::error::{Error, Result};
@@ -126,7 +126,10 @@ fn unbuilt(file: &str) -> String {
 
 /// The URDF of a built-in robot by its name, or of a file, with its macros expanded. Fails as [`Files::open`] does.
 pub fn opened(name_or_path: &str) -> Result<Source> {
-    xacro::expanded(assets::open(InputKind::Robot, name_or_path)?)
+    mjcf::with_included(xacro::expanded(assets::open(
+        InputKind::Robot,
+        name_or_path,
+    )?)?)
 }
 
 /// The settings that are inferred from a URDF. Joints without a range of their own get the range `range_rad` (rad) to

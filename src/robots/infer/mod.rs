@@ -1,4 +1,4 @@
-//! Infers the settings of a robot from a URDF alone: feet, trunk, soles, home posture, servos, noise, delay, and where
+//! Infers the settings of a robot from its URDF or MJCF alone: feet, trunk, soles, home posture, servos, noise, delay, and where
 //! a foot can land.
 
 mod clearance;
@@ -16,14 +16,14 @@ pub(super) use soles::find as lowest_face;
 
 use crate::motors::Motors;
 use crate::settings::{SolesAlone, settings_path};
-use crate::tree::Tree;
+use crate::tree::{Tree, format_of};
 use limbs::Limbs;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{Foot, MotorOrigin, PerFoot, PushPoint, Robot, SensorNoise};
 use standfast_files::assets::Source;
 
 /// How to state by hand what cannot be inferred.
-const BY_HAND: &str = "a humanoid, or a TOML file of the same name beside the URDF that says it: trunk, [soles], [home_rad], \
+const BY_HAND: &str = "a humanoid, or a TOML file of the same name beside the robot's file that says it: trunk, [soles], [home_rad], \
                        [[servos]], [noise], friction, delay_s; the chapter Robots of the guide explains each key, and \
                        assets/robots/ut-mu2.toml is an example";
 
@@ -55,6 +55,7 @@ pub(super) fn settings(
         Error::value(&urdf.file, "settings", "(none)", problem, BY_HAND)
     };
     let (written, missing, without_range) = (tree.motors, tree.missing, tree.without_range);
+    let postures = tree.postures;
     // The unknown fields are filled in step by step.
     let mut robot = Robot {
         name: tree.name,
@@ -164,7 +165,8 @@ pub(super) fn settings(
             joints[0], joints[1]
         ));
     }
-    let reference = srdf::beside(urdf, &robot)?;
+    let reference =
+        srdf::beside(urdf, &robot)?.or_else(|| srdf::among(&postures, &urdf.file, &robot));
     let home = home::find(
         &robot,
         &limbs,
@@ -185,7 +187,8 @@ pub(super) fn settings(
             robot.soles[foot] = soles[foot].sole;
         }
     }
-    let (mut servos, unbelieved) = servos::find(&robot, &limbs, &written);
+    let format = format_of(&urdf.text);
+    let (mut servos, unbelieved) = servos::find(&robot, &limbs, &written, format);
     warnings.extend(unbelieved);
     if let Some(motors) = motors {
         let from = format!("of {}", motors.file);
@@ -214,7 +217,7 @@ pub(super) fn settings(
         range_rad,
         soles_are_stated: stated.is_some(),
     };
-    Ok(text::toml(&urdf.file, &robot, &origins))
+    Ok(text::toml(&urdf.file, format, &robot, &origins))
 }
 
 /// The assumptions, in words.
