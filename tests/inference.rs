@@ -442,7 +442,7 @@ fn joints_without_a_range_are_told_and_can_be_given_one() {
     let refused = stderr(&standfast(folder.path(), &["init", "robot.urdf"]).code(2));
     assert!(
         refused
-            .contains("17 joints are locked, since their limits in the URDF leave them no range"),
+            .contains("17 joints are locked, since their limits in the file leave them no range"),
         "{refused}"
     );
     assert!(refused.contains("standfast init --range 1.5"), "{refused}");

@@ -1,4 +1,4 @@
-//! The TOML file beside a URDF, with what the URDF cannot state.
+//! The TOML file beside a URDF or MJCF, with what that cannot state.
 
 use super::tree::Tree;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -171,7 +171,8 @@ impl SolesAlone {
     }
 }
 
-/// Where the settings of a URDF file are: `robot.toml` for `robot.urdf`, `robot.xacro` and `robot.urdf.xacro`.
+/// Where the settings of a robot's file are: `robot.toml` for `robot.urdf`, `robot.xml`, `robot.xacro` and
+/// `robot.urdf.xacro`.
 pub fn settings_path(urdf: &str) -> PathBuf {
     let path = Path::new(urdf).with_extension("");
     let is_urdf = path
@@ -194,7 +195,7 @@ pub(super) fn parse(source: &Source) -> Result<RobotSettings> {
     if states_soles_alone(source) {
         let (problem, accepted) = (
             "are all that it states",
-            "a whole file: `standfast init` with the URDF adds the rest",
+            "a whole file: `standfast init` with the robot's file adds the rest",
         );
         return Err(Error::value(
             &source.file,

@@ -1,6 +1,6 @@
-//! Reads a [`Robot`] from a URDF and the settings beside it.
+//! Reads a [`Robot`] from a URDF or an MJCF, and the settings beside it. What is called a URDF here may also be an MJCF.
 //!
-//! The accepted content of a URDF is in the module `tree`. `effort` and `velocity` of its limits and the `dynamics` of
+//! The accepted content of both is in the module `tree`. `effort` and `velocity` of its limits and the `dynamics` of
 //! its joints are not used, because the settings describe the servos.
 
 use super::infer;
@@ -84,6 +84,11 @@ impl Files {
         })
     }
 
+    /// The extension of a file with the text of the robot.
+    pub fn extension(&self) -> &'static str {
+        if self.urdf.is_mjcf() { "xml" } else { "urdf" }
+    }
+
     /// The same files with the motors of the file `path`, if there is one. It fails as [`Motors::open`] does.
     pub fn with_motors(mut self, path: Option<&str>) -> Result<Files> {
         let Some(path) = path else { return Ok(self) };
@@ -124,7 +129,7 @@ fn unbuilt(file: &str) -> String {
     file.trim_start_matches("builtin:").into()
 }
 
-/// The URDF of a built-in robot by its name, or of a file, with its macros expanded. Fails as [`Files::open`] does.
+/// The URDF of a built-in robot by its name, or of a file, with its macros expanded, or an MJCF with all that it includes. Fails as [`Files::open`] does.
 pub fn opened(name_or_path: &str) -> Result<Source> {
     mjcf::with_included(xacro::expanded(assets::open(
         InputKind::Robot,

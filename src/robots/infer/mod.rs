@@ -84,7 +84,7 @@ pub(super) fn settings(
         ];
         if without_range > 0 {
             problems.push(format!(
-                "{without_range} joints are locked, since their limits in the URDF leave them no range (lower = upper): state the \
+                "{without_range} joints are locked, since their limits in the file leave them no range (lower = upper): state the \
                  limits there, or give these joints a range by `standfast init --range 1.5` (rad, to both sides)"
             ));
         }
@@ -187,7 +187,7 @@ pub(super) fn settings(
             robot.soles[foot] = soles[foot].sole;
         }
     }
-    let format = format_of(&urdf.text);
+    let format = format_of(urdf);
     let (mut servos, unbelieved) = servos::find(&robot, &limbs, &written, format);
     warnings.extend(unbelieved);
     if let Some(motors) = motors {

@@ -55,9 +55,9 @@ pub(super) struct Posture {
     pub by_joint: Vec<(String, f64)>,
 }
 
-/// The name of the format of a robot's text.
-pub(super) fn format_of(text: &str) -> &'static str {
-    if mjcf::is_mjcf(text) { "MJCF" } else { "URDF" }
+/// The name of the format of a robot's file.
+pub(super) fn format_of(source: &Source) -> &'static str {
+    if source.is_mjcf() { "MJCF" } else { "URDF" }
 }
 
 impl Tree {
@@ -66,7 +66,7 @@ impl Tree {
     /// `range_rad` to both sides (rad) or, if it is None, are locked.
     pub fn parse(source: &Source, range_rad: Option<f64>) -> Result<Tree> {
         let mut problems = Problems::new(&source.file);
-        let urdf = match mjcf::is_mjcf(&source.text) {
+        let urdf = match source.is_mjcf() {
             true => mjcf::read(source, &mut problems)?,
             false => xml::read(source, &mut problems)?,
         };

@@ -68,13 +68,15 @@ pub struct Coupled<'a> {
     pub offset_rad: f64,
 }
 
-/// The joints that an equality couples to another one. Equalities that close a loop of the robot are problems, and
-/// what is left out is noted. `carried` tells how many bodies a joint of the robot carries, by its name, and `is_body` whether
-/// a name is one of its bodies.
+/// The joints that an equality couples to another one. Of a motor's own joint and the one that it drives by gears, the
+/// one that carries more bodies moves, with the torque that the gears give it, and the other one is coupled. Equalities
+/// that close a loop of the robot are problems, and what is left out is noted. `carried` tells how many bodies a joint of the
+/// robot carries, by its name, and `is_body` whether a name is one of its bodies.
 pub fn coupled<'a>(
     mjcf: &Mjcf<'a, '_>,
     carried: &HashMap<&'a str, usize>,
     is_body: impl Fn(&str) -> bool,
+    torques_n_m: &mut HashMap<&'a str, f64>,
 ) -> HashMap<&'a str, Coupled<'a>> {
     let (mut coupled, mut left_out) = (HashMap::new(), Vec::new());
     for element in mjcf.section("equality") {
@@ -99,11 +101,18 @@ pub fn coupled<'a>(
         let named = || format!("{} ({shown})", mjcf.named(element.node));
         match (tag, first.unwrap_or_default()) {
             ("joint", joint) if carried.contains_key(joint) => {
-                let coefficients = mjcf.list(element, "polycoef", 1).unwrap_or(vec![0.0]);
+                let coefficients = mjcf.list(element, "polycoef", 1).unwrap_or(vec![0.0, 1.0]);
                 let other = second.filter(|other| carried.contains_key(other));
-                // Of a motor's own joint and the one that it drives by gears, the one that carries more is the robot's.
                 let (joint, follows, offset_rad) = match other {
-                    Some(other) if carried[other] < carried[joint] => (other, joint, 0.0),
+                    Some(drive) if carried[drive] < carried[joint] => {
+                        // Gears with this ratio.
+                        let ratio = coefficients.get(1).map_or(0.0, |ratio| ratio.abs());
+                        let torque = torques_n_m.get(drive).copied();
+                        if let Some(torque) = torque.filter(|_| ratio > 0.0) {
+                            torques_n_m.entry(joint).or_insert(torque / ratio);
+                        }
+                        (drive, joint, 0.0)
+                    }
                     other => (joint, other.unwrap_or("nothing"), coefficients[0]),
                 };
                 coupled.insert(

@@ -1,6 +1,5 @@
 //! Puts the files that an MJCF includes into its text, so that one text says all.
 
-use super::is_mjcf;
 use crate::xml_limits;
 use standfast_core::error::{Error, Result};
 use standfast_files::assets::{self, Source};
@@ -15,7 +14,7 @@ const WITH_INCLUDED: &str = "<!-- With the files that it includes: ";
 /// # Errors
 /// A file cannot be read, is malformed, or is included twice.
 pub fn with_included(source: Source) -> Result<Source> {
-    if source.is_builtin() || !is_mjcf(&source.text) {
+    if source.is_builtin() || !source.is_mjcf() {
         return Ok(source);
     }
     let main = Path::new(&source.file);

@@ -35,25 +35,6 @@ const BETWEEN: f64 = 0.02;
 /// Elements of a body that say nothing about the robot's mechanics.
 const UNUSED: [&str; 4] = ["light", "camera", "plugin", "user"];
 
-/// Whether a text is an MJCF, by its root element.
-pub fn is_mjcf(text: &str) -> bool {
-    let mut rest = xml_limits::without_comments(text);
-    while let Some((_, after)) = rest
-        .trim_start()
-        .strip_prefix("<?")
-        .and_then(|r| r.split_once("?>"))
-    {
-        rest = after.to_string();
-    }
-    let after = rest
-        .trim_start()
-        .trim_start_matches('\u{feff}')
-        .trim_start()
-        .strip_prefix("<mujoco");
-    after
-        .is_some_and(|after| after.starts_with(|c: char| c.is_whitespace() || c == '>' || c == '/'))
-}
-
 /// A body of the file, also one that does not belong to the robot.
 pub struct Body<'a> {
     node: Node<'a, 'a>,
@@ -134,6 +115,26 @@ pub fn read(source: &Source, problems: &mut Problems) -> Result<Urdf> {
             childclass: None,
         };
         collect(&mjcf, element, None, &Isometry3::identity(), &mut bodies);
+    }
+    if mjcf.setting("coordinate") == Some("global") {
+        let (field, problem) = ("compiler coordinate", "is not supported");
+        mjcf.bad(
+            root,
+            field,
+            "global",
+            problem,
+            "local, as MuJoCo has had it since 2022",
+        );
+    }
+    for name in ["boundmass", "boundinertia", "balanceinertia"] {
+        if let Some(value) = mjcf
+            .setting(name)
+            .filter(|value| !["0", "false"].contains(value))
+        {
+            mjcf.note(format!(
+                "The setting {name} = {value} of <compiler> is left out."
+            ));
+        }
     }
     let base = base(&mjcf, &bodies).ok_or_else(|| {
         let accepted = "a tree of bodies with a free joint";
@@ -284,7 +285,7 @@ impl<'a> Reader<'a, '_, '_> {
         }
         let of_robot = || bodies.iter().enumerate().filter(|(i, _)| is_of_robot[*i]);
         let is_body = |name: &str| of_robot().any(|(_, body)| body.name == name);
-        let coupled = drives::coupled(self.mjcf, &carried, is_body);
+        let coupled = drives::coupled(self.mjcf, &carried, is_body, &mut self.torques_n_m);
         // The origin of each body's link in the frame of the body (m).
         let mut origins_m = vec![Vector3::zeros(); bodies.len()];
         for (i, body) in of_robot() {

@@ -575,8 +575,8 @@ fn what_is_no_tree_of_hinges_is_refused_or_noted_by_its_name() {
         "Equalities are left out: weld rope (body and crane).",
     );
     let within = arm(r#"<joint name="j"/>"#) + &arm(r#"<joint name="k"/>"#).replace("arm", "leg");
-    let sections = equality(r#"<joint joint1="k" joint2="j" polycoef="0.5 1"/>"#)
-        + r#"<tendon><fixed name="rope"><joint joint="j" coef="1"/></fixed></tendon><actuator><motor name="pull" tendon="rope"/></actuator>"#;
+    let sections = equality(r#"<joint joint1="k" joint2="j" polycoef="0.5 -0.5"/>"#)
+        + r#"<tendon><fixed name="rope"><joint joint="j" coef="1"/></fixed></tendon><actuator><motor name="pull" tendon="rope"/><motor joint="j" ctrlrange="-4 4"/></actuator>"#;
     let tree = parse(&on_body(&sections, &within)).unwrap();
     assert_eq!(tree.joints.len(), 1);
     noted(&tree, "k (mimic of another joint");
@@ -601,6 +601,7 @@ fn what_is_no_tree_of_hinges_is_refused_or_noted_by_its_name() {
         .map(|joint| joint.name.as_str())
         .collect();
     assert_eq!(names, ["k", "f"]);
+    assert_eq!(tree.motors[0].effort_n_m, Some(8.0));
     noted(
         &parse(&on_body("", &arm("<joint type=\"slide\" name=\"s\"/>"))).unwrap(),
         "s (prismatic)",
@@ -617,6 +618,15 @@ fn what_is_no_tree_of_hinges_is_refused_or_noted_by_its_name() {
             "<joint name=\"x\"/><inertial mass=\"2\"",
         ),
         "joint x = body: ties the base to the world",
+    );
+    refuse(
+        "<compiler coordinate=\"global\"/>",
+        "<joint/>",
+        "compiler coordinate = global: is not supported",
+    );
+    noted(
+        &parse(&on_body("<compiler boundmass=\"0.1\"/>", &arm("<joint/>"))).unwrap(),
+        "boundmass = 0.1 of <compiler>",
     );
     refused("<mujoco/>", "worldbody = (none): there is no robot");
 }
@@ -739,6 +749,77 @@ fn files_are_included_from_the_folder_of_the_main_file() {
         let error = open(name).unwrap_err().to_string();
         assert!(error.contains(expected), "{expected}: {error}");
     }
+}
+
+/// Rotor inertias and a keyframe come into the settings, and the file serves as a file of motors.
+#[test]
+fn settings_have_what_an_mjcf_states() {
+    let folder = tempfile::tempdir().unwrap();
+    let urdf = Tree::parse(&assets::open(InputKind::Robot, "ut-mu2").unwrap(), None).unwrap();
+    let text = written(&urdf);
+    let names = text
+        .split("<joint name=\"")
+        .skip(1)
+        .filter_map(|rest| rest.split('"').next());
+    let angle = |name: &str| match name {
+        name if name.ends_with("hip_flexion") => "0.2",
+        name if name.ends_with("knee_flexion") => "0.5",
+        name if name.ends_with("ankle_flexion") => "0.3",
+        _ => "0",
+    };
+    let angles: Vec<_> = names.map(angle).collect();
+    let sections = format!(
+        r#"<default><joint armature="0.002"/></default><keyframe><key name="squat" qpos="0"/>
+<key name="Home" qpos="0 0 1 1 0 0 0 {}"/></keyframe><worldbody>"#,
+        angles.join(" ")
+    );
+    let path = folder.path().join("mine.xml");
+    std::fs::write(&path, text.replace("<worldbody>", &sections)).unwrap();
+    let files = crate::Files::open(path.to_str().unwrap()).unwrap();
+    assert!(files.are_inferred && files.extension() == "xml");
+    let robot = files.robot().unwrap();
+    assert!(
+        robot
+            .servos
+            .iter()
+            .all(|servo| servo.rotor_inertia_kg_m2 == 0.002)
+    );
+    assert!(
+        robot
+            .motor_origins
+            .iter()
+            .all(|origin| origin.rotor_inertia == "read")
+    );
+    for (joint, home) in robot.joints.iter().zip(&robot.home_rad) {
+        assert_eq!(
+            joint.name.ends_with("knee_flexion"),
+            (home - 0.5).abs() < 1e-6,
+            "{}: {home}",
+            joint.name
+        );
+    }
+    for expected in [
+        "It is the reference posture Home of ",
+        "\"read\" is from the MJCF",
+        "cannot state",
+    ] {
+        assert!(
+            files.settings.text.contains(expected),
+            "{expected}: {}",
+            files.settings.text
+        );
+    }
+    let motors = crate::motors::Motors::open(path.to_str().unwrap(), &robot).unwrap();
+    assert_eq!(
+        (motors.file.as_str(), motors.by_joint.len()),
+        ("mine.xml", robot.joints.len())
+    );
+    assert!(
+        motors
+            .by_joint
+            .values()
+            .all(|motor| motor.rotor_inertia_kg_m2 == Some(0.002))
+    );
 }
 
 /// The G1 as its maker gives it, as a URDF and as two MJCFs.
