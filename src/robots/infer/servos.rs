@@ -17,7 +17,7 @@ const LEAST_LEG_TORQUE: f64 = 0.02;
 const LEAST_TORQUE: f64 = 1e-5;
 const LEAST_SPEED: f64 = 0.3;
 /// Credible rotor inertias, in m h^2.
-const ROTORS: [f64; 2] = [1e-7, 0.1];
+const ROTORS: [f64; 2] = [1e-7, 0.5];
 
 /// Torque (N m) and speed (rad/s) that exporters write where nothing is stated.
 const OF_EXPORTERS: [f64; 2] = [1.0, 20.0];

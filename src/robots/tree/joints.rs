@@ -30,16 +30,8 @@ pub struct Motor {
     /// Rotor inertia seen at the joint (kg m^2).
     pub rotor_inertia_kg_m2: Option<f64>,
     /// Dry friction (N m).
-    #[cfg_attr(
-        not(test),
-        expect(dead_code, reason = "servos have no friction of their own")
-    )]
     pub friction_n_m: Option<f64>,
     /// Viscous damping (N m s/rad).
-    #[cfg_attr(
-        not(test),
-        expect(dead_code, reason = "servos have no damping of their own")
-    )]
     pub damping_n_m_s_rad: Option<f64>,
 }
 

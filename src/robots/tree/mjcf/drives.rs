@@ -145,9 +145,16 @@ pub fn coupled<'a>(
             _ => left_out.push(named()),
         }
     }
-    let tendons = mjcf
-        .section("tendon")
-        .map(|element| mjcf.named(element.node));
+    let tendons = mjcf.section("tendon").map(|tendon| {
+        let along = tendon
+            .node
+            .children()
+            .filter_map(|node| node.attribute("joint"));
+        match tendon.node.attribute("name") {
+            Some(_) => mjcf.named(tendon.node),
+            None => format!("that of {}", along.collect::<Vec<_>>().join(" and ")),
+        }
+    });
     for (what, names) in [("Equalities", left_out), ("Tendons", tendons.collect())] {
         if !names.is_empty() {
             mjcf.note(format!("{what} are left out: {}.", listed(&names)));

@@ -5,7 +5,7 @@ use standfast_core::error::{Error, Result};
 use standfast_files::assets::{self, Source};
 use std::path::{Path, PathBuf};
 
-/// Beginning of a text into which files were put, in which lines are not those of the file.
+/// Beginning of the last line of a text into which files were put, whose lines are not those of the file.
 const WITH_INCLUDED: &str = "<!-- With the files that it includes: ";
 
 /// The same MJCF with the text of each file in place of the `<include>` that names it; another text as it is. A file
@@ -27,14 +27,15 @@ pub fn with_included(source: Source) -> Result<Source> {
     // Two hyphens would end the comment.
     let names = names.join(", ").replace("--", "- -");
     Ok(Source {
-        text: format!("{WITH_INCLUDED}{names}. -->\n{text}"),
+        text: format!("{text}\n{WITH_INCLUDED}{names}. -->\n"),
         ..source
     })
 }
 
 /// Whether the lines of a text are those of its file.
 pub fn has_own_lines(text: &str) -> bool {
-    !text.starts_with(WITH_INCLUDED)
+    let last = text.lines().next_back();
+    !last.is_some_and(|line| line.starts_with(WITH_INCLUDED))
 }
 
 /// The text with all that it includes. None if it includes nothing.

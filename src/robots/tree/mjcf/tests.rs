@@ -700,14 +700,14 @@ fn files_are_included_from_the_folder_of_the_main_file() {
     );
     write(
         "scene.xml",
-        "<mujoco model=\"scene\"><include file=\"robot.xml\"/></mujoco>",
+        "<?xml version=\"1.0\"?>\n<mujoco model=\"scene\"><include file=\"robot.xml\"/></mujoco>",
     );
     let open = |name: &str| crate::urdf::opened(folder.path().join(name).to_str().unwrap());
     let source = open("scene.xml").unwrap();
     assert!(
         source
             .text
-            .starts_with("<!-- With the files that it includes: robot.xml, more.xml, tip.xml. -->")
+            .ends_with("<!-- With the files that it includes: robot.xml, more.xml, tip.xml. -->\n")
     );
     let tree = Tree::parse(&source, None).unwrap();
     assert_eq!(
