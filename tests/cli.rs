@@ -1153,7 +1153,7 @@ fn what_has_a_name_is_listed() {
         [cfg!(feature = "onnx"), cfg!(feature = "mujoco")]
     );
     assert!(
-        text.contains("a URDF, or a TOML file")
+        text.contains("a URDF or MJCF, or a TOML file")
             && text.lines().all(|line| line.chars().count() <= 80),
         "{text}"
     );

@@ -443,7 +443,7 @@ fn joints_without_a_range_are_told_and_can_be_given_one() {
     let refused = stderr(&standfast(folder.path(), &["init", "robot.urdf"]).code(2));
     assert!(
         refused
-            .contains("17 joints are locked, since their limits in the URDF leave them no range"),
+            .contains("17 joints are locked, since their limits in the file leave them no range"),
         "{refused}"
     );
     assert!(refused.contains("standfast init --range 1.5"), "{refused}");
@@ -1216,4 +1216,118 @@ fn feet_are_drawn_and_arms_are_no_legs() {
             && told.contains("hang from above the base, as arms do"),
         "{told}"
     );
+}
+
+/// A URDF of boxes as an MJCF.
+fn as_mjcf(urdf: &str) -> String {
+    fn pose(of: roxmltree::Node) -> String {
+        let origin = of.children().find(|node| node.has_tag_name("origin"));
+        let part = |name| {
+            origin
+                .and_then(|origin| origin.attribute(name))
+                .unwrap_or("0 0 0")
+        };
+        // Roll, pitch and yaw are about fixed axes.
+        format!(r#"pos="{}" euler="{}""#, part("xyz"), part("rpy"))
+    }
+    fn body(robot: roxmltree::Node, link: roxmltree::Node, joint: &str, at: &str) -> String {
+        let name = link.attribute("name").unwrap();
+        let mut text = format!(r#"<body name="{name}" {at}>{joint}"#);
+        for part in link.children().filter(roxmltree::Node::is_element) {
+            let value = |tag: &str, name: &str| {
+                let node = part.descendants().find(|node| node.has_tag_name(tag));
+                node.and_then(|node| node.attribute(name)).unwrap_or("0")
+            };
+            if part.has_tag_name("inertial") {
+                let moments = ["ixx", "iyy", "izz", "ixy", "ixz", "iyz"];
+                let moments = moments.map(|name| value("inertia", name)).join(" ");
+                let mass = value("mass", "value");
+                text += &format!(
+                    r#"<inertial {} mass="{mass}" fullinertia="{moments}"/>"#,
+                    pose(part)
+                );
+            } else if part.has_tag_name("collision") {
+                let size = value("box", "size").split(' ');
+                let half: Vec<String> = size
+                    .map(|side| (0.5 * side.parse::<f64>().unwrap()).to_string())
+                    .collect();
+                let half = half.join(" ");
+                text += &format!(r#"<geom type="box" {} size="{half}"/>"#, pose(part));
+            }
+        }
+        let ends = |joint: &roxmltree::Node, end: &str, link: &str| {
+            let mut ends = joint.children().filter(|node| node.has_tag_name(end));
+            ends.any(|node| node.attribute("link") == Some(link))
+        };
+        let joints = robot.children().filter(|node| node.has_tag_name("joint"));
+        for joint in joints.filter(|joint| ends(joint, "parent", name)) {
+            let mut links = robot.children().filter(|node| node.has_tag_name("link"));
+            let is_child =
+                |link: &roxmltree::Node| ends(&joint, "child", link.attribute("name").unwrap());
+            let child = links.find(is_child).unwrap();
+            let value = |tag: &str, name: &str| {
+                let node = joint.children().find(|node| node.has_tag_name(tag));
+                node.and_then(|node| node.attribute(name)).unwrap_or("0")
+            };
+            let hinge = match joint.attribute("type") {
+                Some("fixed") => String::new(),
+                _ => format!(
+                    r#"<joint name="{}" axis="{}" range="{} {}"/>"#,
+                    joint.attribute("name").unwrap(),
+                    value("axis", "xyz"),
+                    value("limit", "lower"),
+                    value("limit", "upper")
+                ),
+            };
+            text += &body(robot, child, &hinge, &pose(joint));
+        }
+        text + "</body>"
+    }
+    let document = roxmltree::Document::parse(urdf).unwrap();
+    let robot = document.root_element();
+    let base = robot.children().find(|node| node.has_tag_name("link"));
+    format!(
+        "<mujoco><worldbody>{}</worldbody></mujoco>",
+        body(robot, base.unwrap(), "<freejoint/>", "")
+    )
+}
+
+/// A scene of MuJoCo is a robot as its URDF is, and a result keeps all of it.
+#[test]
+fn an_mjcf_is_taken_as_a_urdf_is() {
+    let dir = folder();
+    let urdf = assets::open(InputKind::Robot, "ut-mu2").unwrap();
+    fs::write(dir.path().join("robot.xml"), as_mjcf(&urdf.text)).unwrap();
+    let scene = "<mujoco model=\"mine\"><compiler angle=\"radian\" eulerseq=\"XYZ\"/><default><joint armature=\"0.002\"/></default>\n\
+                 <include file=\"robot.xml\"/><worldbody><geom type=\"plane\" size=\"1 1 1\"/></worldbody></mujoco>";
+    fs::write(dir.path().join("scene.xml"), scene).unwrap();
+    let init = standfast(dir.path(), &["init", "scene.xml"]).success();
+    assert!(stderr(&init).contains("It stands"), "{}", stderr(&init));
+    let robot =
+        |file: &str| standfast::robots::load(dir.path().join(file).to_str().unwrap()).unwrap();
+    let (mjcf, urdf) = (robot("scene.xml"), robot_of(&urdf));
+    near("mass", mjcf.mass(), urdf.mass(), 1e-12);
+    for (j, joint) in mjcf.joints.iter().enumerate() {
+        let known = urdf
+            .joints
+            .iter()
+            .position(|other| other.name == joint.name);
+        let (home, known) = (mjcf.home_rad[j], urdf.home_rad[known.unwrap()]);
+        assert!(
+            (home - known).abs() < 1e-4,
+            "{}: {home} {known}",
+            joint.name
+        );
+        assert_eq!(mjcf.servos[j].rotor_inertia_kg_m2, 0.002);
+    }
+    let campaign = "name = 'c'\nrobot = 'scene.xml'\ncontrollers = ['hold']\ntrials = 1\nseed = 1\n[push]\nimpulse = 0.1\n";
+    fs::write(dir.path().join("c.toml"), campaign).unwrap();
+    standfast(dir.path(), &["run", "c.toml", "--replays=0", "--out=kept"]).success();
+    for file in ["robot.xml", "scene.xml", "scene.toml"] {
+        fs::remove_file(dir.path().join(file)).unwrap();
+    }
+    standfast(dir.path(), &["replay", "kept", "--trial=0"]).success();
+    let kept = robot("kept/inputs/robot.xml");
+    assert_eq!(format!("{:?}", kept.links), format!("{:?}", mjcf.links));
+    assert_eq!(format!("{:?}", kept.joints), format!("{:?}", mjcf.joints));
 }

@@ -73,7 +73,7 @@ pub struct ChangeArgs {
     /// Compare a controller with variants, such as paper:stepping.alpha=2,5
     #[arg(long, value_name = "NAME:KEY=V1,V2")]
     pub vary: Vec<String>,
-    /// Robot by name or URDF file
+    /// Robot by name, or URDF or MJCF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! `standfast init`: writes the settings of a robot, inferred from its URDF, or the file of a policy, from what its
+//! `standfast init`: writes the settings of a robot, inferred from its URDF or MJCF, or the file of a policy, from what its
 //! training left.
 
 use super::arguments::{is_file_of, number};
@@ -21,8 +21,8 @@ use std::process::ExitCode;
     after_help = "Of a robot are inferred the feet, the trunk, the soles, the home posture, the
 servos, sensor noise and delay, and where a foot can land. Each figure of the
 file says whether it was read, solved or assumed; edit what you know better. An
-SRDF beside the URDF gives the home posture. A robot without such a file runs
-with the same settings. Macros (xacro) are expanded by the program `xacro`.
+SRDF beside the URDF, or a keyframe of the MJCF, gives the home posture. A robot
+without such a file runs with the same settings. Macros (xacro) are expanded by the program `xacro`.
 
 Of a policy are read joints, gains and what it observes: from the deploy.yaml of
 unitree_rl_lab, a configuration of unitree_rl_gym, or the metadata that holosoma
@@ -30,19 +30,19 @@ and mjlab write into the network.
 
 The file lies beside the URDF or the policy, and is called as it is. With
 --dry-run it is printed, and nothing is written. --range is for joints that have
-no range in the URDF, to both sides; without it they are locked."
+no range in the file, to both sides; without it they are locked."
 )]
 pub struct InitArgs {
-    /// URDF file of a humanoid, or ONNX file of a policy
+    /// URDF or MJCF file of a humanoid, or ONNX file of a policy
     #[arg(value_name = "ROBOT.urdf|POLICY.onnx")]
     pub file: String,
     /// Description of a policy [default: where its trainer puts it]
     #[arg(value_name = "FILE.yaml", requires = "robot")]
     pub description: Option<PathBuf>,
-    /// The robot of a policy, by name or URDF file
+    /// The robot of a policy, by name, or URDF or MJCF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Range of joints that have none in the URDF (rad)
+    /// Range of joints that have none in the robot's file (rad)
     #[arg(long, value_name = "RAD", value_parser = number)]
     pub range: Option<f64>,
     /// Motors of other settings, or of a policy's training
@@ -65,14 +65,14 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     }
     assets::refuse_other_kind(InputKind::Robot, &args.file)?;
     if let Some(robot) = &args.robot {
-        let (problem, accepted) = ("is for the robot of a policy", "none with a URDF");
+        let (problem, accepted) = ("is for the robot of a policy", "none with a robot");
         return Err(Error::option("--robot", robot, problem, accepted));
     }
     // The URDF is read first of all, since a file of another kind has no settings.
     let urdf = urdf::opened(&args.file)?;
     let usual = urdf::settings_path(&args.file);
     if urdf.is_builtin() && !args.dry_run {
-        let (problem, accepted) = ("has its settings within it", "a URDF, or --dry-run");
+        let (problem, accepted) = ("has its settings within it", "a URDF or MJCF, or --dry-run");
         return Err(Error::value("init", "robot", &args.file, problem, accepted));
     }
     // The stated soles alone are kept, and the other settings are inferred.
@@ -182,7 +182,7 @@ fn policy(args: &InitArgs) -> Result<ExitCode> {
             "--robot",
             "(none)",
             "is needed with a policy",
-            "its robot, by name or URDF file",
+            "its robot, by name, or URDF or MJCF file",
         ));
     };
     let path = model.with_extension("toml");

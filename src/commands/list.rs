@@ -64,7 +64,7 @@ pub fn run(args: &ListArgs) -> Result<ExitCode> {
             );
         }
     }
-    let files = "A file has the same place as a name: a URDF, or a TOML file, which `standfast new` writes.";
+    let files = "A file has the same place as a name: a URDF or MJCF, or a TOML file, which `standfast new` writes.";
     print(&format!("{text}\n{}", wrapped("", files)))
 }
 

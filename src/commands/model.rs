@@ -16,9 +16,9 @@ use std::process::ExitCode;
   standfast model my.urdf --json                all of it, for a program
 
 With --json the kinematics have the base at the origin, unrotated. The settings
-of a robot are in a .toml file of the same name beside its URDF, or are inferred.")]
+of a robot are in a .toml file of the same name beside its URDF or MJCF, or are inferred.")]
 pub struct ModelArgs {
-    /// Robot by its built-in name or URDF file
+    /// Robot by its built-in name, or URDF or MJCF file
     #[arg(value_name = "URDF", default_value = DEFAULT_ROBOT)]
     pub robot: String,
     /// Motors of other settings, or of a policy's training

@@ -55,7 +55,7 @@ pub struct TuneArgs {
     /// A campaign: smoke, nominal, standard, harsh, or a TOML file
     #[arg(long, value_name = "NAME|FILE", default_value = "standard")]
     pub campaign: String,
-    /// Robot by name or URDF file; may be repeated
+    /// Robot by name, or URDF or MJCF file; may be repeated
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Vec<String>,
     /// A number to change, with or without its range; may be repeated

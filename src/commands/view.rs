@@ -33,7 +33,7 @@ pub struct ViewArgs {
     /// Physics engine: rapier or mujoco
     #[arg(long, value_parser = one_of::<Engine, 2>(ENGINES), hide_possible_values = true)]
     pub engine: Option<Engine>,
-    /// Robot by name or URDF file
+    /// Robot by name, or URDF or MJCF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
     /// Motors of other settings, or of a policy's training

@@ -20,6 +20,21 @@ impl Source {
     pub fn is_builtin(&self) -> bool {
         self.file.starts_with("builtin:")
     }
+
+    /// Whether the text is an MJCF, the format of MuJoCo, by its root element.
+    pub fn is_mjcf(&self) -> bool {
+        let mut rest = self.text.trim_start_matches('\u{feff}').trim_start();
+        // What may stand before the root.
+        let before = [("<!--", "-->"), ("<?", "?>"), ("<!", ">")];
+        while let Some((start, end)) = before.iter().find(|(start, _)| rest.starts_with(start)) {
+            let within = &rest[start.len()..];
+            rest = within
+                .split_once(end)
+                .map_or("", |(_, after)| after.trim_start());
+        }
+        let after = rest.strip_prefix("<mujoco");
+        after.is_some_and(|after| after.starts_with(|c: char| !c.is_alphanumeric()))
+    }
 }
 
 /// The robot that is used if none is named.
@@ -94,7 +109,7 @@ impl InputKind {
             InputKind::Robot => ["robot", "--robot takes this file"],
             InputKind::RobotSettings => [
                 "robot settings",
-                "this file is read beside its URDF, which --robot takes",
+                "this file is read beside its URDF or MJCF, which --robot takes",
             ],
             InputKind::Controller => ["controller", "--controller takes this file"],
             InputKind::Campaign => ["campaign", "`standfast run` and --campaign take this file"],

@@ -93,8 +93,10 @@ impl<'a> McapTrace<'a> {
                 .map_err(failed)?;
         }
         let urdf = match &robot.urdf {
+            // An MJCF is no URDF.
             Some(path) => assets::text(path)
                 .ok()
+                .filter(|source| !source.is_mjcf())
                 .map(|source| source.text.into_bytes()),
             None => {
                 let builtin = assets::open(InputKind::Robot, &robot.name)

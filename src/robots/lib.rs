@@ -1,5 +1,5 @@
-//! Humanoids from files: a URDF with its meshes, and a settings file (TOML) with what a URDF cannot state, which is inferred
-//! where there is none.
+//! Humanoids from files: a URDF or an MJCF with its meshes, and a settings file (TOML) with what that cannot state, which is
+//! inferred where there is none.
 
 #![forbid(unsafe_code)]
 

@@ -2,6 +2,8 @@
 //! settings. They belong to the robot, so all controllers have them.
 
 use super::settings::{self, RobotSettings, ServoGroup};
+use super::tree::Tree;
+use super::urdf;
 use serde::Deserialize;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{MotorOrigin, Robot, Servo};
@@ -72,8 +74,8 @@ struct TrainingMotors {
     rotor_inertia_kg_m2: Option<Vec<f64>>,
 }
 
-const ACCEPTED: &str = "settings of a robot with [[servos]], the file of a policy with [training], or, in a program with ONNX, \
-                        a policy (.onnx) or its description (.yaml)";
+const ACCEPTED: &str = "settings of a robot with [[servos]], an MJCF (.xml), the file of a policy with [training], or, in a \
+                        program with ONNX, a policy (.onnx) or its description (.yaml)";
 
 impl Motors {
     /// The motors of these joints, of which a training says these figures, in this order.
@@ -121,6 +123,12 @@ impl Motors {
         let is_toml = path
             .extension()
             .is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+        let is_xml = path
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("xml"));
+        if is_xml {
+            return Self::of_robot_file(path);
+        }
         if !is_toml {
             return match OF_TRAINING.get() {
                 Some(read) => read(path, robot),
@@ -177,6 +185,23 @@ impl Motors {
             torque_n_m,
             rotor_inertia_kg_m2,
         ))
+    }
+
+    /// The motors that the file of a robot states, an MJCF: torque limits and rotor inertias.
+    fn of_robot_file(path: &Path) -> Result<Self> {
+        let tree = Tree::parse(&urdf::opened(&path.to_string_lossy())?, None)?;
+        let motors = tree.joints.iter().zip(&tree.motors).map(|(joint, stated)| {
+            let motor = Motor {
+                torque_n_m: stated.effort_n_m,
+                speeds_rad_s: None,
+                rotor_inertia_kg_m2: stated.rotor_inertia_kg_m2,
+            };
+            (joint.name.clone(), motor)
+        });
+        Ok(Self {
+            file: file_name(path),
+            by_joint: motors.collect(),
+        })
     }
 
     /// The settings with these motors, and with a sentence about them.

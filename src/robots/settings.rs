@@ -1,4 +1,4 @@
-//! The TOML file beside a URDF, with what the URDF cannot state.
+//! The TOML file beside a URDF or MJCF, with what that cannot state.
 
 use super::facing::Forward;
 use super::tree::Tree;
@@ -175,7 +175,8 @@ impl SolesAlone {
     }
 }
 
-/// Where the settings of a URDF file are: `robot.toml` for `robot.urdf`, `robot.xacro` and `robot.urdf.xacro`.
+/// Where the settings of a robot's file are: `robot.toml` for `robot.urdf`, `robot.xml`, `robot.xacro` and
+/// `robot.urdf.xacro`.
 pub fn settings_path(urdf: &str) -> PathBuf {
     let path = Path::new(urdf).with_extension("");
     let is_urdf = path
@@ -198,7 +199,7 @@ pub(super) fn parse(source: &Source) -> Result<RobotSettings> {
     if states_soles_alone(source) {
         let (problem, accepted) = (
             "are all that it states",
-            "a whole file: `standfast init` with the URDF adds the rest",
+            "a whole file: `standfast init` with the robot's file adds the rest",
         );
         return Err(Error::value(
             &source.file,

@@ -1,6 +1,6 @@
-//! Reads a [`Robot`] from a URDF and the settings beside it.
+//! Reads a [`Robot`] from a URDF or an MJCF, and the settings beside it. What is called a URDF here may also be an MJCF.
 //!
-//! The accepted content of a URDF is in the module `tree`. `effort` and `velocity` of its limits and the `dynamics` of
+//! The accepted content of both is in the module `tree`. `effort` and `velocity` of its limits and the `dynamics` of
 //! its joints are not used, because the settings describe the servos.
 
 use super::facing;
@@ -10,7 +10,7 @@ use super::motors::Motors;
 use super::settings::{self, RobotSettings};
 pub use super::settings::{settings_path, states_soles_alone};
 use super::skeleton::with_bones;
-use super::tree::Tree;
+use super::tree::{Tree, mjcf};
 use super::xacro;
 use nalgebra::{Point3, Vector3};
 use standfast_core::error::{Error, Result};
@@ -85,6 +85,11 @@ impl Files {
         })
     }
 
+    /// The extension of a file with the text of the robot.
+    pub fn extension(&self) -> &'static str {
+        if self.urdf.is_mjcf() { "xml" } else { "urdf" }
+    }
+
     /// The same files with the motors of the file `path`, if there is one. It fails as [`Motors::open`] does.
     pub fn with_motors(mut self, path: Option<&str>) -> Result<Files> {
         let Some(path) = path else { return Ok(self) };
@@ -125,9 +130,12 @@ fn unbuilt(file: &str) -> String {
     file.trim_start_matches("builtin:").into()
 }
 
-/// The URDF of a built-in robot by its name, or of a file, with its macros expanded. Fails as [`Files::open`] does.
+/// The URDF of a built-in robot by its name, or of a file, with its macros expanded, or an MJCF with all that it includes. Fails as [`Files::open`] does.
 pub fn opened(name_or_path: &str) -> Result<Source> {
-    xacro::expanded(assets::open(InputKind::Robot, name_or_path)?)
+    mjcf::with_included(xacro::expanded(assets::open(
+        InputKind::Robot,
+        name_or_path,
+    )?)?)
 }
 
 /// The settings that are inferred from a URDF. Joints without a range of their own get the range `range_rad` (rad) to

@@ -1,4 +1,4 @@
-//! Infers the settings of a robot from a URDF alone: feet, trunk, soles, home posture, servos, noise, delay, and where
+//! Infers the settings of a robot from its URDF or MJCF alone: feet, trunk, soles, home posture, servos, noise, delay, and where
 //! a foot can land.
 
 mod clearance;
@@ -18,7 +18,7 @@ use crate::facing::{self, Forward};
 use crate::feet;
 use crate::motors::Motors;
 use crate::settings::{SolesAlone, settings_path};
-use crate::tree::Tree;
+use crate::tree::{Tree, format_of};
 use limbs::Limbs;
 use nalgebra::Vector3;
 use standfast_core::error::{Error, Result};
@@ -26,7 +26,7 @@ use standfast_core::robot::{Foot, MotorOrigin, PerFoot, PushPoint, Robot, Sensor
 use standfast_files::assets::Source;
 
 /// How to state by hand what cannot be inferred.
-const BY_HAND: &str = "a humanoid, or a TOML file of the same name beside the URDF that says it: trunk, [soles], [home_rad], \
+const BY_HAND: &str = "a humanoid, or a TOML file of the same name beside the robot's file that says it: trunk, [soles], [home_rad], \
                        [[servos]], [noise], friction, delay_s; the chapter Robots of the guide explains each key, and \
                        assets/robots/ut-mu2.toml is an example";
 
@@ -56,7 +56,7 @@ pub(super) fn settings(
             let mut problems = vec![problem];
             if tree.without_range > 0 {
                 problems.push(format!(
-                    "{} joints are locked, since their limits in the URDF leave them no range (lower = upper): state the limits \
+                    "{} joints are locked, since their limits in the file leave them no range (lower = upper): state the limits \
                      there, or give these joints a range by `standfast init --range 1.5` (rad, to both sides)",
                     tree.without_range
                 ));
@@ -78,7 +78,7 @@ pub(super) fn settings(
         }
         None => None,
     };
-    let (written, missing) = (tree.motors, tree.missing);
+    let (written, missing, postures) = (tree.motors, tree.missing, tree.postures);
     robot.trunk = limbs.trunk;
     robot.pushed = PushPoint::on(limbs.trunk);
     let mut warnings = Vec::from_iter(facing.warning);
@@ -101,7 +101,8 @@ pub(super) fn settings(
             &*by_hand,
         )
     };
-    let reference = srdf::beside(urdf, &robot)?;
+    let reference =
+        srdf::beside(urdf, &robot)?.or_else(|| srdf::among(&postures, &urdf.file, &robot));
     let angles_rad = reference
         .as_ref()
         .map(|reference| reference.angles_rad.as_slice());
@@ -177,7 +178,8 @@ pub(super) fn settings(
     for foot in Foot::BOTH.into_iter().filter(|&foot| !soles[foot].is_box) {
         feet::stand_on_sole(&mut robot, foot);
     }
-    let (mut servos, unbelieved) = servos::find(&robot, &limbs, &written);
+    let format = format_of(urdf);
+    let (mut servos, unbelieved) = servos::find(&robot, &limbs, &written, format);
     warnings.extend(unbelieved);
     if let Some(motors) = motors {
         let from = format!("of {}", motors.file);
@@ -207,7 +209,7 @@ pub(super) fn settings(
         forward: (facing.forward, facing.why),
         soles_are_stated: stated.is_some(),
     };
-    Ok(text::toml(&urdf.file, &robot, &origins))
+    Ok(text::toml(&urdf.file, format, &robot, &origins))
 }
 
 /// A robot of which only the URDF is known. The other fields are filled in step by step.

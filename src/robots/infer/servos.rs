@@ -1,4 +1,4 @@
-//! Motors and gains of the servos. A figure is taken from the URDF if it is credible. Otherwise it is in proportion to
+//! Motors and gains of the servos. A figure is taken from the robot's file if it is credible. Otherwise it is in proportion to
 //! the robot's weight, height and time.
 //!
 //! The figures in units of the robot are the figures of UT-mu2's settings.
@@ -16,6 +16,8 @@ const MOST_SPEED: f64 = 15.0;
 const LEAST_LEG_TORQUE: f64 = 0.02;
 const LEAST_TORQUE: f64 = 1e-5;
 const LEAST_SPEED: f64 = 0.3;
+/// Credible rotor inertias, in m h^2.
+const ROTORS: [f64; 2] = [1e-7, 0.5];
 
 /// Torque (N m) and speed (rad/s) that exporters write where nothing is stated.
 const OF_EXPORTERS: [f64; 2] = [1.0, 20.0];
@@ -53,7 +55,7 @@ impl Group {
 const NO_TORQUE_SPEED: f64 = 3.55;
 const FULL_TORQUE: f64 = 0.5;
 
-/// The origin of a figure that is in proportion to the robot, and of one that the URDF states.
+/// The origin of a figure that is in proportion to the robot, and of one that its file states.
 pub const ASSUMED: &str = "assumed";
 const READ: &str = "read";
 
@@ -65,8 +67,13 @@ pub struct FoundServo {
     pub origin: MotorOrigin,
 }
 
-/// The servos of a robot, whose home posture is known, and warnings.
-pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>, Vec<String>) {
+/// The servos of a robot, whose home posture is known, and warnings. `format` is that of its file.
+pub fn find(
+    robot: &Robot,
+    limbs: &Limbs,
+    motors: &[Motor],
+    format: &str,
+) -> (Vec<FoundServo>, Vec<String>) {
     let units = Units::of(robot);
     let (omega, moment) = (units.omega(), units.weight_n() * units.length_m);
     let believed = |figure: Option<f64>, unit: f64, least: f64, most: f64| {
@@ -100,9 +107,13 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
             LEAST_SPEED,
             MOST_SPEED,
         ));
+        let square = units.mass_kg * units.length_m * units.length_m;
+        let stated_rotor = motor.rotor_inertia_kg_m2;
+        let own_rotor = believed(stated_rotor, square, ROTORS[0], ROTORS[1]);
         for (stated, taken, unit) in [
             (motor.effort_n_m, effort, "N m"),
             (motor.velocity_rad_s, velocity, "rad/s"),
+            (stated_rotor, own_rotor, "kg m^2"),
         ] {
             if let (Some(stated), None) = (stated, taken) {
                 disbelieved.push((format!("{stated} {unit}"), robot.joints[j].name.as_str()));
@@ -123,10 +134,10 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
             torque_n_m,
             full_torque_speed_rad_s: rounded(FULL_TORQUE * no_torque, 3),
             no_torque_speed_rad_s: no_torque,
-            rotor_inertia_kg_m2: rounded(
+            rotor_inertia_kg_m2: own_rotor.unwrap_or(rounded(
                 share * rotor * units.mass_kg * units.length_m * units.length_m,
                 2,
-            ),
+            )),
         };
         servos.push(FoundServo {
             servo,
@@ -134,15 +145,15 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
             origin: MotorOrigin {
                 torque: origin(effort),
                 speed: origin(velocity),
-                rotor_inertia: ASSUMED.into(),
+                rotor_inertia: origin(own_rotor),
             },
         });
     }
-    (servos, sentences(&disbelieved))
+    (servos, sentences(&disbelieved, format))
 }
 
 /// Sentences on the figures that were not credible, each with its joints.
-fn sentences(disbelieved: &[(String, &str)]) -> Vec<String> {
+fn sentences(disbelieved: &[(String, &str)], format: &str) -> Vec<String> {
     let mut by_figure: Vec<(&str, Vec<&str>)> = Vec::new();
     for (figure, joint) in disbelieved {
         match by_figure.iter_mut().find(|(other, _)| other == figure) {
@@ -158,7 +169,7 @@ fn sentences(disbelieved: &[(String, &str)]) -> Vec<String> {
             [] => String::new(),
         };
         sentences.push(format!(
-            "{figure} in the URDF cannot be true for a robot of this weight and height, stands beside such a figure, or is \
+            "{figure} in the {format} cannot be true for a robot of this weight and height, stands beside such a figure, or is \
                  what exporters write at every joint, and is not used ({joints})"
         ));
     }

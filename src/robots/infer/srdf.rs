@@ -1,5 +1,6 @@
-//! Reference postures from an SRDF, the file of MoveIt and Pinocchio beside a URDF.
+//! Reference postures from an SRDF, the file of MoveIt and Pinocchio beside a URDF, or of the keyframes of an MJCF.
 
+use crate::tree::Posture;
 use crate::xml_limits;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Robot;
@@ -16,7 +17,44 @@ const STANDING: [&str; 6] = [
     "default",
 ];
 
-/// A posture that an SRDF names.
+/// How well a posture of this name suits for standing, 0 the best. None if the name does not say that the robot stands.
+fn rank(name: &str) -> Option<usize> {
+    STANDING
+        .iter()
+        .position(|standing| name.eq_ignore_ascii_case(standing))
+}
+
+/// The reference posture among those that the robot's own file names: the best by its name, or the only one.
+pub fn among(postures: &[Posture], file: &str, robot: &Robot) -> Option<Reference> {
+    let ranked = postures
+        .iter()
+        .filter_map(|posture| Some((rank(&posture.name)?, posture)));
+    let best = ranked
+        .min_by_key(|(rank, _)| *rank)
+        .map(|(_, posture)| posture);
+    let posture = best.or(postures.first().filter(|_| postures.len() == 1))?;
+    let angle = |name: &str| {
+        let mut angles = posture.by_joint.iter();
+        angles
+            .find(|(joint, _)| joint == name)
+            .map_or(0.0, |(_, angle)| *angle)
+    };
+    let name = if posture.name.is_empty() {
+        "keyframe"
+    } else {
+        &posture.name
+    };
+    Some(Reference {
+        name: format!("{name} of {file}"),
+        angles_rad: robot
+            .joints
+            .iter()
+            .map(|joint| angle(&joint.name))
+            .collect(),
+    })
+}
+
+/// A posture that a file names.
 pub struct Reference {
     /// The name of the posture, and its file.
     pub name: String,
@@ -86,10 +124,7 @@ fn read(source: &Source, robot: &Robot) -> Result<Option<Reference>> {
         .filter(|node| node.has_tag_name("group_state"));
     let named = states.filter_map(|state| {
         let name = state.attribute("name")?;
-        let rank = STANDING
-            .iter()
-            .position(|standing| name.eq_ignore_ascii_case(standing))?;
-        Some((rank, state))
+        Some((rank(name)?, state))
     });
     let Some((_, state)) = named.min_by_key(|(rank, _)| *rank) else {
         return Ok(None);

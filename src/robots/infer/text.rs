@@ -27,8 +27,8 @@ pub struct Origins {
 /// Width of the list of joints in a group of servos.
 const WIDTH: usize = 110;
 
-/// The text of the settings. It reads back as the same robot.
-pub fn toml(urdf: &str, robot: &Robot, origins: &Origins) -> String {
+/// The text of the settings for a file of this format. It reads back as the same robot.
+pub fn toml(file: &str, format: &str, robot: &Robot, origins: &Origins) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
     let mut line = |s: String| _ = writeln!(text, "{s}");
@@ -72,9 +72,9 @@ pub fn toml(urdf: &str, robot: &Robot, origins: &Origins) -> String {
     home_text(robot, origins, &mut line);
     let head = format!(
         "# What {} cannot state, inferred by `standfast init` and to be edited. Units are SI, angles are in radians.\n\
-         # \"read\" is from the URDF, \"solved\" follows from what it says, and \"assumed\" is in proportion to the robot's weight,\n\
+         # \"read\" is from the {format}, \"solved\" follows from what it says, and \"assumed\" is in proportion to the robot's weight,\n\
          # height and time: each such figure is that of the built-in robot UT-mu2 for a robot of this size.\n\n",
-        one_line(urdf)
+        one_line(file)
     );
     head + &text + &rest
 }

@@ -19,14 +19,20 @@ pub enum JointKind {
     Locked(Isometry3<f64>, &'static str),
 }
 
-/// The figures of a joint's `<limit>` as they are written, which need not be true; None if they are missing or not
-/// positive.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The figures of a joint's motor as they are written, which need not be true; None if they are missing or not
+/// positive. Of a URDF they are those of `<limit>`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motor {
     /// Largest torque (N m).
     pub effort_n_m: Option<f64>,
     /// Largest speed (rad/s).
     pub velocity_rad_s: Option<f64>,
+    /// Rotor inertia seen at the joint (kg m^2).
+    pub rotor_inertia_kg_m2: Option<f64>,
+    /// Dry friction (N m).
+    pub friction_n_m: Option<f64>,
+    /// Viscous damping (N m s/rad).
+    pub damping_n_m_s_rad: Option<f64>,
 }
 
 impl JointKind {
@@ -111,9 +117,14 @@ impl JointKind {
             Revolute | Continuous | Fixed | Spherical => {}
         }
         let stated = |figure: f64| (figure > 0.0).then_some(figure);
+        // Of a URDF, they are not read.
+        let dynamics = joint.dynamics.as_ref();
         let motor = Motor {
             effort_n_m: stated(joint.limit.effort),
             velocity_rad_s: stated(joint.limit.velocity),
+            rotor_inertia_kg_m2: None,
+            friction_n_m: dynamics.and_then(|dynamics| stated(dynamics.friction)),
+            damping_n_m_s_rad: dynamics.and_then(|dynamics| stated(dynamics.damping)),
         };
         let name = joint.name.clone();
         JointKind::Moves(

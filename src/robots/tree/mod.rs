@@ -1,4 +1,4 @@
-//! The tree of links and joints that a URDF contains.
+//! The tree of links and joints that a URDF or an MJCF contains.
 //!
 //! Boxes, cylinders, capsules, spheres and meshes are read; revolute and continuous joints have servos; other joints
 //! are locked. Elements that this program does not use (transmissions, safety controllers, textures, plugins of
@@ -6,6 +6,7 @@
 
 mod inertia;
 mod joints;
+pub(super) mod mjcf;
 mod problems;
 mod solids;
 #[cfg(test)]
@@ -24,14 +25,14 @@ use standfast_files::assets::Source;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 
-/// The content of the URDF alone. Links, joints and frames are those of [`Robot`](standfast_core::robot::Robot).
+/// The content of the robot's file alone. Links, joints and frames are those of [`Robot`](standfast_core::robot::Robot).
 #[derive(Debug, Clone)]
 pub(super) struct Tree {
     pub name: String,
     pub links: Vec<Link>,
     pub joints: Vec<Joint>,
     pub frames: Vec<Frame>,
-    /// What the URDF states about the motor of each joint.
+    /// What the file states about the motor of each joint.
     pub motors: Vec<Motor>,
     /// Changes and omissions, in sentences.
     pub notes: Vec<String>,
@@ -42,15 +43,33 @@ pub(super) struct Tree {
     /// The meshes as a text that can be kept beside the URDF instead of the mesh files. It is None if the URDF names no
     /// mesh.
     pub kept_meshes: Option<String>,
+    /// The postures that the file names.
+    pub postures: Vec<Posture>,
+}
+
+/// A posture that an MJCF names.
+#[derive(Debug, Clone)]
+pub(super) struct Posture {
+    pub name: String,
+    /// Names of joints, each with its angle (rad).
+    pub by_joint: Vec<(String, f64)>,
+}
+
+/// The name of the format of a robot's file.
+pub(super) fn format_of(source: &Source) -> &'static str {
+    if source.is_mjcf() { "MJCF" } else { "URDF" }
 }
 
 impl Tree {
-    /// Reads the tree of links from a URDF. Meshes are searched from the folder of the file on. Fails as
+    /// Reads the tree of links from a URDF or an MJCF. Meshes are searched from the folder of the file on. Fails as
     /// [`load`](crate::load) does, except for the settings. Joints without a range get the range
     /// `range_rad` to both sides (rad) or, if it is None, are locked.
     pub fn parse(source: &Source, range_rad: Option<f64>) -> Result<Tree> {
         let mut problems = Problems::new(&source.file);
-        let urdf = xml::read(source, &mut problems)?;
+        let urdf = match source.is_mjcf() {
+            true => mjcf::read(source, &mut problems)?,
+            false => xml::read(source, &mut problems)?,
+        };
         let (links, joints) = (&urdf.robot.links, &urdf.robot.joints);
         let link_names = by_name(
             "link",
@@ -93,7 +112,11 @@ impl Tree {
         let mut kinds: Vec<JointKind> = Vec::with_capacity(joints.len());
         for ((joint, &line), ends) in joints.iter().zip(&urdf.joint_lines).zip(&ends) {
             let has_mass = ends.is_none_or(|[_, child]| has_mass[child]);
-            let kind = JointKind::of(joint, line, has_mass, range_rad, &mut problems);
+            let mut kind = JointKind::of(joint, line, has_mass, range_rad, &mut problems);
+            if let JointKind::Moves(_, motor) = &mut kind {
+                let rotor = urdf.rotor_inertias_kg_m2.get(kinds.len()).copied();
+                motor.rotor_inertia_kg_m2 = rotor.filter(|&rotor| rotor > 0.0);
+            }
             kinds.push(kind);
         }
         let solids = Solids::read(&urdf, &source.file, &mut problems);
@@ -194,6 +217,7 @@ impl Tree {
             missing: solids.missing,
             without_range,
             kept_meshes: solids.kept_meshes,
+            postures: urdf.postures,
         })
     }
 }

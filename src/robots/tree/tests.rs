@@ -85,17 +85,9 @@ fn joints_that_no_servo_drives_are_locked_and_told_in_one_note() {
     let stated = Motor {
         effort_n_m: Some(30.0),
         velocity_rad_s: Some(4.0),
+        ..Motor::default()
     };
-    assert_eq!(
-        tree.motors,
-        [
-            stated,
-            Motor {
-                effort_n_m: None,
-                velocity_rad_s: None
-            }
-        ]
-    );
+    assert_eq!(tree.motors, [stated, Motor::default()]);
     let pose = |name: &str| {
         tree.frames
             .iter()

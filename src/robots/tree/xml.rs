@@ -5,6 +5,7 @@
 //! and does not tell where. So it gets a text with known elements and valid values only. Each problem is reported with
 //! line, element and attribute; a harmless value replaces a bad one, so that the rest can be checked.
 
+use super::Posture;
 use super::problems::Problems;
 use crate::xml_limits;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -165,13 +166,17 @@ const JOINT_TYPES: [&str; 6] = [
     "floating",
 ];
 
-/// A URDF as it was read, with the line numbers of its links and joints.
+/// A robot as it was read, in the form of a URDF, with the line numbers of its links and joints.
 pub struct Urdf {
     pub robot: urdf_rs::Robot,
     pub link_lines: Vec<usize>,
     pub joint_lines: Vec<usize>,
     /// Whether each joint names a parent and a child.
     pub is_whole: bool,
+    /// The rotor inertia of each joint (kg m^2), 0 where none is stated, and postures. Only an MJCF states them; without it,
+    /// there are none.
+    pub rotor_inertias_kg_m2: Vec<f64>,
+    pub postures: Vec<Posture>,
 }
 
 /// Reads a URDF, and adds the errors in its elements and attributes to `problems`. Fails if the text is not well-formed
@@ -231,6 +236,8 @@ pub fn read(source: &Source, problems: &mut Problems) -> Result<Urdf> {
         link_lines,
         joint_lines,
         is_whole,
+        rotor_inertias_kg_m2: Vec::new(),
+        postures: Vec::new(),
     })
 }
 

@@ -89,11 +89,12 @@ impl PreparedCampaign {
         let mut inputs = Inputs::default();
         let mut resolved = campaign.clone();
         // The robot comes first among the inputs, with settings that may have been inferred, and with its meshes.
+        let extension = files.extension();
         let mut robot_files = vec![(files.settings, "toml")];
         if let Some(meshes) = files.meshes {
             robot_files.push((meshes, "meshes"));
         }
-        robot_files.push((files.urdf, "urdf"));
+        robot_files.push((files.urdf, extension));
         resolved.robot = inputs.take(&campaign.robot, "robot", robot_files)?;
         resolved.motors = None;
         let robot_hashes: String = inputs
