@@ -127,6 +127,8 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
                 share * rotor * units.mass_kg * units.length_m * units.length_m,
                 2,
             ),
+            friction_n_m: 0.0,
+            damping_n_m_s_rad: 0.0,
         };
         servos.push(FoundServo {
             servo,
@@ -135,6 +137,7 @@ pub fn find(robot: &Robot, limbs: &Limbs, motors: &[Motor]) -> (Vec<FoundServo>,
                 torque: origin(effort),
                 speed: origin(velocity),
                 rotor_inertia: ASSUMED.into(),
+                ..MotorOrigin::default()
             },
         });
     }
