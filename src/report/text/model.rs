@@ -433,3 +433,31 @@ pub fn links(robot: &Robot, q: &[f64]) -> String {
     }
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn friction_and_damping_are_told_where_there_is_any() {
+        let mut robot = standfast_robots::load("ut-mu2").unwrap();
+        let without = description(&robot);
+        assert!(
+            !without.contains("damping in N m s/rad") && !without.contains("friction settings")
+        );
+        robot.servos[3].friction_n_m = 0.125;
+        robot.servos[5].damping_n_m_s_rad = 0.0375;
+        robot.motor_origins[3].friction = "measured".into();
+        let with = description(&robot);
+        let row = |joint: usize, ends: &str| {
+            let name = &robot.joints[joint].name;
+            let mut lines = with.lines().map(str::trim);
+            lines.any(|line| line.starts_with(name.as_str()) && line.ends_with(ends))
+        };
+        assert!(row(3, " 0.125        0"), "{with}");
+        assert!(row(5, " 0   0.0375"), "{with}");
+        let words = with.split_whitespace().collect::<Vec<_>>().join(" ");
+        let origins = "friction settings (19), measured (1); damping settings (20).";
+        assert!(words.contains(origins), "{with}");
+    }
+}
