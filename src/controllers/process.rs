@@ -438,6 +438,8 @@ fn hello(robot: &Robot, period_s: f64, parameters: &Table) -> Value {
             "kp": servo.kp,
             "kd": servo.kd,
             "rotor_inertia_kg_m2": servo.rotor_inertia_kg_m2,
+            "friction_n_m": servo.friction_n_m,
+            "damping_n_m_s_rad": servo.damping_n_m_s_rad,
         }));
     }
     let links = robot.links.iter();

@@ -1,5 +1,5 @@
-//! The robot and its ground as a MuJoCo model, written as MJCF. Links, rotors, joint stops, friction and colliding
-//! shapes are those of [`Robot`]. [`Pairs`] states which links collide with each other. The model has no servos; the
+//! The robot and its ground as a MuJoCo model, written as MJCF. Links, rotors, joint stops, friction of ground and joints,
+//! and colliding shapes are those of [`Robot`]. [`Pairs`] states which links collide with each other. The model has no servos; the
 //! plant drives the joints.
 
 use nalgebra::{Isometry3, UnitQuaternion};
@@ -22,6 +22,10 @@ const SOLREF: &str = "0.0072 1";
 /// it is 0.02 mm; but then a sole that slides chatters, and hardly slides at all with steps of 2 ms.
 const SOLIMP: &str = "0.3 0.95 0.0006";
 
+/// Impedance of dry friction. A joint at rest under nine tenths of its friction creeps by 0.02 mrad/s in UT-mu2's elbow; with
+/// MuJoCo's own settings it is 48 mrad/s.
+const FRICTION_SOLIMP: &str = "0.9999 0.9999 0.001";
+
 /// Gap (m) below which two shapes touch. With a gap of 0, soles that are set down on the ground touch it from the second
 /// step on.
 const MARGIN_M: f64 = 1e-9;
@@ -35,10 +39,11 @@ pub fn mjcf(robot: &Robot, ground: &Ground, pairs: &Pairs, step_s: f64) -> Strin
     let mut xml = format!(
         r#"<mujoco><compiler angle="radian" autolimits="false" inertiafromgeom="false"/>
 <option timestep="{step_s}" gravity="0 0 {}" integrator="Euler" cone="elliptic" impratio="10"/>
-<default><geom condim="3" friction="{} 0 0" solref="{SOLREF}" solimp="{SOLIMP}" margin="{MARGIN_M}"/><joint solreflimit="{SOLREF}"/></default>
+<default><geom condim="3" friction="{} 0 0" solref="{SOLREF}" solimp="{SOLIMP}" margin="{MARGIN_M}"/><joint solreflimit="{SOLREF}" solreffriction="{} 1" solimpfriction="{FRICTION_SOLIMP}"/></default>
 <worldbody><body name="{GROUND}" mocap="{}">"#,
         -standfast_core::robot::GRAVITY,
         meeting::FRICTION,
+        2.0 * step_s,
         !ground.is_level(),
     );
     // The friction of the solid with the higher priority counts.
@@ -122,13 +127,14 @@ fn body(xml: &mut String, robot: &Robot, meshes: &Meshes, index: usize) {
             let axis = joint.axis;
             _ = write!(
                 xml,
-                r#"<joint name="{}" axis="{} {} {}" {} armature="{}"/>"#,
+                r#"<joint name="{}" axis="{} {} {}" {} armature="{}" frictionloss="{}"/>"#,
                 escape(&joint.name),
                 axis.x,
                 axis.y,
                 axis.z,
                 range(joint),
                 servo.rotor_inertia_kg_m2,
+                servo.friction_n_m,
             );
         }
     }

@@ -1,4 +1,4 @@
-//! Motors from elsewhere: torque limits, speeds and rotor inertias of a file, which take the place of those of a robot's
+//! Motors from elsewhere: torque limits, speeds, rotor inertias, friction and damping of a file, which take the place of those of a robot's
 //! settings. They belong to the robot, so all controllers have them.
 
 use super::settings::{self, RobotSettings, ServoGroup};
@@ -22,6 +22,10 @@ pub struct Motor {
     pub speeds_rad_s: Option<[f64; 2]>,
     /// Rotor inertia seen at the joint (kg m^2).
     pub rotor_inertia_kg_m2: Option<f64>,
+    /// Dry friction of the joint (N m).
+    pub friction_n_m: Option<f64>,
+    /// Viscous damping of the joint (N m s/rad).
+    pub damping_n_m_s_rad: Option<f64>,
 }
 
 impl Motor {
@@ -39,6 +43,14 @@ impl Motor {
         if let Some(rotor_inertia_kg_m2) = self.rotor_inertia_kg_m2 {
             servo.rotor_inertia_kg_m2 = rotor_inertia_kg_m2;
             origin.rotor_inertia = from.into();
+        }
+        if let Some(friction_n_m) = self.friction_n_m {
+            servo.friction_n_m = friction_n_m;
+            origin.friction = from.into();
+        }
+        if let Some(damping_n_m_s_rad) = self.damping_n_m_s_rad {
+            servo.damping_n_m_s_rad = damping_n_m_s_rad;
+            origin.damping = from.into();
         }
     }
 }
@@ -89,8 +101,8 @@ impl Motors {
         let motors = joints.iter().enumerate().map(|(i, joint)| {
             let motor = Motor {
                 torque_n_m: figure(torque_n_m, i),
-                speeds_rad_s: None,
                 rotor_inertia_kg_m2: figure(rotor_inertia_kg_m2, i),
+                ..Motor::default()
             };
             (joint.clone(), motor)
         });
@@ -150,6 +162,8 @@ impl Motors {
                         group.no_torque_speed_rad_s,
                     ]),
                     rotor_inertia_kg_m2: Some(group.rotor_inertia_kg_m2),
+                    friction_n_m: group.friction_n_m,
+                    damping_n_m_s_rad: group.damping_n_m_s_rad,
                 };
                 by_joint.extend(group.joints.into_iter().map(|joint| (joint, motor)));
             }
@@ -257,6 +271,8 @@ impl Motors {
                 states(|motor| motor.rotor_inertia_kg_m2.is_some()),
                 "rotor inertias",
             ),
+            (states(|motor| motor.friction_n_m.is_some()), "friction"),
+            (states(|motor| motor.damping_n_m_s_rad.is_some()), "damping"),
         ];
         let stated: Vec<&str> = figures
             .into_iter()

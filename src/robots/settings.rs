@@ -109,6 +109,12 @@ pub(super) struct ServoGroup {
     pub full_torque_speed_rad_s: f64,
     pub no_torque_speed_rad_s: f64,
     pub rotor_inertia_kg_m2: f64,
+    /// Dry friction of the joint; none if it is not stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction_n_m: Option<f64>,
+    /// Viscous damping of the joint; none if it is not stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping_n_m_s_rad: Option<f64>,
     /// Where the figures of the motor are from.
     #[serde(default)]
     pub origin: MotorOrigin,
@@ -117,6 +123,7 @@ pub(super) struct ServoGroup {
 impl ServoGroup {
     /// The group of one joint.
     pub fn new(joint: &str, servo: &Servo, origin: MotorOrigin) -> Self {
+        let stated = |figure: f64| (figure != 0.0).then_some(figure);
         Self {
             joints: vec![joint.into()],
             kp_n_m_rad: servo.kp,
@@ -125,6 +132,8 @@ impl ServoGroup {
             full_torque_speed_rad_s: servo.full_torque_speed_rad_s,
             no_torque_speed_rad_s: servo.no_torque_speed_rad_s,
             rotor_inertia_kg_m2: servo.rotor_inertia_kg_m2,
+            friction_n_m: stated(servo.friction_n_m),
+            damping_n_m_s_rad: stated(servo.damping_n_m_s_rad),
             origin,
         }
     }
@@ -138,6 +147,8 @@ impl ServoGroup {
             full_torque_speed_rad_s: self.full_torque_speed_rad_s,
             no_torque_speed_rad_s: self.no_torque_speed_rad_s,
             rotor_inertia_kg_m2: self.rotor_inertia_kg_m2,
+            friction_n_m: self.friction_n_m.unwrap_or(0.0),
+            damping_n_m_s_rad: self.damping_n_m_s_rad.unwrap_or(0.0),
         }
     }
 }
@@ -242,6 +253,13 @@ pub(super) fn parse(source: &Source) -> Result<RobotSettings> {
                 1e7,
             ),
             ("rotor_inertia_kg_m2", group.rotor_inertia_kg_m2, 0.0, 1e10),
+            ("friction_n_m", group.friction_n_m.unwrap_or(0.0), 0.0, 1e12),
+            (
+                "damping_n_m_s_rad",
+                group.damping_n_m_s_rad.unwrap_or(0.0),
+                0.0,
+                1e12,
+            ),
         ];
         Error::check_ranges(file, &format!("servos[{i}]"), &ranges)?;
     }

@@ -367,7 +367,11 @@ impl Plant {
                 tau_ff: acting.tau_ff[i],
             };
             drives[i] = servo::drive(&servo, clock.physics_step_s, q, dq, target, owed[i]);
-            drives[i]
+            // The damping of the joint is no torque of the motor, but the engines take both alike.
+            servo::Drive {
+                damping: drives[i].damping + servo.damping_n_m_s_rad,
+                ..drives[i]
+            }
         });
     }
 

@@ -90,6 +90,8 @@ mod tests {
         full_torque_speed_rad_s: 10.0,
         no_torque_speed_rad_s: 20.0,
         rotor_inertia_kg_m2: 0.005,
+        friction_n_m: 0.0,
+        damping_n_m_s_rad: 0.0,
     };
 
     /// The drive at 0 rad, without feed-forward.

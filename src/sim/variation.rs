@@ -36,6 +36,11 @@ pub struct Variation<T = Option<f64>> {
     pub speed_scale: T,
     /// Factor on the motors' rotor inertias.
     pub rotor_scale: T,
+    /// Dry friction in each joint, added to its own, as a share of the torque limit of its motor as designed.
+    pub joint_friction_share: T,
+    /// Viscous damping in each joint, added to its own, as a share of the quotient of torque limit and speed without
+    /// torque of its motor as designed.
+    pub joint_damping_share: T,
     /// Delay from sensing to torque (s), instead of the robot's. The plant rounds it to whole physics steps.
     pub delay_s: T,
 }
@@ -56,6 +61,8 @@ impl<T> Variation<T> {
             torque_scale: f("torque_scale", self.torque_scale),
             speed_scale: f("speed_scale", self.speed_scale),
             rotor_scale: f("rotor_scale", self.rotor_scale),
+            joint_friction_share: f("joint_friction_share", self.joint_friction_share),
+            joint_damping_share: f("joint_damping_share", self.joint_damping_share),
             delay_s: f("delay_s", self.delay_s),
         }
     }
@@ -75,6 +82,8 @@ impl<T> Variation<T> {
             torque_scale: &mut self.torque_scale,
             speed_scale: &mut self.speed_scale,
             rotor_scale: &mut self.rotor_scale,
+            joint_friction_share: &mut self.joint_friction_share,
+            joint_damping_share: &mut self.joint_damping_share,
             delay_s: &mut self.delay_s,
         }
     }
@@ -105,7 +114,12 @@ impl Variation {
         let trunk = &mut robot.links[nominal.trunk];
         trunk.com_m.x += self.trunk_com_x_m.unwrap_or(0.0);
         trunk.com_m.y += self.trunk_com_y_m.unwrap_or(0.0);
+        let share = |share: Option<f64>| share.unwrap_or(0.0);
         for servo in &mut robot.servos {
+            let designed = *servo;
+            servo.friction_n_m += share(self.joint_friction_share) * designed.torque_n_m;
+            servo.damping_n_m_s_rad += share(self.joint_damping_share) * designed.torque_n_m
+                / designed.no_torque_speed_rad_s;
             servo.kp *= scale(self.kp_scale);
             servo.kd *= scale(self.kd_scale);
             servo.torque_n_m *= scale(self.torque_scale);

@@ -186,7 +186,7 @@ private:
 struct Joint {
     std::string name;
     double lower_rad, upper_rad;  // infinite if there is no limit
-    double torque_n_m, kp, kd, rotor_inertia_kg_m2;
+    double torque_n_m, kp, kd, rotor_inertia_kg_m2, friction_n_m, damping_n_m_s_rad;
 };
 
 struct Link {
@@ -238,7 +238,8 @@ struct Controller {
             robot.joints.push_back({joint.at("name").text(), limit(joint.at("lower_rad"), -none),
                                     limit(joint.at("upper_rad"), none), joint.at("torque_n_m").number(),
                                     joint.at("kp").number(), joint.at("kd").number(),
-                                    joint.at("rotor_inertia_kg_m2").number()});
+                                    joint.at("rotor_inertia_kg_m2").number(),
+                                    joint.at("friction_n_m").number(), joint.at("damping_n_m_s_rad").number()});
         for (const Json& link : told.at("links").list())
             robot.links.push_back({link.at("name").text(), link.at("mass_kg").number()});
         robot.home_q_ref = told.at("home").at("q_ref").numbers();

@@ -234,6 +234,10 @@ pub struct Servo {
     pub no_torque_speed_rad_s: f64,
     /// Rotor inertia seen at the joint (kg m^2).
     pub rotor_inertia_kg_m2: f64,
+    /// Dry friction of the joint (N m): the largest torque that it withstands at rest, and what it loses in motion.
+    pub friction_n_m: f64,
+    /// Viscous damping of the joint (N m s/rad), which unlike `kd` is no work of the motor.
+    pub damping_n_m_s_rad: f64,
 }
 
 impl Servo {
@@ -241,6 +245,16 @@ impl Servo {
     pub fn available_torque(&self, speed: f64) -> f64 {
         let span = self.no_torque_speed_rad_s - self.full_torque_speed_rad_s;
         self.torque_n_m * ((self.no_torque_speed_rad_s - speed.abs()) / span).clamp(0.0, 1.0)
+    }
+
+    /// Torque (N m) that friction and damping of the joint take at `speed` (rad/s), with the sign of the speed.
+    pub fn lost_torque(&self, speed: f64) -> f64 {
+        let dry = if speed == 0.0 {
+            0.0
+        } else {
+            self.friction_n_m.copysign(speed)
+        };
+        dry + self.damping_n_m_s_rad * speed
     }
 }
 
@@ -251,16 +265,26 @@ pub struct MotorOrigin {
     pub torque: String,
     pub speed: String,
     pub rotor_inertia: String,
+    #[serde(default = "settings")]
+    pub friction: String,
+    #[serde(default = "settings")]
+    pub damping: String,
+}
+
+/// The origin of a figure of which the settings do not say where it is from.
+fn settings() -> String {
+    "settings".into()
 }
 
 impl Default for MotorOrigin {
     /// That of figures of which the settings do not say where they are from.
     fn default() -> Self {
-        let [torque, speed, rotor_inertia] = ["settings", "settings", "settings"].map(String::from);
         Self {
-            torque,
-            speed,
-            rotor_inertia,
+            torque: settings(),
+            speed: settings(),
+            rotor_inertia: settings(),
+            friction: settings(),
+            damping: settings(),
         }
     }
 }

@@ -193,6 +193,8 @@ impl Robot {
             servo.full_torque_speed_rad_s /= time;
             servo.no_torque_speed_rad_s /= time;
             servo.rotor_inertia_kg_m2 *= moment * length;
+            servo.friction_n_m *= moment;
+            servo.damping_n_m_s_rad *= moment * time;
         }
         // The noise of angles and accelerations is the same.
         robot.noise.joint_speed_rad_s /= time;

@@ -246,10 +246,9 @@ struct JointLoad {
 impl JointLoad {
     /// Whether the servo suffices for a swing of this duration. Against the motion, it has its full torque.
     fn is_within(&self, time_s: f64) -> bool {
-        let (torque, speed) = (
-            self.motion / (time_s * time_s) + self.gravity,
-            self.rate / time_s,
-        );
+        let speed = self.rate / time_s;
+        let moved = self.motion / (time_s * time_s) + self.gravity;
+        let torque = moved + self.servo.lost_torque(speed);
         let drives = torque * speed > 0.0;
         let most = if drives {
             self.servo.available_torque(speed)

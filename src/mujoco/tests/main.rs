@@ -2,6 +2,8 @@
 
 #[path = "../../sim/tests/common/mod.rs"]
 mod common;
+#[path = "../../sim/tests/joint_losses.rs"]
+mod joint_losses;
 #[path = "../../sim/tests/momentum.rs"]
 mod momentum;
 #[path = "../../sim/tests/robot_dynamics.rs"]

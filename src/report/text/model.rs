@@ -1,6 +1,6 @@
 //! A robot as it was read, and its kinematics at given joint angles, as text and JSON.
 
-use crate::table::{Table, headings, texts};
+use crate::table::{Table, cell, headings, number, texts};
 use crate::text::layout::{signed, wrapped};
 use nalgebra::Matrix3xX;
 use serde_json::{Map, Value, json};
@@ -317,26 +317,44 @@ fn short(component: f64) -> String {
     ((1e3 * component).round() / 1e3 + 0.0).to_string()
 }
 
+/// Whether a joint has friction or damping.
+fn has_losses(robot: &Robot) -> bool {
+    let mut servos = robot.servos.iter();
+    servos.any(|servo| servo.friction_n_m != 0.0 || servo.damping_n_m_s_rad != 0.0)
+}
+
 fn servo_table(robot: &Robot) -> String {
     let head = ["home", "kp", "kd", "torque", "full to", "none at", "rotor"];
-    let mut servos = Table::new("", headings("joint", head)).with_note(
-        "Servos: the angle at home in rad, kp in N m/rad, kd in N m s/rad, the torque in N m, up to which speed it is there in \
-         full and at which there is none in rad/s, and the inertia of the rotor in kg m^2.",
-    );
+    let mut note = "Servos: the angle at home in rad, kp in N m/rad, kd in N m s/rad, the torque in N m, up to which speed it is \
+                    there in full and at which there is none in rad/s, and the inertia of the rotor in kg m^2."
+        .to_string();
+    let losses: &[&str] = if has_losses(robot) {
+        &["friction", "damping"]
+    } else {
+        &[]
+    };
+    if !losses.is_empty() {
+        note += " Of the joints: their dry friction in N m and their damping in N m s/rad.";
+    }
+    let columns = headings("joint", head).chain(losses.iter().copied().map(number));
+    let mut servos = Table::new("", columns).with_note(note);
     for ((joint, servo), home_rad) in robot.joints.iter().zip(&robot.servos).zip(&robot.home_rad) {
         let numbers = [
             servo.kp,
             servo.kd,
             servo.torque_n_m,
             servo.full_torque_speed_rad_s,
+            servo.no_torque_speed_rad_s,
+            servo.rotor_inertia_kg_m2,
+            servo.friction_n_m,
+            servo.damping_n_m_s_rad,
         ];
-        let more = [servo.no_torque_speed_rad_s, servo.rotor_inertia_kg_m2]
-            .map(|number| number.to_string());
         let names = texts([joint.name.clone(), format!("{home_rad:.4}")]);
+        // A row ends with the last column.
         servos.row(
             names
-                .chain(texts(numbers.map(|number| number.to_string())))
-                .chain(texts(more)),
+                .chain(numbers.map(cell))
+                .take(1 + head.len() + losses.len()),
         );
     }
     servos.text()
@@ -345,12 +363,18 @@ fn servo_table(robot: &Robot) -> String {
 /// Where the figures of the motors are from, each figure with the number of joints of each origin.
 fn motor_origins(robot: &Robot) -> String {
     type Origin = fn(&MotorOrigin) -> &str;
-    let figures: [(_, Origin); 3] = [
+    let mut figures: Vec<(_, Origin)> = vec![
         ("torque", |of| &of.torque),
         ("speeds", |of| &of.speed),
         ("rotor", |of| &of.rotor_inertia),
     ];
-    let told = figures.map(|(name, origin)| {
+    if has_losses(robot) {
+        figures.extend([
+            ("friction", (|of| &of.friction) as Origin),
+            ("damping", |of| &of.damping),
+        ]);
+    }
+    let told = figures.into_iter().map(|(name, origin)| {
         let mut origins: Vec<(&str, usize)> = Vec::new();
         for from in robot.motor_origins.iter().map(origin) {
             match origins.iter_mut().find(|(known, _)| *known == from) {
@@ -366,7 +390,7 @@ fn motor_origins(robot: &Robot) -> String {
     });
     let from = format!(
         "Origins of the motors' figures, with numbers of joints: {}.",
-        told.join("; ")
+        told.collect::<Vec<_>>().join("; ")
     );
     wrapped("", &from).trim_end().into()
 }
@@ -408,4 +432,32 @@ pub fn links(robot: &Robot, q: &[f64]) -> String {
         }
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn friction_and_damping_are_told_where_there_is_any() {
+        let mut robot = standfast_robots::load("ut-mu2").unwrap();
+        let without = description(&robot);
+        assert!(
+            !without.contains("damping in N m s/rad") && !without.contains("friction settings")
+        );
+        robot.servos[3].friction_n_m = 0.125;
+        robot.servos[5].damping_n_m_s_rad = 0.0375;
+        robot.motor_origins[3].friction = "measured".into();
+        let with = description(&robot);
+        let row = |joint: usize, ends: &str| {
+            let name = &robot.joints[joint].name;
+            let mut lines = with.lines().map(str::trim);
+            lines.any(|line| line.starts_with(name.as_str()) && line.ends_with(ends))
+        };
+        assert!(row(3, " 0.125        0"), "{with}");
+        assert!(row(5, " 0   0.0375"), "{with}");
+        let words = with.split_whitespace().collect::<Vec<_>>().join(" ");
+        let origins = "friction settings (19), measured (1); damping settings (20).";
+        assert!(words.contains(origins), "{with}");
+    }
 }

@@ -80,6 +80,11 @@ pub fn find(
         figure.filter(|figure| (least * unit..=most * unit).contains(figure))
     };
     let origin = |stated: Option<f64>| stated.map_or(ASSUMED, |_| READ).to_string();
+    // Friction and damping that are not stated are none, and not assumed.
+    let loss = |stated: Option<f64>| match stated {
+        Some(_) => READ.to_string(),
+        None => MotorOrigin::default().friction,
+    };
     let (mut servos, mut disbelieved) = (Vec::new(), Vec::new());
     let [torque, speed] = OF_EXPORTERS.map(Some);
     let is_default = |motor: &Motor| motor.effort_n_m == torque && motor.velocity_rad_s == speed;
@@ -138,6 +143,8 @@ pub fn find(
                 share * rotor * units.mass_kg * units.length_m * units.length_m,
                 2,
             )),
+            friction_n_m: motor.friction_n_m.unwrap_or(0.0),
+            damping_n_m_s_rad: motor.damping_n_m_s_rad.unwrap_or(0.0),
         };
         servos.push(FoundServo {
             servo,
@@ -146,6 +153,8 @@ pub fn find(
                 torque: origin(effort),
                 speed: origin(velocity),
                 rotor_inertia: origin(own_rotor),
+                friction: loss(motor.friction_n_m),
+                damping: loss(motor.damping_n_m_s_rad),
             },
         });
     }

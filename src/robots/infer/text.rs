@@ -308,11 +308,42 @@ fn servos_text(robot: &Robot, origins: &Origins, line: &mut dyn FnMut(&str)) {
             torque,
             speed,
             rotor_inertia,
+            friction,
+            damping,
         } = origin;
-        let [torque, speed, rotor_inertia] =
-            [torque, speed, rotor_inertia].map(|from| quoted(from));
+        let mut origins = vec![
+            ("torque", torque),
+            ("speed", speed),
+            ("rotor_inertia", rotor_inertia),
+        ];
+        // Joints without friction or damping have no figure of which to say where it is from.
+        for (key, value, what, name, from) in [
+            (
+                "friction_n_m",
+                servo.friction_n_m,
+                "dry friction [N m]",
+                "friction",
+                friction,
+            ),
+            (
+                "damping_n_m_s_rad",
+                servo.damping_n_m_s_rad,
+                "damping in the joint [N m s/rad]",
+                "damping",
+                damping,
+            ),
+        ] {
+            if value != 0.0 {
+                figure(line, key, value, &format!("{what}; {}", one_line(from)));
+                origins.push((name, from));
+            }
+        }
+        let origins = origins
+            .iter()
+            .map(|(name, from)| format!("{name} = {}", quoted(from)));
         line(&format!(
-            "origin = {{ torque = {torque}, speed = {speed}, rotor_inertia = {rotor_inertia} }}"
+            "origin = {{ {} }}",
+            origins.collect::<Vec<_>>().join(", ")
         ));
     }
 }

@@ -1,7 +1,8 @@
 //! The robot's files contain the published figures, and invalid files are refused with a clear error.
 
-use standfast_core::robot::{Foot, Kinematics, Shape};
+use standfast_core::robot::{Foot, Kinematics, Robot, Shape};
 use standfast_files::assets::{self, InputKind, Source};
+use standfast_robots::{Files, urdf};
 
 /// Joint, limits (degrees), and mass of the link that it carries (kg), as published. The right side has the same
 /// values.
@@ -256,7 +257,7 @@ const BAD_URDF: [(&str, &str, &str); 31] = [
 ];
 
 /// Text to replace in the settings (once), its replacement, and words of the error.
-const BAD_SETTINGS: [(&str, &str, &str); 38] = [
+const BAD_SETTINGS: [(&str, &str, &str); 40] = [
     (
         "friction = 0.8",
         "friction = ",
@@ -365,6 +366,16 @@ const BAD_SETTINGS: [(&str, &str, &str); 38] = [
         "torque_n_m = 8.0",
         "torque_n_m = inf",
         "servos[0].torque_n_m = inf",
+    ),
+    (
+        "kd_n_m_s_rad = 0.4",
+        "friction_n_m = -0.1\nkd_n_m_s_rad = 0.4",
+        "servos[1].friction_n_m = -0.1: out of range; accepted: 0 to",
+    ),
+    (
+        "kd_n_m_s_rad = 0.4",
+        "damping_n_m_s_rad = nan\nkd_n_m_s_rad = 0.4",
+        "servos[1].damping_n_m_s_rad = NaN",
     ),
     (
         "no_torque_speed_rad_s = 20.0",
@@ -559,4 +570,75 @@ fn a_stool_with_fixed_joints_in_between() {
     );
     assert_eq!(robot.frames[1].link, 0);
     assert!((robot.home_com_height() - (3.0 * 0.55 + 2.0 * 0.25) / 5.0).abs() < 1e-12);
+}
+
+/// Settings may state friction and damping of joints. Motors from elsewhere have them if their file states them.
+#[test]
+fn joints_have_the_friction_and_damping_that_are_stated() {
+    let (urdf, settings) = builtin();
+    let losses = |robot: &Robot, joint: &str| {
+        let named = robot.joints.iter().position(|known| known.name == joint);
+        let (servo, origin) = (
+            robot.servos[named.unwrap()],
+            &robot.motor_origins[named.unwrap()],
+        );
+        (
+            [servo.friction_n_m, servo.damping_n_m_s_rad],
+            [origin.friction.clone(), origin.damping.clone()],
+        )
+    };
+    let (knee, elbow) = ("left_knee_flexion", "left_elbow_flexion");
+    let from = |words: [&str; 2]| words.map(String::from);
+    let none = standfast_robots::parse(&urdf, &settings).unwrap();
+    let neither = ([0.0, 0.0], from(["settings", "settings"]));
+    assert_eq!(losses(&none, knee), neither);
+
+    // The second group is that of the arms.
+    let (legs, arms) = settings.text.split_once("# Arms").unwrap();
+    let stated = arms.replacen(
+        "kp_n_m_rad",
+        "friction_n_m = 0.2\ndamping_n_m_s_rad = 0.03\norigin.torque = \"a\"\norigin.speed = \"b\"\n\
+         origin.rotor_inertia = \"c\"\norigin.friction = \"measured\"\nkp_n_m_rad",
+        1,
+    );
+    let stated = with(&settings, format!("{legs}# Arms{stated}"));
+    let robot = standfast_robots::parse(&urdf, &stated).unwrap();
+    let of_elbow = ([0.2, 0.03], from(["measured", "settings"]));
+    assert_eq!(losses(&robot, elbow), of_elbow);
+    assert_eq!(losses(&robot, knee), neither);
+
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str| dir.path().join(name).to_str().unwrap().to_string();
+    let (motors, plain) = (path("motors.toml"), path("plain.toml"));
+    std::fs::write(&motors, &stated.text).unwrap();
+    std::fs::write(&plain, &settings.text).unwrap();
+    let files = Files::open("ut-mu2").unwrap();
+    let robot = files.with_motors(Some(&motors)).unwrap().load().unwrap();
+    let of_motors = "of motors.toml";
+    assert_eq!(losses(&robot, elbow), ([0.2, 0.03], from([of_motors; 2])));
+    assert_eq!(losses(&robot, knee), neither);
+    let told = "torque limits, speeds, rotor inertias, friction, damping of 20 joints";
+    assert!(robot.assumptions.iter().any(|line| line.contains(told)));
+
+    // Motors of a file that does not state them leave those of the robot.
+    std::fs::write(path("robot.urdf"), &urdf.text).unwrap();
+    std::fs::write(path("robot.toml"), &stated.text).unwrap();
+    let files = Files::open(&path("robot.urdf")).unwrap();
+    let robot = files.with_motors(Some(&plain)).unwrap().load().unwrap();
+    assert_eq!(losses(&robot, elbow), of_elbow);
+
+    // What is inferred has them only where they are not 0.
+    let inferred = |motors| urdf::completed(&urdf, None, None, motors).unwrap();
+    assert!(!inferred(None).text.contains("friction_n_m"));
+    let settings = inferred(Some(&motors));
+    for line in [
+        "friction_n_m = 0.2              # dry friction [N m]; of motors.toml",
+        "damping_n_m_s_rad = 0.03        # damping in the joint [N m s/rad]; of motors.toml",
+    ] {
+        let lines = settings.text.lines().filter(|known| *known == line);
+        assert!(lines.count() >= 1, "{line}: {}", settings.text);
+    }
+    let robot = standfast_robots::parse(&urdf, &settings).unwrap();
+    assert_eq!(losses(&robot, elbow), ([0.2, 0.03], from([of_motors; 2])));
+    assert_eq!(losses(&robot, knee), neither);
 }

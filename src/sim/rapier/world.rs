@@ -309,7 +309,7 @@ fn revolute(joint: &Joint, parent_offset: &Isometry3<f64>) -> GenericJoint {
     data
 }
 
-/// Sets joint angles and rotor inertias, and removes Rapier's damping.
+/// Sets joint angles, rotor inertias and dry friction, and removes Rapier's damping.
 fn place(world: &mut PhysicsWorld, index: MultibodyIndex, robot: &Robot, posture: &Posture) {
     let multibody = world
         .multibody_joints
@@ -325,6 +325,7 @@ fn place(world: &mut PhysicsWorld, index: MultibodyIndex, robot: &Robot, posture
             .assembly_id();
         displacement[dof] = q as Real;
         multibody.armature_mut()[dof] = robot.servos[i].rotor_inertia_kg_m2 as Real;
+        multibody.frictions_mut()[dof] = robot.servos[i].friction_n_m as Real;
     }
     multibody.forward_kinematics(&world.bodies, true);
     multibody.apply_displacements(&displacement);

@@ -4,6 +4,7 @@ mod common;
 mod controller;
 mod feedback;
 mod home;
+mod joint_losses;
 mod live;
 mod momentum;
 mod no_allocation;

@@ -321,61 +321,74 @@ fn bias_accelerations_are_what_the_jacobians_leave_over() {
     }
 }
 
-/// A pushed robot in the simulation moves according to these equations. With the accelerations, torques and sole forces
-/// from Rapier, the residual is within its integrator's error, which decreases with its step.
+/// What the equations of motion leave over at each tick of an episode in which `robot` is pushed, with the accelerations,
+/// torques and sole forces from the engine: generalised forces (N, N m), with the velocity at the end of the tick.
+fn left_over(
+    robot: &Robot,
+    step_s: f64,
+    horizon_s: f64,
+    mut see: impl FnMut(&DVector<f64>, &DVector<f64>),
+) {
+    let hold = standfast_controllers::load("hold").unwrap();
+    let config = EpisodeConfig {
+        physics_step_s: step_s,
+        control_period_s: step_s,
+        ..config(horizon_s)
+    };
+    let factory = hold.prepare(robot, step_s).unwrap();
+    let mut before: Option<(Posture, DVector<f64>)> = None;
+    let disturbance = Disturbance {
+        pushes: vec![push(3.5, 0.0)],
+        sensor_errors: None,
+        ..Disturbance::default()
+    };
+    episode::run(
+        robot,
+        &factory,
+        &config,
+        disturbance,
+        Until::Horizon,
+        &mut |tick| {
+            let truth = tick.truth;
+            // The push acts on the trunk beside its origin, so the comparison waits until the push is over.
+            if let Some((posture, velocity)) = &before
+                && truth.push_force == Vector3::zeros()
+                && truth.time_s > 0.5
+            {
+                let acceleration = (&truth.velocity - velocity) / step_s;
+                let (kinematics, dynamics) = of(posture, velocity);
+                let mut left_over = dynamics.mass_matrix() * acceleration + dynamics.bias();
+                for foot in Foot::BOTH {
+                    let link = ROBOT.soles[foot].link;
+                    let sole = kinematics.sole_pose(&ROBOT, foot).translation.vector.into();
+                    let mut jacobian = Matrix6xX::zeros(velocity.len());
+                    kinematics.point_jacobian(&ROBOT, link, &sole, &mut jacobian);
+                    let wrench = truth.sole_wrenches[foot];
+                    left_over -= jacobian.rows(0, 3).transpose() * wrench.force;
+                    left_over -= jacobian.rows(3, 3).transpose() * wrench.moment;
+                }
+                for (j, tau) in truth.tau.iter().enumerate() {
+                    left_over[6 + j] -= tau;
+                }
+                see(&left_over, &truth.velocity);
+            }
+            before = Some((truth.posture.clone(), truth.velocity.clone()));
+        },
+    )
+    .unwrap();
+}
+
+/// A pushed robot in the simulation moves according to these equations. The residual is within the error of Rapier's
+/// integrator, which decreases with its step.
 #[test]
 fn the_simulation_obeys_them() {
-    let hold = standfast_controllers::load("hold").unwrap();
     let [coarse, fine] = [0.001, 0.00025].map(|step_s| {
-        let config = EpisodeConfig {
-            physics_step_s: step_s,
-            control_period_s: step_s,
-            ..config(0.95)
-        };
-        let factory = hold.prepare(&ROBOT, step_s).unwrap();
-        let mut before: Option<(Posture, DVector<f64>)> = None;
         let (mut sums, mut count) = ([0.0_f64; 2], 0.0);
-        let disturbance = Disturbance {
-            pushes: vec![push(3.5, 0.0)],
-            sensor_errors: None,
-            ..Disturbance::default()
-        };
-        episode::run(
-            &ROBOT,
-            &factory,
-            &config,
-            disturbance,
-            Until::Horizon,
-            &mut |tick| {
-                let truth = tick.truth;
-                // The push acts on the trunk beside its origin, so the comparison waits until the push is over.
-                if let Some((posture, velocity)) = &before
-                    && truth.push_force == Vector3::zeros()
-                    && truth.time_s > 0.5
-                {
-                    let acceleration = (&truth.velocity - velocity) / step_s;
-                    let (kinematics, dynamics) = of(posture, velocity);
-                    let mut left_over = dynamics.mass_matrix() * acceleration + dynamics.bias();
-                    for foot in Foot::BOTH {
-                        let link = ROBOT.soles[foot].link;
-                        let sole = kinematics.sole_pose(&ROBOT, foot).translation.vector.into();
-                        let mut jacobian = Matrix6xX::zeros(velocity.len());
-                        kinematics.point_jacobian(&ROBOT, link, &sole, &mut jacobian);
-                        let wrench = truth.sole_wrenches[foot];
-                        left_over -= jacobian.rows(0, 3).transpose() * wrench.force;
-                        left_over -= jacobian.rows(3, 3).transpose() * wrench.moment;
-                    }
-                    for (j, tau) in truth.tau.iter().enumerate() {
-                        left_over[6 + j] -= tau;
-                    }
-                    sums[0] += left_over.rows(0, 3).norm();
-                    sums[1] += left_over.rows(3, left_over.len() - 3).norm();
-                    count += 1.0;
-                }
-                before = Some((truth.posture.clone(), truth.velocity.clone()));
-            },
-        )
-        .unwrap();
+        left_over(&ROBOT, step_s, 0.95, |force, _| {
+            sums[0] += force.rows(0, 3).norm();
+            sums[1] += force.rows(3, force.len() - 3).norm();
+            count += 1.0;
+        });
         sums.map(|sum| sum / count)
     });
     println!("mean left over (N, N m): {coarse:?} at 1 ms, {fine:?} at 0.25 ms");
@@ -386,4 +399,33 @@ fn the_simulation_obeys_them() {
         fine[0] < nothing.max(0.5 * coarse[0]) && fine[1] < 0.5 * coarse[1],
         "{coarse:?} {fine:?}"
     );
+}
+
+/// What friction and damping take in every joint of a pushed robot is what Coulomb's law and the law of damping say: in
+/// motion as much as they do, and at rest no more.
+#[test]
+fn joints_lose_what_the_laws_say() {
+    for [friction, damping] in [[0.0, 0.5], [0.05, 0.0], [0.1, 0.5]] {
+        let mut robot = ROBOT.clone();
+        for servo in &mut robot.servos {
+            servo.friction_n_m = friction * servo.torque_n_m;
+            servo.damping_n_m_s_rad = damping * servo.torque_n_m / servo.no_torque_speed_rad_s;
+        }
+        let (mut worst, mut fast): (f64, usize) = (0.0, 0);
+        left_over(&robot, 0.001, 1.2, |force, velocity| {
+            for (j, servo) in robot.servos.iter().enumerate() {
+                let (lost, speed) = (-force[6 + j], velocity[6 + j]);
+                let law = servo.lost_torque(speed);
+                let error = if speed.abs() > 0.05 {
+                    fast += 1;
+                    (lost - law).abs()
+                } else {
+                    lost.abs() - law.abs()
+                };
+                worst = worst.max(error / servo.torque_n_m);
+            }
+        });
+        println!("{friction}, {damping}: {worst:.5} of the torque limit, {fast} in motion");
+        assert!(worst < 0.0005 && fast > 100, "{worst} {fast}");
+    }
 }

@@ -71,6 +71,8 @@ fn nominal_values_change_nothing() {
         torque_scale: one,
         speed_scale: one,
         rotor_scale: one,
+        joint_friction_share: Some(0.0),
+        joint_damping_share: Some(0.0),
         delay_s: Some(robot.delay_s),
     };
     let course = |variation| {
@@ -397,6 +399,28 @@ fn servos_are_scaled_and_delayed() {
     let left =
         slow.available_torque(0.25 * (servo.full_torque_speed_rad_s + servo.no_torque_speed_rad_s));
     assert!((left - 0.5 * servo.torque_n_m).abs() < 1e-12);
+}
+
+/// Friction and damping are added to those of the robot, in shares of its motors as designed.
+#[test]
+fn friction_and_damping_are_shares_of_the_designed_motor() {
+    let mut robot = standfast_robots::load("ut-mu2").unwrap();
+    robot.servos[ARM].friction_n_m = 0.5;
+    robot.servos[ARM].damping_n_m_s_rad = 0.25;
+    let designed = robot.servos[ARM];
+    let varied = Variation {
+        joint_friction_share: Some(0.1),
+        joint_damping_share: Some(0.2),
+        torque_scale: Some(0.5),
+        speed_scale: Some(2.0),
+        ..Variation::default()
+    };
+    let servo = varied.robot(&robot).servos[ARM];
+    let most = designed.torque_n_m;
+    assert!((servo.friction_n_m - (0.5 + 0.1 * most)).abs() < 1e-12);
+    // At the speed at which the motor has no torque, this damping takes a fifth of its limit.
+    let taken = (servo.damping_n_m_s_rad - 0.25) * designed.no_torque_speed_rad_s;
+    assert!((taken - 0.2 * most).abs() < 1e-12);
 }
 
 /// After a hard push the torques reach the limit of the weaker motors, and do not exceed it.

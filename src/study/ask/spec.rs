@@ -751,6 +751,14 @@ pub(crate) mod tests {
                 &["variations.friction = 0", "0.01 to 10"],
             ),
             (
+                "variations.joint_friction_share=2",
+                &["variations.joint_friction_share = 2", "0 to 1"],
+            ),
+            (
+                "variations.joint_damping_share=-1",
+                &["variations.joint_damping_share = -1", "0 to 1"],
+            ),
+            (
                 "variations.trunk_com_x_m={uniform=[0, 0.1]}",
                 &["variations.trunk_com_x_m.uniform = 0.1", "to 0.04959"],
             ),

@@ -35,6 +35,8 @@ const VARIATION: Variation<u64> = Variation {
     torque_scale: 41,
     speed_scale: 42,
     rotor_scale: 44,
+    joint_friction_share: 45,
+    joint_damping_share: 46,
     delay_s: 43,
 };
 const SECOND_IMPULSE: u64 = 48;

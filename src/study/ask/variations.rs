@@ -37,6 +37,8 @@ pub fn bounds(units: &Units) -> Variation<[f64; 2]> {
         torque_scale: [0.1, 10.0],
         speed_scale: [0.1, 10.0],
         rotor_scale: [0.1, 10.0],
+        joint_friction_share: [0.0, 1.0],
+        joint_damping_share: [0.0, 1.0],
         delay_s: [0.0, 0.1],
     }
 }

@@ -28,7 +28,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// UT-mu2 in a built-in campaign, scaled.
+    /// UT-mu2 with joints that lose torque, in a built-in campaign, scaled.
     fn new(campaign: &str, scale: SizeRatio) -> Self {
         let campaign = Campaign::load(campaign, &Overrides::default()).unwrap();
         let usual = EpisodeConfig {
@@ -49,8 +49,13 @@ impl Bench {
             judge,
             ..usual
         };
+        let mut robot = standfast_robots::load("ut-mu2").unwrap();
+        for servo in &mut robot.servos {
+            servo.friction_n_m = 0.02 * servo.torque_n_m;
+            servo.damping_n_m_s_rad = 0.02 * servo.kd;
+        }
         Self {
-            robot: standfast_robots::load("ut-mu2").unwrap().scaled(scale),
+            robot: robot.scaled(scale),
             scale,
             campaign,
             config,
