@@ -201,7 +201,7 @@ impl Motors {
         ))
     }
 
-    /// The motors that the file of a robot states, an MJCF: torque limits and rotor inertias.
+    /// The motors that the file of a robot states, an MJCF: torque limits, rotor inertias, friction and damping.
     fn of_robot_file(path: &Path) -> Result<Self> {
         let tree = Tree::parse(&urdf::opened(&path.to_string_lossy())?, None)?;
         let motors = tree.joints.iter().zip(&tree.motors).map(|(joint, stated)| {
@@ -209,6 +209,8 @@ impl Motors {
                 torque_n_m: stated.effort_n_m,
                 speeds_rad_s: None,
                 rotor_inertia_kg_m2: stated.rotor_inertia_kg_m2,
+                friction_n_m: stated.friction_n_m,
+                damping_n_m_s_rad: stated.damping_n_m_s_rad,
             };
             (joint.name.clone(), motor)
         });
