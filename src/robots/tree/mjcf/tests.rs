@@ -656,6 +656,10 @@ fn keyframes_and_imus_of_a_scene_are_those_of_its_robot() {
     );
     noted(
         &tree,
+        "Bodies beside the robot are left out, with what they carry: door.",
+    );
+    noted(
+        &tree,
         "has not the 9 numbers of the joints: short (1 numbers)",
     );
     let frames: Vec<_> = tree
