@@ -504,6 +504,11 @@ fn the_torque_of_a_joint_is_the_least_that_is_stated() {
         ),
         (
             "",
+            r#"<motor joint="j" forcerange="-2 3" gear="3"/>"#,
+            Some(9.0),
+        ),
+        (
+            "",
             r#"<general joint="j" gainprm="4" ctrlrange="-1 2"/>"#,
             Some(8.0),
         ),
