@@ -132,7 +132,9 @@ impl<'a, 'f> Mjcf<'a, 'f> {
             .root
             .children()
             .filter(|node| node.has_tag_name("compiler"));
-        compilers.filter_map(|node| node.attribute(name)).last()
+        compilers
+            .filter_map(|node| node.attribute(name))
+            .next_back()
     }
 
     /// The elements of all sections of a name, such as `actuator`.

@@ -254,6 +254,16 @@ fn base<'a>(mjcf: &Mjcf<'a, '_>, bodies: &[Body<'a>]) -> Option<usize> {
             bodies[base].name
         ));
     }
+    let others: Vec<String> = (0..bodies.len())
+        .filter(|&i| i != base && bodies[i].parent.is_none() && joints[i] > 0)
+        .map(|i| bodies[i].name.clone())
+        .collect();
+    if !others.is_empty() {
+        mjcf.note(format!(
+            "Bodies beside the robot are left out, with what they carry: {}.",
+            listed(&others)
+        ));
+    }
     Some(base)
 }
 

@@ -143,10 +143,9 @@ impl<'a, 'm, 'f> Shapes<'a, 'm, 'f> {
             .is_some_and(|name| self.paired.contains(name));
         let (mut pose, half) = self.place(element);
         let mut geometry = self.primitive(element, half);
-        if let (None, Some(mesh)) = (&geometry, mjcf.text(element, "mesh")) {
-            if let Some((moved, of_mesh)) = self.mesh(mesh) {
-                (pose, geometry) = (pose * moved, Some(of_mesh));
-            }
+        let mesh = mjcf.text(element, "mesh").filter(|_| geometry.is_none());
+        if let Some((moved, of_mesh)) = mesh.and_then(|mesh| self.mesh(mesh)) {
+            (pose, geometry) = (pose * moved, Some(of_mesh));
         }
         if geometry.is_none() {
             self.left_out.push(mjcf.named(element.node));

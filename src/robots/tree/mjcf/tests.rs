@@ -504,6 +504,11 @@ fn the_torque_of_a_joint_is_the_least_that_is_stated() {
         ),
         (
             "",
+            r#"<motor joint="j" forcerange="-2 3" gear="3"/>"#,
+            Some(9.0),
+        ),
+        (
+            "",
             r#"<general joint="j" gainprm="4" ctrlrange="-1 2"/>"#,
             Some(8.0),
         ),
@@ -653,6 +658,10 @@ fn keyframes_and_imus_of_a_scene_are_those_of_its_robot() {
         tree.postures[0].by_joint.contains(&("j".into(), 0.25)),
         "{:?}",
         tree.postures
+    );
+    noted(
+        &tree,
+        "Bodies beside the robot are left out, with what they carry: door.",
     );
     noted(
         &tree,
