@@ -64,6 +64,14 @@ impl ControllerArgs {
     }
 }
 
+/// The motors of a robot, if they are not its own.
+#[derive(Debug, Default, Args)]
+pub struct MotorsArgs {
+    /// Motors of other settings or an MJCF, or of a policy's training
+    #[arg(long = "motors", value_name = "FILE")]
+    pub file: Option<String>,
+}
+
 /// Options that change a campaign.
 #[derive(Debug, Default, Args)]
 pub struct ChangeArgs {
@@ -89,9 +97,8 @@ pub struct SettingArgs {
     /// Seed of all random numbers
     #[arg(long, value_name = "S", value_parser = count::<u64>(0..=MOST_SEED))]
     pub seed: Option<u64>,
-    /// Motors of other settings, or of a policy's training
-    #[arg(long, value_name = "FILE")]
-    pub motors: Option<String>,
+    #[command(flatten)]
+    pub motors: MotorsArgs,
     /// Change a value, such as push.height_m=0.05
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
@@ -112,7 +119,7 @@ impl ChangeArgs {
 impl SettingArgs {
     /// The options that change the campaign beside seed and engine, each after a space, as they are to be typed again.
     pub fn options(&self) -> String {
-        let motors = self.motors.iter().map(|motors| ("motors", motors));
+        let motors = self.motors.file.iter().map(|motors| ("motors", motors));
         let set = self.set.iter().map(|assignment| ("set", assignment));
         motors
             .chain(set)
@@ -123,7 +130,7 @@ impl SettingArgs {
     /// As those of [`ChangeArgs`].
     pub fn overrides(&self) -> Overrides {
         Overrides {
-            motors: self.motors.clone(),
+            motors: self.motors.file.clone(),
             set: self.set.clone(),
             seed: self.seed,
             engines: engines_of(self.engine.as_deref()),

@@ -1,6 +1,6 @@
 //! `standfast check`: tries a controller before anybody pushes it.
 
-use super::arguments::{ControllerArgs, ENGINES, one_of};
+use super::arguments::{ControllerArgs, ENGINES, MotorsArgs, one_of};
 use super::contract;
 use super::episode::Setting;
 use super::result::exit_code_of_gates;
@@ -40,12 +40,11 @@ pub struct CheckControllerArgs {
     /// A campaign for noise, time steps and thresholds [default: nominal]
     #[arg(long, value_name = "NAME|FILE")]
     pub campaign: Option<String>,
-    /// Robot by name or URDF file
+    /// Robot by name, or URDF or MJCF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Motors of other settings, or of a policy's training
-    #[arg(long, value_name = "FILE")]
-    pub motors: Option<String>,
+    #[command(flatten)]
+    pub motors: MotorsArgs,
     /// Physics engine: rapier or mujoco
     #[arg(long, value_parser = one_of::<Engine, 2>(ENGINES), hide_possible_values = true)]
     pub engine: Option<Engine>,
@@ -69,7 +68,7 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
         set,
         engines: Vec::from_iter(entrant.engine.or(args.engine)),
         robot: args.robot.clone(),
-        motors: args.motors.clone(),
+        motors: args.motors.file.clone(),
         ..Overrides::default()
     };
     let Setting { campaign, robot } = Setting::of(args.campaign.as_deref(), overrides, false)?;

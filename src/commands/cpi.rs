@@ -1,7 +1,7 @@
 //! `standfast cpi`: computes the maximal CPI sets of a gain set, prints their sizes, horizons and inclusion, and draws
 //! or exports them.
 
-use super::arguments::{ControllerArgs, check_output};
+use super::arguments::{ControllerArgs, MotorsArgs, check_output};
 use super::terminal::print;
 use serde::Deserialize;
 use standfast_core::control::home_polygon;
@@ -42,12 +42,11 @@ and so on.")]
 pub struct CpiArgs {
     #[command(flatten)]
     pub gains: ControllerArgs,
-    /// Robot by name or URDF file
+    /// Robot by name, or URDF or MJCF file
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_ROBOT)]
     pub robot: String,
-    /// Motors of other settings, or of a policy's training
-    #[arg(long, value_name = "FILE")]
-    pub motors: Option<String>,
+    #[command(flatten)]
+    pub motors: MotorsArgs,
     /// Change the pendulum: omega_rad_s, period_s or support_m
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
@@ -82,7 +81,7 @@ struct Changes {
 /// of the robot unless they are given. Nothing is written if an input is bad.
 fn answer(args: &CpiArgs) -> Result<String> {
     let robot = Files::open(&args.robot)?
-        .with_motors(args.motors.as_deref())?
+        .with_motors(args.motors.file.as_deref())?
         .load()?;
     let changes: Changes = parse_toml(&Source {
         file: "--set".into(),

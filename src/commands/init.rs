@@ -1,7 +1,7 @@
 //! `standfast init`: writes the settings of a robot, inferred from its URDF or MJCF, or the file of a policy, from what its
 //! training left.
 
-use super::arguments::{is_file_of, number};
+use super::arguments::{MotorsArgs, is_file_of, number};
 use super::terminal::{note, print, tell};
 use standfast_controllers::PolicyFile;
 use standfast_core::error::{Error, Result};
@@ -45,9 +45,8 @@ pub struct InitArgs {
     /// Range of joints that have none in the robot's file (rad)
     #[arg(long, value_name = "RAD", value_parser = number)]
     pub range: Option<f64>,
-    /// Motors of other settings, or of a policy's training
-    #[arg(long, value_name = "FILE")]
-    pub motors: Option<String>,
+    #[command(flatten)]
+    pub motors: MotorsArgs,
     /// Print the file instead of writing it
     #[arg(long)]
     pub dry_run: bool,
@@ -84,7 +83,12 @@ pub fn run(args: &InitArgs) -> Result<ExitCode> {
     if kept.is_none() {
         args.check_place(&usual)?;
     }
-    let settings = urdf::completed(&urdf, args.range, kept.as_ref(), args.motors.as_deref())?;
+    let settings = urdf::completed(
+        &urdf,
+        args.range,
+        kept.as_ref(),
+        args.motors.file.as_deref(),
+    )?;
     let robot = standfast_robots::parse(&urdf, &settings)?;
     if args.dry_run {
         return print(&settings.text);
@@ -173,7 +177,7 @@ fn stands(robot: &Robot) -> Result<Result<[f64; 2], String>> {
 /// Writes the file of a policy.
 fn policy(args: &InitArgs) -> Result<ExitCode> {
     let model = Path::new(&args.file);
-    if let Some(motors) = &args.motors {
+    if let Some(motors) = &args.motors.file {
         let (problem, accepted) = ("belong to the robot", "none with a policy");
         return Err(Error::option("--motors", motors, problem, accepted));
     }

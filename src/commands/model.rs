@@ -1,5 +1,6 @@
 //! `standfast model`: prints a robot as it was read, and its kinematics at given joint angles.
 
+use super::arguments::MotorsArgs;
 use super::terminal::print;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Robot;
@@ -18,12 +19,11 @@ use std::process::ExitCode;
 With --json the kinematics have the base at the origin, unrotated. The settings
 of a robot are in a .toml file of the same name beside its URDF or MJCF, or are inferred.")]
 pub struct ModelArgs {
-    /// Robot by its built-in name, or URDF or MJCF file
+    /// Robot by name, or URDF or MJCF file
     #[arg(value_name = "URDF", default_value = DEFAULT_ROBOT)]
     pub robot: String,
-    /// Motors of other settings, or of a policy's training
-    #[arg(long, value_name = "FILE")]
-    pub motors: Option<String>,
+    #[command(flatten)]
+    pub motors: MotorsArgs,
     /// Print where COM and links are at this joint angle; others are at 0
     #[arg(long, value_name = "JOINT=RAD", value_delimiter = ',')]
     pub set: Vec<String>,
@@ -40,7 +40,7 @@ pub fn run(args: &ModelArgs) -> Result<ExitCode> {
 /// number.
 fn answer(args: &ModelArgs) -> Result<String> {
     let robot = Files::open(&args.robot)?
-        .with_motors(args.motors.as_deref())?
+        .with_motors(args.motors.file.as_deref())?
         .load()?;
     let q = joint_angles(&robot, &args.set)?;
     if args.json {
@@ -123,7 +123,7 @@ mod tests {
     fn args(q: &[&str], json: bool) -> ModelArgs {
         ModelArgs {
             robot: "ut-mu2".into(),
-            motors: None,
+            motors: MotorsArgs::default(),
             set: q.iter().map(|s| s.to_string()).collect(),
             json,
         }

@@ -1,7 +1,8 @@
 //! `standfast push`: simulates one push, and tells what happened and why.
 
 use super::arguments::{
-    CampaignArgs, DryRunArgs, ENGINES, MOST_SEED, MOST_TRIAL, count, fine, number, one_of,
+    CampaignArgs, DryRunArgs, ENGINES, MOST_SEED, MOST_TRIAL, MotorsArgs, count, fine, number,
+    one_of,
 };
 use super::episode::{self, OutputArgs, Setting, command_line};
 use super::terminal::{note, print};
@@ -47,12 +48,11 @@ pub struct PushArgs {
         default_value = "catch"
     )]
     pub gains: Vec<String>,
-    /// Robot by name or URDF file
+    /// Robot by name, or URDF or MJCF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Motors of other settings, or of a policy's training
-    #[arg(long, value_name = "FILE")]
-    pub motors: Option<String>,
+    #[command(flatten)]
+    pub motors: MotorsArgs,
     /// Physics engine: rapier or mujoco
     #[arg(long, value_parser = one_of::<Engine, 2>(ENGINES), hide_possible_values = true)]
     pub engine: Option<Engine>,
@@ -90,7 +90,7 @@ pub fn run(args: &PushArgs) -> Result<ExitCode> {
         seed: args.seed,
         engines: Vec::from_iter(args.engine),
         robot: args.robot.clone(),
-        motors: args.motors.clone(),
+        motors: args.motors.file.clone(),
         ..Overrides::default()
     };
     let setting = Setting::of(args.campaign.name(), overrides, args.trial.is_some())?;

@@ -1,6 +1,8 @@
 //! `standfast view`: shows the robot in a 3D window, live.
 
-use super::arguments::{CampaignArgs, ENGINES, MOST_TRIAL, check_output, count, number, one_of};
+use super::arguments::{
+    CampaignArgs, ENGINES, MOST_TRIAL, MotorsArgs, check_output, count, number, one_of,
+};
 use super::terminal::print;
 use standfast_core::error::Result;
 use standfast_sim::Engine;
@@ -36,9 +38,8 @@ pub struct ViewArgs {
     /// Robot by name, or URDF or MJCF file
     #[arg(long, value_name = "NAME|FILE")]
     pub robot: Option<String>,
-    /// Motors of other settings, or of a policy's training
-    #[arg(long, value_name = "FILE")]
-    pub motors: Option<String>,
+    #[command(flatten)]
+    pub motors: MotorsArgs,
     #[command(flatten)]
     pub campaign: CampaignArgs,
     /// Impulse of the push that Enter gives (N s) [default: 5, scaled to the robot]
@@ -71,7 +72,7 @@ fn shown(args: ViewArgs) -> Result<String> {
     let overrides = standfast_study::Overrides {
         engines: Vec::from_iter(args.engine),
         robot: args.robot,
-        motors: args.motors,
+        motors: args.motors.file,
         ..Default::default()
     };
     let setting =

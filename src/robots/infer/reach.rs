@@ -169,12 +169,11 @@ impl<'a> ReachSearch<'a> {
         (back, front) = (to_decimals(back, 3), to_decimals(front, 3));
         let mut inner = Err(String::new());
         for y in (0..=4).map(|k| to_decimals(least_m + step_m * f64::from(k), 3)) {
-            let swings = [back, 0.0, front]
+            let mut swings = [back, 0.0, front]
                 .into_iter()
                 .flat_map(|x| Foot::BOTH.map(|foot| (foot, [x, y])));
             inner = swings
-                .map(|(foot, to)| self.check_clear(foot, to, straight))
-                .collect::<Result<(), String>>()
+                .try_for_each(|(foot, to)| self.check_clear(foot, to, straight))
                 .map(|()| y);
             if inner.is_ok() {
                 break;

@@ -426,8 +426,7 @@ fn captions_tell_who_falls_without_a_footstep_and_the_pendulums_bound() {
     let yardstick = PendulumBounds::new(
         &stiff.robot,
         &Campaign::load("nominal", &Overrides::default()).unwrap(),
-    )
-    .unwrap();
+    );
     for (name, number, _) in PUSHED {
         let (push, told) = (scenario_push(name), numbers(number));
         for (bench, key) in [
