@@ -4,6 +4,7 @@
 mod common;
 #[path = "../../sim/tests/joint_losses.rs"]
 mod joint_losses;
+mod mjcf_files;
 #[path = "../../sim/tests/momentum.rs"]
 mod momentum;
 #[path = "../../sim/tests/robot_dynamics.rs"]
