@@ -999,7 +999,15 @@ fn motors_of_other_settings_are_those_of_the_robot() {
             false => format!("{line}\n"),
         });
     let motors: String = stronger.collect();
+    let motors = motors.replacen("joints = [", "joints = [\"tail\", ", 1);
     fs::write(dir.path().join("strong.toml"), motors).unwrap();
+    let told =
+        stdout(&standfast(dir.path(), &["model", "child.urdf", "--motors=strong.toml"]).success());
+    let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        told.contains("of strong.toml; joints of that file that this robot lacks: 1"),
+        "{told}"
+    );
     standfast(dir.path(), &["init", "child.urdf", "--motors=strong.toml"]).success();
     let told = stdout(&standfast(dir.path(), &["model", "child.urdf", "--json"]).success());
     let model: Value = serde_json::from_str(&told).unwrap();

@@ -280,8 +280,12 @@ impl Motors {
             .into_iter()
             .filter_map(|(is_stated, what)| is_stated.then_some(what))
             .collect();
+        let others = match self.by_joint.len().saturating_sub(joints) {
+            0 => String::new(),
+            others => format!("; joints of that file that this robot lacks: {others}"),
+        };
         format!(
-            "motors: {} of {joints} joints are those of {}",
+            "motors: {} of {joints} joints are those of {}{others}",
             stated.join(", "),
             self.file
         )
