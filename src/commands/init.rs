@@ -21,14 +21,15 @@ use std::process::ExitCode;
     after_help = "Of a robot are inferred the feet, the trunk, the soles, the home posture, the
 servos, sensor noise and delay, and where a foot can land. Each figure of the
 file says whether it was read, solved or assumed; edit what you know better. An
-SRDF beside the URDF, or a keyframe of the MJCF, gives the home posture. A robot
-without such a file runs with the same settings. Macros (xacro) are expanded by the program `xacro`.
+SRDF beside the URDF, or a keyframe of the MJCF, gives the home posture. Macros
+are expanded by the program `xacro`. The robot has to stand with these settings.
+A robot without a file of settings runs with the same ones.
 
 Of a policy are read joints, gains and what it observes: from the deploy.yaml of
 unitree_rl_lab, a configuration of unitree_rl_gym, or the metadata that holosoma
 and mjlab write into the network.
 
-The file lies beside the URDF or the policy, and is called as it is. With
+The file lies beside that of the robot or the policy, and is called as it is. With
 --dry-run it is printed, and nothing is written. --range is for joints that have
 no range in the file, to both sides; without it they are locked."
 )]

@@ -1,7 +1,7 @@
 //! Reads a [`Robot`] from a URDF or an MJCF, and the settings beside it. What is called a URDF here may also be an MJCF.
 //!
-//! The accepted content of both is in the module `tree`. `effort` and `velocity` of its limits and the `dynamics` of
-//! its joints are not used, because the settings describe the servos.
+//! The accepted content of both is in the module `tree`. What they state of motors is used only where
+//! settings are inferred, because the settings describe the servos.
 
 use super::facing;
 use super::feet;

@@ -166,9 +166,13 @@ pub(super) fn settings(
     robot.home_rad = home.home_rad;
     warnings.extend(home.warnings);
     if home.apart_m != 0.0 {
+        let (short, long) = match home.apart_m > 0.0 {
+            true => ("left", "right"),
+            false => ("right", "left"),
+        };
         warnings.push(format!(
-            "the left leg reaches {:.2} mm less far down than the right one; both soles are taken to be level, halfway",
-            1e3 * home.apart_m
+            "the {short} leg reaches {:.2} mm less far down than the {long} one; both soles are taken to be level, halfway",
+            1e3 * home.apart_m.abs()
         ));
         for foot in Foot::BOTH {
             soles[foot].raise(-0.5 * foot.side() * home.apart_m);

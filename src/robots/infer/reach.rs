@@ -14,6 +14,8 @@ use standfast_core::robot::{Around, Foot, Kinematics, LandingRegion, Robot};
 /// Gap that the legs keep during a swing, and gap between soles that stand beside or behind each other, in COM heights.
 const GAP: f64 = 0.0065;
 const SOLE_GAP: f64 = 0.02;
+/// Number of the first joints of a leg that are those of its hip.
+const HIP: usize = 3;
 /// Grids of landing places: step and number of places forward or backward, and outward, in COM heights.
 const FORWARD: (f64, usize) = (0.06, 8);
 const OUTWARD: (f64, usize) = (0.045, 6);
@@ -79,10 +81,15 @@ impl<'a> ReachSearch<'a> {
         let [left, right] = Foot::BOTH.map(|foot| kinematics.sole_pose(robot, foot).translation.y);
         let right_links: Vec<usize> = Limbs::links(&limbs.legs.right).collect();
         let (hulls, gap_m) = (Hulls::of(robot), GAP * robot.home_com_height());
+        let hips: Vec<usize> = Foot::BOTH
+            .into_iter()
+            .flat_map(|foot| Limbs::links(&limbs.legs[foot][..HIP.min(limbs.legs[foot].len())]))
+            .collect();
         // Hips that are as near as this at home are held apart by the pelvis.
+        let are_hips = |pair: [usize; 2]| pair.iter().all(|link| hips.contains(link));
         let pairs = Limbs::links(&limbs.legs.left)
             .flat_map(|a| right_links.iter().map(move |&b| [a, b]))
-            .filter(|&pair| hulls.gap_m(&kinematics, pair, gap_m) >= gap_m)
+            .filter(|&pair| !are_hips(pair) || hulls.gap_m(&kinematics, pair, gap_m) >= gap_m)
             .collect();
         let sole_m =
             [0, 1].map(|axis| robot.soles.left.half_m[axis] + robot.soles.right.half_m[axis]);

@@ -229,7 +229,11 @@ impl LowestFace {
     ) -> Self {
         let snapped = |v: Vector3<f64>| frame * snapped(frame.inverse_transform_vector(&v));
         let up = snapped(up);
-        let ahead = snapped((ahead - up * ahead.dot(&up)).normalize());
+        let mut ahead = snapped((ahead - up * ahead.dot(&up)).normalize());
+        // One may be an axis of the frame, and the other none.
+        if ahead.dot(&up).abs() > 1e-9 {
+            ahead = (ahead - up * ahead.dot(&up)).normalize();
+        }
         Self::with(up, ahead, points)
     }
 

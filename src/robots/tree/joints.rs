@@ -117,7 +117,7 @@ impl JointKind {
             Revolute | Continuous | Fixed | Spherical => {}
         }
         let stated = |figure: f64| (figure > 0.0).then_some(figure);
-        // Of a URDF, they are not read.
+        // The <dynamics> of a URDF are not read, but friction and damping of an MJCF.
         let dynamics = joint.dynamics.as_ref();
         let motor = Motor {
             effort_n_m: stated(joint.limit.effort),

@@ -68,9 +68,8 @@ pub struct Coupled<'a> {
     pub offset_rad: f64,
 }
 
-/// The joints that an equality couples to another one. Of a motor's own joint and the one that it drives by gears, the
-/// one that carries more bodies moves, with the torque that the gears give it, and the other one is coupled. Equalities
-/// that close a loop of the robot are problems, and what is left out is noted. `carried` tells how many bodies a joint of the
+/// The joints that an equality couples to another one. Where a motor's joint drives another one by gears, that which carries
+/// more bodies moves, with the torque that the gears give it; the other one is coupled. Equalities that close a loop of the robot are problems, and what is left out is noted. `carried` tells how many bodies a joint of the
 /// robot carries, by its name, and `is_body` whether a name is one of its bodies.
 pub fn coupled<'a>(
     mjcf: &Mjcf<'a, '_>,
@@ -204,7 +203,7 @@ pub fn postures<'a>(mjcf: &Mjcf<'a, '_>, bodies: &[Body<'a>]) -> Vec<Posture> {
     }
     if !others.is_empty() {
         mjcf.note(format!(
-            "Keyframes are left out, since their qpos has not the {length} numbers of the joints: {}.",
+            "Keyframes are left out, since their qpos does not have {length} numbers, as the joints do: {}.",
             listed(&others)
         ));
     }

@@ -272,7 +272,11 @@ impl<'a, 'f> Mjcf<'a, 'f> {
             Some("false") => false,
             _ => self.setting("autolimits") != Some("false"),
         };
-        holds.then(|| self.numbers(element, range)).flatten()
+        // Without a word whether it holds, 0 0 is how a file takes back the range of a class.
+        let is_taken_back =
+            |range: &[f64; 2]| *range == [0.0; 2] && self.text(element, limited) != Some("true");
+        let range = holds.then(|| self.numbers(element, range)).flatten();
+        range.filter(|range| !is_taken_back(range))
     }
 
     /// The pose of an element in what is around it (m).

@@ -8,11 +8,14 @@ use std::path::{Path, PathBuf};
 /// Beginning of the last line of a text into which files were put, whose lines are not those of the file.
 const WITH_INCLUDED: &str = "<!-- With the files that it includes: ";
 
+/// Largest number of files that one includes.
+const MOST_FILES: usize = 64;
+
 /// The same MJCF with the text of each file in place of the `<include>` that names it; another text as it is. A file
 /// is searched from the folder of the main file, then from that of the file that includes it.
 ///
 /// # Errors
-/// A file cannot be read, is malformed, or is included twice.
+/// A file cannot be read, is malformed, or is included twice, or there are too many.
 pub fn with_included(source: Source) -> Result<Source> {
     if source.is_builtin() || !source.is_mjcf() {
         return Ok(source);
@@ -24,8 +27,10 @@ pub fn with_included(source: Source) -> Result<Source> {
     };
     let names = included.iter().skip(1).filter_map(|path| path.file_name());
     let names: Vec<_> = names.map(|name| name.to_string_lossy()).collect();
-    // Two hyphens would end the comment.
-    let names = names.join(", ").replace("--", "- -");
+    // The comment is one line, and two hyphens would end it.
+    let names = names
+        .join(", ")
+        .replace(|c: char| c == '-' || c.is_control(), "_");
     Ok(Source {
         text: format!("{text}\n{WITH_INCLUDED}{names}. -->\n"),
         ..source
@@ -47,6 +52,10 @@ fn expanded(source: &Source, main: &Path, included: &mut Vec<PathBuf>) -> Result
     let (mut text, mut end) = (String::new(), 0);
     let elements = document.descendants();
     for node in elements.filter(|node| node.has_tag_name("include")) {
+        // What is within another include is replaced with it.
+        if node.range().start < end {
+            continue;
+        }
         let name = node.attribute("file").unwrap_or_default();
         let fail = |problem: &str, accepted: &str| {
             Error::value(&source.file, "include file", name, problem, accepted)
@@ -62,6 +71,10 @@ fn expanded(source: &Source, main: &Path, included: &mut Vec<PathBuf>) -> Result
         let is_same = |other: &PathBuf| other.canonicalize().ok() == path.canonicalize().ok();
         if included.iter().any(is_same) {
             return Err(fail("is included twice", "each file once"));
+        }
+        if included.len() > MOST_FILES {
+            let accepted = format!("up to {MOST_FILES} files");
+            return Err(fail("is one of too many files", &accepted));
         }
         included.push(path.clone());
         let inner = Source {

@@ -27,10 +27,23 @@ use std::path::Path;
 use urdf_rs::JointType;
 
 /// Largest number of elements of each kind.
-const MOST: [(&str, usize); 3] = [("body", 500), ("joint", 500), ("geom", 5000)];
+const MOST: [(&str, usize); 6] = [
+    ("body", 500),
+    ("joint", 500),
+    ("geom", 5000),
+    ("site", 2000),
+    ("gyro", 500),
+    ("key", 500),
+];
+
+/// Bound of the mass that a file may state for all of the robot (kg).
+const MOST_KG: f64 = 1e9;
 
 /// The share of a body's mass and inertia that goes to each link between two of its joints, which must have some.
 const BETWEEN: f64 = 0.02;
+
+/// Largest angle between the vertical and the z axis of the base (rad).
+const UPRIGHT_RAD: f64 = 0.01;
 
 /// Elements of a body that say nothing about the robot's mechanics.
 const UNUSED: [&str; 4] = ["light", "camera", "plugin", "user"];
@@ -226,6 +239,9 @@ fn collect<'a>(
             (tag, Some(owner)) if !UNUSED.contains(&tag) => {
                 bodies[owner].elements.push((element, *frame))
             }
+            (tag @ ("replicate" | "attach" | "composite" | "flexcomp"), None) => {
+                mjcf.note(format!("A <{tag}> beside the robot is left out."));
+            }
             _ => {}
         }
     }
@@ -248,6 +264,18 @@ fn base<'a>(mjcf: &Mjcf<'a, '_>, bodies: &[Body<'a>]) -> Option<usize> {
     };
     // Of equal ones, the first is taken.
     let base = outermost.rev().max_by_key(|&i| (is_free(i), joints[i]))?;
+    let up = bodies[base].pose.rotation * Vector3::z();
+    if up.angle(&Vector3::z()) > UPRIGHT_RAD {
+        let accepted =
+            "a base whose z axis points up, as another body within it may carry the turned frame";
+        mjcf.bad(
+            bodies[base].node,
+            format!("body {}", bodies[base].name),
+            format!("z points along {:.2} {:.2} {:.2}", up.x, up.y, up.z),
+            "the base is turned out of the vertical",
+            accepted,
+        );
+    }
     if !is_free(base) {
         mjcf.note(format!(
             "The base {} has no free joint in the file; it is free here.",
@@ -641,10 +669,16 @@ impl<'a> Reader<'a, '_, '_> {
 
     /// Scales all masses to the total that the file states, if it does.
     fn scale(&mut self) {
-        let stated = self
-            .mjcf
-            .setting("settotalmass")
-            .and_then(|mass| mass.parse::<f64>().ok());
+        let Some(written) = self.mjcf.setting("settotalmass") else {
+            return;
+        };
+        let stated = written.parse().ok().filter(|mass: &f64| *mass < MOST_KG);
+        if stated.is_none() {
+            let root = self.mjcf.root;
+            let (field, problem) = ("compiler settotalmass", "is no mass");
+            self.mjcf
+                .bad(root, field, written, problem, "a number of kg below 1e9");
+        }
         let links = &mut self.urdf.robot.links;
         let total: f64 = links.iter().map(|link| link.inertial.mass.value).sum();
         let Some(stated) = stated.filter(|&stated| stated > 0.0 && total > 0.0) else {

@@ -665,7 +665,7 @@ fn keyframes_and_imus_of_a_scene_are_those_of_its_robot() {
     );
     noted(
         &tree,
-        "has not the 9 numbers of the joints: short (1 numbers)",
+        "does not have 9 numbers, as the joints do: short (1 numbers)",
     );
     let frames: Vec<_> = tree
         .frames
@@ -829,6 +829,56 @@ fn settings_have_what_an_mjcf_states() {
             .values()
             .all(|motor| motor.rotor_inertia_kg_m2 == Some(0.002))
     );
+}
+
+/// What MuJoCo reads in another way than it looks, and files that could be taken for good ones.
+#[test]
+fn a_tilted_base_a_range_that_is_taken_back_and_includes_within_includes() {
+    let robot = |base: &str, joint: &str| {
+        format!(
+            r#"<mujoco><default><default class="c"><joint range="-1 1"/></default></default><compiler angle="radian"/><worldbody>
+            <body name="base" {base}><freejoint/><geom size="0.1" mass="1"/>
+            <body name="arm"><joint name="j" class="c" axis="0 1 0" {joint}/><geom size="0.1" mass="1"/></body></body>
+            </worldbody></mujoco>"#
+        )
+    };
+    let parse = |text: String| {
+        let file = "robot.xml".into();
+        Tree::parse(&Source { file, text }, None)
+    };
+    let told = parse(robot(r#"euler="0 0.5 0""#, ""))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        told.contains("the base is turned out of the vertical"),
+        "{told}"
+    );
+    let limits = |joint: &str| {
+        let tree = parse(robot(r#"euler="0 0 0.5""#, joint)).unwrap();
+        [tree.joints[0].lower_rad, tree.joints[0].upper_rad]
+    };
+    assert_eq!(limits(""), [-1.0, 1.0]);
+    assert_eq!(limits(r#"range="0 0""#), [f64::NEG_INFINITY, f64::INFINITY]);
+    for mass in ["inf", "30 kg"] {
+        let text =
+            robot("", "").replace("<compiler ", &format!("<compiler settotalmass=\"{mass}\" "));
+        let told = parse(text).unwrap_err().to_string();
+        assert!(
+            told.contains(&format!("settotalmass = {mass}: is no mass")),
+            "{told}"
+        );
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("a---.xml", &robot("", ""));
+    write("b.xml", "<mujoco/>");
+    write(
+        "main.xml",
+        r#"<mujoco><include file="a---.xml"><include file="b.xml"/></include></mujoco>"#,
+    );
+    let main = folder.path().join("main.xml");
+    let source = crate::urdf::opened(&main.to_string_lossy()).unwrap();
+    assert_eq!(Tree::parse(&source, None).unwrap().joints.len(), 1);
 }
 
 /// The G1 as its maker gives it, as a URDF and as two MJCFs.
