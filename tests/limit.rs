@@ -490,10 +490,6 @@ fn what_is_wrong_is_said_before_anything_runs() {
     fs::write(dir.path().join("file"), "").unwrap();
     for (more, expected) in [
         (
-            "--robot=r.urdf",
-            "r.toml: reach = (none): the pendulum's bounds depend on where a foot can land",
-        ),
-        (
             "--headings=0",
             "'0' for '--headings <N>': out of range; accepted: a whole number from 1 to 360",
         ),
@@ -509,7 +505,19 @@ fn what_is_wrong_is_said_before_anything_runs() {
         assert!(message.contains(expected), "{more}: {message}");
         assert!(run.get_output().stdout.is_empty());
     }
-    // Without its reach the robot can do everything else.
+    // Without its reach the robot has no bounds with footsteps, and can do everything else.
+    let hold = [
+        "--controller=hold",
+        "--headings=1",
+        "--replicas=0",
+        "--precision=1",
+    ];
+    let limit = [&["limit", "--robot=r.urdf", "--json"][..], &hold].concat();
+    let told = standfast(dir.path(), &limit).success();
+    let told: Value = serde_json::from_str(&text(&told.get_output().stdout)).unwrap();
+    let heading = &told["headings"][0];
+    assert!(heading["bound_no_step_n_s"].as_f64() > Some(2.0), "{told}");
+    assert!(heading["bound_one_step_n_s"].is_null() && heading["bound_n_step_n_s"].is_null());
     standfast(
         dir.path(),
         &["push", "--impulse=1", "--robot=r.urdf", "--controller=hold"],
