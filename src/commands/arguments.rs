@@ -68,7 +68,7 @@ impl ControllerArgs {
 #[derive(Debug, Default, Args)]
 pub struct MotorsArgs {
     /// Motors of other settings or an MJCF, or of a policy's training
-    #[arg(long = "motors", value_name = "FILE")]
+    #[arg(long = "motors", id = "motors", value_name = "FILE")]
     pub file: Option<String>,
 }
 
