@@ -62,6 +62,8 @@ fn reader() -> TempDir {
     let child = root().join("assets/robots/child.urdf");
     fs::copy(&child, public.join("h1.urdf")).unwrap();
     fs::copy(&child, dir.path().join("g1.urdf")).unwrap();
+    let settings = standfast(dir.path(), &["init", "g1.urdf", "--dry-run"]).success();
+    fs::write(dir.path().join("theirs.toml"), stdout(&settings)).unwrap();
     fs::create_dir_all(dir.path().join("assets/robots")).unwrap();
     fs::copy(&child, dir.path().join("assets/robots/child.urdf")).unwrap();
     dir
