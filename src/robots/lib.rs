@@ -4,7 +4,6 @@
 #![forbid(unsafe_code)]
 
 mod facing;
-mod feet;
 mod infer;
 mod mesh;
 pub mod motors;

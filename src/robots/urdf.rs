@@ -4,7 +4,6 @@
 //! settings are inferred, because the settings describe the servos.
 
 use super::facing;
-use super::feet;
 use super::infer;
 use super::motors::Motors;
 use super::settings::{self, RobotSettings};
@@ -224,7 +223,7 @@ fn of_tree(mut tree: Tree, settings: &Source) -> Result<Robot> {
         notes: tree.notes,
     };
     for foot in Foot::BOTH.into_iter().filter(|&foot| states_faces[foot]) {
-        feet::stand_on_sole(&mut robot, foot);
+        infer::stand_on_sole(&mut robot, foot);
     }
     check_masses(file, &robot)?;
     check_home(file, &robot)?;

@@ -1,6 +1,7 @@
-//! Parses XML of limited depth, because the parsers recurse.
+//! Parses XML of limited depth and size, because the parsers recurse.
 
-use roxmltree::Document;
+use roxmltree::{Document, Node};
+use standfast_core::error::{Error, Result};
 
 /// Largest number of nested elements.
 const MOST_LEVELS: usize = 64;
@@ -10,7 +11,7 @@ const MOST_TAG_BYTES: usize = 10_000;
 
 /// Parses XML whose elements are not nested too deeply, with tags that are not too long. Fails with what is wrong, in
 /// words.
-pub fn document(text: &str) -> Result<Document<'_>, String> {
+pub fn document(text: &str) -> std::result::Result<Document<'_>, String> {
     let [levels, longest] = extent(text);
     if levels > MOST_LEVELS {
         return Err(format!("elements are nested more than {MOST_LEVELS} deep"));
@@ -21,6 +22,28 @@ pub fn document(text: &str) -> Result<Document<'_>, String> {
         ));
     }
     Document::parse(text).map_err(|e| e.to_string())
+}
+
+/// The XML of a file, as by [`document`].
+pub fn of_file<'a>(file: &str, text: &'a str) -> Result<Document<'a>> {
+    document(text).map_err(|problem| Error::Syntax {
+        file: file.into(),
+        message: format!("the XML is malformed: {problem}"),
+    })
+}
+
+/// Fails if there are more elements of a name than its largest number.
+pub fn check_counts(file: &str, root: Node, most: &[(&str, usize)]) -> Result<()> {
+    for &(name, most) in most {
+        let elements = root.descendants();
+        let count = elements.filter(|node| node.has_tag_name(name)).count();
+        if count > most {
+            let problem = format!("there are too many {name}s");
+            let accepted = format!("up to {most} {name}s");
+            return Err(Error::value(file, name, count, problem, accepted));
+        }
+    }
+    Ok(())
 }
 
 /// The text without XML comments. A comment without an end goes to the end of the text.

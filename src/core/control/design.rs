@@ -65,8 +65,7 @@ impl Design {
         let footholds = Kinematics::at_home(robot).sole_poses(robot);
         let stance = (footholds.left.translation.vector - footholds.right.translation.vector).xy();
         let footwork = footwork_rules(gains, robot, &units, stance.y)?;
-        let steps = gains.stepping.is_some() || gains.catching.is_some();
-        let stays = (steps && footwork.is_none()).then(|| {
+        let stays = (gains.takes_footsteps() && footwork.is_none()).then(|| {
             format!(
                 "takes no footsteps, as it is not known where the feet of {} can land ([[reach]] of its settings)",
                 robot.name
@@ -144,8 +143,7 @@ fn footwork_rules(
     units: &Units,
     stance_m: f64,
 ) -> Result<Option<FootworkRules>> {
-    let takes_footsteps = gains.stepping.is_some() || gains.catching.is_some();
-    let Some(beside) = robot.reach.first().filter(|_| takes_footsteps) else {
+    let Some(beside) = robot.reach.first().filter(|_| gains.takes_footsteps()) else {
         return Ok(None);
     };
     let ([backward, forward], [inward, outward]) = (beside.x_m, beside.y_m);

@@ -91,6 +91,11 @@ fn default_zmp_margin() -> f64 {
 }
 
 impl GainSet {
+    /// Whether it has rules for footsteps.
+    pub fn takes_footsteps(&self) -> bool {
+        self.stepping.is_some() || self.catching.is_some()
+    }
+
     /// Checks the values. Errors name the gain set `file`.
     pub fn validate(&self, file: &str) -> Result<()> {
         if self.name.trim().is_empty() {

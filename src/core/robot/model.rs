@@ -144,6 +144,13 @@ pub struct Frame {
     pub pose: Isometry3<f64>,
 }
 
+impl Frame {
+    /// Whether a frame of this name is that of an IMU.
+    pub fn names_imu(name: &str) -> bool {
+        name.to_lowercase().contains("imu")
+    }
+}
+
 /// The ankle above a sole, at home.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ankle {

@@ -3,6 +3,7 @@
 use super::soles;
 use crate::facing::Forward;
 use nalgebra::{Point3, Vector3};
+use standfast_core::robot::model::Frame;
 use standfast_core::robot::{Foot, Kinematics, PerFoot, Robot};
 
 /// Least number of joints of a leg that are not shared with the other leg.
@@ -93,7 +94,7 @@ fn trunk(robot: &Robot, of_leg: &dyn Fn(usize) -> bool, of_arm: &dyn Fn(usize) -
         let has_imu = robot
             .frames
             .iter()
-            .any(|frame| frame.link == link && frame.name.to_lowercase().contains("imu"));
+            .any(|frame| frame.link == link && Frame::names_imu(&frame.name));
         let arms = (0..robot.joints.len())
             .filter(|&j| robot.joints[j].parent == link && of_arm(j))
             .count();

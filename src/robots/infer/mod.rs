@@ -2,6 +2,7 @@
 //! a foot can land.
 
 mod clearance;
+mod feet;
 mod figures;
 mod home;
 mod limbs;
@@ -12,10 +13,9 @@ mod soles;
 mod srdf;
 mod text;
 
-pub(super) use soles::find as lowest_face;
+pub(super) use feet::stand_on_sole;
 
 use crate::facing::{self, Forward};
-use crate::feet;
 use crate::motors::Motors;
 use crate::settings::{SolesAlone, settings_path};
 use crate::tree::{Tree, format_of};
@@ -50,25 +50,23 @@ pub(super) fn settings(
         Error::value(&urdf.file, "settings", "(none)", problem, BY_HAND)
     };
     let mut robot = bare(&tree);
-    let facing = match limbs::legs(&robot) {
-        Ok(legs) => limbs::facing(&robot, &legs),
-        Err(problem) => {
-            let mut problems = vec![problem];
-            if tree.without_range > 0 {
-                problems.push(format!(
+    let mut legs = limbs::legs(&robot).map_err(|problem| {
+        let mut problems = vec![problem];
+        if tree.without_range > 0 {
+            problems.push(format!(
                     "{} joints are locked, since their limits in the file leave them no range (lower = upper): state the limits \
                      there, or give these joints a range by `standfast init --range 1.5` (rad, to both sides)",
                     tree.without_range
                 ));
-            }
-            return Err(fail(&problems));
         }
-    };
+        fail(&problems)
+    })?;
+    let facing = limbs::facing(&robot, &legs);
     if facing.forward != Forward::default() {
         facing::turn(&mut tree, facing.forward);
         robot = bare(&tree);
+        legs = limbs::legs(&robot).map_err(|problem| fail(&[problem]))?;
     }
-    let legs = limbs::legs(&robot).map_err(|problem| fail(&[problem]))?;
     let limbs = Limbs::of(&robot, legs);
     let stated = match stated {
         Some(source) => {
@@ -180,7 +178,7 @@ pub(super) fn settings(
         }
     }
     for foot in Foot::BOTH.into_iter().filter(|&foot| !soles[foot].is_box) {
-        feet::stand_on_sole(&mut robot, foot);
+        stand_on_sole(&mut robot, foot);
     }
     let format = format_of(urdf);
     let (mut servos, unbelieved) = servos::find(&robot, &limbs, &written, format);

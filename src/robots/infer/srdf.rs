@@ -2,7 +2,7 @@
 
 use crate::tree::Posture;
 use crate::xml_limits;
-use standfast_core::error::{Error, Result};
+use standfast_core::error::Result;
 use standfast_core::robot::Robot;
 use standfast_files::assets::{self, Source};
 use std::path::{Path, PathBuf};
@@ -114,10 +114,7 @@ fn places(urdf: &Path) -> Vec<PathBuf> {
 }
 
 fn read(source: &Source, robot: &Robot) -> Result<Option<Reference>> {
-    let document = xml_limits::document(&source.text).map_err(|problem| Error::Syntax {
-        file: source.file.clone(),
-        message: format!("the XML is malformed: {problem}"),
-    })?;
+    let document = xml_limits::of_file(&source.file, &source.text)?;
     let states = document
         .root_element()
         .children()

@@ -24,6 +24,7 @@ use standfast_core::robot::model::{Frame, Joint, Link, Solid};
 use standfast_files::assets::Source;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
+pub(super) use xml::Posture;
 
 /// The content of the robot's file alone. Links, joints and frames are those of [`Robot`](standfast_core::robot::Robot).
 #[derive(Debug, Clone)]
@@ -45,14 +46,6 @@ pub(super) struct Tree {
     pub kept_meshes: Option<String>,
     /// The postures that the file names.
     pub postures: Vec<Posture>,
-}
-
-/// A posture that an MJCF names.
-#[derive(Debug, Clone)]
-pub(super) struct Posture {
-    pub name: String,
-    /// Names of joints, each with its angle (rad).
-    pub by_joint: Vec<(String, f64)>,
 }
 
 /// The name of the format of a robot's file.

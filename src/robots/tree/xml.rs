@@ -5,7 +5,6 @@
 //! and does not tell where. So it gets a text with known elements and valid values only. Each problem is reported with
 //! line, element and attribute; a harmless value replaces a bad one, so that the rest can be checked.
 
-use super::Posture;
 use super::problems::Problems;
 use crate::xml_limits;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -166,6 +165,14 @@ const JOINT_TYPES: [&str; 6] = [
     "floating",
 ];
 
+/// A posture that an MJCF names.
+#[derive(Debug, Clone)]
+pub struct Posture {
+    pub name: String,
+    /// Names of joints, each with its angle (rad).
+    pub by_joint: Vec<(String, f64)>,
+}
+
 /// A robot as it was read, in the form of a URDF, with the line numbers of its links and joints.
 pub struct Urdf {
     pub robot: urdf_rs::Robot,
@@ -186,8 +193,7 @@ pub fn read(source: &Source, problems: &mut Problems) -> Result<Urdf> {
         file: source.file.clone(),
         message,
     };
-    let document = xml_limits::document(&source.text)
-        .map_err(|problem| syntax(format!("the XML is malformed: {problem}")))?;
+    let document = xml_limits::of_file(&source.file, &source.text)?;
     let root = document.root_element();
     if !root.has_tag_name("robot") {
         return Err(syntax(format!(
@@ -195,19 +201,7 @@ pub fn read(source: &Source, problems: &mut Problems) -> Result<Urdf> {
             root.tag_name().name()
         )));
     }
-    for (name, most) in MOST {
-        let count = root
-            .descendants()
-            .filter(|node| node.has_tag_name(name))
-            .count();
-        if count > most {
-            let (problem, accepted) = (
-                format!("there are too many {name}s"),
-                format!("up to {most} {name}s"),
-            );
-            return Err(Error::value(&source.file, name, count, problem, accepted));
-        }
-    }
+    xml_limits::check_counts(&source.file, root, &MOST)?;
     let line_ends = source.text.match_indices('\n').map(|(at, _)| at).collect();
     let mut reader = Reader {
         problems,

@@ -1,8 +1,7 @@
 //! What an MJCF says beside its tree of bodies: actuators, constraints between joints and bodies, and keyframes.
 
-use super::elements::Mjcf;
-use super::{Body, joint_kind};
-use crate::tree::Posture;
+use super::elements::{Body, Mjcf, joint_kind};
+use crate::tree::xml::Posture;
 use std::collections::HashMap;
 
 /// Number of names that a note lists.

@@ -348,3 +348,48 @@ pub fn origin(pose: &Isometry3<f64>) -> urdf_rs::Pose {
         rpy: urdf_rs::Vec3([roll, pitch, yaw]),
     }
 }
+
+/// A body of the file, also one that does not belong to the robot.
+pub struct Body<'a> {
+    pub node: Node<'a, 'a>,
+    pub name: String,
+    pub parent: Option<usize>,
+    /// Its pose in the parent (m).
+    pub pose: Isometry3<f64>,
+    /// Its joints, geoms, sites and inertials, each with the frame around it in the body.
+    pub elements: Vec<(Element<'a>, Isometry3<f64>)>,
+}
+
+impl<'a> Body<'a> {
+    pub fn of(&self, tag: &'static str) -> impl Iterator<Item = &(Element<'a>, Isometry3<f64>)> {
+        self.elements
+            .iter()
+            .filter(move |(element, _)| element.node.has_tag_name(tag))
+    }
+
+    /// Its joints in the order of the file, the free one included.
+    pub fn joints(&self) -> impl Iterator<Item = (Element<'a>, Isometry3<f64>)> {
+        let is_joint = |node: &Node| node.has_tag_name("joint") || node.has_tag_name("freejoint");
+        self.elements
+            .iter()
+            .filter(move |(element, _)| is_joint(&element.node))
+            .copied()
+    }
+
+    /// The name of its joint `k`.
+    pub fn joint_name(&self, k: usize) -> String {
+        let named = self
+            .joints()
+            .nth(k)
+            .and_then(|(joint, _)| joint.node.attribute("name"));
+        named.map_or_else(|| format!("joint {k} of {}", self.name), str::to_string)
+    }
+}
+
+/// The type of a joint: `hinge`, `slide`, `ball` or `free`.
+pub fn joint_kind<'a>(mjcf: &Mjcf<'a, '_>, joint: Element<'a>) -> &'a str {
+    match joint.node.has_tag_name("freejoint") {
+        true => "free",
+        false => mjcf.text(joint, "type").unwrap_or("hinge"),
+    }
+}

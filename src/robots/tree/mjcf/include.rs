@@ -45,10 +45,7 @@ pub fn has_own_lines(text: &str) -> bool {
 
 /// The text with all that it includes. None if it includes nothing.
 fn expanded(source: &Source, main: &Path, included: &mut Vec<PathBuf>) -> Result<Option<String>> {
-    let document = xml_limits::document(&source.text).map_err(|problem| Error::Syntax {
-        file: source.file.clone(),
-        message: format!("the XML is malformed: {problem}"),
-    })?;
+    let document = xml_limits::of_file(&source.file, &source.text)?;
     let (mut text, mut end) = (String::new(), 0);
     let elements = document.descendants();
     for node in elements.filter(|node| node.has_tag_name("include")) {
@@ -92,10 +89,7 @@ fn expanded(source: &Source, main: &Path, included: &mut Vec<PathBuf>) -> Result
 
 /// What the root element of a text contains.
 fn content<'a>(text: &'a str, file: &str) -> Result<&'a str> {
-    let document = xml_limits::document(text).map_err(|problem| Error::Syntax {
-        file: file.into(),
-        message: format!("the XML is malformed: {problem}"),
-    })?;
+    let document = xml_limits::of_file(file, text)?;
     let root = document.root_element();
     let ends = (root.first_child(), root.last_child());
     Ok(match ends {

@@ -15,12 +15,13 @@ use super::problems::Problems;
 use super::xml::Urdf;
 use crate::xml_limits;
 use drives::listed;
-use elements::{Element, Mjcf, origin};
+use elements::{Body, Element, Mjcf, joint_kind, origin};
 pub use include::with_included;
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, Vector3};
 use roxmltree::Node;
 use shapes::{Inertia, Shapes};
 use standfast_core::error::{Error, Result};
+use standfast_core::robot::model::Frame;
 use standfast_files::assets::Source;
 use std::collections::HashMap;
 use std::path::Path;
@@ -48,75 +49,12 @@ const UPRIGHT_RAD: f64 = 0.01;
 /// Elements of a body that say nothing about the robot's mechanics.
 const UNUSED: [&str; 4] = ["light", "camera", "plugin", "user"];
 
-/// A body of the file, also one that does not belong to the robot.
-pub struct Body<'a> {
-    node: Node<'a, 'a>,
-    name: String,
-    parent: Option<usize>,
-    /// Its pose in the parent (m).
-    pose: Isometry3<f64>,
-    /// Its joints, geoms, sites and inertials, each with the frame around it in the body.
-    elements: Vec<(Element<'a>, Isometry3<f64>)>,
-}
-
-impl<'a> Body<'a> {
-    fn of(&self, tag: &'static str) -> impl Iterator<Item = &(Element<'a>, Isometry3<f64>)> {
-        self.elements
-            .iter()
-            .filter(move |(element, _)| element.node.has_tag_name(tag))
-    }
-
-    /// Its joints in the order of the file, the free one included.
-    fn joints(&self) -> impl Iterator<Item = (Element<'a>, Isometry3<f64>)> {
-        let is_joint = |node: &Node| node.has_tag_name("joint") || node.has_tag_name("freejoint");
-        self.elements
-            .iter()
-            .filter(move |(element, _)| is_joint(&element.node))
-            .copied()
-    }
-
-    /// The name of its joint `k`.
-    fn joint_name(&self, k: usize) -> String {
-        let named = self
-            .joints()
-            .nth(k)
-            .and_then(|(joint, _)| joint.node.attribute("name"));
-        named.map_or_else(|| format!("joint {k} of {}", self.name), str::to_string)
-    }
-}
-
-/// The type of a joint: `hinge`, `slide`, `ball` or `free`.
-fn joint_kind<'a>(mjcf: &Mjcf<'a, '_>, joint: Element<'a>) -> &'a str {
-    match joint.node.has_tag_name("freejoint") {
-        true => "free",
-        false => mjcf.text(joint, "type").unwrap_or("hinge"),
-    }
-}
-
 /// Reads an MJCF, and adds its errors to `problems`. Fails if the text is not well-formed XML, or if it is too large,
 /// too deeply nested, or has no body.
 pub fn read(source: &Source, problems: &mut Problems) -> Result<Urdf> {
-    let document = xml_limits::document(&source.text).map_err(|problem| Error::Syntax {
-        file: source.file.clone(),
-        message: format!("the XML is malformed: {problem}"),
-    })?;
+    let document = xml_limits::of_file(&source.file, &source.text)?;
     let root = document.root_element();
-    for (name, most) in MOST {
-        let count = root
-            .descendants()
-            .filter(|node| node.has_tag_name(name))
-            .count();
-        if count > most {
-            let problem = format!("there are too many elements <{name}>");
-            return Err(Error::value(
-                &source.file,
-                name,
-                count,
-                problem,
-                format!("up to {most}"),
-            ));
-        }
-    }
+    xml_limits::check_counts(&source.file, root, &MOST)?;
     let mjcf = Mjcf::of(root, include::has_own_lines(&source.text), problems);
     let mut bodies = Vec::new();
     for world in root
@@ -641,7 +579,7 @@ impl<'a> Reader<'a, '_, '_> {
             let Some(name) = site.node.attribute("name") else {
                 continue;
             };
-            let is_named = name.to_lowercase().contains("imu");
+            let is_named = Frame::names_imu(name);
             let is_of_gyro = |sensor: Element| {
                 sensor.node.has_tag_name("gyro") && sensor.node.attribute("site") == Some(name)
             };

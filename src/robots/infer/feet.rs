@@ -1,6 +1,6 @@
 //! Feet that stand on their stated soles. Bounds, controllers and contacts then have the same sole.
 
-use super::infer;
+use super::soles;
 use nalgebra::{Translation3, Vector3};
 use standfast_core::robot::{Foot, Robot, Shape, Solid};
 
@@ -12,12 +12,12 @@ const PLATE: f64 = 0.1;
 
 /// Lets a foot stand on its sole: if the lowest face of its shapes at home is another one, they are replaced by a box as large
 /// as the sole and as high as the foot, with a note.
-pub(super) fn stand_on_sole(robot: &mut Robot, foot: Foot) {
+pub fn stand_on_sole(robot: &mut Robot, foot: Foot) {
     let sole = robot.soles[foot];
     let [length, width] = sole.half_m.map(|half| 2.0 * half);
     let collides = !robot.links[sole.link].collisions.is_empty();
     let own = match collides {
-        true => infer::lowest_face(robot, sole.link, &robot.home_rad, &Vector3::x()).ok(),
+        true => soles::find(robot, sole.link, &robot.home_rad, &Vector3::x()).ok(),
         false => None,
     };
     let of_shapes = own.map(|own| {
