@@ -2,8 +2,7 @@
 //! settings. They belong to the robot, so all controllers have them.
 
 use super::settings::{self, RobotSettings, ServoGroup};
-use super::tree::Tree;
-use super::urdf;
+use super::tree::{self, Tree};
 use serde::Deserialize;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::{MotorOrigin, Robot, Servo};
@@ -203,7 +202,7 @@ impl Motors {
 
     /// The motors that the file of a robot states, an MJCF: torque limits, rotor inertias, friction and damping.
     fn of_robot_file(path: &Path) -> Result<Self> {
-        let tree = Tree::parse(&urdf::opened(&path.to_string_lossy())?, None)?;
+        let tree = Tree::parse(&tree::opened(&path.to_string_lossy())?, None)?;
         let motors = tree.joints.iter().zip(&tree.motors).map(|(joint, stated)| {
             let motor = Motor {
                 torque_n_m: stated.effort_n_m,

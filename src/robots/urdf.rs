@@ -9,8 +9,8 @@ use super::motors::Motors;
 use super::settings::{self, RobotSettings};
 pub use super::settings::{settings_path, states_soles_alone};
 use super::skeleton::with_bones;
-use super::tree::{Tree, mjcf};
-use super::xacro;
+use super::tree::Tree;
+pub use super::tree::opened;
 use nalgebra::{Point3, Vector3};
 use standfast_core::error::{Error, Result};
 use standfast_core::geometry::SupportPolygon;
@@ -127,14 +127,6 @@ impl Files {
 /// The name of a file without the mark of what is compiled in.
 fn unbuilt(file: &str) -> String {
     file.trim_start_matches("builtin:").into()
-}
-
-/// The URDF of a built-in robot by its name, or of a file, with its macros expanded, or an MJCF with all that it includes. Fails as [`Files::open`] does.
-pub fn opened(name_or_path: &str) -> Result<Source> {
-    mjcf::with_included(xacro::expanded(assets::open(
-        InputKind::Robot,
-        name_or_path,
-    )?)?)
 }
 
 /// The settings that are inferred from a URDF. Joints without a range of their own get the range `range_rad` (rad) to

@@ -6,13 +6,14 @@
 
 mod inertia;
 mod joints;
-pub(super) mod mjcf;
+mod mjcf;
 mod problems;
 mod solids;
 #[cfg(test)]
 mod tests;
 mod xml;
 
+use super::xacro;
 use inertia::{LinkInertia, check_gyration, merged};
 use joints::JointKind;
 pub(super) use joints::Motor;
@@ -21,7 +22,7 @@ use problems::Problems;
 use solids::Solids;
 use standfast_core::error::Result;
 use standfast_core::robot::model::{Frame, Joint, Link, Solid};
-use standfast_files::assets::Source;
+use standfast_files::assets::{self, InputKind, Source};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 pub(super) use xml::Posture;
@@ -46,6 +47,15 @@ pub(super) struct Tree {
     pub kept_meshes: Option<String>,
     /// The postures that the file names.
     pub postures: Vec<Posture>,
+}
+
+/// The URDF of a built-in robot by its name, or of a file, with its macros expanded, or an MJCF with all that it includes.
+///
+/// # Errors
+/// A file cannot be read, is malformed, or needs the program `xacro`, which fails.
+pub fn opened(name_or_path: &str) -> Result<Source> {
+    let source = assets::open(InputKind::Robot, name_or_path)?;
+    mjcf::with_included(xacro::expanded(source)?)
 }
 
 /// The name of the format of a robot's file.
