@@ -18,7 +18,16 @@ fn a_robot_is_as_mujoco_compiles_it() {
     for name in ["g1_29dof_rev_1_0.xml", "g1_29dof_holosoma.xml"] {
         let file = format!("{folder}{name}");
         let robot = standfast_robots::load(&file).unwrap();
-        let model = MjModel::from_xml(&file).unwrap();
+        // The second file names the floor of a scene that includes it.
+        let floor = match name {
+            "g1_29dof_holosoma.xml" => "<geom name='floor' type='plane' size='1 1 1'/>",
+            _ => "",
+        };
+        let scene = format!(
+            "<mujoco><worldbody>{floor}</worldbody>\
+             <include file='{file}'/><compiler meshdir='{folder}meshes'/></mujoco>"
+        );
+        let model = MjModel::from_xml_string(&scene).unwrap();
         let mut data = MjData::new(&model);
         // The file may place its base above the ground. Here it is at the origin.
         let qpos = data.qpos_mut();
