@@ -86,7 +86,7 @@ pub fn run(args: &CheckControllerArgs) -> Result<ExitCode> {
     let contract = args
         .contract
         .as_ref()
-        .map(|path| contract::repeated(path, &*factory.start(0)))
+        .map(|path| contract::repeated(path, &mut *factory.start(0)))
         .transpose()?;
     let alone = |factory: &_| {
         UnpushedEpisode::run(&robot, factory, &config, trial::disturbance(&campaign, 0))

@@ -17,7 +17,7 @@ type RecordedPair = (usize, Vec<f64>);
 /// Reads the pairs in a file, and asks `controller` for each action again. Each line of a `.csv` has an observation and
 /// then an action; the first line may have names. An `.npz` has two arrays, the observations and the actions, with a
 /// row for each. Errors: a pair of another length, no numbers, or a controller that takes no observations.
-pub fn repeated(path: &Path, controller: &dyn Controller) -> Result<Contract> {
+pub fn repeated(path: &Path, controller: &mut dyn Controller) -> Result<Contract> {
     let file = path.to_string_lossy();
     let size: usize = controller
         .observed()

@@ -6,17 +6,19 @@
 
 #![forbid(unsafe_code)]
 
+mod actor;
 mod limited;
 mod motors;
 mod net;
 mod observation;
 mod proto;
+mod terms;
 mod training;
 
 pub use training::{motors as motors_of_training, written};
 
-use net::Net;
-use observation::{Base, Gait, Memory, Observation, Term};
+use actor::{Actor, SharedPolicy};
+use net::{Ends, Net, Outputs, Parts};
 use serde::{Deserialize, Serialize};
 use standfast_controllers::companion_files;
 use standfast_controllers::kinds::{ControllerKind, kind};
@@ -24,9 +26,12 @@ use standfast_controllers::spec::{ControllerSpec, about, check_name};
 use standfast_controllers::tunable::Tunable;
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Robot;
-use standfast_core::socket::{Command, Controller, PreparedController, Report, Sensed, TickError};
+use standfast_core::socket::PreparedController;
 use standfast_files::assets::{Source, parse_toml};
+use std::collections::HashMap;
+use std::path::Path;
 use std::sync::Arc;
+use terms::{Gait, Sizes, Stack, Term};
 use toml::Table;
 
 /// The kind of controllers that this crate adds ([`standfast_controllers::kinds::add`]).
@@ -56,8 +61,8 @@ pub struct Policy {
     /// Angles of the joints at the action 0 (rad), and the change of the angles by an action of 1 (rad).
     default_rad: Vec<f64>,
     action_scale: Vec<f64>,
-    /// Largest magnitude of an action.
-    action_clip: Option<f64>,
+    /// Largest magnitude of an action, or the least and the largest action of each joint.
+    action_clip: Option<ActionClip>,
     /// Stiffness (N m/rad) and damping (N m s/rad) of the joints' servos.
     stiffness: Vec<f64>,
     damping: Vec<f64>,
@@ -67,8 +72,16 @@ pub struct Policy {
     #[serde(default)]
     training: Motors,
     gait: Option<Gait>,
-    /// The terms of the observation, in the order in which the network takes them.
+    /// The joints that the policy observes; None if they are those that it drives.
+    observed: Option<ObservedJoints>,
+    /// The outputs and the memory of the network.
+    #[serde(default, skip_serializing_if = "terms::is_default")]
+    network: Outputs,
+    /// The terms of the observation, in the order in which the network takes them, and how many frames of all of them it
+    /// takes.
     observation: Vec<Term>,
+    #[serde(default, skip_serializing_if = "terms::is_default")]
+    frames: Stack,
     /// Path of the file itself. No file states this key.
     #[serde(default)]
     file: String,
@@ -81,6 +94,35 @@ pub struct Policy {
 struct Motors {
     torque_n_m: Option<Vec<f64>>,
     rotor_inertia_kg_m2: Option<Vec<f64>>,
+}
+
+/// Joints that a policy observes, and the angles (rad) from which it sees theirs.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ObservedJoints {
+    joints: Vec<String>,
+    default_rad: Vec<f64>,
+}
+
+/// Limits of the actions.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "accepted: a number, or a table with the lists `lower` and `upper`"
+)]
+enum ActionClip {
+    Magnitude(f64),
+    Each { lower: Vec<f64>, upper: Vec<f64> },
+}
+
+impl ActionClip {
+    /// The least and the largest action of joint `i`.
+    fn of(&self, i: usize) -> [f64; 2] {
+        match self {
+            Self::Magnitude(clip) => [-clip, *clip],
+            Self::Each { lower, upper } => [lower[i], upper[i]],
+        }
+    }
 }
 
 /// Keys of former versions, whose figures were simulated with the policy alone.
@@ -122,18 +164,18 @@ impl Policy {
         Error::value(&self.file, field, value, problem, accepted)
     }
 
-    /// The index in the robot of each joint of the policy.
-    fn joints_of(&self, robot: &Robot) -> Result<Vec<usize>> {
+    /// The index in the robot of each of these joints, which the key `field` names.
+    fn indices(&self, field: &str, joints: &[String], robot: &Robot) -> Result<Vec<usize>> {
         let names: Vec<&str> = robot
             .joints
             .iter()
             .map(|joint| joint.name.as_str())
             .collect();
-        let joints = self.joints.iter().map(|name| {
+        let joints = joints.iter().map(|name| {
             let index = names.iter().position(|known| known == name);
             index.ok_or_else(|| {
                 self.bad(
-                    "joints",
+                    field,
                     name,
                     &format!("{} has no such joint", robot.name),
                     names.join(", "),
@@ -141,6 +183,52 @@ impl Policy {
             })
         });
         joints.collect()
+    }
+
+    /// The index in the robot of each joint of the policy.
+    fn joints_of(&self, robot: &Robot) -> Result<Vec<usize>> {
+        self.indices("joints", &self.joints, robot)
+    }
+
+    /// The joints that the policy observes, and the angles (rad) from which it sees theirs.
+    fn observed_joints(&self) -> (&[String], &[f64]) {
+        match &self.observed {
+            Some(observed) => (&observed.joints, &observed.default_rad),
+            None => (&self.joints, &self.default_rad),
+        }
+    }
+
+    fn sizes(&self) -> Sizes {
+        Sizes {
+            driven: self.joints.len(),
+            observed: self.observed_joints().0.len(),
+        }
+    }
+
+    /// The observed inputs of the network, each with its number of numbers.
+    fn inputs(&self) -> Vec<(Option<String>, usize)> {
+        terms::inputs(&self.observation, self.frames, self.sizes())
+    }
+
+    /// The network's file, and the files with its weights, which lie in its folder: names within the folder of this file.
+    fn parts(&self) -> Result<(Parts, Vec<String>)> {
+        let (_, model) = companion_files::read(&self.file, "model", &self.model)?;
+        let named = net::weight_files(&model)
+            .map_err(|problem| self.bad("model", &self.model, &problem, "an ONNX file"))?;
+        let (mut weights, mut names) = (HashMap::new(), Vec::new());
+        for file in named {
+            let folder = Path::new(&self.model).parent().unwrap_or(Path::new(""));
+            let name = folder.join(&file).to_string_lossy().into_owned();
+            if !companion_files::is_inside(&file) {
+                let problem = format!("keeps its weights in {file:?}");
+                let accepted = "a file in the folder of the network";
+                return Err(self.bad("model", &self.model, &problem, accepted));
+            }
+            let (_, bytes) = companion_files::read(&self.file, "model", &name)?;
+            weights.insert(file, bytes);
+            names.push(name);
+        }
+        Ok((Parts { model, weights }, names))
     }
 
     /// The number of control periods (s) from one action to the next, which must be whole.
@@ -177,17 +265,28 @@ impl ControllerSpec for Policy {
                 "more than 0, at most 1",
             );
         }
-        if let Some(name) = self
-            .joints
-            .iter()
-            .enumerate()
-            .find(|(i, name)| self.joints[..*i].contains(name))
-        {
+        let (observed, from_rad) = self.observed_joints();
+        for (field, names) in [("joints", &self.joints[..]), ("observed.joints", observed)] {
+            let twice = |(i, name): &(usize, &String)| names[..*i].contains(name);
+            if let Some((_, name)) = names.iter().enumerate().find(twice) {
+                return fail(field, name.clone(), "is there twice", "each joint once");
+            }
+        }
+        if from_rad.len() != observed.len() {
+            let accepted = format!("one for each of its {} observed joints", observed.len());
+            let value = format!("{} numbers", from_rad.len());
+            let problem = "has another length than joints";
+            return match self.observed {
+                Some(_) => fail("observed.default_rad", value, problem, &accepted),
+                None => fail("default_rad", value, problem, &accepted),
+            };
+        }
+        if let Some(value) = from_rad.iter().find(|value| !value.is_finite()) {
             return fail(
-                "joints",
-                name.1.clone(),
-                "is there twice",
-                "each joint once",
+                "observed.default_rad",
+                value.to_string(),
+                "out of range",
+                "a finite number",
             );
         }
         let any = f64::NEG_INFINITY..=f64::INFINITY;
@@ -237,16 +336,34 @@ impl ControllerSpec for Policy {
                 return fail(field, value.to_string(), "out of range", accepted);
             }
         }
-        if let Some(clip) = self
-            .action_clip
-            .filter(|clip| clip.is_nan() || *clip <= 0.0)
-        {
-            return fail(
-                "action_clip",
-                clip.to_string(),
-                "out of range",
-                "more than 0",
-            );
+        match &self.action_clip {
+            Some(ActionClip::Each { lower, upper })
+                if lower.len() != self.joints.len()
+                    || upper.len() != self.joints.len()
+                    || lower.iter().zip(upper).any(|(lower, upper)| {
+                        lower.partial_cmp(upper) != Some(std::cmp::Ordering::Less)
+                    }) =>
+            {
+                let accepted = format!(
+                    "two lists of {} numbers, the lower less than the upper",
+                    self.joints.len()
+                );
+                return fail(
+                    "action_clip",
+                    format!("{lower:?}, {upper:?}"),
+                    "does not fit",
+                    &accepted,
+                );
+            }
+            Some(ActionClip::Magnitude(clip)) if clip.is_nan() || *clip <= 0.0 => {
+                return fail(
+                    "action_clip",
+                    clip.to_string(),
+                    "out of range",
+                    "more than 0",
+                );
+            }
+            _ => {}
         }
         if self.command.iter().any(|velocity| !velocity.is_finite()) {
             return fail(
@@ -256,12 +373,8 @@ impl ControllerSpec for Policy {
                 "three finite numbers",
             );
         }
-        observation::check(
-            file,
-            &self.observation,
-            self.joints.len(),
-            self.gait.as_ref(),
-        )
+        let gait = self.gait.as_ref();
+        terms::check(file, &self.observation, self.frames, self.sizes(), gait)
     }
 
     fn tree(&self) -> Table {
@@ -281,22 +394,27 @@ impl ControllerSpec for Policy {
     }
 
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
-        Ok(vec![companion_files::read(
-            &self.file,
-            "model",
-            &self.model,
-        )?])
+        let (Parts { model, weights }, names) = self.parts()?;
+        let weights = names.into_iter().zip(weights.into_values());
+        Ok([(self.model.clone(), model)]
+            .into_iter()
+            .chain(weights)
+            .collect())
     }
 
     fn prepare(&self, robot: &Robot, period_s: f64) -> Result<PreparedController> {
         let (joints, ticks_per_action) = (self.joints_of(robot)?, self.ticks_per_action(period_s)?);
-        let (_, bytes) = companion_files::read(&self.file, "model", &self.model)?;
-        let sizes = [
-            observation::length(&self.observation, joints.len()),
-            joints.len(),
-        ];
-        let net = Net::of(&bytes, sizes).map_err(|problem| {
-            let accepted = "an ONNX file with one input and one output of these sizes, and no memory of its own";
+        let (observed, observed_from_rad) = self.observed_joints();
+        let observed = self.indices("observed.joints", observed, robot)?;
+        let observed_from_rad = observed_from_rad.to_vec();
+        let ends = Ends {
+            observed: self.inputs(),
+            outputs: self.network.clone(),
+            actions: joints.len(),
+        };
+        let net = Net::of(self.parts()?.0, ends).map_err(|problem| {
+            let accepted =
+                "a network whose inputs are observed or fed back, with an output for the action";
             self.bad("model", &self.model, &problem, accepted)
         })?;
         let mut home = robot.home_command();
@@ -314,6 +432,8 @@ impl ControllerSpec for Policy {
             settings: self.clone(),
             robot: robot.clone(),
             joints,
+            observed,
+            observed_from_rad,
             ticks_per_action,
             net,
             home,
@@ -326,138 +446,5 @@ impl ControllerSpec for Policy {
             PreparedController::new(&self.name, about, move |_seed| Actor::new(&shared));
         prepared.stride_s = self.gait.as_ref().map(|gait| 1.0 / gait.hz);
         Ok(prepared)
-    }
-}
-
-/// The data that all episodes share.
-struct SharedPolicy {
-    settings: Policy,
-    robot: Robot,
-    /// The index in the robot of each joint of the policy.
-    joints: Vec<usize>,
-    ticks_per_action: u64,
-    net: Net,
-    /// The command at the action 0.
-    home: Command,
-}
-
-/// A policy in an episode.
-#[derive(Clone)]
-struct Actor {
-    shared: Arc<SharedPolicy>,
-    base: Base,
-    memory: Memory,
-    ticks: u64,
-    acting: Command,
-    /// The last observation.
-    observed: Vec<f32>,
-}
-
-impl Actor {
-    fn new(shared: &Arc<SharedPolicy>) -> Self {
-        let settings = &shared.settings;
-        Self {
-            shared: Arc::clone(shared),
-            base: Base::new(&shared.robot),
-            memory: Memory::new(
-                &settings.observation,
-                settings.gait.as_ref(),
-                settings.command,
-                shared.joints.len(),
-            ),
-            ticks: 0,
-            acting: shared.home.clone(),
-            observed: vec![0.0; observation::length(&settings.observation, shared.joints.len())],
-        }
-    }
-
-    /// Makes an observation, runs the network, and sets the targets.
-    fn act(&mut self, sensed: &Sensed) -> Result<(), TickError> {
-        let SharedPolicy {
-            settings,
-            robot,
-            joints,
-            net,
-            ..
-        } = &*self.shared;
-        self.base.update(robot, sensed);
-        let of_joints = |all: &[f64]| joints.iter().map(|&joint| all[joint]).collect::<Vec<_>>();
-        let (q, joint_velocities) = (of_joints(&sensed.q), of_joints(&sensed.dq));
-        let joint_positions = q
-            .iter()
-            .zip(&settings.default_rad)
-            .map(|(q, default)| q - default)
-            .collect();
-        let seen = Observation {
-            base: &self.base,
-            command: settings.command,
-            joint_positions,
-            joint_velocities,
-        };
-        self.observed = self.memory.observe(&settings.observation, &seen);
-        let mut action = net.run(self.observed.clone()).map_err(TickError::Failed)?;
-        if let Some(i) = action.iter().position(|value| !value.is_finite()) {
-            let problem = format!(
-                "{}: action {i} of {} is not finite",
-                settings.name, settings.model
-            );
-            return Err(TickError::Failed(problem));
-        }
-        if let Some(clip) = settings.action_clip {
-            for value in &mut action {
-                *value = value.clamp(-clip as f32, clip as f32);
-            }
-        }
-        for (i, &joint) in joints.iter().enumerate() {
-            self.acting.q_ref[joint] =
-                settings.default_rad[i] + settings.action_scale[i] * f64::from(action[i]);
-        }
-        self.memory.remember(
-            action,
-            settings.gait.as_ref(),
-            settings.command,
-            settings.period_s,
-        );
-        Ok(())
-    }
-}
-
-impl Controller for Actor {
-    fn tick(&mut self, sensed: &Sensed, command: &mut Command) -> Result<(), TickError> {
-        sensed.check(self.shared.robot.joints.len())?;
-        if self.ticks.is_multiple_of(self.shared.ticks_per_action) {
-            self.act(sensed)?;
-        }
-        self.ticks += 1;
-        command.clone_from(&self.acting);
-        Ok(())
-    }
-
-    fn report(&self) -> Report<'_> {
-        Report::of_phase("policy")
-    }
-
-    fn fork(&self) -> Option<Box<dyn Controller>> {
-        Some(Box::new(self.clone()))
-    }
-
-    fn answer(&self, observed: &[f64]) -> Option<Result<Vec<f64>, String>> {
-        let action = self
-            .shared
-            .net
-            .run(observed.iter().map(|&number| number as f32).collect());
-        Some(action.map(|action| action.into_iter().map(f64::from).collect()))
-    }
-
-    fn observed(&self) -> Vec<(String, Vec<f64>)> {
-        let mut numbers = self.observed.iter().map(|&number| f64::from(number));
-        let SharedPolicy {
-            settings, joints, ..
-        } = &*self.shared;
-        let terms = settings.observation.iter().map(|term| {
-            let length = term.length(joints.len());
-            (term.name(), numbers.by_ref().take(length).collect())
-        });
-        terms.collect()
     }
 }

@@ -2,7 +2,7 @@
 //! fills the memory if the file states impossible sizes.
 
 use standfast_files::assets::what_else;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use tract_onnx::pb::tensor_proto::{DataLocation, DataType};
 use tract_onnx::pb::{
     AttributeProto, GraphProto, ModelProto, NodeProto, TensorProto, ValueInfoProto,
@@ -61,6 +61,71 @@ pub fn check(model: &mut ModelProto) -> Result<&GraphProto, String> {
         leave_sizes_open(input);
     }
     Ok(graph)
+}
+
+/// The tensors of a file: those that it stores, and those of its operations.
+fn tensors(model: &mut ModelProto) -> impl Iterator<Item = &mut TensorProto> {
+    let graph = model.graph.as_mut();
+    graph.into_iter().flat_map(|graph| {
+        let of_nodes = graph
+            .node
+            .iter_mut()
+            .flat_map(|node| &mut node.attribute)
+            .flat_map(|attribute| attribute.t.iter_mut().chain(&mut attribute.tensors));
+        graph.initializer.iter_mut().chain(of_nodes)
+    })
+}
+
+/// A number or text of where a tensor is kept outside of its file.
+fn kept<'a>(tensor: &'a TensorProto, key: &str) -> Option<&'a str> {
+    let entry = tensor.external_data.iter().find(|entry| entry.key == key);
+    entry.map(|entry| entry.value.as_str())
+}
+
+fn is_outside(tensor: &TensorProto) -> bool {
+    tensor.data_location == Some(DataLocation::External as i32)
+}
+
+/// The names of the files with tensors of this one, each once.
+pub fn weight_files(model: &mut ModelProto) -> Vec<String> {
+    let mut files: Vec<String> = Vec::new();
+    for tensor in tensors(model).filter(|tensor| is_outside(tensor)) {
+        let file = kept(tensor, "location").unwrap_or_default();
+        if !files.iter().any(|known| known == file) {
+            files.push(file.into());
+        }
+    }
+    files
+}
+
+/// Puts the tensors that are kept in other files, by their names, into the file. Errors are in words.
+pub fn join(model: &mut ModelProto, files: &HashMap<String, Vec<u8>>) -> Result<(), String> {
+    for tensor in tensors(model).filter(|tensor| is_outside(tensor)) {
+        let file = kept(tensor, "location").unwrap_or_default();
+        let bytes = files
+            .get(file)
+            .ok_or_else(|| format!("its tensor {:?} is kept in {file:?}", tensor.name))?;
+        let number = |key: &str, otherwise: usize| match kept(tensor, key) {
+            Some(text) => text.parse().ok(),
+            None => Some(otherwise),
+        };
+        let range = number("offset", 0).and_then(|from| {
+            let count = number("length", bytes.len().checked_sub(from)?)?;
+            bytes.get(from..from.checked_add(count)?)
+        });
+        let Some(range) = range else {
+            let place = [kept(tensor, "offset"), kept(tensor, "length")];
+            return Err(format!(
+                "its tensor {:?} is kept in {file:?} at {place:?} (offset, length), but that file has {} bytes",
+                tensor.name,
+                bytes.len()
+            ));
+        };
+        tensor.raw_data = range.to_vec().into();
+        tensor.data_location = None;
+        tensor.external_data.clear();
+    }
+    Ok(())
 }
 
 fn shown(node: &NodeProto) -> String {
@@ -160,17 +225,6 @@ pub fn check_whole(number: i64, its: &str) -> Result<(), String> {
 
 /// Checks that a tensor has the number of values that it states.
 fn check_tensor(tensor: &TensorProto, its: &str) -> Result<(), String> {
-    if tensor.data_location == Some(DataLocation::External as i32) {
-        let place = tensor
-            .external_data
-            .iter()
-            .find(|entry| entry.key == "location")
-            .map_or("", |entry| &entry.value);
-        return Err(format!(
-            "its {its} is kept in another file, {place:?}, and only networks in one file are taken, such as \
-             `onnx.save(onnx.load(\"FILE.onnx\"), \"WHOLE.onnx\")` writes in Python"
-        ));
-    }
     let kind = DataType::try_from(tensor.data_type).unwrap_or(DataType::Undefined);
     let (bytes, numbers) = match kind {
         DataType::Float => (4, tensor.float_data.len()),

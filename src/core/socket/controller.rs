@@ -54,9 +54,9 @@ pub trait Controller: Any + Send + Sync {
         Vec::new()
     }
 
-    /// The action for an observation of these numbers, without any memory. It is None if the controller takes no
-    /// observations. Errors are in words.
-    fn answer(&self, _observed: &[f64]) -> Option<Result<Vec<f64>, String>> {
+    /// The action for an observation of these numbers, as if it were the next one of an episode. It is None if the
+    /// controller takes no observations. Errors are in words.
+    fn answer(&mut self, _observed: &[f64]) -> Option<Result<Vec<f64>, String>> {
         None
     }
 }

@@ -1,10 +1,13 @@
 //! The known facts of a policy's training: figures with their origins, and the names that trainers give to observed
 //! quantities.
 
-use crate::observation::{Gait, Quantity, Scale, Term};
+use crate::net::Outputs;
+use crate::terms::{Gait, Quantity, Scale, Sizes, Stack, Term};
+use crate::{ActionClip, ObservedJoints};
 use standfast_core::error::{Error, Result};
 
 /// A figure of a policy, and its origin in words.
+#[derive(Default)]
 pub struct Figure<T> {
     pub value: T,
     pub origin: String,
@@ -34,6 +37,7 @@ impl<T> Figure<T> {
 }
 
 /// The known facts of a policy's training. Lists of joints are in the order of the policy.
+#[derive(Default)]
 pub struct Training {
     /// The trainer of the policy, and the file that says so.
     pub by: String,
@@ -41,13 +45,17 @@ pub struct Training {
     pub joints: Figure<Vec<String>>,
     pub default_rad: Figure<Vec<f64>>,
     pub action_scale: Figure<Vec<f64>>,
-    pub action_clip: Option<Figure<f64>>,
+    pub action_clip: Option<Figure<ActionClip>>,
     pub stiffness: Figure<Vec<f64>>,
     pub damping: Figure<Vec<f64>>,
     pub torque_n_m: Option<Figure<Vec<f64>>>,
     pub rotor_inertia_kg_m2: Option<Figure<Vec<f64>>>,
     pub gait: Option<Figure<Gait>>,
+    pub observed: Option<Figure<ObservedJoints>>,
+    pub network: Option<Figure<Outputs>>,
     pub observation: Figure<Vec<Term>>,
+    /// How many frames of the observation the network sees.
+    pub frames: Stack,
 }
 
 impl Training {
@@ -105,6 +113,11 @@ impl Training {
                 ));
             }
         }
+        let observed = self.observed.as_ref();
+        let sizes = Sizes {
+            driven: joints,
+            observed: observed.map_or(joints, |observed| observed.value.joints.len()),
+        };
         let times = [("time between two actions (s)", Some(self.period_s.value))];
         let clock = [("gait (1/s)", self.gait.as_ref().map(|gait| gait.value.hz))];
         for (field, number) in times.into_iter().chain(clock) {
@@ -119,7 +132,7 @@ impl Training {
             }
         }
         for term in &self.observation.value {
-            term.check_scale(joints).map_err(|problem| {
+            term.check_scale(sizes).map_err(|problem| {
                 let accepted = "a finite number, or one for each number of the term";
                 Error::value(&self.by, "scale of a term", term.name(), problem, accepted)
             })?;
@@ -142,6 +155,9 @@ impl Training {
         }
         if let Some(figure) = &self.gait {
             origins.push(("gait", &figure.origin));
+        }
+        if let Some(figure) = &self.observed {
+            origins.push(("observed", &figure.origin));
         }
         let assumed = origins.into_iter().filter_map(|(key, origin)| {
             let why = origin.strip_prefix("assumed: ")?;
@@ -208,15 +224,13 @@ pub fn scale_of(each: Vec<f64>) -> Scale {
 
 /// A term without scale, clip or history.
 pub fn plain(term: Quantity) -> Term {
-    scaled(term, Scale::default())
+    Term::of(term)
 }
 
 pub fn scaled(term: Quantity, scale: Scale) -> Term {
     Term {
-        term,
         scale,
-        clip: None,
-        history: 1,
+        ..Term::of(term)
     }
 }
 
@@ -227,5 +241,6 @@ pub fn one_phase(gait_period_s: f64, period_s: f64) -> Gait {
         hz: 1.0 / gait_period_s,
         start_rad: [first_rad, first_rad + std::f64::consts::PI],
         standing_rad: None,
+        standing_zero: false,
     }
 }

@@ -1,7 +1,8 @@
 //! Reads the metadata that holosoma and mjlab write to an ONNX file.
 
 use super::known::{Figure, Training, inertias_of_gains, plain, quantity, scaled};
-use crate::observation::{Gait, Quantity, Scale};
+use crate::ActionClip;
+use crate::terms::{Gait, Quantity, Scale};
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Robot;
 use std::collections::HashMap;
@@ -105,17 +106,16 @@ impl Metadata<'_> {
             period_s: Figure::assumed(USUAL_PERIOD_S, "mjlab's usual one"),
             default_rad: Figure::read(self.numbers("default_joint_pos")?),
             action_scale: Figure::read(scale),
-            action_clip: None,
             torque_n_m: torques,
             rotor_inertia_kg_m2: inertias_of_gains(&stiffness, &damping),
             stiffness: Figure::read(stiffness),
             damping: Figure::read(damping),
             joints: Figure::read(joints),
-            gait: None,
             observation: Figure::inferred(
                 terms,
                 "its observation_names; scale, clip and history are mjlab's usual ones, none",
             ),
+            ..Training::default()
         })
     }
 
@@ -162,7 +162,7 @@ impl Metadata<'_> {
             period_s: Figure::assumed(USUAL_PERIOD_S, usual),
             default_rad: of_known(|known| known.default_rad).unwrap_or_else(at_home),
             action_scale: Figure::assumed(vec![0.25; joints.len()], usual),
-            action_clip: Some(Figure::assumed(100.0, usual)),
+            action_clip: Some(Figure::assumed(ActionClip::Magnitude(100.0), usual)),
             torque_n_m: of_known(|known| known.torque_n_m),
             rotor_inertia_kg_m2: inertias_of_gains(&stiffness, &damping)
                 .or_else(|| of_known(|known| known.rotor_inertia_kg_m2)),
@@ -173,11 +173,13 @@ impl Metadata<'_> {
                     hz: 1.0,
                     start_rad: [0.0, PI],
                     standing_rad: Some([PI; 2]),
+                    standing_zero: false,
                 },
                 "that of holosoma's locomotion: a period of 1 s, and both feet at pi while it stands",
             )),
             observation: Figure::assumed(terms, "the terms of holosoma's locomotion"),
             joints: Figure::read(joints),
+            ..Training::default()
         })
     }
 }

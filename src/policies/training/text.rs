@@ -1,7 +1,8 @@
 //! The file of a policy as commented TOML.
 
 use super::known::{Figure, Training};
-use crate::observation::{Gait, Scale, Term};
+use crate::terms::Stack;
+use serde::Serialize;
 use standfast_files::assets::{decimal, one_line, quoted};
 use std::fmt::Write;
 use std::path::Path;
@@ -22,6 +23,9 @@ pub fn toml(model: &Path, training: &Training) -> String {
         joints,
         action_clip,
         gait,
+        observed,
+        network,
+        frames,
         observation,
         ..
     } = training;
@@ -56,7 +60,19 @@ pub fn toml(model: &Path, training: &Training) -> String {
         text += &list(key, about, &decimals(value), origin);
     }
     if let Some(Figure { value, origin }) = action_clip {
-        let _ = writeln!(text, "\naction_clip = {}  # {origin}", decimal(*value));
+        let clip =
+            toml::Value::try_from(value).map_or_else(|e| e.to_string(), |clip| clip.to_string());
+        let _ = writeln!(text, "\naction_clip = {clip}  # {}", one_line(origin));
+    }
+    if *frames != Stack::default() {
+        let count =
+            toml::Value::try_from(frames).map_or_else(|e| e.to_string(), |count| count.to_string());
+        let about = "The network sees several frames of all terms below";
+        let _ = writeln!(
+            text,
+            "\n# {about}; {}\nframes = {count}",
+            one_line(&observation.origin)
+        );
     }
     let motors = training.motors();
     if !motors.is_empty() {
@@ -66,54 +82,48 @@ pub fn toml(model: &Path, training: &Training) -> String {
     for (key, about, Figure { value, origin }) in motors {
         text += list(key, about, &decimals(value), origin).trim_start();
     }
-    if let Some(Figure {
-        value: Gait {
-            hz,
-            start_rad,
-            standing_rad,
-        },
-        origin,
-    }) = gait
-    {
-        let pair = |[a, b]: [f64; 2]| format!("[{}, {}]", decimal(a), decimal(b));
-        let _ = writeln!(
+    if let Some(Figure { value, origin }) = observed {
+        let names: Vec<String> = value.joints.iter().map(|joint| quoted(joint)).collect();
+        let about =
+            "The joints that the network sees, and the angles from which it sees theirs [rad]";
+        let _ = writeln!(text, "\n# {about}; {}\n[observed]", one_line(origin));
+        let _ = write!(text, "joints = [\n{}]\n", listed(&names));
+        let _ = write!(
             text,
-            "\n# The phases of the left and the right foot; {origin}\n[gait]\nhz = {}",
-            decimal(*hz)
+            "default_rad = [\n{}]\n",
+            listed(&decimals(&value.default_rad))
         );
-        let _ = writeln!(text, "start_rad = {}", pair(*start_rad));
-        let _ = standing_rad
-            .map(|standing_rad| writeln!(text, "standing_rad = {}", pair(standing_rad)));
+    }
+    if let Some(Figure { value, origin }) = network {
+        let about = "The outputs of the network, and those that are fed back to its inputs (input = output)";
+        let _ = writeln!(text, "\n# {about}; {}\n[network]", one_line(origin));
+        text += &keys(value, "");
+    }
+    if let Some(Figure { value, origin }) = gait {
+        let about = "The phases of the left and the right foot";
+        let _ = writeln!(text, "\n# {about}; {}\n[gait]", one_line(origin));
+        text += &keys(value, "hz");
     }
     let _ = writeln!(
         text,
         "\n# What the network sees, in this order; {}",
         one_line(&observation.origin)
     );
-    for of_term in &observation.value {
-        let Term {
-            scale,
-            clip,
-            history,
-            ..
-        } = of_term;
-        let _ = writeln!(text, "[[observation]]\nterm = {}", quoted(&of_term.name()));
-        match scale {
-            Scale::All(1.0) => {}
-            Scale::All(scale) => _ = writeln!(text, "scale = {}", decimal(*scale)),
-            Scale::Each(each) => {
-                let items: Vec<String> = each.iter().map(|scale| decimal(*scale)).collect();
-                _ = writeln!(text, "scale = [{}]", items.join(", "));
-            }
-        }
-        if let Some(clip) = clip {
-            _ = writeln!(text, "clip = {}", decimal(*clip));
-        }
-        if *history > 1 {
-            let _ = writeln!(text, "history = {history}");
-        }
+    for term in &observation.value {
+        text += "[[observation]]\n";
+        text += &keys(term, "term");
     }
     text
+}
+
+/// The keys of a value, a line each, `first` before the others.
+fn keys(value: &impl Serialize, first: &str) -> String {
+    let table = toml::Table::try_from(value).unwrap_or_default();
+    let (before, after): (Vec<_>, Vec<_>) = table.iter().partition(|(key, _)| *key == first);
+    let lines = before.into_iter().chain(after);
+    lines
+        .map(|(key, value)| format!("{key} = {value}\n"))
+        .collect()
 }
 
 fn decimals(list: &[f64]) -> Vec<String> {

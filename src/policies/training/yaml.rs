@@ -3,7 +3,7 @@
 use super::known::{
     Figure, Training, inertias_of_gains, one_phase, plain, quantity, scale_of, scaled,
 };
-use crate::observation::{Quantity, Scale, Term};
+use crate::terms::{Quantity, Scale, Stack, Term};
 use indexmap::IndexMap;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -273,10 +273,10 @@ impl Deploy {
                 }
             };
             terms.push(Term {
-                term,
                 scale,
                 clip,
-                history: observed.history_length.max(1),
+                history: Stack::of(observed.history_length.max(1)),
+                ..Term::of(term)
             });
         }
         let (stiffness, damping) = (
@@ -288,8 +288,6 @@ impl Deploy {
             period_s: Figure::read(step_dt),
             default_rad: Figure::read(default_joint_pos),
             action_scale: Figure::read(scale.each(joints.len())),
-            action_clip: None,
-            torque_n_m: None,
             rotor_inertia_kg_m2: Some(inertias_of_gains(&stiffness, &damping).unwrap_or_else(
                 || {
                     Figure::assumed(
@@ -309,6 +307,7 @@ impl Deploy {
             ),
             gait,
             observation: Figure::read(terms),
+            ..Training::default()
         })
     }
 }
@@ -372,9 +371,6 @@ impl Gym {
             ),
             default_rad: Figure::read(self.default_angles),
             action_scale: Figure::read(vec![self.action_scale; count]),
-            action_clip: None,
-            torque_n_m: None,
-            rotor_inertia_kg_m2: None,
             stiffness: Figure::read(self.kps),
             damping: Figure::read(self.kds),
             gait: Some(Figure::assumed(
@@ -382,6 +378,7 @@ impl Gym {
                 "that of its program, with a period of 0.8 s",
             )),
             observation: Figure::assumed(terms, "the terms of its program; the scales are read"),
+            ..Training::default()
         })
     }
 }
