@@ -50,7 +50,11 @@ impl Actor {
             kept: shared.net.fresh(),
             ticks: 0,
             acting: shared.home.clone(),
-            seen: Vec::new(),
+            seen: settings
+                .inputs()
+                .iter()
+                .map(|(_, numbers)| vec![0.0; *numbers])
+                .collect(),
             shared: Arc::clone(shared),
         }
     }

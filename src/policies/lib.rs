@@ -224,7 +224,16 @@ impl Policy {
                 let accepted = "a file in the folder of the network";
                 return Err(self.bad("model", &self.model, &problem, accepted));
             }
-            let (_, bytes) = companion_files::read(&self.file, "model", &name)?;
+            let (_, bytes) =
+                companion_files::read(&self.file, "model", &name).map_err(|error| {
+                    let problem = format!("keeps its weights in another file: {error}");
+                    self.bad(
+                        "model",
+                        &self.model,
+                        &problem,
+                        "that file beside the network",
+                    )
+                })?;
             weights.insert(file, bytes);
             names.push(name);
         }

@@ -1,6 +1,8 @@
 //! Reads the records of a policy's training into a file: `standfast init POLICY.onnx`. Each figure says whether it was
 //! read, inferred, or assumed as its trainer usually does it.
 
+mod deploy;
+mod gym;
 mod known;
 mod metadata;
 mod text;
