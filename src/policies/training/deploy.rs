@@ -2,7 +2,8 @@
 
 use super::known::{Figure, Training, inertias_of_gains, one_phase, quantity, scale_of};
 use super::yaml::{OneOrMany, motors};
-use crate::terms::{Quantity, Scale, Stack, Term};
+use crate::ObservedJoints;
+use crate::terms::{Gait, Quantity, Scale, Stack, Term};
 use indexmap::IndexMap;
 use serde::Deserialize;
 use standfast_core::error::{Error, Result};
@@ -19,7 +20,16 @@ pub struct Deploy {
     damping: Vec<f64>,
     default_joint_pos: Vec<f64>,
     actions: IndexMap<String, Action>,
-    observations: IndexMap<String, Observed>,
+    observations: IndexMap<String, Entry>,
+}
+
+/// A term, a switch of all terms, or the terms of one input of the network.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Entry {
+    Switch(bool),
+    Term(Observed),
+    Input(IndexMap<String, Entry>),
 }
 
 #[derive(Deserialize)]
@@ -30,6 +40,7 @@ struct Action {
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Observed {
     #[serde(default)]
     params: IndexMap<String, Param>,
@@ -122,58 +133,23 @@ impl Deploy {
                 "limits the targets, which no policy does here; leave it out if it is wide";
             return Err(bad("actions.clip", format!("{clip:?}"), problem, "null"));
         }
-        let mut gait = None;
-        let mut terms = Vec::new();
-        for (name, observed) in observations {
-            let field = format!("observations.{name}");
-            let term = quantity(file, &field, &name)?;
-            if term == Quantity::Phase {
-                let Some(Param::Number(gait_period_s)) = observed.params.get("period") else {
-                    return Err(bad(
-                        &field,
-                        "(no period)".into(),
-                        "has no period",
-                        "params: {period: 0.8}",
-                    ));
-                };
-                gait = Some(Figure::inferred(
-                    one_phase(*gait_period_s, step_dt),
-                    "its period",
-                ));
-            }
-            let scale = observed
-                .scale
-                .map_or_else(Scale::default, |scale| scale_of(scale.each(1)));
-            let clip = match observed.clip {
-                None => None,
-                // unitree_rl_lab clips before it scales.
-                Some([low, high]) if low == -high => match scale {
-                    Scale::All(factor) => Some(high * factor.abs()),
-                    Scale::Each(_) => {
-                        return Err(bad(
-                            &field,
-                            "(a clip)".into(),
-                            "clips before scales that differ",
-                            "null",
-                        ));
-                    }
-                },
-                Some(clip) => {
-                    return Err(bad(
-                        &field,
-                        format!("{clip:?}"),
-                        "is not the same on both sides",
-                        "[-a, a]",
-                    ));
-                }
-            };
-            terms.push(Term {
-                scale,
-                clip,
-                history: Stack::of(observed.history_length.max(1)),
-                ..Term::of(term)
-            });
-        }
+        let mut seen = Seen {
+            file,
+            step_dt,
+            terms: Vec::new(),
+            gait: None,
+            by_frames: false,
+            angles_alone: false,
+        };
+        seen.add("observations", None, observations)?;
+        let frames = seen.frames()?;
+        let zeros = || ObservedJoints {
+            joints: joints.clone(),
+            default_rad: vec![0.0; joints.len()],
+        };
+        let observed = seen
+            .angles_alone
+            .then(|| Figure::inferred(zeros(), "joint_pos has the angles themselves"));
         let (stiffness, damping) = (
             of_motor("stiffness", &stiffness)?,
             of_motor("damping", &damping)?,
@@ -200,9 +176,130 @@ impl Deploy {
                     robot.name
                 ),
             ),
-            gait,
-            observation: Figure::read(terms),
+            gait: seen.gait,
+            observed,
+            frames,
+            observation: Figure::read(seen.terms),
             ..Training::default()
         })
+    }
+}
+
+/// The terms that are read so far.
+struct Seen<'a> {
+    file: &'a str,
+    step_dt: f64,
+    terms: Vec<Term>,
+    gait: Option<Figure<Gait>>,
+    /// Whole frames of all terms follow each other, rather than the history of one term the next one's.
+    by_frames: bool,
+    /// Joint positions are the angles themselves.
+    angles_alone: bool,
+}
+
+impl Seen<'_> {
+    fn bad(&self, field: &str, value: &str, problem: &str, accepted: &str) -> Error {
+        Error::value(self.file, field, value, problem, accepted)
+    }
+
+    /// Adds the terms of an input of the network, None for its only one.
+    fn add(
+        &mut self,
+        field: &str,
+        input: Option<&str>,
+        entries: IndexMap<String, Entry>,
+    ) -> Result<()> {
+        // unitree_rl_lab clips before it scales, as Isaac Lab does, unless the file says otherwise.
+        let scale_first = matches!(entries.get("scale_first"), Some(Entry::Switch(true)));
+        for (name, entry) in entries {
+            let field = format!("{field}.{name}");
+            match entry {
+                Entry::Switch(_) if name == "scale_first" => {}
+                Entry::Switch(on) if name == "use_gym_history" => self.by_frames |= on,
+                Entry::Switch(_) => {
+                    let accepted = "use_gym_history, scale_first";
+                    return Err(self.bad(&field, "(a switch)", "is not known here", accepted));
+                }
+                Entry::Input(entries) if input.is_none() => {
+                    self.add(&field, Some(&name), entries)?;
+                }
+                Entry::Input(_) => {
+                    let problem = "has terms within the terms of an input";
+                    return Err(self.bad(&field, "(terms)", problem, "a term"));
+                }
+                Entry::Term(observed) => {
+                    let term = self.term(&field, &name, observed, scale_first)?;
+                    self.terms.push(Term {
+                        input: input.map(str::to_string),
+                        ..term
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn term(
+        &mut self,
+        field: &str,
+        name: &str,
+        observed: Observed,
+        scale_first: bool,
+    ) -> Result<Term> {
+        let term = quantity(self.file, field, name)?;
+        self.angles_alone |= name == "joint_pos";
+        if term == Quantity::Phase {
+            let Some(Param::Number(gait_period_s)) = observed.params.get("period") else {
+                return Err(self.bad(
+                    field,
+                    "(no period)",
+                    "has no period",
+                    "params: {period: 0.8}",
+                ));
+            };
+            let gait = one_phase(*gait_period_s, self.step_dt);
+            self.gait = Some(Figure::inferred(gait, "its period"));
+        }
+        let scale = observed
+            .scale
+            .map_or_else(Scale::default, |scale| scale_of(scale.each(1)));
+        let clip = match observed.clip {
+            None => None,
+            Some([low, high]) if low == -high => match scale {
+                _ if scale_first => Some(high),
+                Scale::All(factor) => Some(high * factor.abs()),
+                Scale::Each(_) => {
+                    let problem = "clips before scales that differ";
+                    return Err(self.bad(field, "(a clip)", problem, "null"));
+                }
+            },
+            Some(clip) => {
+                let value = format!("{clip:?}");
+                return Err(self.bad(field, &value, "is not the same on both sides", "[-a, a]"));
+            }
+        };
+        Ok(Term {
+            scale,
+            clip,
+            history: Stack::of(observed.history_length.max(1)),
+            ..Term::of(term)
+        })
+    }
+
+    /// How many frames the network sees. Their number is that of the terms' histories.
+    fn frames(&mut self) -> Result<Stack> {
+        let Some(first) = self.terms.first().filter(|_| self.by_frames) else {
+            return Ok(Stack::default());
+        };
+        let frames = first.history;
+        if self.terms.iter().any(|term| term.history != frames) {
+            let accepted = "the same history_length in all terms";
+            let problem = "needs frames of all terms";
+            return Err(self.bad("observations.use_gym_history", "true", problem, accepted));
+        }
+        for term in &mut self.terms {
+            term.history = Stack::default();
+        }
+        Ok(frames)
     }
 }

@@ -172,8 +172,10 @@ impl Training {
 pub fn inertias_of_gains(stiffness: &[f64], damping: &[f64]) -> Option<Figure<Vec<f64>>> {
     const OMEGA_RAD_S: f64 = 10.0 * std::f64::consts::TAU;
     const DAMPING_RATIO: f64 = 2.0;
+    /// Largest relative error of damping that is written with one decimal.
+    const ROUNDED: f64 = 0.04;
     let fit = stiffness.iter().zip(damping).all(|(kp, kd)| {
-        *kp > 0.0 && (kd * OMEGA_RAD_S / (2.0 * DAMPING_RATIO * kp) - 1.0).abs() < 1e-3
+        *kp > 0.0 && (kd * OMEGA_RAD_S / (2.0 * DAMPING_RATIO * kp) - 1.0).abs() < ROUNDED
     });
     if stiffness.is_empty() || !fit {
         return None;

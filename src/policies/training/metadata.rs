@@ -2,7 +2,7 @@
 
 use super::known::{Figure, Training, inertias_of_gains, plain, quantity, scaled};
 use crate::ActionClip;
-use crate::terms::{Gait, Quantity, Scale};
+use crate::terms::{Gait, Quantity, Scale, Stack, Term};
 use standfast_core::error::{Error, Result};
 use standfast_core::robot::Robot;
 use std::collections::HashMap;
@@ -35,15 +35,7 @@ struct Metadata<'a> {
 impl Metadata<'_> {
     fn text(&self, key: &str) -> Result<&str> {
         let text = self.metadata.get(key).map(String::as_str);
-        text.ok_or_else(|| {
-            Error::value(
-                self.file,
-                format!("metadata.{key}"),
-                "(none)",
-                "is missing",
-                "a list",
-            )
-        })
+        text.ok_or_else(|| self.bad(key, "(none)", "is missing", "a list".into()))
     }
 
     /// A list, in JSON or separated by commas.
@@ -62,29 +54,16 @@ impl Metadata<'_> {
     fn numbers(&self, key: &str) -> Result<Vec<f64>> {
         let mut numbers = Vec::new();
         for word in self.words(key)? {
-            numbers.push(word.parse().map_err(|_| {
-                Error::value(
-                    self.file,
-                    format!("metadata.{key}"),
-                    &word,
-                    "is no number",
-                    "numbers",
-                )
-            })?);
+            let number = word.parse();
+            numbers
+                .push(number.map_err(|_| self.bad(key, &word, "is no number", "numbers".into()))?);
         }
         Ok(numbers)
     }
 
     fn mjlab(&self) -> Result<Training> {
         let joints = self.words("joint_names")?;
-        let mut terms = Vec::new();
-        for name in self.words("observation_names")? {
-            terms.push(plain(quantity(
-                self.file,
-                "metadata.observation_names",
-                &name,
-            )?));
-        }
+        let terms = self.mjlab_terms()?;
         let (stiffness, damping) = (
             self.numbers("joint_stiffness")?,
             self.numbers("joint_damping")?,
@@ -111,12 +90,91 @@ impl Metadata<'_> {
             stiffness: Figure::read(stiffness),
             damping: Figure::read(damping),
             joints: Figure::read(joints),
-            observation: Figure::inferred(
-                terms,
-                "its observation_names; scale, clip and history are mjlab's usual ones, none",
-            ),
+            observation: match self.metadata.contains_key("observation_terms_scale") {
+                true => Figure::read(terms),
+                false => Figure::inferred(
+                    terms,
+                    "its observation_names; scale, clip and history are mjlab's usual ones, none",
+                ),
+            },
             ..Training::default()
         })
+    }
+
+    /// The terms, with the scale, clip (`LEAST;MOST`, before scaling) and history that newer versions write for each.
+    fn mjlab_terms(&self) -> Result<Vec<Term>> {
+        let names = self.words("observation_names")?;
+        let each = |key: &'static str| -> Result<Vec<String>> {
+            if !self.metadata.contains_key(key) {
+                return Ok(Vec::new());
+            }
+            let words = self.words(key)?;
+            match words.len() == names.len() {
+                true => Ok(words),
+                false => {
+                    let accepted = format!("one for each of its {} terms", names.len());
+                    let value = format!("{} values", words.len());
+                    Err(self.bad(
+                        key,
+                        &value,
+                        "has another length than observation_names",
+                        accepted,
+                    ))
+                }
+            }
+        };
+        let (scales, clips, histories) = (
+            each("observation_terms_scale")?,
+            each("observation_terms_clip")?,
+            each("observation_terms_history_length")?,
+        );
+        let number = |key: &str, word: &str| {
+            word.trim()
+                .parse::<f64>()
+                .map_err(|_| self.bad(key, word, "is no number", "numbers".into()))
+        };
+        let mut terms = Vec::new();
+        for (i, name) in names.iter().enumerate() {
+            let mut term = plain(quantity(self.file, "metadata.observation_names", name)?);
+            let scale = match scales.get(i) {
+                Some(word) => number("observation_terms_scale", word)?,
+                None => 1.0,
+            };
+            term.scale = Scale::All(scale);
+            if let Some(clip) = clips.get(i) {
+                let ends: Vec<&str> = clip.split(';').collect();
+                let [least, most] = ends[..] else {
+                    return Err(self.bad(
+                        "observation_terms_clip",
+                        clip,
+                        "is no pair of numbers",
+                        "LEAST;MOST".into(),
+                    ));
+                };
+                let most = number("observation_terms_clip", most)?;
+                if number("observation_terms_clip", least)? != -most {
+                    let problem = "is not the same on both sides";
+                    return Err(self.bad("observation_terms_clip", clip, problem, "-A;A".into()));
+                }
+                term.clip = (most.is_finite()).then_some(most * scale.abs());
+            }
+            if let Some(word) = histories.get(i) {
+                let count = number("observation_terms_history_length", word)?;
+                term.history = Stack::of(count.max(1.0) as usize);
+            }
+            terms.push(term);
+        }
+        Ok(terms)
+    }
+
+    fn bad(&self, key: &str, value: &str, problem: &str, accepted: String) -> Error {
+        Error::value(
+            self.file,
+            format!("metadata.{key}"),
+            value,
+            problem,
+            accepted,
+        )
     }
 
     fn holosoma(&self, robot: &Robot) -> Result<Training> {
@@ -161,7 +219,13 @@ impl Metadata<'_> {
             by: format!("holosoma, the metadata of {}", self.file),
             period_s: Figure::assumed(USUAL_PERIOD_S, usual),
             default_rad: of_known(|known| known.default_rad).unwrap_or_else(at_home),
-            action_scale: Figure::assumed(vec![0.25; joints.len()], usual),
+            action_scale: match self.metadata.contains_key("action_scale") {
+                true => Figure::read(match self.numbers("action_scale")?[..] {
+                    [one] => vec![one; joints.len()],
+                    ref each => each.to_vec(),
+                }),
+                false => Figure::assumed(vec![0.25; joints.len()], usual),
+            },
             action_clip: Some(Figure::assumed(ActionClip::Magnitude(100.0), usual)),
             torque_n_m: of_known(|known| known.torque_n_m),
             rotor_inertia_kg_m2: inertias_of_gains(&stiffness, &damping)
