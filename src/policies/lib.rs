@@ -63,9 +63,9 @@ pub struct Policy {
     action_scale: Vec<f64>,
     /// Largest magnitude of an action, or the least and the largest action of each joint.
     action_clip: Option<ActionClip>,
-    /// Stiffness (N m/rad) and damping (N m s/rad) of the joints' servos.
-    stiffness: Vec<f64>,
-    damping: Vec<f64>,
+    /// Stiffness (N m/rad) and damping (N m s/rad) of the joints' servos. They are left out if the network gives them.
+    stiffness: Option<Vec<f64>>,
+    damping: Option<Vec<f64>>,
     /// The velocity that the policy is asked for: forward, to the left (m/s), and turning (rad/s).
     #[serde(default)]
     command: [f64; 3],
@@ -312,8 +312,13 @@ impl ControllerSpec for Policy {
                 any,
                 "a finite number",
             ),
-            ("stiffness", Some(&self.stiffness), 0.0..=MOST, "0 to 1e12"),
-            ("damping", Some(&self.damping), 0.0..=MOST, "0 to 1e12"),
+            (
+                "stiffness",
+                self.stiffness.as_ref(),
+                0.0..=MOST,
+                "0 to 1e12",
+            ),
+            ("damping", self.damping.as_ref(), 0.0..=MOST, "0 to 1e12"),
             (
                 "training.torque_n_m",
                 self.training.torque_n_m.as_ref(),
@@ -327,6 +332,23 @@ impl ControllerSpec for Policy {
                 "1e-12 to 1e12",
             ),
         ];
+        for (key, list, output) in [
+            ("stiffness", &self.stiffness, &self.network.stiffness),
+            ("damping", &self.damping, &self.network.damping),
+        ] {
+            if list.is_some() == output.is_some() {
+                let accepted = format!(
+                    "a list with a number for each joint, or the output that gives it (`network.{key}`)"
+                );
+                let value = list.as_ref().map_or("(none)", |_| "(a list)");
+                return fail(
+                    key,
+                    value.into(),
+                    "is stated twice or not at all",
+                    &accepted,
+                );
+            }
+        }
         for (field, list, range, accepted) in lists {
             let Some(list) = list else { continue };
             if list.len() != self.joints.len() {
@@ -392,9 +414,13 @@ impl ControllerSpec for Policy {
 
     /// Factors on the numbers of the servos. The numbers of the network are not tuned.
     fn tunables(&self) -> Vec<Tunable> {
-        ["action_scale", "stiffness", "damping"]
-            .map(|key| Tunable::new(key, 1.0, [0.5, 2.0]))
-            .into()
+        let keys: &[&str] = match self.stiffness {
+            Some(_) => &["action_scale", "stiffness", "damping"],
+            None => &["action_scale"],
+        };
+        keys.iter()
+            .map(|key| Tunable::new(*key, 1.0, [0.5, 2.0]))
+            .collect()
     }
 
     fn trained_otherwise(&self, robot: &Robot) -> Option<String> {
@@ -433,7 +459,9 @@ impl ControllerSpec for Policy {
             .map(|servo| [servo.kp, servo.kd])
             .collect();
         for (i, &joint) in joints.iter().enumerate() {
-            gains[joint] = [self.stiffness[i], self.damping[i]];
+            if let (Some(stiffness), Some(damping)) = (&self.stiffness, &self.damping) {
+                gains[joint] = [stiffness[i], damping[i]];
+            }
             (home.q_ref[joint], home.tau_ff[joint]) = (self.default_rad[i], 0.0);
         }
         home.gains = Some(gains);

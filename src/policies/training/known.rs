@@ -59,9 +59,14 @@ pub struct Training {
 }
 
 impl Training {
-    /// The lists with one number for each joint: key in the file, meaning, and list.
+    /// The lists with one number for each joint: key in the file, meaning, and list. Where the network gives the gains of
+    /// the servos, they have no lists.
     pub fn lists(&self) -> Vec<(&'static str, &'static str, &Figure<Vec<f64>>)> {
-        vec![
+        let gives_gains = self
+            .network
+            .as_ref()
+            .is_some_and(|network| network.value.stiffness.is_some());
+        let lists = [
             (
                 "default_rad",
                 "Angles at the action 0 [rad]",
@@ -74,7 +79,9 @@ impl Training {
             ),
             ("stiffness", "Of the servos [N m/rad]", &self.stiffness),
             ("damping", "Of the servos [N m s/rad]", &self.damping),
-        ]
+        ];
+        let count = if gives_gains { 2 } else { lists.len() };
+        lists[..count].to_vec()
     }
 
     /// The same of the motors.

@@ -1,9 +1,11 @@
 //! Reads the records of a policy's training into a file: `standfast init POLICY.onnx`. Each figure says whether it was
 //! read, inferred, or assumed as its trainer usually does it.
 
+mod booster;
 mod deploy;
 mod gym;
 mod known;
+mod leapp;
 mod metadata;
 mod text;
 mod yaml;

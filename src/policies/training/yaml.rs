@@ -1,8 +1,10 @@
 //! The descriptions of policies in YAML: which format a file has, and what the formats share.
 
+use super::booster::Booster;
 use super::deploy::Deploy;
 use super::gym::Gym;
 use super::known::Training;
+use super::leapp::Leapp;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use standfast_core::error::{Error, Result};
@@ -14,6 +16,10 @@ pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
     let states = |key: &str| text.lines().any(|line| line.starts_with(key));
     if states("joint_ids_map:") {
         Deploy::training(parsed(file, text)?, file, robot)
+    } else if states("pipeline:") {
+        Leapp::training(parsed(file, text)?, file)
+    } else if text.contains("\n  default_qpos:") {
+        Booster::training(parsed(file, text)?, file, robot)
     } else if states("kps:") {
         let missing: Vec<&str> = Gym::KEYS
             .into_iter()
@@ -52,15 +58,13 @@ pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
 }
 
 /// Formats that are not read, each with a key that no other format has.
-const OTHERS: [(&str, &str); 5] = [
+const OTHERS: [(&str, &str); 3] = [
     (
         "JOINT_KP:",
         "a configuration of HumanoidVerse (ASAP, FALCON)",
     ),
     ("rl_kp:", "a configuration of rl_sar"),
-    ("default_qpos:", "a configuration of Booster"),
     ("articulations:", "the descriptors of Isaac Lab"),
-    ("pipeline:", "a pipeline of WBC-AGILE"),
 ];
 
 fn parsed<T: DeserializeOwned>(file: &str, text: &str) -> Result<T> {
