@@ -1,5 +1,7 @@
 //! The program from outside: its commands, files, pages and messages. One test program of modules.
 
+#[cfg(feature = "onnx")]
+mod adapters;
 mod ceiling;
 mod cli;
 mod common;

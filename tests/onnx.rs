@@ -1,6 +1,7 @@
 //! Learned policies: a network gives the same actions as its law in Python, mistakes are reported in a sentence, and
 //! real policies stand and are pushed if they are available.
 
+use crate::common::network::*;
 use crate::common::parts::rows;
 use crate::common::program::{folder, standfast, stderr, stdout};
 use ndarray::array;
@@ -10,143 +11,6 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-
-/// The wire format of protobuf, as far as an ONNX file of one layer needs it.
-mod protobuf {
-    pub fn varint(mut value: u64, out: &mut Vec<u8>) {
-        while value >= 0x80 {
-            out.push(value as u8 | 0x80);
-            value >>= 7;
-        }
-        out.push(value as u8);
-    }
-
-    pub fn number(field: u64, value: u64) -> Vec<u8> {
-        let mut out = Vec::new();
-        varint(field << 3, &mut out);
-        varint(value, &mut out);
-        out
-    }
-
-    pub fn bytes(field: u64, content: &[u8]) -> Vec<u8> {
-        let mut out = Vec::new();
-        varint(field << 3 | 2, &mut out);
-        varint(content.len() as u64, &mut out);
-        out.extend(content);
-        out
-    }
-}
-
-/// A tensor of float32 in its file.
-fn tensor(name: &str, dims: &[usize], values: &[f32]) -> Vec<u8> {
-    use protobuf::{bytes, number};
-    let dims = dims.iter().flat_map(|&dim| number(1, dim as u64));
-    let raw: Vec<u8> = values
-        .iter()
-        .flat_map(|value| value.to_le_bytes())
-        .collect();
-    let rest = [number(2, 1), bytes(8, name.as_bytes()), bytes(9, &raw)].concat();
-    dims.chain(rest).collect()
-}
-
-/// A tensor of int64, the type of sizes.
-fn sizes(name: &str, values: &[i64]) -> Vec<u8> {
-    use protobuf::{bytes, number};
-    let raw: Vec<u8> = values
-        .iter()
-        .flat_map(|value| value.to_le_bytes())
-        .collect();
-    [
-        number(1, values.len() as u64),
-        number(2, 7),
-        bytes(8, name.as_bytes()),
-        bytes(9, &raw),
-    ]
-    .concat()
-}
-
-/// An operation with the names of its inputs and outputs.
-fn operation(kind: &str, reads: &[&str], makes: &[&str]) -> Vec<u8> {
-    use protobuf::bytes;
-    let names = |field: u64, names: &[&str]| {
-        names
-            .iter()
-            .flat_map(|name| bytes(field, name.as_bytes()))
-            .collect::<Vec<_>>()
-    };
-    [names(1, reads), names(2, makes), bytes(4, kind.as_bytes())].concat()
-}
-
-/// A network of operations and tensors, with the sizes of the rows that are its inputs and outputs.
-fn network(
-    operations: &[Vec<u8>],
-    tensors: &[Vec<u8>],
-    inputs: &[(&str, usize)],
-    outputs: &[(&str, usize)],
-) -> Vec<u8> {
-    use protobuf::{bytes, number};
-    let value = |field: u64, (name, size): &(&str, usize)| {
-        let dim = |size: usize| bytes(1, &number(1, size as u64));
-        let shape = [number(1, 1), bytes(2, &[dim(1), dim(*size)].concat())].concat();
-        bytes(
-            field,
-            &[bytes(1, name.as_bytes()), bytes(2, &bytes(1, &shape))].concat(),
-        )
-    };
-    let all = |field: u64, parts: &[Vec<u8>]| {
-        parts
-            .iter()
-            .flat_map(|part| bytes(field, part))
-            .collect::<Vec<_>>()
-    };
-    let graph = [
-        all(1, operations),
-        bytes(2, b"policy"),
-        all(5, tensors),
-        inputs.iter().flat_map(|input| value(11, input)).collect(),
-        outputs
-            .iter()
-            .flat_map(|output| value(12, output))
-            .collect(),
-    ]
-    .concat();
-    [
-        number(1, 8),
-        bytes(7, &graph),
-        bytes(8, &[bytes(1, b""), number(2, 13)].concat()),
-    ]
-    .concat()
-}
-
-/// A network `action = observation * weights + bias`; `weights` has a row for each observed number.
-fn linear(weights: &[Vec<f32>], bias: &[f32]) -> Vec<u8> {
-    let tensors = [
-        tensor("weights", &[weights.len(), bias.len()], &weights.concat()),
-        tensor("bias", &[bias.len()], bias),
-    ];
-    let gemm = operation("Gemm", &["obs", "weights", "bias"], &["action"]);
-    network(
-        &[gemm],
-        &tensors,
-        &[("obs", weights.len())],
-        &[("action", bias.len())],
-    )
-}
-
-/// The network with metadata.
-fn with_metadata(network: Vec<u8>, metadata: &[(&str, &str)]) -> Vec<u8> {
-    use protobuf::bytes;
-    let prop = |(key, value): &(&str, &str)| {
-        bytes(
-            14,
-            &[bytes(1, key.as_bytes()), bytes(2, value.as_bytes())].concat(),
-        )
-    };
-    network
-        .into_iter()
-        .chain(metadata.iter().flat_map(prop))
-        .collect()
-}
 
 /// The ankles of UT-mu2 that bend forward, and their angles at home (rad).
 const ANKLES: [&str; 2] = ["left_ankle_flexion", "right_ankle_flexion"];
@@ -280,6 +144,84 @@ fn a_policy_is_an_input_of_its_result_and_gives_the_same_bytes_on_any_number_of_
         stderr(&replayed)
     );
     standfast(dir.path(), &["check", &ours, "--set=episode.horizon_s=1"]).success();
+}
+
+/// Weights beside the network, as torch writes them, are inputs of a result like the network itself.
+#[test]
+fn weights_in_another_file_are_those_of_the_network() {
+    use protobuf::{bytes, number};
+    let dir = folder();
+    let weights: Vec<f32> = (0..6).map(|i| 0.01 * i as f32).collect();
+    let whole = linear(
+        &weights.chunks(2).map(<[f32]>::to_vec).collect::<Vec<_>>(),
+        &[0.01, -0.01],
+    );
+    let entry = |key: &str, value: &str| {
+        bytes(
+            13,
+            &[bytes(1, key.as_bytes()), bytes(2, value.as_bytes())].concat(),
+        )
+    };
+    let outside = |offset: &str| {
+        [
+            number(1, 3),
+            number(1, 2),
+            number(2, 1),
+            bytes(8, b"weights"),
+            entry("location", "policy.onnx.data"),
+            entry("offset", offset),
+            entry("length", "24"),
+            number(14, 1),
+        ]
+        .concat()
+    };
+    let apart = |offset: &str| {
+        let gemm = operation("Gemm", &["obs", "weights", "bias"], &["action"]);
+        let tensors = [outside(offset), tensor("bias", &[2], &[0.01, -0.01])];
+        network(&[gemm], &tensors, &[("obs", 3)], &[("action", 2)])
+    };
+    let seen = terms(&["base_angular_velocity"]);
+    let raw: Vec<u8> = [7.0]
+        .iter()
+        .chain(&weights)
+        .flat_map(|weight| weight.to_le_bytes())
+        .collect();
+    fs::write(dir.path().join("policy.onnx.data"), raw).unwrap();
+    let run = |network: &[u8], out: &str| {
+        let file = policy(dir.path(), "ours", network, &seen, "");
+        let out_is = format!("--out={out}");
+        let args = [
+            "run",
+            "smoke",
+            "--trials=2",
+            "--replays=0",
+            "--controller",
+            &file,
+            &out_is,
+        ];
+        standfast(dir.path(), &args)
+    };
+    run(&whole, "whole").success();
+    run(&apart("4"), "apart").success();
+    let trials = |out: &str| {
+        format!(
+            "{:?}",
+            rows(&dir.path().join(out).join("parts/part-000000.parquet"))
+        )
+    };
+    assert!(trials("whole") == trials("apart"), "the same trials");
+    let kept = dir.path().join("apart/inputs/controllers/policy.onnx.data");
+    assert!(kept.is_file());
+    // A replay reads the network and its weights from the result.
+    fs::remove_file(dir.path().join("policy.onnx.data")).unwrap();
+    let args = ["replay", "apart", "--trial=1", "--controller=ours"];
+    standfast(dir.path(), &args).success();
+    fs::copy(kept, dir.path().join("policy.onnx.data")).unwrap();
+    let told = stderr(&run(&apart("8"), "bad").code(2));
+    assert!(
+        told.contains("is kept in \"policy.onnx.data\" at [Some(\"8\"), Some(\"24\")] (offset, length), but that file has 28"),
+        "{told}"
+    );
 }
 
 #[test]
@@ -476,7 +418,7 @@ fn a_network_that_cannot_be_is_refused_for_its_cause() {
         ),
         (
             plain(&[gemm()], &[weights(), external.concat()]),
-            "is kept in another file, \"policy.onnx.data\", and only",
+            "keeps its weights in another file: ./policy.onnx.data: cannot read",
         ),
         (
             plain(&[gemm()], &[weights(), tensor("bias", &[2], &[0.0; 3])]),
@@ -560,7 +502,7 @@ fn a_network_that_cannot_be_is_refused_for_its_cause() {
                 &[SEEN, ("h_in", 2)],
                 &[DONE],
             ),
-            "has 2 inputs [\"obs\", \"h_in\"] and the output \"action\"; recurrent networks",
+            "has 2 inputs [\"obs\", \"h_in\"] and the output \"action\"; terms without `input`",
         ),
         (
             network(
@@ -569,7 +511,7 @@ fn a_network_that_cannot_be_is_refused_for_its_cause() {
                 &[SEEN, ("map", 2)],
                 &[DONE],
             ),
-            "[\"obs\", \"map\"] and the output \"action\"; acc",
+            "[\"obs\", \"map\"] and the output \"action\"; terms",
         ),
         (
             b"PK\x03\x04 and so on".to_vec(),

@@ -332,8 +332,8 @@ impl Wires {
                 }
                 _ => {
                     return Err(words(
-                        "; each input needs terms that name it (`input`) or an output that is fed back to it \
-                         (`network.memory`)",
+                        "; terms without `input` are for one input only: say which terms each input observes (`input`), or \
+                         which output is fed back to it (`network.memory`)",
                     ));
                 }
             }

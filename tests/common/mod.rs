@@ -7,6 +7,8 @@ pub mod browser;
 mod closed_loop;
 #[cfg(feature = "view")]
 pub mod display;
+#[cfg(feature = "onnx")]
+pub mod network;
 pub mod parts;
 pub mod program;
 #[cfg(feature = "view")]
