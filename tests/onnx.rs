@@ -239,7 +239,75 @@ fn what_does_not_fit_is_told_in_a_sentence() {
     let replaced = |from: &'static str, to: &'static str| -> Change {
         Box::new(move |text| text.replace(from, to))
     };
-    let cases: [(Vec<u8>, &str, Change, &str); 11] = [
+    let recurrent = |kept: usize, next: usize| {
+        let operations = [
+            operation("Gemm", &["obs", "weights", "bias"], &["action"]),
+            operation("Gemm", &["h_in", "of_memory", "zeros"], &["h_out"]),
+        ];
+        let tensors = [
+            tensor("weights", &[3, 2], &[0.0; 6]),
+            tensor("bias", &[2], &[0.0; 2]),
+            tensor("of_memory", &[kept, next], &vec![0.0; kept * next]),
+            tensor("zeros", &[next], &vec![0.0; next]),
+        ];
+        let (inputs, outputs) = (
+            [("obs", 3), ("h_in", kept)],
+            [("action", 2), ("h_out", next)],
+        );
+        network(&operations, &tensors, &inputs, &outputs)
+    };
+    let cases: [(Vec<u8>, &str, Change, &str); 18] = [
+        (
+            recurrent(4, 3),
+            &gyro,
+            Box::new(fine),
+            "feeds 3 numbers back to its input \"h_in\", which takes 4",
+        ),
+        (
+            recurrent(4, 4),
+            &gyro,
+            replaced("[[obs", "[network]\nmemory = { h_in = 'c_out' }\n[[obs"),
+            "there is no memory from \"c_out\" to \"h_in\"",
+        ),
+        (
+            recurrent(4, 4),
+            &gyro,
+            replaced(
+                "term = 'base_angular_velocity'",
+                "term = 'base_angular_velocity'\ninput = 'state'",
+            ),
+            "no term observes \"obs\" (`input`)",
+        ),
+        (
+            recurrent(4, 4),
+            &gyro,
+            replaced("[[obs", "[network]\nstiffness = 'h_out'\n[[obs"),
+            "stiffness = (a list): is stated twice or not at all",
+        ),
+        (
+            zero(3, 2),
+            &gyro,
+            replaced(
+                "[[obs",
+                "[observed]\njoints = ['no_joint']\ndefault_rad = [0.0]\n[[obs",
+            ),
+            "observed.joints = no_joint: ut-mu2 has no such joint",
+        ),
+        (
+            zero(3, 2),
+            &gyro,
+            replaced("'base_angular_velocity'", "'constant'"),
+            "observation.0.values = []: does not fit the term; accepted: numbers for a `constant`",
+        ),
+        (
+            zero(3, 2),
+            &gyro,
+            replaced(
+                "'base_angular_velocity'",
+                "'base_angular_velocity'\nhistory = { count = 0 }",
+            ),
+            "observation.0.history = 0: out of range; accepted: 1 to 1000",
+        ),
         (
             zero(3, 2),
             &two,

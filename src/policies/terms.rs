@@ -407,3 +407,33 @@ pub fn inputs(terms: &[Term], frames: Stack, sizes: Sizes) -> Vec<(Option<String
     }
     inputs
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a network sees of the values 1, 2, 3 and 4, one after the other.
+    fn seen(stack: Stack) -> Vec<Vec<f32>> {
+        let mut past = VecDeque::new();
+        let values = (1..=4).map(|value| stack.stacked(&mut past, vec![value as f32]));
+        values.collect()
+    }
+
+    #[test]
+    fn values_are_stacked_in_the_order_of_the_training() {
+        let two = Stack::of(2);
+        assert_eq!(seen(two), [[1., 1.], [1., 2.], [2., 3.], [3., 4.]]);
+        let zero = Stack {
+            zero_before: true,
+            ..two
+        };
+        assert_eq!(seen(zero), [[0., 1.], [1., 2.], [2., 3.], [3., 4.]]);
+        // HumanoidVerse: the values before the present one, the newest first.
+        let past = Stack {
+            newest_first: true,
+            past_only: true,
+            ..zero
+        };
+        assert_eq!(seen(past), [[0., 0.], [1., 0.], [2., 1.], [3., 2.]]);
+    }
+}
