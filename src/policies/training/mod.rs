@@ -3,6 +3,7 @@
 
 mod deploy;
 mod gym;
+mod humanoidverse;
 mod known;
 mod metadata;
 mod text;

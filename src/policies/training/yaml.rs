@@ -2,6 +2,7 @@
 
 use super::deploy::Deploy;
 use super::gym::Gym;
+use super::humanoidverse::HumanoidVerse;
 use super::known::Training;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -14,6 +15,8 @@ pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
     let states = |key: &str| text.lines().any(|line| line.starts_with(key));
     if states("joint_ids_map:") {
         Deploy::training(parsed(file, text)?, file, robot)
+    } else if states("JOINT_KP:") {
+        HumanoidVerse::training(parsed(file, text)?, file, robot)
     } else if states("kps:") {
         let missing: Vec<&str> = Gym::KEYS
             .into_iter()
@@ -52,17 +55,14 @@ pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
 }
 
 /// Formats that are not read, each with a key that no other format has.
-const OTHERS: [(&str, &str); 5] = [
-    (
-        "JOINT_KP:",
-        "a configuration of HumanoidVerse (ASAP, FALCON)",
-    ),
+const OTHERS: [(&str, &str); 4] = [
     ("rl_kp:", "a configuration of rl_sar"),
     ("default_qpos:", "a configuration of Booster"),
     ("articulations:", "the descriptors of Isaac Lab"),
     ("pipeline:", "a pipeline of WBC-AGILE"),
 ];
 
+/// The content of a file. Errors name it.
 fn parsed<T: DeserializeOwned>(file: &str, text: &str) -> Result<T> {
     serde_saphyr::from_str(text).map_err(|e| Error::Syntax {
         file: file.into(),
