@@ -1152,7 +1152,7 @@ fn a_policy_is_written_from_what_its_training_left() {
         (
             zero(17, 2),
             &["bad.onnx", "sar.yaml"],
-            "a configuration of rl_sar: describes no policy that is known",
+            "missing field `rl_kd`",
         ),
         (
             zero(17, 2),

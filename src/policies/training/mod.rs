@@ -6,6 +6,7 @@ mod gym;
 mod humanoidverse;
 mod known;
 mod metadata;
+mod rl_sar;
 mod text;
 mod yaml;
 

@@ -4,6 +4,7 @@ use super::deploy::Deploy;
 use super::gym::Gym;
 use super::humanoidverse::HumanoidVerse;
 use super::known::Training;
+use super::rl_sar::RlSar;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use standfast_core::error::{Error, Result};
@@ -17,6 +18,11 @@ pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
         Deploy::training(parsed(file, text)?, file, robot)
     } else if states("JOINT_KP:") {
         HumanoidVerse::training(parsed(file, text)?, file, robot)
+    } else if text
+        .lines()
+        .any(|line| line.trim_start().starts_with("rl_kp:"))
+    {
+        RlSar::training(file, text)
     } else if states("kps:") {
         let missing: Vec<&str> = Gym::KEYS
             .into_iter()
@@ -55,15 +61,14 @@ pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
 }
 
 /// Formats that are not read, each with a key that no other format has.
-const OTHERS: [(&str, &str); 4] = [
-    ("rl_kp:", "a configuration of rl_sar"),
+const OTHERS: [(&str, &str); 3] = [
     ("default_qpos:", "a configuration of Booster"),
     ("articulations:", "the descriptors of Isaac Lab"),
     ("pipeline:", "a pipeline of WBC-AGILE"),
 ];
 
 /// The content of a file. Errors name it.
-fn parsed<T: DeserializeOwned>(file: &str, text: &str) -> Result<T> {
+pub fn parsed<T: DeserializeOwned>(file: &str, text: &str) -> Result<T> {
     serde_saphyr::from_str(text).map_err(|e| Error::Syntax {
         file: file.into(),
         message: e.to_string(),
