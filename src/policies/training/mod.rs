@@ -2,6 +2,7 @@
 //! read, inferred, or assumed as its trainer usually does it.
 
 mod deploy;
+mod descriptors;
 mod gym;
 mod humanoidverse;
 mod known;

@@ -1,6 +1,7 @@
 //! The descriptions of policies in YAML: which format a file has, and what the formats share.
 
 use super::deploy::Deploy;
+use super::descriptors::Descriptors;
 use super::gym::Gym;
 use super::humanoidverse::HumanoidVerse;
 use super::known::Training;
@@ -18,6 +19,8 @@ pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
         Deploy::training(parsed(file, text)?, file, robot)
     } else if states("JOINT_KP:") {
         HumanoidVerse::training(parsed(file, text)?, file, robot)
+    } else if states("articulations:") {
+        Descriptors::training(parsed(file, text)?, file)
     } else if text
         .lines()
         .any(|line| line.trim_start().starts_with("rl_kp:"))
@@ -61,9 +64,8 @@ pub fn training(file: &str, text: &str, robot: &Robot) -> Result<Training> {
 }
 
 /// Formats that are not read, each with a key that no other format has.
-const OTHERS: [(&str, &str); 3] = [
+const OTHERS: [(&str, &str); 2] = [
     ("default_qpos:", "a configuration of Booster"),
-    ("articulations:", "the descriptors of Isaac Lab"),
     ("pipeline:", "a pipeline of WBC-AGILE"),
 ];
 
@@ -101,7 +103,7 @@ pub fn motors(file: &str, field: &str, count: usize, robot: &Robot) -> Result<Ve
 }
 
 /// One number, or one for each.
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 #[serde(untagged)]
 pub enum OneOrMany {
     One(f64),
