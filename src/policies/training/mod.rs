@@ -8,6 +8,8 @@ mod humanoidverse;
 mod known;
 mod metadata;
 mod rl_sar;
+#[cfg(test)]
+mod tests;
 mod text;
 mod yaml;
 
