@@ -1162,7 +1162,7 @@ fn a_policy_is_written_from_what_its_training_left() {
         (
             zero(17, 2),
             &["bad.onnx", "sar.yaml"],
-            "a configuration of rl_sar: describes no policy that is known",
+            "missing field `rl_kd`",
         ),
         (
             zero(17, 2),
@@ -1223,8 +1223,8 @@ fn a_policy_is_written_from_what_its_training_left() {
     assert!(told.contains("is for the robot of a policy"), "{told}");
 }
 
-/// The locomotion policies of holosoma and unitree_rl_lab (Apache-2.0) stand on the G1 of Unitree with the files that
-/// `init` writes, and recover from pushes that stiff joints lose.
+/// The locomotion policies of holosoma and unitree_rl_lab (Apache-2.0), of ASAP and of FALCON (MIT) stand on the G1 of
+/// Unitree with the files that `init` writes, and recover from pushes that stiff joints lose.
 #[test]
 fn real_policies_stand_and_recover() {
     let Some(data) = public() else { return };
@@ -1249,6 +1249,14 @@ fn real_policies_stand_and_recover() {
         "unitree-g1-velocity.deploy.yaml",
     ] {
         fs::copy(data.join("policies").join(file), dir.path().join(file)).unwrap();
+    }
+    for (file, as_file) in [
+        ("g1-asap-loco/model_6600.onnx", "asap.onnx"),
+        ("g1-asap-loco/g1_29dof_hist.yaml", "asap.yaml"),
+        ("g1-falcon/g1_29dof.onnx", "falcon.onnx"),
+        ("g1-falcon/g1_29dof_falcon.yaml", "falcon.yaml"),
+    ] {
+        fs::copy(data.join("policies").join(file), dir.path().join(as_file)).unwrap();
     }
     let outcome = |controller: &str, heading: &str| {
         let push = [
@@ -1275,6 +1283,8 @@ fn real_policies_stand_and_recover() {
     for (policy, recovers) in [
         ("holosoma-g1-ppo", &["0", "90"][..]),
         ("unitree-g1-velocity", &["90"]),
+        ("asap", &["0"]),
+        ("falcon", &["90"]),
     ] {
         standfast(
             dir.path(),

@@ -121,7 +121,7 @@ pub fn join(model: &mut ModelProto, files: &HashMap<String, Vec<u8>>) -> Result<
                 bytes.len()
             ));
         };
-        tensor.raw_data = range.to_vec().into();
+        tensor.raw_data = range.to_vec();
         tensor.data_location = None;
         tensor.external_data.clear();
     }

@@ -3,10 +3,15 @@
 
 mod booster;
 mod deploy;
+mod descriptors;
 mod gym;
+mod humanoidverse;
 mod known;
 mod leapp;
 mod metadata;
+mod rl_sar;
+#[cfg(test)]
+mod tests;
 mod text;
 mod yaml;
 
@@ -86,11 +91,13 @@ fn training(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Training
         (Some(training), _) => training,
         (None, Some(path)) => described(&path, robot)?,
         (None, None) => {
-            let accepted = "the metadata of holosoma or mjlab in it, or behind it a deploy.yaml of unitree_rl_lab or the \
-                            configuration of unitree_rl_gym. The guide's chapter onnx.md has the file to write by hand";
+            let accepted = format!(
+                "the metadata of holosoma or mjlab in it, or behind it {}. The guide's chapter onnx.md has the file to write by hand",
+                yaml::FORMATS
+            );
             return Err(bad(
                 "says nothing of its joints and of what it observes".into(),
-                accepted,
+                &accepted,
             ));
         }
     };
