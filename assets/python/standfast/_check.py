@@ -75,27 +75,25 @@ def dependence(given: Any, hello: dict, seen: Rows) -> list:
     joints, controller = len(hello["robot"]["joints"]), prepared(given, hello)
     count = min(EPISODES, hello["batch"])
     draw = random.Random(0)
-    episodes = [[_near(seen, draw) for _ in range(TICKS)] for _ in range(count)]
+    # Each with its seed and its rows.
+    episodes = [(1 + episode, [_near(seen, draw) for _ in range(TICKS)]) for episode in range(count)]
 
-    def answers(places: Sequence[int], others: bool) -> list:
-        """The commands of the first `len(places)` episodes, which have these rows of the batch."""
+    def answers(chosen: list, places: Sequence[int], others: bool) -> list:
+        """The commands of these episodes, which have these rows of the batch."""
         found: list = [[] for _ in places]
         for tick in range(TICKS):
-            of_row = {place: (place, episodes[episode][tick]) for episode, place in enumerate(places)}
-            rows = _rows(hello, of_row, tick == 0, [episodes[i % count][-1] for i in range(hello["batch"])] if others else None)
+            of_row = {place: (seed, rows[tick]) for (seed, rows), place in zip(chosen, places)}
+            filling = [episodes[row % count][1][-1] for row in range(hello["batch"])]
+            rows = _rows(hello, of_row, tick == 0, filling if others else None)
             commands = _commands(controller.answer(rows, joints), hello["batch"], joints)
             for episode, place in enumerate(places):
                 found[episode].append(commands[place])
         return found
 
     alone = []
-    for episode in range(count):
-        # The episode comes first, and alone.
-        episodes[0], episodes[episode] = episodes[episode], episodes[0]
-        alone += answers([0], False)
-        again = answers([0], False)
-        episodes[0], episodes[episode] = episodes[episode], episodes[0]
-        difference = _difference(alone[-1:], again)
+    for episode in episodes:
+        alone += answers([episode], [0], False)
+        difference = _difference(alone[-1:], answers([episode], [0], False))
         if difference:
             return [
                 f"asked twice for the same episode, its answer differs ({difference}): it draws random numbers, or does not forget "
@@ -109,7 +107,7 @@ def dependence(given: Any, hello: dict, seen: Rows) -> list:
     ]
     problems = []
     for words, places, others in ways:
-        difference = _difference(alone, answers(places, others))
+        difference = _difference(alone, answers(episodes, places, others))
         if difference:
             problems.append(f"{words}, its answer to a row differs from that to the row alone ({difference})")
     return problems
@@ -129,18 +127,18 @@ def _near(seen: Rows, draw: random.Random) -> list:
 
 
 def _rows(hello: dict, of_row: dict, is_new: bool, others: list | None) -> Rows:
-    """A batch with these rows, given as slot and readings by their places. The other rows are episodes of their own, or filled
-    up."""
+    """A batch with these rows, given as seed and readings by their places, which are their slots, too. The other rows are
+    episodes of their own, or filled up."""
     batch, trash = hello["batch"], hello["slots"] - 1
     filled = next(iter(of_row.values()))[1]
     words, readings = [], []
     for place in range(batch):
         if place in of_row:
-            slot, row = of_row[place]
-            words += [slot, slot, int(is_new), slot]
+            seed, row = of_row[place]
+            words += [place, place, int(is_new), seed]
         elif others:
-            slot, row = batch + place if batch + place < trash else trash, others[place]
-            words += [slot, slot, 1, slot]
+            row = others[place]
+            words += [batch + place, batch + place, 1, batch + place]
         else:
             row = filled
             words += [2**64 - 1, trash, 1, 0]
