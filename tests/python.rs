@@ -61,4 +61,5 @@ in_python! {
     a_check_finds_rows_that_depend_on_others
     push_limit_and_pages
     numbers_of_any_kind_are_taken
+    examples_do_what_they_say
 }

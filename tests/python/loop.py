@@ -5,6 +5,7 @@ import glob
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -133,6 +134,7 @@ def test_a_network_gives_the_same_rows_for_any_threads():
             seen = numpy.concatenate([rows.q - self.home, rows.dq, rows.gyro], axis=1)
             hidden = numpy.tanh(seen @ self.weights[0] + self.memory[rows.slot] @ self.weights[1])
             self.memory[rows.slot] = hidden
+            assert numpy.asarray(rows, dtype="float32").shape == rows.all.shape == (rows.n, seen.shape[1] + 20)
             return (self.home + 0.02 * hidden @ self.weights[2]).astype("float32")
 
     runs = [standfast.run({"mine": Network}, threads=threads, batch=batch, **ARGUMENTS) for threads in (1, 2, 8) for batch in (1, 8, 64)]
@@ -328,6 +330,23 @@ def test_numbers_of_any_kind_are_taken():
     if numpy:
         assert _exchange.frame_of(numpy.array(plain, dtype="float32"), 2, 2) == frame
         assert _exchange.frame_of(Tensor(plain), 2, 2) == frame
+
+
+def test_examples_do_what_they_say():
+    if not numpy:
+        print("left out: there is no numpy")
+        return
+    root = pathlib.Path(__file__).parents[2]
+    readme, guide = ((root / file).read_text() for file in ("assets/python/README.md", "src/guide/process.md"))
+    blocks = [re.findall(r"```python\n(.*?)```", text, re.S) for text in (readme, guide)]
+    (example,) = [block for block in blocks[0] if "tick_batch" in block]
+    assert example in blocks[1]
+    names = {}
+    exec(example, names)
+    # The one with a memory learns from what it sees, so it is not the same as without.
+    trials = names["result"].trials
+    assert len(trials["trial"]) == 30 and set(trials["controller"]) == {"mine", "catch"}
+    assert standfast.check(names["Mine"]).is_good
 
 
 def main(names):

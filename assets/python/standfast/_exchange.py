@@ -58,7 +58,8 @@ class Rows:
         return self.n
 
     def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
-        return numpy.array(self.all, dtype=dtype, copy=bool(copy))
+        made = numpy.asarray(self.all, dtype=dtype)
+        return made.copy() if copy and made is self.all else made
 
     def __getattr__(self, name: str) -> Any:
         # What is not asked for is not made.
