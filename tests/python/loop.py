@@ -30,6 +30,7 @@ class Hold:
     def tick_batch(self, rows):
         self.calls += 1
         assert rows.n == len(rows.q) == len(rows.new) and 1 <= rows.count <= rows.n
+        assert [bool(new) for new in rows.new[: rows.count]] == [time_s == 0.0 for time_s in rows.time_s[: rows.count]]
         command = {part: [list(self.home[part]) for _ in range(rows.n)] for part in ("q_ref", "tau_ff")}
         self.change(rows, command)
         return command
