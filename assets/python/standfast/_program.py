@@ -63,8 +63,8 @@ def run(
     call. An exception of a controller ends the run, and is raised here; a command that is not finite, or a negative gain, ends
     its episode as failed.
 
-    Nobody sees whether an object changes, so every run begins anew, in a new folder. With `version`, a text that you change when
-    the objects change, the same call goes on from where it was interrupted.
+    Nobody sees whether an object changes, so every run begins anew, in a new folder, and `out` has to be one. With `version`, a
+    text that you change when the objects change, the same call goes on from where it was interrupted.
 
     Further options are those of `standfast run --help`: `seed=3`, `until_resolved=True`, `gate=["catch >= hold"]`,
     `set={"push.height_m": 0.05}`.
