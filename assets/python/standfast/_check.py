@@ -76,14 +76,14 @@ def dependence(given: Any, hello: dict, seen: Rows) -> list:
     count = min(EPISODES, hello["batch"])
     draw = random.Random(0)
     # Each with its seed and its rows.
-    episodes = [(1 + episode, [_near(seen, draw) for _ in range(TICKS)]) for episode in range(count)]
+    episodes = [(1 + episode, [_near(seen, draw, tick * hello["period_s"]) for tick in range(TICKS)]) for episode in range(count)]
 
     def answers(chosen: list, places: Sequence[int], others: bool) -> list:
         """The commands of these episodes, which have these rows of the batch."""
         found: list = [[] for _ in places]
         for tick in range(TICKS):
             of_row = {place: (seed, rows[tick]) for (seed, rows), place in zip(chosen, places)}
-            filling = [episodes[row % count][1][-1] for row in range(hello["batch"])]
+            filling = [episodes[row % count][1][0] for row in range(hello["batch"])]
             rows = _rows(hello, of_row, tick == 0, filling if others else None)
             commands = _commands(controller.answer(rows, joints), hello["batch"], joints)
             for episode, place in enumerate(places):
@@ -113,12 +113,12 @@ def dependence(given: Any, hello: dict, seen: Rows) -> list:
     return problems
 
 
-def _near(seen: Rows, draw: random.Random) -> list:
+def _near(seen: Rows, draw: random.Random, time_s: float) -> list:
     """A row near that of the standing robot."""
     row = [float(number) for number in seen.all[0]]
     for name, column in seen._columns.items():
         for at in range(column["offset"], column["offset"] + column["size"]):
-            row[at] += draw.uniform(-0.1, 0.1) * max(1.0, abs(row[at])) if name != "time_s" else 0.0
+            row[at] = time_s if name == "time_s" else row[at] + draw.uniform(-0.1, 0.1) * max(1.0, abs(row[at]))
         if name == "orientation":
             at = slice(column["offset"], column["offset"] + column["size"])
             length = math.sqrt(sum(number * number for number in row[at]))
