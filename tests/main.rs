@@ -19,6 +19,7 @@ mod mujoco_beside;
 #[cfg(feature = "onnx")]
 mod onnx;
 mod process;
+mod python;
 mod readme;
 mod replay;
 mod report_html;

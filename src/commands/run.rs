@@ -1,7 +1,8 @@
 //! `standfast run`: a campaign, from its file to its verdict.
 
 use super::arguments::{
-    CampaignArgs, ChangeArgs, DryRunArgs, GateArgs, MOST_THREADS, ReplaysArgs, count, fine,
+    CampaignArgs, ChangeArgs, DryRunArgs, GateArgs, MOST_THREADS, ReplaysArgs, check_output, count,
+    fine,
 };
 use super::interrupt::{STOP, stop_on_ctrl_c};
 use super::progress::{Progress, duration};
@@ -9,7 +10,7 @@ use super::result::{Printing, conclude, exit_code, gates_of};
 use super::status::print_status;
 use super::terminal::{alert, note, tell, warn};
 use standfast_core::error::{Error, Result};
-use standfast_files::shell_word;
+use standfast_files::{columns, shell_word};
 use standfast_report::text::next_command;
 use standfast_study::ask::spec::MOST_TRIALS;
 use standfast_study::run::{CampaignRun, RunEvents, RunOptions};
@@ -17,7 +18,7 @@ use standfast_study::until_resolved::Look;
 use standfast_study::verdict::gates::Gates;
 use standfast_study::verdict::so_far::{SoFar, SuccessTally};
 use standfast_study::{Campaign, Folder, Overrides, PreparedCampaign, Shard};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 
@@ -77,6 +78,9 @@ pub struct RunArgs {
     /// Folder [default: standfast-results/NAME]
     #[arg(short, long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Write the trials as a table, too, for who cannot read trials.parquet
+    #[arg(long, value_name = "FILE.csv", hide = true)]
+    pub table: Option<PathBuf>,
     #[command(flatten)]
     pub printing: Printing,
     /// Whether the program was called without any argument, as somebody does who does not know it yet.
@@ -88,6 +92,9 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     // All input is checked before anything runs, so that no time is lost on a campaign that cannot be judged in the
     // end.
     let (plan, folder) = args.plan()?;
+    if let Some(table) = &args.table {
+        check_output("--table", table, &["csv"])?;
+    }
     // A shard judges nothing, but it may have to know when every question is decided; `merge` judges the whole.
     let gates = match args.shard {
         Some(_) if !folder.manifest.campaign.stopping.until_resolved => None,
@@ -117,7 +124,24 @@ pub fn run(args: &RunArgs) -> Result<ExitCode> {
     };
     let (summary, _) = work
         .within_threads(|| conclude(&folder, gates, &args.replays, Some(args.printing), false))?;
+    if let Some(table) = &args.table {
+        write_table(&folder, table)?;
+    }
     Ok(exit_code(&[summary]))
+}
+
+/// Writes the trials of a finished result as a table.
+fn write_table(folder: &Folder, table: &Path) -> Result<()> {
+    let path = folder.path.join("trials.parquet");
+    let read = std::fs::read(&path).map(columns::read_parquet);
+    match read {
+        Ok(Ok((columns, _))) => columns::write(table, &columns),
+        Ok(Err(e)) => Err(Error::Parts {
+            path,
+            problem: e.to_string(),
+        }),
+        Err(source) => Err(Error::Read { path, source }),
+    }
 }
 
 impl RunArgs {
@@ -301,7 +325,9 @@ pub(super) fn simulate(
         progress.finish();
         match run {
             Err(Error::Interrupted) => say_what_is_kept("interrupted: ", work, kept, &progress),
-            Err(Error::Machine(_)) => say_what_is_kept("incomplete: ", work, kept, &progress),
+            Err(Error::Machine(_) | Error::Ended(_)) => {
+                say_what_is_kept("incomplete: ", work, kept, &progress)
+            }
             _ => {}
         }
     }

@@ -2,6 +2,7 @@
 
 use super::posture::HeldPosture;
 use super::process::Process;
+use super::python::PythonObject;
 use super::spec::ControllerSpec;
 use serde::de::{DeserializeOwned, Error as _};
 use standfast_core::error::{Error, Result};
@@ -13,12 +14,16 @@ use std::sync::{PoisonError, RwLock};
 use toml::Table;
 
 /// The kinds of controllers. The first one is the kind of a file that does not state a kind.
-static KINDS: [ControllerKind; 4] = [
+static KINDS: [ControllerKind; 5] = [
     kind::<GainSet>("cpi"),
     kind::<HeldPosture>("posture"),
     ControllerKind {
         parse: Process::read,
         ..kind::<Process>("process")
+    },
+    ControllerKind {
+        parse: PythonObject::read,
+        ..kind::<PythonObject>("python")
     },
     // A program with ONNX adds the kind that can be read.
     ControllerKind {

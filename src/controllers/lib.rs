@@ -15,8 +15,10 @@ pub mod permission;
 mod policy_file;
 mod posture;
 mod process;
+mod python;
 pub mod spec;
 pub mod tunable;
+pub mod turns;
 pub mod values;
 pub mod variant;
 

@@ -420,13 +420,13 @@ fn nonsense(answer: &str, error: &serde_json::Error) -> String {
 }
 
 /// A value as one line.
-fn line(value: &impl Serialize) -> String {
+pub(super) fn line(value: &impl Serialize) -> String {
     // Numbers that are not finite become null, and nothing else can fail.
     serde_json::to_string(value).unwrap_or_default() + "\n"
 }
 
 /// The greeting: the robot as it is designed, and the control period (s).
-fn hello(robot: &Robot, period_s: f64, parameters: &Table) -> Value {
+pub(super) fn hello(robot: &Robot, period_s: f64, parameters: &Table) -> Value {
     let home = robot.home_command();
     let mut joints = Vec::new();
     for (joint, servo) in robot.joints.iter().zip(&robot.servos) {

@@ -55,6 +55,12 @@ pub trait ControllerSpec: Any + Debug + Send + Sync {
         None
     }
 
+    /// Number of episodes that have to be open at once for a controller that answers to many of them together; 0 for
+    /// one that answers to each alone.
+    fn open_episodes(&self) -> usize {
+        0
+    }
+
     /// The numbers that are worth tuning, each with a range that is worth searching.
     fn tunables(&self) -> Vec<Tunable> {
         Vec::new()

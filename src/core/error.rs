@@ -92,6 +92,9 @@ pub enum Error {
         "{0}. What this machine lacks says nothing about a controller, so it ends here; the same command can be tried again"
     )]
     Machine(String),
+    /// The program that a controller depends on has ended or cannot go on. Finished work is kept.
+    #[error("{0}. Nothing can be run without it")]
+    Ended(String),
     /// A numerical search did not converge.
     #[error("{what}: {problem}")]
     Numeric { what: String, problem: String },
@@ -118,7 +121,10 @@ impl Error {
             | Error::NotStarted { .. } => 2,
             Error::Several(all) => all.iter().map(Error::exit_code).max().unwrap_or(2),
             Error::Interrupted => 130,
-            Error::Write { .. } | Error::Numeric { .. } | Error::LostWindow { .. } => 1,
+            Error::Write { .. }
+            | Error::Ended(_)
+            | Error::Numeric { .. }
+            | Error::LostWindow { .. } => 1,
         }
     }
 

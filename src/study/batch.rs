@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use standfast_controllers::turns::in_turn;
 use standfast_core::error::{Error, Result};
 use standfast_files::assets;
 use standfast_files::{json, json_pretty, sha256_hex, write_atomic};
@@ -191,7 +192,7 @@ where
             return Err(Error::Interrupted);
         }
         let (part, results) = &*part;
-        let result = run(part, job)?;
+        let result = in_turn(|| run(part, job))?;
         let all: Vec<T> = {
             let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);
             results[place] = Some(result);

@@ -188,7 +188,7 @@ impl<'a> CeilingSearch<'a> {
         } = self;
         if !batch.lacks(&self.jobs).is_empty() {
             let factory = self.controller()?;
-            pool(options.threads)?.install(|| {
+            pool(options.threads, plan.open_episodes())?.install(|| {
                 batch.run(&self.jobs, |trial| self.lost(factory, trial as u64, batch))
             })?;
         }

@@ -1,7 +1,7 @@
 //! Runs a campaign: what its folder lacks is spread over the cores, and written part by part.
 
 use crate::batch::run_parts;
-use crate::plan::{PreparedCampaign, pool};
+use crate::plan::{Pool, PreparedCampaign, pool};
 use crate::store::claim::{Access, Claim};
 use crate::store::folder::Folder;
 use crate::store::manifest::Manifest;
@@ -10,7 +10,6 @@ use crate::store::shard::Shard;
 use crate::until_resolved::{Look, UntilResolved};
 use crate::verdict::gates::Gates;
 use crate::verdict::summary::Summary;
-use rayon::ThreadPool;
 use standfast_core::error::Result;
 use standfast_core::socket::PreparedController;
 use standfast_sim::episode::ClosedLoop;
@@ -43,7 +42,7 @@ pub struct RunEvents<'a> {
 pub struct CampaignRun<'a> {
     pub plan: &'a PreparedCampaign,
     pub folder: &'a Folder,
-    pool: ThreadPool,
+    pool: Pool,
     untried: bool,
     pub shard: Option<Shard>,
     /// Blocks to run. If the campaign ends when decided, these are the blocks up to the next look.
@@ -74,7 +73,7 @@ impl<'a> CampaignRun<'a> {
         let mut work = CampaignRun {
             plan,
             folder,
-            pool: pool(options.threads)?,
+            pool: pool(options.threads, plan.open_episodes())?,
             untried: options.untried,
             shard: options.shard,
             missing: Vec::new(),
@@ -109,7 +108,7 @@ impl<'a> CampaignRun<'a> {
     }
 
     pub fn threads(&self) -> usize {
-        self.pool.current_num_threads()
+        self.pool.threads
     }
 
     /// Number of episodes still to run, as the folder is now. It is an upper bound if the campaign ends when decided.

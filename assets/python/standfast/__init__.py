@@ -10,12 +10,25 @@
 
 The guide's chapter process.md says what `sensed` has, and what may be returned. This file needs nothing but Python 3. A copy
 of it beside a controller serves without an installation.
+
+    result = standfast.run({"mine": Mine, "catch": None}, trials=200)
+
+asks objects of this process instead, and is there only where the package is installed, as are `push`, `limit` and `check`.
 """
 
 import importlib
 import json
 import pathlib
 import sys
+
+try:
+    from ._check import Check, check
+    from ._exchange import Rows
+    from ._program import Limits, Push, Result, StandfastError, limit, push, run
+except ImportError as error:
+    # A copy of this file has no files beside it.
+    if __package__:
+        raise error
 
 PROTOCOL = 1
 

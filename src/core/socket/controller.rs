@@ -82,6 +82,10 @@ pub enum TickError {
     /// outcome.
     #[error("{0}")]
     Machine(String),
+    /// The program that the controller depends on in all episodes has ended or cannot go on. It ends the episode without
+    /// an outcome.
+    #[error("{0}")]
+    Ended(String),
     /// Somebody asked to stop while the controller was waited for. It ends the episode without an outcome.
     #[error("interrupted")]
     Interrupted,
@@ -95,7 +99,10 @@ impl TickError {
 
     /// Whether the error says nothing about the controller, so that the episode has no outcome.
     pub fn is_no_outcome(&self) -> bool {
-        matches!(self, TickError::Machine(_) | TickError::Interrupted)
+        matches!(
+            self,
+            TickError::Machine(_) | TickError::Ended(_) | TickError::Interrupted
+        )
     }
 }
 

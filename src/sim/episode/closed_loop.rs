@@ -227,8 +227,8 @@ impl<'a> ClosedLoop<'a> {
     }
 
     /// Runs all episodes to their ends, and returns their records in the order of the controllers. It fails if the
-    /// machine lacks something that a controller needs, or if somebody asked to stop while an answer was waited for.
-    /// Then no episode has an outcome.
+    /// machine lacks something that a controller needs, if the program that it depends on has ended, or if somebody asked
+    /// to stop while an answer was waited for. Then no episode has an outcome.
     pub fn finish(self) -> Result<Vec<Record>> {
         self.watched(&mut |_, _| {})
     }
@@ -252,6 +252,7 @@ impl<'a> ClosedLoop<'a> {
         match &self.no_outcome {
             None => Ok(()),
             Some(TickError::Interrupted) => Err(Error::Interrupted),
+            Some(TickError::Ended(problem)) => Err(Error::Ended(problem.clone())),
             Some(error) => Err(Error::Machine(error.to_string())),
         }
     }

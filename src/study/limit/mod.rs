@@ -14,8 +14,7 @@ use crate::ask::spec::Campaign;
 use crate::ask::trial;
 use crate::batch::{Batch, Jobs, SearchTask};
 use crate::limit::search::{LimitSearch, MAP_TO, is_random, pushed};
-use crate::plan::{PreparedCampaign, pool};
-use rayon::ThreadPool;
+use crate::plan::{Pool, PreparedCampaign, pool};
 use serde::Serialize;
 use serde_json::json;
 use standfast_core::error::Result;
@@ -76,7 +75,7 @@ pub struct Searches<'a> {
     plan: PreparedCampaign,
     pendulum_bounds: PendulumBounds,
     headings: Vec<Heading>,
-    pool: ThreadPool,
+    pool: Pool,
     /// One for each heading and controller.
     pub jobs: Jobs,
 }
@@ -142,10 +141,10 @@ impl<'a> Searches<'a> {
             campaign,
             options,
             precision_n_s,
+            pool: pool(options.threads, plan.open_episodes())?,
             plan,
             pendulum_bounds,
             headings,
-            pool: pool(options.threads)?,
             jobs,
         })
     }
@@ -246,7 +245,7 @@ impl<'a> Searches<'a> {
             .sum();
         let of_push_s = start.elapsed().as_secs_f64() / pushes as f64;
         let of_search = of_headings / self.headings.len() as f64;
-        Ok(of_push_s * of_search * searches as f64 / self.pool.current_num_threads() as f64)
+        Ok(of_push_s * of_search * searches as f64 / self.pool.threads as f64)
     }
 
     /// Runs the searches of this shard that the folder lacks. Returns the result as soon as those of all shards are there.

@@ -9,7 +9,7 @@ mod trials;
 mod unpushed;
 
 pub(crate) use folder::usual_folder;
-pub(crate) use pool::pool;
+pub(crate) use pool::{Pool, pool};
 pub(crate) use trials::each_caught;
 
 use crate::ask::bounds::check_steps;
@@ -143,6 +143,16 @@ impl PreparedCampaign {
             inputs: inputs.kept,
             tried: OnceLock::new(),
         })
+    }
+
+    /// Number of episodes that have to be open at once for a controller that answers to many of them together; 0 if no
+    /// controller does.
+    pub(crate) fn open_episodes(&self) -> usize {
+        let controllers = self.entrants.iter().map(|(controller, _)| controller);
+        controllers
+            .map(|controller| controller.open_episodes())
+            .max()
+            .unwrap_or(0)
     }
 
     /// The settings of the episodes of an entrant, given by its number.

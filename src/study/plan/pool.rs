@@ -1,11 +1,44 @@
 //! The threads on which episodes run.
 
 use rayon::ThreadPool;
+use standfast_controllers::turns::{self, Turns};
 use standfast_core::error::{Error, Result};
+use std::sync::Arc;
 
-/// A pool of `threads` threads; 0 means one for each core.
-pub(crate) fn pool(threads: usize) -> Result<ThreadPool> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+/// Threads for jobs.
+pub(crate) struct Pool {
+    pool: ThreadPool,
+    /// Number of threads that compute at once.
+    pub threads: usize,
+}
+
+/// A pool in which `threads` threads compute at once; 0 means one for each core. It has a thread for each of `open`
+/// episodes, if these are more.
+pub(crate) fn pool(threads: usize, open: usize) -> Result<Pool> {
+    let pool = started(rayon::ThreadPoolBuilder::new().num_threads(threads))?;
+    let threads = pool.current_num_threads();
+    if open <= threads {
+        return Ok(Pool { pool, threads });
+    }
+    let turns = Arc::new(Turns::new(threads));
+    let take_part = move |_| turns::take_part(Arc::clone(&turns));
+    let builder = rayon::ThreadPoolBuilder::new()
+        .num_threads(open)
+        .start_handler(take_part);
+    let pool = started(builder)?;
+    Ok(Pool { pool, threads })
+}
+
+fn started(builder: rayon::ThreadPoolBuilder) -> Result<ThreadPool> {
     let remedy = "raise the limit of processes and threads (`ulimit -u`), or take fewer --threads";
-    pool.map_err(|e| Error::Machine(format!("the threads cannot be started: {e}; {remedy}")))
+    builder
+        .build()
+        .map_err(|e| Error::Machine(format!("the threads cannot be started: {e}; {remedy}")))
+}
+
+impl Pool {
+    /// Calls `f` on a thread of the pool.
+    pub fn install<T: Send>(&self, f: impl FnOnce() -> T + Send) -> T {
+        self.pool.install(f)
+    }
 }

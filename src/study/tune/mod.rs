@@ -485,7 +485,7 @@ impl Tuning {
     }
 
     fn threads(&self) -> Result<usize> {
-        Ok(pool(self.options.threads)?.current_num_threads())
+        Ok(pool(self.options.threads, 0)?.threads)
     }
 
     /// Number of episodes of the final campaigns of all cases.
@@ -512,7 +512,7 @@ impl Tuning {
         if !self.goes_on {
             write_atomic(&self.folder.join(TASK), json_pretty(&self.task)?.as_bytes())?;
         }
-        pool(self.options.threads)?.install(|| self.searched(batch, on_generation))
+        pool(self.options.threads, 0)?.install(|| self.searched(batch, on_generation))
     }
 
     fn searched(
