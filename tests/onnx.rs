@@ -583,7 +583,7 @@ fn a_network_that_cannot_be_is_refused_for_its_cause() {
         ),
         (
             b"PK\x03\x04 and so on".to_vec(),
-            "cannot be read: it is no ONNX file, but a ZIP archive, as PyTorch",
+            "cannot be read: it is no ZIP archive, or not all of one: ",
         ),
         (
             b"version https://git-lfs.github.com/spec/v1\n".to_vec(),

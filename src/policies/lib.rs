@@ -13,6 +13,7 @@ mod net;
 mod observation;
 mod proto;
 mod terms;
+mod torchscript;
 mod training;
 
 pub use training::{motors as motors_of_training, written};
@@ -52,7 +53,7 @@ pub struct Policy {
     name: String,
     #[serde(default)]
     description: String,
-    /// The network, an ONNX file in the folder of this file.
+    /// The network, a file of ONNX or TorchScript in the folder of this file.
     model: String,
     /// Time between two actions (s).
     period_s: f64,

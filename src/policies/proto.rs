@@ -1,6 +1,7 @@
 //! The content of an ONNX file, checked before the library `tract` reads it. The library trusts a file: it panics or
 //! fills the memory if the file states impossible sizes.
 
+use super::torchscript;
 use standfast_files::assets::what_else;
 use std::collections::{HashMap, HashSet};
 use tract_onnx::pb::tensor_proto::{DataLocation, DataType};
@@ -11,12 +12,15 @@ use tract_onnx::pb::{tensor_shape_proto::dimension, type_proto};
 use tract_onnx::prelude::*;
 
 /// Largest number of operations of a network. Large policies have some hundreds.
-const MOST_NODES: usize = 5_000;
+pub const MOST_NODES: usize = 5_000;
 /// Largest number of values of a tensor: 64 MB of float32.
 pub const MOST_NUMBERS: u64 = 1 << 24;
 
-/// Reads a file. Errors are in words.
+/// Reads a file of ONNX or TorchScript. Errors are in words.
 pub fn read(bytes: &[u8]) -> Result<ModelProto, String> {
+    if torchscript::is_archive(bytes) {
+        return torchscript::network(bytes);
+    }
     if let Some(what) = what_else(bytes) {
         return Err(format!("cannot be read: it is no ONNX file, but {what}"));
     }
