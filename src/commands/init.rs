@@ -17,7 +17,7 @@ use std::process::ExitCode;
 
 #[derive(Debug, clap::Args)]
 #[command(
-    override_usage = "standfast init [OPTIONS] <ROBOT.urdf>\n       standfast init [OPTIONS] --robot <ROBOT.urdf> <POLICY.onnx> [FILE.yaml]",
+    override_usage = "standfast init [OPTIONS] <ROBOT.urdf>\n       standfast init [OPTIONS] --robot <ROBOT.urdf> <POLICY.onnx|.pt> [FILE.yaml]",
     after_help = "Of a robot are inferred the feet, the trunk, the soles, the home posture, the
 servos, sensor noise and delay, and where a foot can land. Each figure of the
 file says whether it was read, solved or assumed; edit what you know better. An
@@ -25,17 +25,18 @@ SRDF beside the URDF, or a keyframe of the MJCF, gives the home posture. Macros
 are expanded by the program `xacro`. The robot has to stand with these settings.
 A robot without a file of settings runs with the same ones.
 
-Of a policy are read joints, gains and what it observes: from the deploy.yaml of
-unitree_rl_lab, a configuration of unitree_rl_gym, or the metadata that holosoma
-and mjlab write into the network.
+Of a policy, as ONNX or TorchScript, are read joints, gains and what it observes:
+from the metadata that holosoma and mjlab write into the network, or from a file
+of unitree_rl_lab, unitree_rl_gym, booster_gym, HumanoidVerse (ASAP, FALCON),
+rl_sar, LEAPP or Isaac Lab (IO_descriptors).
 
 The file lies beside that of the robot or the policy, and is called as it is. With
 --dry-run it is printed, and nothing is written. --range is for joints that have
 no range in the file, to both sides; without it they are locked."
 )]
 pub struct InitArgs {
-    /// URDF or MJCF file of a humanoid, or ONNX file of a policy
-    #[arg(value_name = "ROBOT.urdf|POLICY.onnx")]
+    /// URDF or MJCF file of a humanoid, or ONNX or TorchScript file of a policy
+    #[arg(value_name = "ROBOT.urdf|POLICY.onnx|POLICY.pt")]
     pub file: String,
     /// Description of a policy [default: where its trainer puts it]
     #[arg(value_name = "FILE.yaml", requires = "robot")]
@@ -60,7 +61,7 @@ pub struct InitArgs {
 }
 
 pub fn run(args: &InitArgs) -> Result<ExitCode> {
-    if is_file_of(&args.file, "onnx") {
+    if is_file_of(&args.file, "onnx") || is_file_of(&args.file, "pt") {
         return policy(args);
     }
     assets::refuse_other_kind(InputKind::Robot, &args.file)?;

@@ -214,8 +214,14 @@ impl Policy {
     /// The network's file, and the files with its weights, which lie in its folder: names within the folder of this file.
     fn parts(&self) -> Result<(Parts, Vec<String>)> {
         let (_, model) = companion_files::read(&self.file, "model", &self.model)?;
-        let named = net::weight_files(&model)
-            .map_err(|problem| self.bad("model", &self.model, &problem, "an ONNX file"))?;
+        let named = net::weight_files(&model).map_err(|problem| {
+            self.bad(
+                "model",
+                &self.model,
+                &problem,
+                "an ONNX or TorchScript file",
+            )
+        })?;
         let (mut weights, mut names) = (HashMap::new(), Vec::new());
         for file in named {
             let folder = Path::new(&self.model).parent().unwrap_or(Path::new(""));
@@ -450,7 +456,7 @@ impl ControllerSpec for Policy {
         };
         let net = Net::of(self.parts()?.0, ends).map_err(|problem| {
             let accepted =
-                "a network whose inputs are observed or fed back, with an output for the action";
+                "an ONNX or TorchScript file whose inputs are observed or fed back, with an output for the action";
             self.bad("model", &self.model, &problem, accepted)
         })?;
         let mut home = robot.home_command();

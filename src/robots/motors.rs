@@ -67,7 +67,7 @@ type Reader = fn(&Path, &Robot) -> Result<Motors>;
 
 static OF_TRAINING: OnceLock<Reader> = OnceLock::new();
 
-/// Adds the reader of networks (`.onnx`) and of descriptions of policies (`.yaml`), which a program with ONNX has.
+/// Adds the reader of networks (`.onnx`, `.pt`) and of descriptions of policies (`.yaml`), which a program with ONNX has.
 pub fn add(reader: Reader) {
     OF_TRAINING.get_or_init(|| reader);
 }
@@ -86,7 +86,7 @@ struct TrainingMotors {
 }
 
 const ACCEPTED: &str = "settings of a robot with [[servos]], an MJCF (.xml), the file of a policy with [training], or, in a \
-                        program with ONNX, a policy (.onnx) or its description (.yaml)";
+                        program with ONNX, a policy (.onnx, .pt) or its description (.yaml)";
 
 impl Motors {
     /// The motors of these joints, of which a training says these figures, in this order.

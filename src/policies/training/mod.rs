@@ -41,14 +41,16 @@ pub fn written(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Polic
     })
 }
 
-/// The motors of the training of a policy (`.onnx`), or of one that a description (`.yaml`) is of.
+/// The motors of the training of a policy (`.onnx`, `.pt`), or of one that a description (`.yaml`) is of.
 pub fn motors(path: &Path, robot: &Robot) -> Result<Motors> {
-    let is_network = path
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("onnx"));
-    let training = match is_network {
-        true => training(path, None, robot)?,
-        false => described(path, robot)?,
+    let is_description = path.extension().is_some_and(|extension| {
+        ["yaml", "yml"]
+            .iter()
+            .any(|yaml| extension.eq_ignore_ascii_case(yaml))
+    });
+    let training = match is_description {
+        true => described(path, robot)?,
+        false => training(path, None, robot)?,
     };
     let list = |figure: &Option<known::Figure<Vec<f64>>>| {
         figure.as_ref().map(|figure| figure.value.clone())
@@ -77,7 +79,8 @@ fn training(model: &Path, from: Option<&Path>, robot: &Robot) -> Result<Training
         Error::value(&file, "model", file.clone(), problem, accepted)
     };
     let bytes = assets::read(model, companion_files::MOST_FILE_BYTES)?;
-    let metadata = net::metadata(&bytes).map_err(|problem| bad(problem, "an ONNX file"))?;
+    let metadata =
+        net::metadata(&bytes).map_err(|problem| bad(problem, "an ONNX or TorchScript file"))?;
     let own = model.with_extension("deploy.yaml");
     let stated = from
         .map(Path::to_path_buf)
@@ -112,6 +115,8 @@ fn description(model: &Path) -> Option<PathBuf> {
         folder.join("deploy.yaml"),
         folder.join("params/deploy.yaml"),
         folder.join("../params/deploy.yaml"),
+        folder.join("config.yaml"),
+        folder.join("IO_descriptors.yaml"),
     ];
     [model.with_extension("yaml")]
         .into_iter()
