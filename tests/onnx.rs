@@ -1167,7 +1167,7 @@ fn a_policy_is_written_from_what_its_training_left() {
         (
             zero(17, 2),
             &["motion.pt"],
-            "kind of file = a network of PyTorch: is no robot; accepted: a robot here; as a controller, the same network as an",
+            "motion.pt: cannot be read: it is no ZIP archive, or not all of one",
         ),
     ] {
         write("bad.onnx", network);

@@ -272,16 +272,16 @@ fn other_kind(path: &Path) -> Option<(&'static str, String)> {
         .then(|| format!("the file beside it, {}", toml.display()));
     let extension = path.extension()?.to_str()?.to_lowercase();
     Some(match extension.as_str() {
-        "onnx" => {
+        "onnx" | "pt" | "jit" => {
             let written = format!(
                 "a TOML file that says what it observes: `standfast init {file} --robot ROBOT` writes it"
             );
             ("a network", beside.unwrap_or(written))
         }
-        "pt" | "pth" | "ckpt" | "jit" | "pkl" | "safetensors" => {
-            let accepted = "the same network as an ONNX file, which `torch.onnx.export` writes in Python, and for it the TOML file \
-                            that `standfast init FILE.onnx --robot ROBOT` writes";
-            ("a network of PyTorch", accepted.into())
+        "pth" | "ckpt" | "pkl" | "safetensors" => {
+            let accepted = "the same network as an ONNX or TorchScript file, which `torch.onnx.export` and `torch.jit.save` write in \
+                            Python, and for it the TOML file that `standfast init FILE.onnx --robot ROBOT` writes";
+            ("a checkpoint of a network", accepted.into())
         }
         "py" | "sh" | "js" | "lua" | "cpp" | "cc" | "c" | "rs" => {
             let written = "a TOML file beside it, with kind = \"process\" and the command that starts it; `standfast new python FOLDER` \

@@ -1,8 +1,9 @@
 //! Archives that the tests write, the public ones if they are available, and archives that are damaged.
 
 use super::network;
-use crate::net::Net;
+use crate::net::{self, Ends, Net, Outputs};
 use crate::proto;
+use std::collections::HashMap;
 use std::io::{Cursor, Write};
 use std::path::Path;
 use tract_onnx::pb::{ModelProto, ValueInfoProto};
@@ -261,9 +262,22 @@ fn layers_are_built_as_the_code_says() {
     assert!(clamped > 0 && clamped < 10, "{wanted:?}");
     assert_close(&run(parts.network().unwrap(), &rows), &wanted);
     // The file of a policy may name such an archive.
-    let net = Net::of(&parts.archive(), [6, 2]).unwrap();
-    assert_close(&[net.run(rows[0].clone()).unwrap()], &wanted[..1]);
-    let problem = Net::of(&parts.archive(), [7, 2]).err().unwrap();
+    let read = |observed: usize| {
+        let ends = Ends {
+            observed: vec![(None, observed)],
+            outputs: Outputs::default(),
+            actions: 2,
+        };
+        let parts = net::Parts {
+            model: parts.archive(),
+            weights: HashMap::new(),
+        };
+        Net::of(parts, ends)
+    };
+    let net = read(6).unwrap();
+    let answer = net.run(&rows[..1], &mut net.fresh()).unwrap();
+    assert_close(&[answer.action], &wanted[..1]);
+    let problem = read(7).err().unwrap();
     assert!(problem.contains("takes 6 numbers"), "{problem}");
 }
 
